@@ -1,0 +1,113 @@
+//! Cameras: from a pixel to a ray in world coordinates.
+//!
+//! Camera frame (OpenCV): x right, y down, z forward. Pixels are continuous: the image covers [0, W] × [0, H], row 0 on
+//! top, and pixel (i, j) has its centre at (i + ½, j + ½). Importers convert every other convention to this one.
+
+mod lens;
+
+pub use lens::Lens;
+
+use crate::{Mat3, Ray, Vec3, vec3};
+
+/// A rigid motion `x_world = rotation * x_camera + translation`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Columns are the camera's axes (right, down, forward) in the world.
+    pub rotation: Mat3<f64>,
+    /// The camera's centre in the world.
+    pub translation: Vec3<f64>,
+}
+
+/// A posed camera with its lens. Always in double precision: rays are cast to the renderer's precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Image width [pixel].
+    pub width: u32,
+    /// Image height [pixel].
+    pub height: u32,
+    /// Focal lengths (fx, fy) [pixel].
+    pub focal: [f64; 2],
+    /// Principal point (cx, cy) [pixel]; the middle of an image is (W/2, H/2).
+    pub center: [f64; 2],
+    /// Projection and distortion.
+    pub lens: Lens,
+    /// Camera to world.
+    pub world_from_camera: Pose,
+}
+
+impl Camera {
+    /// The ray through continuous pixel coordinates `(u, v)`; `None` where the lens maps no direction there
+    /// (beyond the fold of a distortion polynomial, or outside a fisheye's image circle).
+    pub fn ray(&self, u: f64, v: f64) -> Option<Ray<f64>> {
+        let distorted = [(u - self.center[0]) / self.focal[0], (v - self.center[1]) / self.focal[1]];
+        let d = self.lens.direction(distorted)?;
+        let pose = &self.world_from_camera;
+        Some(Ray { origin: pose.translation, direction: (pose.rotation * d).normalized() })
+    }
+
+    /// Continuous pixel coordinates of a world point; `None` behind a perspective camera or beyond the lens.
+    pub fn project(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
+        let pose = &self.world_from_camera;
+        let [u, v] = self.lens.project(pose.rotation.transpose() * (x - pose.translation))?;
+        Some([u * self.focal[0] + self.center[0], v * self.focal[1] + self.center[1]])
+    }
+
+    /// The viewing direction of the optical axis in the world.
+    pub fn forward(&self) -> Vec3<f64> {
+        self.world_from_camera.rotation.columns[2]
+    }
+
+    /// The same camera for an image resized to `width` × `height`.
+    pub fn resized(&self, width: u32, height: u32) -> Camera {
+        let s = [f64::from(width) / f64::from(self.width), f64::from(height) / f64::from(self.height)];
+        Camera {
+            width,
+            height,
+            focal: [self.focal[0] * s[0], self.focal[1] * s[1]],
+            center: [self.center[0] * s[0], self.center[1] * s[1]],
+            ..*self
+        }
+    }
+
+    /// A pinhole camera at `eye` looking at `target`, with `up` roughly upwards in the image and the full
+    /// horizontal field of view in radians.
+    pub fn look_at(eye: Vec3<f64>, target: Vec3<f64>, up: Vec3<f64>, fov_x: f64, size: [u32; 2]) -> Camera {
+        let forward = (target - eye).normalized();
+        let right = forward.cross(up).normalized();
+        let down = forward.cross(right);
+        let f = 0.5 * f64::from(size[0]) / (0.5 * fov_x).tan();
+        Camera {
+            width: size[0],
+            height: size[1],
+            focal: [f, f],
+            center: [0.5 * f64::from(size[0]), 0.5 * f64::from(size[1])],
+            lens: Lens::Pinhole,
+            world_from_camera: Pose { rotation: Mat3 { columns: [right, down, forward] }, translation: eye },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn projecting_a_point_of_a_ray_gives_back_its_pixel() {
+        let camera =
+            Camera::look_at(vec3(2.0, -3.0, 1.0), vec3(0.1, 0.0, 0.2), vec3(0.0, 0.0, 1.0), 0.7, [200, 150]);
+        for (u, v) in [(0.5, 0.5), (100.0, 75.0), (199.5, 3.25)] {
+            let ray = camera.ray(u, v).unwrap();
+            let [pu, pv] = camera.project(ray.at(3.7)).unwrap();
+            assert!((pu - u).abs() < 1e-9 && (pv - v).abs() < 1e-9);
+        }
+        assert!(camera.project(vec3(4.0, -6.0, 1.8)).is_none(), "a point behind the camera has no pixel");
+    }
+
+    #[test]
+    fn up_is_towards_row_zero() {
+        let camera =
+            Camera::look_at(vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 0.7, [100, 100]);
+        assert!(camera.project(vec3(0.0, 0.0, 0.5)).unwrap()[1] < 50.0);
+        assert!(camera.project(vec3(0.0, 0.5, 0.0)).unwrap()[0] > 50.0);
+    }
+}

@@ -1,0 +1,1 @@
+//! Posed photographs: importers, images, masks, splits and what is wrong with them.
