@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn transpose_moves_the_matrix_across_the_inner_product() {
         let a = Mat3::from_rows([[1.0, 2.0, 3.0], [-4.0, 0.5, 2.0], [0.0, 7.0, -1.0]]);
-        let (u, v) = (vec3(0.3, -2.0, 1.5), vec3(4.0, 0.1, -0.7));
+        let (u, v) = (vec3(0.3_f64, -2.0, 1.5), vec3(4.0, 0.1, -0.7));
         assert!(((a * u).dot(v) - u.dot(a.transpose() * v)).abs() < 1e-12);
         assert_eq!((a * Mat3::identity()).rows(), a.rows());
     }

@@ -7,7 +7,7 @@ mod lens;
 
 pub use lens::Lens;
 
-use crate::{Mat3, Ray, Vec3, vec3};
+use crate::{Mat3, Ray, Vec3};
 
 /// A rigid motion `x_world = rotation * x_camera + translation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +90,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vec3;
 
     #[test]
     fn projecting_a_point_of_a_ray_gives_back_its_pixel() {
