@@ -3,12 +3,24 @@
 //!
 //! Generic over [`Real`] (`f32` in production, `f64` as the oracle). No files, threads, clocks, randomness or printing.
 
+pub mod background;
 pub mod camera;
+pub mod field;
+pub mod grid;
+pub mod optimiser;
+pub mod priors;
+pub mod radiance;
+pub mod sh;
+
 mod ray;
 mod real;
 mod vec3;
 
+pub use background::{Background, EnvironmentMap};
 pub use camera::{Camera, Lens, Pose};
+pub use field::{FieldGradient, VoxelField};
+pub use grid::{BrickMap, Domain, Extent};
 pub use ray::{Aabb, Ray};
 pub use real::Real;
+pub use sh::ShDegree;
 pub use vec3::{Mat3, Vec3, vec3};

@@ -1,0 +1,161 @@
+//! The radiance field: density and spherical-harmonic colour on a sparse voxel grid, theory (3.4)–(3.7).
+//!
+//! This is the readable reference, generic over the scalar; fast backends are tested against it.
+
+use crate::grid::{BrickMap, Domain, EMPTY_SLOT, trilinear};
+use crate::sh::{MAX_BASIS, ShDegree};
+use crate::{Real, Vec3};
+
+/// Raw density of empty space: what absent bricks hold. softplus(−10) = 4.5e-5.
+pub const EMPTY_DENSITY: f64 = -10.0;
+
+/// Density per unit of softplus, times the longest edge of the box: σ = 40/L · softplus(θ), so that the same parameters
+/// mean the same picture at any scale of the world.
+pub const DENSITY_PER_BOX: f64 = 40.0;
+
+/// A sparse voxel radiance field.
+#[derive(Clone, Debug)]
+pub struct VoxelField<T> {
+    /// Where the grid lies.
+    pub domain: Domain<T>,
+    /// Which bricks are stored.
+    pub map: BrickMap,
+    /// Angular degree of colour.
+    pub degree: ShDegree,
+    /// Raw density θ, one per voxel of the map.
+    pub density: Vec<T>,
+    /// SH coefficients, `degree.stride()` per voxel: red, green, blue (each `degree.basis()`), padding zero.
+    pub colour: Vec<T>,
+}
+
+/// dLoss/dparameters, laid out like the field.
+#[derive(Clone, Debug)]
+pub struct FieldGradient<T> {
+    /// With respect to [`VoxelField::density`].
+    pub density: Vec<T>,
+    /// With respect to [`VoxelField::colour`].
+    pub colour: Vec<T>,
+}
+
+/// What the field holds at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium<T> {
+    /// Density σ ≥ 0 [1 / scene unit].
+    pub density: T,
+    /// Colour c ≥ 0 towards the viewer (sRGB-encoded, 1 = white).
+    pub colour: [T; 3],
+}
+
+/// softplus(x) = ln(1 + eˣ), without overflow.
+#[inline(always)]
+pub fn softplus<T: Real>(x: T) -> T {
+    x.max(T::zero()) + (-x.abs()).exp().ln_1p()
+}
+
+/// Derivative of [`softplus`]: the logistic function.
+#[inline(always)]
+pub fn logistic<T: Real>(x: T) -> T {
+    let e = (-x.abs()).exp();
+    if x >= T::zero() { (T::one() + e).recip() } else { e / (T::one() + e) }
+}
+
+impl<T: Real> VoxelField<T> {
+    /// A field with constant raw density and mid-grey colour.
+    pub fn uniform(domain: Domain<T>, map: BrickMap, degree: ShDegree, density: T) -> Self {
+        let mut field = Self {
+            domain,
+            degree,
+            density: vec![density; map.voxels()],
+            colour: vec![T::zero(); map.voxels() * degree.stride()],
+            map,
+        };
+        field.clear_empty_brick();
+        field
+    }
+
+    /// Give the voxels of the empty slot the values of empty space.
+    pub fn clear_empty_brick(&mut self) {
+        let n = crate::grid::BRICK_VOXELS;
+        self.density[..n].fill(T::of(EMPTY_DENSITY));
+        self.colour[..n * self.degree.stride()].fill(T::zero());
+    }
+
+    /// σ = `density_scale` · softplus(θ).
+    pub fn density_scale(&self) -> T {
+        T::of(DENSITY_PER_BOX) / self.domain.bounds.extent().max_element()
+    }
+
+    /// A gradient of zeros.
+    pub fn zero_gradient(&self) -> FieldGradient<T> {
+        FieldGradient { density: vec![T::zero(); self.density.len()], colour: vec![T::zero(); self.colour.len()] }
+    }
+
+    /// Corners of the cell around node coordinates `g` and the position within the cell; `None` outside the grid.
+    fn locate(&self, g: Vec3<T>) -> Option<([u32; 8], Vec3<T>)> {
+        let n = self.map.resolution();
+        if !(0..3).all(|a| g[a] >= T::zero() && g[a] <= T::of(f64::from(n[a] - 1))) {
+            return None;
+        }
+        // The last node belongs to the last cell.
+        let base: [u32; 3] = std::array::from_fn(|a| (g[a].f64() as u32).min(n[a] - 2));
+        let f = g - Vec3::from(base.map(|b| T::of(f64::from(b))));
+        let cell = self.map.cell(base);
+        // A cell whose own brick is absent is empty, also where its upper corners touch stored bricks.
+        (cell.slot != EMPTY_SLOT).then(|| (self.map.corners(cell), f))
+    }
+
+    /// Density and colour at a world point, seen along a unit direction with SH basis values `y`.
+    pub fn at(&self, x: Vec3<T>, y: &[T; MAX_BASIS]) -> Option<Medium<T>> {
+        let (corners, f) = self.locate(self.domain.node(x))?;
+        let w = trilinear::weights(f);
+        let theta: T = corners.iter().zip(w).map(|(&v, w)| w * self.density[v as usize]).sum();
+        let colour = std::array::from_fn(|c| {
+            let sum: T = corners.iter().zip(w).map(|(&v, w)| w * self.radiance_of(v, c, y)).sum();
+            (sum + T::of(0.5)).max(T::zero())
+        });
+        Some(Medium { density: self.density_scale() * softplus(theta), colour })
+    }
+
+    /// Σ_j Y_j k_j of one voxel and colour channel.
+    fn radiance_of(&self, voxel: u32, channel: usize, y: &[T; MAX_BASIS]) -> T {
+        let (nb, stride) = (self.degree.basis(), self.degree.stride());
+        let k = &self.colour[voxel as usize * stride + channel * nb..][..nb];
+        k.iter().zip(y).map(|(&k, &y)| k * y).sum()
+    }
+
+    /// Transpose of the derivative of [`Self::at`]: adds to `grad`, returns (dLoss/dx, dLoss/dy).
+    ///
+    /// Not differentiable on cell faces (x only) and where a colour is clamped at 0.
+    pub fn at_vjp(
+        &self,
+        x: Vec3<T>,
+        y: &[T; MAX_BASIS],
+        d: &Medium<T>,
+        grad: &mut FieldGradient<T>,
+    ) -> (Vec3<T>, [T; MAX_BASIS]) {
+        let mut d_y = [T::zero(); MAX_BASIS];
+        let Some((corners, f)) = self.locate(self.domain.node(x)) else { return (Vec3::zero(), d_y) };
+        let Some(value) = self.at(x, y) else { return (Vec3::zero(), d_y) };
+        let w = trilinear::weights(f);
+        let theta_at = corners.map(|v| self.density[v as usize]);
+        let theta: T = theta_at.iter().zip(w).map(|(&t, w)| w * t).sum();
+        let d_theta = d.density * self.density_scale() * logistic(theta);
+        let mut d_node = trilinear::gradient(f, &theta_at) * d_theta;
+        for (v, w) in corners.iter().zip(w) {
+            grad.density[*v as usize] += w * d_theta;
+        }
+        let (nb, stride) = (self.degree.basis(), self.degree.stride());
+        for c in (0..3).filter(|&c| value.colour[c] > T::zero()) {
+            let at = corners.map(|v| self.radiance_of(v, c, y));
+            d_node += trilinear::gradient(f, &at) * d.colour[c];
+            for (v, w) in corners.iter().zip(w) {
+                let first = *v as usize * stride + c * nb;
+                for j in 0..nb {
+                    grad.colour[first + j] += w * y[j] * d.colour[c];
+                    d_y[j] += w * self.colour[first + j] * d.colour[c];
+                }
+            }
+        }
+        (self.domain.node_vjp(x, d_node), d_y)
+    }
+}

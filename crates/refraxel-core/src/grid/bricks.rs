@@ -1,0 +1,274 @@
+//! Sparse topology of a voxel grid: which bricks of 4³ nodes exist and where their voxels are stored.
+
+/// Nodes along an edge of a brick.
+pub const BRICK: u32 = 4;
+/// Voxels (nodes) of a brick.
+pub const BRICK_VOXELS: usize = 64;
+/// The slot that stands for every absent brick: its voxels hold the values of empty space and are never written.
+pub const EMPTY_SLOT: u32 = 0;
+
+/// A cell of the grid: the cube between 2³ nodes, named by its lowest node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Slot of the brick that holds the lowest node.
+    pub slot: u32,
+    /// Index of the lowest node in its brick, `x + 4 y + 16 z`.
+    pub local: u32,
+}
+
+/// Sparse set of bricks of a grid with `resolution` nodes.
+///
+/// Voxels are addressed by `slot * 64 + local`, `local = x + 4 y + 16 z` within the brick (x runs fastest). Slots follow
+/// the Morton order of the bricks, so that neighbours in memory are neighbours in space. Slot 0 is [`EMPTY_SLOT`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BrickMap {
+    resolution: [u32; 3],
+    bricks: [u32; 3],
+    slot_of_brick: Vec<u32>,
+    brick_of_slot: Vec<[u32; 3]>,
+    /// For each slot the slots of the bricks at +x (bit 0), +y (bit 1), +z (bit 2); entry 0 is the slot itself.
+    forward: Vec<[u32; 8]>,
+    /// Chebyshev distance, in bricks, to the nearest brick that exists (0 = exists), capped at 255.
+    distance: Vec<u8>,
+}
+
+impl BrickMap {
+    /// The map that keeps the bricks for which `keep(brick coordinates)` holds.
+    pub fn new(resolution: [u32; 3], keep: impl Fn([u32; 3]) -> bool) -> Self {
+        let bricks = resolution.map(|n| n.div_ceil(BRICK));
+        let mut kept: Vec<[u32; 3]> = coordinates(bricks).filter(|&b| keep(b)).collect();
+        kept.sort_unstable_by_key(|&b| morton(b));
+        Self::from_bricks(resolution, kept)
+    }
+
+    /// The map with all bricks.
+    pub fn dense(resolution: [u32; 3]) -> Self {
+        Self::new(resolution, |_| true)
+    }
+
+    /// The map with exactly these bricks, in this order of slots (from slot 1 on); `None` if one lies outside the grid
+    /// or occurs twice.
+    pub fn with_bricks(resolution: [u32; 3], kept: Vec<[u32; 3]>) -> Option<Self> {
+        let bricks = resolution.map(|n| n.div_ceil(BRICK));
+        let mut seen = std::collections::HashSet::with_capacity(kept.len());
+        let valid = kept.iter().all(|b| (0..3).all(|a| b[a] < bricks[a]) && seen.insert(*b));
+        valid.then(|| Self::from_bricks(resolution, kept))
+    }
+
+    fn from_bricks(resolution: [u32; 3], kept: Vec<[u32; 3]>) -> Self {
+        let bricks = resolution.map(|n| n.div_ceil(BRICK));
+        let total = bricks.iter().map(|&n| n as usize).product();
+        let mut map = Self {
+            resolution,
+            bricks,
+            slot_of_brick: vec![EMPTY_SLOT; total],
+            brick_of_slot: std::iter::once([0; 3]).chain(kept).collect(),
+            forward: Vec::new(),
+            distance: vec![u8::MAX; total],
+        };
+        for slot in 1..map.brick_of_slot.len() {
+            let at = map.table_index(map.brick_of_slot[slot]);
+            map.slot_of_brick[at] = slot as u32;
+            map.distance[at] = 0;
+        }
+        map.forward = (0..map.slots()).map(|s| map.forward_of(s as u32)).collect();
+        spread_distance(&mut map.distance, bricks);
+        map
+    }
+
+    fn forward_of(&self, slot: u32) -> [u32; 8] {
+        let b = self.brick_of_slot[slot as usize];
+        let mut out = [EMPTY_SLOT; 8];
+        if slot != EMPTY_SLOT {
+            for (k, o) in out.iter_mut().enumerate() {
+                let k = k as u32;
+                *o = self.slot([b[0] + (k & 1), b[1] + (k >> 1 & 1), b[2] + (k >> 2)]);
+            }
+        }
+        out
+    }
+
+    /// Nodes per axis.
+    pub fn resolution(&self) -> [u32; 3] {
+        self.resolution
+    }
+    /// Number of slots, the empty one included.
+    pub fn slots(&self) -> usize {
+        self.brick_of_slot.len()
+    }
+    /// Number of stored voxels, the empty brick's included: the length of every per-voxel array.
+    pub fn voxels(&self) -> usize {
+        self.slots() * BRICK_VOXELS
+    }
+    /// Coordinates of the stored bricks in the order of slots, without the empty one.
+    pub fn bricks(&self) -> &[[u32; 3]] {
+        &self.brick_of_slot[1..]
+    }
+    /// Coordinates of a slot's brick.
+    pub fn brick_of(&self, slot: u32) -> [u32; 3] {
+        self.brick_of_slot[slot as usize]
+    }
+    /// Slot of a brick; [`EMPTY_SLOT`] where there is none, also outside the grid.
+    pub fn slot(&self, brick: [u32; 3]) -> u32 {
+        if (0..3).any(|a| brick[a] >= self.bricks[a]) { EMPTY_SLOT } else { self.slot_of_brick[self.table_index(brick)] }
+    }
+    #[inline(always)]
+    fn table_index(&self, b: [u32; 3]) -> usize {
+        (b[0] + self.bricks[0] * (b[1] + self.bricks[1] * b[2])) as usize
+    }
+
+    /// Index of a node in the per-voxel arrays; a voxel of the empty brick where the node is not stored.
+    pub fn voxel(&self, node: [u32; 3]) -> usize {
+        let slot = self.slot(node.map(|n| n / BRICK));
+        slot as usize * BRICK_VOXELS + local_index(node) as usize
+    }
+
+    /// The cell with lowest node `node`, which must lie inside the grid.
+    #[inline(always)]
+    pub fn cell(&self, node: [u32; 3]) -> Cell {
+        let slot = self.slot_of_brick[self.table_index(node.map(|n| n / BRICK))];
+        Cell { slot, local: local_index(node) }
+    }
+
+    /// Distance in bricks from the brick that holds `node` to the nearest stored brick; 0 inside one.
+    #[inline(always)]
+    pub fn bricks_to_content(&self, node: [u32; 3]) -> u8 {
+        self.distance[self.table_index(node.map(|n| n / BRICK))]
+    }
+
+    /// Voxel indices of the eight corners of a cell; corner k is at +x for bit 0, +y for bit 1, +z for bit 2.
+    /// A cell of the empty brick gives voxels of the empty brick.
+    #[inline(always)]
+    pub fn corners(&self, cell: Cell) -> [u32; 8] {
+        let l = cell.local;
+        let base = cell.slot * BRICK_VOXELS as u32 + l;
+        // A node on the upper face of its brick (coordinate 3) continues in the next brick, 4 nodes back.
+        let over = [l & 3 == 3, l >> 2 & 3 == 3, l >> 4 == 3];
+        if !(over[0] | over[1] | over[2]) {
+            return [0, 1, 4, 5, 16, 17, 20, 21].map(|o| base + o);
+        }
+        let forward = &self.forward[cell.slot as usize];
+        std::array::from_fn(|k| {
+            let (mut local, mut brick) = (l, 0);
+            for axis in 0..3 {
+                if k >> axis & 1 == 1 {
+                    let stride = 1 << (2 * axis);
+                    if over[axis] {
+                        local -= 3 * stride;
+                        brick |= 1 << axis;
+                    } else {
+                        local += stride;
+                    }
+                }
+            }
+            forward[brick] * BRICK_VOXELS as u32 + local
+        })
+    }
+
+    /// Bytes of the map itself, without voxel data.
+    pub fn bytes(&self) -> usize {
+        self.slot_of_brick.len() * 5 + self.slots() * (12 + 32)
+    }
+}
+
+/// Index of a node within its brick.
+#[inline(always)]
+pub fn local_index(node: [u32; 3]) -> u32 {
+    (node[0] & 3) | (node[1] & 3) << 2 | (node[2] & 3) << 4
+}
+
+/// All coordinates of a box of `n` items, x fastest.
+pub fn coordinates(n: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    (0..n[2]).flat_map(move |z| (0..n[1]).flat_map(move |y| (0..n[0]).map(move |x| [x, y, z])))
+}
+
+/// Interleaved bits of three coordinates below 2²¹.
+fn morton(b: [u32; 3]) -> u64 {
+    let spread = |v: u32| (0..21).fold(0, |m, k| m | u64::from(v >> k & 1) << (3 * k));
+    spread(b[0]) | spread(b[1]) << 1 | spread(b[2]) << 2
+}
+
+/// Chebyshev distance transform, exact: one forward–backward pass of `min(d, neighbour + 1)` along lines per axis.
+fn spread_distance(distance: &mut [u8], n: [u32; 3]) {
+    // d∞ to a set = min over offsets of max(|dx|, |dy|, |dz|): lower envelope per axis, combining by max.
+    let strides = [1, n[0] as usize, (n[0] * n[1]) as usize];
+    let mut line = Vec::new();
+    for axis in 0..3 {
+        let len = n[axis] as usize;
+        for start in 0..distance.len() {
+            if start / strides[axis] % len != 0 {
+                continue;
+            }
+            line.clear();
+            line.extend((0..len).map(|i| distance[start + i * strides[axis]]));
+            for i in 0..len {
+                distance[start + i * strides[axis]] = nearest_on_line(&line, i);
+            }
+        }
+    }
+}
+
+/// min over j of max(line[j], |i − j|), searched outwards until no farther j can win.
+fn nearest_on_line(line: &[u8], i: usize) -> u8 {
+    let mut best = line[i];
+    for r in 1..line.len().max(1) {
+        if r >= usize::from(best) {
+            break;
+        }
+        let candidates = [i.checked_sub(r), Some(i + r).filter(|&j| j < line.len())];
+        for j in candidates.into_iter().flatten() {
+            best = best.min(line[j].max(r as u8));
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_agree_with_the_voxels_of_the_nodes() {
+        let keep = |b: [u32; 3]| !(b[0] + 2 * b[1] + 3 * b[2]).is_multiple_of(5);
+        let map = BrickMap::new([13, 9, 18], keep);
+        for node in coordinates([12, 8, 17]) {
+            let cell = map.cell(node);
+            if cell.slot == EMPTY_SLOT {
+                continue;
+            }
+            for (k, &voxel) in map.corners(cell).iter().enumerate() {
+                let k = k as u32;
+                let corner = [node[0] + (k & 1), node[1] + (k >> 1 & 1), node[2] + (k >> 2)];
+                assert_eq!(voxel as usize, map.voxel(corner), "cell {node:?}, corner {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn distance_is_the_chebyshev_distance_to_the_nearest_brick() {
+        let stored = [[1, 2, 3], [6, 0, 5]];
+        let map = BrickMap::new([40, 32, 28], |b| stored.contains(&b));
+        for b in coordinates([10, 8, 7]) {
+            let want = stored.iter().map(|s| (0..3).map(|a| s[a].abs_diff(b[a])).max().unwrap()).min().unwrap();
+            assert_eq!(u32::from(map.bricks_to_content(b.map(|v| v * BRICK))), want, "brick {b:?}");
+        }
+    }
+
+    #[test]
+    fn a_map_is_rebuilt_from_its_bricks() {
+        let map = BrickMap::new([33, 17, 20], |b| (b[0] ^ b[1] ^ b[2]) & 1 == 0);
+        assert_eq!(BrickMap::with_bricks(map.resolution(), map.bricks().to_vec()), Some(map.clone()));
+        assert_eq!(BrickMap::with_bricks([8, 8, 8], vec![[0, 0, 0], [0, 0, 0]]), None);
+        assert_eq!(BrickMap::with_bricks([8, 8, 8], vec![[2, 0, 0]]), None);
+    }
+
+    #[test]
+    fn the_dense_map_stores_every_node_once() {
+        let map = BrickMap::dense([9, 5, 6]);
+        let mut seen: Vec<usize> = coordinates([9, 5, 6]).map(|n| map.voxel(n)).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 9 * 5 * 6);
+        assert!(seen[0] >= BRICK_VOXELS, "no node lies in the empty brick");
+    }
+}

@@ -1,0 +1,45 @@
+//! Update rules of the optimiser, theory (4.7). One parameter at a time; backends decide which parameters to touch.
+
+use crate::Real;
+
+/// RMSProp: v ← β v + (1 − β) g², x ← x − rate · g / (√v + ε). The first touch of a parameter (v = 0) sets v = g², so
+/// that its first step has length `rate`. Source: Hinton 2012; first touch as in Plenoxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RmsProp<T> {
+    /// Decay β of the second moment.
+    pub decay: T,
+    /// Floor ε of the denominator.
+    pub epsilon: T,
+}
+
+impl<T: Real> RmsProp<T> {
+    /// The step to add to a parameter with gradient `g`; updates its second moment `v`.
+    #[inline(always)]
+    pub fn step(&self, g: T, v: &mut T, rate: T) -> T {
+        let g2 = g * g;
+        *v = if *v == T::zero() { g2 } else { self.decay * *v + (T::one() - self.decay) * g2 };
+        -rate * g / (v.sqrt() + self.epsilon)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_step_has_the_length_of_the_rate() {
+        let rule = RmsProp { decay: 0.95_f64, epsilon: 0.0 };
+        let mut v = 0.0;
+        assert!((rule.step(1e-5, &mut v, 0.1) + 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_quadratic_is_minimised() {
+        let rule = RmsProp { decay: 0.9_f64, epsilon: 1e-12 };
+        let (mut x, mut v) = (3.0, 0.0);
+        for k in 0..400 {
+            x += rule.step(2.0 * (x - 1.0), &mut v, 0.1 * 0.98_f64.powi(k));
+        }
+        assert!((x - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,65 @@
+//! Priors: what is believed about a scene before any image is seen, theory (4.3)–(4.6).
+
+use crate::Real;
+
+/// Charbonnier penalty ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε for small d.
+/// Source: Charbonnier et al. 1994; per edge of the grid, summed over the three axes (anisotropic total variation).
+#[inline(always)]
+pub fn charbonnier<T: Real>(d: T, epsilon: T) -> T {
+    (d * d + epsilon * epsilon).sqrt() - epsilon
+}
+
+/// ψ'(d) of [`charbonnier`].
+#[inline(always)]
+pub fn charbonnier_slope<T: Real>(d: T, epsilon: T) -> T {
+    d / (d * d + epsilon * epsilon).sqrt()
+}
+
+/// Cauchy sparsity penalty of an optical depth: ln(1 + 2 τ²), which pulls thin fog to nothing and leaves surfaces alone.
+/// Source: SNeRG (Hedman et al. 2021), applied to the optical depth of one step so that it does not depend on units.
+#[inline(always)]
+pub fn cauchy<T: Real>(tau: T) -> T {
+    (T::of(2.0) * tau * tau).ln_1p()
+}
+
+/// Derivative of [`cauchy`].
+#[inline(always)]
+pub fn cauchy_slope<T: Real>(tau: T) -> T {
+    T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
+}
+
+/// Opacity prior on a ray's final transmittance T: entropy-like ln(T + e) + ln(1 − T + e), lowest at T = 0 and T = 1:
+/// a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the slope by 10.
+#[inline(always)]
+pub fn opacity_beta<T: Real>(transmittance: T) -> T {
+    let e = T::of(0.1);
+    (transmittance + e).ln() + (T::one() - transmittance + e).ln()
+}
+
+/// Derivative of [`opacity_beta`].
+#[inline(always)]
+pub fn opacity_beta_slope<T: Real>(transmittance: T) -> T {
+    let e = T::of(0.1);
+    (transmittance + e).recip() - (T::one() - transmittance + e).recip()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_derivatives() {
+        let e = 1e-6;
+        for x in [-0.7, -0.01, 0.003, 0.4, 0.9_f64] {
+            let check = |f: &dyn Fn(f64) -> f64, g: f64| {
+                let fd = (f(x + e) - f(x - e)) / (2.0 * e);
+                assert!((fd - g).abs() < 1e-7, "{fd} vs {g}");
+            };
+            check(&|x| charbonnier(x, 0.05), charbonnier_slope(x, 0.05));
+            check(&cauchy, cauchy_slope(x));
+            if x > 0.0 {
+                check(&opacity_beta, opacity_beta_slope(x));
+            }
+        }
+    }
+}
