@@ -146,7 +146,9 @@ mod tests {
         let (m, g, e) = (map(), [0.3, -0.8, 0.5], 1e-6);
         for d in [vec3(0.36, -0.48, 0.8), vec3(-0.7, 0.1, -0.4).normalized()] {
             let free = m.radiance_vjp(d, g);
-            for tangent in [d.cross(vec3(0.0, 0.0, 1.0)).normalized(), d.cross(vec3(0.0, 1.0, 0.0)).normalized()] {
+            for tangent in
+                [d.cross(vec3(0.0, 0.0, 1.0)).normalized(), d.cross(vec3(0.0, 1.0, 0.0)).normalized()]
+            {
                 let f = |s: f64| -> f64 {
                     let r = m.radiance((d + tangent * s).normalized());
                     (0..3).map(|c| g[c] * r[c]).sum()

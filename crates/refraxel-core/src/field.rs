@@ -4,7 +4,7 @@
 
 use crate::grid::{BrickMap, Domain, EMPTY_SLOT, trilinear};
 use crate::sh::{MAX_BASIS, ShDegree};
-use crate::{Real, Vec3};
+use crate::{AlignedVec, Real, Vec3};
 
 /// Raw density of empty space: what absent bricks hold. softplus(−10) = 4.5e-5.
 pub const EMPTY_DENSITY: f64 = -10.0;
@@ -15,7 +15,7 @@ pub const DENSITY_PER_BOX: f64 = 40.0;
 
 /// A sparse voxel radiance field.
 #[derive(Clone, Debug)]
-pub struct VoxelField<T> {
+pub struct VoxelField<T: Copy> {
     /// Where the grid lies.
     pub domain: Domain<T>,
     /// Which bricks are stored.
@@ -23,18 +23,18 @@ pub struct VoxelField<T> {
     /// Angular degree of colour.
     pub degree: ShDegree,
     /// Raw density θ, one per voxel of the map.
-    pub density: Vec<T>,
+    pub density: AlignedVec<T>,
     /// SH coefficients, `degree.stride()` per voxel: red, green, blue (each `degree.basis()`), padding zero.
-    pub colour: Vec<T>,
+    pub colour: AlignedVec<T>,
 }
 
 /// dLoss/dparameters, laid out like the field.
 #[derive(Clone, Debug)]
-pub struct FieldGradient<T> {
+pub struct FieldGradient<T: Copy> {
     /// With respect to [`VoxelField::density`].
-    pub density: Vec<T>,
+    pub density: AlignedVec<T>,
     /// With respect to [`VoxelField::colour`].
-    pub colour: Vec<T>,
+    pub colour: AlignedVec<T>,
 }
 
 /// What the field holds at one point.
@@ -65,8 +65,8 @@ impl<T: Real> VoxelField<T> {
         let mut field = Self {
             domain,
             degree,
-            density: vec![density; map.voxels()],
-            colour: vec![T::zero(); map.voxels() * degree.stride()],
+            density: AlignedVec::filled(map.voxels(), density),
+            colour: AlignedVec::filled(map.voxels() * degree.stride(), T::zero()),
             map,
         };
         field.clear_empty_brick();
@@ -87,7 +87,10 @@ impl<T: Real> VoxelField<T> {
 
     /// A gradient of zeros.
     pub fn zero_gradient(&self) -> FieldGradient<T> {
-        FieldGradient { density: vec![T::zero(); self.density.len()], colour: vec![T::zero(); self.colour.len()] }
+        FieldGradient {
+            density: AlignedVec::filled(self.density.len(), T::zero()),
+            colour: AlignedVec::filled(self.colour.len(), T::zero()),
+        }
     }
 
     /// Corners of the cell around node coordinates `g` and the position within the cell; `None` outside the grid.

@@ -12,10 +12,12 @@ pub mod priors;
 pub mod radiance;
 pub mod sh;
 
+mod aligned;
 mod ray;
 mod real;
 mod vec3;
 
+pub use aligned::AlignedVec;
 pub use background::{Background, EnvironmentMap};
 pub use camera::{Camera, Lens, Pose};
 pub use field::{FieldGradient, VoxelField};

@@ -110,7 +110,11 @@ impl BrickMap {
     }
     /// Slot of a brick; [`EMPTY_SLOT`] where there is none, also outside the grid.
     pub fn slot(&self, brick: [u32; 3]) -> u32 {
-        if (0..3).any(|a| brick[a] >= self.bricks[a]) { EMPTY_SLOT } else { self.slot_of_brick[self.table_index(brick)] }
+        if (0..3).any(|a| brick[a] >= self.bricks[a]) {
+            EMPTY_SLOT
+        } else {
+            self.slot_of_brick[self.table_index(brick)]
+        }
     }
     #[inline(always)]
     fn table_index(&self, b: [u32; 3]) -> usize {
@@ -249,7 +253,8 @@ mod tests {
         let stored = [[1, 2, 3], [6, 0, 5]];
         let map = BrickMap::new([40, 32, 28], |b| stored.contains(&b));
         for b in coordinates([10, 8, 7]) {
-            let want = stored.iter().map(|s| (0..3).map(|a| s[a].abs_diff(b[a])).max().unwrap()).min().unwrap();
+            let want =
+                stored.iter().map(|s| (0..3).map(|a| s[a].abs_diff(b[a])).max().unwrap()).min().unwrap();
             assert_eq!(u32::from(map.bricks_to_content(b.map(|v| v * BRICK))), want, "brick {b:?}");
         }
     }

@@ -48,7 +48,12 @@ pub struct QuadraturePoint<T> {
 /// Midpoint rule along a path with steps of about `step` [scene unit inside the box], shifted by `offset` ∈ [0, 1) steps.
 ///
 /// The points are part of the discretisation: derivatives are taken with t and dt held fixed.
-pub fn quadrature<T: Real>(domain: &Domain<T>, path: &[Segment<T>], step: T, offset: T) -> Vec<QuadraturePoint<T>> {
+pub fn quadrature<T: Real>(
+    domain: &Domain<T>,
+    path: &[Segment<T>],
+    step: T,
+    offset: T,
+) -> Vec<QuadraturePoint<T>> {
     let half = T::of(0.5);
     let mut points = Vec::new();
     for (segment, s) in path.iter().enumerate() {
@@ -81,7 +86,11 @@ pub struct Pixel<T> {
 }
 
 /// March a path front to back: τ = σ ds, a = 1 − e^(−τ), C += T a c, T *= 1 − a.
-pub fn render<T: Real>(field: &VoxelField<T>, path: &[Segment<T>], points: &[QuadraturePoint<T>]) -> Pixel<T> {
+pub fn render<T: Real>(
+    field: &VoxelField<T>,
+    path: &[Segment<T>],
+    points: &[QuadraturePoint<T>],
+) -> Pixel<T> {
     let mut pixel = Pixel { colour: [T::zero(); 3], transmittance: T::one(), depth: T::zero() };
     for q in points {
         let s = &path[q.segment];
@@ -146,7 +155,11 @@ pub fn render_vjp<T: Real>(
 }
 
 /// Transmittance in front of each point, and at the end.
-fn transmittances<T: Real>(field: &VoxelField<T>, path: &[Segment<T>], points: &[QuadraturePoint<T>]) -> Vec<T> {
+fn transmittances<T: Real>(
+    field: &VoxelField<T>,
+    path: &[Segment<T>],
+    points: &[QuadraturePoint<T>],
+) -> Vec<T> {
     let mut out = Vec::with_capacity(points.len() + 1);
     let mut optical_depth = T::zero();
     for q in points {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::grid::{BrickMap, Extent};
 use crate::sh::ShDegree;
-use crate::{Aabb, vec3};
+use crate::{Aabb, AlignedVec, vec3};
 
 /// A small pseudo-random sequence in [−1, 1); tests need variety, not quality.
 struct Sequence(u64);
@@ -130,16 +130,21 @@ fn single_precision_gradients_agree_with_double() {
     let (f, path) = (field(2, Extent::Bounded, 11), bent_path());
     let points = quadrature(&f.domain, &path, 0.17, 0.3);
     let (exact, _) = adjoint(&f, &path, &points);
+    let single = |v: &[f64]| AlignedVec::from_slice(&v.iter().map(|&v| v as f32).collect::<Vec<_>>());
     let single = VoxelField::<f32> {
         domain: f.domain.cast(),
         map: f.map.clone(),
         degree: f.degree,
-        density: f.density.iter().map(|&v| v as f32).collect(),
-        colour: f.colour.iter().map(|&v| v as f32).collect(),
+        density: single(&f.density),
+        colour: single(&f.colour),
     };
     let path32: Vec<_> = path
         .iter()
-        .map(|s| Segment { start: s.start.cast(), momentum: s.momentum.cast(), range: s.range.map(|v| v as f32) })
+        .map(|s| Segment {
+            start: s.start.cast(),
+            momentum: s.momentum.cast(),
+            range: s.range.map(|v| v as f32),
+        })
         .collect();
     let points32: Vec<_> = points
         .iter()
@@ -165,7 +170,7 @@ fn forward_and_adjoint_are_transposes_for_colour() {
     let path = bent_path();
     let points = quadrature(&f.domain, &path, 0.1, 0.0);
     let (grad, _) = adjoint(&f, &path, &points);
-    let inner: f64 = grad.colour.iter().zip(&f.colour).map(|(g, k)| g * k).sum();
+    let inner: f64 = grad.colour.iter().zip(f.colour.iter()).map(|(g, k)| g * k).sum();
     let with = loss(&f, &path, &points);
     f.colour.fill(0.0);
     assert!((with - loss(&f, &path, &points) - inner).abs() < 1e-12);

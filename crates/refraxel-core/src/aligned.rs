@@ -1,0 +1,72 @@
+//! Arrays whose first element starts a cache line.
+
+use std::ops::{Deref, DerefMut};
+
+/// Bytes of a cache line and of the widest vector register.
+const LINE: usize = 64;
+
+/// A fixed-length array aligned to 64 bytes, so that a voxel padded to whole lines never straddles one more.
+#[derive(Debug, Default)]
+pub struct AlignedVec<T> {
+    storage: Vec<T>,
+    first: usize,
+    len: usize,
+}
+
+impl<T: Copy> AlignedVec<T> {
+    /// `len` copies of `value`.
+    pub fn filled(len: usize, value: T) -> Self {
+        let per_line = LINE / size_of::<T>().clamp(1, LINE);
+        let storage = vec![value; len + per_line];
+        // align_offset may decline (usize::MAX); unaligned is then only slower.
+        let first = storage.as_ptr().align_offset(LINE).min(per_line);
+        Self { storage, first, len }
+    }
+
+    /// A copy of a slice.
+    pub fn from_slice(values: &[T]) -> Self {
+        let Some(&any) = values.first() else { return Self { storage: Vec::new(), first: 0, len: 0 } };
+        let mut out = Self::filled(values.len(), any);
+        out.copy_from_slice(values);
+        out
+    }
+}
+
+impl<T: Copy> Clone for AlignedVec<T> {
+    fn clone(&self) -> Self {
+        Self::from_slice(self)
+    }
+}
+
+impl<T> Deref for AlignedVec<T> {
+    type Target = [T];
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        &self.storage[self.first..self.first + self.len]
+    }
+}
+
+impl<T> DerefMut for AlignedVec<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.storage[self.first..self.first + self.len]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_start_on_a_cache_line_and_survive_cloning() {
+        for len in [0, 1, 31, 1000] {
+            let mut v = AlignedVec::filled(len, 1.5_f32);
+            v.iter_mut().enumerate().for_each(|(i, x)| *x = i as f32);
+            let copy = v.clone();
+            assert_eq!(copy[..], v[..]);
+            assert_eq!(v.len(), len);
+            assert!(len == 0 || (v.as_ptr() as usize).is_multiple_of(LINE));
+            assert!(len == 0 || (copy.as_ptr() as usize).is_multiple_of(LINE));
+        }
+    }
+}
