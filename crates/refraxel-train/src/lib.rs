@@ -1,0 +1,4 @@
+//! Training on the CPU and what surrounds it: image metrics, checkpoints.
+
+pub mod checkpoint;
+pub mod metrics;
