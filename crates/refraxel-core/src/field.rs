@@ -2,7 +2,7 @@
 //!
 //! This is the readable reference, generic over the scalar; fast backends are tested against it.
 
-use crate::grid::{BrickMap, Domain, EMPTY_SLOT, trilinear};
+use crate::grid::{BRICK_VOXELS, BrickMap, Domain, EMPTY_SLOT, trilinear};
 use crate::sh::{MAX_BASIS, ShDegree};
 use crate::{AlignedVec, Real, Vec3};
 
@@ -75,7 +75,7 @@ impl<T: Real> VoxelField<T> {
 
     /// Give the voxels of the empty slot the values of empty space.
     pub fn clear_empty_brick(&mut self) {
-        let n = crate::grid::BRICK_VOXELS;
+        let n = BRICK_VOXELS;
         self.density[..n].fill(T::of(EMPTY_DENSITY));
         self.colour[..n * self.degree.stride()].fill(T::zero());
     }
@@ -144,14 +144,16 @@ impl<T: Real> VoxelField<T> {
         let theta: T = theta_at.iter().zip(w).map(|(&t, w)| w * t).sum();
         let d_theta = d.density * self.density_scale() * logistic(theta);
         let mut d_node = trilinear::gradient(f, &theta_at) * d_theta;
-        for (v, w) in corners.iter().zip(w) {
+        // Voxels of the empty brick are constants, not parameters.
+        let stored = || corners.iter().zip(w).filter(|(v, _)| **v as usize >= BRICK_VOXELS);
+        for (v, w) in stored() {
             grad.density[*v as usize] += w * d_theta;
         }
         let (nb, stride) = (self.degree.basis(), self.degree.stride());
         for c in (0..3).filter(|&c| value.colour[c] > T::zero()) {
             let at = corners.map(|v| self.radiance_of(v, c, y));
             d_node += trilinear::gradient(f, &at) * d.colour[c];
-            for (v, w) in corners.iter().zip(w) {
+            for (v, w) in stored() {
                 let first = *v as usize * stride + c * nb;
                 for j in 0..nb {
                     grad.colour[first + j] += w * y[j] * d.colour[c];

@@ -1,0 +1,171 @@
+//! Throughput of this machine on a fixed, dense scene: every sample inside the box is evaluated, nothing is skipped.
+//!
+//! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
+//! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
+
+use crate::backend::{Backend, Batch, Marching, Objective};
+use crate::cpu::CpuBackend;
+use crate::random::Random;
+use refraxel_core::sh::ShDegree;
+use refraxel_core::{Aabb, Background, BrickMap, Camera, Domain, Extent, Ray, Vec3, VoxelField, vec3};
+use serde::Serialize;
+use std::time::Instant;
+
+/// Size and patience of a benchmark.
+#[derive(Clone, Copy, Debug)]
+pub struct BenchOptions {
+    /// Nodes per axis.
+    pub resolution: u32,
+    /// Rays of a batch.
+    pub rays: usize,
+    /// Repetitions; the best counts.
+    pub repetitions: usize,
+}
+
+/// Millions of samples per second, per core and on all threads.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Throughput {
+    /// Rendering, coherent rays, one thread.
+    pub forward_msamples_per_s_per_core: f64,
+    /// Rendering, random rays, one thread.
+    pub forward_random_msamples_per_s_per_core: f64,
+    /// Forward, adjoint, gradient sums and optimiser step, random rays, one thread.
+    pub train_msamples_per_s_per_core: f64,
+    /// The same for coherent rays.
+    pub train_coherent_msamples_per_s_per_core: f64,
+    /// Forward and adjoint alone, random rays, one thread.
+    pub gradient_random_msamples_per_s_per_core: f64,
+    /// Training on random rays with all threads.
+    pub train_msamples_per_s: f64,
+    /// Rays per second of the same.
+    pub train_rays_per_s: f64,
+    /// Rendering coherent rays with all threads.
+    pub forward_msamples_per_s: f64,
+    /// Threads that "all" means.
+    pub threads: usize,
+    /// Training speed on all threads over that on one.
+    pub thread_speedup: f64,
+}
+
+/// Measure the straight-ray CPU backend.
+pub fn straight(options: &BenchOptions) -> Throughput {
+    let mut backend = scene(options.resolution);
+    let (random, coherent) = (random_batch(options.rays), coherent_batch(options.rays));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
+    let n = options.repetitions;
+    let (samples, _) = learn(&mut backend, &random, 1);
+    let forward = |b: &CpuBackend, batch: &Batch| {
+        let samples = samples_of(b, batch) as f64;
+        samples / best(n, || drop(b.render(&batch.rays, &MARCHING))) / 1e6
+    };
+    let single = one.install(|| {
+        let coherent_forward = forward(&backend, &coherent);
+        let random_forward = forward(&backend, &random);
+        let gradient = samples as f64 / best(n, || drop(backend.gradient_tapes(&random, &objective()))) / 1e6;
+        let train_random = learn(&mut backend, &random, n);
+        let train_coherent = learn(&mut backend, &coherent, n);
+        (coherent_forward, random_forward, gradient, rate(train_random), rate(train_coherent))
+    });
+    let all = learn(&mut backend, &random, n);
+    Throughput {
+        forward_msamples_per_s_per_core: single.0,
+        forward_random_msamples_per_s_per_core: single.1,
+        gradient_random_msamples_per_s_per_core: single.2,
+        train_msamples_per_s_per_core: single.3,
+        train_coherent_msamples_per_s_per_core: single.4,
+        train_msamples_per_s: rate(all),
+        train_rays_per_s: options.rays as f64 / all.1,
+        forward_msamples_per_s: forward(&backend, &coherent),
+        threads: rayon::current_num_threads(),
+        thread_speedup: rate(all) / single.3,
+    }
+}
+
+const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
+
+fn objective() -> Objective {
+    Objective {
+        marching: MARCHING,
+        sparsity: 0.0,
+        opacity: 0.0,
+        tv_density: 0.0,
+        tv_colour: 0.0,
+        tv_period: 1,
+        rate_density: 1e-6,
+        rate_colour: 1e-6,
+        rate_background: 0.0,
+    }
+}
+
+fn rate((samples, seconds): (u64, f64)) -> f64 {
+    samples as f64 / seconds / 1e6
+}
+
+/// Samples of a step and seconds of the best of `n` steps.
+fn learn(backend: &mut CpuBackend, batch: &Batch, n: usize) -> (u64, f64) {
+    let mut samples = 0;
+    let seconds = best(n, || samples = backend.learn(batch, &objective(), 1).samples);
+    (samples, seconds)
+}
+
+fn samples_of(backend: &CpuBackend, batch: &Batch) -> u64 {
+    backend.gradient_tapes(batch, &objective())
+}
+
+fn best(n: usize, mut work: impl FnMut()) -> f64 {
+    (0..n.max(1))
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A translucent box of smooth structure.
+fn scene(resolution: u32) -> CpuBackend {
+    let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    let domain = Domain::with_longest(bounds, Extent::Bounded, resolution);
+    let map = BrickMap::dense(domain.resolution);
+    let mut field = VoxelField::uniform(domain, map, ShDegree::new(2).expect("2 is a degree"), -3.0);
+    for (i, v) in field.density.iter_mut().enumerate() {
+        *v = -3.0 + (i as f32 * 1e-3).sin();
+    }
+    for (i, v) in field.colour.iter_mut().enumerate() {
+        *v = 0.2 * (i as f32 * 0.37).sin();
+    }
+    field.clear_empty_brick();
+    CpuBackend::new(field, Background::Constant([1.0; 3]))
+}
+
+fn batch_of(rays: Vec<Ray<f32>>) -> Batch {
+    let n = rays.len();
+    Batch { rays, target: vec![[0.5; 3]; n], behind: Vec::new(), offset: vec![0.5; n] }
+}
+
+/// Rays from cameras all around at distance 4 towards points near the box's middle.
+fn random_batch(n: usize) -> Batch {
+    let random = Random::new(1);
+    let rays = (0..n as u64).map(|i| {
+        let u = |k: u64| random.uniform(i, k) as f32;
+        let (azimuth, height) = (std::f32::consts::TAU * u(0), 0.1 + 0.8 * u(1));
+        let flat = (1.0 - height * height).sqrt();
+        let origin = vec3(flat * azimuth.cos(), flat * azimuth.sin(), height) * 4.0;
+        let target = vec3(u(2) - 0.5, u(3) - 0.5, u(4) - 0.5) * 1.2;
+        Ray { origin, direction: (target - origin).normalized() }
+    });
+    batch_of(rays.collect())
+}
+
+/// The middle of a picture in 8 × 8 tiles.
+fn coherent_batch(n: usize) -> Batch {
+    let side = ((n as f64).sqrt() as u32).next_multiple_of(8);
+    let eye = vec3(2.6, 1.9, 2.4);
+    let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.35, [side, side]);
+    let rays = (0..n as u32).map(|i| {
+        let (tile, within) = (i / 64, i % 64);
+        let (x, y) = (tile % (side / 8) * 8 + within % 8, tile / (side / 8) * 8 + within / 8);
+        camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5).expect("a pinhole has no blind pixel").cast()
+    });
+    batch_of(rays.collect())
+}

@@ -1,0 +1,186 @@
+//! SIMD kernels over the channels of a voxel: gather, its adjoints, scatter.
+//!
+//! A voxel's 3 × basis SH coefficients lie in `BLOCKS` vectors of 16 lanes; colour channel c owns the lanes
+//! `c * basis .. (c + 1) * basis`. Interpolation is linear per lane, so all work is over whole vectors and a colour
+//! is separated only by a mask at the end.
+
+use super::prefetch::prefetch;
+use fearless_simd::{f32x16, prelude::*};
+use refraxel_core::sh::{self, MAX_BASIS, ShDegree};
+use refraxel_core::{Vec3, grid::trilinear};
+
+/// Lanes of a vector.
+pub(super) const LANES: usize = 16;
+/// Vectors of the widest voxel (degree 3: 48 lanes).
+pub(super) const MAX_BLOCKS: usize = 3;
+
+/// Values of all lanes of a voxel.
+pub(super) type Lanes = [[f32; LANES]; MAX_BLOCKS];
+
+/// Which lanes belong to which colour, as 0/1 factors.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    degree: ShDegree,
+    masks: [Lanes; 3],
+}
+
+impl Layout {
+    pub(super) fn new(degree: ShDegree) -> Self {
+        let nb = degree.basis();
+        let masks = std::array::from_fn(|c| {
+            std::array::from_fn(|b| std::array::from_fn(|l| f32::from(u8::from((b * LANES + l) / nb == c))))
+        });
+        Self { degree, masks }
+    }
+
+    /// SH basis of a direction, repeated for each colour, zero in the padding.
+    pub(super) fn basis(&self, direction: Vec3<f32>) -> Lanes {
+        let (y, nb) = (sh::basis(self.degree, direction), self.degree.basis());
+        let mut lanes = [[0.0; LANES]; MAX_BLOCKS];
+        for k in 0..3 * nb {
+            lanes[k / LANES][k % LANES] = y[k % nb];
+        }
+        lanes
+    }
+
+    /// Lane values summed over the colours, per basis function.
+    fn fold(&self, lanes: &Lanes) -> [f32; MAX_BASIS] {
+        let nb = self.degree.basis();
+        let mut y = [0.0; MAX_BASIS];
+        for k in 0..3 * nb {
+            y[k % nb] += lanes[k / LANES][k % LANES];
+        }
+        y
+    }
+
+    /// Σ_j ∇Y_j d_y[j] for the lane-wise adjoint of the basis.
+    pub(super) fn basis_vjp(&self, direction: Vec3<f32>, d_lanes: &Lanes) -> Vec3<f32> {
+        sh::basis_vjp(self.degree, direction, &self.fold(d_lanes))
+    }
+}
+
+#[inline(always)]
+fn block(values: &[f32], voxel: u32, blocks: usize, b: usize) -> &[f32; LANES] {
+    let first = (voxel as usize * blocks + b) * LANES;
+    values[first..first + LANES].try_into().expect("a range of LANES elements")
+}
+
+#[inline(always)]
+fn block_mut(values: &mut [f32], voxel: usize, blocks: usize, b: usize) -> &mut [f32; LANES] {
+    let first = (voxel * blocks + b) * LANES;
+    (&mut values[first..first + LANES]).try_into().expect("a range of LANES elements")
+}
+
+/// Fetch the voxels around a sample into the cache. Corners 2k and 2k + 1 are usually neighbours in memory.
+#[inline(always)]
+pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[f32], corners: &[u32; 8]) {
+    for &v in corners {
+        for b in 0..BLOCKS {
+            prefetch(colour, (v as usize * BLOCKS + b) * LANES);
+        }
+    }
+}
+
+/// Interpolated coefficients Σ_k w_k v_k.
+#[inline(always)]
+fn gather<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    colour: &[f32],
+    corners: &[u32; 8],
+    weights: &[f32; 8],
+) -> [f32x16<S>; BLOCKS] {
+    let mut sum = [f32x16::splat(simd, 0.0); BLOCKS];
+    for k in 0..8 {
+        let w = f32x16::splat(simd, weights[k]);
+        for b in 0..BLOCKS {
+            let v = f32x16::from_slice(simd, block(colour, corners[k], BLOCKS, b));
+            sum[b] = w.mul_add(v, sum[b]);
+        }
+    }
+    sum
+}
+
+/// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample; `basis` as from [`Layout::basis`].
+#[inline(always)]
+pub(super) fn shade<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    colour: &[f32],
+    corners: &[u32; 8],
+    weights: &[f32; 8],
+    (layout, basis): (&Layout, &Lanes),
+) -> [f32; 3] {
+    let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
+    let mut out = [f32x16::splat(simd, 0.0); 3];
+    for b in 0..BLOCKS {
+        let p = v[b] * f32x16::from_slice(simd, &basis[b]);
+        for c in 0..3 {
+            out[c] = p.mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), out[c]);
+        }
+    }
+    out.map(|v| (simd.reduce_sum_f32x16(v) + 0.5).max(0.0))
+}
+
+/// dLoss/d(interpolated coefficients): basis × the adjoint of the lane's colour.
+#[inline(always)]
+fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    (layout, basis): (&Layout, &Lanes),
+    d_colour: [f32; 3],
+) -> [f32x16<S>; BLOCKS] {
+    std::array::from_fn(|b| {
+        let mut g = f32x16::splat(simd, 0.0);
+        for c in 0..3 {
+            g = f32x16::splat(simd, d_colour[c]).mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), g);
+        }
+        g * f32x16::from_slice(simd, &basis[b])
+    })
+}
+
+/// Add a sample's gradient to the voxels `corners[k]` (relative to `grad`'s first voxel) for which `keep` holds.
+#[inline(always)]
+pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    grad: &mut [f32],
+    corners: &[(usize, f32)],
+    layout_basis: (&Layout, &Lanes),
+    d_colour: [f32; 3],
+) {
+    let g = coefficient_adjoint::<S, BLOCKS>(simd, layout_basis, d_colour);
+    for &(voxel, weight) in corners {
+        let w = f32x16::splat(simd, weight);
+        for b in 0..BLOCKS {
+            let at = block_mut(grad, voxel, BLOCKS, b);
+            w.mul_add(g[b], f32x16::from_slice(simd, at)).store_slice(at);
+        }
+    }
+}
+
+/// Adjoints that a ray's own gradient needs: (d_colour · ∂c/∂node, lane-wise adjoint of the basis).
+#[inline(always)]
+pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    colour: &[f32],
+    (corners, weights, fraction): (&[u32; 8], &[f32; 8], Vec3<f32>),
+    (layout, basis): (&Layout, &Lanes),
+    d_colour: [f32; 3],
+) -> (Vec3<f32>, Lanes) {
+    let g = coefficient_adjoint::<S, BLOCKS>(simd, (layout, basis), d_colour);
+    let at_corner = corners.map(|v| {
+        let mut dot = f32x16::splat(simd, 0.0);
+        for b in 0..BLOCKS {
+            dot = g[b].mul_add(f32x16::from_slice(simd, block(colour, v, BLOCKS, b)), dot);
+        }
+        simd.reduce_sum_f32x16(dot)
+    });
+    let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
+    let mut d_basis = [[0.0; LANES]; MAX_BLOCKS];
+    for b in 0..BLOCKS {
+        let mut lane_colour = f32x16::splat(simd, 0.0);
+        for c in 0..3 {
+            let mask = f32x16::from_slice(simd, &layout.masks[c][b]);
+            lane_colour = f32x16::splat(simd, d_colour[c]).mul_add(mask, lane_colour);
+        }
+        (lane_colour * v[b]).store_slice(&mut d_basis[b]);
+    }
+    (trilinear::gradient(fraction, &at_corner), d_basis)
+}

@@ -1,0 +1,348 @@
+//! The CPU backend: threads over chunks of rays, SIMD over the channels of a voxel.
+//!
+//! A step has two halves. First every chunk of rays is marched, compared with its targets and marched back, leaving one
+//! record per sample ([`tape`]). Then every bucket of voxels adds up its own records in order, adds its priors and takes
+//! its optimiser step while the gradient is still in the cache ([`update`]). No gradient of the whole field ever exists,
+//! nothing is locked, and the result does not depend on the number of threads.
+
+mod colour;
+mod march;
+mod optics16;
+mod prefetch;
+mod resample;
+mod tape;
+mod trace;
+mod update;
+
+use crate::backend::{Backend, Batch, BatchGradient, Marching, Objective, StepOutcome};
+use colour::Layout;
+use fearless_simd::{Level, dispatch};
+use march::Marcher;
+use rayon::prelude::*;
+use refraxel_core::optimiser::RmsProp;
+use refraxel_core::radiance::Pixel;
+use refraxel_core::{
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
+};
+use tape::{BUCKET_VOXELS, Tape, buckets};
+use update::{BucketGradient, BucketParameters, VoxelFieldView, accumulate, descend, total_variation};
+
+/// Rays of a chunk, the unit of work of a thread. Part of the arithmetic: it fixes the order of sums.
+const CHUNK: usize = 256;
+/// Steps between two looks at which cells are still occupied.
+const REFRESH: u64 = 32;
+
+/// Everything a ray can see.
+struct Scene<'a> {
+    field: &'a VoxelField<f32>,
+    background: &'a Background<f32>,
+    layout: &'a Layout,
+    marcher: &'a Marcher,
+}
+
+/// Parameters, moments and search structures on the CPU.
+pub struct CpuBackend {
+    level: Level,
+    field: VoxelField<f32>,
+    background: Background<f32>,
+    moments: Moments,
+    layout: Layout,
+    marcher: Marcher,
+}
+
+/// Second moments of the optimiser, laid out like what they belong to.
+#[derive(Clone, Debug)]
+pub struct Moments {
+    /// Of [`VoxelField::density`].
+    pub density: AlignedVec<f32>,
+    /// Of [`VoxelField::colour`].
+    pub colour: AlignedVec<f32>,
+    /// Of the texels of an environment map; empty for a constant background.
+    pub background: Vec<[f32; 3]>,
+}
+
+/// Run a kernel that is generic over the number of 16-lane blocks of a voxel.
+macro_rules! with_blocks {
+    ($self:expr, $simd:ident, $kernel:ident ( $($arg:expr),* $(,)? )) => {
+        match $self.field.degree.stride() / colour::LANES {
+            1 => dispatch!($self.level, $simd => $kernel::<_, 1>($simd, $($arg),*)),
+            2 => dispatch!($self.level, $simd => $kernel::<_, 2>($simd, $($arg),*)),
+            _ => dispatch!($self.level, $simd => $kernel::<_, 3>($simd, $($arg),*)),
+        }
+    };
+}
+
+impl Moments {
+    fn zero(field: &VoxelField<f32>, background: &Background<f32>) -> Self {
+        let texels = match background {
+            Background::Constant(_) => 0,
+            Background::Environment(map) => map.texels.len(),
+        };
+        Self {
+            density: AlignedVec::filled(field.density.len(), 0.0),
+            colour: AlignedVec::filled(field.colour.len(), 0.0),
+            background: vec![[0.0; 3]; texels],
+        }
+    }
+}
+
+impl CpuBackend {
+    /// A backend that starts from these parameters.
+    pub fn new(field: VoxelField<f32>, background: Background<f32>) -> Self {
+        let moments = Moments::zero(&field, &background);
+        Self::with_moments(field, background, moments)
+    }
+
+    /// A backend that goes on from these parameters and moments.
+    ///
+    /// # Panics
+    /// If the moments are not of the shape of the parameters.
+    pub fn with_moments(field: VoxelField<f32>, background: Background<f32>, moments: Moments) -> Self {
+        assert_eq!(field.density.len(), moments.density.len(), "moments of another field");
+        assert_eq!(field.colour.len(), moments.colour.len(), "moments of another field");
+        Self {
+            level: Level::new(),
+            layout: Layout::new(field.degree),
+            marcher: Marcher::new(&field),
+            field,
+            background,
+            moments,
+        }
+    }
+
+    /// The optimiser's state.
+    pub fn moments(&self) -> &Moments {
+        &self.moments
+    }
+
+    /// Share of the stored cells that rays have to look at.
+    pub fn occupancy(&self) -> f64 {
+        self.marcher.occupancy(&self.field.map)
+    }
+
+    /// Recompute which cells can be skipped at these cut-offs.
+    pub fn refresh_occupancy(&mut self, marching: &Marching) {
+        self.marcher.refresh(&self.field, marching);
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene {
+            field: &self.field,
+            background: &self.background,
+            layout: &self.layout,
+            marcher: &self.marcher,
+        }
+    }
+
+    /// Forward and adjoint of a batch: one tape per chunk.
+    fn trace(
+        &self,
+        batch: &Batch,
+        objective: &Objective,
+        ray_gradients: &mut [(Vec3<f32>, Vec3<f32>)],
+    ) -> (Vec<Tape>, StepOutcome) {
+        let (scene, n) = (self.scene(), batch.rays.len());
+        let chunk = |(k, gradients): (usize, &mut [(Vec3<f32>, Vec3<f32>)])| {
+            let range = k * CHUNK..((k + 1) * CHUNK).min(n);
+            with_blocks!(self, simd, learn_chunk(&scene, batch, range, objective, gradients))
+        };
+        use trace::learn_chunk;
+        let chunks = n.div_ceil(CHUNK);
+        let done: Vec<(Tape, StepOutcome)> = if ray_gradients.is_empty() {
+            (0..chunks).into_par_iter().map(|k| chunk((k, &mut []))).collect()
+        } else {
+            ray_gradients.par_chunks_mut(CHUNK).enumerate().map(chunk).collect()
+        };
+        let mut total = StepOutcome { finite: true, ..Default::default() };
+        let mut tapes = Vec::with_capacity(done.len());
+        for (tape, outcome) in done {
+            total.squared_error += outcome.squared_error;
+            total.samples += outcome.samples;
+            tapes.push(tape);
+        }
+        // Every record's adjoint is bounded by the colours behind the loss: a finite loss means finite records, except
+        // where a parameter itself has overflowed, which the loss then shows at the next step.
+        total.finite = total.squared_error.is_finite();
+        (tapes, total)
+    }
+
+    /// Forward and adjoint of a batch without summing gradients; the number of samples, for benchmarks.
+    pub fn gradient_tapes(&self, batch: &Batch, objective: &Objective) -> u64 {
+        self.trace(batch, objective, &mut []).1.samples
+    }
+
+    /// Total variation of the buckets whose turn it is.
+    fn variation(&self, objective: &Objective, step: u64) -> Vec<Option<BucketGradient>> {
+        let active = objective.tv_density > 0.0 || objective.tv_colour > 0.0;
+        let period = u64::from(objective.tv_period.max(1));
+        let turn = |b: usize| active && (b as u64 + step).is_multiple_of(period);
+        (0..buckets(&self.field.map))
+            .into_par_iter()
+            .map(|bucket| {
+                turn(bucket).then(|| {
+                    let mut grad = BucketGradient::new(self.field.degree.stride());
+                    with_blocks!(self, simd, total_variation(&self.field, bucket, objective, &mut grad));
+                    grad
+                })
+            })
+            .collect()
+    }
+
+    /// Second half of a step: buckets add up, feel their priors and move.
+    fn update(&mut self, tapes: &[Tape], objective: &Objective, variation: Vec<Option<BucketGradient>>) {
+        let stride = self.field.degree.stride();
+        let (level, blocks) = (self.level, stride / colour::LANES);
+        let view = VoxelFieldView { map: &self.field.map, layout: &self.layout };
+        let buckets = self
+            .field
+            .density
+            .par_chunks_mut(BUCKET_VOXELS)
+            .zip(self.moments.density.par_chunks_mut(BUCKET_VOXELS))
+            .zip(self.field.colour.par_chunks_mut(BUCKET_VOXELS * stride))
+            .zip(self.moments.colour.par_chunks_mut(BUCKET_VOXELS * stride))
+            .zip(variation)
+            .enumerate();
+        buckets.for_each_init(
+            || BucketGradient::new(stride),
+            |scratch, (bucket, ((((density, density_moment), colour), colour_moment), prior))| {
+                let mut parameters = BucketParameters { density, density_moment, colour, colour_moment };
+                let mut prior = prior;
+                let grad = prior.as_mut().unwrap_or(scratch);
+                macro_rules! run {
+                    ($n:literal) => {
+                        dispatch!(level, simd => {
+                            accumulate::<_, $n>(simd, &view, bucket, tapes, grad);
+                            descend::<_, $n>(simd, &mut parameters, grad, objective);
+                        })
+                    };
+                }
+                match blocks {
+                    1 => run!(1),
+                    2 => run!(2),
+                    _ => run!(3),
+                }
+                grad.clear(stride);
+            },
+        );
+    }
+
+    /// Dense gradient of the background's texels, summed in the order of the rays.
+    fn background_gradient(&self, tapes: &[Tape]) -> Vec<[f32; 3]> {
+        let mut grad = vec![[0.0; 3]; self.moments.background.len()];
+        for &(texel, g) in tapes.iter().flat_map(|t| &t.texels) {
+            for c in 0..3 {
+                grad[texel as usize][c] += g[c];
+            }
+        }
+        grad
+    }
+
+    fn update_background(&mut self, tapes: &[Tape], rate: f32) {
+        let grad = self.background_gradient(tapes);
+        if let Background::Environment(map) = &mut self.background {
+            descend_texels(map, &mut self.moments.background, &grad, rate, update::RULE);
+        }
+    }
+}
+
+fn descend_texels(
+    map: &mut EnvironmentMap<f32>,
+    moments: &mut [[f32; 3]],
+    grad: &[[f32; 3]],
+    rate: f32,
+    rule: RmsProp<f32>,
+) {
+    for ((texel, moment), g) in map.texels.iter_mut().zip(moments).zip(grad) {
+        for c in (0..3).filter(|&c| g[c] != 0.0) {
+            texel[c] += rule.step(g[c], &mut moment[c], rate);
+        }
+    }
+}
+
+impl Backend for CpuBackend {
+    fn field(&self) -> &VoxelField<f32> {
+        &self.field
+    }
+
+    fn background(&self) -> &Background<f32> {
+        &self.background
+    }
+
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
+        use trace::render_chunk;
+        let scene = self.scene();
+        let mut out = vec![Pixel { colour: [0.0; 3], transmittance: 1.0, depth: 0.0 }; rays.len()];
+        rays.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).for_each(|(rays, out)| {
+            with_blocks!(self, simd, render_chunk(&scene, rays, marching, out));
+        });
+        out
+    }
+
+    fn learn(&mut self, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
+        if step.is_multiple_of(REFRESH) {
+            self.refresh_occupancy(&objective.marching);
+        }
+        let (tapes, outcome) = self.trace(batch, objective, &mut []);
+        if outcome.finite {
+            let variation = self.variation(objective, step);
+            self.update(&tapes, objective, variation);
+            self.update_background(&tapes, objective.rate_background);
+        }
+        outcome
+    }
+
+    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
+        let mut rays = vec![(Vec3::zero(), Vec3::zero()); batch.rays.len()];
+        let (tapes, outcome) = self.trace(batch, objective, &mut rays);
+        let stride = self.field.degree.stride();
+        let mut field: FieldGradient<f32> = self.field.zero_gradient();
+        let view = VoxelFieldView { map: &self.field.map, layout: &self.layout };
+        let parts = field
+            .density
+            .par_chunks_mut(BUCKET_VOXELS)
+            .zip(field.colour.par_chunks_mut(BUCKET_VOXELS * stride));
+        parts.enumerate().for_each(|(bucket, (density, colour))| {
+            let mut grad = BucketGradient::new(stride);
+            with_blocks!(self, simd, accumulate(&view, bucket, &tapes, &mut grad));
+            density.copy_from_slice(&grad.density[..density.len()]);
+            colour.copy_from_slice(&grad.colour[..colour.len()]);
+        });
+        BatchGradient { field, background: self.background_gradient(&tapes), rays, outcome }
+    }
+
+    fn peak_weights(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<f32> {
+        use trace::weigh_chunk;
+        let scene = self.scene();
+        let mut peak = vec![0.0_f32; self.field.map.voxels()];
+        // In portions, so that the tapes of all rays need not be held at once.
+        for portion in rays.chunks(64 * CHUNK) {
+            let tapes: Vec<Tape> = portion
+                .par_chunks(CHUNK)
+                .map(|rays| with_blocks!(self, simd, weigh_chunk(&scene, rays, marching)))
+                .collect();
+            peak.par_chunks_mut(BUCKET_VOXELS).enumerate().for_each(|(bucket, peak)| {
+                let first = (bucket * BUCKET_VOXELS) as u32;
+                for record in tapes.iter().flat_map(|t| t.of_bucket(bucket)) {
+                    for v in self.field.map.corners(record.cell) {
+                        if let Some(p) = v.checked_sub(first).and_then(|v| peak.get_mut(v as usize)) {
+                            *p = p.max(record.d_theta);
+                        }
+                    }
+                }
+            });
+        }
+        peak
+    }
+
+    fn resample(&mut self, domain: Domain<f32>, map: BrickMap) {
+        self.field = resample::resampled(&self.field, domain, map);
+        self.moments = Moments {
+            background: std::mem::take(&mut self.moments.background),
+            ..Moments::zero(&self.field, &Background::Constant([0.0; 3]))
+        };
+        self.marcher = Marcher::new(&self.field);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+//! What a chunk of rays leaves behind for the update: one record per sample, sorted by the buckets of voxels it touches.
+//!
+//! A bucket is a run of [`BUCKET_SLOTS`] consecutive slots. Its owner alone adds up the gradients of its voxels, in the
+//! order of the records, so the sum is the same for any number of threads, needs no locks, and stays in the L2 cache.
+
+use super::colour::Lanes;
+use refraxel_core::BrickMap;
+use refraxel_core::Vec3;
+use refraxel_core::grid::{BRICK_VOXELS, Cell, EMPTY_SLOT};
+
+/// Slots of a bucket: 64 × 64 voxels × 128 B of SH gradient = 512 KiB, half of a usual L2 cache.
+pub(super) const BUCKET_SLOTS: usize = 64;
+/// Voxels of a bucket.
+pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
+
+/// The adjoint of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Record {
+    pub cell: Cell,
+    pub fraction: Vec3<f32>,
+    /// Which of the tape's bases (directions) coloured it.
+    pub basis: u32,
+    /// dLoss/dθ, or the weight that a [`Purpose::PeakWeight`](super::Purpose) pass records.
+    pub d_theta: f32,
+    pub d_colour: [f32; 3],
+}
+
+/// Records of a chunk of rays.
+#[derive(Debug, Default)]
+pub(super) struct Tape {
+    pub records: Vec<Record>,
+    /// SH bases of the directions of the chunk.
+    pub bases: Vec<Lanes>,
+    /// (texel, dLoss/dtexel) of the background.
+    pub texels: Vec<(u32, [f32; 3])>,
+    /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
+    order: Vec<u32>,
+    first: Vec<u32>,
+}
+
+/// Number of buckets of a map.
+pub(super) fn buckets(map: &BrickMap) -> usize {
+    map.slots().div_ceil(BUCKET_SLOTS)
+}
+
+impl Tape {
+    /// Sort the records by bucket (stable). A record near the face of its brick belongs to every bucket that holds one
+    /// of its corners.
+    pub(super) fn sort(&mut self, map: &BrickMap) {
+        let mut touched: Vec<(u32, u32)> = Vec::with_capacity(self.records.len() * 5 / 4);
+        for (i, r) in self.records.iter().enumerate() {
+            let own = r.cell.slot / BUCKET_SLOTS as u32;
+            touched.push((own, i as u32));
+            let on_face = r.cell.local & 3 == 3 || r.cell.local >> 2 & 3 == 3 || r.cell.local >> 4 == 3;
+            if on_face {
+                push_other_buckets(&map.corners(r.cell), own, i as u32, &mut touched);
+            }
+        }
+        self.first = vec![0; buckets(map) + 1];
+        for &(bucket, _) in &touched {
+            self.first[bucket as usize + 1] += 1;
+        }
+        for b in 1..self.first.len() {
+            self.first[b] += self.first[b - 1];
+        }
+        let mut next = self.first.clone();
+        self.order = vec![0; touched.len()];
+        for (bucket, record) in touched {
+            let at = &mut next[bucket as usize];
+            self.order[*at as usize] = record;
+            *at += 1;
+        }
+    }
+
+    /// The records that touch a bucket, in the order of their rays.
+    pub(super) fn of_bucket(&self, bucket: usize) -> impl Iterator<Item = &Record> {
+        self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize]
+            .iter()
+            .map(|&i| &self.records[i as usize])
+    }
+}
+
+fn push_other_buckets(corners: &[u32; 8], own: u32, record: u32, touched: &mut Vec<(u32, u32)>) {
+    let mut seen = [own; 9];
+    let mut n = 1;
+    for &v in corners {
+        let slot = v / BRICK_VOXELS as u32;
+        let bucket = slot / BUCKET_SLOTS as u32;
+        if slot != EMPTY_SLOT && !seen[..n].contains(&bucket) {
+            seen[n] = bucket;
+            n += 1;
+            touched.push((bucket, record));
+        }
+    }
+}

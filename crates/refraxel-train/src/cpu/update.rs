@@ -1,0 +1,209 @@
+//! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
+
+use super::colour::{LANES, Layout, scatter};
+use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
+use crate::backend::Objective;
+use fearless_simd::{Simd, f32x16, prelude::*};
+use fearless_simd_macros::simd;
+use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
+use refraxel_core::optimiser::RmsProp;
+use refraxel_core::priors::charbonnier_slope;
+use refraxel_core::{AlignedVec, VoxelField};
+
+/// Rounding of |difference| in total variation: raw density and SH coefficients count as equal below this.
+const TV_EPSILON: f32 = 0.02;
+/// Decay and floor of the second moments.
+pub(super) const RULE: RmsProp<f32> = RmsProp { decay: 0.95, epsilon: 1e-8 };
+
+/// Gradient of one bucket.
+pub(super) struct BucketGradient {
+    pub density: AlignedVec<f32>,
+    pub colour: AlignedVec<f32>,
+    /// One bit per voxel that received a gradient, per slot.
+    pub touched: Vec<u64>,
+}
+
+impl BucketGradient {
+    pub(super) fn new(stride: usize) -> Self {
+        Self {
+            density: AlignedVec::filled(BUCKET_VOXELS, 0.0),
+            colour: AlignedVec::filled(BUCKET_VOXELS * stride, 0.0),
+            touched: vec![0; BUCKET_SLOTS],
+        }
+    }
+
+    /// Back to zero, touching only what was touched.
+    pub(super) fn clear(&mut self, stride: usize) {
+        for (slot, bits) in self.touched.iter_mut().enumerate().filter(|(_, b)| **b != 0) {
+            *bits = 0;
+            let voxels = slot * BRICK_VOXELS..(slot + 1) * BRICK_VOXELS;
+            self.density[voxels.clone()].fill(0.0);
+            self.colour[voxels.start * stride..voxels.end * stride].fill(0.0);
+        }
+    }
+}
+
+/// Add the records of a bucket, in order.
+#[simd]
+pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    field: &VoxelFieldView,
+    bucket: usize,
+    tapes: &[Tape],
+    grad: &mut BucketGradient,
+) {
+    let first = (bucket * BUCKET_VOXELS) as u32;
+    let last = first + BUCKET_VOXELS as u32;
+    for tape in tapes {
+        for r in tape.of_bucket(bucket) {
+            let corners = field.map.corners(r.cell);
+            let weights = trilinear::weights(r.fraction);
+            let (mut own, mut n) = ([(0, 0.0); 8], 0);
+            for k in 0..8 {
+                let v = corners[k];
+                // The empty brick (slot 0) lies in bucket 0 but never learns.
+                if v >= first.max(BRICK_VOXELS as u32) && v < last {
+                    let voxel = (v - first) as usize;
+                    own[n] = (voxel, weights[k]);
+                    n += 1;
+                    grad.density[voxel] += weights[k] * r.d_theta;
+                    grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
+                }
+            }
+            let basis = (field.layout, &tape.bases[r.basis as usize]);
+            scatter::<S, BLOCKS>(simd, &mut grad.colour, &own[..n], basis, r.d_colour);
+        }
+    }
+}
+
+/// What the owner of a bucket may read of the whole field while others write.
+pub(super) struct VoxelFieldView<'a> {
+    pub map: &'a refraxel_core::BrickMap,
+    pub layout: &'a Layout,
+}
+
+/// Parameters and moments of one bucket.
+pub(super) struct BucketParameters<'a> {
+    pub density: &'a mut [f32],
+    pub density_moment: &'a mut [f32],
+    pub colour: &'a mut [f32],
+    pub colour_moment: &'a mut [f32],
+}
+
+/// RMSProp on the touched voxels.
+#[simd]
+pub(super) fn descend<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    p: &mut BucketParameters,
+    grad: &BucketGradient,
+    objective: &Objective,
+) {
+    let c = |v| f32x16::splat(simd, v);
+    let (decay, fresh) = (c(RULE.decay), c(1.0 - RULE.decay));
+    for (slot, &bits) in grad.touched.iter().enumerate() {
+        let mut bits = bits;
+        while bits != 0 {
+            let voxel = slot * BRICK_VOXELS + bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let moment = &mut p.density_moment[voxel];
+            p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
+            for b in 0..BLOCKS {
+                let at = (voxel * BLOCKS + b) * LANES..(voxel * BLOCKS + b + 1) * LANES;
+                let g = f32x16::from_slice(simd, &grad.colour[at.clone()]);
+                let v = f32x16::from_slice(simd, &p.colour_moment[at.clone()]);
+                let g2 = g * g;
+                let decayed = decay.mul_add(v, fresh * g2);
+                let v = simd.select_f32x16(v.simd_eq(0.0), g2, decayed);
+                v.store_slice(&mut p.colour_moment[at.clone()]);
+                let step = g * c(-objective.rate_colour) / (v.sqrt() + c(RULE.epsilon));
+                let x = f32x16::from_slice(simd, &p.colour[at.clone()]) + step;
+                x.store_slice(&mut p.colour[at]);
+            }
+        }
+    }
+}
+
+/// Add the gradient of total variation over all voxels of a bucket, theory (4.3).
+#[simd]
+pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    field: &VoxelField<f32>,
+    bucket: usize,
+    objective: &Objective,
+    grad: &mut BucketGradient,
+) {
+    let scale = objective.tv_period as f32;
+    let slots = (bucket * BUCKET_SLOTS).max(1)..((bucket + 1) * BUCKET_SLOTS).min(field.map.slots());
+    for slot in slots {
+        let around = neighbour_slots(field, slot as u32);
+        for local in 0..BRICK_VOXELS as u32 {
+            let voxel = slot as u32 * BRICK_VOXELS as u32 + local;
+            let here = voxel as usize - bucket * BUCKET_VOXELS;
+            let mut any = false;
+            for (axis, &[below, above]) in around.iter().enumerate() {
+                for other in neighbours(slot as u32, local, axis, below, above).into_iter().flatten() {
+                    any = true;
+                    let d = field.density[voxel as usize] - field.density[other as usize];
+                    grad.density[here] += scale * objective.tv_density * charbonnier_slope(d, TV_EPSILON);
+                    if objective.tv_colour > 0.0 {
+                        let weight = scale * objective.tv_colour;
+                        colour_variation::<S, BLOCKS>(
+                            simd,
+                            &field.colour,
+                            [voxel, other],
+                            weight,
+                            (here, grad),
+                        );
+                    }
+                }
+            }
+            if any {
+                grad.touched[here / BRICK_VOXELS] |= 1 << local;
+            }
+        }
+    }
+}
+
+/// weight · ψ'(v − other) for all lanes.
+#[inline(always)]
+fn colour_variation<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    colour: &[f32],
+    [voxel, other]: [u32; 2],
+    weight: f32,
+    (here, grad): (usize, &mut BucketGradient),
+) {
+    for b in 0..BLOCKS {
+        let at = |v: u32| (v as usize * BLOCKS + b) * LANES;
+        let x = f32x16::from_slice(simd, &colour[at(voxel)..at(voxel) + LANES]);
+        let y = f32x16::from_slice(simd, &colour[at(other)..at(other) + LANES]);
+        let d = x - y;
+        let slope = d / (d * d + TV_EPSILON * TV_EPSILON).sqrt();
+        let to = (here * BLOCKS + b) * LANES;
+        let g = &mut grad.colour[to..to + LANES];
+        slope.mul_add(f32x16::splat(simd, weight), f32x16::from_slice(simd, g)).store_slice(g);
+    }
+}
+
+/// Slots below and above along each axis; [`EMPTY_SLOT`] where there is none.
+fn neighbour_slots(field: &VoxelField<f32>, slot: u32) -> [[u32; 2]; 3] {
+    let brick = field.map.brick_of(slot);
+    std::array::from_fn(|axis| {
+        [-1_i32, 1].map(|step| {
+            let mut b = brick;
+            b[axis] = b[axis].wrapping_add_signed(step);
+            field.map.slot(b)
+        })
+    })
+}
+
+/// Stored voxels below and above a voxel along an axis. A neighbour in an absent brick does not count.
+#[inline(always)]
+fn neighbours(slot: u32, local: u32, axis: usize, below: u32, above: u32) -> [Option<u32>; 2] {
+    let (stride, at) = (1 << (2 * axis), local >> (2 * axis) & 3);
+    let voxel = |s: u32, l: u32| (s != EMPTY_SLOT).then_some(s * BRICK_VOXELS as u32 + l);
+    [
+        if at == 0 { voxel(below, local + 3 * stride) } else { voxel(slot, local - stride) },
+        if at == 3 { voxel(above, local - 3 * stride) } else { voxel(slot, local + stride) },
+    ]
+}
