@@ -1,0 +1,6 @@
+//! The parts of the `refraxel` program: its command line, exit codes, progress, and the pictures in its reports.
+
+pub mod canvas;
+pub mod colour_map;
+pub mod picture;
+pub mod plot;
