@@ -11,7 +11,7 @@ mod load;
 mod save;
 mod tensor;
 
-pub use atomic::{WriteError, write_atomic};
+pub use atomic::{WriteError, remove_leftovers, write_atomic};
 pub use save::save;
 pub use tensor::{DataView, Tensor, TensorData, TensorFile, TensorView};
 

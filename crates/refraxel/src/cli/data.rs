@@ -1,0 +1,115 @@
+//! Verbs that read a dataset.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use refraxel_data::MaskMeaning;
+
+use super::WorkArgs;
+use super::values::{Setting, minutes};
+
+/// How to read a dataset.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Reading the dataset")]
+pub struct ReadingArgs {
+    /// Hold out every N-th image, by file name, for testing [default: the dataset's own split, else 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    pub holdout: Option<u32>,
+    /// What white means in the masks [default: by the names of the mask files]
+    #[arg(long, value_name = "MEANING")]
+    pub mask_meaning: Option<WhiteMeans>,
+    /// Also read files that the dataset names outside its own folder
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+/// What white means in a mask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WhiteMeans {
+    /// The refractive object is the first thing hit
+    Refractive,
+    /// The pixel is used, black ones are ignored
+    Keep,
+    /// The pixel is ignored
+    Ignore,
+}
+
+impl From<WhiteMeans> for MaskMeaning {
+    fn from(white: WhiteMeans) -> Self {
+        match white {
+            WhiteMeans::Refractive => Self::Refractive,
+            WhiteMeans::Keep => Self::Keep,
+            WhiteMeans::Ignore => Self::Ignore,
+        }
+    }
+}
+
+/// `refraxel inspect`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel inspect my_photos
+  refraxel inspect run --json")]
+pub struct InspectArgs {
+    /// A dataset's folder or file, or a run's folder
+    #[arg(value_name = "PATH")]
+    pub path: PathBuf,
+    /// Print the result as JSON on standard output, and nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// How to read it.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+}
+
+/// Whether rays bend.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Refraction {
+    /// All rays are straight
+    Off,
+    /// Rays bend where the index of refraction varies
+    On,
+    /// On where masks or a detected refractive region say so
+    #[default]
+    Auto,
+}
+
+/// `refraxel train`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel train my_photos --out run
+  refraxel train glass --out run --refraction on --minutes 10
+  refraxel train glass --out run --config quick.toml --set steps=2000 --set sh_degree=1
+
+Ctrl-C saves a checkpoint; the same command with --resume goes on from it.")]
+pub struct TrainArgs {
+    /// The dataset's folder or file
+    #[arg(value_name = "DATA")]
+    pub data: PathBuf,
+    /// Folder for the checkpoint, scores and pictures
+    #[arg(long, value_name = "RUN")]
+    pub out: PathBuf,
+    /// Whether rays bend
+    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    pub refraction: Refraction,
+    /// Change one training option; may be repeated, the last one counts
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+    /// Read training options from a TOML file; --set overrides it
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Go on from the checkpoint in RUN
+    #[arg(long)]
+    pub resume: bool,
+    /// Aim for the best result within this wall-clock time
+    #[arg(long, value_name = "M", value_parser = minutes)]
+    pub minutes: Option<f64>,
+    /// Start of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads, progress, JSON.
+    #[command(flatten)]
+    pub work: WorkArgs,
+    /// How to read it.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+}

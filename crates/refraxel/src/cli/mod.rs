@@ -1,0 +1,76 @@
+//! The command line: every verb and flag, with examples. What a verb does lives in a file of its own.
+
+mod data;
+mod run;
+mod scene;
+mod values;
+
+pub use data::{InspectArgs, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use run::{CompareArgs, EvalArgs, Layer, RenderArgs, SplitName};
+pub use scene::{BenchArgs, DemoArgs, Switch, SynthArgs};
+pub use values::{Setting, Size};
+
+use std::num::NonZeroUsize;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Reconstructs scenes with glass, water and other refractive things from photographs, with rays that bend.
+#[derive(Debug, Parser)]
+#[command(version, subcommand_required = true, arg_required_else_help = true)]
+#[command(after_help = "Examples:
+  refraxel demo                         a glass scene, straight against bent rays, in about a minute
+  refraxel inspect my_photos            what is in a dataset, and what is wrong with it
+  refraxel train my_photos --out run    train on photographs with poses
+
+Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 130 interrupted (after saving).")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Trains on a built-in glass scene and compares straight rays, bent rays and truth
+    Demo(DemoArgs),
+    /// Shows what is in a dataset or run: cameras, masks, split, problems, memory
+    Inspect(InspectArgs),
+    /// Trains on a dataset and evaluates the held-out images
+    Train(TrainArgs),
+    /// Renders and scores the held-out images of a run
+    Eval(EvalArgs),
+    /// Renders new views of a run
+    Render(RenderArgs),
+    /// Compares runs in a table and in side-by-side pictures
+    Compare(CompareArgs),
+    /// Makes a synthetic dataset with exact refraction and known truth
+    Synth(SynthArgs),
+    /// Measures how fast this machine renders and trains
+    Bench(BenchArgs),
+    /// Prints a completion script for a shell
+    #[command(after_help = "Examples:
+  refraxel completions bash > ~/.local/share/bash-completion/completions/refraxel
+  refraxel completions zsh > ~/.zfunc/_refraxel")]
+    Completions {
+        /// The shell to complete in
+        shell: clap_complete::Shell,
+    },
+}
+
+/// How much of the machine to use and how much to say; shared by the verbs that work for a while.
+#[derive(Args, Clone, Debug)]
+pub struct WorkArgs {
+    /// Threads to use [default: all cores]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Show no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print the result as JSON on standard output, and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(test)]
+mod tests;

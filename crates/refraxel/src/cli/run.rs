@@ -1,0 +1,96 @@
+//! Verbs that read a finished or unfinished run.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, ValueEnum};
+
+use super::WorkArgs;
+
+/// A part of the dataset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SplitName {
+    /// The images trained on
+    Train,
+    /// The images looked at during training
+    Val,
+    /// The held-out images
+    #[default]
+    Test,
+}
+
+/// `refraxel eval`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel eval run
+  refraxel eval run --split train --json
+
+Writes RUN/eval/SPLIT/NAME.png, NAME as in the dataset, and RUN/eval/SPLIT/metrics.json.")]
+pub struct EvalArgs {
+    /// The run's folder
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// Which images
+    #[arg(long, value_enum, default_value_t, value_name = "SPLIT")]
+    pub split: SplitName,
+    /// Threads, progress, JSON.
+    #[command(flatten)]
+    pub work: WorkArgs,
+}
+
+/// What to write of each view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Layer {
+    /// What the camera sees
+    Colour,
+    /// Length of the ray to the first half of the opacity
+    Depth,
+    /// How much of the backdrop is hidden
+    Opacity,
+}
+
+/// `refraxel render`
+#[derive(Args, Debug)]
+#[command(group = ArgGroup::new("views").required(true).args(["orbit", "cameras"]))]
+#[command(after_help = "Examples:
+  refraxel render run --orbit 60 --out orbit
+  refraxel render run --cameras path/transforms.json --out views --outputs colour,depth")]
+pub struct RenderArgs {
+    /// The run's folder
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// Render N views on a circle around the scene
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub orbit: Option<u32>,
+    /// Render the cameras of a dataset or of a transforms.json
+    #[arg(long, value_name = "FILE")]
+    pub cameras: Option<PathBuf>,
+    /// Folder for the images
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// What to write of each view, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "colour", value_name = "LAYERS")]
+    pub outputs: Vec<Layer>,
+    /// Threads, progress, JSON.
+    #[command(flatten)]
+    pub work: WorkArgs,
+}
+
+/// `refraxel compare`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel compare straight bent --truth --out comparison
+  refraxel compare runs/* --json")]
+pub struct CompareArgs {
+    /// Folders of evaluated runs of one dataset
+    #[arg(value_name = "RUN", required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Also show the truth, and each run's error
+    #[arg(long)]
+    pub truth: bool,
+    /// Folder for the pictures; without it only the table is printed
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the table as JSON on standard output, and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,96 @@
+use super::*;
+use clap::CommandFactory;
+
+fn parse(line: &str) -> Result<Verb, clap::Error> {
+    Cli::try_parse_from(line.split(' ')).map(|cli| cli.verb)
+}
+
+#[test]
+fn definitions_are_consistent() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn each_example_of_the_help_is_accepted() {
+    let mut examples = 0;
+    let command = Cli::command();
+    for verb in std::iter::once(&command).chain(command.get_subcommands()) {
+        let help = verb
+            .get_after_help()
+            .unwrap_or_else(|| panic!("{} has no examples", verb.get_name()))
+            .to_string();
+        for line in help.lines().filter_map(|l| l.strip_prefix("  refraxel ")) {
+            let words = line.split("  ").next().and_then(|l| l.split(" > ").next()).unwrap_or_default();
+            let parsed = parse(&format!("refraxel {words}"));
+            assert!(parsed.is_ok(), "{words}: {}", parsed.unwrap_err());
+            examples += 1;
+        }
+    }
+    assert!(examples >= 20, "{examples}");
+}
+
+#[test]
+fn every_flag_has_help() {
+    for verb in Cli::command().get_subcommands() {
+        for flag in verb.get_arguments() {
+            assert!(flag.get_help().is_some(), "{} {}", verb.get_name(), flag.get_id());
+        }
+    }
+}
+
+#[test]
+fn train_understands_the_contract() {
+    let line = "refraxel train photos --out run --refraction off --set a=1 --set b.c=x=y --config c.toml --resume \
+                --threads 2 --seed 7 --minutes 0.5 --holdout 10 --mask-meaning keep --allow-outside --json";
+    let Ok(Verb::Train(args)) = parse(line) else { panic!("refused") };
+    assert_eq!((args.refraction, args.seed, args.minutes), (Refraction::Off, 7, Some(0.5)));
+    assert_eq!(args.settings[1], Setting { key: "b.c".into(), value: "x=y".into() });
+    assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(WhiteMeans::Keep)));
+    assert_eq!(args.work.threads.map(NonZeroUsize::get), Some(2));
+    assert!(args.resume && args.reading.allow_outside && args.work.json);
+}
+
+#[test]
+fn refraction_is_automatic_by_default() {
+    let Ok(Verb::Train(args)) = parse("refraxel train photos --out run") else { panic!("refused") };
+    assert_eq!((args.refraction, args.seed), (Refraction::Auto, 0));
+}
+
+#[test]
+fn nonsense_is_a_usage_error() {
+    for line in [
+        "refraxel train photos",
+        "refraxel train photos --out run --set steps",
+        "refraxel train photos --out run --set =3",
+        "refraxel train photos --out run --minutes -1",
+        "refraxel train photos --out run --minutes NaN",
+        "refraxel train photos --out run --threads 0",
+        "refraxel train photos --out run --holdout 1",
+        "refraxel render run --out views",
+        "refraxel render run --orbit 5 --cameras c.json --out views",
+        "refraxel compare",
+        "refraxel synth sphere",
+        "refraxel synth sphere --list",
+        "refraxel synth sphere --out s --size 0x4",
+        "refraxel synth sphere --out s --size 99999",
+        "refraxel synth sphere --out s --ior inf",
+        "refraxel completions cobol",
+    ] {
+        assert_eq!(parse(line).expect_err(line).exit_code(), 2, "{line}");
+    }
+}
+
+#[test]
+fn render_outputs_are_separated_by_commas() {
+    let Ok(Verb::Render(args)) = parse("refraxel render run --orbit 3 --out d --outputs depth,opacity")
+    else {
+        panic!("refused")
+    };
+    assert_eq!(args.outputs, [Layer::Depth, Layer::Opacity]);
+}
+
+#[test]
+fn size_is_one_number_or_two() {
+    assert_eq!("400".parse(), Ok(Size { width: 400, height: 400 }));
+    assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+}

@@ -1,0 +1,66 @@
+//! Values of flags that need more than a number.
+
+use std::str::FromStr;
+
+/// One `KEY=VALUE`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// Name of the option, may be dotted.
+    pub key: String,
+    /// As written; spaces around it are not part of it.
+    pub value: String,
+}
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, value) = text.split_once('=').ok_or("expected KEY=VALUE, such as steps=2000")?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.is_empty() || value.is_empty() {
+            return Err("expected a key and a value, such as steps=2000".to_owned());
+        }
+        Ok(Self { key: key.to_owned(), value: value.to_owned() })
+    }
+}
+
+/// Size of an image [pixel].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}
+
+/// Longest side of a synthetic image [pixel].
+const MAX_SIDE: u32 = 16_384;
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| {
+            let side = text.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
+            side.ok_or_else(|| format!("expected 400 or 640x480, with sides from 1 to {MAX_SIDE}"))
+        };
+        let (width, height) = text.split_once(['x', '×']).unwrap_or((text, text));
+        Ok(Self { width: side(width)?, height: side(height)? })
+    }
+}
+
+/// A positive time.
+pub fn minutes(text: &str) -> Result<f64, String> {
+    number(text, |m| m > 0.0 && m.is_finite())
+        .ok_or_else(|| "expected a time above 0, such as 10 or 0.5".to_owned())
+}
+
+/// A plausible index of refraction; below 1 is what light meets that leaves a denser medium.
+pub fn index(text: &str) -> Result<f64, String> {
+    number(text, |n| (0.25..=4.0).contains(&n))
+        .ok_or_else(|| "expected 0.25 to 4, such as 1.5 for glass".to_owned())
+}
+
+fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
+    text.parse().ok().filter(|&v| valid(v))
+}

@@ -1,0 +1,10 @@
+//! The parts of the `refraxel` program: its command line, exit codes, progress, and the pictures in its reports.
+
+pub mod canvas;
+pub mod cli;
+pub mod colour_map;
+pub mod console;
+pub mod exit;
+pub mod picture;
+pub mod plot;
+pub mod progress;

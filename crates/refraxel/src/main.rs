@@ -1,0 +1,31 @@
+//! The `refraxel` program.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use anyhow::anyhow;
+use clap::{CommandFactory, Parser};
+use refraxel::cli::{Cli, Verb};
+use refraxel::console::Console;
+use refraxel::exit::{Exit, Failure, OrExit};
+
+fn main() -> ExitCode {
+    match run(Cli::parse().verb) {
+        Ok(()) => Exit::Done.into(),
+        Err(failure) => {
+            let _ = writeln!(io::stderr(), "{}", failure.report()); // nowhere else to complain
+            failure.exit.into()
+        }
+    }
+}
+
+fn run(verb: Verb) -> Result<(), Failure> {
+    match verb {
+        Verb::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "refraxel", &mut script);
+            Console::Text.say(&String::from_utf8_lossy(&script)).or_exit(Exit::Io)
+        }
+        _ => Err(Failure::new(Exit::Usage, anyhow!("this build does not have the verb yet"))),
+    }
+}
