@@ -2,7 +2,7 @@
 //!
 //! This is the readable reference, generic over the scalar; fast backends are tested against it.
 
-use crate::grid::{BRICK_VOXELS, BrickMap, Domain, EMPTY_SLOT, trilinear};
+use crate::grid::{BRICK_VOXELS, BrickMap, Domain, trilinear};
 use crate::sh::{MAX_BASIS, ShDegree};
 use crate::{AlignedVec, Real, Vec3};
 
@@ -102,9 +102,8 @@ impl<T: Real> VoxelField<T> {
         // The last node belongs to the last cell.
         let base: [u32; 3] = std::array::from_fn(|a| (g[a].f64() as u32).min(n[a] - 2));
         let f = g - Vec3::from(base.map(|b| T::of(f64::from(b))));
-        let cell = self.map.cell(base);
         // A cell whose own brick is absent is empty, also where its upper corners touch stored bricks.
-        (cell.slot != EMPTY_SLOT).then(|| (self.map.corners(cell), f))
+        Some((self.map.corners(self.map.cell(base)?), f))
     }
 
     /// Density and colour at a world point, seen along a unit direction with SH basis values `y`.

@@ -24,13 +24,52 @@ pub struct Cell {
 pub struct BrickMap {
     resolution: [u32; 3],
     bricks: [u32; 3],
-    slot_of_brick: Vec<u32>,
+    table: Vec<Entry>,
     brick_of_slot: Vec<[u32; 3]>,
-    /// For each slot the slots of the bricks at +x (bit 0), +y (bit 1), +z (bit 2); entry 0 is the slot itself.
+    /// For each slot the first voxels of the bricks at +x (bit 0), +y (bit 1), +z (bit 2); entry 0 is its own.
     forward: Vec<[u32; 8]>,
-    /// Chebyshev distance, in bricks, to the nearest brick that exists (0 = exists), capped at 255.
-    distance: Vec<u8>,
 }
+
+/// What the grid holds at the place of a brick, in one word: its slot if > 0, otherwise minus the Chebyshev distance, in
+/// bricks, to the nearest stored brick (capped at 255).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry(i32);
+
+impl Entry {
+    /// The brick's slot, or the distance to the nearest stored brick.
+    #[inline(always)]
+    pub fn slot(self) -> Result<u32, u32> {
+        if self.0 > 0 { Ok(self.0 as u32) } else { Err(self.0.unsigned_abs()) }
+    }
+}
+
+/// For each position of a cell in its brick: which forward brick each corner lies in, and where in it. A node on the
+/// upper face of a brick (coordinate 3) continues in the next brick.
+#[derive(Clone, Copy)]
+struct CellCorners {
+    brick: [u32; 8],
+    local: [u32; 8],
+}
+
+const CORNERS: [CellCorners; BRICK_VOXELS] = {
+    let mut table = [CellCorners { brick: [0; 8], local: [0; 8] }; BRICK_VOXELS];
+    let mut l = 0;
+    while l < BRICK_VOXELS {
+        let mut k = 0;
+        while k < 8 {
+            let mut axis = 0;
+            while axis < 3 {
+                let n = (l as u32 >> (2 * axis) & 3) + (k as u32 >> axis & 1);
+                table[l].brick[k] |= (n >> 2) << axis;
+                table[l].local[k] |= (n & 3) << (2 * axis);
+                axis += 1;
+            }
+            k += 1;
+        }
+        l += 1;
+    }
+    table
+};
 
 impl BrickMap {
     /// The map that keeps the bricks for which `keep(brick coordinates)` holds.
@@ -61,18 +100,21 @@ impl BrickMap {
         let mut map = Self {
             resolution,
             bricks,
-            slot_of_brick: vec![EMPTY_SLOT; total],
+            table: vec![Entry(0); total],
             brick_of_slot: std::iter::once([0; 3]).chain(kept).collect(),
             forward: Vec::new(),
-            distance: vec![u8::MAX; total],
         };
+        let mut distance = vec![u8::MAX; total];
+        for &brick in map.bricks() {
+            distance[map.table_index(brick)] = 0;
+        }
+        spread_distance(&mut distance, bricks);
+        map.table = distance.into_iter().map(|d| Entry(-i32::from(d))).collect();
         for slot in 1..map.brick_of_slot.len() {
             let at = map.table_index(map.brick_of_slot[slot]);
-            map.slot_of_brick[at] = slot as u32;
-            map.distance[at] = 0;
+            map.table[at] = Entry(slot as i32);
         }
         map.forward = (0..map.slots()).map(|s| map.forward_of(s as u32)).collect();
-        spread_distance(&mut map.distance, bricks);
         map
     }
 
@@ -82,7 +124,7 @@ impl BrickMap {
         if slot != EMPTY_SLOT {
             for (k, o) in out.iter_mut().enumerate() {
                 let k = k as u32;
-                *o = self.slot([b[0] + (k & 1), b[1] + (k >> 1 & 1), b[2] + (k >> 2)]);
+                *o = self.slot([b[0] + (k & 1), b[1] + (k >> 1 & 1), b[2] + (k >> 2)]) * BRICK_VOXELS as u32;
             }
         }
         out
@@ -111,10 +153,9 @@ impl BrickMap {
     /// Slot of a brick; [`EMPTY_SLOT`] where there is none, also outside the grid.
     pub fn slot(&self, brick: [u32; 3]) -> u32 {
         if (0..3).any(|a| brick[a] >= self.bricks[a]) {
-            EMPTY_SLOT
-        } else {
-            self.slot_of_brick[self.table_index(brick)]
+            return EMPTY_SLOT;
         }
+        self.table[self.table_index(brick)].slot().unwrap_or(EMPTY_SLOT)
     }
     #[inline(always)]
     fn table_index(&self, b: [u32; 3]) -> usize {
@@ -127,51 +168,40 @@ impl BrickMap {
         slot as usize * BRICK_VOXELS + local_index(node) as usize
     }
 
-    /// The cell with lowest node `node`, which must lie inside the grid.
+    /// Index into the table of bricks for brick coordinates (x, y, z): their inner product with these strides.
     #[inline(always)]
-    pub fn cell(&self, node: [u32; 3]) -> Cell {
-        let slot = self.slot_of_brick[self.table_index(node.map(|n| n / BRICK))];
-        Cell { slot, local: local_index(node) }
+    pub fn brick_strides(&self) -> [u32; 3] {
+        [1, self.bricks[0], self.bricks[0] * self.bricks[1]]
     }
 
-    /// Distance in bricks from the brick that holds `node` to the nearest stored brick; 0 inside one.
+    /// What the grid holds at an index of the table of bricks, see [`Self::brick_strides`].
     #[inline(always)]
-    pub fn bricks_to_content(&self, node: [u32; 3]) -> u8 {
-        self.distance[self.table_index(node.map(|n| n / BRICK))]
+    pub fn entry(&self, table_index: usize) -> Entry {
+        self.table[table_index]
+    }
+
+    /// The cell with lowest node `node`, which must lie inside the grid; `None` if its brick is not stored.
+    #[inline(always)]
+    pub fn cell(&self, node: [u32; 3]) -> Option<Cell> {
+        let slot = self.entry(self.table_index(node.map(|n| n / BRICK))).slot().ok()?;
+        Some(Cell { slot, local: local_index(node) })
     }
 
     /// Voxel indices of the eight corners of a cell; corner k is at +x for bit 0, +y for bit 1, +z for bit 2.
     /// A cell of the empty brick gives voxels of the empty brick.
     #[inline(always)]
     pub fn corners(&self, cell: Cell) -> [u32; 8] {
-        let l = cell.local;
-        let base = cell.slot * BRICK_VOXELS as u32 + l;
-        // A node on the upper face of its brick (coordinate 3) continues in the next brick, 4 nodes back.
-        let over = [l & 3 == 3, l >> 2 & 3 == 3, l >> 4 == 3];
-        if !(over[0] | over[1] | over[2]) {
-            return [0, 1, 4, 5, 16, 17, 20, 21].map(|o| base + o);
+        let (first, at) = (&self.forward[cell.slot as usize], &CORNERS[cell.local as usize & 63]);
+        let mut out = [0; 8];
+        for k in 0..8 {
+            out[k] = first[at.brick[k] as usize & 7] + at.local[k];
         }
-        let forward = &self.forward[cell.slot as usize];
-        std::array::from_fn(|k| {
-            let (mut local, mut brick) = (l, 0);
-            for axis in 0..3 {
-                if k >> axis & 1 == 1 {
-                    let stride = 1 << (2 * axis);
-                    if over[axis] {
-                        local -= 3 * stride;
-                        brick |= 1 << axis;
-                    } else {
-                        local += stride;
-                    }
-                }
-            }
-            forward[brick] * BRICK_VOXELS as u32 + local
-        })
+        out
     }
 
     /// Bytes of the map itself, without voxel data.
     pub fn bytes(&self) -> usize {
-        self.slot_of_brick.len() * 5 + self.slots() * (12 + 32)
+        self.table.len() * 4 + self.slots() * (12 + 32)
     }
 }
 
@@ -236,10 +266,7 @@ mod tests {
         let keep = |b: [u32; 3]| !(b[0] + 2 * b[1] + 3 * b[2]).is_multiple_of(5);
         let map = BrickMap::new([13, 9, 18], keep);
         for node in coordinates([12, 8, 17]) {
-            let cell = map.cell(node);
-            if cell.slot == EMPTY_SLOT {
-                continue;
-            }
+            let Some(cell) = map.cell(node) else { continue };
             for (k, &voxel) in map.corners(cell).iter().enumerate() {
                 let k = k as u32;
                 let corner = [node[0] + (k & 1), node[1] + (k >> 1 & 1), node[2] + (k >> 2)];
@@ -255,7 +282,8 @@ mod tests {
         for b in coordinates([10, 8, 7]) {
             let want =
                 stored.iter().map(|s| (0..3).map(|a| s[a].abs_diff(b[a])).max().unwrap()).min().unwrap();
-            assert_eq!(u32::from(map.bricks_to_content(b.map(|v| v * BRICK))), want, "brick {b:?}");
+            let found = map.entry(map.table_index(b)).slot().err().unwrap_or(0);
+            assert_eq!(found, want, "brick {b:?}");
         }
     }
 

@@ -2,7 +2,8 @@
 //!
 //! A voxel's 3 × basis SH coefficients lie in `BLOCKS` vectors of 16 lanes; colour channel c owns the lanes
 //! `c * basis .. (c + 1) * basis`. Interpolation is linear per lane, so all work is over whole vectors and a colour
-//! is separated only by a mask at the end.
+//! is separated only by a mask at the end. Loops are written out: a closure handed to a generic function (`map`,
+//! `from_fn`) is compiled without the vector features of its caller.
 
 use super::prefetch::prefetch;
 use fearless_simd::{f32x16, prelude::*};
@@ -59,24 +60,28 @@ impl Layout {
     }
 }
 
+/// The channels of one voxel.
+pub(super) type Voxel<const BLOCKS: usize> = [[f32; LANES]; BLOCKS];
+
+/// An array of channels, seen as voxels.
 #[inline(always)]
-fn block(values: &[f32], voxel: u32, blocks: usize, b: usize) -> &[f32; LANES] {
-    let first = (voxel as usize * blocks + b) * LANES;
-    values[first..first + LANES].try_into().expect("a range of LANES elements")
+pub(super) fn voxels<const BLOCKS: usize>(channels: &[f32]) -> &[Voxel<BLOCKS>] {
+    channels.as_chunks().0.as_chunks().0
 }
 
+/// An array of channels, seen as voxels to write to.
 #[inline(always)]
-fn block_mut(values: &mut [f32], voxel: usize, blocks: usize, b: usize) -> &mut [f32; LANES] {
-    let first = (voxel * blocks + b) * LANES;
-    (&mut values[first..first + LANES]).try_into().expect("a range of LANES elements")
+pub(super) fn voxels_mut<const BLOCKS: usize>(channels: &mut [f32]) -> &mut [Voxel<BLOCKS>] {
+    channels.as_chunks_mut().0.as_chunks_mut().0
 }
 
-/// Fetch the voxels around a sample into the cache. Corners 2k and 2k + 1 are usually neighbours in memory.
+/// Fetch the voxels around a sample into the cache.
 #[inline(always)]
-pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[f32], corners: &[u32; 8]) {
+pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[Voxel<BLOCKS>], corners: &[u32; 8]) {
+    let lines = colour.as_flattened();
     for &v in corners {
         for b in 0..BLOCKS {
-            prefetch(colour, (v as usize * BLOCKS + b) * LANES);
+            prefetch(lines, v as usize * BLOCKS + b);
         }
     }
 }
@@ -85,16 +90,16 @@ pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[f32], corners: &[u
 #[inline(always)]
 fn gather<S: Simd, const BLOCKS: usize>(
     simd: S,
-    colour: &[f32],
+    colour: &[Voxel<BLOCKS>],
     corners: &[u32; 8],
     weights: &[f32; 8],
 ) -> [f32x16<S>; BLOCKS] {
     let mut sum = [f32x16::splat(simd, 0.0); BLOCKS];
     for k in 0..8 {
         let w = f32x16::splat(simd, weights[k]);
+        let voxel = &colour[corners[k] as usize];
         for b in 0..BLOCKS {
-            let v = f32x16::from_slice(simd, block(colour, corners[k], BLOCKS, b));
-            sum[b] = w.mul_add(v, sum[b]);
+            sum[b] = w.mul_add(f32x16::from_slice(simd, &voxel[b]), sum[b]);
         }
     }
     sum
@@ -104,20 +109,24 @@ fn gather<S: Simd, const BLOCKS: usize>(
 #[inline(always)]
 pub(super) fn shade<S: Simd, const BLOCKS: usize>(
     simd: S,
-    colour: &[f32],
+    colour: &[Voxel<BLOCKS>],
     corners: &[u32; 8],
     weights: &[f32; 8],
     (layout, basis): (&Layout, &Lanes),
 ) -> [f32; 3] {
     let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
-    let mut out = [f32x16::splat(simd, 0.0); 3];
+    let mut sum = [f32x16::splat(simd, 0.0); 3];
     for b in 0..BLOCKS {
         let p = v[b] * f32x16::from_slice(simd, &basis[b]);
         for c in 0..3 {
-            out[c] = p.mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), out[c]);
+            sum[c] = p.mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), sum[c]);
         }
     }
-    out.map(|v| (simd.reduce_sum_f32x16(v) + 0.5).max(0.0))
+    let mut out = [0.0; 3];
+    for c in 0..3 {
+        out[c] = (simd.reduce_sum_f32x16(sum[c]) + 0.5).max(0.0);
+    }
+    out
 }
 
 /// dLoss/d(interpolated coefficients): basis × the adjoint of the lane's colour.
@@ -127,20 +136,22 @@ fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
     (layout, basis): (&Layout, &Lanes),
     d_colour: [f32; 3],
 ) -> [f32x16<S>; BLOCKS] {
-    std::array::from_fn(|b| {
+    let mut out = [f32x16::splat(simd, 0.0); BLOCKS];
+    for b in 0..BLOCKS {
         let mut g = f32x16::splat(simd, 0.0);
         for c in 0..3 {
             g = f32x16::splat(simd, d_colour[c]).mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), g);
         }
-        g * f32x16::from_slice(simd, &basis[b])
-    })
+        out[b] = g * f32x16::from_slice(simd, &basis[b]);
+    }
+    out
 }
 
 /// Add a sample's gradient to the voxels `corners[k]` (relative to `grad`'s first voxel) for which `keep` holds.
 #[inline(always)]
 pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     simd: S,
-    grad: &mut [f32],
+    grad: &mut [Voxel<BLOCKS>],
     corners: &[(usize, f32)],
     layout_basis: (&Layout, &Lanes),
     d_colour: [f32; 3],
@@ -148,9 +159,9 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     let g = coefficient_adjoint::<S, BLOCKS>(simd, layout_basis, d_colour);
     for &(voxel, weight) in corners {
         let w = f32x16::splat(simd, weight);
+        let voxel = &mut grad[voxel];
         for b in 0..BLOCKS {
-            let at = block_mut(grad, voxel, BLOCKS, b);
-            w.mul_add(g[b], f32x16::from_slice(simd, at)).store_slice(at);
+            w.mul_add(g[b], f32x16::from_slice(simd, &voxel[b])).store_slice(&mut voxel[b]);
         }
     }
 }
@@ -159,19 +170,20 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
 #[inline(always)]
 pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
     simd: S,
-    colour: &[f32],
+    colour: &[Voxel<BLOCKS>],
     (corners, weights, fraction): (&[u32; 8], &[f32; 8], Vec3<f32>),
     (layout, basis): (&Layout, &Lanes),
     d_colour: [f32; 3],
 ) -> (Vec3<f32>, Lanes) {
     let g = coefficient_adjoint::<S, BLOCKS>(simd, (layout, basis), d_colour);
-    let at_corner = corners.map(|v| {
+    let mut at_corner = [0.0; 8];
+    for k in 0..8 {
         let mut dot = f32x16::splat(simd, 0.0);
         for b in 0..BLOCKS {
-            dot = g[b].mul_add(f32x16::from_slice(simd, block(colour, v, BLOCKS, b)), dot);
+            dot = g[b].mul_add(f32x16::from_slice(simd, &colour[corners[k] as usize][b]), dot);
         }
-        simd.reduce_sum_f32x16(dot)
-    });
+        at_corner[k] = simd.reduce_sum_f32x16(dot);
+    }
     let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
     let mut d_basis = [[0.0; LANES]; MAX_BLOCKS];
     for b in 0..BLOCKS {

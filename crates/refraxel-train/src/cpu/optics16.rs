@@ -6,14 +6,13 @@ use fearless_simd::{f32x16, prelude::*};
 /// degree-6 polynomial on |r| ≤ ½ ln 2 (Cody and Waite).
 #[inline(always)]
 pub(super) fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
-    let c = |v| f32x16::splat(simd, v);
-    let x = x.max(c(-87.0));
-    let n = (x * c(std::f32::consts::LOG2_E)).round_ties_even();
-    let r = n.mul_add(c(-0.693_359_4), x);
-    let r = n.mul_add(c(2.121_944_4e-4), r);
-    let mut p = c(1.0 / 720.0);
+    let x = x.max(f32x16::splat(simd, -87.0));
+    let n = (x * std::f32::consts::LOG2_E).round_ties_even();
+    let r = n.mul_add(f32x16::splat(simd, -0.693_359_4), x);
+    let r = n.mul_add(f32x16::splat(simd, 2.121_944_4e-4), r);
+    let mut p = f32x16::splat(simd, 1.0 / 720.0);
     for k in [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
-        p = p.mul_add(r, c(k));
+        p = p.mul_add(r, f32x16::splat(simd, k));
     }
     let exponent = simd.cvt_i32_f32x16(n) + fearless_simd::i32x16::splat(simd, 127);
     p * (exponent << 23).bitcast::<f32x16<S>>()
@@ -42,12 +41,11 @@ pub(super) fn absorb<S: Simd>(simd: S, theta: &[f32; 16], scale_length: &[f32; 1
     // 1 − e^(−τ) cancels for small τ: τ (1 − τ/2 + τ²/6) is exact to 1e-7 below 0.02.
     let series = tau * (tau * tau).mul_add(f32x16::splat(simd, 1.0 / 6.0), one - tau * 0.5);
     let alpha = simd.select_f32x16(tau.simd_lt(0.02), series, alpha);
-    let store = |v: f32x16<S>| {
-        let mut out = [0.0; 16];
-        v.store_slice(&mut out);
-        out
-    };
-    [store(tau), store(k * logistic), store(alpha)]
+    let mut out = [[0.0; 16]; 3];
+    tau.store_slice(&mut out[0]);
+    (k * logistic).store_slice(&mut out[1]);
+    alpha.store_slice(&mut out[2]);
+    out
 }
 
 #[cfg(test)]

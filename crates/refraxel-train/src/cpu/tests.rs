@@ -230,7 +230,7 @@ fn resampling_to_a_finer_grid_keeps_the_picture() {
     let mut backend = CpuBackend::new(smooth, Background::Constant([1.0; 3]));
     let b = batch(100);
     let before = backend.render(&b.rays, &Marching::exhaustive(0.5));
-    let fine = Domain::with_longest(f.domain.bounds, Extent::Bounded, 53);
+    let fine = Domain { resolution: f.domain.resolution.map(|n| 2 * n - 1), ..f.domain };
     backend.resample(fine, BrickMap::dense(fine.resolution));
     // Twice as many nodes: a step of one voxel is as long as half a voxel was.
     for (a, b) in before.iter().zip(backend.render(&b.rays, &Marching::exhaustive(1.0))) {

@@ -1,7 +1,7 @@
 //! The fused pass over a chunk of rays: march, shade, compare, and march back while everything is in the cache.
 
 use super::Scene;
-use super::colour::{prefetch_corners, shade, shade_vjp};
+use super::colour::{prefetch_corners, shade, shade_vjp, voxels};
 use super::march::Sample;
 use super::tape::{Record, Tape};
 use crate::backend::{Batch, Marching, Objective, StepOutcome};
@@ -34,9 +34,9 @@ fn march_packet<S: Simd, const BLOCKS: usize>(
         let left = scene.marcher.march(simd, scene.field, (ray, offset), marching, &mut scratch.samples);
         scratch.ends.push((scratch.samples.len(), left));
     }
-    let colour = &scene.field.colour[..];
+    let colour = voxels::<BLOCKS>(&scene.field.colour);
     for s in scratch.samples.iter().take(AHEAD) {
-        prefetch_corners::<BLOCKS>(colour, &s.corners);
+        prefetch_corners(colour, &s.corners);
     }
     let mut first = 0;
     for (i, ray) in rays.iter().enumerate() {
@@ -47,7 +47,7 @@ fn march_packet<S: Simd, const BLOCKS: usize>(
         let basis = scene.layout.basis(ray.direction);
         for k in first..end {
             if let Some(next) = scratch.samples.get(k + AHEAD) {
-                prefetch_corners::<BLOCKS>(colour, &next.corners);
+                prefetch_corners(colour, &next.corners);
             }
             let s = &mut scratch.samples[k];
             s.colour = shade::<S, BLOCKS>(simd, colour, &s.corners, &s.weights, (scene.layout, &basis));
@@ -248,12 +248,11 @@ fn ray_gradient<S: Simd, const BLOCKS: usize>(
     basis: &super::colour::Lanes,
 ) -> (Vec3<f32>, Vec3<f32>) {
     let (mut d_origin, mut d_direction) = (Vec3::zero(), Vec3::zero());
-    let unit = ray.direction;
+    let (unit, colour) = (ray.direction, voxels::<BLOCKS>(&scene.field.colour));
     for (s, r) in samples.iter().zip(records) {
         let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
         let sample = (&s.corners, &s.weights, s.fraction);
-        let (d_node, d_basis) =
-            shade_vjp::<S, BLOCKS>(simd, &scene.field.colour, sample, (scene.layout, basis), r.d_colour);
+        let (d_node, d_basis) = shade_vjp(simd, colour, sample, (scene.layout, basis), r.d_colour);
         let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
         let d_x = scene.field.domain.node_vjp(ray.at(s.t), d_node);
         let d_unit = scene.layout.basis_vjp(unit, &d_basis);

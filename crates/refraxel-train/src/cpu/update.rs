@@ -1,6 +1,6 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
-use super::colour::{LANES, Layout, scatter};
+use super::colour::{LANES, Layout, scatter, voxels_mut};
 use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
 use crate::backend::Objective;
 use fearless_simd::{Simd, f32x16, prelude::*};
@@ -52,6 +52,7 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
     tapes: &[Tape],
     grad: &mut BucketGradient,
 ) {
+    let colour = voxels_mut::<BLOCKS>(&mut grad.colour);
     let first = (bucket * BUCKET_VOXELS) as u32;
     let last = first + BUCKET_VOXELS as u32;
     for tape in tapes {
@@ -71,7 +72,7 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
                 }
             }
             let basis = (field.layout, &tape.bases[r.basis as usize]);
-            scatter::<S, BLOCKS>(simd, &mut grad.colour, &own[..n], basis, r.d_colour);
+            scatter(simd, colour, &own[..n], basis, r.d_colour);
         }
     }
 }
@@ -98,8 +99,7 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     grad: &BucketGradient,
     objective: &Objective,
 ) {
-    let c = |v| f32x16::splat(simd, v);
-    let (decay, fresh) = (c(RULE.decay), c(1.0 - RULE.decay));
+    let decay = f32x16::splat(simd, RULE.decay);
     for (slot, &bits) in grad.touched.iter().enumerate() {
         let mut bits = bits;
         while bits != 0 {
@@ -112,10 +112,10 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
                 let g = f32x16::from_slice(simd, &grad.colour[at.clone()]);
                 let v = f32x16::from_slice(simd, &p.colour_moment[at.clone()]);
                 let g2 = g * g;
-                let decayed = decay.mul_add(v, fresh * g2);
+                let decayed = decay.mul_add(v, g2 * (1.0 - RULE.decay));
                 let v = simd.select_f32x16(v.simd_eq(0.0), g2, decayed);
                 v.store_slice(&mut p.colour_moment[at.clone()]);
-                let step = g * c(-objective.rate_colour) / (v.sqrt() + c(RULE.epsilon));
+                let step = g * -objective.rate_colour / (v.sqrt() + RULE.epsilon);
                 let x = f32x16::from_slice(simd, &p.colour[at.clone()]) + step;
                 x.store_slice(&mut p.colour[at]);
             }
