@@ -118,3 +118,15 @@ pub enum Severity {
     /// Probably lowers quality.
     Warning,
 }
+
+impl Problem {
+    /// Something worth knowing.
+    pub fn note(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, message: message.into() }
+    }
+
+    /// Something that probably lowers quality.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, message: message.into() }
+    }
+}

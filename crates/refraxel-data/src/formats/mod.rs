@@ -1,0 +1,3 @@
+//! Importers: one module per file format, each from its files to a [`Draft`](crate::draft::Draft).
+
+pub(crate) mod transforms;

@@ -1,0 +1,62 @@
+//! The independent scenes in `shared/data`, where they are present.
+
+use refraxel_data::{Backdrop, Dataset, Format, MaskMeaning, OpenOptions, Pixels};
+use std::path::PathBuf;
+
+/// Opens one of the shared scenes; says loudly when it is absent.
+fn open(scene: &str) -> Option<Dataset> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(scene);
+    if !path.exists() {
+        println!("skipped: {} does not exist", path.display());
+        return None;
+    }
+    Some(Dataset::open(path, &OpenOptions::default()).unwrap())
+}
+
+#[test]
+fn the_glass_ball_has_masks_truth_and_a_white_backdrop() {
+    let Some(data) = open("glass_ball") else { return };
+    assert_eq!((data.format, data.backdrop), (Format::Blender, Backdrop::Color([1.0; 3])));
+    assert_eq!((data.split.train.len(), data.split.test.len()), (100, 40));
+    assert!(data.views.iter().all(|v| v.mask.is_some() && v.mask_meaning == MaskMeaning::Refractive));
+    assert_eq!(data.truth.as_ref().unwrap()["refractive"][0]["ior"], 1.5);
+    assert_eq!(data.stated_box, None, "the truth's box is not a statement of the dataset");
+    let photos = data.load_photos(&data.split.test[..4], |_| {}).unwrap();
+    let photo = &photos[0];
+    assert_eq!((photo.image.width, photo.image.height, photo.image.channels), (200, 200, 3));
+    assert_eq!(photo.mask.as_ref().unwrap().coverage.len(), 200 * 200);
+    assert_eq!(data.views[data.split.test[0]].name, "r_0.png");
+}
+
+#[test]
+fn the_masks_of_the_glass_ball_cover_the_projection_of_its_centre() {
+    let Some(data) = open("glass_ball") else { return };
+    let center = refraxel_core::vec3(0.03, -0.04, -0.14);
+    for &i in &data.split.train[..10] {
+        let [u, v] = data.views[i].camera.project(center).unwrap();
+        let photo = refraxel_data::load_photo(&data.views[i]).unwrap();
+        assert!(photo.mask.unwrap().coverage[v as usize * 200 + u as usize] > 128, "{}", data.views[i].name);
+    }
+}
+
+#[test]
+fn the_opaque_scene_is_transparent_behind_its_things() {
+    let Some(data) = open("opaque") else { return };
+    assert_eq!(data.backdrop, Backdrop::Transparent);
+    assert!(data.views.iter().all(|v| v.mask.is_none()));
+    let photo = refraxel_data::load_photo(&data.views[0]).unwrap();
+    assert_eq!(photo.image.channels, 4);
+    assert!(matches!(photo.image.pixels, Pixels::U8(_)));
+}
+
+#[test]
+fn the_fox_has_a_lens_a_held_out_split_and_real_surroundings() {
+    let Some(data) = open("fox") else { return };
+    assert_eq!((data.format, data.backdrop), (Format::Blender, Backdrop::Surroundings));
+    assert_eq!((data.split.train.len(), data.split.test.len()), (43, 7));
+    let camera = &data.views[data.split.train[0]].camera;
+    assert_eq!([camera.width, camera.height], [270, 480]);
+    assert!((camera.focal[0] - 343.88).abs() < 1e-9 && (camera.center[1] - 241.317).abs() < 1e-9);
+    assert!(matches!(camera.lens, refraxel_core::Lens::OpenCv { k, .. } if k[0] == 0.0578421));
+    println!("{:#?}", data.problems);
+}
