@@ -28,9 +28,9 @@ pub(crate) fn assemble(path: &Path, mut draft: Draft, options: &OpenOptions) -> 
     name_views(&draft, &mut views);
     masks::attach(&mut draft, &mut views, truth.as_ref(), options)?;
     let backdrop = backdrop(&draft, &headers, truth.as_ref(), options)?;
-    let Draft { root, format, stated_box, points, problems, .. } = draft;
+    let Draft { root, format, stated_box, points, depth_range, problems, .. } = draft;
     let root = root.folder().to_owned();
-    Ok(Dataset { root, format, views, split, backdrop, stated_box, points, truth, problems })
+    Ok(Dataset { root, format, views, split, backdrop, stated_box, points, depth_range, truth, problems })
 }
 
 /// Drops frames without an image: one warning with their number and first names.

@@ -20,6 +20,7 @@ pub(crate) struct Draft {
     pub synthetic: bool,
     pub stated_box: Option<Aabb<f64>>,
     pub points: Vec<Vec3<f64>>,
+    pub depth_range: Option<[f64; 2]>,
     pub problems: Vec<Problem>,
 }
 
@@ -36,6 +37,7 @@ impl Draft {
             synthetic: false,
             stated_box: None,
             points: Vec::new(),
+            depth_range: None,
             problems: Vec::new(),
         }
     }

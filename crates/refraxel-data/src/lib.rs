@@ -15,6 +15,7 @@ mod masks;
 mod open;
 mod photo;
 mod pose;
+mod region;
 mod root;
 mod split;
 
@@ -23,3 +24,4 @@ pub use error::{DataError, PoseFault, Size};
 pub use image::{Image, Mask, Pixels};
 pub use open::OpenOptions;
 pub use photo::load_photo;
+pub use region::{Region, scene_region};

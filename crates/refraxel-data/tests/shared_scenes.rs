@@ -58,5 +58,42 @@ fn the_fox_has_a_lens_a_held_out_split_and_real_surroundings() {
     assert_eq!([camera.width, camera.height], [270, 480]);
     assert!((camera.focal[0] - 343.88).abs() < 1e-9 && (camera.center[1] - 241.317).abs() < 1e-9);
     assert!(matches!(camera.lens, refraxel_core::Lens::OpenCv { k, .. } if k[0] == 0.0578421));
-    println!("{:#?}", data.problems);
+}
+
+#[test]
+fn the_region_contains_the_true_content_with_modest_slack() {
+    for scene in ["opaque", "glass_ball", "water_tank", "grin_luneburg"] {
+        let Some(data) = open(scene) else { continue };
+        let truth = &data.truth.as_ref().unwrap()["aabb"];
+        let corner = |i: usize| refraxel_core::Vec3::from([0, 1, 2].map(|a| truth[i][a].as_f64().unwrap()));
+        let content = refraxel_core::Aabb::new(corner(0), corner(1));
+        let region = refraxel_data::scene_region(&data);
+        assert!(
+            region.bounds.contains(content.min) && region.bounds.contains(content.max),
+            "{scene}: {region:?}"
+        );
+        assert!(
+            region.bounds.extent().max_element() < 1.5 * content.extent().max_element(),
+            "{scene}: {region:?}"
+        );
+        assert!(!region.unbounded && region.up.z > 0.99);
+
+        let train = &data.split.train[..32];
+        let tight = region.around_content(&data, train, &data.load_photos(train, |_| {}).unwrap()).bounds;
+        // The truth's box is loose in z: only its sides are filled. Below the ground no view can tell.
+        let sides = |b: &refraxel_core::Aabb<f64>| [b.min.x, b.min.y, b.max.x, b.max.y].map(f64::abs);
+        assert!(sides(&tight).into_iter().all(|s| (1.0..1.35).contains(&s)), "{scene}: {tight:?}");
+        assert!(tight.min.z < -0.7 && tight.max.z > 0.3 && tight.max.z < 0.8, "{scene}: {tight:?}");
+    }
+}
+
+#[test]
+fn the_region_of_the_fox_is_seen_by_all_cameras_and_nearly_all_stand_outside() {
+    let Some(data) = open("fox") else { return };
+    let region = refraxel_data::scene_region(&data);
+    assert!(region.unbounded && region.bounds.extent().min_element() > 2.0, "{region:?}");
+    let cameras = || data.views.iter().map(|v| &v.camera);
+    assert!(cameras().all(|c| c.project(region.bounds.center()).is_some()));
+    let inside = cameras().filter(|c| region.bounds.contains(c.world_from_camera.translation)).count();
+    assert!(inside <= data.views.len() / 10, "{inside} cameras inside {region:?}");
 }
