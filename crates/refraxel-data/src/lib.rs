@@ -4,6 +4,7 @@
 //! importer converts to the one camera frame of [`refraxel_core::Camera`]; world coordinates are kept as they are.
 
 mod assemble;
+mod bytes;
 pub mod dataset;
 mod draft;
 mod error;

@@ -1,7 +1,7 @@
 //! Opening a dataset: find the format, let its importer read it, check and complete the result.
 
 use crate::draft::Draft;
-use crate::formats::transforms;
+use crate::formats::{colmap, transforms};
 use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
 use std::path::Path;
 
@@ -43,6 +43,10 @@ fn import(path: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
     let single = path.join("transforms.json");
     if single.is_file() {
         return transforms::read_single(&single, options);
+    }
+    let models = colmap::find_models(path);
+    if !models.is_empty() {
+        return colmap::read(path, &models, options);
     }
     Err(DataError::UnknownFormat { path: path.to_owned() })
 }

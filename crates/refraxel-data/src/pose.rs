@@ -1,7 +1,7 @@
 //! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is named.
 
 use crate::error::PoseFault;
-use refraxel_core::{Mat3, Pose, Real, Vec3};
+use refraxel_core::{Mat3, Pose, Vec3};
 
 /// Largest |RᵀR − 1| taken as a rotation without a word: single precision with some digits lost in text.
 const EXACT: f64 = 1e-5;
@@ -82,12 +82,6 @@ pub(crate) fn from_opencv(rows: [[f64; 4]; 3]) -> Pose {
     Pose { rotation: Mat3 { columns: [column(0), column(1), column(2)] }, translation: column(3) }
 }
 
-/// The inverse of a world-to-camera motion.
-pub(crate) fn from_camera_from_world<T: Real>(rotation: Mat3<T>, translation: Vec3<T>) -> (Mat3<T>, Vec3<T>) {
-    let inverse = rotation.transpose();
-    (inverse, -(inverse * translation))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,7 +98,7 @@ mod tests {
     #[test]
     fn small_errors_are_repaired_to_the_nearest_rotation_and_reported() {
         let mut rotation = turned();
-        rotation.columns[0] = rotation.columns[0] * 1.003;
+        rotation.columns[0] *= 1.003;
         let checked = check(&posed(rotation)).unwrap();
         assert!(checked.repaired.is_some());
         assert!(deviation(&checked.pose.rotation) < 1e-15);

@@ -40,8 +40,19 @@ impl Root {
     /// The existing file that `stated` names, `None` when there is none; an image extension may be lacking.
     /// Backslashes separate folders too, as datasets written on Windows have them.
     pub fn find(&self, stated: &str, by: Statement<'_>) -> Result<Option<PathBuf>, DataError> {
+        self.find_below("", stated, by)
+    }
+
+    /// The same for a name that is stated relative to a folder of the dataset.
+    pub fn find_below(
+        &self,
+        folder: &str,
+        stated: &str,
+        by: Statement<'_>,
+    ) -> Result<Option<PathBuf>, DataError> {
         let relative = self.relative(stated, by)?;
-        let exact = self.folder.join(&relative);
+        let base = if matches!(folder, "" | ".") { self.folder.clone() } else { self.folder.join(folder) };
+        let exact = base.join(&relative);
         let candidates = std::iter::once(exact.clone()).chain(EXTENSIONS.iter().map(|extension| {
             let mut name = exact.clone().into_os_string();
             name.push(format!(".{extension}"));
