@@ -1,7 +1,7 @@
 //! Opening a dataset: find the format, let its importer read it, check and complete the result.
 
 use crate::draft::Draft;
-use crate::formats::{colmap, transforms};
+use crate::formats::{colmap, llff, nsvf, transforms};
 use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
 use std::path::Path;
 
@@ -47,6 +47,12 @@ fn import(path: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
     let models = colmap::find_models(path);
     if !models.is_empty() {
         return colmap::read(path, &models, options);
+    }
+    if path.join("poses_bounds.npy").is_file() {
+        return llff::read(path, options);
+    }
+    if let Some(poses) = nsvf::pose_folder(path) {
+        return nsvf::read(path, &poses, options);
     }
     Err(DataError::UnknownFormat { path: path.to_owned() })
 }

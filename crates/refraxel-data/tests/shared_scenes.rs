@@ -1,4 +1,5 @@
 //! The independent scenes in `shared/data`, where they are present.
+#![allow(clippy::print_stdout)] // a test that did not run says so
 
 use refraxel_data::{Backdrop, Dataset, Format, MaskMeaning, OpenOptions, Pixels};
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ mod text;
 use crate::draft::{Draft, Frame, Origin};
 use crate::error::PoseFault;
 use crate::root::{Root, Statement};
-use crate::{DataError, Format, OpenOptions, Problem, limits, pose};
+use crate::{DataError, Format, OpenOptions, Problem, formats, limits, pose};
 use models::Calibration;
 use refraxel_core::{Pose, Vec3};
 use std::collections::HashMap;
@@ -181,10 +181,7 @@ fn frame(
 /// Image files in a folder and below; stops at a depth and number that no photograph folder reaches.
 fn count_images(folder: &Path, depth: usize) -> usize {
     const DEPTH: usize = 6;
-    let is_image = |p: &Path| {
-        let extension = p.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        ["png", "jpg", "jpeg", "exr"].contains(&extension.as_str())
-    };
+    let is_image = |p: &Path| p.file_name().and_then(|n| n.to_str()).is_some_and(formats::is_image);
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(limits::FRAMES);
     let count = entries.map(|entry| match entry.path() {
         path if is_image(&path) => 1,

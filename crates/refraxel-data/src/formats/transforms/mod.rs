@@ -6,6 +6,7 @@ mod camera;
 mod region;
 
 use crate::draft::{Draft, Frame, Origin, Part, StatedMask};
+use crate::formats::ply;
 use crate::root::{Root, Statement};
 use crate::{
     Backdrop, DataError, Format, MaskMeaning, OpenOptions, Problem, json, json::Object, limits, pose,
@@ -82,10 +83,26 @@ fn read_file_keys(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
             draft.split_lists.push((part, names.into_iter().map(str::to_owned).collect()));
         }
     }
+    read_points(draft, top)?;
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
                        cameras; they are kept as they stand";
         draft.problems.push(Problem::note(format!("{}: {message}", top.path().display())));
+    }
+    Ok(())
+}
+
+/// The points of `ply_file_path`. They only help to place the region, so a broken file is a warning.
+fn read_points(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
+    let Some(stated) = top.text("ply_file_path")? else { return Ok(()) };
+    let found = draft.root.find(stated, Statement { path: top.path(), key: "ply_file_path" })?;
+    let Some(path) = found else {
+        draft.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
+        return Ok(());
+    };
+    match limits::read(&path, limits::BINARY_BYTES).and_then(|content| ply::points(&path, &content)) {
+        Ok(points) => draft.points = points,
+        Err(error) => draft.problems.push(Problem::warning(format!("the points are not used: {error}"))),
     }
     Ok(())
 }
