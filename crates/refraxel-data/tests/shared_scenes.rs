@@ -98,3 +98,17 @@ fn the_region_of_the_fox_is_seen_by_all_cameras_and_nearly_all_stand_outside() {
     let inside = cameras().filter(|c| region.bounds.contains(c.world_from_camera.translation)).count();
     assert!(inside <= data.views.len() / 10, "{inside} cameras inside {region:?}");
 }
+
+#[test]
+fn the_report_of_the_fox_says_what_a_user_asks() {
+    let Some(data) = open("fox") else { return };
+    let report = refraxel_data::report(&data);
+    assert_eq!((report.views.total, report.views.train, report.views.test), (50, 43, 7));
+    assert_eq!(report.test_names[..2], ["0001.png", "0012.png"]);
+    assert_eq!((report.image_sizes.len(), report.pixels), (1, 50 * 270 * 480));
+    assert_eq!(report.cameras.lenses, ["radial and tangential (OPENCV)"]);
+    let [low, high] = report.cameras.field_of_view.unwrap();
+    assert!(low > 41.0 && high < 44.0, "{low} {high}");
+    assert_eq!((report.backdrop.as_str(), report.unbounded), ("surroundings", true));
+    assert!(serde_json::to_string(&report).unwrap().contains("\"split_rule\""));
+}

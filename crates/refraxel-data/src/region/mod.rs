@@ -112,7 +112,7 @@ fn border(camera: &Camera) -> impl Iterator<Item = Ray<f64>> + '_ {
 }
 
 /// The q-quantile of some numbers (nearest rank); 0 for none.
-fn quantile(values: impl Iterator<Item = f64>, q: f64) -> f64 {
+pub(crate) fn quantile(values: impl Iterator<Item = f64>, q: f64) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     let rank = (q * sorted.len().saturating_sub(1) as f64).round() as usize;
