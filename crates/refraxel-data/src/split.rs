@@ -48,7 +48,7 @@ fn hold_out(frames: &mut [Frame], every: usize) -> String {
     }
     match every {
         0 => "all views train".to_owned(),
-        n => format!("every {n}th view by name, from the first, is held out"),
+        n => format!("one view in {n}, sorted by name from the first, is held out"),
     }
 }
 

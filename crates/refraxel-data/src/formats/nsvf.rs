@@ -56,7 +56,7 @@ fn split(frames: &mut [Frame]) -> String {
         });
     }
     match (prefixed, has_test) {
-        (false, _) => format!("every {HOLDOUT}th view by name, from the first, is held out"),
+        (false, _) => format!("one view in {HOLDOUT}, sorted by name from the first, is held out"),
         (true, true) => "name prefixes 0_ train, 1_ val, 2_ test".to_owned(),
         (true, false) => "name prefixes 0_ train, 1_ test".to_owned(),
     }

@@ -135,7 +135,7 @@ fn read_frame(root: &Root, frame: Object, origin: Origin) -> Result<(Frame, Opti
     let image = root.find(&file, Statement { path: frame.path(), key: &frame.key("file_path") })?;
     let (intrinsics, disagreement) = camera::intrinsics(&frame)?;
     let pose = pose_of(&frame)?;
-    let mask = mask(root, &frame)?;
+    let mask = if image.is_some() { mask(root, &frame)? } else { None };
     Ok((Frame { origin, file, image, mask, part: None, intrinsics, pose }, disagreement))
 }
 
