@@ -21,6 +21,8 @@ pub struct Dataset {
     pub stated_box: Option<Aabb<f64>>,
     /// Sparse points of the reconstruction that posed the cameras; may be empty.
     pub points: Vec<Vec3<f64>>,
+    /// Nearest and farthest depth of the scene [scene unit], where the dataset states them (LLFF).
+    pub depth_range: Option<[f64; 2]>,
     /// Truth about refractive objects (`scene.json`), where it comes with the data.
     pub truth: Option<serde_json::Value>,
     /// Everything that was repaired, left out or looks wrong, in the order found.
@@ -117,4 +119,16 @@ pub enum Severity {
     Note,
     /// Probably lowers quality.
     Warning,
+}
+
+impl Problem {
+    /// Something worth knowing.
+    pub fn note(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, message: message.into() }
+    }
+
+    /// Something that probably lowers quality.
+    pub fn warning(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, message: message.into() }
+    }
 }

@@ -1,7 +1,30 @@
 //! Posed photographs: importers, images, masks, splits and what is wrong with them.
+//!
+//! [`Dataset::open`] reads a folder of any supported [`Format`]; [`Dataset::load_photos`] decodes its images. Every
+//! importer converts to the one camera frame of [`refraxel_core::Camera`]; world coordinates are kept as they are.
 
+mod assemble;
+mod bytes;
 pub mod dataset;
+mod draft;
+mod error;
+mod formats;
 pub mod image;
+pub mod inspect;
+mod json;
+pub mod limits;
+mod masks;
+mod open;
+mod photo;
+mod pose;
+mod region;
+mod root;
+mod split;
 
 pub use dataset::{Backdrop, Dataset, Format, MaskMeaning, Photo, Problem, Severity, Split, View};
+pub use error::{DataError, PoseFault, Size};
 pub use image::{Image, Mask, Pixels};
+pub use inspect::{Inspection, report};
+pub use open::OpenOptions;
+pub use photo::load_photo;
+pub use region::{Region, scene_region};

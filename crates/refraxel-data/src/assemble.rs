@@ -1,0 +1,214 @@
+//! From what the files state to a dataset: images are looked up, poses and sizes checked, masks, split and backdrop
+//! decided.
+
+use crate::draft::{Draft, Frame, Origin};
+use crate::error::Size;
+use crate::photo::{self, Header};
+use crate::{Backdrop, DataError, Dataset, Format, OpenOptions, Problem, View, json, masks, pose, split};
+use rayon::prelude::*;
+use serde_json::Value;
+use std::collections::HashSet;
+use std::path::Path;
+
+/// Fewest views that a scene can be reconstructed from.
+const MIN_VIEWS: usize = 3;
+
+/// Checks and completes a draft.
+pub(crate) fn assemble(path: &Path, mut draft: Draft, options: &OpenOptions) -> Result<Dataset, DataError> {
+    leave_out_missing(path, &mut draft)?;
+    if draft.frames.len() < MIN_VIEWS {
+        return Err(DataError::TooFewViews { path: path.to_owned(), found: draft.frames.len() });
+    }
+    refuse_duplicates(&draft.frames)?;
+    let split = split::decide(&mut draft, options)?;
+    let truth = truth(&mut draft);
+    let headers: Vec<Header> = draft.frames.par_iter().map(header).collect::<Result<_, _>>()?;
+    let mut views = cameras(&mut draft, &headers)?;
+    check_distinct_poses(path, &views, &mut draft.problems)?;
+    name_views(&draft, &mut views);
+    masks::attach(&mut draft, &mut views, truth.as_ref(), options)?;
+    let backdrop = backdrop(&draft, &headers, truth.as_ref(), options)?;
+    let Draft { root, format, stated_box, points, depth_range, problems, .. } = draft;
+    let root = root.folder().to_owned();
+    Ok(Dataset { root, format, views, split, backdrop, stated_box, points, depth_range, truth, problems })
+}
+
+/// Drops frames without an image: one warning with their number and first names.
+fn leave_out_missing(path: &Path, draft: &mut Draft) -> Result<(), DataError> {
+    let count = draft.frames.len();
+    let missing: Vec<String> =
+        draft.frames.iter().filter(|f| f.image.is_none()).map(|f| f.file.clone()).collect();
+    let Some(first) = missing.first() else { return Ok(()) };
+    if missing.len() == count {
+        return Err(DataError::AllImagesMissing { path: path.to_owned(), count, first: first.clone() });
+    }
+    let names = missing.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
+    let more = if missing.len() > 3 { ", …" } else { "" };
+    draft.problems.push(Problem::warning(format!(
+        "{} of {count} views are left out because their image does not exist: {names}{more}",
+        missing.len()
+    )));
+    draft.frames.retain(|frame| frame.image.is_some());
+    Ok(())
+}
+
+fn refuse_duplicates(frames: &[Frame]) -> Result<(), DataError> {
+    let mut seen = HashSet::new();
+    for frame in frames {
+        if let Some(image) =
+            frame.image.as_ref().filter(|image| !seen.insert((*image, frame.part.map(|p| p as u8))))
+        {
+            let Origin { path, key } = &frame.origin;
+            return Err(DataError::DuplicateFrame {
+                path: path.to_path_buf(),
+                key: key.clone(),
+                image: image.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn header(frame: &Frame) -> Result<Header, DataError> {
+    photo::header(frame.image.as_deref().unwrap_or(Path::new("")))
+}
+
+/// Views with checked poses and intrinsics at the real image size, still named by their stated path.
+fn cameras(draft: &mut Draft, headers: &[Header]) -> Result<Vec<View>, DataError> {
+    let mut views = Vec::with_capacity(headers.len());
+    let (mut repaired, mut resized) = (Vec::new(), Vec::new());
+    for (frame, header) in draft.frames.iter().zip(headers) {
+        let Origin { path, key } = &frame.origin;
+        let checked = pose::check(&frame.pose).map_err(|fault| DataError::Pose {
+            path: path.to_path_buf(),
+            key: key.clone(),
+            fault,
+        })?;
+        let size = real_size(header, frame.intrinsics.size);
+        repaired.extend(checked.repaired);
+        resized.extend(frame.intrinsics.size.filter(|s| differs(*s, size)).map(|stated| (stated, size)));
+        views.push(View {
+            name: frame.file.replace('\\', "/"),
+            image: frame.image.clone().unwrap_or_default(),
+            mask: None,
+            mask_meaning: crate::MaskMeaning::Keep,
+            camera: frame.intrinsics.camera(size, checked.pose, &frame.origin)?,
+        });
+    }
+    report_repairs(&mut draft.problems, &repaired, &resized);
+    if headers.iter().any(|h| h.turned) {
+        draft.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
+    }
+    Ok(views)
+}
+
+/// The size that the camera was calibrated for: upright, unless only the stored size has the stated shape.
+fn real_size(header: &Header, stated: Option<[f64; 2]>) -> Size {
+    let portrait = |w: f64, h: f64| w < h;
+    let is = |size: Size, [w, h]: [f64; 2]| {
+        portrait(f64::from(size.width), f64::from(size.height)) == portrait(w, h)
+    };
+    match stated {
+        Some(stated) if !is(header.upright, stated) && is(header.stored, stated) => header.stored,
+        _ => header.upright,
+    }
+}
+
+fn differs(stated: [f64; 2], real: Size) -> bool {
+    (stated[0] - f64::from(real.width)).abs() > 0.5 || (stated[1] - f64::from(real.height)).abs() > 0.5
+}
+
+fn report_repairs(problems: &mut Vec<Problem>, repaired: &[f64], resized: &[([f64; 2], Size)]) {
+    if !repaired.is_empty() {
+        let worst = repaired.iter().copied().fold(0.0, f64::max);
+        let count = repaired.len();
+        problems.push(Problem::note(format!(
+            "{count} rotations were up to {worst:.1e} away from orthonormal and were repaired"
+        )));
+    }
+    let Some(([w, h], real)) = resized.first() else { return };
+    let count = resized.len();
+    let message = format!(
+        "{count} images have another size than their camera states ({w}x{h} stated, {real} found first); focal length and \
+         principal point were scaled to the image"
+    );
+    let stretch = (f64::from(real.width) / w) / (f64::from(real.height) / h);
+    let same_shape = (stretch - 1.0).abs() < 0.01;
+    problems.push(if same_shape {
+        Problem::note(message)
+    } else {
+        Problem::warning(format!("{message}; the shape differs too"))
+    });
+}
+
+fn check_distinct_poses(path: &Path, views: &[View], problems: &mut Vec<Problem>) -> Result<(), DataError> {
+    let first = &views[0].camera.world_from_camera;
+    let same_place = |v: &View| (v.camera.world_from_camera.translation - first.translation).length() == 0.0;
+    if !views.iter().all(same_place) {
+        return Ok(());
+    }
+    if views.iter().all(|v| v.camera.world_from_camera == *first) {
+        return Err(DataError::SamePose { path: path.to_owned(), count: views.len() });
+    }
+    problems.push(Problem::warning("all views are taken from one point: depth cannot be reconstructed"));
+    Ok(())
+}
+
+/// Names each view by its image file; where folders hold files of one name, the folders join the name.
+fn name_views(draft: &Draft, views: &mut [View]) {
+    let mut count = std::collections::HashMap::new();
+    let short =
+        |view: &View| view.image.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let keys: Vec<_> =
+        draft.frames.iter().zip(&*views).map(|(f, v)| (f.part.map(|p| p as u8), short(v))).collect();
+    for key in &keys {
+        *count.entry(key.clone()).or_insert(0) += 1;
+    }
+    for (view, key) in views.iter_mut().zip(keys) {
+        view.name =
+            if count[&key] == 1 { key.1 } else { view.name.trim_start_matches("./").replace('/', "_") };
+    }
+}
+
+/// `scene.json` beside the data; unreadable truth is only a warning.
+fn truth(draft: &mut Draft) -> Option<Value> {
+    let file = draft.root.folder().join("scene.json");
+    if !file.is_file() || !draft.root.contains(&file) {
+        return None;
+    }
+    let read = json::read(&file);
+    read.map_err(|error| draft.problems.push(Problem::warning(format!("the truth is not used: {error}"))))
+        .ok()
+}
+
+/// The user's word, alpha, the description's word, the truth's word, or what fits the kind of images.
+fn backdrop(
+    draft: &Draft,
+    headers: &[Header],
+    truth: Option<&Value>,
+    options: &OpenOptions,
+) -> Result<Backdrop, DataError> {
+    if let Some(chosen) = options.backdrop {
+        return Ok(chosen);
+    }
+    let with_alpha: Vec<&Frame> =
+        draft.frames.iter().zip(headers).filter(|(_, h)| h.alpha).map(|(f, _)| f).collect();
+    // An image wholly inside the object may be opaque; three of them hardly are.
+    for i in [0, with_alpha.len() / 2, with_alpha.len().saturating_sub(1)] {
+        if let Some(image) = with_alpha.get(i).and_then(|frame| frame.image.as_deref())
+            && photo::is_see_through(image)?
+        {
+            return Ok(Backdrop::Transparent);
+        }
+    }
+    let white = draft.format == Format::Nsvf || draft.synthetic;
+    let otherwise = if white { Backdrop::Color([1.0; 3]) } else { Backdrop::Surroundings };
+    Ok(draft.backdrop.or_else(|| truth_background(truth?)).unwrap_or(otherwise))
+}
+
+/// `background_srgb8` of `scene.json`.
+fn truth_background(truth: &Value) -> Option<Backdrop> {
+    let rgb = truth.get("background_srgb8")?.as_array()?;
+    let color: Vec<f32> = rgb.iter().filter_map(Value::as_f64).map(|c| (c / 255.0) as f32).collect();
+    Some(Backdrop::Color(color.try_into().ok()?))
+}

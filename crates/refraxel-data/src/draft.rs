@@ -1,0 +1,149 @@
+//! What an importer hands over: everything its files state, before images are looked at and poses are checked.
+
+use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, error::Size, root::Root};
+use refraxel_core::{Aabb, Camera, Lens, Pose, Vec3};
+use std::f64::consts::PI;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A dataset as its files state it.
+pub(crate) struct Draft {
+    pub root: Root,
+    pub format: Format,
+    pub frames: Vec<Frame>,
+    /// The rule behind [`Frame::part`], where the format states a split.
+    pub split_rule: Option<String>,
+    /// Lists of image names in the files, which precede [`Draft::split_rule`].
+    pub split_lists: Vec<(Part, Vec<String>)>,
+    pub backdrop: Option<Backdrop>,
+    /// Computer-generated images: without alpha they stand before white.
+    pub synthetic: bool,
+    pub stated_box: Option<Aabb<f64>>,
+    pub points: Vec<Vec3<f64>>,
+    pub depth_range: Option<[f64; 2]>,
+    pub problems: Vec<Problem>,
+}
+
+impl Draft {
+    /// A draft without frames.
+    pub fn new(root: Root, format: Format) -> Self {
+        Self {
+            root,
+            format,
+            frames: Vec::new(),
+            split_rule: None,
+            split_lists: Vec::new(),
+            backdrop: None,
+            synthetic: false,
+            stated_box: None,
+            points: Vec::new(),
+            depth_range: None,
+            problems: Vec::new(),
+        }
+    }
+}
+
+/// One stated view.
+pub(crate) struct Frame {
+    pub origin: Origin,
+    /// Image name as stated.
+    pub file: String,
+    /// The image, if it exists.
+    pub image: Option<PathBuf>,
+    /// The mask that the file names, if it exists.
+    pub mask: Option<(PathBuf, StatedMask)>,
+    pub part: Option<Part>,
+    pub intrinsics: Intrinsics,
+    /// Camera to world, OpenCV axes; the rotation is not checked yet.
+    pub pose: Pose,
+}
+
+/// Where a frame was stated, for messages.
+#[derive(Clone, Debug)]
+pub(crate) struct Origin {
+    pub path: Arc<PathBuf>,
+    pub key: String,
+}
+
+/// What a file says about the meaning of its masks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum StatedMask {
+    /// The key has one meaning in every file.
+    Known(MaskMeaning),
+    /// It depends on the dataset.
+    Open,
+}
+
+/// A part of the split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Train,
+    Val,
+    Test,
+}
+
+/// Focal length as stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Focal {
+    /// (fx, fy) [pixel of the stated size].
+    Pixels([f64; 2]),
+    /// Full field of view [rad] across the width and, if stated, the height.
+    Angles(f64, Option<f64>),
+    /// The whole sphere across the image.
+    Panorama,
+}
+
+/// Intrinsics as stated, for an image size that may differ from the real one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Intrinsics {
+    /// Stated size [pixel]; may be fractional.
+    pub size: Option<[f64; 2]>,
+    pub focal: Focal,
+    /// Principal point [pixel of the stated size]; the middle when not stated.
+    pub center: Option<[f64; 2]>,
+    pub lens: Lens,
+}
+
+impl Intrinsics {
+    /// The camera of an image that really has `size`; the stated values are scaled to it.
+    pub fn camera(&self, size: Size, pose: Pose, origin: &Origin) -> Result<Camera, DataError> {
+        let real = [f64::from(size.width), f64::from(size.height)];
+        let [w, h] = self.size.unwrap_or(real);
+        let focal = match self.focal {
+            Focal::Pixels(focal) => focal,
+            Focal::Angles(x, y) => {
+                let fx = 0.5 * w / (0.5 * x).tan();
+                [fx, y.map_or(fx, |y| 0.5 * h / (0.5 * y).tan())]
+            }
+            Focal::Panorama => [w / (2.0 * PI), h / PI],
+        };
+        let center = self.center.unwrap_or([0.5 * w, 0.5 * h]);
+        let scale = [real[0] / w, real[1] / h];
+        let camera = Camera {
+            width: size.width,
+            height: size.height,
+            focal: [focal[0] * scale[0], focal[1] * scale[1]],
+            center: [center[0] * scale[0], center[1] * scale[1]],
+            lens: self.lens,
+            world_from_camera: pose,
+        };
+        check_intrinsics(&camera, origin)?;
+        Ok(camera)
+    }
+}
+
+fn check_intrinsics(camera: &Camera, origin: &Origin) -> Result<(), DataError> {
+    let fault = |key: &str, found: [f64; 2], expected| DataError::Value {
+        path: origin.path.to_path_buf(),
+        key: format!("{} ({key})", origin.key),
+        found: format!("{}, {}", found[0], found[1]),
+        expected,
+    };
+    if !camera.focal.iter().all(|f| f.is_finite() && *f > 0.0) {
+        return Err(fault("focal length [pixel]", camera.focal, "positive, finite focal lengths"));
+    }
+    if !camera.center.iter().all(|c| c.is_finite()) {
+        return Err(fault("principal point [pixel]", camera.center, "a finite principal point"));
+    }
+    Ok(())
+}

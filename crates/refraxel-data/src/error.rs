@@ -1,0 +1,249 @@
+//! What can be wrong with a dataset. Each message says which file and key, what was found, what was expected, what to do.
+
+use std::path::PathBuf;
+
+/// A dataset or one of its files cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DataError {
+    /// The path does not exist.
+    #[error("{path}: no such file or folder; check the spelling, or give the folder that holds the dataset", path = path.display())]
+    NotFound {
+        /// What was asked for.
+        path: PathBuf,
+    },
+    /// The operating system refused to read a file.
+    #[error("{path}: cannot be read: {source}", path = path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Nothing known was found.
+    #[error(
+        "{path}: no dataset found; expected transforms.json, transforms_train.json (Blender), a COLMAP model \
+         (cameras and images as .bin or .txt in sparse/0, colmap/sparse/0, sparse or here), poses_bounds.npy (LLFF), \
+         or pose/ with intrinsics.txt (NSVF)",
+        path = path.display()
+    )]
+    UnknownFormat {
+        /// The folder or file.
+        path: PathBuf,
+    },
+    /// A file or count is beyond the limit that protects memory.
+    #[error("{path}: {what} is {found}, the limit is {limit}; split or shrink the data", path = path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// What is too large, with its unit.
+        what: &'static str,
+        /// Its size.
+        found: u64,
+        /// The largest size accepted.
+        limit: u64,
+    },
+    /// The file is not JSON.
+    #[error("{path}: not valid JSON: {source}", path = path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// Line, column and reason.
+        source: serde_json::Error,
+    },
+    /// A key or field is missing or has an impossible value.
+    #[error("{path}: {key} is {found}; expected {expected}", path = path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// The key (`frames[3].fl_x`), line (`line 12`) or field.
+        key: String,
+        /// What stands there, shortened.
+        found: String,
+        /// What must stand there.
+        expected: &'static str,
+    },
+    /// A binary or text file ends early or contradicts itself.
+    #[error("{path}: damaged at {at}: found {found}; expected {expected}; copy or export the file again", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Byte offset or line.
+        at: String,
+        /// What was found.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// A camera model that cannot be traced.
+    #[error(
+        "{path}: {key}: unsupported camera model {model}; supported are SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, \
+         OPENCV, FULL_OPENCV, OPENCV_FISHEYE, SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE, SIMPLE_FISHEYE, FISHEYE, FOV, \
+         THIN_PRISM_FISHEYE and EQUIRECTANGULAR; calibrate again with one of them",
+        path = path.display()
+    )]
+    UnsupportedCamera {
+        /// The file.
+        path: PathBuf,
+        /// Key or line.
+        key: String,
+        /// The model's name or number.
+        model: String,
+    },
+    /// A feature of the format that would silently give wrong rays.
+    #[error("{path}: {key} is not supported: {advice}", path = path.display())]
+    UnsupportedFeature {
+        /// The file.
+        path: PathBuf,
+        /// The key.
+        key: String,
+        /// Why, and what to do.
+        advice: &'static str,
+    },
+    /// A path in the dataset leads out of it.
+    #[error(
+        "{path}: {key} names {found:?}, which leads outside the dataset folder; move the file inside, or allow outside \
+         files (--allow-outside) if you trust this dataset",
+        path = path.display()
+    )]
+    OutsideRoot {
+        /// The file that names the path.
+        path: PathBuf,
+        /// The key or line.
+        key: String,
+        /// The path as stated.
+        found: String,
+    },
+    /// Not one image was found.
+    #[error(
+        "{path}: none of the {count} images it names exists; the first is {first:?}; put the images beside the file or \
+         correct the names",
+        path = path.display()
+    )]
+    AllImagesMissing {
+        /// The file that names the images.
+        path: PathBuf,
+        /// How many it names.
+        count: usize,
+        /// The first of them.
+        first: String,
+    },
+    /// Too few views to reconstruct anything.
+    #[error("{path}: {found} usable views; at least 3 are needed, and some tens for a good result", path = path.display())]
+    TooFewViews {
+        /// The dataset.
+        path: PathBuf,
+        /// How many views are left.
+        found: usize,
+    },
+    /// A camera pose is not a rigid motion.
+    #[error("{path}: {key}: {fault}; export the poses again", path = path.display())]
+    Pose {
+        /// The file.
+        path: PathBuf,
+        /// Frame or line.
+        key: String,
+        /// What is wrong.
+        fault: PoseFault,
+    },
+    /// All cameras coincide.
+    #[error(
+        "{path}: all {count} views have the same pose, so nothing can be triangulated; check that the poses were exported",
+        path = path.display()
+    )]
+    SamePose {
+        /// The dataset.
+        path: PathBuf,
+        /// Number of views.
+        count: usize,
+    },
+    /// One image is listed twice in one split.
+    #[error("{path}: {key} names the image {image} again; remove the duplicate frame", path = path.display(), image = image.display())]
+    DuplicateFrame {
+        /// The file.
+        path: PathBuf,
+        /// The second frame.
+        key: String,
+        /// The image.
+        image: PathBuf,
+    },
+    /// An image or mask does not decode.
+    #[error("{path}: cannot decode this image: {source}; export it again as PNG or JPEG", path = path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// The decoder's reason.
+        source: image::ImageError,
+    },
+    /// The image changed size since the dataset was opened.
+    #[error("{path}: the image is {found}, but its camera was read for {expected}; open the dataset again", path = path.display())]
+    ImageSize {
+        /// The image.
+        path: PathBuf,
+        /// Its size now.
+        found: Size,
+        /// The camera's size.
+        expected: Size,
+    },
+    /// Mask and image differ in size.
+    #[error("{path}: the mask is {mask}, but its image {image} is {expected}; make the mask at the image's size", path = path.display(), image = image.display())]
+    MaskSize {
+        /// The mask.
+        path: PathBuf,
+        /// Its size.
+        mask: Size,
+        /// The image.
+        image: PathBuf,
+        /// The image's size.
+        expected: Size,
+    },
+    /// A pixel is NaN or infinite.
+    #[error("{path}: pixel (column {column}, row {row}) has the value {value}; repair it before training", path = path.display())]
+    NotFinite {
+        /// The image.
+        path: PathBuf,
+        /// Column from the left.
+        column: u32,
+        /// Row from the top.
+        row: u32,
+        /// NaN, inf or -inf.
+        value: f32,
+    },
+}
+
+/// Why a matrix is not a camera pose.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PoseFault {
+    /// NaN or infinity.
+    #[error("the pose has an entry that is not a finite number")]
+    NotFinite,
+    /// A reflection.
+    #[error("the rotation has determinant {0:.3}: it mirrors the world (one axis has the wrong sign)")]
+    Mirrored(f64),
+    /// No rotation can be extracted.
+    #[error("the rotation is singular (determinant {0:.1e})")]
+    Singular(f64),
+    /// Scale or shear.
+    #[error(
+        "the rotation is {0:.2e} away from orthonormal (at most 1e-2 is repaired): it contains scale or shear"
+    )]
+    NotRotation(f64),
+    /// A quaternion that is not of unit length.
+    #[error("the quaternion has length {0:.4}; expected 1")]
+    Quaternion(f64),
+}
+
+/// Width and height [pixel] as people write them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}

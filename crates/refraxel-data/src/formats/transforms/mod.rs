@@ -1,0 +1,180 @@
+//! `transforms.json` in the dialects of NeRF-synthetic (Blender), nerfstudio and instant-ngp.
+//!
+//! `transform_matrix` is camera-to-world with OpenGL camera axes. Intrinsics may stand at the file or at a frame.
+
+mod camera;
+mod region;
+
+use crate::draft::{Draft, Frame, Origin, Part, StatedMask};
+use crate::formats::ply;
+use crate::root::{Root, Statement};
+use crate::{
+    Backdrop, DataError, Format, MaskMeaning, OpenOptions, Problem, json, json::Object, limits, pose,
+};
+use refraxel_core::Pose;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Reads one file that holds all views.
+pub(crate) fn read_single(file: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
+    add_file(&mut draft, file, None)?;
+    Ok(draft)
+}
+
+/// Reads `transforms_{train,val,test}.json` of a folder, as far as they exist.
+pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
+    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Blender);
+    draft.synthetic = true;
+    let mut names = Vec::new();
+    for (part, name) in [(Part::Train, "train"), (Part::Val, "val"), (Part::Test, "test")] {
+        let file = folder.join(format!("transforms_{name}.json"));
+        if file.is_file() {
+            let calibrated = add_file(&mut draft, &file, Some(part))?;
+            draft.synthetic &= !calibrated;
+            names.push(name);
+        }
+    }
+    if names.len() > 1 {
+        draft.split_rule = Some(format!("transforms_{{{}}}.json", names.join(",")));
+    }
+    Ok(draft)
+}
+
+/// Adds the frames of one file. True when the file carries a calibration, as photographs have and renderings lack.
+fn add_file(draft: &mut Draft, file: &Path, part: Option<Part>) -> Result<bool, DataError> {
+    let value = json::read(file)?;
+    let top = Object::new(file, "", &value)?;
+    let frames = top.get("frames").and_then(Value::as_array);
+    let frames = frames.ok_or_else(|| top.wrong("frames", "a list of frames [{\"file_path\": …}]"))?;
+    limits::frames(file, draft.frames.len() + frames.len())?;
+    read_file_keys(draft, &top)?;
+    let path = Arc::new(file.to_owned());
+    let mut disagreements = Vec::new();
+    for (i, frame) in frames.iter().enumerate() {
+        let key = format!("frames[{i}]");
+        let object = Object::new(file, &key, frame)?.within(&top);
+        let (frame, disagreement) =
+            read_frame(&draft.root, object, Origin { path: path.clone(), key: key.clone() })?;
+        disagreements.extend(disagreement);
+        draft.frames.push(Frame { part, ..frame });
+    }
+    if let Some(first) = disagreements.first() {
+        let count = disagreements.len();
+        draft.problems.push(Problem::warning(format!("{} ({count} frames): {first}", file.display())));
+    }
+    Ok(["fl_x", "cx", "k1", "aabb_scale", "camera_model"].iter().any(|key| top.get(key).is_some()))
+}
+
+/// Keys of the whole file: backdrop, region, split lists, points and the transform that made its coordinates.
+fn read_file_keys(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
+    if draft.backdrop.is_none() {
+        draft.backdrop = backdrop(top)?;
+    }
+    if draft.stated_box.is_none() {
+        draft.stated_box = region::stated_box(top)?;
+    }
+    for (part, key) in
+        [(Part::Train, "train_filenames"), (Part::Val, "val_filenames"), (Part::Test, "test_filenames")]
+    {
+        if let Some(names) = top.texts(key)? {
+            draft.split_lists.push((part, names.into_iter().map(str::to_owned).collect()));
+        }
+    }
+    read_points(draft, top)?;
+    if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
+        let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
+                       cameras; they are kept as they stand";
+        draft.problems.push(Problem::note(format!("{}: {message}", top.path().display())));
+    }
+    Ok(())
+}
+
+/// The points of `ply_file_path`. They only help to place the region, so a broken file is a warning.
+fn read_points(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
+    let Some(stated) = top.text("ply_file_path")? else { return Ok(()) };
+    let found = draft.root.find(stated, Statement { path: top.path(), key: "ply_file_path" })?;
+    let Some(path) = found else {
+        draft.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
+        return Ok(());
+    };
+    match limits::read(&path, limits::BINARY_BYTES).and_then(|content| ply::points(&path, &content)) {
+        Ok(points) => draft.points = points,
+        Err(error) => draft.problems.push(Problem::warning(format!("the points are not used: {error}"))),
+    }
+    Ok(())
+}
+
+/// `background: [r, g, b]` (0..255) or `"transparent"`, and instant-ngp's `white_transparent`, `black_transparent`.
+fn backdrop(top: &Object) -> Result<Option<Backdrop>, DataError> {
+    const EXPECTED: &str = "\"transparent\" or [red, green, blue] from 0 to 255";
+    match top.get("background") {
+        Some(Value::String(text)) if text == "transparent" => return Ok(Some(Backdrop::Transparent)),
+        Some(Value::Array(_)) => {
+            let color = top.numbers::<3>("background", EXPECTED)?.map(|rgb| rgb.map(|c| (c / 255.0) as f32));
+            let in_range = color.filter(|rgb| rgb.iter().all(|c| (0.0..=1.0).contains(c)));
+            return in_range
+                .map(|rgb| Some(Backdrop::Color(rgb)))
+                .ok_or_else(|| top.wrong("background", EXPECTED));
+        }
+        Some(_) => return Err(top.wrong("background", EXPECTED)),
+        None => {}
+    }
+    let white = top.flag("white_transparent")?.then_some(Backdrop::Color([1.0; 3]));
+    let black = top.flag("black_transparent")?.then_some(Backdrop::Color([0.0; 3]));
+    Ok(white.or(black))
+}
+
+/// One frame, and a sentence when its focal length is stated twice with different values.
+fn read_frame(root: &Root, frame: Object, origin: Origin) -> Result<(Frame, Option<String>), DataError> {
+    refuse_moving_camera(&frame)?;
+    let file =
+        frame.text("file_path")?.ok_or_else(|| frame.wrong("file_path", "the image's file name"))?.to_owned();
+    let image = root.find(&file, Statement { path: frame.path(), key: &frame.key("file_path") })?;
+    let (intrinsics, disagreement) = camera::intrinsics(&frame)?;
+    let pose = pose_of(&frame)?;
+    let mask = if image.is_some() { mask(root, &frame)? } else { None };
+    Ok((Frame { origin, file, image, mask, part: None, intrinsics, pose }, disagreement))
+}
+
+fn pose_of(frame: &Object) -> Result<Pose, DataError> {
+    const EXPECTED: &str = "a matrix of 3 or 4 rows with 4 finite numbers each (camera to world)";
+    let rows = frame.matrix::<3, 4>("transform_matrix", EXPECTED)?;
+    rows.map(pose::from_opengl).ok_or_else(|| frame.wrong("transform_matrix", EXPECTED))
+}
+
+/// A camera that moves while it exposes would silently give wrong rays.
+fn refuse_moving_camera(frame: &Object) -> Result<(), DataError> {
+    let refuse = |key: &str, advice| {
+        Err(DataError::UnsupportedFeature { path: frame.path().to_owned(), key: frame.key(key), advice })
+    };
+    let moving = |v: &Value| v.as_array().is_none_or(|rows| rows.iter().any(|x| x.as_f64() != Some(0.0)));
+    if frame.get("rolling_shutter").is_some_and(moving) {
+        return refuse(
+            "rolling_shutter",
+            "export the frames with a global shutter, or set it to zeros to ignore it",
+        );
+    }
+    if frame.get("transform_matrix_start") != frame.get("transform_matrix_end") {
+        return refuse(
+            "transform_matrix_start",
+            "motion blur between two poses is not modelled; give transform_matrix",
+        );
+    }
+    Ok(())
+}
+
+/// The mask a frame names: nerfstudio's `mask_path` (black = ignore) or RefRef's `mask_file_path`.
+fn mask(root: &Root, frame: &Object) -> Result<Option<(PathBuf, StatedMask)>, DataError> {
+    let keys = [("mask_path", StatedMask::Known(MaskMeaning::Keep)), ("mask_file_path", StatedMask::Open)];
+    for (key, meaning) in keys {
+        if let Some(stated) = frame.text(key)? {
+            let found = root.find(stated, Statement { path: frame.path(), key: &frame.key(key) })?;
+            let path = found.ok_or_else(|| frame.wrong(key, "an existing mask image"))?;
+            return Ok(Some((path, meaning)));
+        }
+    }
+    Ok(None)
+}

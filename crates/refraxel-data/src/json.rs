@@ -1,0 +1,228 @@
+//! JSON with comments, and typed access whose errors name file and key.
+
+use crate::{DataError, limits};
+use serde_json::{Map, Value};
+use std::path::Path;
+
+/// Reads a JSON file. Comments and the literals NaN and ±Infinity (Python writes them) are allowed; the latter read as
+/// `null`, so that the key they stand at is named when its number is asked for.
+pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
+    let text = limits::read_text(path)?;
+    serde_json::from_str(&plain(&text)).map_err(|source| DataError::Json { path: path.to_owned(), source })
+}
+
+/// The text with `//` and `/* */` comments blanked and non-finite literals turned into `null`; line numbers are kept.
+fn plain(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let (taken, replacement) = token(rest, first);
+        match replacement {
+            Some(r) => out.push_str(r),
+            None => out.push_str(&rest[..taken]),
+        }
+        if replacement == Some(" ") {
+            out.extend(rest[..taken].matches('\n'));
+        }
+        rest = &rest[taken..];
+    }
+    out
+}
+
+/// Byte length of the next token of `rest` and what to write instead of it, if not itself.
+fn token(rest: &str, first: char) -> (usize, Option<&'static str>) {
+    match first {
+        '"' => (string_length(rest), None),
+        '/' if rest.starts_with("//") => (rest.find('\n').unwrap_or(rest.len()), Some(" ")),
+        '/' if rest.starts_with("/*") => (rest[2..].find("*/").map_or(rest.len(), |end| end + 4), Some(" ")),
+        _ => match ["NaN", "-Infinity", "Infinity"].into_iter().find(|word| rest.starts_with(word)) {
+            Some(word) => (word.len(), Some("null")),
+            None => (first.len_utf8(), None),
+        },
+    }
+}
+
+/// Byte length of the string literal that `rest` starts with, quotes included.
+fn string_length(rest: &str) -> usize {
+    let mut escaped = false;
+    for (i, b) in rest.bytes().enumerate().skip(1) {
+        match b {
+            _ if escaped => escaped = false,
+            b'\\' => escaped = true,
+            b'"' => return i + 1,
+            _ => {}
+        }
+    }
+    rest.len()
+}
+
+/// One JSON object with the name of its place, for error messages. Keys may be looked up in an outer object too:
+/// a frame overrides its file.
+#[derive(Clone, Copy)]
+pub(crate) struct Object<'a> {
+    path: &'a Path,
+    place: &'a str,
+    map: &'a Map<String, Value>,
+    outer: Option<&'a Object<'a>>,
+}
+
+impl<'a> Object<'a> {
+    /// The object `value` of file `path` at `place` (empty for the top level).
+    pub fn new(path: &'a Path, place: &'a str, value: &'a Value) -> Result<Self, DataError> {
+        let map = value.as_object().ok_or_else(|| wrong(path, place.to_owned(), value, "an object {…}"))?;
+        Ok(Self { path, place, map, outer: None })
+    }
+
+    /// The same object, falling back to `outer` for keys it lacks.
+    pub fn within(self, outer: &'a Object<'a>) -> Self {
+        Self { outer: Some(outer), ..self }
+    }
+
+    /// The same object without its outer one.
+    pub fn alone(self) -> Self {
+        Self { outer: None, ..self }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// Full name of a key for messages: `frames[3].fl_x`.
+    pub fn key(&self, key: &str) -> String {
+        if self.place.is_empty() { key.to_owned() } else { format!("{}.{key}", self.place) }
+    }
+
+    /// The value of `key` and the object that states it.
+    fn find(&self, key: &str) -> Option<(&'a Value, &Object<'a>)> {
+        match self.map.get(key) {
+            Some(value) => Some((value, self)),
+            None => self.outer?.find(key),
+        }
+    }
+
+    /// The value, unless it is absent or `null`.
+    pub fn get(&self, key: &str) -> Option<&'a Value> {
+        self.find(key).map(|(value, _)| value).filter(|value| !value.is_null())
+    }
+
+    /// The error that `key` is not `expected`.
+    pub fn wrong(&self, key: &str, expected: &'static str) -> DataError {
+        let (value, place) = self.find(key).unwrap_or((&Value::Null, self));
+        let found = self.find(key).is_some().then(|| shorten(value));
+        let (path, key) = (self.path.to_owned(), place.key(key));
+        DataError::Value { path, key, found: found.unwrap_or_else(|| "missing".into()), expected }
+    }
+
+    /// A finite number, where the key is present.
+    pub fn number(&self, key: &str) -> Result<Option<f64>, DataError> {
+        const EXPECTED: &str = "a finite number";
+        let Some((value, _)) = self.find(key) else { return Ok(None) };
+        value.as_f64().filter(|v| v.is_finite()).map(Some).ok_or_else(|| self.wrong(key, EXPECTED))
+    }
+
+    /// A text, where the key is present.
+    pub fn text(&self, key: &str) -> Result<Option<&'a str>, DataError> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        value.as_str().map(Some).ok_or_else(|| self.wrong(key, "a text \"…\""))
+    }
+
+    /// A flag, where the key is present; numbers count as flags when not zero.
+    pub fn flag(&self, key: &str) -> Result<bool, DataError> {
+        let Some(value) = self.get(key) else { return Ok(false) };
+        let flag = value.as_bool().or_else(|| value.as_f64().map(|v| v != 0.0));
+        flag.ok_or_else(|| self.wrong(key, "true or false"))
+    }
+
+    /// A list of texts, where the key is present.
+    pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>, DataError> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let texts = value.as_array().and_then(|list| list.iter().map(Value::as_str).collect());
+        texts.map(Some).ok_or_else(|| self.wrong(key, "a list of texts [\"…\"]"))
+    }
+
+    /// `N` finite numbers, where the key is present.
+    pub fn numbers<const N: usize>(
+        &self,
+        key: &str,
+        expected: &'static str,
+    ) -> Result<Option<[f64; N]>, DataError> {
+        let Some((value, _)) = self.find(key) else { return Ok(None) };
+        row(value).map(Some).ok_or_else(|| self.wrong(key, expected))
+    }
+
+    /// The first `R` rows of a matrix with `C` columns, where the key is present.
+    pub fn matrix<const R: usize, const C: usize>(
+        &self,
+        key: &str,
+        expected: &'static str,
+    ) -> Result<Option<[[f64; C]; R]>, DataError> {
+        let Some((value, _)) = self.find(key) else { return Ok(None) };
+        let rows = value.as_array().and_then(|rows| rows.get(..R));
+        let rows: Option<Vec<[f64; C]>> = rows.and_then(|rows| rows.iter().map(row).collect());
+        let matrix = rows.and_then(|rows| rows.try_into().ok());
+        matrix.map(Some).ok_or_else(|| self.wrong(key, expected))
+    }
+}
+
+/// Exactly `N` finite numbers.
+fn row<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let numbers = value.as_array()?.iter().map(|v| v.as_f64().filter(|v| v.is_finite()));
+    numbers.collect::<Option<Vec<_>>>()?.try_into().ok()
+}
+
+fn wrong(path: &Path, key: String, found: &Value, expected: &'static str) -> DataError {
+    let key = if key.is_empty() { "the top level".to_owned() } else { key };
+    DataError::Value { path: path.to_owned(), key, found: shorten(found), expected }
+}
+
+/// A value as text, at most 80 characters of it.
+fn shorten(value: &Value) -> String {
+    match value {
+        Value::Null => "null (or NaN)".into(),
+        Value::Object(_) => "an object".into(),
+        _ => {
+            let text = value.to_string();
+            let short: String = text.chars().take(80).collect();
+            if short.len() < text.len() { format!("{short}…") } else { short }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_are_blanked_but_not_inside_strings() {
+        let text =
+            "{ // a \"quote\"\n \"a//b\": \"/* kept \\\" */\", /* gone\n\n */ \"x\": NaN, \"y\": -Infinity }";
+        let value: Value = serde_json::from_str(&plain(text)).unwrap();
+        assert_eq!(value["a//b"], "/* kept \" */");
+        assert!(value["x"].is_null() && value["y"].is_null());
+        assert_eq!(plain(text).matches('\n').count(), text.matches('\n').count(), "line numbers stay");
+    }
+
+    #[test]
+    fn a_frame_overrides_its_file_and_errors_name_the_place() {
+        let path = Path::new("t.json");
+        let file = serde_json::json!({"fl_x": 1.0, "w": "wide"});
+        let frame = serde_json::json!({"fl_x": 2.0});
+        let outer = Object::new(path, "", &file).unwrap();
+        let inner = Object::new(path, "frames[3]", &frame).unwrap().within(&outer);
+        assert_eq!(inner.number("fl_x").unwrap(), Some(2.0));
+        assert_eq!(inner.number("fl_y").unwrap(), None);
+        let message = inner.number("w").unwrap_err().to_string();
+        assert_eq!(message, "t.json: w is \"wide\"; expected a finite number");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_text_is_stripped_without_panic(text in ".{0,80}", bytes in proptest::collection::vec(0u8..255, 0..80)) {
+            plain(&text);
+            plain(&String::from_utf8_lossy(&bytes));
+            plain(&format!("/*{text}"));
+            plain(&format!("\"{text}\\"));
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Opening a dataset: find the format, let its importer read it, check and complete the result.
+
+use crate::draft::Draft;
+use crate::formats::{colmap, llff, nsvf, transforms};
+use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
+use std::path::Path;
+
+/// What the user may decide about a dataset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenOptions {
+    /// Hold out every n-th view (sorted by name, from the first) of datasets that state no split; default 8, 0 = none.
+    pub holdout: Option<usize>,
+    /// Allow files outside the dataset's folder (absolute paths, `..`, symbolic links).
+    pub allow_outside: bool,
+    /// What lies behind the scene, instead of what the files say.
+    pub backdrop: Option<Backdrop>,
+    /// What the masks mean, instead of what was concluded.
+    pub mask_meaning: Option<MaskMeaning>,
+}
+
+impl Dataset {
+    /// Opens a dataset folder or description file of any supported [`Format`](crate::Format).
+    ///
+    /// Reads descriptions and image headers, no pixels (but for a few images with alpha). Views whose image is missing
+    /// are left out with a warning in [`Dataset::problems`].
+    pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Dataset, DataError> {
+        let path = path.as_ref();
+        let draft = import(path, options)?;
+        assemble::assemble(path, draft, options)
+    }
+}
+
+fn import(path: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
+    if path.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+        return transforms::read_single(path, options);
+    }
+    if !path.exists() {
+        return Err(DataError::NotFound { path: path.to_owned() });
+    }
+    if path.join("transforms_train.json").is_file() {
+        return transforms::read_blender(path, options);
+    }
+    let single = path.join("transforms.json");
+    if single.is_file() {
+        return transforms::read_single(&single, options);
+    }
+    let models = colmap::find_models(path);
+    if !models.is_empty() {
+        return colmap::read(path, &models, options);
+    }
+    if path.join("poses_bounds.npy").is_file() {
+        return llff::read(path, options);
+    }
+    if let Some(poses) = nsvf::pose_folder(path) {
+        return nsvf::read(path, &poses, options);
+    }
+    Err(DataError::UnknownFormat { path: path.to_owned() })
+}

@@ -1,0 +1,176 @@
+//! Image files to pixels: PNG, JPEG and EXR, colour, alpha and masks.
+
+use crate::error::Size;
+use crate::{DataError, Dataset, Image, Mask, Photo, Pixels, View, limits};
+use ::image::metadata::Orientation;
+use ::image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// What an image file says about itself before it is decoded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Header {
+    /// Size of the stored pixels.
+    pub stored: Size,
+    /// Size after the camera's orientation tag (EXIF) is obeyed.
+    pub upright: Size,
+    /// The tag asks for a rotation or reflection.
+    pub turned: bool,
+    /// The file has an alpha channel.
+    pub alpha: bool,
+}
+
+/// Decodes the image of a view and its mask.
+///
+/// An EXIF orientation is obeyed, except where the camera has the size of the stored, unturned pixels. EXR is linear and
+/// premultiplied by definition; it is divided by its alpha and sRGB-encoded.
+pub fn load_photo(view: &View) -> Result<Photo, DataError> {
+    let expected = Size { width: view.camera.width, height: view.camera.height };
+    let decoded = decode(&view.image, Some(expected))?;
+    let found = Size { width: decoded.width(), height: decoded.height() };
+    if found != expected {
+        return Err(DataError::ImageSize { path: view.image.clone(), found, expected });
+    }
+    let mask = view.mask.as_deref().map(|path| load_mask(path, &view.image, expected)).transpose()?;
+    Ok(Photo { image: to_image(&view.image, decoded)?, mask })
+}
+
+impl Dataset {
+    /// Decodes the views `indices` on all threads, in the order given. `on_loaded` is told each index when it is done.
+    ///
+    /// # Panics
+    /// When an index is not one of [`Dataset::views`].
+    pub fn load_photos(
+        &self,
+        indices: &[usize],
+        on_loaded: impl Fn(usize) + Sync,
+    ) -> Result<Vec<Photo>, DataError> {
+        let load = |&index: &usize| {
+            let photo = load_photo(&self.views[index])?;
+            on_loaded(index);
+            Ok(photo)
+        };
+        indices.par_iter().map(load).collect()
+    }
+}
+
+/// Reads size and channels of an image without decoding it.
+pub(crate) fn header(path: &Path) -> Result<Header, DataError> {
+    let (decoder, orientation) = open(path)?;
+    let (width, height) = decoder.dimensions();
+    let stored = Size { width, height };
+    let upright = if swaps_axes(orientation) { Size { width: height, height: width } } else { stored };
+    let turned = orientation != Orientation::NoTransforms;
+    Ok(Header { stored, upright, turned, alpha: decoder.color_type().has_alpha() })
+}
+
+/// True when some pixel of the image is not opaque.
+pub(crate) fn is_see_through(path: &Path) -> Result<bool, DataError> {
+    let image = decode(path, None)?;
+    Ok(match image {
+        DynamicImage::ImageRgba32F(image) => image.pixels().any(|p| p.0[3] < 1.0),
+        image => image.to_rgba8().pixels().any(|p| p.0[3] < u8::MAX),
+    })
+}
+
+/// The error for a mask that does not cover its image, from the mask's header.
+pub(crate) fn check_mask_size(mask: &Path, image: &Path, expected: Size) -> Result<(), DataError> {
+    let header = header(mask)?;
+    let fits = header.stored == expected || header.upright == expected;
+    fits.then_some(()).ok_or_else(|| DataError::MaskSize {
+        mask: header.upright,
+        path: mask.to_owned(),
+        image: image.to_owned(),
+        expected,
+    })
+}
+
+fn load_mask(path: &Path, image: &Path, expected: Size) -> Result<Mask, DataError> {
+    let decoded = decode(path, Some(expected))?.into_luma8();
+    let (width, height) = decoded.dimensions();
+    let mask = Size { width, height };
+    if mask != expected {
+        return Err(DataError::MaskSize { path: path.to_owned(), mask, image: image.to_owned(), expected });
+    }
+    Ok(Mask { width, height, coverage: decoded.into_raw() })
+}
+
+/// The file's decoder, checked against the pixel limit, and its orientation tag.
+fn open(path: &Path) -> Result<(impl ImageDecoder, Orientation), DataError> {
+    let unreadable = |source| DataError::Read { path: path.to_owned(), source };
+    let broken = |source| DataError::Decode { path: path.to_owned(), source };
+    let mut reader =
+        ImageReader::open(path).map_err(unreadable)?.with_guessed_format().map_err(unreadable)?;
+    let mut allowed = Limits::default();
+    allowed.max_alloc = Some(limits::IMAGE_PIXELS * 16 + (64 << 20)); // RGBA f32 and the decoder's own tables
+    reader.limits(allowed);
+    let mut decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    let found = u64::from(width) * u64::from(height);
+    if found > limits::IMAGE_PIXELS {
+        let (what, limit) = ("the image size [pixels]", limits::IMAGE_PIXELS);
+        return Err(DataError::TooLarge { path: path.to_owned(), what, found, limit });
+    }
+    // A damaged tag is no reason to refuse the pixels.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    Ok((decoder, orientation))
+}
+
+/// The pixels, turned upright unless only the stored size is the `expected` one.
+fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError> {
+    let (decoder, orientation) = open(path)?;
+    let (width, height) = decoder.dimensions();
+    let mut image = DynamicImage::from_decoder(decoder)
+        .map_err(|source: ImageError| DataError::Decode { path: path.to_owned(), source })?;
+    let only_stored_fits =
+        swaps_axes(orientation) && width != height && expected == Some(Size { width, height });
+    if !only_stored_fits {
+        image.apply_orientation(orientation);
+    }
+    Ok(image)
+}
+
+fn swaps_axes(orientation: Orientation) -> bool {
+    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
+    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
+}
+
+fn to_image(path: &Path, decoded: DynamicImage) -> Result<Image, DataError> {
+    let (width, height, alpha) = (decoded.width(), decoded.height(), decoded.color().has_alpha());
+    let channels = if alpha { 4 } else { 3 };
+    let pixels = match decoded.color().bytes_per_pixel() / decoded.color().channel_count() {
+        1 if alpha => Pixels::U8(decoded.into_rgba8().into_raw()),
+        1 => Pixels::U8(decoded.into_rgb8().into_raw()),
+        2 if alpha => Pixels::F32(decoded.into_rgba32f().into_raw()),
+        2 => Pixels::F32(decoded.into_rgb32f().into_raw()),
+        _ if alpha => Pixels::F32(encode_linear(path, width, 4, decoded.into_rgba32f().into_raw())?),
+        _ => Pixels::F32(encode_linear(path, width, 3, decoded.into_rgb32f().into_raw())?),
+    };
+    Ok(Image { width, height, channels, pixels })
+}
+
+/// Linear, premultiplied EXR values to straight alpha and sRGB.
+fn encode_linear(
+    path: &Path,
+    width: u32,
+    channels: usize,
+    mut values: Vec<f32>,
+) -> Result<Vec<f32>, DataError> {
+    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+        let (pixel, value) = ((i / channels) as u32, values[i]);
+        let (column, row) = (pixel % width, pixel / width);
+        return Err(DataError::NotFinite { path: path.to_owned(), column, row, value });
+    }
+    for pixel in values.chunks_exact_mut(channels) {
+        let alpha = pixel.get(3).copied().unwrap_or(1.0);
+        for c in &mut pixel[..3] {
+            *c = srgb_encode(if alpha > 0.0 { *c / alpha } else { *c });
+        }
+    }
+    Ok(values)
+}
+
+/// sRGB transfer function (IEC 61966-2-1), continued beyond 1 for high dynamic range.
+fn srgb_encode(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}

@@ -1,0 +1,131 @@
+//! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is named.
+
+use crate::error::PoseFault;
+use refraxel_core::{Mat3, Pose, Vec3};
+
+/// Largest |RᵀR − 1| taken as a rotation without a word: single precision with some digits lost in text.
+const EXACT: f64 = 1e-5;
+/// Largest |RᵀR − 1| that is repaired.
+const REPAIRABLE: f64 = 1e-2;
+
+/// A pose that is a rigid motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CheckedPose {
+    pub pose: Pose,
+    /// The error that was repaired, where it was worth a word.
+    pub repaired: Option<f64>,
+}
+
+/// Checks that `pose` is finite and rigid, and removes small deviations.
+pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
+    let rotation = &pose.rotation;
+    if !(rotation.columns.iter().all(|c| c.is_finite()) && pose.translation.is_finite()) {
+        return Err(PoseFault::NotFinite);
+    }
+    let (error, det) = (deviation(rotation), rotation.determinant());
+    if error > REPAIRABLE || det <= 0.0 {
+        // A mirrored rotation is still orthonormal up to a scale.
+        let scale = rotation.columns[0].length();
+        return Err(match det {
+            _ if det.abs() <= 1e-6 * scale.powi(3) => PoseFault::Singular(det),
+            _ if det < 0.0 => PoseFault::Mirrored(det),
+            _ => PoseFault::NotRotation(error),
+        });
+    }
+    let repaired = (error > EXACT).then_some(error);
+    Ok(CheckedPose { pose: Pose { rotation: orthonormal(rotation), ..*pose }, repaired })
+}
+
+/// Largest entry of |RᵀR − 1|.
+fn deviation(r: &Mat3<f64>) -> f64 {
+    let product = (r.transpose() * *r).rows();
+    let entry = |i: usize, j: usize| (product[i][j] - if i == j { 1.0 } else { 0.0 }).abs();
+    (0..9).map(|k| entry(k / 3, k % 3)).fold(0.0, f64::max)
+}
+
+/// The nearest rotation, by Newton's iteration for the polar factor R ← (3R − R RᵀR) / 2 (Björck and Bowie 1971).
+/// Quadratic: an error of 1e-2 is below rounding after four steps.
+fn orthonormal(r: &Mat3<f64>) -> Mat3<f64> {
+    (0..4).fold(*r, |r, _| {
+        let cubed = r * (r.transpose() * r);
+        Mat3 { columns: [0, 1, 2].map(|c| (r.columns[c] * 3.0 - cubed.columns[c]) * 0.5) }
+    })
+}
+
+/// The rotation of a Hamilton quaternion (w, x, y, z), normalised; lengths off by more than 1e-3 are refused.
+pub(crate) fn rotation_of_quaternion([w, x, y, z]: [f64; 4]) -> Result<Mat3<f64>, PoseFault> {
+    let length = (w * w + x * x + y * y + z * z).sqrt();
+    if !length.is_finite() {
+        return Err(PoseFault::NotFinite);
+    }
+    if (length - 1.0).abs() > 1e-3 {
+        return Err(PoseFault::Quaternion(length));
+    }
+    let [w, x, y, z] = [w, x, y, z].map(|v| v / length);
+    Ok(Mat3::from_rows([
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]))
+}
+
+/// Camera-to-world rows with OpenGL camera axes (right, up, backwards) to a pose with OpenCV axes.
+pub(crate) fn from_opengl(rows: [[f64; 4]; 3]) -> Pose {
+    let Pose { rotation, translation } = from_opencv(rows);
+    let [right, up, back] = rotation.columns;
+    Pose { rotation: Mat3 { columns: [right, -up, -back] }, translation }
+}
+
+/// Camera-to-world rows with OpenCV camera axes.
+pub(crate) fn from_opencv(rows: [[f64; 4]; 3]) -> Pose {
+    let column = |c: usize| Vec3::new(rows[0][c], rows[1][c], rows[2][c]);
+    Pose { rotation: Mat3 { columns: [column(0), column(1), column(2)] }, translation: column(3) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::vec3;
+
+    fn posed(rotation: Mat3<f64>) -> Pose {
+        Pose { rotation, translation: vec3(1.0, 2.0, 3.0) }
+    }
+
+    fn turned() -> Mat3<f64> {
+        rotation_of_quaternion([0.5, 0.5, -0.5, 0.5]).unwrap()
+    }
+
+    #[test]
+    fn small_errors_are_repaired_to_the_nearest_rotation_and_reported() {
+        let mut rotation = turned();
+        rotation.columns[0] *= 1.003;
+        let checked = check(&posed(rotation)).unwrap();
+        assert!(checked.repaired.is_some());
+        assert!(deviation(&checked.pose.rotation) < 1e-15);
+        assert!(
+            (checked.pose.rotation.columns[0] - turned().columns[0]).length() < 1e-12,
+            "no axis was turned"
+        );
+        assert_eq!(check(&posed(turned())).unwrap().repaired, None);
+    }
+
+    #[test]
+    fn what_is_not_a_rotation_is_named() {
+        let [a, b, c] = turned().columns;
+        let fault = |columns| check(&posed(Mat3 { columns })).unwrap_err();
+        assert_eq!(fault([a, b, vec3(f64::NAN, 0.0, 0.0)]), PoseFault::NotFinite);
+        assert!(matches!(fault([a, b, -c]), PoseFault::Mirrored(_)));
+        assert!(matches!(fault([a, b, b]), PoseFault::Singular(_)));
+        assert!(matches!(fault([a, b, vec3(0.0, 0.0, 0.0)]), PoseFault::Singular(_)));
+        assert!(matches!(fault([a * 2.0, b * 2.0, c * 2.0]), PoseFault::NotRotation(_)));
+        assert!(matches!(rotation_of_quaternion([0.0; 4]), Err(PoseFault::Quaternion(_))));
+        assert!(matches!(rotation_of_quaternion([f64::NAN; 4]), Err(PoseFault::NotFinite)));
+    }
+
+    #[test]
+    fn a_quaternion_turns_as_hamilton_says() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let about_z = rotation_of_quaternion([half, 0.0, 0.0, half]).unwrap();
+        assert!((about_z * vec3(1.0, 0.0, 0.0) - vec3(0.0, 1.0, 0.0)).length() < 1e-15);
+    }
+}

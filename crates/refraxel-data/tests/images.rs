@@ -1,0 +1,125 @@
+//! Decoding: depth, alpha, orientation, linear images, masks, and files that are none.
+
+mod fixture;
+
+use fixture::*;
+use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
+use refraxel_core::{Camera, vec3};
+use refraxel_data::{DataError, MaskMeaning, Photo, Pixels, View, load_photo};
+use std::path::Path;
+
+fn view(folder: &Path, name: &str, width: u32, height: u32) -> View {
+    let camera =
+        Camera::look_at(vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 0.7, [width, height]);
+    let image = folder.join(name);
+    View { name: name.into(), image, mask: None, mask_meaning: MaskMeaning::Keep, camera }
+}
+
+fn load(image: &DynamicImage, name: &str) -> Result<Photo, DataError> {
+    let folder = tempfile::tempdir().unwrap();
+    image.save(folder.path().join(name)).unwrap();
+    load_photo(&view(folder.path(), name, image.width(), image.height()))
+}
+
+#[test]
+fn eight_bit_images_keep_their_bytes_and_grey_becomes_rgb() {
+    let rgba = RgbaImage::from_fn(3, 2, |x, y| Rgba([x as u8, y as u8, 7, 128]));
+    let photo = load(&rgba.clone().into(), "a.png").unwrap();
+    assert_eq!((photo.image.channels, photo.image.pixels), (4, Pixels::U8(rgba.into_raw())));
+    let grey = DynamicImage::ImageLuma8(ImageBuffer::from_pixel(2, 1, image::Luma([9])));
+    assert_eq!(load(&grey, "g.png").unwrap().image.pixels, Pixels::U8(vec![9; 6]));
+}
+
+#[test]
+fn sixteen_bit_images_keep_their_precision() {
+    let deep = DynamicImage::ImageRgb16(ImageBuffer::from_pixel(1, 1, image::Rgb([0, 257, 65535])));
+    let Pixels::F32(values) = load(&deep, "a.png").unwrap().image.pixels else { panic!("expected floats") };
+    assert_eq!(values, [0.0, 257.0 / 65535.0, 1.0]);
+}
+
+#[test]
+fn linear_images_are_divided_by_alpha_and_encoded_as_srgb() {
+    let linear = DynamicImage::ImageRgba32F(ImageBuffer::from_pixel(1, 1, Rgba([0.1, 0.5, 0.0, 0.5])));
+    let photo = load(&linear, "a.exr").unwrap();
+    let [r, g, b, a] = photo.image.rgba(0);
+    // sRGB of 0.2 is 0.48453, of 1 is 1.
+    assert!((r - 0.484_53).abs() < 1e-4 && (g - 1.0).abs() < 1e-6 && b == 0.0 && a == 0.5, "{r} {g} {b} {a}");
+}
+
+#[test]
+fn a_pixel_that_is_not_finite_is_named() {
+    let mut linear = ImageBuffer::from_pixel(3, 2, image::Rgb([0.5_f32; 3]));
+    linear.put_pixel(2, 1, image::Rgb([0.0, f32::NAN, 0.0]));
+    let message = load(&DynamicImage::ImageRgb32F(linear), "a.exr").unwrap_err().to_string();
+    assert!(message.contains("column 2, row 1") && message.contains("NaN"), "{message}");
+}
+
+/// A JPEG with an EXIF orientation tag, 8 × 16 stored, left half dark.
+fn turned_jpeg(orientation: u8) -> Vec<u8> {
+    let picture = image::GrayImage::from_fn(16, 8, |x, _| image::Luma([if x < 8 { 0 } else { 255 }]));
+    let mut jpeg = Vec::new();
+    DynamicImage::from(picture)
+        .write_to(&mut std::io::Cursor::new(&mut jpeg), image::ImageFormat::Jpeg)
+        .unwrap();
+    let tiff =
+        [b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".as_slice(), &[orientation, 0, 0, 0, 0, 0, 0, 0]]
+            .concat();
+    let body = [b"Exif\0\0".as_slice(), &tiff].concat();
+    let length = (body.len() as u16 + 2).to_be_bytes();
+    [&jpeg[..2], &[0xff, 0xe1], &length, &body, &jpeg[2..]].concat()
+}
+
+#[test]
+fn exif_orientation_is_obeyed_unless_the_camera_has_the_stored_shape() {
+    let folder = tempfile::tempdir().unwrap();
+    write_file(folder.path(), "a.jpg", turned_jpeg(6)); // turn by 90° clockwise: the left becomes the top
+    let upright = load_photo(&view(folder.path(), "a.jpg", 8, 16)).unwrap().image;
+    assert!(upright.rgba(3 * 8 + 4)[0] < 0.1 && upright.rgba(13 * 8 + 4)[0] > 0.9);
+    let stored = load_photo(&view(folder.path(), "a.jpg", 16, 8)).unwrap().image;
+    assert!(stored.rgba(4 * 16 + 2)[0] < 0.1 && stored.rgba(4 * 16 + 13)[0] > 0.9);
+    let message = load_photo(&view(folder.path(), "a.jpg", 9, 9)).unwrap_err().to_string();
+    assert!(message.contains("the image is 8x16, but its camera was read for 9x9"), "{message}");
+}
+
+#[test]
+fn a_mask_of_another_size_names_both_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "a.png", 4, 3);
+    write_image(folder.path(), "m.png", 5, 3);
+    let mut with_mask = view(folder.path(), "a.png", 4, 3);
+    with_mask.mask = Some(folder.path().join("m.png"));
+    let message = load_photo(&with_mask).unwrap_err().to_string();
+    assert!(message.contains("the mask is 5x3") && message.contains("is 4x3"), "{message}");
+}
+
+#[test]
+fn truncated_images_and_other_files_are_errors_that_name_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "whole.png", 6, 4);
+    let png = std::fs::read(folder.path().join("whole.png")).unwrap();
+    let jpeg = turned_jpeg(1);
+    for (name, whole) in [("cut.png", png), ("cut.jpg", jpeg)] {
+        for cut in (0..whole.len() - 16).step_by(3) {
+            write_file(folder.path(), name, &whole[..cut]);
+            // A JPEG may be shown as far as it goes; what matters is that nothing panics and errors name the file.
+            if let Err(error) = load_photo(&view(folder.path(), name, 6, 4)) {
+                assert!(error.to_string().contains(name), "{error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_image_that_claims_to_be_huge_is_refused_before_it_is_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "a.png", 6, 4);
+    let mut png = std::fs::read(folder.path().join("a.png")).unwrap();
+    png[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]); // IHDR width and height
+    let crc = png[12..29].iter().fold(!0_u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
+    });
+    png[29..33].copy_from_slice(&(!crc).to_be_bytes());
+    write_file(folder.path(), "a.png", png);
+    let error = load_photo(&view(folder.path(), "a.png", 65535, 65535)).unwrap_err();
+    assert!(matches!(error, DataError::TooLarge { found: 4_294_836_225, .. }), "{error}");
+}
