@@ -20,6 +20,13 @@ const C3_5: f64 = 1.445_305_721_320_277;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ShDegree(u8);
 
+impl Default for ShDegree {
+    /// Degree 2: 9 coefficients per colour.
+    fn default() -> Self {
+        Self(2)
+    }
+}
+
 impl ShDegree {
     /// Degree `d` if it is supported (0..=3).
     pub fn new(d: u8) -> Option<Self> {

@@ -10,7 +10,7 @@ pub struct Marching {
     pub step: f32,
     /// Nothing nearer to the camera than this is seen [scene unit].
     pub near: f32,
-    /// Samples of smaller optical depth count as perfectly transparent and get no gradient.
+    /// Samples of smaller optical depth per voxel count as perfectly transparent and get no gradient.
     pub min_optical_depth: f32,
     /// A ray ends once its transmittance falls below this.
     pub min_transmittance: f32,

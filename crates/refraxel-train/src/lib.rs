@@ -1,11 +1,20 @@
-//! Training on the CPU and what surrounds it: backends, image metrics, checkpoints.
+//! Training on the CPU and what surrounds it: backends, sampling, schedules, evaluation, image metrics, checkpoints.
 
 pub mod backend;
 pub mod bench;
 pub mod checkpoint;
+pub mod config;
 pub mod cpu;
+pub mod evaluate;
 pub mod metrics;
+pub mod model;
 pub mod random;
+pub mod rays;
+pub mod run;
+pub mod schedule;
+pub mod trainer;
 
 pub use backend::Backend;
+pub use config::{Config, ConfigError};
 pub use cpu::CpuBackend;
+pub use trainer::{Trainer, TrainError};

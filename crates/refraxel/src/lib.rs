@@ -8,3 +8,4 @@ pub mod exit;
 pub mod picture;
 pub mod plot;
 pub mod progress;
+pub mod verbs;

@@ -8,6 +8,7 @@ use clap::{CommandFactory, Parser};
 use refraxel::cli::{Cli, Verb};
 use refraxel::console::Console;
 use refraxel::exit::{Exit, Failure, OrExit};
+use refraxel::verbs;
 
 fn main() -> ExitCode {
     match run(Cli::parse().verb) {
@@ -26,6 +27,8 @@ fn run(verb: Verb) -> Result<(), Failure> {
             clap_complete::generate(shell, &mut Cli::command(), "refraxel", &mut script);
             Console::Text.say(&String::from_utf8_lossy(&script)).or_exit(Exit::Io)
         }
+        Verb::Train(args) => verbs::train::run(&args),
+        Verb::Eval(args) => verbs::eval::run(&args),
         _ => Err(Failure::new(Exit::Usage, anyhow!("this build does not have the verb yet"))),
     }
 }

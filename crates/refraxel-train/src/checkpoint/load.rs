@@ -49,7 +49,7 @@ impl<'a> Reader<'a> {
         if !metadata.is_file() {
             return Err(CheckpointError::Foreign {
                 path: path.to_owned(),
-                found: "it is not a regular file",
+                found: "it is not a regular file".to_owned(),
             });
         }
         Ok(Self { path, file, length: metadata.len() })
@@ -114,6 +114,6 @@ impl<'a> Reader<'a> {
     }
 
     fn foreign(&self, found: &'static str) -> CheckpointError {
-        CheckpointError::Foreign { path: self.path.to_owned(), found }
+        CheckpointError::Foreign { path: self.path.to_owned(), found: found.to_owned() }
     }
 }

@@ -40,7 +40,7 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
         /// How the file shows that it is something else.
-        found: &'static str,
+        found: String,
     },
     /// The file is a checkpoint with bytes missing or changed.
     #[error("the checkpoint {} is damaged: {found}; restore it from a copy or use an older checkpoint of the run",

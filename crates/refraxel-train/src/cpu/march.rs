@@ -129,6 +129,8 @@ struct Pending {
     /// Where they start.
     first: usize,
     scale_length: [f32; GROUP],
+    /// Points of lower raw density are transparent.
+    theta_min: f32,
 }
 
 const BLANK: Sample = Sample {
@@ -174,7 +176,8 @@ impl Marcher {
         let rate = self.nodes.nodes_per_unit.hadamard(self.nodes.unit_per_world);
         let nodes_per_step = ray.direction.map(f32::abs).hadamard(rate).max_element() * step;
         let density = &field.density[..];
-        let mut pending = Pending { first: out.len(), scale_length: [0.0; GROUP] };
+        let theta_min = self.theta_min(marching);
+        let mut pending = Pending { first: out.len(), theta_min, scale_length: [0.0; GROUP] };
         let mut growth = self.nodes.growth(ray.at(t0));
         let mut t = t0 + offset * step * growth;
         while t <= t1 {
@@ -241,7 +244,7 @@ impl Marcher {
         let mut kept = pending.first;
         let mut opaque = false;
         for (i, from) in (pending.first..out.len()).enumerate() {
-            if tau[i] < marching.min_optical_depth {
+            if theta[i] < pending.theta_min {
                 continue;
             }
             if kept != from {
@@ -261,14 +264,18 @@ impl Marcher {
         opaque
     }
 
+    /// Raw density at which the optical depth of a voxel reaches the cut-off: softplus⁻¹. Outside the box of a contracted
+    /// domain steps and voxels grow together, so one threshold serves.
+    #[inline(always)]
+    fn theta_min(&self, marching: &Marching) -> f32 {
+        let cut = marching.min_optical_depth / (self.density_scale * self.voxel);
+        if cut > 0.0 { cut.exp_m1().ln() } else { f32::NEG_INFINITY }
+    }
+
     /// Recompute which cells may hold a sample of optical depth above the cut-off: those with a corner above it.
     pub(super) fn refresh(&mut self, field: &VoxelField<f32>, marching: &Marching) {
         use rayon::prelude::*;
-        let tau_per_softplus = self.density_scale * self.voxel * marching.step;
-        let cut = marching.min_optical_depth / tau_per_softplus;
-        // softplus⁻¹; everything is occupied without a cut-off. Steps grow outside the box of a contracted domain, by
-        // the same factor as the matter there spreads, so one threshold serves.
-        let theta_min = if cut > 0.0 { cut.exp_m1().ln() } else { f32::NEG_INFINITY };
+        let theta_min = self.theta_min(marching);
         self.occupied.par_iter_mut().enumerate().skip(1).for_each(|(slot, bits)| {
             *bits = (0..64).fold(0, |bits, local| {
                 let corners = field.map.corners(Cell { slot: slot as u32, local });

@@ -1,0 +1,251 @@
+//! Training options: everything that `--set key=value` and a configuration file can change.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// What training should do. Every field is a key of the configuration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Steps in all; ignored when `minutes` is set.
+    pub steps: u64,
+    /// Wall-clock budget [minute]; 0: train for `steps` instead. A clock is not reproducible, steps are.
+    pub minutes: f64,
+    /// Rays of a step.
+    pub batch: u32,
+    /// Angular degree of colour, 0 to 3.
+    pub sh_degree: u8,
+    /// Nodes along the longest edge of the final grid; 0: one voxel per pixel at the centre of the scene.
+    pub resolution: u32,
+    /// Largest resolution that is chosen automatically.
+    pub max_resolution: u32,
+    /// Number of coarse-to-fine stages; each doubles the resolution.
+    pub stages: u32,
+    /// Share of the run that each stage before the last takes, of what is then left.
+    pub stage_share: f64,
+    /// Quadrature step while training [voxel].
+    pub train_step: f32,
+    /// Quadrature step of final renderings [voxel].
+    pub render_step: f32,
+    /// Nothing nearer to a camera than this share of its distance to the scene's centre exists.
+    pub near: f32,
+    /// Samples with an optical depth per voxel below this are transparent.
+    pub min_optical_depth: f32,
+    /// Rays stop at this transmittance.
+    pub min_transmittance: f32,
+    /// Learning rate of raw density at the start, and its factor at the end.
+    pub rate_density: f32,
+    /// Learning rate of SH coefficients at the start.
+    pub rate_colour: f32,
+    /// Learning rate of the background at the start.
+    pub rate_background: f32,
+    /// Factor that all rates have reached at the end.
+    pub rate_decay: f32,
+    /// Share of the run over which rates rise from a tenth.
+    pub warm_up: f32,
+    /// Raw density everywhere at the start.
+    pub initial_density: f32,
+    /// Weight of the Cauchy sparsity prior per sample.
+    pub sparsity: f32,
+    /// Weight of the opacity prior per ray.
+    pub opacity: f32,
+    /// Weight of total variation of density.
+    pub tv_density: f32,
+    /// Weight of total variation of colour.
+    pub tv_colour: f32,
+    /// Factor that the weights of total variation have reached at the end.
+    pub tv_decay: f32,
+    /// Total variation visits this fraction (one in n) of the voxels in one step.
+    pub tv_period: u32,
+    /// Voxels that no training ray gives more weight than this are dropped.
+    pub prune_weight: f32,
+    /// Rows of the learned panorama behind unbounded scenes.
+    pub environment_rows: u32,
+    /// Largest estimated memory of parameters and moments [GiB]; the resolution is lowered to fit.
+    pub memory: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            steps: 12_000,
+            minutes: 0.0,
+            batch: 8192,
+            sh_degree: 2,
+            resolution: 0,
+            max_resolution: 320,
+            stages: 3,
+            stage_share: 0.15,
+            train_step: 1.0,
+            render_step: 0.5,
+            near: 0.2,
+            min_optical_depth: 1e-3,
+            min_transmittance: 1e-3,
+            rate_density: 0.3,
+            rate_colour: 0.02,
+            rate_background: 0.01,
+            rate_decay: 0.05,
+            warm_up: 0.01,
+            initial_density: -5.0,
+            sparsity: 0.0,
+            opacity: 0.0,
+            tv_density: 1e-4,
+            tv_colour: 1e-4,
+            tv_decay: 0.1,
+            tv_period: 16,
+            prune_weight: 0.005,
+            environment_rows: 64,
+            memory: 8.0,
+        }
+    }
+}
+
+/// Why a configuration was refused.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum ConfigError {
+    /// A key that does not exist.
+    #[error("unknown option `{key}`; known options are: {known}")]
+    Unknown {
+        /// The key.
+        key: String,
+        /// All keys there are.
+        known: String,
+    },
+    /// A value of the wrong type.
+    #[error("option `{key}` is `{found}`, expected a {expected}")]
+    Type {
+        /// The key.
+        key: String,
+        /// The value.
+        found: String,
+        /// "number" or "whole number".
+        expected: &'static str,
+    },
+    /// A value out of range.
+    #[error("option `{key}` is {found}, expected {expected}")]
+    Range {
+        /// The key.
+        key: &'static str,
+        /// The value.
+        found: String,
+        /// The range.
+        expected: &'static str,
+    },
+}
+
+impl Config {
+    /// Change options from (key, value) pairs in order; later ones win.
+    pub fn with<'a>(self, settings: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, ConfigError> {
+        let mut all = self.to_map();
+        for (key, text) in settings {
+            let Some(old) = all.get(key) else {
+                let known = all.keys().cloned().collect::<Vec<_>>().join(", ");
+                return Err(ConfigError::Unknown { key: key.to_owned(), known });
+            };
+            let value = parse(key, text, old)?;
+            all.insert(key.to_owned(), value);
+        }
+        let config: Self = serde_json::from_value(Value::Object(all))
+            .map_err(|e| ConfigError::Type { key: "?".into(), found: e.to_string(), expected: "number" })?;
+        config.checked()
+    }
+
+    fn to_map(&self) -> Map<String, Value> {
+        match serde_json::to_value(self) {
+            Ok(Value::Object(map)) => map,
+            _ => Map::new(),
+        }
+    }
+
+    /// The same configuration if every value makes sense.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        let range = |ok: bool, key, found: String, expected| {
+            if ok { Ok(()) } else { Err(ConfigError::Range { key, found, expected }) }
+        };
+        let real = |key, v: f32, low: f32, high: f32, expected| {
+            range(v >= low && v <= high, key, v.to_string(), expected)
+        };
+        range(self.steps > 0, "steps", self.steps.to_string(), "at least 1")?;
+        range((1..=1 << 20).contains(&self.batch), "batch", self.batch.to_string(), "1 to 1048576 rays")?;
+        range(self.sh_degree <= 3, "sh_degree", self.sh_degree.to_string(), "0, 1, 2 or 3")?;
+        let resolution = |n: u32| n == 0 || (8..=1024).contains(&n);
+        range(resolution(self.resolution), "resolution", self.resolution.to_string(), "0 (automatic) or 8 to 1024")?;
+        range((16..=1024).contains(&self.max_resolution), "max_resolution", self.max_resolution.to_string(), "16 to 1024")?;
+        range((1..=6).contains(&self.stages), "stages", self.stages.to_string(), "1 to 6")?;
+        range(self.stage_share > 0.0 && self.stage_share < 1.0, "stage_share", self.stage_share.to_string(), "between 0 and 1")?;
+        range(self.minutes >= 0.0 && self.minutes.is_finite(), "minutes", self.minutes.to_string(), "0 or more")?;
+        range(self.memory > 0.0, "memory", self.memory.to_string(), "more than 0 GiB")?;
+        range((1..=1 << 20).contains(&self.tv_period), "tv_period", self.tv_period.to_string(), "at least 1")?;
+        range((1..=2048).contains(&self.environment_rows), "environment_rows", self.environment_rows.to_string(), "1 to 2048")?;
+        real("train_step", self.train_step, 0.05, 4.0, "0.05 to 4 voxels")?;
+        real("render_step", self.render_step, 0.05, 4.0, "0.05 to 4 voxels")?;
+        real("near", self.near, 0.0, 0.99, "0 to 0.99")?;
+        real("min_optical_depth", self.min_optical_depth, 0.0, 0.1, "0 to 0.1")?;
+        real("min_transmittance", self.min_transmittance, 0.0, 0.5, "0 to 0.5")?;
+        for (key, v) in [
+            ("rate_density", self.rate_density),
+            ("rate_colour", self.rate_colour),
+            ("rate_background", self.rate_background),
+        ] {
+            real(key, v, 0.0, 100.0, "0 to 100")?;
+        }
+        real("rate_decay", self.rate_decay, 1e-6, 1.0, "1e-6 to 1")?;
+        real("warm_up", self.warm_up, 0.0, 1.0, "0 to 1")?;
+        real("initial_density", self.initial_density, -9.0, 9.0, "-9 to 9")?;
+        for (key, v) in [
+            ("sparsity", self.sparsity),
+            ("opacity", self.opacity),
+            ("tv_density", self.tv_density),
+            ("tv_colour", self.tv_colour),
+            ("prune_weight", self.prune_weight),
+        ] {
+            real(key, v, 0.0, 1e6, "0 or more")?;
+        }
+        real("tv_decay", self.tv_decay, 1e-6, 1.0, "1e-6 to 1")?;
+        Ok(self)
+    }
+}
+
+/// A value of the type that the option has.
+fn parse(key: &str, text: &str, old: &Value) -> Result<Value, ConfigError> {
+    let whole = !old.is_f64();
+    let value = if whole {
+        text.parse::<u64>().ok().map(Value::from)
+    } else {
+        text.parse::<f64>().ok().filter(|v| v.is_finite()).map(Value::from)
+    };
+    let expected = if whole { "whole number" } else { "number" };
+    value.ok_or_else(|| ConfigError::Type { key: key.to_owned(), found: text.to_owned(), expected })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_change_options_in_order() {
+        let c = Config::default().with([("steps", "7"), ("rate_density", "0.5"), ("steps", "9")]).unwrap();
+        assert_eq!((c.steps, c.rate_density), (9, 0.5));
+    }
+
+    #[test]
+    fn every_default_survives_a_round_trip() {
+        let all: Vec<(String, String)> =
+            Config::default().to_map().into_iter().map(|(k, v)| (k, v.to_string())).collect();
+        let c = Config::default().with(all.iter().map(|(k, v)| (k.as_str(), v.as_str()))).unwrap();
+        assert_eq!(c, Config::default());
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let refuse = |k, v| Config::default().with([(k, v)]).unwrap_err().to_string();
+        assert!(refuse("stepz", "7").starts_with("unknown option `stepz`; known options are: batch,"));
+        assert_eq!(refuse("steps", "7.5"), "option `steps` is `7.5`, expected a whole number");
+        assert_eq!(refuse("sh_degree", "4"), "option `sh_degree` is 4, expected 0, 1, 2 or 3");
+        assert_eq!(refuse("rate_density", "NaN"), "option `rate_density` is `NaN`, expected a number");
+        assert!(refuse("train_step", "0").contains("0.05 to 4 voxels"));
+    }
+}

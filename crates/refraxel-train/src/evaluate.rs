@@ -1,0 +1,100 @@
+//! Rendering views and scoring them: the one function behind training curves, `eval` and `compare`.
+
+use crate::backend::{Backend, Marching};
+use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
+use crate::rays::pixel_ray;
+use rayon::prelude::*;
+use refraxel_core::{Camera, Ray, Vec3};
+use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+
+/// What a camera sees of a field.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// Width [pixel].
+    pub width: u32,
+    /// Height [pixel].
+    pub height: u32,
+    /// 8-bit sRGB, rows from the top.
+    pub colour: Vec<[u8; 3]>,
+    /// Opacity, 0 to 1.
+    pub opacity: Vec<f32>,
+    /// Mean arc length to what is seen [scene unit]; 0 where nothing is.
+    pub depth: Vec<f32>,
+}
+
+/// Render a camera's whole image. Pixels that the lens does not see are black.
+pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
+    let count = camera.width as usize * camera.height as usize;
+    let rays: Vec<Option<Ray<f32>>> = (0..count).into_par_iter().map(|p| pixel_ray(camera, p)).collect();
+    // A ray that leaves the scene at once stands for a blind pixel.
+    let blind = Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
+    let order = tiles(camera.width, camera.height);
+    let tiled: Vec<Ray<f32>> = order.iter().map(|&p| rays[p].unwrap_or(blind)).collect();
+    let mut out = Rendering {
+        width: camera.width,
+        height: camera.height,
+        colour: vec![[0; 3]; count],
+        opacity: vec![0.0; count],
+        depth: vec![0.0; count],
+    };
+    for (&p, pixel) in order.iter().zip(backend.render(&tiled, marching)) {
+        if rays[p].is_some() {
+            let opacity = 1.0 - pixel.transmittance;
+            out.colour[p] = pixel.colour.map(quantize);
+            out.opacity[p] = opacity;
+            out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
+        }
+    }
+    out
+}
+
+/// Pixels in 8 × 8 tiles, whose rays share their voxels.
+fn tiles(width: u32, height: u32) -> Vec<usize> {
+    const TILE: u32 = 8;
+    let mut order = Vec::with_capacity((width * height) as usize);
+    for ty in (0..height).step_by(TILE as usize) {
+        for tx in (0..width).step_by(TILE as usize) {
+            for y in ty..(ty + TILE).min(height) {
+                order.extend((tx..(tx + TILE).min(width)).map(|x| (y * width + x) as usize));
+            }
+        }
+    }
+    order
+}
+
+/// The truth as 8-bit colour; alpha is composited on white.
+pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {
+    (0..photo.image.len())
+        .map(|p| {
+            let [r, g, b, alpha] = photo.image.rgba(p);
+            let alpha = if backdrop == Backdrop::Transparent { alpha } else { 1.0 };
+            [r, g, b].map(|c| quantize(c * alpha + 1.0 - alpha))
+        })
+        .collect()
+}
+
+/// The colour behind transparent pictures in renderings and scores.
+pub const WHITE: [f32; 3] = [1.0; 3];
+
+/// Score a rendering against its photograph. Refractive masks give the scores inside and outside; other masks none.
+pub fn score(
+    rendering: &Rendering,
+    view: &View,
+    photo: &Photo,
+    backdrop: Backdrop,
+) -> Result<ImageScore, MetricsError> {
+    let expected = truth(photo, backdrop);
+    let rendered = Rgb8::new(&rendering.colour, rendering.width as usize, rendering.height as usize);
+    let truth = Rgb8::new(&expected, photo.image.width as usize, photo.image.height as usize);
+    let refractive = view.mask_meaning == MaskMeaning::Refractive;
+    let mask = photo.mask.as_ref().filter(|_| refractive).map(|m| &m.coverage[..]);
+    ImageScore::new(&view.name, rendered, truth, mask)
+}
+
+/// Distance below which a view sees nothing: a share of the camera's distance to the middle of the scene, the smallest
+/// over the views.
+pub fn near_limit(views: &[&View], middle: Vec3<f64>, share: f32) -> f32 {
+    let distances = views.iter().map(|v| (v.camera.world_from_camera.translation - middle).length());
+    let nearest = distances.fold(f64::INFINITY, f64::min);
+    if nearest.is_finite() { share * nearest as f32 } else { 0.0 }
+}

@@ -1,0 +1,213 @@
+//! Training rays: which pixel of which photograph, its ray and what it should show.
+
+use crate::backend::Batch;
+use crate::random::Random;
+use rayon::prelude::*;
+use refraxel_core::{Camera, Lens, Ray, Vec3};
+use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+use std::sync::Arc;
+
+/// Unit directions of all pixel centres in the camera frame; NaN where the lens sees nothing.
+type Directions = Arc<Vec<Vec3<f32>>>;
+
+/// A photograph with everything needed to draw rays from it.
+struct Shot {
+    camera: Camera,
+    directions: Option<Directions>,
+    photo: Photo,
+    meaning: MaskMeaning,
+}
+
+/// The photographs that rays are drawn from.
+pub struct Shots {
+    shots: Vec<Shot>,
+    /// Pixels before each shot, and in all.
+    first: Vec<u64>,
+    transparent: bool,
+    random: Random,
+}
+
+/// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
+const KEPT_LENSES: usize = 8;
+/// Pixels that must not be used are drawn again this often before the ray is given up.
+const REDRAWS: u64 = 32;
+
+impl Shots {
+    /// Photographs to draw from.
+    ///
+    /// # Panics
+    /// If views and photos are not of the same number.
+    pub fn new(views: Vec<View>, photos: Vec<Photo>, backdrop: Backdrop, seed: u64) -> Self {
+        assert_eq!(views.len(), photos.len(), "one photo per view");
+        let mut kept: Vec<(Camera, Directions)> = Vec::new();
+        let mut shots = Vec::with_capacity(views.len());
+        for (view, photo) in views.into_iter().zip(photos) {
+            let directions = directions_of(&view.camera, &mut kept);
+            shots.push(Shot { camera: view.camera, directions, photo, meaning: view.mask_meaning });
+        }
+        let mut first = vec![0];
+        for s in &shots {
+            first.push(first[first.len() - 1] + s.photo.image.len() as u64);
+        }
+        Self { shots, first, transparent: backdrop == Backdrop::Transparent, random: Random::new(seed) }
+    }
+
+    /// Pixels in all.
+    pub fn pixels(&self) -> u64 {
+        self.first[self.first.len() - 1]
+    }
+
+    /// `size` rays through random pixels of all photographs: a function of the seed and the step alone.
+    pub fn batch(&self, step: u64, size: usize) -> Batch {
+        let drawn: Vec<_> = (0..size as u64).into_par_iter().filter_map(|i| self.draw(step, i)).collect();
+        let mut batch = Batch::default();
+        for (ray, target, behind, offset) in drawn {
+            batch.rays.push(ray);
+            batch.target.push(target);
+            batch.offset.push(offset);
+            batch.behind.extend(self.transparent.then_some(behind));
+        }
+        batch
+    }
+
+    fn draw(&self, step: u64, i: u64) -> Option<(Ray<f32>, [f32; 3], [f32; 3], f32)> {
+        let lane = |k: u64| i * 64 + k;
+        let (shot, pixel, ray) = (0..REDRAWS).find_map(|k| {
+            let at = self.random.below(self.pixels(), step, lane(8 + k));
+            let shot = self.first.partition_point(|&f| f <= at) - 1;
+            let pixel = (at - self.first[shot]) as usize;
+            let ray = self.shots[shot].ray(pixel)?;
+            self.shots[shot].used(pixel).then_some((shot, pixel, ray))
+        })?;
+        let [r, g, b, alpha] = self.shots[shot].photo.image.rgba(pixel);
+        let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
+        let over = |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
+        let offset = self.random.uniform(step, lane(3)) as f32;
+        Some((ray, [over(r, 0), over(g, 1), over(b, 2)], behind, offset))
+    }
+
+    /// About `count` rays spread evenly over all pixels.
+    pub fn spread(&self, count: u64) -> Vec<Ray<f32>> {
+        let n = self.pixels();
+        let stride = (n / count.max(1)).max(1) | 1;
+        let rays = (0..n.div_ceil(stride)).into_par_iter().filter_map(|k| {
+            let at = k * stride;
+            let shot = self.first.partition_point(|&f| f <= at) - 1;
+            self.shots[shot].ray((at - self.first[shot]) as usize)
+        });
+        rays.collect()
+    }
+}
+
+impl Shot {
+    /// The ray through a pixel's centre.
+    fn ray(&self, pixel: usize) -> Option<Ray<f32>> {
+        let Some(directions) = &self.directions else { return pixel_ray(&self.camera, pixel) };
+        let d = directions[pixel];
+        let pose = &self.camera.world_from_camera;
+        let columns = pose.rotation.columns.map(|c| c.cast::<f32>());
+        let direction = columns[0] * d.x + columns[1] * d.y + columns[2] * d.z;
+        d.is_finite().then(|| Ray { origin: pose.translation.cast(), direction: direction.normalized() })
+    }
+
+    /// Whether a mask lets the pixel count.
+    fn used(&self, pixel: usize) -> bool {
+        let Some(mask) = &self.photo.mask else { return true };
+        match self.meaning {
+            MaskMeaning::Refractive => true,
+            MaskMeaning::Keep => mask.coverage[pixel] > 127,
+            MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
+        }
+    }
+}
+
+/// The ray through the centre of pixel `row * width + column`.
+pub fn pixel_ray(camera: &Camera, pixel: usize) -> Option<Ray<f32>> {
+    let (x, y) = (pixel as u32 % camera.width, pixel as u32 / camera.width);
+    camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5).map(|r| r.cast())
+}
+
+fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Option<Directions> {
+    if camera.lens == Lens::Pinhole {
+        return None;
+    }
+    let same = |k: &Camera| Camera { world_from_camera: k.world_from_camera, ..*camera } == *k;
+    if let Some((_, found)) = kept.iter().find(|(k, _)| same(k)) {
+        return Some(Arc::clone(found));
+    }
+    if kept.len() == KEPT_LENSES {
+        return None;
+    }
+    let count = camera.width as usize * camera.height as usize;
+    let blind = Vec3::splat(f32::NAN);
+    let all = (0..count).into_par_iter().map(|pixel| {
+        let (x, y) = ((pixel as u32 % camera.width), (pixel as u32 / camera.width));
+        let at = [f64::from(x) + 0.5 - camera.center[0], f64::from(y) + 0.5 - camera.center[1]];
+        let d = camera.lens.direction([at[0] / camera.focal[0], at[1] / camera.focal[1]]);
+        d.map_or(blind, |d| d.normalized().cast())
+    });
+    let all: Directions = Arc::new(all.collect());
+    kept.push((*camera, Arc::clone(&all)));
+    Some(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::vec3;
+    use refraxel_data::{Image, Mask, Pixels};
+    use std::path::PathBuf;
+
+    fn shot(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
+        let mut camera =
+            Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
+        camera.lens = lens;
+        let (image, mask_meaning) = (PathBuf::new(), meaning);
+        let view = View { name: "a.png".into(), image, mask: None, mask_meaning, camera };
+        let pixels = Pixels::U8((0..32).map(|v| v * 8).collect());
+        let image = Image { width: 4, height: 2, channels: 4, pixels };
+        (view, Photo { image, mask: mask.map(|coverage| Mask { width: 4, height: 2, coverage }) })
+    }
+
+    fn shots(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> Shots {
+        let (view, photo) = shot(lens, meaning, mask);
+        Shots::new(vec![view], vec![photo], Backdrop::Transparent, 5)
+    }
+
+    #[test]
+    fn tables_of_directions_give_the_cameras_rays() {
+        let lens = Lens::OpenCv { k: [0.05, -0.01, 0.0, 0.0], p: [0.001, 0.0] };
+        let s = shots(lens, MaskMeaning::Keep, None);
+        for pixel in 0..8 {
+            let (table, exact) = (s.shots[0].ray(pixel).unwrap(), pixel_ray(&s.shots[0].camera, pixel).unwrap());
+            assert!((table.direction - exact.direction).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn masked_pixels_are_never_drawn() {
+        let mask = vec![255, 0, 0, 255, 0, 0, 0, 0];
+        let s = shots(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
+        let allowed = [0, 3].map(|p| pixel_ray(&s.shots[0].camera, p).unwrap());
+        let batch = s.batch(0, 200);
+        assert!(batch.rays.len() > 190 && batch.rays.iter().all(|r| allowed.contains(r)));
+    }
+
+    #[test]
+    fn transparent_pixels_show_the_random_background() {
+        let batch = shots(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100);
+        assert_eq!(batch.behind.len(), batch.rays.len());
+        // Pixel 0 has alpha 24/255: mostly background.
+        let first = pixel_ray(&shots(Lens::Pinhole, MaskMeaning::Keep, None).shots[0].camera, 0).unwrap();
+        let k = batch.rays.iter().position(|r| *r == first).unwrap();
+        let a = 24.0 / 255.0;
+        assert!((batch.target[k][0] - batch.behind[k][0] * (1.0 - a)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_batch_is_a_function_of_seed_and_step() {
+        let s = shots(Lens::Pinhole, MaskMeaning::Keep, None);
+        assert_eq!(s.batch(4, 50).rays, s.batch(4, 50).rays);
+        assert_ne!(s.batch(4, 50).offset, s.batch(5, 50).offset);
+    }
+}

@@ -1,0 +1,233 @@
+//! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
+
+use crate::backend::Backend;
+use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};
+use crate::config::Config;
+use crate::cpu::{CpuBackend, Moments};
+use crate::model::{Plan, bounds_of};
+use refraxel_core::{
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField,
+};
+use refraxel_data::Backdrop;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Name of the checkpoint in the folder of a run.
+pub const CHECKPOINT: &str = "checkpoint.safetensors";
+
+/// Where a run stands. The random numbers are a function of the seed and the step, so this is all their state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// Steps done.
+    pub step: u64,
+    /// Stage of the schedule.
+    pub stage: u32,
+    /// Seconds spent training.
+    pub seconds: f64,
+    /// Validation scores recorded.
+    pub validations: u32,
+    /// Factor on the learning rates after overflows.
+    pub caution: f32,
+    /// Overflows since the last good state.
+    pub rollbacks: u32,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self { step: 0, stage: 0, seconds: 0.0, validations: 0, caution: 1.0, rollbacks: 0 }
+    }
+}
+
+/// Which data a run was trained on, and how they were read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// Folder or file of the dataset, as given.
+    pub path: PathBuf,
+    /// `--holdout`.
+    pub holdout: Option<usize>,
+    /// `--mask-meaning`: "refractive", "keep" or "ignore".
+    pub mask_meaning: Option<String>,
+    /// `--allow-outside`.
+    pub allow_outside: bool,
+    /// Names of the views trained on and of those held out.
+    pub train: Vec<String>,
+    /// Names of the views held out.
+    pub test: Vec<String>,
+}
+
+/// A run read back from its checkpoint.
+pub struct Loaded {
+    /// Its options.
+    pub config: Config,
+    /// Its plan.
+    pub plan: Plan,
+    /// Where it stands.
+    pub state: State,
+    /// What it was trained on.
+    pub source: Source,
+    /// Its parameters.
+    pub backend: CpuBackend,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    program: String,
+    config: Config,
+    state: State,
+    source: Source,
+    bounds: [[f32; 3]; 2],
+    contracted: bool,
+    resolution: [u32; 3],
+    finest_resolution: [u32; 3],
+    sh_degree: u8,
+    near: f32,
+    backdrop: StoredBackdrop,
+    background: StoredBackground,
+    /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
+    world_from_model: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StoredBackdrop {
+    Transparent,
+    Color([f32; 3]),
+    Surroundings,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StoredBackground {
+    Constant([f32; 3]),
+    EnvironmentRows(usize),
+}
+
+/// Save a run, atomically.
+pub fn save_run(
+    folder: &Path,
+    config: &Config,
+    plan: &Plan,
+    state: &State,
+    source: &Source,
+    backend: &CpuBackend,
+) -> Result<(), CheckpointError> {
+    let (field, moments) = (backend.field(), backend.moments());
+    let (texels, background) = match backend.background() {
+        Background::Constant(c) => (&[][..], StoredBackground::Constant(*c)),
+        Background::Environment(map) => {
+            (map.texels.as_flattened(), StoredBackground::EnvironmentRows(map.height()))
+        }
+    };
+    let header = Header {
+        program: concat!("refraxel ", env!("CARGO_PKG_VERSION")).to_owned(),
+        config: config.clone(),
+        state: state.clone(),
+        source: source.clone(),
+        bounds: [field.domain.bounds.min.to_array(), field.domain.bounds.max.to_array()],
+        contracted: field.domain.extent == Extent::Contracted,
+        resolution: field.domain.resolution,
+        finest_resolution: plan.finest.resolution,
+        sh_degree: field.degree.get(),
+        near: plan.near,
+        backdrop: match plan.backdrop {
+            Backdrop::Transparent => StoredBackdrop::Transparent,
+            Backdrop::Color(c) => StoredBackdrop::Color(c),
+            Backdrop::Surroundings => StoredBackdrop::Surroundings,
+        },
+        background,
+        world_from_model: "identity".to_owned(),
+    };
+    let header = serde_json::to_value(header).map_err(|e| foreign(folder, &e.to_string()))?;
+    let (voxels, stride) = (field.map.voxels(), field.degree.stride());
+    let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
+    let texel_shape = [texels.len() / 3, 3];
+    let tensors = [
+        ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
+        ("density", TensorView::new(&per_voxel, DataView::F32(&field.density))),
+        ("colour", TensorView::new(&per_channel, DataView::F32(&field.colour))),
+        ("density_moment", TensorView::new(&per_voxel, DataView::F32(&moments.density))),
+        ("colour_moment", TensorView::new(&per_channel, DataView::F32(&moments.colour))),
+        ("background", TensorView::new(&texel_shape, DataView::F32(texels))),
+        ("background_moment", TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened()))),
+    ];
+    save(&folder.join(CHECKPOINT), &header, &tensors)
+}
+
+/// Read a run back.
+pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
+    let path = folder.join(CHECKPOINT);
+    let mut file = TensorFile::load(&path)?;
+    let header: Header = serde_json::from_value(std::mem::take(&mut file.header))
+        .map_err(|e| foreign(&path, &format!("its header does not fit: {e}")))?;
+    let (backend, finest) = restore(&path, &header, file)?;
+    let backdrop = match header.backdrop {
+        StoredBackdrop::Transparent => Backdrop::Transparent,
+        StoredBackdrop::Color(c) => Backdrop::Color(c),
+        StoredBackdrop::Surroundings => Backdrop::Surroundings,
+    };
+    let plan = Plan { finest, near: header.near, backdrop };
+    Ok(Loaded { config: header.config, plan, state: header.state, source: header.source, backend })
+}
+
+fn restore(path: &Path, h: &Header, mut file: TensorFile) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
+    let wrong = |what: &str| foreign(path, what);
+    let degree = ShDegree::new(h.sh_degree).ok_or_else(|| wrong("its SH degree is not 0 to 3"))?;
+    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=4096).contains(n));
+    if !valid(&h.resolution) || !valid(&h.finest_resolution) {
+        return Err(wrong("its resolution is not 2 to 4096 per axis"));
+    }
+    let extent = if h.contracted { Extent::Contracted } else { Extent::Bounded };
+    let domain = Domain { bounds: bounds_of(h.bounds), extent, resolution: h.resolution };
+    let bricks = u32s(path, &mut file, "bricks")?.as_chunks::<3>().0.to_vec();
+    let map = BrickMap::with_bricks(h.resolution, bricks)
+        .ok_or_else(|| wrong("a brick lies outside the grid or occurs twice"))?;
+    let (voxels, channels) = (map.voxels(), map.voxels() * degree.stride());
+    let density = f32s(path, &mut file, "density", voxels)?;
+    let colour = f32s(path, &mut file, "colour", channels)?;
+    let rows = if let StoredBackground::EnvironmentRows(n) = h.background { n } else { 0 };
+    let texels = f32s(path, &mut file, "background", 6 * rows * rows)?;
+    let texel_moments = f32s(path, &mut file, "background_moment", 6 * rows * rows)?;
+    let moments = Moments {
+        density: f32s(path, &mut file, "density_moment", voxels)?,
+        colour: f32s(path, &mut file, "colour_moment", channels)?,
+        background: texel_moments.as_chunks().0.to_vec(),
+    };
+    let background = match h.background {
+        StoredBackground::Constant(c) => Background::Constant(c),
+        StoredBackground::EnvironmentRows(n) => {
+            let texels = texels.as_chunks().0.to_vec();
+            Background::Environment(
+                EnvironmentMap::from_texels(n, texels).ok_or_else(|| wrong("its panorama has no rows"))?,
+            )
+        }
+    };
+    let field = VoxelField { domain, map, degree, density, colour };
+    let finest = Domain { resolution: h.finest_resolution, ..domain };
+    Ok((CpuBackend::with_moments(field, background, moments), finest))
+}
+
+fn take(path: &Path, file: &mut TensorFile, name: &str) -> Result<Tensor, CheckpointError> {
+    file.tensors.remove(name).ok_or_else(|| foreign(path, &format!("tensor `{name}` is missing")))
+}
+
+fn f32s(path: &Path, file: &mut TensorFile, name: &str, len: usize) -> Result<AlignedVec<f32>, CheckpointError> {
+    match take(path, file, name)?.data {
+        TensorData::F32(v) if v.len() == len => Ok(AlignedVec::from_slice(&v)),
+        TensorData::F32(v) => {
+            Err(foreign(path, &format!("tensor `{name}` has {} values, expected {len}", v.len())))
+        }
+        _ => Err(foreign(path, &format!("tensor `{name}` is not of type F32"))),
+    }
+}
+
+fn u32s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u32>, CheckpointError> {
+    match take(path, file, name)?.data {
+        TensorData::U32(v) if v.len().is_multiple_of(3) => Ok(v),
+        _ => Err(foreign(path, &format!("tensor `{name}` is not a list of U32 triples"))),
+    }
+}
+
+fn foreign(path: &Path, found: &str) -> CheckpointError {
+    CheckpointError::Foreign { path: path.to_owned(), found: found.to_owned() }
+}

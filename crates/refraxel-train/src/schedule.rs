@@ -1,0 +1,87 @@
+//! What changes during training: resolution, learning rates, priors.
+
+use crate::backend::{Marching, Objective};
+use crate::config::Config;
+use refraxel_core::Domain;
+
+/// Where a run stands: 0 at the start, 1 at the end.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Progress(pub f64);
+
+impl Progress {
+    /// The stage (from 0) that this point belongs to.
+    pub fn stage(self, config: &Config) -> u32 {
+        (0..config.stages).rev().find(|&s| self.0 >= stage_start(config, s)).unwrap_or(0)
+    }
+}
+
+/// Where a stage starts: each before the last takes `stage_share` of what is left.
+fn stage_start(config: &Config, stage: u32) -> f64 {
+    1.0 - (1.0 - config.stage_share).powi(stage as i32)
+}
+
+/// The domain of a stage: the final one coarsened by 2 per stage that is still to come.
+pub fn stage_domain(config: &Config, finest: &Domain<f32>, stage: u32) -> Domain<f32> {
+    let divisor = 1 << (config.stages - 1 - stage.min(config.stages - 1));
+    let resolution = finest.resolution.map(|n| ((n - 1).div_ceil(divisor) + 1).max(4));
+    Domain { resolution, ..*finest }
+}
+
+/// How rays are marched while training; `near` [scene unit].
+pub fn training_marching(config: &Config, near: f32) -> Marching {
+    Marching {
+        step: config.train_step,
+        near,
+        min_optical_depth: config.min_optical_depth,
+        min_transmittance: config.min_transmittance,
+    }
+}
+
+/// How final pictures are marched.
+pub fn rendering_marching(config: &Config, near: f32) -> Marching {
+    Marching { step: config.render_step, ..training_marching(config, near) }
+}
+
+/// The objective at a point of the run.
+pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
+    let p = progress.0.clamp(0.0, 1.0) as f32;
+    let warm = if config.warm_up > 0.0 { (0.1 + 0.9 * p / config.warm_up).min(1.0) } else { 1.0 };
+    let decay = warm * config.rate_decay.powf(p);
+    let tv = config.tv_decay.powf(p);
+    Objective {
+        marching: training_marching(config, near),
+        sparsity: config.sparsity,
+        opacity: config.opacity,
+        tv_density: config.tv_density * tv,
+        tv_colour: config.tv_colour * tv,
+        tv_period: config.tv_period,
+        rate_density: config.rate_density * decay,
+        rate_colour: config.rate_colour * decay,
+        rate_background: config.rate_background * decay,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::{Aabb, Extent, vec3};
+
+    #[test]
+    fn stages_follow_each_other_and_the_last_has_the_final_resolution() {
+        let c = Config::default();
+        let stages: Vec<u32> = (0..=100).map(|k| Progress(f64::from(k) / 100.0).stage(&c)).collect();
+        assert!(stages.is_sorted() && stages[0] == 0 && stages[100] == c.stages - 1);
+        let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
+        let finest = Domain::with_longest(bounds, Extent::Bounded, 129);
+        assert_eq!(stage_domain(&c, &finest, c.stages - 1), finest);
+        assert_eq!(stage_domain(&c, &finest, 0).resolution, [33; 3]);
+    }
+
+    #[test]
+    fn rates_rise_then_fall_to_the_decay() {
+        let c = Config::default();
+        let rate = |p| objective(&c, 0.0, Progress(p)).rate_density;
+        assert!(rate(0.0) < 0.2 * c.rate_density && rate(0.02) > 0.8 * c.rate_density);
+        assert!((rate(1.0) / c.rate_density - c.rate_decay).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,300 @@
+//! The training loop: sample rays, let the backend learn from them, follow the schedule, watch for trouble.
+
+use crate::backend::{Backend, StepOutcome};
+use crate::checkpoint::CheckpointError;
+use crate::config::Config;
+use crate::cpu::CpuBackend;
+use crate::evaluate::{render, score};
+use crate::metrics::MetricsError;
+use crate::model::{Plan, kept_bricks};
+use crate::rays::Shots;
+use crate::run::State;
+use crate::schedule::{Progress, objective, rendering_marching, stage_domain, training_marching};
+use refraxel_data::{Dataset, Photo, View};
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+
+/// Rays that decide what is pruned.
+const PRUNING_RAYS: u64 = 600_000;
+/// Steps between two records of the training error.
+const RECORD_EVERY: u64 = 25;
+/// Records of the validation score in a run.
+const VALIDATIONS: f64 = 20.0;
+/// Failed steps in a row after which training gives up.
+const MAX_ROLLBACKS: u32 = 4;
+
+/// One line of the training log.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Steps done.
+    pub step: u64,
+    /// Share of the run that is done.
+    pub progress: f64,
+    /// Seconds spent training, over all resumptions.
+    pub seconds: f64,
+    /// PSNR of the training rays since the last record [dB].
+    pub train_psnr: f64,
+    /// PSNR of a validation view [dB], where one was rendered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub val_psnr: Option<f64>,
+    /// Nodes along the longest edge.
+    pub resolution: u32,
+    /// Stored voxels.
+    pub voxels: u64,
+    /// Samples shaded per ray.
+    pub samples_per_ray: f64,
+    /// Thousand rays per second since the last record.
+    pub krays_per_s: f64,
+}
+
+/// Why training stopped early.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// The numbers overflowed again and again.
+    #[error(
+        "the loss became infinite or NaN at step {step} and again after {rollbacks} returns to the last good state with \
+         lower learning rates; lower `rate_density` and `rate_colour`, or look for damaged images with `inspect`"
+    )]
+    Diverged {
+        /// Step of the last failure.
+        step: u64,
+        /// Rollbacks tried.
+        rollbacks: u32,
+    },
+    /// No pixel may be used.
+    #[error("no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)")]
+    NoPixels,
+    /// A checkpoint could not be read or written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// A picture could not be scored.
+    #[error(transparent)]
+    Metrics(#[from] MetricsError),
+}
+
+/// A run in progress.
+pub struct Trainer {
+    config: Config,
+    plan: Plan,
+    shots: Shots,
+    validation: Option<(View, Photo)>,
+    backend: CpuBackend,
+    state: State,
+    /// The last state known to be good, to return to after an overflow.
+    good: Option<Box<Saved>>,
+    clock: Instant,
+    since: Tally,
+}
+
+/// What a rollback restores.
+struct Saved {
+    state: State,
+    backend: CpuBackend,
+}
+
+/// Sums since the last record.
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    squared_error: f64,
+    rays: u64,
+    samples: u64,
+    start: Instant,
+}
+
+impl Tally {
+    fn new() -> Self {
+        Self { squared_error: 0.0, rays: 0, samples: 0, start: Instant::now() }
+    }
+}
+
+impl Trainer {
+    /// A fresh run on the training photographs of a dataset; `validation` is looked at now and then.
+    pub fn new(config: Config, data: &Dataset, photos: Vec<Photo>, validation: Option<(View, Photo)>) -> Self {
+        let plan = Plan::new(&config, data, &photos);
+        let backend = plan.start(&config);
+        Self::resumed(config, plan, backend, State::default(), (data, photos, validation))
+    }
+
+    /// A run that goes on from a checkpoint.
+    pub fn resumed(
+        config: Config,
+        plan: Plan,
+        backend: CpuBackend,
+        state: State,
+        (data, photos, validation): (&Dataset, Vec<Photo>, Option<(View, Photo)>),
+    ) -> Self {
+        let views = data.split.train.iter().map(|&i| data.views[i].clone()).collect();
+        let shots = Shots::new(views, photos, data.backdrop, config.seed);
+        Self {
+            config,
+            plan,
+            shots,
+            validation,
+            backend,
+            state,
+            good: None,
+            clock: Instant::now(),
+            since: Tally::new(),
+        }
+    }
+
+    /// The model as it is now.
+    pub fn backend(&mut self) -> &CpuBackend {
+        self.backend.refresh_occupancy(&rendering_marching(&self.config, self.plan.near));
+        &self.backend
+    }
+    /// What does not change.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+    /// The options.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+    /// Where the run stands.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Share of the run that is done: of the time where there is a budget, of the steps otherwise.
+    pub fn progress(&self) -> Progress {
+        if self.config.minutes > 0.0 {
+            Progress((self.seconds() / (60.0 * self.config.minutes)).min(1.0))
+        } else {
+            Progress(self.state.step as f64 / self.config.steps as f64)
+        }
+    }
+
+    /// Seconds spent training, over all resumptions.
+    pub fn seconds(&self) -> f64 {
+        self.state.seconds + self.clock.elapsed().as_secs_f64()
+    }
+
+    /// Note the time spent, before saving.
+    pub fn settle_clock(&mut self) {
+        self.state.seconds = self.seconds();
+        self.clock = Instant::now();
+    }
+
+    /// True when the run has reached its end.
+    pub fn finished(&self) -> bool {
+        self.progress().0 >= 1.0
+    }
+
+    /// One step; a record of the log when one is due.
+    pub fn step(&mut self) -> Result<Option<Record>, TrainError> {
+        let progress = self.progress();
+        if progress.stage(&self.config) > self.state.stage {
+            self.next_stage();
+        }
+        let mut objective = objective(&self.config, self.plan.near, progress);
+        objective.rate_density *= self.state.caution;
+        objective.rate_colour *= self.state.caution;
+        let batch = self.shots.batch(self.state.step, self.config.batch as usize);
+        if batch.rays.is_empty() {
+            return Err(TrainError::NoPixels);
+        }
+        let outcome = self.backend.learn(&batch, &objective, self.state.step);
+        if !outcome.finite {
+            self.roll_back()?;
+            return Ok(None);
+        }
+        self.state.step += 1;
+        self.count(&outcome, batch.rays.len() as u64);
+        let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
+        Ok(if due { Some(self.record()?) } else { None })
+    }
+
+    fn count(&mut self, outcome: &StepOutcome, rays: u64) {
+        self.since.squared_error += outcome.squared_error;
+        self.since.rays += rays;
+        self.since.samples += outcome.samples;
+    }
+
+    fn record(&mut self) -> Result<Record, TrainError> {
+        let progress = self.progress();
+        let tally = std::mem::replace(&mut self.since, Tally::new());
+        let rays = tally.rays.max(1) as f64;
+        let mut record = Record {
+            step: self.state.step,
+            progress: progress.0,
+            seconds: self.seconds(),
+            train_psnr: -10.0 * (tally.squared_error / (3.0 * rays)).log10(),
+            val_psnr: None,
+            resolution: self.backend.field().domain.resolution.into_iter().max().unwrap_or(0),
+            voxels: self.backend.field().map.voxels() as u64,
+            samples_per_ray: tally.samples as f64 / rays,
+            krays_per_s: rays / 1e3 / tally.start.elapsed().as_secs_f64(),
+        };
+        if progress.0 * VALIDATIONS >= f64::from(self.state.validations + 1) {
+            self.state.validations = (progress.0 * VALIDATIONS) as u32;
+            record.val_psnr = self.validate()?;
+            self.since = Tally::new();
+            self.keep_good_state();
+        }
+        Ok(record)
+    }
+
+    /// PSNR of the validation view.
+    fn validate(&mut self) -> Result<Option<f64>, TrainError> {
+        let Some((view, photo)) = self.validation.take() else { return Ok(None) };
+        let marching = training_marching(&self.config, self.plan.near);
+        let rendering = render(&self.backend, &view.camera, &marching);
+        let psnr = score(&rendering, &view, &photo, self.plan.backdrop)?.psnr;
+        self.validation = Some((view, photo));
+        Ok(Some(psnr))
+    }
+
+    /// Prune what no ray sees and move to the next, finer grid.
+    fn next_stage(&mut self) {
+        let stage = self.progress().stage(&self.config);
+        let marching = training_marching(&self.config, self.plan.near);
+        self.backend.refresh_occupancy(&marching);
+        let peak = self.backend.peak_weights(&self.shots.spread(PRUNING_RAYS), &marching);
+        let domain = stage_domain(&self.config, &self.plan.finest, stage);
+        let map = kept_bricks(self.backend.field(), &peak, self.config.prune_weight, &domain);
+        self.backend.resample(domain, map);
+        self.backend.refresh_occupancy(&marching);
+        self.state.stage = stage;
+        self.good = None;
+    }
+
+    fn keep_good_state(&mut self) {
+        let backend = CpuBackend::with_moments(
+            self.backend.field().clone(),
+            self.backend.background().clone(),
+            self.backend.moments().clone(),
+        );
+        self.good = Some(Box::new(Saved { state: self.state.clone(), backend }));
+        self.state.rollbacks = 0;
+    }
+
+    /// Return to the last good state with half the learning rates, and draw other rays from there on.
+    fn roll_back(&mut self) -> Result<(), TrainError> {
+        let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
+        if rollbacks > MAX_ROLLBACKS {
+            return Err(TrainError::Diverged { step, rollbacks: rollbacks - 1 });
+        }
+        let caution = 0.5 * self.state.caution;
+        match self.good.take() {
+            Some(saved) => {
+                self.backend = saved.backend;
+                self.state = State { step, ..saved.state };
+            }
+            None => {
+                self.backend = self.plan.start(&self.config);
+                self.state = State { step, ..State::default() };
+            }
+        }
+        self.state.step += 1;
+        self.state.rollbacks = rollbacks;
+        self.state.caution = caution;
+        Ok(())
+    }
+}
+
+/// Time that a budget still has.
+pub fn time_left(trainer: &Trainer) -> Option<Duration> {
+    let total = 60.0 * trainer.config.minutes;
+    (total > 0.0).then(|| Duration::from_secs_f64((total - trainer.seconds()).max(0.0)))
+}

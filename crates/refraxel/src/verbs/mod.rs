@@ -1,0 +1,118 @@
+//! What each verb of the command line does.
+
+pub mod eval;
+pub mod inspect;
+pub mod train;
+
+use crate::cli::{ReadingArgs, WorkArgs};
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::{Progress, Show};
+use anyhow::Context;
+use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
+use refraxel_train::run::{Loaded, Source};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Set by Ctrl-C and by termination signals; long work looks at it between steps.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Ask long work to save and stop on Ctrl-C instead of dying. A second Ctrl-C kills as usual.
+pub fn watch_for_interrupts() -> Result<(), Failure> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            std::process::exit(Exit::Interrupted as i32);
+        }
+    })
+    .context("cannot watch for Ctrl-C")
+    .or_exit(Exit::Io)
+}
+
+/// True once the user wants to stop.
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// Use as many threads as asked for.
+pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {
+    let threads = work.threads.map_or(0, usize::from);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .context("cannot start the threads; try a smaller --threads")
+        .or_exit(Exit::Io)
+}
+
+/// The options for reading a dataset from the command line.
+pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
+    OpenOptions {
+        holdout: reading.holdout.map(|n| n as usize),
+        allow_outside: reading.allow_outside,
+        backdrop: None,
+        mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
+    }
+}
+
+/// What a run remembers of its dataset.
+pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
+    let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
+    Source {
+        path: std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
+        holdout: options.holdout,
+        mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
+        allow_outside: options.allow_outside,
+        train: names(&data.split.train),
+        test: names(&data.split.test),
+    }
+}
+
+/// The name of a mask's meaning on the command line.
+pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
+    match meaning {
+        MaskMeaning::Refractive => "refractive",
+        MaskMeaning::Keep => "keep",
+        MaskMeaning::Ignore => "ignore",
+    }
+}
+
+/// Open the dataset that a run was trained on, as it was read then.
+pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
+    let mask_meaning = match run.source.mask_meaning.as_deref() {
+        Some("refractive") => Some(MaskMeaning::Refractive),
+        Some("keep") => Some(MaskMeaning::Keep),
+        Some("ignore") => Some(MaskMeaning::Ignore),
+        _ => None,
+    };
+    let options = OpenOptions {
+        holdout: run.source.holdout,
+        allow_outside: run.source.allow_outside,
+        backdrop: None,
+        mask_meaning,
+    };
+    let data = Dataset::open(&run.source.path, &options).map_err(data_failure)?;
+    Ok(data)
+}
+
+/// The failure of a dataset: files that cannot be read are 4, everything else is 3.
+pub fn data_failure(error: DataError) -> Failure {
+    Failure::new(Exit::BadInput, error)
+}
+
+/// Decode photographs with a progress bar.
+pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<Photo>, Failure> {
+    let progress = std::sync::Mutex::new(Progress::new(show, "images", indices.len() as u64));
+    let loaded = AtomicUsize::new(0);
+    let photos = data.load_photos(indices, |_| {
+        let n = loaded.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Ok(mut p) = progress.lock() {
+            p.set(n as u64, "");
+        }
+    });
+    photos.map_err(data_failure)
+}
+
+/// Create a folder and its parents.
+pub fn create_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path)
+        .with_context(|| format!("cannot create the folder {}", path.display()))
+        .or_exit(Exit::Io)
+}
