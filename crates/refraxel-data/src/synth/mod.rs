@@ -6,21 +6,27 @@
 //! pictures carry no noise beyond that of the pixel filter. Colours are basic radiance L/n² (docs/theory.md): a surface
 //! under water shows the colour that it shows in air.
 
+mod cameras;
 mod error;
 mod grin;
 mod hash;
 mod medium;
 mod optics;
+mod render;
 mod scene;
+mod scenes;
 mod shape;
 mod texture;
 mod trace;
 mod vector;
 
+pub use cameras::{CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, cameras, from_opengl_matrix, opengl_matrix};
 pub use error::SynthError;
 pub use grin::Phase;
 pub use medium::{Index, Medium};
+pub use render::{Frame, Sampling, render_view};
 pub use scene::{Body, Environment, Matter, Scene};
+pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
 pub use shape::{
     Crossing, Cuboid, Cylinder, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle, Shape, Sphere, TriangleMesh,
 };

@@ -9,7 +9,7 @@ use super::optics::{fresnel, reflect, refract, transmittance};
 use super::scene::{Hit, Inside, Matter, Scene};
 use super::shape::S_MIN;
 use super::texture::Rgb;
-use refraxel_core::{Ray, Vec3};
+use refraxel_core::Ray;
 
 /// Indices closer than this are the same: the border of a lens that starts with n = 1.
 const SAME_INDEX: f64 = 1e-9;
@@ -208,10 +208,20 @@ impl Tracer<'_> {
         (color, tally)
     }
 
+    /// Radiance against a camera ray and the body that it meets first.
+    pub(super) fn gather_from(&self, beam: &Beam, tally: &mut Tally) -> (Rgb, Option<usize>) {
+        let flight = self.fly(beam);
+        (self.shade(beam, &flight, 1.0, 0, tally), flight.hit.map(|h| h.body))
+    }
+
     /// Radiance against `beam`, which contributes with `weight` to its pixel sample.
     pub(super) fn gather(&self, beam: &Beam, weight: f64, depth: u32, tally: &mut Tally) -> Rgb {
+        self.shade(beam, &self.fly(beam), weight, depth, tally)
+    }
+
+    /// Radiance that arrives against `beam` when it flies as `flight` tells.
+    fn shade(&self, beam: &Beam, flight: &Flight, weight: f64, depth: u32, tally: &mut Tally) -> Rgb {
         tally.flights += 1;
-        let flight = self.fly(beam);
         let weight = weight * flight.transmittance.into_iter().fold(0.0, f64::max);
         let Some(hit) = flight.hit else {
             return product(flight.transmittance, self.scene.environment.color(flight.arrival.direction));
@@ -274,9 +284,4 @@ impl Tracer<'_> {
 #[inline]
 fn product(a: Rgb, b: Rgb) -> Rgb {
     [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
-}
-
-/// The direction of the last vertex of a path.
-pub fn exit_direction(path: &[Ray<f64>]) -> Option<Vec3<f64>> {
-    path.last().map(|r| r.direction)
 }

@@ -1,0 +1,124 @@
+//! What stands around the refractive body in most scenes: a tiled ground and a ring of textured things.
+
+use super::super::hash::{mix, unit};
+use super::super::scene::{Body, Environment, Scene};
+use super::super::shape::{Polyhedron, Primitive, Rectangle, Shape, TriangleMesh};
+use super::super::texture::{Mosaic, Texture, rgb};
+use refraxel_core::{Vec3, vec3};
+use std::f64::consts::TAU;
+
+/// Height of the ground [scene unit].
+pub(super) const GROUND: f64 = -0.7;
+/// Where the main body floats [scene unit].
+pub(super) const MIDDLE: [f64; 3] = [0.02, -0.03, -0.13];
+
+/// What a scene is built from: the options, resolved.
+pub(super) struct Setting {
+    /// Index of the main body.
+    pub ior: f64,
+    /// Imported mesh.
+    pub mesh: Option<TriangleMesh>,
+    seed: u64,
+    turn: f64,
+}
+
+const PALETTES: [[u32; 5]; 4] = [
+    [0xf4efe6, 0x1b3a57, 0xe0562b, 0x2f9e8f, 0xf2b632],
+    [0x18222d, 0xf7d54a, 0x3f7fd9, 0xf5f5ef, 0xd63a5c],
+    [0xe9e4d4, 0x7b3fa0, 0x2faa4e, 0x20252e, 0xee8a1d],
+    [0xfafaf5, 0xb3202c, 0x1f6fb5, 0x111a24, 0x67b83e],
+];
+
+impl Setting {
+    pub(super) fn new(seed: u64, ior: f64, mesh: Option<TriangleMesh>) -> Setting {
+        let turn = if seed == 0 { 0.0 } else { TAU * unit(mix(seed, 99)) };
+        Setting { ior, mesh, seed, turn }
+    }
+
+    /// A position of the surroundings, turned about the vertical axis by the seed.
+    pub(super) fn at(&self, x: f64, y: f64, z: f64) -> Vec3<f64> {
+        let (s, c) = self.turn.sin_cos();
+        vec3(c * x - s * y, s * x + c * y, z)
+    }
+
+    /// A solid mosaic; `salt` chooses palette and pattern.
+    pub(super) fn texture(&self, salt: u64, cell: f64) -> Texture {
+        let seed = mix(self.seed, salt);
+        let palette = PALETTES[(salt % 4) as usize].map(rgb).to_vec();
+        Texture::Mosaic(Mosaic { palette, cell: Vec3::splat(cell), grain: 0.018, seed })
+    }
+
+    /// The ground, whose tiles do not depend on height.
+    pub(super) fn ground(&self) -> Body {
+        let palette = PALETTES[0].map(rgb).into_iter().chain([rgb(0x7d4fa8), rgb(0x8fb339)]).collect();
+        let cell = vec3(0.2, 0.2, f64::INFINITY);
+        let texture = Texture::Mosaic(Mosaic { palette, cell, grain: 0.02, seed: mix(self.seed, 1000) });
+        let shape = Shape::Rectangle(Rectangle { min: [-1.0, -1.0], max: [1.0, 1.0], z: GROUND });
+        Body::opaque("ground", shape, texture)
+    }
+
+    /// The ring of things.
+    pub(super) fn ring(&self) -> Vec<Body> {
+        let z = GROUND;
+        let pillar = Shape::cylinder(
+            self.at(-0.74, -0.45, z).to_array(),
+            self.at(-0.74, -0.45, 0.05).to_array(),
+            0.1,
+        );
+        let lean = Primitive::Capsule { from: self.at(-0.5, 0.74, -0.62), to: self.at(-0.72, 0.5, 0.1), radius: 0.07 };
+        let wheel = Primitive::Torus {
+            center: self.at(0.06, 0.8, -0.49),
+            axis: self.at(0.35, 0.93, 0.0).normalized(),
+            major: 0.15,
+            minor: 0.055,
+        };
+        let stone =
+            Primitive::Disk { center: self.at(0.74, -0.18, -0.64), axis: vec3(0.0, 0.0, 1.0), disk: 0.1, radius: 0.06 };
+        vec![
+            Body::opaque("pillar", pillar, self.texture(1, 0.13)),
+            Body::opaque("tower", self.tower(), self.texture(2, 0.12)),
+            Body::opaque("marble", Shape::sphere(self.at(0.52, -0.74, -0.55).to_array(), 0.15), self.texture(3, 0.11)),
+            Body::opaque("stick", Shape::implicit(vec![lean], 0.0), self.texture(5, 0.1)),
+            Body::opaque("wheel", Shape::implicit(vec![wheel], 0.0), self.texture(4, 0.09)),
+            Body::opaque("pyramid", self.pyramid(), self.texture(6, 0.12)),
+            Body::opaque("stone", Shape::implicit(vec![stone], 0.0), self.texture(7, 0.09)),
+        ]
+    }
+
+    fn tower(&self) -> Shape {
+        let side = |k: i32| {
+            let a = f64::from(k) * TAU / 6.0 + 0.2;
+            (self.at(a.cos(), a.sin(), 0.0), 0.11)
+        };
+        let ends = [(vec3(0.0, 0.0, -1.0), 0.42), (self.at(0.35, 0.1, 1.0), 0.36)];
+        Shape::Polyhedron(Polyhedron::around(self.at(0.7, 0.48, GROUND + 0.42), (0..6).map(side).chain(ends)))
+    }
+
+    fn pyramid(&self) -> Shape {
+        let side = |k: i32| {
+            let a = f64::from(k) * TAU / 3.0 + 0.5;
+            (self.at(a.cos(), a.sin(), 0.5), 0.1)
+        };
+        let base = [(vec3(0.0, 0.0, -1.0), 0.08)];
+        Shape::Polyhedron(Polyhedron::around(self.at(-0.74, 0.08, GROUND + 0.08), (0..3).map(side).chain(base)))
+    }
+
+    /// A scene on white with the ground, the ring and `bodies`.
+    pub(super) fn scene(&self, bodies: Vec<Body>) -> Scene {
+        let mut all = vec![self.ground()];
+        all.extend(self.ring());
+        all.extend(bodies);
+        self.bare(all)
+    }
+
+    /// A scene on white of nothing but `bodies`.
+    pub(super) fn bare(&self, bodies: Vec<Body>) -> Scene {
+        Scene {
+            name: String::new(),
+            shows: String::new(),
+            bodies,
+            environment: Environment::Constant([1.0; 3]),
+            bounds: Scene::usual_bounds(),
+        }
+    }
+}
