@@ -25,7 +25,9 @@ pub enum SynthError {
         expected: String,
     },
     /// The folder holds something else.
-    #[error("{folder} already holds a dataset that this program did not make ({file}); choose another folder or empty it")]
+    #[error(
+        "{folder} already holds a dataset that this program did not make ({file}); choose another folder or empty it"
+    )]
     Foreign {
         /// The folder.
         folder: PathBuf,

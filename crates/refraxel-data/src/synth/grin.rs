@@ -51,15 +51,8 @@ const A: [&[f64]; 6] = [
     &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
     &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
+const ERROR: [f64; 7] =
+    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
 /// One step of size `h` in t: the fifth-order end point and the estimated error of (x, p) [scene unit, 1].
 ///
@@ -140,7 +133,8 @@ mod tests {
         let radius = 0.6;
         let index = Index::Luneburg { center: Vec3::zero(), radius };
         for b in [0.1, 0.35, 0.55_f64] {
-            let start = Phase::new(vec3(-(radius * radius - b * b).sqrt(), b, 0.0), vec3(1.0, 0.0, 0.0), &index);
+            let start =
+                Phase::new(vec3(-(radius * radius - b * b).sqrt(), b, 0.0), vec3(1.0, 0.0, 0.0), &index);
             let end = advance(&index, start, FRAC_PI_2 * radius, TIGHT);
             assert!((end.x - vec3(radius, 0.0, 0.0)).length() < 1e-9 * radius);
         }
@@ -206,7 +200,11 @@ mod tests {
         let index = Index::Gaussian { center: Vec3::zero(), sigma: 0.15, peak: 1.6 };
         let start = Phase::new(vec3(-1.0, 0.11, 0.02), vec3(1.0, 0.0, 0.1).normalized(), &index);
         let back = advance(&index, advance(&index, start, 1.7, TIGHT), -1.7, TIGHT);
-        assert!((back.x - start.x).length() < 1e-10 && (back.p - start.p).length() < 1e-10 && back.s.abs() < 1e-10);
+        assert!(
+            (back.x - start.x).length() < 1e-10
+                && (back.p - start.p).length() < 1e-10
+                && back.s.abs() < 1e-10
+        );
     }
 
     #[test]

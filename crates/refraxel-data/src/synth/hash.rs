@@ -18,7 +18,8 @@ pub(super) fn unit(bits: u64) -> f64 {
 /// Bits of a lattice cell.
 #[inline]
 pub(super) fn cell(seed: u64, i: [i64; 3]) -> u64 {
-    let packed = (i[0] as u64 & 0x1f_ffff) | (i[1] as u64 & 0x1f_ffff) << 21 | (i[2] as u64 & 0x1f_ffff) << 42;
+    let packed =
+        (i[0] as u64 & 0x1f_ffff) | (i[1] as u64 & 0x1f_ffff) << 21 | (i[2] as u64 & 0x1f_ffff) << 42;
     mix(seed, packed)
 }
 

@@ -71,11 +71,15 @@ impl Index {
     pub fn n(&self, x: Vec3<f64>) -> f64 {
         match *self {
             Index::Constant { ior } => ior,
-            Index::FishEye { center, radius } => 2.0 / (1.0 + (x - center).dot(x - center) / (radius * radius)),
+            Index::FishEye { center, radius } => {
+                2.0 / (1.0 + (x - center).dot(x - center) / (radius * radius))
+            }
             Index::Gaussian { center, sigma, peak } => {
                 1.0 + (peak - 1.0) * (-0.5 * (x - center).dot(x - center) / (sigma * sigma)).exp()
             }
-            Index::Luneburg { center, radius } => (2.0 - (x - center).dot(x - center) / (radius * radius)).sqrt(),
+            Index::Luneburg { center, radius } => {
+                (2.0 - (x - center).dot(x - center) / (radius * radius)).sqrt()
+            }
             Index::Fibre { center, axis, ior, alpha } => {
                 let across = (x - center) - axis * (x - center).dot(axis);
                 ior * (1.0 - alpha * alpha * across.dot(across)).sqrt()
@@ -123,7 +127,9 @@ impl Index {
             Index::FishEye { .. } => "2/(1 + r^2/R^2) for r<=R, 1 outside",
             Index::Gaussian { .. } => "1 + (peak - 1)*exp(-r^2/(2*sigma^2))",
             Index::Fibre { .. } => "ior*sqrt(1 - alpha^2*rho^2), rho = distance from the axis",
-            Index::Layered { .. } => "sqrt(bottom^2*(1 - t) + top^2*t), t = (z - z_bottom)/(z_top - z_bottom)",
+            Index::Layered { .. } => {
+                "sqrt(bottom^2*(1 - t) + top^2*t), t = (z - z_bottom)/(z_top - z_bottom)"
+            }
         }
     }
 }

@@ -7,28 +7,35 @@
 //! under water shows the colour that it shows in air.
 
 mod cameras;
+mod dataset;
 mod error;
 mod grin;
 mod hash;
 mod medium;
 mod optics;
+mod output;
 mod render;
 mod scene;
 mod scenes;
 mod shape;
 mod texture;
 mod trace;
+mod truth;
 mod vector;
 
 pub use cameras::{CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, cameras, from_opengl_matrix, opengl_matrix};
+pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
 pub use error::SynthError;
 pub use grin::Phase;
 pub use medium::{Index, Medium};
+pub use output::{DEPTH_UNIT, Progress, Summary, SynthOptions, contact_sheet, synthesize};
 pub use render::{Frame, Sampling, render_view};
 pub use scene::{Body, Environment, Matter, Scene};
 pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
 pub use shape::{
-    Crossing, Cuboid, Cylinder, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle, Shape, Sphere, TriangleMesh,
+    Crossing, Cuboid, Cylinder, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle, Shape, Sphere,
+    TriangleMesh,
 };
 pub use texture::{Mosaic, Picture, Rgb, Texture};
 pub use trace::{Limits, Reflection, Tally, Tracer};
+pub use truth::IndexTruth;

@@ -62,7 +62,8 @@ impl Mosaic {
         let n = self.palette.len() as u64;
         let base = h % n;
         let ink = (base + 1 + (h >> 8) % (n - 1)) % n;
-        let color = self.palette[if motif((h >> 16) % 6, (h >> 24) & 1 == 0, f) { ink } else { base } as usize];
+        let color =
+            self.palette[if motif((h >> 16) % 6, (h >> 24) & 1 == 0, f) { ink } else { base } as usize];
         let fine = noise(mix(self.seed, 1), x, self.grain);
         let coarse = noise(mix(self.seed, 2), x, 12.0 * self.grain);
         let light = 0.55 + 0.25 * coarse + 0.35 * fine;
@@ -92,9 +93,8 @@ fn noise(seed: u64, x: Vec3<f64>, scale: f64) -> f64 {
     let q = x / scale;
     let i = q.map(f64::floor);
     let t = (q - i).map(|t| t * t * (3.0 - 2.0 * t));
-    let at = |dx: i64, dy: i64, dz: i64| {
-        unit(cell(seed, [i.x as i64 + dx, i.y as i64 + dy, i.z as i64 + dz]))
-    };
+    let at =
+        |dx: i64, dy: i64, dz: i64| unit(cell(seed, [i.x as i64 + dx, i.y as i64 + dy, i.z as i64 + dz]));
     let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
     let row = |dy, dz| mix(at(0, dy, dz), at(1, dy, dz), t.x);
     let sheet = |dz| mix(row(0, dz), row(1, dz), t.y);

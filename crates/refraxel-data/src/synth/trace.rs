@@ -194,7 +194,11 @@ impl Tracer<'_> {
         let onward = |direction, inside| Beam { ray: Ray { origin: arrival.origin, direction }, inside };
         let reflected = onward(reflect(arrival.direction, facing), inside);
         if (n1 - n2).abs() < SAME_INDEX {
-            return Interface { transmitted: Some(onward(arrival.direction, beyond)), reflected, reflectance: 0.0 };
+            return Interface {
+                transmitted: Some(onward(arrival.direction, beyond)),
+                reflected,
+                reflectance: 0.0,
+            };
         }
         let reflectance = fresnel(-facing.dot(arrival.direction), n1, n2);
         let transmitted = refract(arrival.direction, facing, n1, n2).map(|d| onward(d, beyond));

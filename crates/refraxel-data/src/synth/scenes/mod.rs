@@ -54,12 +54,24 @@ const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) ->
 
 const SCENES: [(SceneInfo, Build); 17] = [
     (info("opaque", "nothing refracts: the control for straight rays", None), sharp::opaque),
-    (info("glass_ball", "a solid ball of glass turns its surroundings upside down", GLASS), sharp::glass_ball),
+    (
+        info("glass_ball", "a solid ball of glass turns its surroundings upside down", GLASS),
+        sharp::glass_ball,
+    ),
     (info("hidden_ball", "a glass ball half hidden by opaque columns and a slab", GLASS), sharp::hidden_ball),
-    (info("glass_blob", "a non-convex blob of glass: rays enter and leave it twice", GLASS), sharp::glass_blob),
+    (
+        info("glass_blob", "a non-convex blob of glass: rays enter and leave it twice", GLASS),
+        sharp::glass_blob,
+    ),
     (info("wine_glass", "a thick wine glass: thin curved walls and a stem", GLASS), sharp::wine_glass),
-    (info("water_tank", "a block of water with things in it, on the ground and reaching out", WATER), water::water_tank),
-    (info("aquarium", "water between walls of glass, with things in it: nested media", WATER), water::aquarium),
+    (
+        info("water_tank", "a block of water with things in it, on the ground and reaching out", WATER),
+        water::water_tank,
+    ),
+    (
+        info("aquarium", "water between walls of glass, with things in it: nested media", WATER),
+        water::aquarium,
+    ),
     (
         info(
             "diamond",
@@ -68,7 +80,10 @@ const SCENES: [(SceneInfo, Build); 17] = [
         ),
         sharp::diamond,
     ),
-    (info("prism", "a right-angled prism of glass mirrors by total internal reflection", GLASS), sharp::prism),
+    (
+        info("prism", "a right-angled prism of glass mirrors by total internal reflection", GLASS),
+        sharp::prism,
+    ),
     (info("hollow_ball", "a hollow glass ball with a textured cube in its air", GLASS), sharp::hollow_ball),
     (
         info(
@@ -79,9 +94,18 @@ const SCENES: [(SceneInfo, Build); 17] = [
         sharp::two_indices,
     ),
     (info("tinted_glass", "a ring of amber glass around a ball of teal glass", GLASS), sharp::tinted_glass),
-    (info("glass_mesh", "a knotted tube of glass as a triangle mesh, or an imported mesh", GLASS), sharp::glass_mesh),
-    (info("luneburg", "a Luneburg lens: the index falls from 1.41 to 1 without a step", None), graded::luneburg),
-    (info("fish_eye", "Maxwell's fish-eye: the index falls from 2 to 1 without a step", None), graded::fish_eye),
+    (
+        info("glass_mesh", "a knotted tube of glass as a triangle mesh, or an imported mesh", GLASS),
+        sharp::glass_mesh,
+    ),
+    (
+        info("luneburg", "a Luneburg lens: the index falls from 1.41 to 1 without a step", None),
+        graded::luneburg,
+    ),
+    (
+        info("fish_eye", "Maxwell's fish-eye: the index falls from 2 to 1 without a step", None),
+        graded::fish_eye,
+    ),
     (
         info(
             "gaussian_bump",
@@ -150,7 +174,10 @@ mod tests {
     #[test]
     fn an_unknown_scene_is_answered_with_the_known_ones() {
         let message = scene("glas_ball", &SceneOptions::default()).unwrap_err().to_string();
-        assert!(message.contains("\"glas_ball\"") && message.contains("glass_ball, hidden_ball"), "{message}");
+        assert!(
+            message.contains("\"glas_ball\"") && message.contains("glass_ball, hidden_ball"),
+            "{message}"
+        );
     }
 
     #[test]

@@ -20,9 +20,19 @@ fn middle() -> Vec3<f64> {
 pub(super) fn opaque(s: &Setting) -> Scene {
     let totem = vec![
         Primitive::Sphere { center: vec3(0.0, 0.0, -0.42), radius: 0.27 },
-        Primitive::Torus { center: vec3(0.0, 0.0, -0.1), axis: vec3(0.2, 0.1, 1.0).normalized(), major: 0.26, minor: 0.07 },
+        Primitive::Torus {
+            center: vec3(0.0, 0.0, -0.1),
+            axis: vec3(0.2, 0.1, 1.0).normalized(),
+            major: 0.26,
+            minor: 0.07,
+        },
         Primitive::Capsule { from: vec3(0.0, 0.0, -0.2), to: vec3(0.1, -0.05, 0.35), radius: 0.1 },
-        Primitive::Disk { center: vec3(0.1, -0.05, 0.4), axis: vec3(0.3, 0.0, 1.0).normalized(), disk: 0.15, radius: 0.05 },
+        Primitive::Disk {
+            center: vec3(0.1, -0.05, 0.4),
+            axis: vec3(0.3, 0.0, 1.0).normalized(),
+            disk: 0.15,
+            radius: 0.05,
+        },
     ];
     s.scene(vec![Body::opaque("totem", Shape::implicit(totem, 0.08), s.texture(10, 0.14))])
 }
@@ -65,7 +75,8 @@ pub(super) fn glass_blob(s: &Setting) -> Scene {
 }
 
 pub(super) fn wine_glass(s: &Setting) -> Scene {
-    let bowl = Primitive::Bowl { center: vec3(0.0, 0.0, 0.1), axis: UP, sphere: 0.36, rim: 0.22, radius: 0.04 };
+    let bowl =
+        Primitive::Bowl { center: vec3(0.0, 0.0, 0.1), axis: UP, sphere: 0.36, rim: 0.22, radius: 0.04 };
     let stem = Primitive::Capsule { from: vec3(0.0, 0.0, -0.64), to: vec3(0.0, 0.0, -0.26), radius: 0.045 };
     let foot = Primitive::Disk { center: vec3(0.0, 0.0, -0.645), axis: UP, disk: 0.24, radius: 0.035 };
     s.scene(vec![glass(s, Shape::implicit(vec![bowl, stem, foot], 0.1))])
@@ -131,7 +142,12 @@ pub(super) fn two_indices(s: &Setting) -> Scene {
 
 pub(super) fn tinted_glass(s: &Setting) -> Scene {
     let tinted = |absorption| Medium { index: Index::Constant { ior: s.ior }, absorption };
-    let ring = Primitive::Torus { center: middle(), axis: vec3(0.25, -0.3, 1.0).normalized(), major: 0.42, minor: 0.12 };
+    let ring = Primitive::Torus {
+        center: middle(),
+        axis: vec3(0.25, -0.3, 1.0).normalized(),
+        major: 0.42,
+        minor: 0.12,
+    };
     s.scene(vec![
         Body::refractive("amber ring", Shape::implicit(vec![ring], 0.0), tinted([0.2, 1.6, 6.0]), 1),
         Body::refractive("teal ball", Shape::sphere(MIDDLE, 0.26), tinted([3.5, 0.5, 0.7]), 1),

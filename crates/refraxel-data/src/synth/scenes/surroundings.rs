@@ -60,24 +60,33 @@ impl Setting {
     /// The ring of things.
     pub(super) fn ring(&self) -> Vec<Body> {
         let z = GROUND;
-        let pillar = Shape::cylinder(
-            self.at(-0.74, -0.45, z).to_array(),
-            self.at(-0.74, -0.45, 0.05).to_array(),
-            0.1,
-        );
-        let lean = Primitive::Capsule { from: self.at(-0.5, 0.74, -0.62), to: self.at(-0.72, 0.5, 0.1), radius: 0.07 };
+        let pillar =
+            Shape::cylinder(self.at(-0.74, -0.45, z).to_array(), self.at(-0.74, -0.45, 0.05).to_array(), 0.1);
+        let lean = Primitive::Capsule {
+            from: self.at(-0.5, 0.74, -0.62),
+            to: self.at(-0.72, 0.5, 0.1),
+            radius: 0.07,
+        };
         let wheel = Primitive::Torus {
             center: self.at(0.06, 0.8, -0.49),
             axis: self.at(0.35, 0.93, 0.0).normalized(),
             major: 0.15,
             minor: 0.055,
         };
-        let stone =
-            Primitive::Disk { center: self.at(0.74, -0.18, -0.64), axis: vec3(0.0, 0.0, 1.0), disk: 0.1, radius: 0.06 };
+        let stone = Primitive::Disk {
+            center: self.at(0.74, -0.18, -0.64),
+            axis: vec3(0.0, 0.0, 1.0),
+            disk: 0.1,
+            radius: 0.06,
+        };
         vec![
             Body::opaque("pillar", pillar, self.texture(1, 0.13)),
             Body::opaque("tower", self.tower(), self.texture(2, 0.12)),
-            Body::opaque("marble", Shape::sphere(self.at(0.52, -0.74, -0.55).to_array(), 0.15), self.texture(3, 0.11)),
+            Body::opaque(
+                "marble",
+                Shape::sphere(self.at(0.52, -0.74, -0.55).to_array(), 0.15),
+                self.texture(3, 0.11),
+            ),
             Body::opaque("stick", Shape::implicit(vec![lean], 0.0), self.texture(5, 0.1)),
             Body::opaque("wheel", Shape::implicit(vec![wheel], 0.0), self.texture(4, 0.09)),
             Body::opaque("pyramid", self.pyramid(), self.texture(6, 0.12)),
@@ -100,7 +109,10 @@ impl Setting {
             (self.at(a.cos(), a.sin(), 0.5), 0.1)
         };
         let base = [(vec3(0.0, 0.0, -1.0), 0.08)];
-        Shape::Polyhedron(Polyhedron::around(self.at(-0.74, 0.08, GROUND + 0.08), (0..3).map(side).chain(base)))
+        Shape::Polyhedron(Polyhedron::around(
+            self.at(-0.74, 0.08, GROUND + 0.08),
+            (0..3).map(side).chain(base),
+        ))
     }
 
     /// A scene on white with the ground, the ring and `bodies`.

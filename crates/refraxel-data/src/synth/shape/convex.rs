@@ -253,10 +253,12 @@ mod tests {
         let tilted = Cylinder { from: vec3(-0.2, 0.1, -0.5), to: vec3(0.3, -0.1, 0.4), radius: 0.25 };
         let gem = Polyhedron::around(
             vec3(0.1, 0.0, 0.0),
-            (0..6).map(|k| {
-                let a = f64::from(k);
-                (vec3(a.cos(), a.sin(), 0.4 * (2.1 * a).sin()), 0.4)
-            }).chain([(vec3(0.0, 0.1, 1.0), 0.3), (vec3(0.1, 0.0, -1.0), 0.35)]),
+            (0..6)
+                .map(|k| {
+                    let a = f64::from(k);
+                    (vec3(a.cos(), a.sin(), 0.4 * (2.1 * a).sin()), 0.4)
+                })
+                .chain([(vec3(0.0, 0.1, 1.0), 0.3), (vec3(0.1, 0.0, -1.0), 0.35)]),
         );
         vec![
             Shape::sphere([0.1, -0.05, 0.2], 0.5),
@@ -295,7 +297,10 @@ mod tests {
     fn grazing_rays_meet_a_flat_face_at_any_angle() {
         let slab = Shape::cuboid([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]);
         for angle in [1e-3_f64, 1e-5, 1e-8] {
-            let ray = Ray { origin: vec3(-0.5, 0.0, 0.5 * angle.tan()), direction: vec3(angle.cos(), 0.0, -angle.sin()) };
+            let ray = Ray {
+                origin: vec3(-0.5, 0.0, 0.5 * angle.tan()),
+                direction: vec3(angle.cos(), 0.0, -angle.sin()),
+            };
             let hit = slab.hit(&ray, f64::INFINITY).unwrap();
             assert!((ray.at(hit.s).x).abs() < 1e-7 && hit.normal.z == 1.0);
         }

@@ -236,7 +236,13 @@ mod tests {
         let up = vec3(0.0, 0.0, 1.0);
         Implicit {
             parts: vec![
-                Primitive::Bowl { center: vec3(0.0, 0.0, 0.2), axis: up, sphere: 0.35, rim: 0.15, radius: 0.04 },
+                Primitive::Bowl {
+                    center: vec3(0.0, 0.0, 0.2),
+                    axis: up,
+                    sphere: 0.35,
+                    rim: 0.15,
+                    radius: 0.04,
+                },
                 Primitive::Capsule { from: vec3(0.0, 0.0, -0.6), to: vec3(0.0, 0.0, -0.15), radius: 0.05 },
                 Primitive::Disk { center: vec3(0.0, 0.0, -0.64), axis: up, disk: 0.25, radius: 0.03 },
                 Primitive::Torus { center: vec3(0.1, 0.0, 0.2), axis: up, major: 0.4, minor: 0.03 },
@@ -259,9 +265,10 @@ mod tests {
             let t = f64::from(k);
             let x = vec3((t * 0.71).sin(), (t * 1.3).cos(), (t * 0.37).sin()) * 0.6;
             let (_, g) = glass.field(x);
-            let central = Vec3::from([vec3(h, 0.0, 0.0), vec3(0.0, h, 0.0), vec3(0.0, 0.0, h)].map(|e| {
-                (glass.field(x + e).0 - glass.field(x - e).0) / (2.0 * h)
-            }));
+            let central = Vec3::from(
+                [vec3(h, 0.0, 0.0), vec3(0.0, h, 0.0), vec3(0.0, 0.0, h)]
+                    .map(|e| (glass.field(x + e).0 - glass.field(x - e).0) / (2.0 * h)),
+            );
             assert!((g - central).length() < 1e-5, "{x:?}"); // h² curvature and f64 eps / h
             assert!(g.length() < 1.0 + 1e-12);
         }
@@ -289,7 +296,8 @@ mod tests {
 
     #[test]
     fn a_sphere_traced_ball_agrees_with_the_closed_form() {
-        let ball = Implicit { parts: vec![Primitive::Sphere { center: Vec3::zero(), radius: 0.4 }], blend: 0.0 };
+        let ball =
+            Implicit { parts: vec![Primitive::Sphere { center: Vec3::zero(), radius: 0.4 }], blend: 0.0 };
         let exact = super::super::Shape::sphere([0.0; 3], 0.4);
         for k in 0..500 {
             let r = ray(k);
@@ -307,7 +315,12 @@ mod tests {
     #[test]
     fn rays_that_graze_a_flat_disk_within_two_degrees_are_not_lost() {
         let disk = Implicit {
-            parts: vec![Primitive::Disk { center: Vec3::zero(), axis: vec3(0.0, 0.0, 1.0), disk: 0.5, radius: 0.05 }],
+            parts: vec![Primitive::Disk {
+                center: Vec3::zero(),
+                axis: vec3(0.0, 0.0, 1.0),
+                disk: 0.5,
+                radius: 0.05,
+            }],
             blend: 0.0,
         };
         for angle in [0.03_f64, 0.01, 1e-3] {

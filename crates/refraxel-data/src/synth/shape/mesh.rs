@@ -21,7 +21,9 @@ pub enum MeshError {
         found: String,
     },
     /// A face names a vertex that does not exist, or there is no face at all.
-    #[error("the mesh has {vertices} vertices and {faces} triangles, and a triangle names a vertex that is missing or there is none")]
+    #[error(
+        "the mesh has {vertices} vertices and {faces} triangles, and a triangle names a vertex that is missing or there is none"
+    )]
     Empty {
         /// Number of vertices read.
         vertices: usize,
@@ -105,7 +107,8 @@ impl TriangleMesh {
     pub fn fitted(&self, center: Vec3<f64>, radius: f64) -> TriangleMesh {
         let middle = self.bounds().center();
         let reach = self.surface.vertices.iter().map(|&v| (v - middle).length()).fold(0.0, f64::max);
-        let vertices = self.surface.vertices.iter().map(|&v| center + (v - middle) * (radius / reach)).collect();
+        let vertices =
+            self.surface.vertices.iter().map(|&v| center + (v - middle) * (radius / reach)).collect();
         TriangleMesh::build(Surface { vertices, triangles: self.surface.triangles.clone() })
     }
 
@@ -258,9 +261,12 @@ fn nearest([a, b, c]: [Vec3<f64>; 3], x: Vec3<f64>) -> Vec3<f64> {
         return x - n * ((x - a).dot(n) / n.dot(n));
     }
     let candidates = edges.map(|(p, q)| on_edge(p, q));
-    candidates.into_iter().fold(candidates[0], |best, p| {
-        if (p - x).length() < (best - x).length() { p } else { best }
-    })
+    candidates.into_iter().fold(
+        candidates[0],
+        |best, p| {
+            if (p - x).length() < (best - x).length() { p } else { best }
+        },
+    )
 }
 
 #[cfg(test)]

@@ -145,7 +145,12 @@ mod tests {
     #[test]
     fn a_shape_reads_back_from_json_as_it_was_written() {
         let shape = Shape::implicit(
-            vec![Primitive::Torus { center: vec3(0.0, 0.1, 0.2), axis: vec3(0.0, 0.0, 1.0), major: 0.3, minor: 0.1 }],
+            vec![Primitive::Torus {
+                center: vec3(0.0, 0.1, 0.2),
+                axis: vec3(0.0, 0.0, 1.0),
+                major: 0.3,
+                minor: 0.1,
+            }],
             0.05,
         );
         let text = serde_json::to_string(&shape).unwrap();
