@@ -88,7 +88,7 @@ struct PixelRenderer<'a> {
     camera: &'a Camera,
     /// The bodies around the camera.
     start: Beam,
-    soft: bool,
+    hidden: bool,
     seed: u64,
     sampling: &'a Sampling,
 }
@@ -101,7 +101,7 @@ impl<'a> PixelRenderer<'a> {
             direction: camera.forward(),
         });
         let seed = mix(sampling.seed, view);
-        PixelRenderer { tracer, camera, start, soft: scene.has_soft_borders(), seed, sampling }
+        PixelRenderer { tracer, camera, start, hidden: scene.has_hidden_borders(), seed, sampling }
     }
 
     fn render(&self, x: u32, y: u32) -> Pixel {
@@ -146,8 +146,8 @@ impl<'a> PixelRenderer<'a> {
         let scene = self.tracer.scene;
         let is_refractive = |body: usize| scene.bodies[body].medium().is_some();
         let beam = Beam { ray, inside: self.start.inside };
-        if self.soft {
-            let covered = scene.first_visible(&ray).is_some_and(|h| is_refractive(h.body));
+        if self.hidden {
+            let covered = scene.first_visible(&ray, beam.inside).is_some_and(|h| is_refractive(h.body));
             return (self.tracer.gather(&beam, 1.0, 0, tally), covered);
         }
         let (color, first) = self.tracer.gather_from(&beam, tally);
@@ -156,7 +156,7 @@ impl<'a> PixelRenderer<'a> {
 
     fn center(&self, x: u32, y: u32) -> (f64, Vec3<f64>) {
         let ray = self.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let hit = ray.and_then(|ray| Some((ray, self.tracer.scene.first_visible(&ray)?)));
+        let hit = ray.and_then(|ray| Some((ray, self.tracer.scene.first_visible(&ray, self.start.inside)?)));
         hit.map_or((0.0, Vec3::zero()), |(ray, hit)| {
             (hit.crossing.s * ray.direction.dot(self.camera.forward()), hit.crossing.normal)
         })

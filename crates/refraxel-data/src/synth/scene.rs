@@ -1,6 +1,6 @@
 //! A scene: bodies, what they are made of, and what surrounds them.
 
-use super::medium::Medium;
+use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};
 use super::texture::{Rgb, Texture};
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
@@ -131,12 +131,35 @@ impl Scene {
         best
     }
 
-    /// The first thing that the eye would name along a straight ray: an opaque body or the visible part of a
-    /// refractive one. What masks, depth and normals show.
-    pub fn first_visible(&self, ray: &Ray<f64>) -> Option<Hit> {
+    /// The first thing that the eye would name along a straight ray from a point with `inside` around it: an opaque
+    /// body, or the visible part of a refractive one. What masks, depth and normals show.
+    pub fn first_visible(&self, ray: &Ray<f64>, inside: Inside) -> Option<Hit> {
+        let (mut inside, mut at) = (inside, *ray);
+        let mut gone = 0.0;
+        // A crossing between equal media (an air bubble that opens into the air) shows nothing.
+        for _ in 0..2 * self.bodies.len() {
+            let mut hit = self.nearest_by(&at, Body::visible_shape)?;
+            let entering = hit.crossing.normal.dot(at.direction) < 0.0;
+            let bit: Inside = 1 << hit.body;
+            let beyond = if entering { inside | bit } else { inside & !bit };
+            let x = at.at(hit.crossing.s);
+            gone += hit.crossing.s;
+            let n = |set| self.medium(set).map_or(1.0, |m| m.index.n(x));
+            let graded = self.medium(inside).is_some_and(|m| !m.index.is_constant())
+                || self.medium(beyond).is_some_and(|m| !m.index.is_constant());
+            if self.bodies[hit.body].medium().is_none() || graded || n(inside) != n(beyond) {
+                hit.crossing.s = gone;
+                return Some(hit);
+            }
+            (inside, at.origin) = (beyond, x);
+        }
+        None
+    }
+
+    fn nearest_by(&self, ray: &Ray<f64>, shape: impl Fn(&Body) -> &Shape) -> Option<Hit> {
         let (mut s_max, mut best) = (f64::INFINITY, None);
         for (body, b) in self.bodies.iter().enumerate() {
-            if let Some(crossing) = b.visible_shape().hit(ray, s_max) {
+            if let Some(crossing) = shape(b).hit(ray, s_max) {
                 s_max = crossing.s;
                 best = Some(Hit { crossing, body });
             }
@@ -144,9 +167,15 @@ impl Scene {
         best
     }
 
-    /// True when some refractive body's visible part differs from its shape.
-    pub fn has_soft_borders(&self) -> bool {
-        self.bodies.iter().any(|b| matches!(b.matter, Matter::Refractive { visible: Some(_), .. }))
+    /// True when the first surface that a ray meets need not be the first one that shows: some body is visible only in
+    /// part, or is a bubble of air that may open into the air.
+    pub fn has_hidden_borders(&self) -> bool {
+        self.bodies.iter().any(|b| match &b.matter {
+            Matter::Refractive { medium, visible, .. } => {
+                visible.is_some() || medium.index == Index::Constant { ior: 1.0 }
+            }
+            Matter::Opaque(_) => false,
+        })
     }
 
     /// The refractive bodies that contain `x`.

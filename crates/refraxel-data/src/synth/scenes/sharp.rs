@@ -106,23 +106,20 @@ pub(super) fn diamond(s: &Setting) -> Scene {
     }
     faces.extend((0..16).map(|k| slope(0.0, 90.0, f64::from(k) * TAU / 16.0, RADIUS)));
     let tilt = |n: Vec3<f64>| {
-        let (sin, cos) = 14_f64.to_radians().sin_cos();
+        let (sin, cos) = 58_f64.to_radians().sin_cos();
         vec3(cos * n.x + sin * n.z, n.y, -sin * n.x + cos * n.z)
     };
     let faces = faces.into_iter().map(|(n, d)| (tilt(n), d));
-    s.scene(vec![glass(s, Shape::Polyhedron(Polyhedron::around(vec3(0.02, 0.0, -0.08), faces)))])
+    s.scene(vec![glass(s, Shape::Polyhedron(Polyhedron::around(vec3(0.02, 0.0, -0.12), faces)))])
 }
 
-/// A right-angled prism lying on its hypotenuse side up: looked at from above, its legs reflect totally.
+/// A right-angled prism standing on an end: what is seen through a leg has been reflected totally by the long side.
 pub(super) fn prism(s: &Setting) -> Scene {
-    let faces = [
-        (UP, 0.12),
-        (s.at(0.0, FRAC_1_SQRT_2, -FRAC_1_SQRT_2), 0.22),
-        (s.at(0.0, -FRAC_1_SQRT_2, -FRAC_1_SQRT_2), 0.22),
-        (s.at(1.0, 0.0, 0.0), 0.5),
-        (s.at(-1.0, 0.0, 0.0), 0.5),
-    ];
-    s.scene(vec![glass(s, Shape::Polyhedron(Polyhedron::around(vec3(0.0, 0.0, -0.2), faces)))])
+    let (h, along) = (FRAC_1_SQRT_2, s.at(0.9, 0.44, 0.0).normalized());
+    let across = UP.cross(along);
+    let faces =
+        [(along, 0.16), ((across - along) * h, 0.24), ((-across - along) * h, 0.24), (UP, 0.48), (-UP, 0.48)];
+    s.scene(vec![glass(s, Shape::Polyhedron(Polyhedron::around(vec3(0.0, 0.0, -0.15), faces)))])
 }
 
 pub(super) fn hollow_ball(s: &Setting) -> Scene {

@@ -51,8 +51,8 @@ impl Setting {
     /// The ground, whose tiles do not depend on height.
     pub(super) fn ground(&self) -> Body {
         let palette = PALETTES[0].map(rgb).into_iter().chain([rgb(0x7d4fa8), rgb(0x8fb339)]).collect();
-        let cell = vec3(0.2, 0.2, f64::INFINITY);
-        let texture = Texture::Mosaic(Mosaic { palette, cell, grain: 0.02, seed: mix(self.seed, 1000) });
+        let cell = vec3(0.14, 0.14, f64::INFINITY);
+        let texture = Texture::Mosaic(Mosaic { palette, cell, grain: 0.018, seed: mix(self.seed, 1000) });
         let shape = Shape::Rectangle(Rectangle { min: [-1.0, -1.0], max: [1.0, 1.0], z: GROUND });
         Body::opaque("ground", shape, texture)
     }
@@ -79,7 +79,17 @@ impl Setting {
             disk: 0.1,
             radius: 0.06,
         };
+        let arch = Primitive::Torus {
+            center: self.at(-0.35, -0.83, GROUND + 0.02),
+            axis: self.at(0.3, 0.95, 0.0).normalized(),
+            major: 0.2,
+            minor: 0.045,
+        };
+        let post =
+            Shape::cylinder(self.at(0.87, 0.14, z).to_array(), self.at(0.84, 0.1, 0.0).to_array(), 0.05);
         vec![
+            Body::opaque("arch", Shape::implicit(vec![arch], 0.0), self.texture(9, 0.08)),
+            Body::opaque("post", post, self.texture(8, 0.08)),
             Body::opaque("pillar", pillar, self.texture(1, 0.13)),
             Body::opaque("tower", self.tower(), self.texture(2, 0.12)),
             Body::opaque(
