@@ -76,23 +76,6 @@ pub fn next_step(h: f64, error: f64, tolerance: f64) -> f64 {
     h * (0.9 * (tolerance / error.max(1e-300)).powf(0.2)).clamp(0.2, 4.0)
 }
 
-/// Follow a ray for a time `t` with at most `tolerance` of estimated error per step.
-///
-/// Error: about `tolerance` times the number of steps. Same arithmetic backwards for t < 0.
-pub fn advance(index: &Index, start: Phase, t: f64, tolerance: f64) -> Phase {
-    let (mut y, mut left, mut h) = (start, t, t.signum() * t.abs().min(0.05));
-    while left != 0.0 {
-        let trial = if h.abs() >= left.abs() { left } else { h };
-        let (end, error) = step(index, &y, trial);
-        h = next_step(trial, error, tolerance);
-        if error <= tolerance {
-            y = end;
-            left -= trial;
-        }
-    }
-    y
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,6 +83,23 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
     const TIGHT: f64 = 1e-13; // error per step; hundreds of steps stay below 1e-10
+
+    /// Follow a ray for a time `t` with at most `tolerance` of estimated error per step.
+    ///
+    /// Error: about `tolerance` times the number of steps. Same arithmetic backwards for t < 0.
+    fn advance(index: &Index, start: Phase, t: f64, tolerance: f64) -> Phase {
+        let (mut y, mut left, mut h) = (start, t, t.signum() * t.abs().min(0.05));
+        while left != 0.0 {
+            let trial = if h.abs() >= left.abs() { left } else { h };
+            let (end, error) = step(index, &y, trial);
+            h = next_step(trial, error, tolerance);
+            if error <= tolerance {
+                y = end;
+                left -= trial;
+            }
+        }
+        y
+    }
 
     #[test]
     fn a_fibre_ray_is_a_harmonic_oscillation() {

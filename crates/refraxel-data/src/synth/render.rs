@@ -44,7 +44,7 @@ pub struct Frame {
     pub coverage: Vec<f64>,
     /// Distance along the optical axis of the first thing seen at the pixel's centre [scene unit]; 0 for background.
     pub depth: Vec<f64>,
-    /// World normal of that thing, facing outwards; zero for background.
+    /// World normal of that thing, facing the camera; zero for background.
     pub normal: Vec<Vec3<f64>>,
     /// Camera rays traced.
     pub samples: u64,
@@ -158,7 +158,8 @@ impl<'a> PixelRenderer<'a> {
         let ray = self.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let hit = ray.and_then(|ray| Some((ray, self.tracer.scene.first_visible(&ray, self.start.inside)?)));
         hit.map_or((0.0, Vec3::zero()), |(ray, hit)| {
-            (hit.crossing.s * ray.direction.dot(self.camera.forward()), hit.crossing.normal)
+            let (s, n) = (hit.crossing.s, hit.crossing.normal);
+            (s * ray.direction.dot(self.camera.forward()), if n.dot(ray.direction) > 0.0 { -n } else { n })
         })
     }
 }

@@ -403,7 +403,7 @@ impl Run<'_> {
                 "masks": "8-bit coverage (0..255) of the refractive object as first thing seen",
                 "test_bg": "same cameras as test, refractive objects removed",
                 "depth": format!("16-bit, {DEPTH_UNIT} scene units along the optical axis at the pixel centre, 0 = background"),
-                "normals": "16-bit, 65535 (n + 1) / 2, world axes, outwards, 0 = background",
+                "normals": "16-bit, 65535 (n + 1) / 2, world axes, facing the camera, 0 = background",
             },
         })
     }

@@ -79,16 +79,16 @@ impl Setting {
             disk: 0.1,
             radius: 0.06,
         };
-        let arch = Primitive::Torus {
-            center: self.at(-0.35, -0.83, GROUND + 0.02),
+        let hoop = Primitive::Torus {
+            center: self.at(-0.36, -0.8, GROUND + 0.2),
             axis: self.at(0.3, 0.95, 0.0).normalized(),
-            major: 0.2,
-            minor: 0.045,
+            major: 0.16,
+            minor: 0.035,
         };
         let post =
             Shape::cylinder(self.at(0.87, 0.14, z).to_array(), self.at(0.84, 0.1, 0.0).to_array(), 0.05);
         vec![
-            Body::opaque("arch", Shape::implicit(vec![arch], 0.0), self.texture(9, 0.08)),
+            Body::opaque("hoop", Shape::implicit(vec![hoop], 0.0), self.texture(9, 0.08)),
             Body::opaque("post", post, self.texture(8, 0.08)),
             Body::opaque("pillar", pillar, self.texture(1, 0.13)),
             Body::opaque("tower", self.tower(), self.texture(2, 0.12)),
