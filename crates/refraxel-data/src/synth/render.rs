@@ -25,7 +25,7 @@ pub struct Sampling {
 }
 
 /// Spread of sRGB values in [0, 1] among the samples of a pixel above which it gets `detail_spp` samples.
-const DETAIL: f64 = 6.0 / 255.0;
+const DETAIL: f64 = 2.0 / 255.0;
 
 impl Default for Sampling {
     fn default() -> Sampling {

@@ -36,5 +36,5 @@ pub(super) fn sugar_water(s: &Setting) -> Scene {
     let block = Shape::cuboid([-0.55, -0.55, GROUND - 0.05], [0.55, 0.55, 0.0]);
     let mut bodies = things(s, GROUND);
     bodies.push(Body::refractive("sugar water", block, Medium::graded(index), 1));
-    s.scene(bodies)
+    s.calm_scene(bodies)
 }

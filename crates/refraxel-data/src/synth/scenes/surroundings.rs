@@ -49,9 +49,9 @@ impl Setting {
     }
 
     /// The ground, whose tiles do not depend on height.
-    pub(super) fn ground(&self) -> Body {
-        let palette = PALETTES[0].map(rgb).into_iter().chain([rgb(0x7d4fa8), rgb(0x8fb339)]).collect();
-        let cell = vec3(0.14, 0.14, f64::INFINITY);
+    fn ground(&self, colors: &[u32], tile: f64) -> Body {
+        let palette = colors.iter().map(|&c| rgb(c)).collect();
+        let cell = vec3(tile, tile, f64::INFINITY);
         let texture = Texture::Mosaic(Mosaic { palette, cell, grain: 0.018, seed: mix(self.seed, 1000) });
         let shape = Shape::Rectangle(Rectangle { min: [-1.0, -1.0], max: [1.0, 1.0], z: GROUND });
         Body::opaque("ground", shape, texture)
@@ -127,14 +127,24 @@ impl Setting {
 
     /// A scene on white with the ground, the ring and `bodies`.
     pub(super) fn scene(&self, bodies: Vec<Body>) -> Scene {
-        let mut all = vec![self.ground()];
+        let colors = [0xf4efe6, 0x1b3a57, 0xe0562b, 0x2f9e8f, 0xf2b632, 0x7d4fa8, 0x8fb339];
+        self.on(self.ground(&colors, 0.14), bodies)
+    }
+
+    /// The same on a calm ground, for scenes that are full of things already.
+    pub(super) fn calm_scene(&self, bodies: Vec<Body>) -> Scene {
+        self.on(self.ground(&[0xf1ecdf, 0x9db7c6, 0x54788f, 0xd8c49a], 0.22), bodies)
+    }
+
+    fn on(&self, ground: Body, bodies: Vec<Body>) -> Scene {
+        let mut all = vec![ground];
         all.extend(self.ring());
         all.extend(bodies);
         self.bare(all)
     }
 
     /// A scene on white of nothing but `bodies`.
-    pub(super) fn bare(&self, bodies: Vec<Body>) -> Scene {
+    fn bare(&self, bodies: Vec<Body>) -> Scene {
         Scene {
             name: String::new(),
             shows: String::new(),

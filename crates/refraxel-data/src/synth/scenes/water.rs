@@ -31,7 +31,7 @@ pub(super) fn water_tank(s: &Setting) -> Scene {
     let block = Shape::cuboid([-0.55, -0.55, GROUND - 0.05], [0.55, 0.55, 0.02]);
     let mut bodies = things(s, GROUND);
     bodies.push(Body::refractive("water", block, Medium::clear(s.ior), 1));
-    s.scene(bodies)
+    s.calm_scene(bodies)
 }
 
 /// A glass tank of index 1.5, water in it, and air above the water between the walls.
@@ -47,5 +47,5 @@ pub(super) fn aquarium(s: &Setting) -> Scene {
     bodies.push(Body::refractive("tank", tank, Medium::clear(1.5), 1));
     bodies.push(Body::refractive("water", water, Medium::clear(s.ior), 2));
     bodies.push(Body::refractive("air", air, Medium::clear(1.0), 3));
-    s.scene(bodies)
+    s.calm_scene(bodies)
 }

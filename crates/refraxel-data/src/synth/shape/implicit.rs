@@ -152,24 +152,48 @@ fn split(v: Vec3<f64>, axis: Vec3<f64>) -> (f64, Vec3<f64>) {
 /// f = min(a, b) − h² k / 4 with h = max(0, 1 − |a − b| / k) and k = `blend`; for k = 0 the plain union.
 /// Its gradient is (1 − h/2) ∇(smaller) + h/2 ∇(larger). Source: Quilez, "Smooth minimum", quadratic polynomial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Union", into = "Union")]
 pub struct Implicit {
-    /// What is united, in this order.
-    pub parts: Vec<Primitive>,
-    /// Distance over which two parts melt [scene unit]; 0 for one part.
-    pub blend: f64,
+    union: Union,
+    bounds: Aabb<f64>,
+}
+
+/// What is stored of an implicit body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Union {
+    parts: Vec<Primitive>,
+    blend: f64,
+}
+
+impl From<Union> for Implicit {
+    fn from(union: Union) -> Implicit {
+        Implicit::new(union.parts, union.blend)
+    }
+}
+
+impl From<Implicit> for Union {
+    fn from(i: Implicit) -> Union {
+        i.union
+    }
 }
 
 impl Implicit {
+    /// `parts` united in this order; `blend` = distance over which two parts melt [scene unit], 0 for a plain union.
+    pub fn new(parts: Vec<Primitive>, blend: f64) -> Implicit {
+        let bounds = bounds_of(&parts, blend);
+        Implicit { union: Union { parts, blend }, bounds }
+    }
+
     fn field(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
-        let mut parts = self.parts.iter().map(|p| p.surface(x));
+        let mut parts = self.union.parts.iter().map(|p| p.surface(x));
         let first = parts.next().unwrap_or((f64::INFINITY, Vec3::zero()));
         parts.fold(first, |a, b| {
             let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-            if far.0 - near.0 >= self.blend {
+            if far.0 - near.0 >= self.union.blend {
                 return near;
             }
-            let h = 1.0 - (far.0 - near.0) / self.blend;
-            (near.0 - 0.25 * h * h * self.blend, near.1 * (1.0 - 0.5 * h) + far.1 * (0.5 * h))
+            let h = 1.0 - (far.0 - near.0) / self.union.blend;
+            (near.0 - 0.25 * h * h * self.union.blend, near.1 * (1.0 - 0.5 * h) + far.1 * (0.5 * h))
         })
     }
 
@@ -179,19 +203,11 @@ impl Implicit {
     }
 
     pub(super) fn bounds(&self) -> Aabb<f64> {
-        let mut all = Aabb::empty();
-        for b in self.parts.iter().map(Primitive::bounds) {
-            all.include(b.min);
-            all.include(b.max);
-        }
-        // The smooth minimum lies at most k/4 outside per melted pair; twice that covers three parts meeting. The
-        // march must start off the surface, hence not quite at its bounds.
-        let pad = Vec3::splat(0.5 * self.blend + 10.0 * STEP_MIN);
-        Aabb::new(all.min - pad, all.max + pad)
+        self.bounds
     }
 
     pub(super) fn hit(&self, ray: &Ray<f64>, s_max: f64) -> Option<Crossing> {
-        let [near, far] = self.bounds().clip(ray)?;
+        let [near, far] = self.bounds.clip(ray)?;
         let mut s = near.max(S_MIN);
         let end = far.min(s_max);
         let mut f = self.field(ray.at(s)).0;
@@ -228,14 +244,26 @@ impl Implicit {
     }
 }
 
+fn bounds_of(parts: &[Primitive], blend: f64) -> Aabb<f64> {
+    let mut all = Aabb::empty();
+    for b in parts.iter().map(Primitive::bounds) {
+        all.include(b.min);
+        all.include(b.max);
+    }
+    // The smooth minimum lies at most k/4 outside per melted pair; twice that covers three parts meeting. The march must
+    // start off the surface, hence not quite at its bounds.
+    let pad = Vec3::splat(0.5 * blend + 10.0 * STEP_MIN);
+    Aabb::new(all.min - pad, all.max + pad)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn wine_glass() -> Implicit {
         let up = vec3(0.0, 0.0, 1.0);
-        Implicit {
-            parts: vec![
+        Implicit::new(
+            vec![
                 Primitive::Bowl {
                     center: vec3(0.0, 0.0, 0.2),
                     axis: up,
@@ -247,8 +275,8 @@ mod tests {
                 Primitive::Disk { center: vec3(0.0, 0.0, -0.64), axis: up, disk: 0.25, radius: 0.03 },
                 Primitive::Torus { center: vec3(0.1, 0.0, 0.2), axis: up, major: 0.4, minor: 0.03 },
             ],
-            blend: 0.08,
-        }
+            0.08,
+        )
     }
 
     fn ray(k: u32) -> Ray<f64> {
@@ -296,8 +324,7 @@ mod tests {
 
     #[test]
     fn a_sphere_traced_ball_agrees_with_the_closed_form() {
-        let ball =
-            Implicit { parts: vec![Primitive::Sphere { center: Vec3::zero(), radius: 0.4 }], blend: 0.0 };
+        let ball = Implicit::new(vec![Primitive::Sphere { center: Vec3::zero(), radius: 0.4 }], 0.0);
         let exact = super::super::Shape::sphere([0.0; 3], 0.4);
         for k in 0..500 {
             let r = ray(k);
@@ -314,15 +341,11 @@ mod tests {
 
     #[test]
     fn rays_that_graze_a_flat_disk_within_two_degrees_are_not_lost() {
-        let disk = Implicit {
-            parts: vec![Primitive::Disk {
-                center: Vec3::zero(),
-                axis: vec3(0.0, 0.0, 1.0),
-                disk: 0.5,
-                radius: 0.05,
-            }],
-            blend: 0.0,
-        };
+        let up = vec3(0.0, 0.0, 1.0);
+        let disk = Implicit::new(
+            vec![Primitive::Disk { center: Vec3::zero(), axis: up, disk: 0.5, radius: 0.05 }],
+            0.0,
+        );
         for angle in [0.03_f64, 0.01, 1e-3] {
             let origin = vec3(-2.0 * angle.cos(), 0.0, 0.05 + 2.0 * angle.sin());
             let r = Ray { origin, direction: vec3(angle.cos(), 0.0, -angle.sin()) };

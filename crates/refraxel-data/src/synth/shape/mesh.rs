@@ -136,6 +136,7 @@ impl TriangleMesh {
     }
 
     pub(super) fn hit(&self, ray: &Ray<f64>, s_max: f64) -> Option<Crossing> {
+        self.bounds().clip(ray)?;
         let (mut best, mut found) = (s_max, None);
         let mut open = vec![0];
         while let Some(at) = open.pop() {

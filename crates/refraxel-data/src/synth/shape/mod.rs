@@ -114,7 +114,7 @@ impl Shape {
 
     /// One distance field, or several melted together over a length `blend` [scene unit].
     pub fn implicit(parts: Vec<Primitive>, blend: f64) -> Shape {
-        Shape::Implicit(Implicit { parts, blend })
+        Shape::Implicit(Implicit::new(parts, blend))
     }
 }
 
