@@ -60,7 +60,9 @@ impl Manifest {
 pub(super) fn prepare(folder: &Path, parameters: &Value) -> Result<Manifest, SynthError> {
     let wanted = |state| Manifest { state, parameters: parameters.clone() };
     match Manifest::read(folder)? {
-        Some(found) if found.parameters == *parameters && found.state != State::Clearing => return Ok(found),
+        Some(found) if found.parameters == reread(parameters) && found.state != State::Clearing => {
+            return Ok(wanted(found.state));
+        }
         Some(_) => {
             wanted(State::Clearing).write(folder)?;
             for split in PICTURES {
@@ -81,4 +83,9 @@ pub(super) fn prepare(folder: &Path, parameters: &Value) -> Result<Manifest, Syn
     let manifest = wanted(State::Rendering);
     manifest.write(folder)?;
     Ok(manifest)
+}
+
+/// A value as it comes back from a file: reading may change the last bit of a number.
+fn reread(value: &Value) -> Value {
+    serde_json::from_str(&value.to_string()).unwrap_or_default()
 }

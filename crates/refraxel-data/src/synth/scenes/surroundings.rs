@@ -58,49 +58,41 @@ impl Setting {
     }
 
     /// The ring of things.
-    pub(super) fn ring(&self) -> Vec<Body> {
-        let z = GROUND;
-        let pillar =
-            Shape::cylinder(self.at(-0.74, -0.45, z).to_array(), self.at(-0.74, -0.45, 0.05).to_array(), 0.1);
-        let lean = Primitive::Capsule {
-            from: self.at(-0.5, 0.74, -0.62),
-            to: self.at(-0.72, 0.5, 0.1),
-            radius: 0.07,
+    fn ring(&self) -> Vec<Body> {
+        let upright = |x: f64, y: f64, top: Vec3<f64>, radius| {
+            Shape::cylinder(self.at(x, y, GROUND).to_array(), top.to_array(), radius)
         };
-        let wheel = Primitive::Torus {
-            center: self.at(0.06, 0.8, -0.49),
-            axis: self.at(0.35, 0.93, 0.0).normalized(),
-            major: 0.15,
-            minor: 0.055,
-        };
-        let stone = Primitive::Disk {
-            center: self.at(0.74, -0.18, -0.64),
-            axis: vec3(0.0, 0.0, 1.0),
-            disk: 0.1,
-            radius: 0.06,
-        };
-        let hoop = Primitive::Torus {
-            center: self.at(-0.36, -0.8, GROUND + 0.2),
-            axis: self.at(0.3, 0.95, 0.0).normalized(),
-            major: 0.16,
-            minor: 0.035,
-        };
-        let post =
-            Shape::cylinder(self.at(0.87, 0.14, z).to_array(), self.at(0.84, 0.1, 0.0).to_array(), 0.05);
-        vec![
-            Body::opaque("hoop", Shape::implicit(vec![hoop], 0.0), self.texture(9, 0.08)),
+        let pillar = upright(-0.74, -0.45, self.at(-0.74, -0.45, 0.05), 0.1);
+        let post = upright(0.87, 0.14, self.at(0.84, 0.1, 0.0), 0.05);
+        let marble = Shape::sphere(self.at(0.52, -0.74, -0.55).to_array(), 0.15);
+        let mut all = self.rounded_things();
+        all.extend([
             Body::opaque("post", post, self.texture(8, 0.08)),
             Body::opaque("pillar", pillar, self.texture(1, 0.13)),
             Body::opaque("tower", self.tower(), self.texture(2, 0.12)),
-            Body::opaque(
-                "marble",
-                Shape::sphere(self.at(0.52, -0.74, -0.55).to_array(), 0.15),
-                self.texture(3, 0.11),
-            ),
-            Body::opaque("stick", Shape::implicit(vec![lean], 0.0), self.texture(5, 0.1)),
-            Body::opaque("wheel", Shape::implicit(vec![wheel], 0.0), self.texture(4, 0.09)),
+            Body::opaque("marble", marble, self.texture(3, 0.11)),
             Body::opaque("pyramid", self.pyramid(), self.texture(6, 0.12)),
-            Body::opaque("stone", Shape::implicit(vec![stone], 0.0), self.texture(7, 0.09)),
+        ]);
+        all
+    }
+
+    fn rounded_things(&self) -> Vec<Body> {
+        let (from, to) = (self.at(-0.5, 0.74, -0.62), self.at(-0.72, 0.5, 0.1));
+        let stick = Primitive::Capsule { from, to, radius: 0.07 };
+        let axis = self.at(0.35, 0.93, 0.0).normalized();
+        let wheel = Primitive::Torus { center: self.at(0.06, 0.8, -0.49), axis, major: 0.15, minor: 0.055 };
+        let hoop = Primitive::Torus { center: self.at(-0.36, -0.8, -0.5), axis, major: 0.16, minor: 0.035 };
+        let up = vec3(0.0, 0.0, 1.0);
+        let stone =
+            Primitive::Disk { center: self.at(0.74, -0.18, -0.64), axis: up, disk: 0.1, radius: 0.06 };
+        let body = |name, part, salt, cell| {
+            Body::opaque(name, Shape::implicit(vec![part], 0.0), self.texture(salt, cell))
+        };
+        vec![
+            body("stick", stick, 5, 0.1),
+            body("wheel", wheel, 4, 0.09),
+            body("hoop", hoop, 9, 0.08),
+            body("stone", stone, 7, 0.09),
         ]
     }
 
