@@ -20,6 +20,7 @@ mod pose;
 mod region;
 mod root;
 mod split;
+pub mod synth;
 
 pub use dataset::{Backdrop, Dataset, Format, MaskMeaning, Photo, Problem, Severity, Split, View};
 pub use error::{DataError, PoseFault, Size};

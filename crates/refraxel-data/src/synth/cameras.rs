@@ -1,0 +1,81 @@
+//! Where the pictures are taken from.
+
+use super::hash::{mix, unit};
+use refraxel_core::{Camera, Vec3, vec3};
+use std::f64::consts::TAU;
+
+/// Full horizontal field of view [rad], that of the NeRF-synthetic scenes.
+pub const CAMERA_ANGLE_X: f64 = 0.6911112070083618;
+/// Distance of every camera from the origin [scene unit].
+pub const CAMERA_RADIUS: f64 = 4.0;
+
+/// From which directions a scene is seen; all cameras look at the middle of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraSet {
+    /// Elevations from 12° to 78° above the ground.
+    Upper,
+    /// All directions but those within 12° of straight up or down.
+    Full,
+}
+
+/// `count` cameras that cover `set` evenly; so does every prefix of them.
+///
+/// Directions follow the additive recurrence with the inverse powers of the plastic number (Roberts 2018) in
+/// (sin elevation, azimuth), shifted by `seed`: equal areas of the sphere get equally many cameras.
+pub fn cameras(set: CameraSet, count: usize, seed: u64, size: [u32; 2]) -> Vec<Camera> {
+    const PLASTIC: f64 = 1.324_717_957_244_746;
+    let (low, high) = match set {
+        CameraSet::Upper => (12f64.to_radians().sin(), 78f64.to_radians().sin()),
+        CameraSet::Full => (-78f64.to_radians().sin(), 78f64.to_radians().sin()),
+    };
+    let shift = [unit(mix(seed, 1)), unit(mix(seed, 2))];
+    (0..count)
+        .map(|i| {
+            let t = (i + 1) as f64;
+            let z = low + (high - low) * (shift[0] + t / PLASTIC).fract();
+            let azimuth = TAU * (shift[1] + t / (PLASTIC * PLASTIC)).fract();
+            let rho = (1.0 - z * z).sqrt();
+            let eye = vec3(rho * azimuth.cos(), rho * azimuth.sin(), z) * CAMERA_RADIUS;
+            Camera::look_at(eye, vec3(0.0, 0.0, -0.12), vec3(0.0, 0.0, 1.0), CAMERA_ANGLE_X, size)
+        })
+        .collect()
+}
+
+/// Camera-to-world matrix in the axes of OpenGL (x right, y up, z backwards), row by row, as NeRF-synthetic stores it.
+pub fn opengl_matrix(camera: &Camera) -> [[f64; 4]; 4] {
+    let pose = &camera.world_from_camera;
+    let [right, down, forward] = pose.rotation.columns;
+    let row = |a: usize| [right[a], -down[a], -forward[a], pose.translation[a]];
+    [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+}
+
+/// The pinhole camera of an OpenGL camera-to-world matrix, the inverse of [`opengl_matrix`].
+pub fn from_opengl_matrix(m: [[f64; 4]; 4], angle_x: f64, size: [u32; 2]) -> Camera {
+    let column = |c: usize| Vec3::from([m[0][c], m[1][c], m[2][c]]);
+    let mut camera = Camera::look_at(column(3), column(3) - column(2), column(1), angle_x, size);
+    camera.world_from_camera.rotation.columns = [column(0), -column(1), -column(2)];
+    camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_stand_at_the_stated_distance_within_the_stated_elevations() {
+        for c in cameras(CameraSet::Upper, 50, 3, [20, 10]) {
+            let eye = c.world_from_camera.translation;
+            assert!((eye.length() - CAMERA_RADIUS).abs() < 1e-12);
+            assert!((12.0..=78.0).contains(&(eye.z / CAMERA_RADIUS).asin().to_degrees()));
+        }
+        let full = cameras(CameraSet::Full, 50, 3, [20, 10]);
+        assert!(full.iter().filter(|c| c.world_from_camera.translation.z < 0.0).count() > 15);
+    }
+
+    #[test]
+    fn the_matrix_of_a_camera_gives_the_camera_back() {
+        let camera = cameras(CameraSet::Upper, 3, 1, [200, 100])[2];
+        let back = from_opengl_matrix(opengl_matrix(&camera), CAMERA_ANGLE_X, [200, 100]);
+        assert_eq!(back, camera);
+    }
+}

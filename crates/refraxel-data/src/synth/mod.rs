@@ -1,0 +1,41 @@
+//! Exact reference renderings of refractive scenes, with ground truth.
+//!
+//! A tracer in double precision that shares no marching code with the differentiable renderer, so that each proves the
+//! other. Surfaces are met in closed form or by sphere tracing, interfaces obey Snell and Fresnel exactly, graded media
+//! are integrated with error control, and rays split deterministically; all light comes from emissive textures, so that
+//! pictures carry no noise beyond that of the pixel filter. Colours are basic radiance L/n² (docs/theory.md): a surface
+//! under water shows the colour that it shows in air.
+
+mod cameras;
+mod dataset;
+mod error;
+mod grin;
+mod hash;
+mod medium;
+mod optics;
+mod output;
+mod render;
+mod scene;
+mod scenes;
+mod shape;
+mod texture;
+mod trace;
+mod truth;
+mod vector;
+
+pub use cameras::{CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, cameras, from_opengl_matrix, opengl_matrix};
+pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
+pub use error::SynthError;
+pub use grin::Phase;
+pub use medium::{Index, Medium};
+pub use output::{DEPTH_UNIT, Progress, Summary, SynthOptions, contact_sheet, synthesize};
+pub use render::{Frame, Sampling, render_view};
+pub use scene::{Body, Environment, Matter, Scene};
+pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
+pub use shape::{
+    Crossing, Cuboid, Cylinder, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle, Shape, Sphere,
+    TriangleMesh,
+};
+pub use texture::{Mosaic, Picture, Rgb, Texture};
+pub use trace::{Limits, Reflection, Tally, Tracer};
+pub use truth::IndexTruth;

@@ -1,0 +1,225 @@
+//! A scene: bodies, what they are made of, and what surrounds them.
+
+use super::medium::{Index, Medium};
+use super::shape::{Crossing, Shape};
+use super::texture::{Rgb, Texture};
+use refraxel_core::{Aabb, Ray, Vec3, vec3};
+
+/// What a body is made of.
+#[derive(Clone, Debug)]
+pub enum Matter {
+    /// Ends rays with its own light.
+    Opaque(Texture),
+    /// Bends rays.
+    Refractive {
+        /// What fills the body.
+        medium: Medium,
+        /// Where bodies overlap, the one of the highest priority is there (air bubble 2 in glass 1).
+        priority: u32,
+        /// For media that fade into air: the part that counts as the object in masks. `None`: all of it.
+        visible: Option<Shape>,
+    },
+}
+
+/// A shape made of something.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name in `scene.json`.
+    pub name: String,
+    /// Where it is.
+    pub shape: Shape,
+    /// What it is made of.
+    pub matter: Matter,
+}
+
+impl Body {
+    /// An opaque, emissive body.
+    pub fn opaque(name: &str, shape: Shape, texture: Texture) -> Body {
+        Body { name: name.into(), shape, matter: Matter::Opaque(texture) }
+    }
+
+    /// A refractive body with a sharp border.
+    pub fn refractive(name: &str, shape: Shape, medium: Medium, priority: u32) -> Body {
+        Body { name: name.into(), shape, matter: Matter::Refractive { medium, priority, visible: None } }
+    }
+
+    /// The medium, where the body is refractive.
+    pub fn medium(&self) -> Option<&Medium> {
+        match &self.matter {
+            Matter::Refractive { medium, .. } => Some(medium),
+            Matter::Opaque(_) => None,
+        }
+    }
+
+    /// The shape that counts as the refractive object in masks and truth.
+    pub fn visible_shape(&self) -> &Shape {
+        match &self.matter {
+            Matter::Refractive { visible: Some(shape), .. } => shape,
+            _ => &self.shape,
+        }
+    }
+}
+
+/// Light from far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Environment {
+    /// The same from everywhere.
+    Constant(Rgb),
+    /// A smooth change with height of the direction, banded so that its refraction shows.
+    Sky {
+        /// Colour straight up.
+        zenith: Rgb,
+        /// Colour straight down.
+        nadir: Rgb,
+        /// Number of bands from nadir to zenith.
+        bands: u32,
+    },
+}
+
+impl Environment {
+    /// The basic radiance that arrives along a ray leaving towards `d`.
+    pub fn color(&self, d: Vec3<f64>) -> Rgb {
+        match *self {
+            Environment::Constant(c) => c,
+            Environment::Sky { zenith, nadir, bands } => {
+                let t = 0.5 + d.z.clamp(-1.0, 1.0).asin() / std::f64::consts::PI;
+                let t = (t * f64::from(bands)).floor() / f64::from(bands.max(2) - 1);
+                [0, 1, 2].map(|k| nadir[k] + (zenith[k] - nadir[k]) * t.min(1.0))
+            }
+        }
+    }
+}
+
+/// Everything that a ray can meet. At most 64 bodies, so that the set of bodies around a point is one machine word.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Name on the command line.
+    pub name: String,
+    /// One sentence: what the scene shows.
+    pub shows: String,
+    /// All bodies.
+    pub bodies: Vec<Body>,
+    /// Light from outside.
+    pub environment: Environment,
+    /// The box that contains everything worth reconstructing.
+    pub bounds: Aabb<f64>,
+}
+
+/// A crossing and whose it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Where.
+    pub crossing: Crossing,
+    /// Index into [`Scene::bodies`].
+    pub body: usize,
+}
+
+/// The refractive bodies that contain a point, as bits.
+pub type Inside = u64;
+
+impl Scene {
+    /// The first surface of any body before `s_max`.
+    #[inline]
+    pub fn nearest(&self, ray: &Ray<f64>, s_max: f64) -> Option<Hit> {
+        let (mut s_max, mut best) = (s_max, None);
+        for (body, b) in self.bodies.iter().enumerate() {
+            if let Some(crossing) = b.shape.hit(ray, s_max) {
+                s_max = crossing.s;
+                best = Some(Hit { crossing, body });
+            }
+        }
+        best
+    }
+
+    /// The first thing that the eye would name along a straight ray from a point with `inside` around it: an opaque
+    /// body, or the visible part of a refractive one. What masks, depth and normals show.
+    pub fn first_visible(&self, ray: &Ray<f64>, inside: Inside) -> Option<Hit> {
+        let (mut inside, mut at) = (inside, *ray);
+        let mut gone = 0.0;
+        // A crossing between equal media (an air bubble that opens into the air) shows nothing.
+        for _ in 0..2 * self.bodies.len() {
+            let mut hit = self.nearest_by(&at, Body::visible_shape)?;
+            let entering = hit.crossing.normal.dot(at.direction) < 0.0;
+            let bit: Inside = 1 << hit.body;
+            let beyond = if entering { inside | bit } else { inside & !bit };
+            let x = at.at(hit.crossing.s);
+            gone += hit.crossing.s;
+            let n = |set| self.medium(set).map_or(1.0, |m| m.index.n(x));
+            let graded = self.medium(inside).is_some_and(|m| !m.index.is_constant())
+                || self.medium(beyond).is_some_and(|m| !m.index.is_constant());
+            if self.bodies[hit.body].medium().is_none() || graded || n(inside) != n(beyond) {
+                hit.crossing.s = gone;
+                return Some(hit);
+            }
+            (inside, at.origin) = (beyond, x);
+        }
+        None
+    }
+
+    fn nearest_by(&self, ray: &Ray<f64>, shape: impl Fn(&Body) -> &Shape) -> Option<Hit> {
+        let (mut s_max, mut best) = (f64::INFINITY, None);
+        for (body, b) in self.bodies.iter().enumerate() {
+            if let Some(crossing) = shape(b).hit(ray, s_max) {
+                s_max = crossing.s;
+                best = Some(Hit { crossing, body });
+            }
+        }
+        best
+    }
+
+    /// True when the first surface that a ray meets need not be the first one that shows: some body is visible only in
+    /// part, or is a bubble of air that may open into the air.
+    pub fn has_hidden_borders(&self) -> bool {
+        self.bodies.iter().any(|b| match &b.matter {
+            Matter::Refractive { medium, visible, .. } => {
+                visible.is_some() || medium.index == Index::Constant { ior: 1.0 }
+            }
+            Matter::Opaque(_) => false,
+        })
+    }
+
+    /// The refractive bodies that contain `x`.
+    pub fn inside(&self, x: Vec3<f64>) -> Inside {
+        let contains = |b: &Body| b.medium().is_some() && b.shape.contains(x);
+        self.bodies.iter().enumerate().filter(|(_, b)| contains(b)).fold(0, |set, (i, _)| set | 1 << i)
+    }
+
+    /// The body whose medium fills a point with this set around it: highest priority, later ones first among equals.
+    #[inline]
+    pub fn filling(&self, inside: Inside) -> Option<usize> {
+        let (mut left, mut best) = (inside, None);
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if let Matter::Refractive { priority, .. } = self.bodies[i].matter
+                && best.is_none_or(|(p, _)| priority >= p)
+            {
+                best = Some((priority, i));
+            }
+        }
+        best.map(|(_, i)| i)
+    }
+
+    /// The medium at a point with this set around it; `None` is air, n = 1.
+    #[inline]
+    pub fn medium(&self, inside: Inside) -> Option<&Medium> {
+        self.filling(inside).and_then(|i| self.bodies[i].medium())
+    }
+
+    /// The index n(x).
+    pub fn index_at(&self, x: Vec3<f64>) -> f64 {
+        self.medium(self.inside(x)).map_or(1.0, |m| m.index.n(x))
+    }
+
+    /// The twin of this scene from which everything refractive has been taken away.
+    pub fn without_refraction(&self) -> Scene {
+        let mut twin = self.clone();
+        twin.bodies.retain(|b| b.medium().is_none());
+        twin
+    }
+
+    /// The default box of the built-in scenes.
+    pub fn usual_bounds() -> Aabb<f64> {
+        Aabb::new(vec3(-1.0, -1.0, -0.75), vec3(1.0, 1.0, 0.75))
+    }
+}

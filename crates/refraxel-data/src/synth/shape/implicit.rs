@@ -1,0 +1,356 @@
+//! Smooth unions of exact distance fields, found by sphere tracing (Hart 1996) and finished by a safeguarded Newton
+//! iteration, with analytic normals.
+//!
+//! Every primitive is 1-Lipschitz and so is their smooth minimum, whose gradient is a convex mix of theirs: a step of
+//! |f| can never jump over a surface. A step is never shorter than `STEP_MIN`, which ends the slow crawl along grazing
+//! rays; what may be missed is a chord shorter than that, less than 2e-8 units deep for a radius of 0.3.
+
+use super::{Crossing, S_MIN, vector};
+use refraxel_core::{Aabb, Ray, Vec3, vec3};
+use serde::{Deserialize, Serialize};
+
+const STEP_MIN: f64 = 2e-4; // scene unit
+const ROOT_ROUNDS: usize = 60; // bisection alone would reach f64 resolution of STEP_MIN in 40
+
+/// A body with an exact distance field.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "part", rename_all = "snake_case")]
+pub enum Primitive {
+    /// A ball.
+    Sphere {
+        /// Centre [scene unit].
+        #[serde(with = "vector")]
+        center: Vec3<f64>,
+        /// Radius [scene unit].
+        radius: f64,
+    },
+    /// All points within `radius` of a line segment.
+    Capsule {
+        /// One end of the segment [scene unit].
+        #[serde(with = "vector")]
+        from: Vec3<f64>,
+        /// Other end [scene unit].
+        #[serde(with = "vector")]
+        to: Vec3<f64>,
+        /// Radius [scene unit].
+        radius: f64,
+    },
+    /// A ring.
+    Torus {
+        /// Centre [scene unit].
+        #[serde(with = "vector")]
+        center: Vec3<f64>,
+        /// Unit axis.
+        #[serde(with = "vector")]
+        axis: Vec3<f64>,
+        /// Radius of the core circle [scene unit].
+        major: f64,
+        /// Radius of the tube [scene unit].
+        minor: f64,
+    },
+    /// All points within `radius` of a flat disk: a cylinder with a fully rounded edge.
+    Disk {
+        /// Centre [scene unit].
+        #[serde(with = "vector")]
+        center: Vec3<f64>,
+        /// Unit axis.
+        #[serde(with = "vector")]
+        axis: Vec3<f64>,
+        /// Radius of the disk [scene unit].
+        disk: f64,
+        /// Half thickness [scene unit].
+        radius: f64,
+    },
+    /// All points within `radius` of the part of a sphere that lies below a plane: a bowl with a round rim.
+    Bowl {
+        /// Centre of the sphere [scene unit].
+        #[serde(with = "vector")]
+        center: Vec3<f64>,
+        /// Unit axis, towards the opening.
+        #[serde(with = "vector")]
+        axis: Vec3<f64>,
+        /// Radius of the sphere [scene unit].
+        sphere: f64,
+        /// Height of the rim above the centre along the axis [scene unit].
+        rim: f64,
+        /// Half thickness of the wall [scene unit].
+        radius: f64,
+    },
+}
+
+impl Primitive {
+    /// The nearest point of the core (centre, segment, circle, disk, cap) and the radius around it.
+    fn core(&self, x: Vec3<f64>) -> (Vec3<f64>, f64) {
+        match *self {
+            Primitive::Sphere { center, radius } => (center, radius),
+            Primitive::Capsule { from, to, radius } => {
+                let v = to - from;
+                (from + v * ((x - from).dot(v) / v.dot(v)).clamp(0.0, 1.0), radius)
+            }
+            Primitive::Torus { center, axis, major, minor } => {
+                let (_, across) = split(x - center, axis);
+                (center + across * (major / across.length()), minor)
+            }
+            Primitive::Disk { center, axis, disk, radius } => {
+                let (_, across) = split(x - center, axis);
+                (center + across * (disk / across.length()).min(1.0), radius)
+            }
+            Primitive::Bowl { center, axis, sphere, rim, radius } => {
+                let v = x - center;
+                let (along, across) = split(v, axis);
+                let rim_radius = (sphere * sphere - rim * rim).sqrt();
+                // Below the cone through the rim the sphere is nearest, above it the rim circle.
+                if rim_radius * along < rim * across.length() {
+                    (center + v * (sphere / v.length()), radius)
+                } else {
+                    (center + axis * rim + across * (rim_radius / across.length()), radius)
+                }
+            }
+        }
+    }
+
+    fn surface(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
+        let (nearest, radius) = self.core(x);
+        let v = x - nearest;
+        let r = v.length();
+        (r - radius, if r > 0.0 { v / r } else { vec3(0.0, 0.0, 1.0) })
+    }
+
+    fn bounds(&self) -> Aabb<f64> {
+        let ball = |c: Vec3<f64>, r: f64| Aabb::new(c - Vec3::splat(r), c + Vec3::splat(r));
+        // A circle or disk of radius r across a unit axis reaches r sqrt(1 - a²) along each coordinate axis.
+        let round = |c: Vec3<f64>, axis: Vec3<f64>, r: f64, pad: f64| {
+            let reach = axis.map(|a| r * (1.0 - a * a).max(0.0).sqrt() + pad);
+            Aabb::new(c - reach, c + reach)
+        };
+        match *self {
+            Primitive::Sphere { center, radius } => ball(center, radius),
+            Primitive::Capsule { from, to, radius } => {
+                let (a, b) = (ball(from, radius), ball(to, radius));
+                Aabb::new(a.min.min(b.min), a.max.max(b.max))
+            }
+            Primitive::Torus { center, axis, major, minor } => round(center, axis, major, minor),
+            Primitive::Disk { center, axis, disk, radius } => round(center, axis, disk, radius),
+            Primitive::Bowl { center, sphere, radius, .. } => ball(center, sphere + radius),
+        }
+    }
+}
+
+/// The coordinate of `v` along a unit axis and its part across; the latter is never the zero vector.
+fn split(v: Vec3<f64>, axis: Vec3<f64>) -> (f64, Vec3<f64>) {
+    let along = v.dot(axis);
+    let across = v - axis * along;
+    if across.dot(across) > 0.0 {
+        return (along, across);
+    }
+    let side = if axis.x.abs() < 0.5 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) };
+    (along, axis.cross(side) * f64::MIN_POSITIVE.sqrt())
+}
+
+/// Primitives melted together by the quadratic smooth minimum.
+///
+/// f = min(a, b) − h² k / 4 with h = max(0, 1 − |a − b| / k) and k = `blend`; for k = 0 the plain union.
+/// Its gradient is (1 − h/2) ∇(smaller) + h/2 ∇(larger). Source: Quilez, "Smooth minimum", quadratic polynomial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Union", into = "Union")]
+pub struct Implicit {
+    union: Union,
+    bounds: Aabb<f64>,
+}
+
+/// What is stored of an implicit body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Union {
+    parts: Vec<Primitive>,
+    blend: f64,
+}
+
+impl From<Union> for Implicit {
+    fn from(union: Union) -> Implicit {
+        Implicit::new(union.parts, union.blend)
+    }
+}
+
+impl From<Implicit> for Union {
+    fn from(i: Implicit) -> Union {
+        i.union
+    }
+}
+
+impl Implicit {
+    /// `parts` united in this order; `blend` = distance over which two parts melt [scene unit], 0 for a plain union.
+    pub fn new(parts: Vec<Primitive>, blend: f64) -> Implicit {
+        let bounds = bounds_of(&parts, blend);
+        Implicit { union: Union { parts, blend }, bounds }
+    }
+
+    fn field(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
+        let mut parts = self.union.parts.iter().map(|p| p.surface(x));
+        let first = parts.next().unwrap_or((f64::INFINITY, Vec3::zero()));
+        parts.fold(first, |a, b| {
+            let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+            if far.0 - near.0 >= self.union.blend {
+                return near;
+            }
+            let h = 1.0 - (far.0 - near.0) / self.union.blend;
+            (near.0 - 0.25 * h * h * self.union.blend, near.1 * (1.0 - 0.5 * h) + far.1 * (0.5 * h))
+        })
+    }
+
+    pub(super) fn surface(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
+        let (f, gradient) = self.field(x);
+        (f, gradient.normalized())
+    }
+
+    pub(super) fn bounds(&self) -> Aabb<f64> {
+        self.bounds
+    }
+
+    pub(super) fn hit(&self, ray: &Ray<f64>, s_max: f64) -> Option<Crossing> {
+        let [near, far] = self.bounds.clip(ray)?;
+        let mut s = near.max(S_MIN);
+        let end = far.min(s_max);
+        let mut f = self.field(ray.at(s)).0;
+        while s < end {
+            let next = s + f.abs().max(STEP_MIN);
+            let f_next = self.field(ray.at(next)).0;
+            if f * f_next <= 0.0 && f != 0.0 {
+                let root = self.root(ray, [s, next], f > 0.0);
+                return (root < s_max).then(|| Crossing { s: root, normal: self.surface(ray.at(root)).1 });
+            }
+            (s, f) = (next, f_next);
+        }
+        None
+    }
+
+    /// The sign change in a bracket: Newton steps, replaced by bisection where they leave the bracket.
+    fn root(&self, ray: &Ray<f64>, bracket: [f64; 2], enters: bool) -> f64 {
+        let [mut a, mut b] = bracket;
+        let mut s = 0.5 * (a + b);
+        for _ in 0..ROOT_ROUNDS {
+            let (f, gradient) = self.field(ray.at(s));
+            if (f > 0.0) == enters {
+                a = s;
+            } else {
+                b = s;
+            }
+            let newton = s - f / gradient.dot(ray.direction);
+            if (newton - s).abs() < 1e-15 {
+                return s;
+            }
+            s = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+        }
+        s
+    }
+}
+
+fn bounds_of(parts: &[Primitive], blend: f64) -> Aabb<f64> {
+    let mut all = Aabb::empty();
+    for b in parts.iter().map(Primitive::bounds) {
+        all.include(b.min);
+        all.include(b.max);
+    }
+    // The smooth minimum lies at most k/4 outside per melted pair; twice that covers three parts meeting. The march must
+    // start off the surface, hence not quite at its bounds.
+    let pad = Vec3::splat(0.5 * blend + 10.0 * STEP_MIN);
+    Aabb::new(all.min - pad, all.max + pad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wine_glass() -> Implicit {
+        let up = vec3(0.0, 0.0, 1.0);
+        Implicit::new(
+            vec![
+                Primitive::Bowl {
+                    center: vec3(0.0, 0.0, 0.2),
+                    axis: up,
+                    sphere: 0.35,
+                    rim: 0.15,
+                    radius: 0.04,
+                },
+                Primitive::Capsule { from: vec3(0.0, 0.0, -0.6), to: vec3(0.0, 0.0, -0.15), radius: 0.05 },
+                Primitive::Disk { center: vec3(0.0, 0.0, -0.64), axis: up, disk: 0.25, radius: 0.03 },
+                Primitive::Torus { center: vec3(0.1, 0.0, 0.2), axis: up, major: 0.4, minor: 0.03 },
+            ],
+            0.08,
+        )
+    }
+
+    fn ray(k: u32) -> Ray<f64> {
+        let t = f64::from(k);
+        let origin = vec3((t * 0.71).sin(), (t * 1.3).cos(), (t * 0.37).sin()).normalized() * 2.0;
+        let target = vec3((t * 2.1).sin(), (t * 0.9).cos(), (t * 1.7).sin()) * 0.4;
+        Ray { origin, direction: (target - origin).normalized() }
+    }
+
+    #[test]
+    fn the_gradient_is_the_derivative_of_the_field_and_never_longer_than_one() {
+        let (glass, h) = (wine_glass(), 1e-6);
+        for k in 0..500 {
+            let t = f64::from(k);
+            let x = vec3((t * 0.71).sin(), (t * 1.3).cos(), (t * 0.37).sin()) * 0.6;
+            let (_, g) = glass.field(x);
+            let central = Vec3::from(
+                [vec3(h, 0.0, 0.0), vec3(0.0, h, 0.0), vec3(0.0, 0.0, h)]
+                    .map(|e| (glass.field(x + e).0 - glass.field(x - e).0) / (2.0 * h)),
+            );
+            assert!((g - central).length() < 1e-5, "{x:?}"); // h² curvature and f64 eps / h
+            assert!(g.length() < 1.0 + 1e-12);
+        }
+    }
+
+    #[test]
+    fn crossings_alternate_and_lie_on_the_surface_to_rounding() {
+        let glass = wine_glass();
+        let mut crossings = 0;
+        for k in 0..600 {
+            let mut r = ray(k);
+            let mut entering = true;
+            while let Some(c) = glass.hit(&r, f64::INFINITY) {
+                let x = r.at(c.s);
+                assert!(glass.field(x).0.abs() < 1e-14, "{}", glass.field(x).0);
+                assert_eq!(c.normal.dot(r.direction) < 0.0, entering);
+                entering = !entering;
+                r.origin = x;
+                crossings += 1;
+            }
+            assert!(entering, "ray {k} never left");
+        }
+        assert!(crossings > 300);
+    }
+
+    #[test]
+    fn a_sphere_traced_ball_agrees_with_the_closed_form() {
+        let ball = Implicit::new(vec![Primitive::Sphere { center: Vec3::zero(), radius: 0.4 }], 0.0);
+        let exact = super::super::Shape::sphere([0.0; 3], 0.4);
+        for k in 0..500 {
+            let r = ray(k);
+            match (ball.hit(&r, 9.0), exact.hit(&r, 9.0)) {
+                (Some(a), Some(b)) => {
+                    // Along a grazing ray the crossing is as uncertain as the surface divided by the cosine.
+                    assert!((a.s - b.s).abs() * b.normal.dot(r.direction).abs() < 1e-14);
+                }
+                (None, None) => {}
+                (a, b) => panic!("{a:?} {b:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn rays_that_graze_a_flat_disk_within_two_degrees_are_not_lost() {
+        let up = vec3(0.0, 0.0, 1.0);
+        let disk = Implicit::new(
+            vec![Primitive::Disk { center: Vec3::zero(), axis: up, disk: 0.5, radius: 0.05 }],
+            0.0,
+        );
+        for angle in [0.03_f64, 0.01, 1e-3] {
+            let origin = vec3(-2.0 * angle.cos(), 0.0, 0.05 + 2.0 * angle.sin());
+            let r = Ray { origin, direction: vec3(angle.cos(), 0.0, -angle.sin()) };
+            let hit = disk.hit(&r, 9.0).unwrap();
+            assert!(r.at(hit.s).length() < 0.051 && (hit.normal.z - 1.0).abs() < 1e-9);
+        }
+    }
+}
