@@ -27,7 +27,8 @@ pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> R
     let count = camera.width as usize * camera.height as usize;
     let rays: Vec<Option<Ray<f32>>> = (0..count).into_par_iter().map(|p| pixel_ray(camera, p)).collect();
     // A ray that leaves the scene at once stands for a blind pixel.
-    let blind = Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
+    let blind =
+        Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
     let order = tiles(camera.width, camera.height);
     let tiled: Vec<Ray<f32>> = order.iter().map(|&p| rays[p].unwrap_or(blind)).collect();
     let mut out = Rendering {

@@ -17,4 +17,4 @@ pub mod trainer;
 pub use backend::Backend;
 pub use config::{Config, ConfigError};
 pub use cpu::CpuBackend;
-pub use trainer::{Trainer, TrainError};
+pub use trainer::{TrainError, Trainer};

@@ -5,9 +5,7 @@ use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFil
 use crate::config::Config;
 use crate::cpu::{CpuBackend, Moments};
 use crate::model::{Plan, bounds_of};
-use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField,
-};
+use refraxel_core::{AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -149,7 +147,10 @@ pub fn save_run(
         ("density_moment", TensorView::new(&per_voxel, DataView::F32(&moments.density))),
         ("colour_moment", TensorView::new(&per_channel, DataView::F32(&moments.colour))),
         ("background", TensorView::new(&texel_shape, DataView::F32(texels))),
-        ("background_moment", TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened()))),
+        (
+            "background_moment",
+            TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened())),
+        ),
     ];
     save(&folder.join(CHECKPOINT), &header, &tensors)
 }
@@ -170,7 +171,11 @@ pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
     Ok(Loaded { config: header.config, plan, state: header.state, source: header.source, backend })
 }
 
-fn restore(path: &Path, h: &Header, mut file: TensorFile) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
+fn restore(
+    path: &Path,
+    h: &Header,
+    mut file: TensorFile,
+) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
     let wrong = |what: &str| foreign(path, what);
     let degree = ShDegree::new(h.sh_degree).ok_or_else(|| wrong("its SH degree is not 0 to 3"))?;
     let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=4096).contains(n));
@@ -211,7 +216,12 @@ fn take(path: &Path, file: &mut TensorFile, name: &str) -> Result<Tensor, Checkp
     file.tensors.remove(name).ok_or_else(|| foreign(path, &format!("tensor `{name}` is missing")))
 }
 
-fn f32s(path: &Path, file: &mut TensorFile, name: &str, len: usize) -> Result<AlignedVec<f32>, CheckpointError> {
+fn f32s(
+    path: &Path,
+    file: &mut TensorFile,
+    name: &str,
+    len: usize,
+) -> Result<AlignedVec<f32>, CheckpointError> {
     match take(path, file, name)?.data {
         TensorData::F32(v) if v.len() == len => Ok(AlignedVec::from_slice(&v)),
         TensorData::F32(v) => {

@@ -62,7 +62,9 @@ pub enum TrainError {
         rollbacks: u32,
     },
     /// No pixel may be used.
-    #[error("no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)")]
+    #[error(
+        "no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)"
+    )]
     NoPixels,
     /// A checkpoint could not be read or written.
     #[error(transparent)]
@@ -109,7 +111,12 @@ impl Tally {
 
 impl Trainer {
     /// A fresh run on the training photographs of a dataset; `validation` is looked at now and then.
-    pub fn new(config: Config, data: &Dataset, photos: Vec<Photo>, validation: Option<(View, Photo)>) -> Self {
+    pub fn new(
+        config: Config,
+        data: &Dataset,
+        photos: Vec<Photo>,
+        validation: Option<(View, Photo)>,
+    ) -> Self {
         let plan = Plan::new(&config, data, &photos);
         let backend = plan.start(&config);
         Self::resumed(config, plan, backend, State::default(), (data, photos, validation))

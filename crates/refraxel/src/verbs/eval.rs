@@ -121,7 +121,11 @@ fn draw_comparison(
         full_error: FULL_ERROR,
     };
     let path = out.with_file_name(format!("{}.png", out.file_name().unwrap_or_default().to_string_lossy()));
-    picture.draw().save_png(&path).with_context(|| format!("cannot write {}", path.display())).or_exit(Exit::Io)
+    picture
+        .draw()
+        .save_png(&path)
+        .with_context(|| format!("cannot write {}", path.display()))
+        .or_exit(Exit::Io)
 }
 
 /// `r_0.png` for `r_0.png`, `IMG_1.png` for `IMG_1.jpg`.

@@ -42,7 +42,8 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     let trainer = start(args, &data, photos, &source)?;
     let (trainer, finished) = learn(trainer, &args.out, &source, &mut log, show)?;
     if !finished {
-        let note = format!("stopped at step {}; the same command with --resume goes on", trainer.state().step);
+        let note =
+            format!("stopped at step {}; the same command with --resume goes on", trainer.state().step);
         return Err(Failure::new(Exit::Interrupted, anyhow!(note)));
     }
     drop(trainer);
@@ -210,6 +211,9 @@ impl Log {
             ],
         };
         let path = out.join("curves.png");
-        plot.draw(960, 540).save_png(&path).with_context(|| format!("cannot write {}", path.display())).or_exit(Exit::Io)
+        plot.draw(960, 540)
+            .save_png(&path)
+            .with_context(|| format!("cannot write {}", path.display()))
+            .or_exit(Exit::Io)
     }
 }
