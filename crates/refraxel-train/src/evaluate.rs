@@ -27,7 +27,8 @@ pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> R
     let count = camera.width as usize * camera.height as usize;
     let rays: Vec<Option<Ray<f32>>> = (0..count).into_par_iter().map(|p| pixel_ray(camera, p)).collect();
     // A ray that leaves the scene at once stands for a blind pixel.
-    let blind = Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
+    let blind =
+        Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
     let order = tiles(camera.width, camera.height);
     let tiled: Vec<Ray<f32>> = order.iter().map(|&p| rays[p].unwrap_or(blind)).collect();
     let mut out = Rendering {
@@ -71,6 +72,16 @@ pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {
             [r, g, b].map(|c| quantize(c * alpha + 1.0 - alpha))
         })
         .collect()
+}
+
+/// A checksum of truth images in their order, so that scores of different images are not compared.
+pub fn truth_checksum<'a>(truths: impl IntoIterator<Item = &'a [[u8; 3]]>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for truth in truths {
+        hasher.update(&(truth.len() as u64).to_le_bytes());
+        hasher.update(truth.as_flattened());
+    }
+    format!("{:08x}", hasher.finalize())
 }
 
 /// The colour behind transparent pictures in renderings and scores.

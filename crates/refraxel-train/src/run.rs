@@ -5,9 +5,7 @@ use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFil
 use crate::config::Config;
 use crate::cpu::{CpuBackend, Moments};
 use crate::model::{Plan, bounds_of};
-use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField,
-};
+use refraxel_core::{AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -142,14 +140,19 @@ pub fn save_run(
     let (voxels, stride) = (field.map.voxels(), field.degree.stride());
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
+    let slots = [field.map.slots()];
     let tensors = [
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
+        ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
         ("density", TensorView::new(&per_voxel, DataView::F32(&field.density))),
         ("colour", TensorView::new(&per_channel, DataView::F32(&field.colour))),
         ("density_moment", TensorView::new(&per_voxel, DataView::F32(&moments.density))),
         ("colour_moment", TensorView::new(&per_channel, DataView::F32(&moments.colour))),
         ("background", TensorView::new(&texel_shape, DataView::F32(texels))),
-        ("background_moment", TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened()))),
+        (
+            "background_moment",
+            TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened())),
+        ),
     ];
     save(&folder.join(CHECKPOINT), &header, &tensors)
 }
@@ -170,7 +173,11 @@ pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
     Ok(Loaded { config: header.config, plan, state: header.state, source: header.source, backend })
 }
 
-fn restore(path: &Path, h: &Header, mut file: TensorFile) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
+fn restore(
+    path: &Path,
+    h: &Header,
+    mut file: TensorFile,
+) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
     let wrong = |what: &str| foreign(path, what);
     let degree = ShDegree::new(h.sh_degree).ok_or_else(|| wrong("its SH degree is not 0 to 3"))?;
     let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=4096).contains(n));
@@ -204,14 +211,24 @@ fn restore(path: &Path, h: &Header, mut file: TensorFile) -> Result<(CpuBackend,
     };
     let field = VoxelField { domain, map, degree, density, colour };
     let finest = Domain { resolution: h.finest_resolution, ..domain };
-    Ok((CpuBackend::with_moments(field, background, moments), finest))
+    let mut backend = CpuBackend::with_moments(field, background, moments);
+    let occupied = u64s(path, &mut file, "occupied")?;
+    if !backend.restore_occupied(occupied) {
+        return Err(wrong("its occupied cells are not those of its bricks"));
+    }
+    Ok((backend, finest))
 }
 
 fn take(path: &Path, file: &mut TensorFile, name: &str) -> Result<Tensor, CheckpointError> {
     file.tensors.remove(name).ok_or_else(|| foreign(path, &format!("tensor `{name}` is missing")))
 }
 
-fn f32s(path: &Path, file: &mut TensorFile, name: &str, len: usize) -> Result<AlignedVec<f32>, CheckpointError> {
+fn f32s(
+    path: &Path,
+    file: &mut TensorFile,
+    name: &str,
+    len: usize,
+) -> Result<AlignedVec<f32>, CheckpointError> {
     match take(path, file, name)?.data {
         TensorData::F32(v) if v.len() == len => Ok(AlignedVec::from_slice(&v)),
         TensorData::F32(v) => {
@@ -225,6 +242,13 @@ fn u32s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u32>, Chec
     match take(path, file, name)?.data {
         TensorData::U32(v) if v.len().is_multiple_of(3) => Ok(v),
         _ => Err(foreign(path, &format!("tensor `{name}` is not a list of U32 triples"))),
+    }
+}
+
+fn u64s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u64>, CheckpointError> {
+    match take(path, file, name)?.data {
+        TensorData::U64(v) => Ok(v),
+        _ => Err(foreign(path, &format!("tensor `{name}` is not of type U64"))),
     }
 }
 
