@@ -1,9 +1,14 @@
 //! What each verb of the command line does.
 
+pub mod bench;
+pub mod compare;
+pub mod demo;
 pub mod eval;
 pub mod evaluation;
 pub mod inspect;
+pub mod render;
 pub mod sheet;
+pub mod synth;
 pub mod train;
 
 use crate::cli::{ReadingArgs, WorkArgs};
