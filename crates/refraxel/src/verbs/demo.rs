@@ -98,8 +98,8 @@ impl Report {
              \x20 whole picture     {} dB\n\
              \x20 inside the glass  {} dB\n\
              \x20 outside           {} dB\n\
-             Straight rays cannot explain what the glass shows: every view sees other things through it. They blur it and\n\
-             paint it on fog. Bent rays, which come next, are made for that.\n\n\
+             Straight rays cannot explain what the glass shows: every view sees other things through it. They average it\n\
+             into a haze. Bent rays, which come next, are made for that.\n\n\
              picture: {}\n\
              dataset: {}\n\
              Now try your photographs:  refraxel train my_photos --out run",

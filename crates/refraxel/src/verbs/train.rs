@@ -138,8 +138,9 @@ fn learn(
 ) -> Result<(u64, bool), Failure> {
     // Leftovers of killed saves; failing to remove them harms nobody.
     let _ = remove_leftovers(&out.join(CHECKPOINT));
-    const PARTS: u64 = 1000;
-    let mut progress = Progress::new(show, "training", PARTS);
+    // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
+    let parts = if trainer.config().minutes > 0.0 { 1000 } else { trainer.config().steps };
+    let mut progress = Progress::new(show, "training", parts);
     let mut saved = Instant::now();
     let mut last: Option<Record> = None;
     let stop_after = NonZeroU64::new(trainer.config().stop_after).map_or(u64::MAX, u64::from);
@@ -149,7 +150,7 @@ fn learn(
             last = Some(record);
         }
         let note = last.as_ref().map(note).unwrap_or_default();
-        progress.set((trainer.progress().0 * PARTS as f64) as u64, &note);
+        progress.set((trainer.progress().0 * parts as f64).round() as u64, &note);
         if saved.elapsed() > SAVE_EVERY {
             save(&mut trainer, out, source)?;
             saved = Instant::now();
