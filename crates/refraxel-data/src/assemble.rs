@@ -4,8 +4,11 @@
 use crate::draft::{Draft, Frame, Origin};
 use crate::error::Size;
 use crate::photo::{self, Header};
-use crate::{Backdrop, DataError, Dataset, Format, OpenOptions, Problem, View, json, masks, pose, split};
+use crate::{
+    Backdrop, DataError, Dataset, Format, NamedCamera, OpenOptions, Problem, View, json, masks, pose, split,
+};
 use rayon::prelude::*;
+use refraxel_core::Camera;
 use serde_json::Value;
 use std::collections::HashSet;
 use std::path::Path;
@@ -100,6 +103,45 @@ fn cameras(draft: &mut Draft, headers: &[Header]) -> Result<Vec<View>, DataError
         draft.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
     }
     Ok(views)
+}
+
+/// The checked cameras of a draft, whether their images exist or not.
+pub(crate) fn named_cameras(path: &Path, draft: Draft) -> Result<Vec<NamedCamera>, DataError> {
+    if draft.frames.is_empty() {
+        return Err(DataError::NoCameras { path: path.to_owned() });
+    }
+    let stem = |f: &Frame| {
+        let file = f.file.replace('\\', "/");
+        Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    };
+    let stems: Vec<String> = draft.frames.iter().map(stem).collect();
+    let unique = stems.iter().collect::<HashSet<_>>().len() == stems.len();
+    let named = draft.frames.iter().zip(&stems).map(|(frame, stem)| {
+        let file = frame.file.replace('\\', "/");
+        let folders = Path::new(file.trim_start_matches("./")).with_file_name(stem);
+        let long = folders.to_string_lossy().replace('/', "_");
+        let camera = camera_without_image(frame)?;
+        Ok(NamedCamera { name: if unique { stem.clone() } else { long }, camera })
+    });
+    named.collect()
+}
+
+fn camera_without_image(frame: &Frame) -> Result<Camera, DataError> {
+    let Origin { path, key } = &frame.origin;
+    let fault = |fault| DataError::Pose { path: path.to_path_buf(), key: key.clone(), fault };
+    let pose = pose::check(&frame.pose).map_err(fault)?.pose;
+    let stated =
+        frame.intrinsics.size.map(|[w, h]| Size { width: w.round() as u32, height: h.round() as u32 });
+    let size = match (&frame.image, stated) {
+        (Some(_), _) => real_size(&header(frame)?, frame.intrinsics.size),
+        (None, Some(size)) => size,
+        (None, None) => {
+            let (path, key) = (path.to_path_buf(), format!("{key}.w"));
+            let expected = "w and h [pixel], because the image itself does not exist";
+            return Err(DataError::Value { path, key, found: "missing".into(), expected });
+        }
+    };
+    frame.intrinsics.camera(size, pose, &frame.origin)
 }
 
 /// The size that the camera was calibrated for: upright, unless only the stored size has the stated shape.

@@ -128,6 +128,12 @@ pub enum DataError {
         /// The first of them.
         first: String,
     },
+    /// A list of cameras without any.
+    #[error("{path}: it names no cameras; expected at least one frame", path = path.display())]
+    NoCameras {
+        /// The file.
+        path: PathBuf,
+    },
     /// Too few views to reconstruct anything.
     #[error("{path}: {found} usable views; at least 3 are needed, and some tens for a good result", path = path.display())]
     TooFewViews {

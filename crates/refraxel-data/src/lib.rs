@@ -26,6 +26,6 @@ pub use dataset::{Backdrop, Dataset, Format, MaskMeaning, Photo, Problem, Severi
 pub use error::{DataError, PoseFault, Size};
 pub use image::{Image, Mask, Pixels};
 pub use inspect::{Inspection, report};
-pub use open::OpenOptions;
+pub use open::{NamedCamera, OpenOptions, open_cameras};
 pub use photo::load_photo;
 pub use region::{Region, scene_region};

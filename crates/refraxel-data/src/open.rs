@@ -3,6 +3,7 @@
 use crate::draft::Draft;
 use crate::formats::{colmap, llff, nsvf, transforms};
 use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
+use refraxel_core::Camera;
 use std::path::Path;
 
 /// What the user may decide about a dataset.
@@ -28,6 +29,23 @@ impl Dataset {
         let draft = import(path, options)?;
         assemble::assemble(path, draft, options)
     }
+}
+
+/// A posed camera and the name of its picture without folder or extension.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// The stem of the picture's file; with its folders where two pictures share a stem.
+    pub name: String,
+    /// Pose, intrinsics and lens.
+    pub camera: Camera,
+}
+
+/// Reads the cameras of a dataset whose pictures may be missing, as for new views along a path.
+///
+/// Sizes are those of the pictures where they exist and those that the file states elsewhere.
+pub fn open_cameras(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Vec<NamedCamera>, DataError> {
+    let path = path.as_ref();
+    assemble::named_cameras(path, import(path, options)?)
 }
 
 fn import(path: &Path, options: &OpenOptions) -> Result<Draft, DataError> {

@@ -81,6 +81,12 @@ pub fn straight(options: &BenchOptions) -> Throughput {
     }
 }
 
+/// Name of the widest vector instructions that this machine has and the kernels use.
+pub fn simd_level() -> String {
+    let level = format!("{:?}", fearless_simd::Level::new()).to_lowercase();
+    level.split('(').next().unwrap_or_default().to_owned()
+}
+
 const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
 
 fn objective() -> Objective {

@@ -11,6 +11,8 @@ pub struct Config {
     pub seed: u64,
     /// Steps in all; ignored when `minutes` is set.
     pub steps: u64,
+    /// Stop after this many steps as if interrupted, saved and ready to be resumed; 0: never.
+    pub stop_after: u64,
     /// Wall-clock budget [minute]; 0: train for `steps` instead. A clock is not reproducible, steps are.
     pub minutes: f64,
     /// Rays of a step.
@@ -74,6 +76,7 @@ impl Default for Config {
         Self {
             seed: 0,
             steps: 12_000,
+            stop_after: 0,
             minutes: 0.0,
             batch: 8192,
             sh_degree: 2,

@@ -74,6 +74,16 @@ pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {
         .collect()
 }
 
+/// A checksum of truth images in their order, so that scores of different images are not compared.
+pub fn truth_checksum<'a>(truths: impl IntoIterator<Item = &'a [[u8; 3]]>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for truth in truths {
+        hasher.update(&(truth.len() as u64).to_le_bytes());
+        hasher.update(truth.as_flattened());
+    }
+    format!("{:08x}", hasher.finalize())
+}
+
 /// The colour behind transparent pictures in renderings and scores.
 pub const WHITE: [f32; 3] = [1.0; 3];
 

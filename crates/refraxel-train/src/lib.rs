@@ -6,6 +6,8 @@ pub mod checkpoint;
 pub mod config;
 pub mod cpu;
 pub mod evaluate;
+pub mod index_error;
+pub mod memory;
 pub mod metrics;
 pub mod model;
 pub mod random;

@@ -140,8 +140,10 @@ pub fn save_run(
     let (voxels, stride) = (field.map.voxels(), field.degree.stride());
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
+    let slots = [field.map.slots()];
     let tensors = [
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
+        ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
         ("density", TensorView::new(&per_voxel, DataView::F32(&field.density))),
         ("colour", TensorView::new(&per_channel, DataView::F32(&field.colour))),
         ("density_moment", TensorView::new(&per_voxel, DataView::F32(&moments.density))),
@@ -209,7 +211,12 @@ fn restore(
     };
     let field = VoxelField { domain, map, degree, density, colour };
     let finest = Domain { resolution: h.finest_resolution, ..domain };
-    Ok((CpuBackend::with_moments(field, background, moments), finest))
+    let mut backend = CpuBackend::with_moments(field, background, moments);
+    let occupied = u64s(path, &mut file, "occupied")?;
+    if !backend.restore_occupied(occupied) {
+        return Err(wrong("its occupied cells are not those of its bricks"));
+    }
+    Ok((backend, finest))
 }
 
 fn take(path: &Path, file: &mut TensorFile, name: &str) -> Result<Tensor, CheckpointError> {
@@ -235,6 +242,13 @@ fn u32s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u32>, Chec
     match take(path, file, name)?.data {
         TensorData::U32(v) if v.len().is_multiple_of(3) => Ok(v),
         _ => Err(foreign(path, &format!("tensor `{name}` is not a list of U32 triples"))),
+    }
+}
+
+fn u64s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u64>, CheckpointError> {
+    match take(path, file, name)?.data {
+        TensorData::U64(v) => Ok(v),
+        _ => Err(foreign(path, &format!("tensor `{name}` is not of type U64"))),
     }
 }
 

@@ -9,10 +9,10 @@ use crate::metrics::MetricsError;
 use crate::model::{Plan, kept_bricks};
 use crate::rays::Shots;
 use crate::run::State;
-use crate::schedule::{Progress, objective, rendering_marching, stage_domain, training_marching};
+use crate::schedule::{Progress, objective, stage_domain, training_marching};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Rays that decide what is pruned.
 const PRUNING_RAYS: u64 = 600_000;
@@ -132,7 +132,7 @@ impl Trainer {
     ) -> Self {
         let views = data.split.train.iter().map(|&i| data.views[i].clone()).collect();
         let shots = Shots::new(views, photos, data.backdrop, config.seed);
-        Self {
+        let mut trainer = Self {
             config,
             plan,
             shots,
@@ -142,12 +142,15 @@ impl Trainer {
             good: None,
             clock: Instant::now(),
             since: Tally::new(),
+        };
+        if trainer.state.step > 0 {
+            trainer.keep_good_state(); // else an overflow would start from nothing again
         }
+        trainer
     }
 
     /// The model as it is now.
-    pub fn backend(&mut self) -> &CpuBackend {
-        self.backend.refresh_occupancy(&rendering_marching(&self.config, self.plan.near));
+    pub fn backend(&self) -> &CpuBackend {
         &self.backend
     }
     /// What does not change.
@@ -256,6 +259,7 @@ impl Trainer {
     fn next_stage(&mut self) {
         let stage = self.progress().stage(&self.config);
         let marching = training_marching(&self.config, self.plan.near);
+        self.good = None; // one copy of the model less while two grids are alive
         self.backend.refresh_occupancy(&marching);
         let peak = self.backend.peak_weights(&self.shots.spread(PRUNING_RAYS), &marching);
         let domain = stage_domain(&self.config, &self.plan.finest, stage);
@@ -263,7 +267,7 @@ impl Trainer {
         self.backend.resample(domain, map);
         self.backend.refresh_occupancy(&marching);
         self.state.stage = stage;
-        self.good = None;
+        self.keep_good_state();
     }
 
     fn keep_good_state(&mut self) {
@@ -298,10 +302,4 @@ impl Trainer {
         self.state.caution = caution;
         Ok(())
     }
-}
-
-/// Time that a budget still has.
-pub fn time_left(trainer: &Trainer) -> Option<Duration> {
-    let total = 60.0 * trainer.config.minutes;
-    (total > 0.0).then(|| Duration::from_secs_f64((total - trainer.seconds()).max(0.0)))
 }

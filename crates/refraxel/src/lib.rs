@@ -8,4 +8,5 @@ pub mod exit;
 pub mod picture;
 pub mod plot;
 pub mod progress;
+pub mod table;
 pub mod verbs;

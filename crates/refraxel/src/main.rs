@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use anyhow::anyhow;
 use clap::{CommandFactory, Parser};
 use refraxel::cli::{Cli, Verb};
 use refraxel::console::Console;
@@ -29,6 +28,11 @@ fn run(verb: Verb) -> Result<(), Failure> {
         }
         Verb::Train(args) => verbs::train::run(&args),
         Verb::Eval(args) => verbs::eval::run(&args),
-        _ => Err(Failure::new(Exit::Usage, anyhow!("this build does not have the verb yet"))),
+        Verb::Demo(args) => verbs::demo::run(&args),
+        Verb::Inspect(args) => verbs::inspect::run(&args),
+        Verb::Render(args) => verbs::render::run(&args),
+        Verb::Compare(args) => verbs::compare::run(&args),
+        Verb::Synth(args) => verbs::synth::run(&args),
+        Verb::Bench(args) => verbs::bench::run(&args),
     }
 }

@@ -115,6 +115,20 @@ impl CpuBackend {
         &self.moments
     }
 
+    /// Which cells may hold matter, 64 bits per slot of the map: state of the training loop between two looks.
+    pub fn occupied(&self) -> &[u64] {
+        &self.marcher.occupied
+    }
+
+    /// Go on with cells that were occupied when a run was saved; false when they are not those of this map.
+    pub fn restore_occupied(&mut self, occupied: Vec<u64>) -> bool {
+        let fits = occupied.len() == self.field.map.slots() && occupied.first() == Some(&0);
+        if fits {
+            self.marcher.occupied = occupied;
+        }
+        fits
+    }
+
     /// Share of the stored cells that rays have to look at.
     pub fn occupancy(&self) -> f64 {
         self.marcher.occupancy(&self.field.map)

@@ -97,15 +97,15 @@ pub struct TrainArgs {
     /// Read training options from a TOML file; --set overrides it
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Go on from the checkpoint in RUN
+    /// Go on from the checkpoint in RUN, with its options
     #[arg(long)]
     pub resume: bool,
     /// Aim for the best result within this wall-clock time
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub minutes: Option<f64>,
-    /// Start of the random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    pub seed: u64,
+    /// Start of the random numbers [default: 0]
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -7,8 +7,8 @@ mod values;
 
 pub use data::{InspectArgs, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use run::{CompareArgs, EvalArgs, Layer, RenderArgs, SplitName};
-pub use scene::{BenchArgs, DemoArgs, Switch, SynthArgs};
-pub use values::{Setting, Size};
+pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
+pub use values::Setting;
 
 use std::num::NonZeroUsize;
 
@@ -18,7 +18,7 @@ use clap::{Args, Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(version, subcommand_required = true, arg_required_else_help = true)]
 #[command(after_help = "Examples:
-  refraxel demo                         a glass scene, straight against bent rays, in about a minute
+  refraxel demo                         a glass scene from start to score, in about a minute
   refraxel inspect my_photos            what is in a dataset, and what is wrong with it
   refraxel train my_photos --out run    train on photographs with poses
 
@@ -32,7 +32,7 @@ pub struct Cli {
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Trains on a built-in glass scene and compares straight rays, bent rays and truth
+    /// Makes a glass scene, trains on it and compares the result with the truth
     Demo(DemoArgs),
     /// Shows what is in a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),

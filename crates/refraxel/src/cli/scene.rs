@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::WorkArgs;
-use super::values::{Size, index};
+use super::values::index;
 
 /// `refraxel demo`
 #[derive(Args, Debug)]
@@ -33,12 +33,24 @@ pub enum Switch {
     Off,
 }
 
+/// From which directions a synthetic scene is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Around {
+    /// From above the ground
+    #[default]
+    Upper,
+    /// From all sides, also from below
+    Full,
+}
+
 /// `refraxel synth`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel synth --list
-  refraxel synth sphere --out sphere --size 400 --views 100
-  refraxel synth sphere --out water_ball --ior 1.33 --reflection off --exr")]
+  refraxel synth glass_ball --out ball --size 400 --views 100
+  refraxel synth glass_ball --out water_ball --ior 1.33 --reflection off --exr
+
+Ctrl-C keeps the finished pictures; the same command goes on from them.")]
 pub struct SynthArgs {
     /// Name of the scene, see --list
     #[arg(value_name = "SCENE", required_unless_present = "list")]
@@ -49,27 +61,39 @@ pub struct SynthArgs {
     /// List the scenes
     #[arg(long, conflicts_with_all = ["scene", "out"])]
     pub list: bool,
-    /// Size of the images: N or WIDTHxHEIGHT pixels [default: the scene's]
-    #[arg(long, value_name = "SIZE")]
-    pub size: Option<Size>,
-    /// Number of training views; there are a quarter as many for testing [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Width and height of the square pictures, in pixels [default: 200]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    pub size: Option<u32>,
+    /// Number of training views; two fifths as many for testing, a tenth for tuning [default: 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=50_000))]
     pub views: Option<u32>,
     /// Start of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Index of refraction [default: the scene's]
+    /// Index of refraction of the main body [default: the scene's]
     #[arg(long, value_name = "N", value_parser = index)]
     pub ior: Option<f64>,
-    /// Whether refractive surfaces also reflect [default: the scene's]
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub reflection: Option<Switch>,
+    /// Whether refractive surfaces also reflect
+    #[arg(long, value_enum, default_value_t = Switch::On, value_name = "WHETHER")]
+    pub reflection: Switch,
+    /// From where the scene is seen
+    #[arg(long, value_enum, default_value_t, value_name = "WHERE")]
+    pub cameras: Around,
+    /// Samples per pixel, rounded up to a square number [default: 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub spp: Option<u32>,
+    /// Samples per pixel where the first ones differ; 0: no more than the first [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536))]
+    pub detail_spp: Option<u32>,
+    /// Cells along the longest edge of the stored index field; 0: none [default: 128]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub index_resolution: Option<u32>,
+    /// Wavefront OBJ file whose mesh takes the place of the knot in glass_mesh
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
     /// Also write linear colours as EXR
     #[arg(long)]
     pub exr: bool,
-    /// Keep the images that are there already
-    #[arg(long)]
-    pub resume: bool,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -24,31 +24,6 @@ impl FromStr for Setting {
     }
 }
 
-/// Size of an image [pixel].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Width.
-    pub width: u32,
-    /// Height.
-    pub height: u32,
-}
-
-/// Longest side of a synthetic image [pixel].
-const MAX_SIDE: u32 = 16_384;
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| {
-            let side = text.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
-            side.ok_or_else(|| format!("expected 400 or 640x480, with sides from 1 to {MAX_SIDE}"))
-        };
-        let (width, height) = text.split_once(['x', '×']).unwrap_or((text, text));
-        Ok(Self { width: side(width)?, height: side(height)? })
-    }
-}
-
 /// A positive time.
 pub fn minutes(text: &str) -> Result<f64, String> {
     number(text, |m| m > 0.0 && m.is_finite())

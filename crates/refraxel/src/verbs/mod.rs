@@ -1,7 +1,14 @@
 //! What each verb of the command line does.
 
+pub mod bench;
+pub mod compare;
+pub mod demo;
 pub mod eval;
+pub mod evaluation;
 pub mod inspect;
+pub mod render;
+pub mod sheet;
+pub mod synth;
 pub mod train;
 
 use crate::cli::{ReadingArgs, WorkArgs};
@@ -10,6 +17,7 @@ use crate::progress::{Progress, Show};
 use anyhow::Context;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
 use refraxel_train::run::{Loaded, Source};
+use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -94,7 +102,11 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
 
 /// The failure of a dataset: files that cannot be read are 4, everything else is 3.
 pub fn data_failure(error: DataError) -> Failure {
-    Failure::new(Exit::BadInput, error)
+    let exit = match &error {
+        DataError::Read { source, .. } if source.kind() != io::ErrorKind::NotFound => Exit::Io,
+        _ => Exit::BadInput,
+    };
+    Failure::new(exit, error)
 }
 
 /// Decode photographs with a progress bar.

@@ -1,10 +1,11 @@
 //! `refraxel train`: from a dataset to an evaluated run.
 
+use super::eval::evaluate;
 use super::{
     create_folder, data_failure, interrupted, load_photos, open_options, set_threads, source_of,
     watch_for_interrupts,
 };
-use crate::cli::{Refraction, TrainArgs};
+use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::plot::{Plot, Series};
@@ -12,9 +13,10 @@ use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
 use refraxel_data::{Dataset, Photo, View};
 use refraxel_train::checkpoint::{remove_leftovers, write_atomic};
-use refraxel_train::run::{CHECKPOINT, Source, load_run, save_run};
+use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
 use refraxel_train::trainer::Record;
 use refraxel_train::{Config, TrainError, Trainer};
+use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -25,34 +27,44 @@ const SAVE_EVERY: Duration = Duration::from_secs(60);
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
-    let console = Console::new(args.work.json);
     let show = Show::suited(args.work.quiet || args.work.json);
-    if args.refraction == Refraction::On {
-        return Err(Failure::new(
-            Exit::Usage,
-            anyhow!("--refraction on: bent rays are not part of this version yet; use --refraction off"),
-        ));
-    }
-    let options = open_options(&args.reading);
-    let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
-    create_folder(&args.out)?;
-    let source = source_of(&args.data, &options, &data);
-    let photos = load_photos(&data, &data.split.train, show)?;
-    let mut log = Log::open(&args.out, args.resume)?;
-    let trainer = start(args, &data, photos, &source)?;
-    let (trainer, finished) = learn(trainer, &args.out, &source, &mut log, show)?;
-    if !finished {
-        let note =
-            format!("stopped at step {}; the same command with --resume goes on", trainer.state().step);
-        return Err(Failure::new(Exit::Interrupted, anyhow!(note)));
-    }
-    drop(trainer);
-    super::eval::evaluate(&args.out, crate::cli::SplitName::Test, console, show)
+    train(args, show)?;
+    let evaluation = evaluate(&args.out, SplitName::Test, show)?;
+    super::eval::print(&evaluation, &args.out, SplitName::Test, Console::new(args.work.json))
 }
 
-/// The options: defaults, then the file, then `--set`, then the flags of their own.
-fn configuration(args: &TrainArgs) -> Result<Config, Failure> {
-    let mut config = Config::default();
+/// Trains to the end and saves; an interruption is a failure, after saving.
+pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
+    if args.refraction == Refraction::On {
+        let error = anyhow!("--refraction on: this version has straight rays only; use --refraction off");
+        return Err(Failure::new(Exit::Usage, error));
+    }
+    // Everything that can be wrong with the input is found before the first file is written.
+    let options = open_options(&args.reading);
+    let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
+    let usual = Config::suited_to(refraxel_data::scene_region(&data).unbounded);
+    let fresh = if args.resume { None } else { Some(configuration(args, usual)?) };
+    let source = source_of(&args.data, &options, &data);
+    let saved = if args.resume { Some(saved(args, &source)?) } else { None };
+    let photos = load_photos(&data, &data.split.train, show)?;
+    let photos = (&data, photos, validation_view(&data)?);
+    let trainer = match (fresh, saved) {
+        (_, Some(run)) => Trainer::resumed(run.config, run.plan, run.backend, run.state, photos),
+        (fresh, None) => Trainer::new(fresh.unwrap_or_default(), photos.0, photos.1, photos.2),
+    };
+    create_folder(&args.out)?;
+    let mut log = Log::open(&args.out, trainer.state().step)?;
+    let (step, finished) = learn(trainer, &args.out, &source, &mut log, show)?;
+    if !finished {
+        let note = anyhow!("stopped at step {step} and saved; the same command with --resume goes on");
+        return Err(Failure::new(Exit::Interrupted, note));
+    }
+    Ok(())
+}
+
+/// The options: those of `base`, then the file, then `--set`, then the flags of their own.
+fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
+    let mut config = base;
     if let Some(path) = &args.config {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read the configuration {}", path.display()))
@@ -63,7 +75,7 @@ fn configuration(args: &TrainArgs) -> Result<Config, Failure> {
             .or_exit(Exit::BadInput)?;
         let pairs: Vec<(String, String)> =
             table.into_iter().map(|(k, v)| (k, v.to_string().trim_matches('"').to_owned())).collect();
-        let within = || format!("in {}", path.display());
+        let within = || format!("the configuration {} is refused", path.display());
         config = config
             .with(pairs.iter().map(|(k, v)| (k.as_str(), v.as_str())))
             .with_context(within)
@@ -71,33 +83,43 @@ fn configuration(args: &TrainArgs) -> Result<Config, Failure> {
     }
     let settings = args.settings.iter().map(|s| (s.key.as_str(), s.value.as_str()));
     config = config.with(settings).or_exit(Exit::Usage)?;
-    config.seed = args.seed;
+    config.seed = args.seed.unwrap_or(config.seed);
     config.minutes = args.minutes.unwrap_or(config.minutes);
     config.checked().or_exit(Exit::Usage)
 }
 
-fn start(args: &TrainArgs, data: &Dataset, photos: Vec<Photo>, source: &Source) -> Result<Trainer, Failure> {
-    let validation = validation_view(data)?;
-    if !args.resume {
-        return Ok(Trainer::new(configuration(args)?, data, photos, validation));
-    }
-    let run = load_run(&args.out)?;
+/// The run to go on with, if its data and options are still the same.
+fn saved(args: &TrainArgs, source: &Source) -> Result<Loaded, Failure> {
+    let mut run = load_run(&args.out)?;
     if run.source.train != source.train {
-        return Err(Failure::new(
-            Exit::BadInput,
-            anyhow!(
-                "{} was trained on other images ({} of them) than {} offers now ({}); resume with the same dataset and \
-                 split, or start a new run",
-                args.out.display(),
-                run.source.train.len(),
-                args.data.display(),
-                source.train.len()
-            ),
-        ));
+        let (out, was) = (args.out.display(), run.source.train.len());
+        let (data, is) = (args.data.display(), source.train.len());
+        let error = anyhow!(
+            "{out} was trained on other images ({was} of them) than {data} offers now ({is}); resume with the same \
+             dataset and split, or start a new run"
+        );
+        return Err(Failure::new(Exit::BadInput, error));
     }
-    let mut config = run.config;
-    config.minutes = args.minutes.unwrap_or(config.minutes);
-    Ok(Trainer::resumed(config, run.plan, run.backend, run.state, (data, photos, validation)))
+    let stored = Config { stop_after: 0, ..run.config };
+    run.config = configuration(args, stored.clone())?;
+    let free = Config { minutes: stored.minutes, stop_after: 0, ..run.config.clone() };
+    if let Some((key, was, wanted)) = first_difference(&stored, &free) {
+        let error = anyhow!(
+            "option `{key}` is {wanted}, but {} was trained with {was}; --resume goes on with the same options (only \
+             `minutes` and `stop_after` may change), so leave it out or start a new run",
+            args.out.display()
+        );
+        return Err(Failure::new(Exit::BadInput, error));
+    }
+    Ok(run)
+}
+
+/// The first option in which two configurations differ, with both values.
+fn first_difference(a: &Config, b: &Config) -> Option<(String, String, String)> {
+    let values = |c: &Config| serde_json::to_value(c).ok()?.as_object().cloned();
+    let (a, b) = (values(a)?, values(b)?);
+    let (key, value) = a.iter().find(|(key, value)| b.get(*key) != Some(value))?;
+    Some((key.clone(), value.to_string(), b.get(key)?.to_string()))
 }
 
 /// The first validation view, or the first test view of a dataset without any.
@@ -107,27 +129,29 @@ fn validation_view(data: &Dataset) -> Result<Option<(View, Photo)>, Failure> {
     Ok(Some((data.views[first].clone(), photo)))
 }
 
-/// Train to the end; false when interrupted, after saving.
+/// Train to the end and save; the last step, and false when interrupted before the end.
 fn learn(
     mut trainer: Trainer,
     out: &Path,
     source: &Source,
     log: &mut Log,
     show: Show,
-) -> Result<(Trainer, bool), Failure> {
+) -> Result<(u64, bool), Failure> {
     // Leftovers of killed saves; failing to remove them harms nobody.
     let _ = remove_leftovers(&out.join(CHECKPOINT));
-    const PARTS: u64 = 1000;
-    let mut progress = Progress::new(show, "training", PARTS);
+    // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
+    let parts = if trainer.config().minutes > 0.0 { 1000 } else { trainer.config().steps };
+    let mut progress = Progress::new(show, "training", parts);
     let mut saved = Instant::now();
     let mut last: Option<Record> = None;
-    while !trainer.finished() && !interrupted() {
+    let stop_after = NonZeroU64::new(trainer.config().stop_after).map_or(u64::MAX, u64::from);
+    while !trainer.finished() && !interrupted() && trainer.state().step < stop_after {
         if let Some(record) = trainer.step().map_err(train_failure)? {
             log.write(&record)?;
             last = Some(record);
         }
         let note = last.as_ref().map(note).unwrap_or_default();
-        progress.set((trainer.progress().0 * PARTS as f64) as u64, &note);
+        progress.set((trainer.progress().0 * parts as f64).round() as u64, &note);
         if saved.elapsed() > SAVE_EVERY {
             save(&mut trainer, out, source)?;
             saved = Instant::now();
@@ -137,7 +161,7 @@ fn learn(
     log.draw(out)?;
     let finished = trainer.finished();
     progress.finish(&last.as_ref().map(note).unwrap_or_default());
-    Ok((trainer, finished))
+    Ok((trainer.state().step, finished))
 }
 
 fn note(r: &Record) -> String {
@@ -166,9 +190,12 @@ struct Log {
 }
 
 impl Log {
-    fn open(out: &Path, keep: bool) -> Result<Self, Failure> {
+    /// Keeps the records up to `step`: those after it belong to steps that were lost and are done again.
+    fn open(out: &Path, step: u64) -> Result<Self, Failure> {
         let path = out.join("log.jsonl");
-        let lines = if keep { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
+        let text = if step > 0 { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
+        let done = |line: &&str| serde_json::from_str(line).is_ok_and(|r: Record| r.step <= step);
+        let lines = text.lines().filter(done).map(|line| format!("{line}\n")).collect();
         let log = Self { path, lines };
         log.store()?;
         Ok(log)
@@ -211,9 +238,6 @@ impl Log {
             ],
         };
         let path = out.join("curves.png");
-        plot.draw(960, 540)
-            .save_png(&path)
-            .with_context(|| format!("cannot write {}", path.display()))
-            .or_exit(Exit::Io)
+        Ok(plot.draw(960, 540).save_png(&path)?)
     }
 }

@@ -1,0 +1,115 @@
+//! `refraxel bench`: how fast this machine is.
+
+use super::set_threads;
+use crate::cli::BenchArgs;
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::{Progress, Show};
+use crate::table::Table;
+use anyhow::Context;
+use refraxel_core::ShDegree;
+use refraxel_data::synth::{DatasetOptions, SceneOptions, ViewCounts, render_dataset, scene};
+use refraxel_train::bench::{BenchOptions, Throughput, simd_level, straight};
+use refraxel_train::model::bytes_per_voxel;
+use serde::Serialize;
+
+/// Everything that was measured; the best of several repetitions each.
+#[derive(Serialize)]
+struct Report {
+    straight: Throughput,
+    synth: Synth,
+    memory: Vec<Memory>,
+    machine: Machine,
+}
+
+#[derive(Serialize)]
+struct Synth {
+    /// Camera rays of the exact tracer on the glass ball, all threads.
+    rays_per_s: f64,
+}
+
+#[derive(Serialize)]
+struct Memory {
+    sh_degree: u8,
+    /// Parameters and moments.
+    bytes_per_voxel: u64,
+}
+
+#[derive(Serialize)]
+struct Machine {
+    threads: usize,
+    simd: String,
+    architecture: &'static str,
+    repetitions: usize,
+}
+
+/// The verb.
+pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    set_threads(&args.work)?;
+    let console = Console::new(args.work.json);
+    let mut progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 2);
+    let repetitions = if args.quick { 3 } else { 15 };
+    let rays = if args.quick { 4096 } else { 16_384 };
+    let straight = straight(&BenchOptions { resolution: 128, rays, repetitions });
+    progress.set(1, "straight rays measured");
+    let synth = Synth { rays_per_s: synth(if args.quick { 1 } else { 5 })? };
+    progress.finish("");
+    let memory = |d: u8| {
+        ShDegree::new(d).map(|degree| Memory { sh_degree: d, bytes_per_voxel: bytes_per_voxel(degree) })
+    };
+    let machine = Machine {
+        threads: straight.threads,
+        simd: simd_level(),
+        architecture: std::env::consts::ARCH,
+        repetitions,
+    };
+    let report = Report { straight, synth, memory: (0..=3).filter_map(memory).collect(), machine };
+    console.result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// Camera rays per second of the exact tracer, the best of some repetitions.
+fn synth(repetitions: usize) -> Result<f64, Failure> {
+    let scene = scene("glass_ball", &SceneOptions::default())
+        .context("the scene of the benchmark is missing")
+        .or_exit(Exit::BadInput)?;
+    let views = ViewCounts { train: 4, val: 0, test: 0 };
+    let options = DatasetOptions { size: [100; 2], views, ..DatasetOptions::default() };
+    let rates = (0..repetitions).map(|_| render_dataset(&scene, &options).cost.rays_per_second());
+    Ok(rates.fold(0.0, f64::max))
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let (s, m) = (&self.straight, &self.machine);
+        let mut speed =
+            Table::new(&["million samples per second", "one thread", &format!("{} threads", m.threads)]);
+        let mut row = |name: &str, one: f64, all: Option<f64>| {
+            speed.row(vec![
+                name.to_owned(),
+                format!("{one:.1}"),
+                all.map_or(String::new(), |v| format!("{v:.1}")),
+            ]);
+        };
+        row("render, coherent rays", s.forward_msamples_per_s_per_core, Some(s.forward_msamples_per_s));
+        row("render, random rays", s.forward_random_msamples_per_s_per_core, None);
+        row("gradients, random rays", s.gradient_random_msamples_per_s_per_core, None);
+        row("train, coherent rays", s.train_coherent_msamples_per_s_per_core, None);
+        row("train, random rays", s.train_msamples_per_s_per_core, Some(s.train_msamples_per_s));
+        let memory: Vec<String> =
+            self.memory.iter().map(|m| format!("{} (degree {})", m.bytes_per_voxel, m.sh_degree)).collect();
+        format!(
+            "128³ voxels, SH degree 2, steps of one voxel, nothing skipped; best of {}; {} on {}\n{}\n\
+             training: {:.0} thousand rays per second, {:.2}× one thread\n\
+             exact tracer, glass ball: {:.2} million camera rays per second\n\
+             bytes per stored voxel with its moments: {}",
+            m.repetitions,
+            m.simd,
+            m.architecture,
+            speed.text(),
+            s.train_rays_per_s / 1e3,
+            s.thread_speedup,
+            self.synth.rays_per_s / 1e6,
+            memory.join(", "),
+        )
+    }
+}

@@ -1,0 +1,181 @@
+//! `refraxel compare`: evaluated runs in a table and side by side.
+
+use super::evaluation::{Evaluation, folder};
+use super::sheet::{self, Row, chosen, png_path};
+use super::{create_folder, data_failure, reopen};
+use crate::cli::{CompareArgs, SplitName};
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::table::{Table, count, score};
+use anyhow::{Context, anyhow};
+use refraxel_data::load_photo;
+use refraxel_train::evaluate::truth;
+use refraxel_train::index_error::IndexError;
+use refraxel_train::run::load_run;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// One run of the comparison.
+#[derive(Serialize)]
+struct Compared {
+    run: PathBuf,
+    psnr: Option<f64>,
+    ssim: Option<f64>,
+    psnr_inside: Option<f64>,
+    psnr_outside: Option<f64>,
+    minutes: f64,
+    voxels: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ior: Option<IndexError>,
+}
+
+#[derive(Serialize)]
+struct Report {
+    images: usize,
+    protocol: String,
+    runs: Vec<Compared>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<PathBuf>,
+}
+
+/// The verb.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let evaluations: Vec<Evaluation> =
+        args.runs.iter().map(|run| Evaluation::of_test(run)).collect::<Result<_, _>>()?;
+    check_same_images(&args.runs, &evaluations)?;
+    let names: Vec<String> = args.runs.iter().map(|r| r.display().to_string()).collect();
+    let picture = match &args.out {
+        Some(out) => {
+            let rows = rows(&args.runs, &evaluations, args.truth)?;
+            create_folder(out)?;
+            let path = out.join("comparison.png");
+            sheet::draw(&rows, &names, "", &path)?;
+            Some(path)
+        }
+        None => None,
+    };
+    let compared = args.runs.iter().zip(&evaluations).map(|(run, e)| Compared {
+        run: run.clone(),
+        psnr: e.scores.psnr,
+        ssim: e.scores.ssim,
+        psnr_inside: e.scores.psnr_inside,
+        psnr_outside: e.scores.psnr_outside,
+        minutes: e.run.seconds / 60.0,
+        voxels: e.run.voxels,
+        ior: e.ior,
+    });
+    let first = &evaluations[0].scores; // at least one run is required
+    let (images, protocol) = (first.images, first.protocol.clone());
+    let report = Report { images, protocol, runs: compared.collect(), picture };
+    Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// Scores of different images cannot be compared.
+fn check_same_images(runs: &[PathBuf], evaluations: &[Evaluation]) -> Result<(), Failure> {
+    let first = &evaluations[0];
+    for (run, e) in runs.iter().zip(evaluations) {
+        if e.run.truth_crc32 != first.run.truth_crc32 || e.scores.images != first.scores.images {
+            let error = anyhow!(
+                "{} was evaluated on {} images of {}, but {} on {} images of {}, and they are not the same; evaluate both \
+                 on one dataset and split",
+                run.display(),
+                e.scores.images,
+                e.run.data.display(),
+                runs[0].display(),
+                first.scores.images,
+                first.run.data.display(),
+            );
+            return Err(Failure::new(Exit::BadInput, error));
+        }
+        if e.scores.protocol != first.scores.protocol {
+            let (run, other) = (run.display(), runs[0].display());
+            let error = anyhow!("{run} and {other} were scored by different protocols; evaluate both again");
+            return Err(Failure::new(Exit::BadInput, error));
+        }
+    }
+    Ok(())
+}
+
+/// The pictures of a few images, with the truth where it is asked for.
+pub fn rows(runs: &[PathBuf], evaluations: &[Evaluation], with_truth: bool) -> Result<Vec<Row>, Failure> {
+    let images = &evaluations[0].scores.per_image;
+    let mut truths = if with_truth { truth_images(&runs[0], images.len())? } else { Vec::new() }.into_iter();
+    let mut rows = Vec::new();
+    for k in chosen(images.len()) {
+        let mut size = [0; 2];
+        let mut renderings = Vec::new();
+        for (run, evaluation) in runs.iter().zip(evaluations) {
+            let score = &evaluation.scores.per_image[k];
+            let (pixels, found) = read_rendering(&png_path(&folder(run, SplitName::Test), &score.name), run)?;
+            if size != [0; 2] && size != found {
+                return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
+            }
+            size = found;
+            renderings.push((pixels, score.psnr));
+        }
+        let truth = truths.next();
+        if truth.as_ref().is_some_and(|t| t.len() != size[0] * size[1]) {
+            return Err(again(&runs[0], anyhow!("{} is not of the size of its truth", images[k].name)));
+        }
+        rows.push(Row { name: images[k].name.clone(), size, truth, renderings });
+    }
+    Ok(rows)
+}
+
+/// The chosen photographs of the test split that a run was evaluated on.
+fn truth_images(run: &Path, count: usize) -> Result<Vec<Vec<[u8; 3]>>, Failure> {
+    let loaded = load_run(run)?;
+    let data = reopen(&loaded)?;
+    if data.split.test.len() != count {
+        let found = data.split.test.len();
+        return Err(again(run, anyhow!("its dataset has {found} test images now, not {count}")));
+    }
+    let load = |k: usize| {
+        let photo = load_photo(&data.views[data.split.test[k]]).map_err(data_failure)?;
+        Ok(truth(&photo, loaded.plan.backdrop))
+    };
+    chosen(count).map(load).collect()
+}
+
+fn read_rendering(path: &Path, run: &Path) -> Result<(Vec<[u8; 3]>, [usize; 2]), Failure> {
+    let image = image::open(path)
+        .with_context(|| {
+            format!("cannot read {}; run `refraxel eval {}` again", path.display(), run.display())
+        })
+        .or_exit(Exit::BadInput)?
+        .into_rgb8();
+    let size = [image.width() as usize, image.height() as usize];
+    Ok((image.into_raw().as_chunks().0.to_vec(), size))
+}
+
+fn again(run: &Path, error: anyhow::Error) -> Failure {
+    let advice = format!(
+        "the pictures of {run} do not fit its scores; run `refraxel eval {run}` again",
+        run = run.display()
+    );
+    Failure::new(Exit::BadInput, error.context(advice))
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let with_index = self.runs.iter().any(|r| r.ior.is_some());
+        let mut headings = vec!["run", "PSNR", "SSIM", "inside", "outside", "minutes", "voxels"];
+        headings.extend(with_index.then_some("index error inside"));
+        let mut table = Table::new(&headings);
+        for r in &self.runs {
+            let mut cells = vec![
+                r.run.display().to_string(),
+                score(r.psnr, 2),
+                score(r.ssim, 4),
+                score(r.psnr_inside, 2),
+                score(r.psnr_outside, 2),
+                format!("{:.1}", r.minutes),
+                count(r.voxels),
+            ];
+            cells.extend(with_index.then(|| score(r.ior.and_then(|i| i.mae_inside), 3)));
+            table.row(cells);
+        }
+        let picture = self.picture.as_ref().map_or(String::new(), |p| format!("\npicture: {}", p.display()));
+        format!("{}\n{} test images; protocol: {}{picture}", table.text(), self.images, self.protocol)
+    }
+}

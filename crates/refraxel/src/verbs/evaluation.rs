@@ -1,0 +1,161 @@
+//! What `eval` found out about a run: the document RUN/eval/SPLIT/metrics.json.
+
+use super::eval::split_name;
+use crate::cli::SplitName;
+use crate::exit::{Exit, Failure, OrExit};
+use anyhow::{Context, anyhow};
+use refraxel_train::checkpoint::write_atomic;
+use refraxel_train::index_error::IndexError;
+use refraxel_train::metrics::Scores;
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Scores, index errors where the truth is known, and what was evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Image scores; their fields stand at the top of the document.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// Errors of the index of refraction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ior: Option<IndexError>,
+    /// The run when it was evaluated.
+    pub run: Evaluated,
+}
+
+/// A run when it was evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluated {
+    /// The dataset.
+    pub data: PathBuf,
+    /// Checksum of the truth images: scores compare only where it is the same.
+    pub truth_crc32: String,
+    /// Steps trained.
+    pub step: u64,
+    /// Seconds trained.
+    pub seconds: f64,
+    /// Voxels stored.
+    pub voxels: u64,
+    /// Nodes of the grid.
+    pub resolution: [u32; 3],
+}
+
+/// The folder of a split's renderings in a run.
+pub fn folder(run: &Path, split: SplitName) -> PathBuf {
+    run.join("eval").join(split_name(split))
+}
+
+impl Evaluation {
+    /// Writes the document for a split.
+    pub fn write(&self, run: &Path, split: SplitName) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
+        Ok(write_atomic(&folder(run, split).join("metrics.json"), |f| f.write_all(text.as_bytes()))?)
+    }
+
+    /// Reads it back; `None` when the split was not evaluated.
+    pub fn read(run: &Path, split: SplitName) -> Result<Option<Self>, Failure> {
+        let path = folder(run, split).join("metrics.json");
+        let text = match std::fs::read_to_string(&path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.kind() == io::ErrorKind::NotADirectory => return Ok(None),
+            text => text.with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io)?,
+        };
+        let again = || {
+            let (path, run) = (path.display(), run.display());
+            format!("{path} is not a document of this version; run `refraxel eval {run}` again")
+        };
+        serde_json::from_str(&text).map(Some).with_context(again).or_exit(Exit::BadInput)
+    }
+
+    /// Reads the scores of the test split; an error when there are none.
+    pub fn of_test(run: &Path) -> Result<Self, Failure> {
+        Self::read(run, SplitName::Test)?.ok_or_else(|| {
+            let path = folder(run, SplitName::Test).join("metrics.json");
+            let what = if run.is_dir() { "has not been evaluated" } else { "is not the folder of a run" };
+            let (run, path) = (run.display(), path.display());
+            let error = anyhow!("{run} {what}: there is no {path}; run `refraxel eval {run}` first");
+            Failure::new(Exit::BadInput, error)
+        })
+    }
+
+    /// The scores in one line, and the index errors in another.
+    pub fn text(&self, split: SplitName) -> String {
+        let (s, db) = (&self.scores, |name: &str, v: Option<f64>| v.map(|v| format!("{name} {v:.2} dB")));
+        let psnr = s.psnr.map_or("PSNR infinite".to_owned(), |v| format!("PSNR {v:.2} dB"));
+        let parts = [
+            Some(psnr),
+            s.ssim.map(|v| format!("SSIM {v:.4}")),
+            db("inside masks", s.psnr_inside),
+            db("outside", s.psnr_outside),
+        ];
+        let scores: Vec<String> = parts.into_iter().flatten().collect();
+        let mut text = format!("{} {} images: {}", s.images, split_name(split), scores.join("  "));
+        if let Some(index) = &self.ior {
+            text += &format!("\n{}", index_text(index));
+        }
+        text
+    }
+}
+
+fn index_text(index: &IndexError) -> String {
+    let mean = |name: &str, v: Option<f64>| v.map(|v| format!("{name} {v:.3}"));
+    let parts = [
+        mean("mean inside", index.mean_inside),
+        mean("truth", index.true_mean_inside),
+        mean("mean error inside", index.mae_inside),
+        mean("at the boundary", index.mae_boundary),
+        mean("outside", index.mae_outside),
+    ];
+    format!("index of refraction: {}", parts.into_iter().flatten().collect::<Vec<_>>().join("  "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evaluation() -> Evaluation {
+        let score = refraxel_train::metrics::ImageScore {
+            name: "r_0.png".into(),
+            psnr: f64::INFINITY,
+            ssim: Some(1.0),
+            psnr_inside: Some(20.5),
+            psnr_outside: None,
+        };
+        let run = Evaluated {
+            data: "x".into(),
+            truth_crc32: "00000000".into(),
+            step: 5,
+            seconds: 1.5,
+            voxels: 64,
+            resolution: [4; 3],
+        };
+        let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
+        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), run }
+    }
+
+    #[test]
+    fn document_round_trips_with_the_scores_at_its_top() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(super::folder(folder.path(), SplitName::Test)).unwrap();
+        evaluation().write(folder.path(), SplitName::Test).unwrap();
+        assert_eq!(Evaluation::of_test(folder.path()).unwrap(), evaluation());
+        let text = std::fs::read_to_string(folder.path().join("eval/test/metrics.json")).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&value["psnr_inside"], &value["ior"]["mae_inside"]), (&20.5.into(), &0.5.into()));
+    }
+
+    #[test]
+    fn text_leaves_out_what_is_not_known() {
+        let expected = "1 test images: PSNR infinite  SSIM 1.0000  inside masks 20.50 dB\n\
+                        index of refraction: mean inside 1.000  mean error inside 0.500";
+        assert_eq!(evaluation().text(SplitName::Test), expected);
+    }
+
+    #[test]
+    fn a_run_without_scores_is_named() {
+        let failure = Evaluation::of_test(Path::new("/no/such/run")).unwrap_err();
+        assert_eq!(failure.exit, Exit::BadInput);
+        assert!(failure.report().contains("/no/such/run is not the folder of a run"), "{}", failure.report());
+    }
+}

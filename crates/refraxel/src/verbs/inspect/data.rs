@@ -1,0 +1,140 @@
+//! A dataset: what was read, and what training on it would take.
+
+use crate::cli::InspectArgs;
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::Show;
+use crate::table::{bytes, count};
+use crate::verbs::{data_failure, load_photos, open_options};
+use refraxel_core::Aabb;
+use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
+use refraxel_train::Config;
+use refraxel_train::memory::{Forecast, forecast};
+use refraxel_train::model::finest_domain;
+use serde::Serialize;
+
+/// Photographs that are decoded to find the box; training uses as many.
+const DECODED: usize = 32;
+
+#[derive(Serialize)]
+struct Report {
+    kind: &'static str,
+    #[serde(flatten)]
+    inspection: Inspection,
+    /// The box of what the photographs show: the one that is trained.
+    content_box: [[f64; 3]; 2],
+    /// With the default options.
+    forecast: Forecast,
+}
+
+pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
+    let data = Dataset::open(&args.path, &open_options(&args.reading)).map_err(data_failure)?;
+    let region = content_region(&data, Show::suited(args.json))?;
+    let config = Config::default();
+    let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
+    let finest = finest_domain(&config, &region, &views);
+    let report = Report {
+        kind: "dataset",
+        inspection: report(&data),
+        content_box: corners(&region.bounds),
+        forecast: forecast(&config, &finest, &data),
+    };
+    Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// The region that training would choose.
+fn content_region(data: &Dataset, show: Show) -> Result<Region, Failure> {
+    let region = scene_region(data);
+    if region.unbounded {
+        return Ok(region);
+    }
+    let train = &data.split.train;
+    let some: Vec<usize> = train.iter().copied().step_by(train.len().div_ceil(DECODED).max(1)).collect();
+    let photos = load_photos(data, &some, show)?;
+    Ok(region.around_content(data, &some, &photos))
+}
+
+fn corners(b: &Aabb<f64>) -> [[f64; 3]; 2] {
+    [b.min.to_array(), b.max.to_array()]
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let i = &self.inspection;
+        let mut lines = vec![
+            format!("{}: {}", i.root, i.format),
+            format!(
+                "views      {}: {} training, {} validation, {} test ({})",
+                i.views.total, i.views.train, i.views.val, i.views.test, i.split_rule
+            ),
+            format!("images     {}; {} pixels", sizes(i), count(i.pixels)),
+            format!("cameras    {}", cameras(i)),
+            format!("backdrop   {}", i.backdrop),
+            format!("masks      {}", masks(i)),
+            format!(
+                "box        {}{}",
+                box_text(&self.content_box),
+                if i.unbounded { ", more is seen beyond it" } else { "" }
+            ),
+            format!("points     {}", count(i.points as u64)),
+        ];
+        if i.known_refractive_objects > 0 {
+            lines.push(format!("truth      {} refractive objects are known", i.known_refractive_objects));
+        }
+        lines.push(self.forecast_text());
+        for problem in &i.problems {
+            lines.push(format!("{:<9}  {}", problem.severity, problem.message));
+        }
+        lines.join("\n")
+    }
+
+    fn forecast_text(&self) -> String {
+        let f = &self.forecast;
+        let [x, y, z] = f.resolution;
+        format!(
+            "training   grid {x}×{y}×{z}, about {} voxels of {} bytes kept: {}; at most about {} with {} of photographs",
+            count(f.voxels),
+            f.bytes_per_voxel,
+            bytes(f.model),
+            bytes(f.peak),
+            bytes(f.photos),
+        )
+    }
+}
+
+fn sizes(i: &Inspection) -> String {
+    let sizes: Vec<String> =
+        i.image_sizes.iter().take(3).map(|s| format!("{} of {}×{}", s.count, s.width, s.height)).collect();
+    let more = i.image_sizes.len().saturating_sub(3);
+    if more > 0 { format!("{}, {more} more sizes", sizes.join(", ")) } else { sizes.join(", ") }
+}
+
+fn cameras(i: &Inspection) -> String {
+    let c = &i.cameras;
+    let range = |[low, high]: [f64; 2], unit: &str| {
+        if high - low < 0.05 { format!("{low:.1} {unit}") } else { format!("{low:.1} to {high:.1} {unit}") }
+    };
+    let view = c.field_of_view.map_or(String::new(), |f| format!(", field of view {}", range(f, "degrees")));
+    let [near, median, far] = c.distance;
+    format!(
+        "{}; focal length {}{view}; distance {near:.3} to {far:.3}, median {median:.3}",
+        c.lenses.join(", "),
+        range(c.focal, "pixels"),
+    )
+}
+
+fn masks(i: &Inspection) -> String {
+    let Some(m) = &i.masks else { return "none".to_owned() };
+    let meaning = match m.meaning {
+        "refractive" => "the refractive object is seen first",
+        "keep" => "the pixel is used",
+        _ => "the pixel is ignored",
+    };
+    format!("{} of {} views; white: {meaning}", m.count, i.views.total)
+}
+
+/// "[-1 1] × [-1 1] × [0 2]".
+fn box_text([low, high]: &[[f64; 3]; 2]) -> String {
+    let sides: Vec<String> = (0..3).map(|a| format!("[{:.3} {:.3}]", low[a], high[a])).collect();
+    sides.join(" × ")
+}

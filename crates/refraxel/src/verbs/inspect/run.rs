@@ -1,0 +1,97 @@
+//! A run: where it stands and how good it was when it was last evaluated.
+
+use crate::cli::SplitName;
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::table::{bytes, count};
+use crate::verbs::evaluation::Evaluation;
+use anyhow::Context;
+use refraxel_train::run::{CHECKPOINT, Source, load_run};
+use refraxel_train::{Backend, Config};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Report {
+    kind: &'static str,
+    run: PathBuf,
+    step: u64,
+    seconds: f64,
+    /// Nodes now, and at the end of the schedule.
+    resolution: [u32; 3],
+    finest_resolution: [u32; 3],
+    #[serde(rename = "box")]
+    bounds: [[f32; 3]; 2],
+    voxels: u64,
+    file_bytes: u64,
+    config: Config,
+    source: Source,
+    /// Of the test split, as last evaluated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evaluation: Option<Evaluation>,
+}
+
+pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
+    let path = folder.join(CHECKPOINT);
+    let run = load_run(folder)?;
+    let size = std::fs::metadata(&path)
+        .with_context(|| format!("cannot read {}", path.display()))
+        .or_exit(Exit::Io)?
+        .len();
+    let field = run.backend.field();
+    let bounds = &field.domain.bounds;
+    let report = Report {
+        kind: "run",
+        run: folder.to_owned(),
+        step: run.state.step,
+        seconds: run.state.seconds,
+        resolution: field.domain.resolution,
+        finest_resolution: run.plan.finest.resolution,
+        bounds: [bounds.min.to_array(), bounds.max.to_array()],
+        voxels: field.map.voxels() as u64,
+        file_bytes: size,
+        config: run.config,
+        source: run.source,
+        evaluation: Evaluation::read(folder, SplitName::Test)?,
+    };
+    Console::new(json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let [x, y, z] = self.resolution;
+        let of = if self.config.minutes > 0.0 { String::new() } else { format!(" of {}", self.config.steps) };
+        let mut lines = vec![
+            format!("{}: a run", self.run.display()),
+            format!("trained    {} steps{of}, {:.1} minutes", self.step, self.seconds / 60.0),
+            format!("data       {}: {} views", self.source.path.display(), self.source.train.len()),
+            format!(
+                "grid       {x}×{y}×{z}, {} voxels; file of {}",
+                count(self.voxels),
+                bytes(self.file_bytes)
+            ),
+            format!("options    {}", changed_options(&self.config)),
+        ];
+        lines.push(match &self.evaluation {
+            None => "scores     none yet; run `refraxel eval`".to_owned(),
+            Some(e) if e.run.step < self.step => {
+                format!("scores     (at step {}) {}", e.run.step, e.text(SplitName::Test))
+            }
+            Some(e) => format!("scores     {}", e.text(SplitName::Test)),
+        });
+        lines.join("\n")
+    }
+}
+
+/// The options that are not the defaults.
+fn changed_options(config: &Config) -> String {
+    let values =
+        |c: &Config| serde_json::to_value(c).ok().and_then(|v| v.as_object().cloned()).unwrap_or_default();
+    let (mine, usual) = (values(config), values(&Config::default()));
+    let changed: Vec<String> = mine
+        .iter()
+        .filter(|(key, v)| usual.get(*key) != Some(v))
+        .map(|(key, v)| format!("{key}={v}"))
+        .collect();
+    if changed.is_empty() { "the defaults".to_owned() } else { changed.join(" ") }
+}

@@ -1,0 +1,97 @@
+//! Depth as 16-bit numbers for programs, and as colours for people.
+
+use crate::canvas::Colour;
+use crate::colour_map::ColourMap;
+use refraxel_core::{Domain, Extent};
+use refraxel_data::NamedCamera;
+use refraxel_train::evaluate::Rendering;
+
+/// Pixels less opaque than this have no depth worth a colour.
+const OPAQUE: f32 = 0.5;
+/// A contracted grid has no end; depths beyond this many times its box's distance are all "far".
+const FAR: f64 = 4.0;
+
+/// How depths are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Depth {
+    /// Scene units per step of the 16-bit pictures.
+    pub unit: f64,
+    /// Depths of the first and last colour of the previews, from the first view [scene unit].
+    range: Option<[f32; 2]>,
+}
+
+impl Depth {
+    /// The finest unit of 1, 2 or 5 times a power of ten in which no view of the grid exceeds 16 bits.
+    pub fn for_views(cameras: &[NamedCamera], domain: &Domain<f32>) -> Self {
+        let bounds = domain.bounds.cast::<f64>();
+        let (middle, radius) = (bounds.center(), 0.5 * bounds.extent().length());
+        let farthest = cameras
+            .iter()
+            .map(|c| (c.camera.world_from_camera.translation - middle).length())
+            .fold(0.0, f64::max);
+        let reach = if domain.extent == Extent::Contracted { FAR } else { 1.0 };
+        Self { unit: round_up(reach * (farthest + radius) / 65_534.0), range: None }
+    }
+
+    /// Lets the first view decide what the colours of all previews mean.
+    pub fn choose_range(&mut self, r: &Rendering) {
+        if self.range.is_some() {
+            return;
+        }
+        let mut seen: Vec<f32> =
+            r.depth.iter().zip(&r.opacity).filter(|&(_, &a)| a > OPAQUE).map(|(&d, _)| d).collect();
+        seen.sort_by(f32::total_cmp);
+        let at = |share: f64| seen.get((share * (seen.len() as f64 - 1.0)) as usize).copied();
+        self.range = at(0.02).zip(at(0.98)).map(|(near, far)| [near, far.max(near + f32::EPSILON)]);
+    }
+
+    /// Bytes of the 16-bit samples, in the machine's order.
+    pub fn samples(&self, r: &Rendering) -> Vec<u8> {
+        let code = |d: f32| (f64::from(d) / self.unit).round().clamp(0.0, 65_535.0) as u16;
+        r.depth.iter().flat_map(|&d| code(d).to_ne_bytes()).collect()
+    }
+
+    /// Near is yellow, far is violet, nothing is white.
+    pub fn colours(&self, r: &Rendering) -> Vec<Colour> {
+        let Some([near, far]) = self.range else { return vec![[255; 3]; r.depth.len()] };
+        let colour = |(&d, &a): (&f32, &f32)| {
+            if a > OPAQUE { ColourMap::Viridis.at((far - d) / (far - near)) } else { [255; 3] }
+        };
+        r.depth.iter().zip(&r.opacity).map(colour).collect()
+    }
+}
+
+/// The next 1, 2 or 5 times a power of ten.
+fn round_up(x: f64) -> f64 {
+    let power = 10f64.powf(x.max(f64::MIN_POSITIVE).log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|&v| v >= x).unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_round_and_large_enough() {
+        assert!(
+            [(6.5 / 65534.0, 1e-4), (7e-5, 1e-4), (1.2e-3, 2e-3), (0.04, 0.05)]
+                .iter()
+                .all(|&(x, unit): &(f64, f64)| (round_up(x) - unit).abs() < 1e-12)
+        );
+    }
+
+    #[test]
+    fn samples_are_steps_of_the_unit_and_nothing_is_zero() {
+        let depth = Depth { unit: 0.01, range: None };
+        let r = Rendering {
+            width: 3,
+            height: 1,
+            colour: vec![[0; 3]; 3],
+            opacity: vec![0.0, 1.0, 1.0],
+            depth: vec![0.0, 1.234, 1e9],
+        };
+        let bytes = depth.samples(&r);
+        let samples: Vec<u16> = bytes.as_chunks().0.iter().map(|b| u16::from_ne_bytes(*b)).collect();
+        assert_eq!(samples, [0, 123, 65_535]);
+    }
+}

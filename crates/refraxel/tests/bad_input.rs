@@ -1,0 +1,255 @@
+//! Bad input ends in one clear message, the documented exit code, and without files under their final names.
+
+mod common;
+
+use common::*;
+use refraxel_train::run::CHECKPOINT;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// Both `inspect` and `train` refuse the dataset, and nothing is written.
+fn refused_dataset(data: &Path, words: &[&str]) {
+    refraxel(&["inspect", path(data)]).refused(3, words);
+    refused_training(data, words);
+}
+
+fn refused_training(data: &Path, words: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    train(data, &out, &[]).refused(3, words);
+    assert!(is_without_files(&out));
+}
+
+fn refused_photographs(count: usize, edit: impl FnOnce(&mut Value), words: &[&str]) {
+    refused_dataset(photographs(count, edit).path(), words);
+}
+
+/// Photographs of which one is replaced by `bytes`.
+fn with_image(bytes: &[u8]) -> TempDir {
+    let folder = photographs(4, |_| {});
+    std::fs::write(folder.path().join("r_2.png"), bytes).unwrap();
+    folder
+}
+
+#[test]
+fn missing_and_unknown_folders() {
+    refused_dataset(Path::new("/no/such/place"), &["/no/such/place", "no such file or folder"]);
+    let empty = tempfile::tempdir().unwrap();
+    refused_dataset(empty.path(), &["no dataset found", "transforms.json"]);
+}
+
+#[test]
+fn damaged_images() {
+    let whole = std::fs::read(photographs(4, |_| {}).path().join("r_2.png")).unwrap();
+    refused_training(with_image(&whole[..whole.len() - 30]).path(), &["r_2.png", "cannot decode"]);
+    refused_dataset(with_image(b"").path(), &["r_2.png", "cannot decode"]);
+    refused_dataset(with_image(b"not an image").path(), &["r_2.png", "cannot decode"]);
+}
+
+#[test]
+fn absurd_image_sizes() {
+    let mut bytes = std::fs::read(photographs(4, |_| {}).path().join("r_2.png")).unwrap();
+    bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]); // 65536 × 65536 in the header
+    let crc = png_crc(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+    refused_dataset(with_image(&bytes).path(), &["r_2.png"]);
+}
+
+/// CRC-32 of a PNG chunk.
+fn png_crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc: u32, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
+    })
+}
+
+#[test]
+fn impossible_cameras() {
+    let pose = |row: usize, column: usize, value: Value| {
+        move |t: &mut Value| t["frames"][1]["transform_matrix"][row][column] = value
+    };
+    refused_photographs(4, pose(0, 3, "NaN".into()), &["transforms.json", "frames[1]", "transform_matrix"]);
+    refused_photographs(
+        4,
+        |t| t["frames"][1]["transform_matrix"] = json!([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]),
+        &["frames[1]", "singular"],
+    );
+    refused_photographs(4, pose(0, 0, 1e300.into()), &["frames[1]"]);
+    refused_photographs(4, |t| t["fl_x"] = json!(0.0), &["fl_x", "focal length > 0"]);
+    refused_photographs(4, |t| t["fl_y"] = json!(-3.0), &["fl_y", "focal length > 0"]);
+    refused_photographs(
+        4,
+        |t| t["camera_model"] = json!("PERISCOPE"),
+        &["unsupported camera model PERISCOPE"],
+    );
+    refused_photographs(4, |t| t["w"] = json!(0), &["w is 0"]);
+}
+
+#[test]
+fn a_pose_that_is_not_a_number() {
+    let folder = photographs(4, |_| {});
+    let file = folder.path().join("transforms.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replacen("[[", "[[NaN,", 1)).unwrap();
+    refused_dataset(folder.path(), &["transforms.json"]);
+    std::fs::write(&file, text.replacen("[[", "[[1e999,", 1)).unwrap();
+    refused_dataset(folder.path(), &["transforms.json"]);
+}
+
+#[test]
+fn too_few_views() {
+    for count in 0..3 {
+        refused_photographs(count, |_| {}, &[&format!("{count} usable views; at least 3")]);
+    }
+}
+
+#[test]
+fn masks_that_do_not_fit() {
+    let folder = photographs(4, |_| {});
+    std::fs::create_dir(folder.path().join("masks")).unwrap();
+    write_image(&folder.path().join("masks/r_1.png"), 8, 16);
+    refused_dataset(folder.path(), &["the mask is 8x16", "16x16"]);
+}
+
+#[test]
+fn masks_that_leave_nothing() {
+    let folder = photographs(4, |_| {});
+    std::fs::create_dir(folder.path().join("masks")).unwrap();
+    for i in 0..4 {
+        let black = image::GrayImage::new(16, 16);
+        black.save(folder.path().join(format!("masks/r_{i}.png"))).unwrap();
+    }
+    let out = folder.path().join("run");
+    train(folder.path(), &out, &[]).refused(3, &["no training pixel", "--mask-meaning"]);
+    assert!(!out.join(CHECKPOINT).exists());
+}
+
+#[test]
+fn wrong_options() {
+    let data = photographs(4, |_| {});
+    let out = data.path().join("run");
+    let toml = data.path().join("options.toml");
+    train(data.path(), &out, &["--set", "stepz=3"]).refused(2, &["unknown option `stepz`", "steps"]);
+    train(data.path(), &out, &["--set", "steps=-3"]).refused(2, &["`steps` is `-3`"]);
+    train(data.path(), &out, &["--refraction", "on"]).refused(2, &["straight rays only"]);
+    let with = |content: &str| {
+        std::fs::write(&toml, content).unwrap();
+        train(data.path(), &out, &["--config", path(&toml)])
+    };
+    with("steps = = 3").refused(3, &["options.toml", "not a TOML file"]);
+    with("stepz = 3").refused(3, &["options.toml", "unknown option `stepz`"]);
+    with("[training]\nsteps = 3").refused(3, &["options.toml", "unknown option `training`"]);
+    train(data.path(), &out, &["--config", "/no/such.toml"]).refused(3, &["/no/such.toml"]);
+    assert!(!out.exists());
+}
+
+#[test]
+fn folders_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let nowhere = Path::new("/dev/null/x"); // below a file, so that root is refused too
+    train(&data, nowhere, &[]).refused(4, &["/dev/null/x"]);
+    refraxel(&["synth", "opaque", "--out", "/dev/null/x"]).refused(4, &["/dev/null/x"]);
+    let run = folder.path().join("run");
+    train(&data, &run, &["--set", "stop_after=1"]).refused(130, &[]);
+    refraxel(&["render", path(&run), "--orbit", "1", "--out", "/dev/null/x"]).refused(4, &["/dev/null/x"]);
+    std::fs::write(run.join("eval"), "in the way").unwrap();
+    refraxel(&["eval", path(&run)]).refused(4, &["eval"]);
+}
+
+/// A run that was trained for one step, beside its dataset.
+fn short_run(folder: &Path) -> PathBuf {
+    let (data, run) = (ball(folder), folder.join("run"));
+    train(&data, &run, &["--set", "stop_after=1"]).refused(130, &[]);
+    run
+}
+
+#[test]
+fn damaged_and_foreign_checkpoints() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = short_run(folder.path());
+    let file = run.join(CHECKPOINT);
+    let whole = std::fs::read(&file).unwrap();
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    let cases: [(&[u8], &str); 4] = [
+        (&flipped, "damaged"),
+        (&whole[..whole.len() - 9], "damaged"),
+        (b"", "not a refraxel checkpoint"),
+        (
+            b"some other file that happens to have this name, longer than any prefix",
+            "not a refraxel checkpoint",
+        ),
+    ];
+    let (data, views) = (folder.path().join("ball"), folder.path().join("views"));
+    for (bytes, word) in cases {
+        std::fs::write(&file, bytes).unwrap();
+        refraxel(&["inspect", path(&run)]).refused(3, &[word, CHECKPOINT]);
+        refraxel(&["eval", path(&run)]).refused(3, &[word]);
+        refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&views)]).refused(3, &[word]);
+        train(&data, &run, &["--resume"]).refused(3, &[word]);
+        assert_eq!(std::fs::read(&file).unwrap(), bytes, "the file is left as it was");
+    }
+    assert!(!views.exists());
+}
+
+#[test]
+fn runs_that_are_not_there_or_not_ready() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = short_run(folder.path());
+    refraxel(&["compare", path(&run)]).refused(3, &["has not been evaluated", "refraxel eval"]);
+    refraxel(&["compare", "/no/run"]).refused(3, &["/no/run is not the folder of a run"]);
+    refraxel(&["eval", "/no/run"]).refused(3, &["/no/run"]);
+    refraxel(&["render", "/no/run", "--orbit", "1", "--out", "x"]).refused(3, &["/no/run"]);
+    train(&folder.path().join("ball"), Path::new("/no/run"), &["--resume"]).refused(3, &["/no/run"]);
+    std::fs::rename(folder.path().join("ball"), folder.path().join("moved")).unwrap();
+    refraxel(&["eval", path(&run)]).refused(3, &["ball", "no such file or folder"]);
+}
+
+#[test]
+fn comparing_runs_of_different_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = photographs(9, |_| {});
+    let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+    train(&ball(folder.path()), &a, &["--set", "steps=1"]).done();
+    train(other.path(), &b, &["--set", "steps=1"]).done();
+    refraxel(&["compare", path(&a), path(&b)]).refused(3, &["they are not the same"]);
+    std::fs::remove_file(a.join("eval/test/r_0.png")).unwrap();
+    let out = folder.path().join("out");
+    refraxel(&["compare", path(&a), "--out", path(&out)]).refused(3, &["r_0.png", "again"]);
+    assert!(!out.exists());
+}
+
+#[test]
+fn cameras_that_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = short_run(folder.path());
+    let (file, views) = (folder.path().join("path.json"), folder.path().join("views"));
+    let render =
+        |cameras: &Path| refraxel(&["render", path(&run), "--cameras", path(cameras), "--out", path(&views)]);
+    render(&file).refused(3, &["path.json", "no such file"]);
+    for (text, word) in [("{", "not valid JSON"), ("{}", "frames"), (r#"{"frames": []}"#, "no cameras")] {
+        std::fs::write(&file, text).unwrap();
+        render(&file).refused(3, &["path.json", word]);
+    }
+    assert!(!views.exists());
+}
+
+#[test]
+fn scenes_that_cannot_be_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let synth = |words: &[&str]| refraxel(&[&["synth"], words, &["--out", path(&out)]].concat());
+    synth(&["glas_ball"]).refused(2, &["\"glas_ball\"", "glass_ball"]);
+    synth(&["glass_ball", "--ior", "0.5"]).refused(2, &["--ior", "from 1 to 4"]);
+    synth(&["luneburg", "--ior", "1.5"]).refused(2, &["no index to choose"]);
+    synth(&["glass_ball", "--size", "0"]).refused(2, &["--size"]);
+    synth(&["glass_ball", "--mesh", "knot.obj"]).refused(2, &["glass_mesh"]);
+    synth(&["glass_mesh", "--mesh", "/no/knot.obj"]).refused(3, &["/no/knot.obj"]);
+    assert!(!out.exists());
+    let theirs = photographs(3, |_| {});
+    std::fs::rename(theirs.path().join("transforms.json"), theirs.path().join("transforms_train.json"))
+        .unwrap();
+    let words = ["synth", "glass_ball", "--out", path(theirs.path())];
+    refraxel(&words).refused(3, &["did not make", "transforms_train.json"]);
+}

@@ -1,0 +1,174 @@
+//! The verbs in the order in which people use them, on tiny datasets.
+
+mod common;
+
+use common::*;
+use refraxel_train::checkpoint::TensorFile;
+use refraxel_train::run::CHECKPOINT;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+#[test]
+fn train_eval_compare_render_and_inspect_work_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let trained = train(&data, &run, &["--json"]).done().json();
+    for file in [
+        CHECKPOINT,
+        "log.jsonl",
+        "curves.png",
+        "eval/test/metrics.json",
+        "eval/test/r_0.png",
+        "eval/test.png",
+    ] {
+        assert!(run.join(file).is_file(), "{file}");
+    }
+    assert_eq!((&trained["ior"]["mean_inside"], &trained["images"]), (&1.0.into(), &2.into()));
+    assert!((trained["ior"]["mae_inside"].as_f64().unwrap() - 0.5).abs() < 1e-9);
+    let evaluated = refraxel(&["eval", path(&run), "--json"]).done().json();
+    assert_eq!(evaluated, trained);
+    refraxel(&["eval", path(&run), "--split", "train", "--quiet"]).done();
+    assert!(run.join("eval/train/r_4.png").is_file());
+
+    let out = folder.path().join("comparison");
+    let compared = refraxel(&["compare", path(&run), path(&run), "--truth", "--out", path(&out)]).done();
+    assert!(
+        compared.out.starts_with("run") && compared.out.contains("index error inside"),
+        "{}",
+        compared.out
+    );
+    assert!(out.join("comparison.png").is_file());
+    let table = refraxel(&["compare", path(&run), "--json"]).done().json();
+    assert_eq!(table["runs"][0]["psnr"], trained["psnr"]);
+
+    let views = folder.path().join("views");
+    let words =
+        ["render", path(&run), "--orbit", "3", "--out", path(&views), "--outputs", "colour,depth,opacity"];
+    refraxel(&words).done();
+    for file in
+        ["0002.png", "depth/0002.png", "depth_preview/0002.png", "opacity/0002.png", "transforms.json"]
+    {
+        assert!(views.join(file).is_file(), "{file}");
+    }
+    assert_eq!(image::open(views.join("depth/0000.png")).unwrap().color(), image::ColorType::L16);
+
+    let inspected = refraxel(&["inspect", path(&run), "--json"]).done().json();
+    assert_eq!((&inspected["kind"], &inspected["step"]), (&"run".into(), &40.into()));
+    assert_eq!(inspected["evaluation"]["psnr"], trained["psnr"]);
+    assert!(refraxel(&["inspect", path(&run)]).done().out.contains("steps=40"));
+}
+
+#[test]
+fn rendering_the_cameras_of_the_test_split_gives_the_pictures_of_eval() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run, views) = (ball(folder.path()), folder.path().join("run"), folder.path().join("views"));
+    train(&data, &run, &[]).done();
+    let cameras = data.join("transforms_test.json");
+    refraxel(&["render", path(&run), "--cameras", path(&cameras), "--out", path(&views)]).done();
+    let pixels = |p: &Path| image::open(p).unwrap().into_rgb8();
+    assert_eq!(pixels(&views.join("r_1.png")), pixels(&run.join("eval/test/r_1.png")));
+}
+
+#[test]
+fn inspect_forecasts_a_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let json = refraxel(&["inspect", path(&data), "--json"]).done().json();
+    assert_eq!((&json["kind"], &json["views"]["train"]), (&"dataset".into(), &5.into()));
+    assert!(json["forecast"]["peak"].as_u64() > json["forecast"]["model"].as_u64());
+    let text = refraxel(&["inspect", path(&data)]).done().out;
+    for word in ["5 training, 1 validation, 2 test", "8 of 16×16", "refractive object is seen first", "grid "]
+    {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+#[test]
+fn synth_writes_a_dataset_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("lens");
+    let words = ["synth", "luneburg", "--out", path(&out), "--size", "8", "--views", "3", "--spp", "1"];
+    let words = [&words[..], &["--detail-spp", "0", "--index-resolution", "4", "--quiet", "--json"]].concat();
+    let first = refraxel(&words).done().json();
+    assert_eq!(first["views"], serde_json::json!([3, 1, 2]));
+    assert!(out.join("transforms_train.json").is_file());
+    let second = refraxel(&words).done().json();
+    assert_eq!((&second["rendered"], &second["kept"]), (&0.into(), &first["rendered"]));
+    let list = refraxel(&["synth", "--list", "--json"]).done().json();
+    assert!(list.as_array().unwrap().len() >= 12);
+}
+
+/// Tensors and state of a run, without the clock.
+fn content(run: &Path) -> (TensorFile, serde_json::Value) {
+    let mut file = TensorFile::load(&run.join(CHECKPOINT)).unwrap();
+    file.header["state"]["seconds"] = 0.into();
+    let header = std::mem::take(&mut file.header);
+    (file, header)
+}
+
+#[test]
+fn resumed_runs_have_the_bits_of_uninterrupted_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let whole = folder.path().join("whole");
+    train(&data, &whole, &[]).done();
+    // Within the first stage, within the last, and after the occupied cells were looked at again.
+    for stop in [3, 20, 37] {
+        let run = folder.path().join(format!("stopped_{stop}"));
+        let stopped = train(&data, &run, &["--set", &format!("stop_after={stop}")]);
+        stopped.refused(130, &[&format!("stopped at step {stop} and saved"), "--resume"]);
+        train(&data, &run, &["--resume"]).done();
+        assert!(content(&run) == content(&whole), "stopped at {stop}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let on = |threads: &str| {
+        let run = folder.path().join(threads);
+        train(&data, &run, &["--threads", threads]).done();
+        content(&run)
+    };
+    assert!(on("1") == on("3"));
+}
+
+#[test]
+fn resume_refuses_other_options_and_other_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    train(&data, &run, &["--set", "stop_after=5"]).refused(130, &[]);
+    train(&data, &run, &["--resume", "--set", "batch=64"]).refused(3, &["`batch` is 64", "trained with 256"]);
+    train(&data, &run, &["--resume", "--seed", "3"]).refused(3, &["`seed` is 3"]);
+    let other = photographs(4, |_| {});
+    train(other.path(), &run, &["--resume"]).refused(3, &["trained on other images"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_saves_and_resume_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let words =
+        ["train", path(&data), "--out", path(&run), "--quiet", "--set", "steps=1000000", "--set", "batch=64"];
+    let words = [&words[..], &["--set", "resolution=16"]].concat();
+    let stderr = std::process::Stdio::piped();
+    let child = command(&words).stderr(stderr).stdout(std::process::Stdio::null()).spawn().unwrap();
+    let start = Instant::now();
+    while std::fs::metadata(run.join("log.jsonl")).map_or(0, |m| m.len()) == 0 {
+        assert!(start.elapsed() < Duration::from_secs(60), "no record was written");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let signal = format!("kill -INT {}", child.id());
+    assert!(std::process::Command::new("sh").args(["-c", &signal]).status().unwrap().success());
+    Ran::of(child.wait_with_output().unwrap()).refused(130, &["stopped at step", "--resume"]);
+    let step = |run: &Path| content(run).1["state"]["step"].as_u64().unwrap();
+    let saved = step(&run);
+    assert!(saved >= 25);
+    let stop = format!("stop_after={}", saved + 7);
+    refraxel(&[&words[..], &["--resume", "--set", &stop]].concat()).refused(130, &[]);
+    assert_eq!(step(&run), saved + 7);
+    let names: Vec<_> = std::fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".tmp")), "{names:?}");
+}
