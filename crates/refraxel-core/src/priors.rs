@@ -16,8 +16,7 @@ pub fn charbonnier_slope<T: Real>(d: T, epsilon: T) -> T {
     d / (d * d + epsilon * epsilon).sqrt()
 }
 
-/// Cauchy sparsity penalty of an optical depth, theory (4.5): ln(1 + 2 τ²), which pulls thin fog to nothing and
-/// leaves surfaces alone.
+/// Cauchy sparsity penalty of an optical depth: ln(1 + 2 τ²), which pulls thin fog to nothing and leaves surfaces alone.
 /// Source: SNeRG (Hedman et al. 2021), applied to the optical depth of one step so that it does not depend on units.
 #[inline(always)]
 pub fn cauchy<T: Real>(tau: T) -> T {

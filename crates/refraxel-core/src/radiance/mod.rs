@@ -49,9 +49,8 @@ pub struct QuadraturePoint<T> {
 /// Points that share one step length, so that one vector of 16 lanes can work on them.
 pub const GROUP: usize = 16;
 
-/// Midpoint rule along a path, theory (3.3) and (3.9): steps of about `step` [scene unit inside the box], shifted by
-/// `offset` ∈ [0, 1) steps in every segment. The step is adapted to the distance from the box every [`GROUP`] points.
-/// Error: O(step²) for smooth fields.
+/// Midpoint rule along a path with steps of about `step` [scene unit inside the box], shifted by `offset` ∈ [0, 1) steps.
+/// The step is adapted to the distance from the box every [`GROUP`] points.
 ///
 /// The points are part of the discretisation: derivatives are taken with t and dt held fixed.
 pub fn quadrature<T: Real>(
@@ -88,8 +87,7 @@ pub struct Pixel<T> {
     pub colour: [T; 3],
     /// Transmittance left at the end of the path.
     pub transmittance: T,
-    /// Σ T a s, arc length to what is seen times its opacity [scene unit]; s counts from the start of the point's own
-    /// segment, so this is the depth for paths of one segment.
+    /// Σ T a s: arc length to what is seen, times its opacity [scene unit].
     pub depth: T,
 }
 
