@@ -128,10 +128,11 @@ pub struct PixelAdjoint<T> {
     pub behind: [T; 3],
 }
 
-/// Transpose of the derivative of `C + T B` and T from [`render`], back to front, theory (3.10)–(3.14): adds to
-/// `grad` and returns, for each segment, (dLoss/dstart, dLoss/dmomentum). dLoss/dB is T ḡ and left to the caller.
+/// Transpose of the derivative of `C + T B` and T from [`render`], back to front: adds to `grad` and returns, for each
+/// segment, (dLoss/dstart, dLoss/dmomentum). dLoss/dB is T ḡ and left to the caller.
 ///
-/// Exact for the discrete march with the points held fixed. Not differentiable where [`VoxelField::at_vjp`] is not.
+/// Theory (3.10)–(3.14). Exact for the discrete march with the points held fixed. Not differentiable where
+/// [`VoxelField::at_vjp`] is not.
 pub fn render_vjp<T: Real>(
     field: &VoxelField<T>,
     path: &[Segment<T>],
