@@ -2,7 +2,8 @@
 
 use crate::Real;
 
-/// Charbonnier penalty ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε for small d.
+/// Charbonnier penalty, theory (4.4): ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε
+/// for small d.
 /// Source: Charbonnier et al. 1994; per edge of the grid, summed over the three axes (anisotropic total variation).
 #[inline(always)]
 pub fn charbonnier<T: Real>(d: T, epsilon: T) -> T {
@@ -28,8 +29,9 @@ pub fn cauchy_slope<T: Real>(tau: T) -> T {
     T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
 }
 
-/// Opacity prior on a ray's final transmittance T: entropy-like ln(T + e) + ln(1 − T + e), lowest at T = 0 and T = 1:
-/// a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the slope by 10.
+/// Opacity prior on a ray's final transmittance T ∈ [0, 1], theory (4.6): ln(T + e) + ln(1 − T + e), lowest at T = 0
+/// and T = 1: a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the
+/// slope by 10.
 #[inline(always)]
 pub fn opacity_beta<T: Real>(transmittance: T) -> T {
     let e = T::of(0.1);
