@@ -215,7 +215,7 @@ impl<T: Real> IndexGrid<T> {
 
     /// The cell of a point and its stencil; `None` where the field is vacuum by construction: outside and in the
     /// outermost cells.
-    #[inline]
+    #[inline(always)]
     fn stencil(&self, x: Vec3<T>) -> Option<([usize; 3], Stencil<T>)> {
         let (g, n) = (self.node(x), self.domain.resolution);
         let cell = self.cell(g)?;
@@ -227,9 +227,12 @@ impl<T: Real> IndexGrid<T> {
     }
 
     /// A stencil's share of the parameters: the border has none.
-    #[inline]
+    #[inline(always)]
     fn parameters_of(&self, (cell, stencil): ([usize; 3], Stencil<T>)) -> Stencil<T> {
         let n = self.domain.resolution;
+        if (0..3).all(|a| cell[a] > BORDER && cell[a] + BORDER + 3 <= n[a] as usize) {
+            return stencil;
+        }
         stencil.without(|axis, tap| {
             let node = cell[axis] + tap - 1;
             node < BORDER || node >= n[axis] as usize - BORDER

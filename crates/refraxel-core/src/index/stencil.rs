@@ -23,6 +23,7 @@ struct AxisWeights<T> {
 }
 
 impl<T: Real> AxisWeights<T> {
+    #[inline(always)]
     fn new(interpolation: Interpolation, f: T) -> Self {
         match interpolation {
             Interpolation::CubicBSpline => Self::cubic(f),
@@ -76,7 +77,7 @@ pub(super) struct Stencil<T> {
 
 impl<T: Real> Stencil<T> {
     /// The stencil of cell `cell` (1 ≤ cell ≤ n − 3 on each axis) at fraction `f`.
-    #[inline]
+    #[inline(always)]
     pub fn new(interpolation: Interpolation, resolution: [u32; 3], cell: [usize; 3], f: Vec3<T>) -> Self {
         let strides = [resolution[0] as usize, (resolution[0] * resolution[1]) as usize];
         let base = (cell[0] - 1) + strides[0] * (cell[1] - 1) + strides[1] * (cell[2] - 1);
@@ -119,7 +120,7 @@ impl<T: Real> Stencil<T> {
     }
 
     /// w and the force.
-    #[inline]
+    #[inline(always)]
     pub fn value_and_force(&self, c: &[T]) -> (T, Vec3<T>) {
         let x = &self.axes[0];
         let [vv, dv, vd] = self.rows(c, |y, z, j, k| {
@@ -139,7 +140,7 @@ impl<T: Real> Stencil<T> {
 
     /// The force, and Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a
     /// gradient.
-    #[inline]
+    #[inline(always)]
     pub fn force_and_pullback(&self, c: &[T], u: Vec3<T>) -> (Vec3<T>, Vec3<T>) {
         let x = &self.axes[0];
         let [vv, dv, vd, along_y, sv, along_z, vs] = self.rows(c, |y, z, j, k| {
@@ -160,7 +161,7 @@ impl<T: Real> Stencil<T> {
     }
 
     /// Transpose of [`Self::value_and_force`] with respect to the coefficients: adds to `grad`.
-    #[inline]
+    #[inline(always)]
     pub fn scatter(&self, d_value: T, d_force: Vec3<T>, grad: &mut [T]) {
         let [x, y, z] = &self.axes;
         let [first, end] = self.taps;
