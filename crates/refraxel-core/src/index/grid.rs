@@ -61,8 +61,9 @@ impl<T: Real> IndexGrid<T> {
     }
 
     /// The grid whose coefficients are those of `index(x)` > 0 at the nodes. The B-spline then is n blurred (variance
-    /// 1/3 voxel² per axis) instead of interpolated: second order, without ringing. A Luneburg lens, whose ∇n jumps at its
-    /// surface, focuses three times better this way.
+    /// 1/3 voxel² per axis) instead of interpolated: second order, without ringing. Right for hulls, balls and lenses: a
+    /// Luneburg lens of 129³ nodes, whose ∇n jumps at its surface, misses its focus by 4.4e-4 R (median), by 1.2e-3 R with
+    /// [`Self::from_samples`].
     pub fn from_control_values(
         bounds: Aabb<T>,
         resolution: [u32; 3],
@@ -92,7 +93,7 @@ impl<T: Real> IndexGrid<T> {
         self.find_flat_cells(None);
     }
 
-    /// The grid with these coefficients of w; `None` unless there is one per node and the border is vacuum.
+    /// The grid with these coefficients of w; `None` unless there is one per node, all finite, and the border is vacuum.
     pub fn from_coefficients(
         bounds: Aabb<T>,
         resolution: [u32; 3],
@@ -100,8 +101,9 @@ impl<T: Real> IndexGrid<T> {
         coefficients: Vec<T>,
     ) -> Option<Self> {
         let mut grid = Self::vacuum(bounds, resolution, interpolation);
-        let borders = |node: usize| grid.is_parameter(node) || coefficients[node] == T::of(VACUUM);
-        if coefficients.len() != grid.coefficients.len() || !(0..coefficients.len()).all(borders) {
+        let is_valid =
+            |(node, &c): (usize, &T)| c.is_finite() && (grid.is_parameter(node) || c == T::of(VACUUM));
+        if coefficients.len() != grid.coefficients.len() || !coefficients.iter().enumerate().all(is_valid) {
             return None;
         }
         grid.coefficients = coefficients;
@@ -262,8 +264,7 @@ impl<T: Real> IndexGrid<T> {
     /// w, ∇w and Jᵀv from one stencil, with J = d(∇w)/dx: Hess(w) v, except for differences, whose J is not symmetric.
     pub fn sample_with_hessian(&self, x: Vec3<T>, v: Vec3<T>) -> (T, Vec3<T>, Vec3<T>) {
         let Some((_, s)) = self.stencil(x) else { return (T::of(VACUUM), Vec3::zero(), Vec3::zero()) };
-        let (w, _) = s.value_and_force(&self.coefficients);
-        let (g, jv) = s.force_and_pullback(&self.coefficients, v.hadamard(self.scale));
+        let (w, g, jv) = s.value_force_and_pullback(&self.coefficients, v.hadamard(self.scale));
         (w, g.hadamard(self.scale), jv.hadamard(self.scale))
     }
 
@@ -280,7 +281,7 @@ impl<T: Real> IndexGrid<T> {
     pub fn gradient_vjp(&self, x: Vec3<T>, d_gradient: Vec3<T>, grad: &mut [T]) -> (Vec3<T>, Vec3<T>) {
         let Some(found) = self.stencil(x) else { return (Vec3::zero(), Vec3::zero()) };
         let u = d_gradient.hadamard(self.scale);
-        let (g, d_x) = found.1.force_and_pullback(&self.coefficients, u);
+        let (_, g, d_x) = found.1.value_force_and_pullback(&self.coefficients, u);
         self.parameters_of(found).scatter(T::zero(), u, grad);
         (g.hadamard(self.scale), d_x.hadamard(self.scale))
     }

@@ -138,10 +138,10 @@ impl<T: Real> Stencil<T> {
         own.value_and_force(c).1
     }
 
-    /// The force, and Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a
+    /// w, the force, and Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a
     /// gradient.
     #[inline(always)]
-    pub fn force_and_pullback(&self, c: &[T], u: Vec3<T>) -> (Vec3<T>, Vec3<T>) {
+    pub fn value_force_and_pullback(&self, c: &[T], u: Vec3<T>) -> (T, Vec3<T>, Vec3<T>) {
         let x = &self.axes[0];
         let [vv, dv, vd, along_y, sv, along_z, vs] = self.rows(c, |y, z, j, k| {
             let (vy, dy, sy, ty) = (y.value[j], y.force[j], y.value_slope[j], y.force_slope[j]);
@@ -157,7 +157,7 @@ impl<T: Real> Stencil<T> {
             dot(&x.value, &along_y) + u.x * dot(&x.force, &sv),
             dot(&x.value, &along_z) + u.x * dot(&x.force, &vs),
         );
-        (force, pullback)
+        (dot(&x.value, &vv), force, pullback)
     }
 
     /// Transpose of [`Self::value_and_force`] with respect to the coefficients: adds to `grad`.

@@ -24,7 +24,7 @@ pub(super) fn run<T: Real>(grid: &IndexGrid<T>, s: &State<T>, h: T, limit: u32) 
             None => return Run::Outside(m),
             Some(0) => return Run::Bent(m),
             // The cells at Chebyshev distance < clearance are flat, too.
-            Some(c) => m += ((f64::from(c) - 1.0) / reach.f64()).floor().max(1.0) as u32,
+            Some(c) => m = m.saturating_add(((f64::from(c) - 1.0) / reach.f64()).floor().max(1.0) as u32),
         }
         if m >= limit {
             return Run::Bent(limit);
