@@ -16,6 +16,19 @@ pub fn charbonnier_slope<T: Real>(d: T, epsilon: T) -> T {
     d / (d * d + epsilon * epsilon).sqrt()
 }
 
+/// Huber penalty ψ(d): d²/2 for |d| ≤ δ, δ (|d| − δ/2) beyond. Source: Huber 1964.
+#[inline(always)]
+pub fn huber<T: Real>(d: T, delta: T) -> T {
+    let (a, half) = (d.abs(), T::of(0.5));
+    if a <= delta { half * d * d } else { delta * (a - half * delta) }
+}
+
+/// ψ'(d) of [`huber`].
+#[inline(always)]
+pub fn huber_slope<T: Real>(d: T, delta: T) -> T {
+    d.max(-delta).min(delta)
+}
+
 /// Cauchy sparsity penalty of an optical depth: ln(1 + 2 τ²), which pulls thin fog to nothing and leaves surfaces alone.
 /// Source: SNeRG (Hedman et al. 2021), applied to the optical depth of one step so that it does not depend on units.
 #[inline(always)]
@@ -58,6 +71,7 @@ mod tests {
                 assert!((fd - g).abs() < 1e-7, "{fd} vs {g}");
             };
             check(&|x| charbonnier(x, 0.05), charbonnier_slope(x, 0.05));
+            check(&|x| huber(x, 0.2), huber_slope(x, 0.2));
             check(&cauchy, cauchy_slope(x));
             if x > 0.0 {
                 check(&opacity_beta, opacity_beta_slope(x));
