@@ -19,8 +19,10 @@ pub struct Config {
     pub batch: u32,
     /// Angular degree of colour, 0 to 3.
     pub sh_degree: u8,
-    /// Nodes along the longest edge of the final grid; 0: one voxel per pixel at the centre of the scene.
+    /// Nodes along the longest edge of the final grid; 0: by `voxels_per_pixel`.
     pub resolution: u32,
+    /// Voxels per pixel at the centre of the scene.
+    pub voxels_per_pixel: f64,
     /// Largest resolution that is chosen automatically.
     pub max_resolution: u32,
     /// Number of coarse-to-fine stages; each doubles the resolution.
@@ -37,7 +39,7 @@ pub struct Config {
     pub min_optical_depth: f32,
     /// Rays stop at this transmittance.
     pub min_transmittance: f32,
-    /// Learning rate of raw density at the start, and its factor at the end.
+    /// Learning rate of raw density at the start.
     pub rate_density: f32,
     /// Learning rate of SH coefficients at the start.
     pub rate_colour: f32,
@@ -79,7 +81,8 @@ impl Default for Config {
             batch: 8192,
             sh_degree: 2,
             resolution: 0,
-            max_resolution: 320,
+            voxels_per_pixel: 1.35,
+            max_resolution: 256,
             stages: 3,
             stage_share: 0.15,
             train_step: 1.0,
@@ -87,7 +90,7 @@ impl Default for Config {
             near: 0.2,
             min_optical_depth: 1e-3,
             min_transmittance: 1e-3,
-            rate_density: 0.3,
+            rate_density: 1.0,
             rate_colour: 0.02,
             rate_background: 0.01,
             rate_decay: 0.05,
@@ -95,8 +98,8 @@ impl Default for Config {
             initial_density: -5.0,
             sparsity: 0.0,
             opacity: 0.0,
-            tv_density: 1e-4,
-            tv_colour: 1e-4,
+            tv_density: 1e-5,
+            tv_colour: 1e-5,
             tv_decay: 0.1,
             tv_period: 16,
             prune_weight: 0.005,
@@ -140,8 +143,26 @@ pub enum ConfigError {
 }
 
 impl Config {
+    /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
+    /// pictures of an object before a plain background: they want slower density and more smoothness.
+    pub fn suited_to(unbounded: bool) -> Self {
+        if !unbounded {
+            return Self::default();
+        }
+        Self {
+            rate_density: 0.3,
+            tv_density: 1e-4,
+            tv_colour: 1e-4,
+            voxels_per_pixel: 1.0,
+            ..Self::default()
+        }
+    }
+
     /// Change options from (key, value) pairs in order; later ones win.
-    pub fn with<'a>(self, settings: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, ConfigError> {
+    pub fn with<'a>(
+        self,
+        settings: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, ConfigError> {
         let mut all = self.to_map();
         for (key, text) in settings {
             let Some(old) = all.get(key) else {
@@ -151,8 +172,11 @@ impl Config {
             let value = parse(key, text, old)?;
             all.insert(key.to_owned(), value);
         }
-        let config: Self = serde_json::from_value(Value::Object(all))
-            .map_err(|e| ConfigError::Type { key: "?".into(), found: e.to_string(), expected: "number" })?;
+        let config: Self = serde_json::from_value(Value::Object(all)).map_err(|e| ConfigError::Type {
+            key: "?".into(),
+            found: e.to_string(),
+            expected: "number",
+        })?;
         config.checked()
     }
 
@@ -175,14 +199,46 @@ impl Config {
         range((1..=1 << 20).contains(&self.batch), "batch", self.batch.to_string(), "1 to 1048576 rays")?;
         range(self.sh_degree <= 3, "sh_degree", self.sh_degree.to_string(), "0, 1, 2 or 3")?;
         let resolution = |n: u32| n == 0 || (8..=1024).contains(&n);
-        range(resolution(self.resolution), "resolution", self.resolution.to_string(), "0 (automatic) or 8 to 1024")?;
-        range((16..=1024).contains(&self.max_resolution), "max_resolution", self.max_resolution.to_string(), "16 to 1024")?;
+        range(
+            resolution(self.resolution),
+            "resolution",
+            self.resolution.to_string(),
+            "0 (automatic) or 8 to 1024",
+        )?;
+        range(
+            (16..=1024).contains(&self.max_resolution),
+            "max_resolution",
+            self.max_resolution.to_string(),
+            "16 to 1024",
+        )?;
         range((1..=6).contains(&self.stages), "stages", self.stages.to_string(), "1 to 6")?;
-        range(self.stage_share > 0.0 && self.stage_share < 1.0, "stage_share", self.stage_share.to_string(), "between 0 and 1")?;
-        range(self.minutes >= 0.0 && self.minutes.is_finite(), "minutes", self.minutes.to_string(), "0 or more")?;
+        range(
+            self.stage_share > 0.0 && self.stage_share < 1.0,
+            "stage_share",
+            self.stage_share.to_string(),
+            "between 0 and 1",
+        )?;
+        range(
+            self.minutes >= 0.0 && self.minutes.is_finite(),
+            "minutes",
+            self.minutes.to_string(),
+            "0 or more",
+        )?;
         range(self.memory > 0.0, "memory", self.memory.to_string(), "more than 0 GiB")?;
-        range((1..=1 << 20).contains(&self.tv_period), "tv_period", self.tv_period.to_string(), "at least 1")?;
-        range((1..=2048).contains(&self.environment_rows), "environment_rows", self.environment_rows.to_string(), "1 to 2048")?;
+        range(
+            (1..=1 << 20).contains(&self.tv_period),
+            "tv_period",
+            self.tv_period.to_string(),
+            "at least 1",
+        )?;
+        range(
+            (1..=2048).contains(&self.environment_rows),
+            "environment_rows",
+            self.environment_rows.to_string(),
+            "1 to 2048",
+        )?;
+        let ratio = self.voxels_per_pixel;
+        range((0.1..=8.0).contains(&ratio), "voxels_per_pixel", ratio.to_string(), "0.1 to 8")?;
         real("train_step", self.train_step, 0.05, 4.0, "0.05 to 4 voxels")?;
         real("render_step", self.render_step, 0.05, 4.0, "0.05 to 4 voxels")?;
         real("near", self.near, 0.0, 0.99, "0 to 0.99")?;

@@ -49,7 +49,8 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
     // A contracted grid gives half its nodes to the box.
     let share = if region.unbounded { 2.0 } else { 1.0 };
     let wanted = match config.resolution {
-        0 => (share * matching_resolution(region, views)).min(f64::from(config.max_resolution)),
+        0 => (share * config.voxels_per_pixel * matching_resolution(region, views))
+            .min(f64::from(config.max_resolution)),
         n => f64::from(n),
     };
     let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
@@ -142,7 +143,8 @@ mod tests {
         let bounds = bounds_of([[-1.0; 3], [1.0; 3]]);
         let coarse = Domain::with_longest(bounds, Extent::Bounded, 33);
         let fine = Domain::with_longest(bounds, Extent::Bounded, 65);
-        let field = VoxelField::uniform(coarse, BrickMap::dense(coarse.resolution), ShDegree::default(), -5.0);
+        let field =
+            VoxelField::uniform(coarse, BrickMap::dense(coarse.resolution), ShDegree::default(), -5.0);
         let mut peak = vec![0.0; field.map.voxels()];
         peak[field.map.voxel([16, 16, 16])] = 1.0;
         let map = kept_bricks(&field, &peak, 0.5, &fine);
@@ -153,7 +155,13 @@ mod tests {
 
     #[test]
     fn resolution_matches_the_pixels_and_the_memory() {
-        let camera = refraxel_core::Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.69, [200, 200]);
+        let camera = refraxel_core::Camera::look_at(
+            vec3(4.0, 0.0, 0.0),
+            Vec3::zero(),
+            vec3(0.0, 0.0, 1.0),
+            0.69,
+            [200, 200],
+        );
         let view = View {
             name: "a".into(),
             image: "a".into(),
@@ -163,7 +171,8 @@ mod tests {
         };
         let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
-        let full = finest_domain(&Config::default(), &region, &[&view]);
+        let one_each = Config { voxels_per_pixel: 1.0, ..Config::default() };
+        let full = finest_domain(&one_each, &region, &[&view]);
         // 200 pixels see 2 × 4 tan(0.345) = 2.87 units: 139 pixels across the box.
         assert!(full.resolution[0].abs_diff(139) <= 1, "{:?}", full.resolution);
         let tight = Config { memory: 0.01, ..Config::default() };

@@ -81,7 +81,8 @@ impl Shots {
         })?;
         let [r, g, b, alpha] = self.shots[shot].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
-        let over = |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
+        let over =
+            |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
         let offset = self.random.uniform(step, lane(3)) as f32;
         Some((ray, [over(r, 0), over(g, 1), over(b, 2)], behind, offset))
     }
@@ -159,8 +160,7 @@ mod tests {
     use std::path::PathBuf;
 
     fn shot(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
-        let mut camera =
-            Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
+        let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
         camera.lens = lens;
         let (image, mask_meaning) = (PathBuf::new(), meaning);
         let view = View { name: "a.png".into(), image, mask: None, mask_meaning, camera };
@@ -179,7 +179,8 @@ mod tests {
         let lens = Lens::OpenCv { k: [0.05, -0.01, 0.0, 0.0], p: [0.001, 0.0] };
         let s = shots(lens, MaskMeaning::Keep, None);
         for pixel in 0..8 {
-            let (table, exact) = (s.shots[0].ray(pixel).unwrap(), pixel_ray(&s.shots[0].camera, pixel).unwrap());
+            let (table, exact) =
+                (s.shots[0].ray(pixel).unwrap(), pixel_ray(&s.shots[0].camera, pixel).unwrap());
             assert!((table.direction - exact.direction).length() < 1e-6);
         }
     }

@@ -40,9 +40,10 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Usage, error));
     }
     // Everything that can be wrong with the input is found before the first file is written.
-    let fresh = if args.resume { None } else { Some(configuration(args, Config::default())?) };
     let options = open_options(&args.reading);
     let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
+    let usual = Config::suited_to(refraxel_data::scene_region(&data).unbounded);
+    let fresh = if args.resume { None } else { Some(configuration(args, usual)?) };
     let source = source_of(&args.data, &options, &data);
     let saved = if args.resume { Some(saved(args, &source)?) } else { None };
     let photos = load_photos(&data, &data.split.train, show)?;
