@@ -11,8 +11,8 @@ pub enum Background<T> {
     Environment(EnvironmentMap<T>),
 }
 
-/// An equirectangular panorama at infinity: `height` rows from +z to −z, `width = 2 height` columns of azimuth
-/// atan2(y, x) ∈ [−π, π), bilinear, periodic in azimuth.
+/// An equirectangular panorama at infinity, theory (3.15): `height` rows from +z to −z, `width = 2 height` columns of
+/// azimuth atan2(y, x) ∈ [−π, π), bilinear, periodic in azimuth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap<T> {
     height: usize,
@@ -64,7 +64,7 @@ impl<T: Real> EnvironmentMap<T> {
         ([column, row], [d_column, d_row])
     }
 
-    /// Texels and weights for a unit direction.
+    /// Texels and weights for a unit direction, theory (3.15): also the derivative of [`Self::radiance`] by the texels.
     pub fn stencil(&self, d: Vec3<T>) -> TexelWeights<T> {
         let ([column, row], _) = self.coordinates(d);
         let (index, [fx, fy]) = self.cell(column, row);
@@ -88,7 +88,7 @@ impl<T: Real> EnvironmentMap<T> {
         (index, [column - c0, row - r0])
     }
 
-    /// Radiance from a unit direction.
+    /// Radiance from a unit direction (sRGB-encoded, 1 = white).
     pub fn radiance(&self, d: Vec3<T>) -> [T; 3] {
         let s = self.stencil(d);
         std::array::from_fn(|c| (0..4).map(|k| s.weight[k] * self.texels[s.index[k]][c]).sum())

@@ -6,11 +6,12 @@ use crate::grid::{BRICK_VOXELS, BrickMap, Domain, trilinear};
 use crate::sh::{MAX_BASIS, ShDegree};
 use crate::{AlignedVec, Real, Vec3};
 
-/// Raw density of empty space: what absent bricks hold. softplus(−10) = 4.5e-5.
+/// Raw density θ of empty space [1]: what absent bricks hold. softplus(−10) = 4.5e-5, so σ L = 0.0018: nothing visible
+/// over any path through the box.
 pub const EMPTY_DENSITY: f64 = -10.0;
 
-/// Density per unit of softplus, times the longest edge of the box: σ = 40/L · softplus(θ), so that the same parameters
-/// mean the same picture at any scale of the world.
+/// Density per unit of softplus, times the longest edge L of the box [1]: σ = 40/L · softplus(θ), theory (3.5), so that
+/// the same parameters mean the same picture at any scale of the world.
 pub const DENSITY_PER_BOX: f64 = 40.0;
 
 /// A sparse voxel radiance field.
@@ -37,7 +38,7 @@ pub struct FieldGradient<T: Copy> {
     pub colour: AlignedVec<T>,
 }
 
-/// What the field holds at one point.
+/// What the field holds at one point, theory (3.5) and (3.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium<T> {
     /// Density σ ≥ 0 [1 / scene unit].
@@ -46,7 +47,7 @@ pub struct Medium<T> {
     pub colour: [T; 3],
 }
 
-/// softplus(x) = ln(1 + eˣ), without overflow.
+/// softplus(x) = ln(1 + eˣ), without overflow; the density of theory (3.5) before scaling.
 #[inline(always)]
 pub fn softplus<T: Real>(x: T) -> T {
     x.max(T::zero()) + (-x.abs()).exp().ln_1p()
@@ -80,7 +81,7 @@ impl<T: Real> VoxelField<T> {
         self.colour[..n * self.degree.stride()].fill(T::zero());
     }
 
-    /// σ = `density_scale` · softplus(θ).
+    /// 40/L of theory (3.5) [1 / scene unit]: σ = `density_scale` · softplus(θ).
     pub fn density_scale(&self) -> T {
         T::of(DENSITY_PER_BOX) / self.domain.bounds.extent().max_element()
     }
@@ -106,7 +107,10 @@ impl<T: Real> VoxelField<T> {
         Some((self.map.corners(self.map.cell(base)?), f))
     }
 
-    /// Density and colour at a world point, seen along a unit direction with SH basis values `y`.
+    /// Density and colour at a world point, theory (3.4)–(3.7): softplus and the clamp at 0 follow interpolation.
+    ///
+    /// `x` [scene unit]; `y` = SH basis values of the unit direction of travel. `None` outside the grid and in cells
+    /// whose own brick is not stored.
     pub fn at(&self, x: Vec3<T>, y: &[T; MAX_BASIS]) -> Option<Medium<T>> {
         let (corners, f) = self.locate(self.domain.node(x))?;
         let w = trilinear::weights(f);
@@ -125,7 +129,8 @@ impl<T: Real> VoxelField<T> {
         k.iter().zip(y).map(|(&k, &y)| k * y).sum()
     }
 
-    /// Transpose of the derivative of [`Self::at`]: adds to `grad`, returns (dLoss/dx, dLoss/dy).
+    /// Transpose of the derivative of [`Self::at`], theory (3.13) and the first line of (3.14): adds to `grad`, returns
+    /// (dLoss/dx [1 / scene unit], dLoss/dy).
     ///
     /// Not differentiable on cell faces (x only) and where a colour is clamped at 0.
     pub fn at_vjp(

@@ -2,7 +2,8 @@
 
 use crate::Real;
 
-/// Charbonnier penalty ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε for small d.
+/// Charbonnier penalty, theory (4.4): ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε
+/// for small d.
 /// Source: Charbonnier et al. 1994; per edge of the grid, summed over the three axes (anisotropic total variation).
 #[inline(always)]
 pub fn charbonnier<T: Real>(d: T, epsilon: T) -> T {
@@ -13,6 +14,19 @@ pub fn charbonnier<T: Real>(d: T, epsilon: T) -> T {
 #[inline(always)]
 pub fn charbonnier_slope<T: Real>(d: T, epsilon: T) -> T {
     d / (d * d + epsilon * epsilon).sqrt()
+}
+
+/// Huber penalty ψ(d): d²/2 for |d| ≤ δ, δ (|d| − δ/2) beyond. Source: Huber 1964.
+#[inline(always)]
+pub fn huber<T: Real>(d: T, delta: T) -> T {
+    let (a, half) = (d.abs(), T::of(0.5));
+    if a <= delta { half * d * d } else { delta * (a - half * delta) }
+}
+
+/// ψ'(d) of [`huber`].
+#[inline(always)]
+pub fn huber_slope<T: Real>(d: T, delta: T) -> T {
+    d.max(-delta).min(delta)
 }
 
 /// Cauchy sparsity penalty of an optical depth: ln(1 + 2 τ²), which pulls thin fog to nothing and leaves surfaces alone.
@@ -28,8 +42,9 @@ pub fn cauchy_slope<T: Real>(tau: T) -> T {
     T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
 }
 
-/// Opacity prior on a ray's final transmittance T: entropy-like ln(T + e) + ln(1 − T + e), lowest at T = 0 and T = 1:
-/// a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the slope by 10.
+/// Opacity prior on a ray's final transmittance T ∈ [0, 1], theory (4.6): ln(T + e) + ln(1 − T + e), lowest at T = 0
+/// and T = 1: a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the
+/// slope by 10.
 #[inline(always)]
 pub fn opacity_beta<T: Real>(transmittance: T) -> T {
     let e = T::of(0.1);
@@ -56,6 +71,7 @@ mod tests {
                 assert!((fd - g).abs() < 1e-7, "{fd} vs {g}");
             };
             check(&|x| charbonnier(x, 0.05), charbonnier_slope(x, 0.05));
+            check(&|x| huber(x, 0.2), huber_slope(x, 0.2));
             check(&cauchy, cauchy_slope(x));
             if x > 0.0 {
                 check(&opacity_beta, opacity_beta_slope(x));

@@ -2,7 +2,8 @@
 
 use crate::{Real, Vec3, vec3};
 
-/// A ray as it leaves the camera: world position and momentum p = n dx/ds, which is the unit direction in vacuum.
+/// A ray as it leaves the camera, in vacuum: world position and unit direction. In a medium a path carries the momentum
+/// p = n dx/ds instead, see [`Segment`](crate::radiance::Segment).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray<T> {
     /// Start [scene unit].
@@ -26,9 +27,9 @@ impl<T: Real> Ray<T> {
 /// An axis-aligned box, the region that a field or a medium fills.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb<T> {
-    /// Corner with the smallest coordinates.
+    /// Corner with the smallest coordinates [scene unit].
     pub min: Vec3<T>,
-    /// Corner with the largest coordinates.
+    /// Corner with the largest coordinates [scene unit].
     pub max: Vec3<T>,
 }
 
@@ -46,7 +47,7 @@ impl<T: Real> Aabb<T> {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
     }
-    /// Edge lengths.
+    /// Edge lengths [scene unit].
     pub fn extent(&self) -> Vec3<T> {
         self.max - self.min
     }

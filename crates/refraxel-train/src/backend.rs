@@ -36,7 +36,7 @@ pub struct Batch {
     pub offset: Vec<f32>,
 }
 
-/// What a step minimises, per ray: |C − target|² plus the priors; and how fast.
+/// What a step minimises, theory (4.1): the sum over rays of |C − target|² plus the priors; and how fast.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Objective {
     /// How rays are marched.
@@ -66,7 +66,7 @@ pub struct StepOutcome {
     pub squared_error: f64,
     /// Samples whose colour was evaluated.
     pub samples: u64,
-    /// False when a loss or gradient was NaN or infinite; nothing was updated then.
+    /// False when the squared error was NaN or infinite; nothing was updated then.
     pub finite: bool,
 }
 

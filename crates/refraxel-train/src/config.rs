@@ -25,7 +25,7 @@ pub struct Config {
     pub voxels_per_pixel: f64,
     /// Largest resolution that is chosen automatically.
     pub max_resolution: u32,
-    /// Number of coarse-to-fine stages; each doubles the resolution.
+    /// Number of coarse-to-fine stages, theory (4.9); each doubles the resolution.
     pub stages: u32,
     /// Share of the run that each stage before the last takes, of what is then left.
     pub stage_share: f64,
@@ -33,13 +33,14 @@ pub struct Config {
     pub train_step: f32,
     /// Quadrature step of final renderings [voxel].
     pub render_step: f32,
-    /// Nothing nearer to a camera than this share of its distance to the scene's centre exists.
+    /// Nothing nearer to any camera is seen than this share of the distance from the scene's centre to the nearest
+    /// camera.
     pub near: f32,
     /// Samples with an optical depth per voxel below this are transparent.
     pub min_optical_depth: f32,
     /// Rays stop at this transmittance.
     pub min_transmittance: f32,
-    /// Learning rate of raw density at the start.
+    /// Learning rate of raw density at the start, theory (4.8).
     pub rate_density: f32,
     /// Learning rate of SH coefficients at the start.
     pub rate_colour: f32,

@@ -26,7 +26,7 @@ pub fn bytes_per_voxel(degree: ShDegree) -> u64 {
 /// Share of a grid's voxels that survives pruning, for forecasts: surfaces fill 5–15 % of the scenes measured.
 pub const TYPICAL_OCCUPANCY: f64 = 0.15;
 
-/// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (5.1).
+/// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (4.10).
 ///
 /// A pixel covers distance / focal there; the median over the views counts.
 fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
@@ -65,7 +65,7 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
     }
 }
 
-/// Bytes of parameters and moments of a pruned grid.
+/// Bytes of parameters and moments of a pruned grid. A run of a single stage stores every voxel and needs more.
 pub fn forecast(domain: &Domain<f32>, degree: ShDegree) -> f64 {
     let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
     nodes * TYPICAL_OCCUPANCY * bytes_per_voxel(degree) as f64
@@ -100,8 +100,8 @@ impl Plan {
     }
 }
 
-/// The bricks of a finer domain over the same box that are worth keeping: those within one old voxel of a voxel whose
-/// peak rendering weight is above `threshold`.
+/// The bricks of a finer domain over the same box that are worth keeping, theory (4.11): those within one old voxel
+/// of a voxel whose peak rendering weight is above `threshold`.
 pub fn kept_bricks(field: &VoxelField<f32>, peak: &[f32], threshold: f32, finer: &Domain<f32>) -> BrickMap {
     use refraxel_core::grid::bricks::{BRICK, coordinates};
     let (old, new) = (field.map.resolution(), finer.resolution);

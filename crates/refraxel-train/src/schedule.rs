@@ -15,7 +15,7 @@ impl Progress {
     }
 }
 
-/// Where a stage starts: each before the last takes `stage_share` of what is left.
+/// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.
 fn stage_start(config: &Config, stage: u32) -> f64 {
     1.0 - (1.0 - config.stage_share).powi(stage as i32)
 }
@@ -42,7 +42,7 @@ pub fn rendering_marching(config: &Config, near: f32) -> Marching {
     Marching { step: config.render_step, ..training_marching(config, near) }
 }
 
-/// The objective at a point of the run.
+/// The objective at a point of the run, theory (4.8).
 pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
     let p = progress.0.clamp(0.0, 1.0) as f32;
     let warm = if config.warm_up > 0.0 { (0.1 + 0.9 * p / config.warm_up).min(1.0) } else { 1.0 };

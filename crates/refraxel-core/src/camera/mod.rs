@@ -9,12 +9,12 @@ pub use lens::Lens;
 
 use crate::{Mat3, Ray, Vec3};
 
-/// A rigid motion `x_world = rotation * x_camera + translation`.
+/// A rigid motion `x_world = rotation * x_camera + translation`, theory (1.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Columns are the camera's axes (right, down, forward) in the world.
     pub rotation: Mat3<f64>,
-    /// The camera's centre in the world.
+    /// The camera's centre in the world [scene unit].
     pub translation: Vec3<f64>,
 }
 
@@ -36,8 +36,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The ray through continuous pixel coordinates `(u, v)`; `None` where the lens maps no direction there
-    /// (beyond the fold of a distortion polynomial, or outside a fisheye's image circle).
+    /// The ray through continuous pixel coordinates `(u, v)` [pixel], theory (1.2) and (1.3); `None` where the lens
+    /// maps no direction there (beyond the fold of a distortion polynomial, or outside a fisheye's image circle).
     pub fn ray(&self, u: f64, v: f64) -> Option<Ray<f64>> {
         let distorted = [(u - self.center[0]) / self.focal[0], (v - self.center[1]) / self.focal[1]];
         let d = self.lens.direction(distorted)?;
@@ -45,7 +45,8 @@ impl Camera {
         Some(Ray { origin: pose.translation, direction: (pose.rotation * d).normalized() })
     }
 
-    /// Continuous pixel coordinates of a world point; `None` behind a perspective camera or beyond the lens.
+    /// Continuous pixel coordinates [pixel] of a world point, the inverse of [`Self::ray`]; `None` behind a
+    /// perspective camera or beyond the lens.
     pub fn project(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
         let pose = &self.world_from_camera;
         let [u, v] = self.lens.project(pose.rotation.transpose() * (x - pose.translation))?;

@@ -230,7 +230,7 @@ fn spread_distance(distance: &mut [u8], n: [u32; 3]) {
     for axis in 0..3 {
         let len = n[axis] as usize;
         for start in 0..distance.len() {
-            if start / strides[axis] % len != 0 {
+            if !(start / strides[axis]).is_multiple_of(len) {
                 continue;
             }
             line.clear();

@@ -11,7 +11,8 @@ pub fn weights<T: Real>(f: Vec3<T>) -> [T; 8] {
     [g.x * yz[0], f.x * yz[0], g.x * yz[1], f.x * yz[1], g.x * yz[2], f.x * yz[2], g.x * yz[3], f.x * yz[3]]
 }
 
-/// Gradient of the interpolated value with respect to the node coordinates, from the eight corner values.
+/// Gradient of the interpolated value of theory (3.4) with respect to the node coordinates [1 / node], from the eight
+/// corner values. Not continuous across the faces of cells.
 #[inline(always)]
 pub fn gradient<T: Real>(f: Vec3<T>, v: &[T; 8]) -> Vec3<T> {
     let lerp = |a: T, b: T, t: T| a + (b - a) * t;

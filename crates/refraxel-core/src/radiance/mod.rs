@@ -8,16 +8,16 @@ use crate::grid::Domain;
 use crate::sh;
 use crate::{Ray, Real, Vec3};
 
-/// A straight piece of a path: x(t) = start + t p for t in `range`, arc length ds = |p| dt.
+/// A straight piece of a path, theory (3.1): x(t) = start + t p for t in `range`, arc length ds = |p| dt.
 ///
 /// In vacuum p is the unit direction and t the arc length; in a medium |p| = n and t is the optical parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment<T> {
-    /// x at t = 0.
+    /// x at t = 0 [scene unit].
     pub start: Vec3<T>,
     /// Optical momentum p = n dx/ds.
     pub momentum: Vec3<T>,
-    /// Interval of t.
+    /// Interval of t [scene unit].
     pub range: [T; 2],
 }
 
@@ -34,22 +34,24 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// A quadrature point: the field is taken as constant, with its value at `t`, over an interval of length `dt` about `t`.
+/// A quadrature point: the field is taken as constant, with its value at `t`, over an interval of length `dt` about
+/// `t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraturePoint<T> {
     /// Which segment of the path.
     pub segment: usize,
-    /// Parameter of the midpoint.
+    /// Parameter of the midpoint [scene unit].
     pub t: T,
-    /// Length of the interval in t.
+    /// Length of the interval in t [scene unit]; its arc length is |p| dt.
     pub dt: T,
 }
 
-/// Points that share one step length, so that they can be worked on together.
+/// Points that share one step length, so that one vector of 16 lanes can work on them.
 pub const GROUP: usize = 16;
 
 /// Midpoint rule along a path with steps of about `step` [scene unit inside the box], shifted by `offset` ∈ [0, 1) steps.
-/// The step is adapted to the distance from the box every [`GROUP`] points.
+/// The step is adapted to the distance from the box every [`GROUP`] points. What is left of a step at the end of a segment
+/// is continued in the next: however short the segments, points come once per step.
 ///
 /// The points are part of the discretisation: derivatives are taken with t and dt held fixed.
 pub fn quadrature<T: Real>(
@@ -60,16 +62,23 @@ pub fn quadrature<T: Real>(
 ) -> Vec<QuadraturePoint<T>> {
     let half = T::of(0.5);
     let mut points = Vec::new();
+    let mut phase = offset; // steps from the start of the segment to its first point
     for (segment, s) in path.iter().enumerate() {
         let per_t = s.momentum.length().recip();
         let [t0, t1] = s.range;
+        if t0 >= t1 {
+            continue;
+        }
         let mut dt = domain.step_at(s.at(t0), step) * per_t;
-        let mut t = t0 + (offset - half) * dt;
-        while t + half * dt <= t1 {
+        let mut t = t0 + (phase - half) * dt;
+        'segment: loop {
             for k in 0..GROUP {
                 let middle = t + (T::of(k as f64) + half) * dt;
                 if middle <= t1 {
                     points.push(QuadraturePoint { segment, t: middle, dt });
+                } else {
+                    phase = (middle - t1) / dt;
+                    break 'segment;
                 }
             }
             t += T::of(GROUP as f64) * dt;
@@ -90,14 +99,22 @@ pub struct Pixel<T> {
     pub depth: T,
 }
 
-/// March a path front to back: τ = σ ds, a = 1 − e^(−τ), C += T a c, T *= 1 − a.
+/// March a path front to back, theory (3.9): τ = σ ds, a = 1 − e^(−τ), C += T a c, T *= 1 − a.
+///
+/// Worked number: one grey point (c = ½) of optical depth ln 2 gives C = ¼ and leaves T = ½.
+/// Source: Max 1995, emission–absorption model.
 pub fn render<T: Real>(
     field: &VoxelField<T>,
     path: &[Segment<T>],
     points: &[QuadraturePoint<T>],
 ) -> Pixel<T> {
     let mut pixel = Pixel { colour: [T::zero(); 3], transmittance: T::one(), depth: T::zero() };
+    let (mut segment, mut arc) = (0, T::zero()); // arc length to the start of the segment
     for q in points {
+        while segment < q.segment {
+            arc += path[segment].momentum.length() * path[segment].range[1];
+            segment += 1;
+        }
         let s = &path[q.segment];
         let speed = s.momentum.length();
         let y = sh::basis(field.degree, s.momentum.normalized());
@@ -107,7 +124,7 @@ pub fn render<T: Real>(
         for c in 0..3 {
             pixel.colour[c] += weight * medium.colour[c];
         }
-        pixel.depth += weight * q.t * speed;
+        pixel.depth += weight * (arc + q.t * speed);
         pixel.transmittance *= T::one() - a;
     }
     pixel
@@ -124,15 +141,21 @@ pub struct PixelAdjoint<T> {
     pub behind: [T; 3],
 }
 
+/// (dLoss/dstart, dLoss/dmomentum) of one segment.
+pub type SegmentAdjoint<T> = (Vec3<T>, Vec3<T>);
+
 /// Transpose of the derivative of `C + T B` and T from [`render`], back to front: adds to `grad` and returns, for each
 /// segment, (dLoss/dstart, dLoss/dmomentum). dLoss/dB is T ḡ and left to the caller.
+///
+/// Theory (3.10)–(3.14). Exact for the discrete march with the points held fixed. Not differentiable where
+/// [`VoxelField::at_vjp`] is not.
 pub fn render_vjp<T: Real>(
     field: &VoxelField<T>,
     path: &[Segment<T>],
     points: &[QuadraturePoint<T>],
     d: &PixelAdjoint<T>,
     grad: &mut FieldGradient<T>,
-) -> Vec<(Vec3<T>, Vec3<T>)> {
+) -> Vec<SegmentAdjoint<T>> {
     let mut d_path = vec![(Vec3::zero(), Vec3::zero()); path.len()];
     let before = transmittances(field, path, points);
     let last = before[points.len()];

@@ -50,7 +50,7 @@ fn adjoint(
     f: &VoxelField<f64>,
     path: &[Segment<f64>],
     points: &[QuadraturePoint<f64>],
-) -> (FieldGradient<f64>, Vec<(Vec3<f64>, Vec3<f64>)>) {
+) -> (FieldGradient<f64>, Vec<SegmentAdjoint<f64>>) {
     let d = PixelAdjoint { colour: WEIGHTS, transmittance: OPACITY_WEIGHT, behind: BEHIND };
     let mut grad = f.zero_gradient();
     let d_path = render_vjp(f, path, points, &d, &mut grad);
@@ -199,4 +199,29 @@ fn contracted_steps_reach_the_far_limit_in_logarithmic_time() {
     assert!(points.len() < 80, "{} points", points.len());
     let covered: f64 = points.iter().map(|q| q.dt).sum();
     assert!((covered - path[0].range[1]).abs() < 0.2 * path[0].range[1]);
+}
+
+#[test]
+fn a_straight_ray_cut_into_pieces_has_the_same_points_colour_and_depth() {
+    let f = field(1, Extent::Bounded, 9);
+    let ray = Ray { origin: vec3(-3.0, 0.1, 0.2), direction: vec3(0.96, 0.1, 0.05).normalized() };
+    let whole = Segment::straight(&ray, &f.domain, 0.0).unwrap();
+    let [start, end] = whole.range;
+    // Pieces shorter than a step, a medium of index 1.5 in name only, and an empty piece.
+    let cuts: Vec<f64> = (0..=40).map(|k| start + (end - start) * f64::from(k) / 40.0).collect();
+    let mut pieces: Vec<_> = cuts
+        .windows(2)
+        .map(|c| Segment {
+            start: whole.at(c[0]),
+            momentum: whole.momentum * 1.5,
+            range: [0.0, (c[1] - c[0]) / 1.5],
+        })
+        .collect();
+    pieces.insert(7, Segment { range: [0.0, 0.0], ..pieces[7] });
+    pieces.insert(0, Segment { range: [start, start], ..whole });
+    let (a, b) = (quadrature(&f.domain, &[whole], 0.17, 0.3), quadrature(&f.domain, &pieces, 0.17, 0.3));
+    assert_eq!(a.len(), b.len());
+    let (a, b) = (render(&f, &[whole], &a), render(&f, &pieces, &b));
+    assert!((a.transmittance - b.transmittance).abs() < 1e-12 && (a.depth - b.depth).abs() < 1e-12);
+    assert!((0..3).all(|c| (a.colour[c] - b.colour[c]).abs() < 1e-12));
 }

@@ -1,4 +1,5 @@
-//! Rays in a graded index: dx/dt = p, dp/dt = ∇(n²/2), dt = ds/n, by an embedded Runge–Kutta pair with error control.
+//! Rays in a graded index, theory (2.2): dx/dt = p, dp/dt = ∇(n²/2), dt = ds/n, by an embedded Runge–Kutta pair with
+//! error control.
 
 use super::medium::Index;
 use refraxel_core::Vec3;
@@ -70,7 +71,7 @@ pub fn step(index: &Index, y: &Phase, h: f64) -> (Phase, f64) {
     (end, e.x.length().max(e.p.length()))
 }
 
-/// Step size control: the next h for an `error` made with `h` when `tolerance` is allowed per step.
+/// Step size control, theory (6.10): the next h for an `error` made with `h` when `tolerance` is allowed per step.
 pub fn next_step(h: f64, error: f64, tolerance: f64) -> f64 {
     // 0.9 keeps most steps from being repeated; the bounds keep one odd estimate from ruining the step size.
     h * (0.9 * (tolerance / error.max(1e-300)).powf(0.2)).clamp(0.2, 4.0)

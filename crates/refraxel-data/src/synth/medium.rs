@@ -13,7 +13,7 @@ pub enum Index {
         /// n [1].
         ior: f64,
     },
-    /// Luneburg lens n² = 2 − r²/R²: images a far point onto its rim (Luneburg 1944).
+    /// Luneburg lens n² = 2 − r²/R², theory (6.5): images a far point onto its rim (Luneburg 1944).
     Luneburg {
         /// Centre [scene unit].
         #[serde(with = "vector")]
@@ -21,7 +21,8 @@ pub enum Index {
         /// R [scene unit], where n = 1.
         radius: f64,
     },
-    /// Maxwell's fish-eye n = 2 / (1 + r²/R²): images each point of its rim onto the opposite one (Maxwell 1854).
+    /// Maxwell's fish-eye n = 2 / (1 + r²/R²), theory (6.6): images each point of its rim onto the opposite one
+    /// (Maxwell 1854).
     FishEye {
         /// Centre [scene unit].
         #[serde(with = "vector")]
@@ -29,7 +30,7 @@ pub enum Index {
         /// R [scene unit], where n = 1.
         radius: f64,
     },
-    /// A bump of warm or dense air, n = 1 + (n0 − 1) exp(−r² / 2σ²).
+    /// A bump of warm or dense air, theory (6.9): n = 1 + (n0 − 1) exp(−r² / 2σ²).
     Gaussian {
         /// Centre [scene unit].
         #[serde(with = "vector")]
@@ -39,7 +40,7 @@ pub enum Index {
         /// n0 at the centre; below 1 for hot air.
         peak: f64,
     },
-    /// Parabolic fibre or rod lens n² = n0² (1 − α² ρ²), ρ = distance from the axis.
+    /// Parabolic fibre or rod lens n² = n0² (1 − α² ρ²), theory (6.7); ρ = distance from the axis.
     Fibre {
         /// A point of the axis [scene unit].
         #[serde(with = "vector")]
@@ -52,7 +53,7 @@ pub enum Index {
         /// α [1 / scene unit]; rays oscillate with period about 2π / α along the axis.
         alpha: f64,
     },
-    /// Layers with n² linear in height, as in an atmosphere that makes mirages; rays are parabolas.
+    /// Layers with n² linear in height, theory (6.8), as in an atmosphere that makes mirages; rays are parabolas.
     Layered {
         /// Height [scene unit] where n = `bottom`.
         z_bottom: f64,

@@ -3,7 +3,7 @@
 //! A tracer in double precision that shares no marching code with the differentiable renderer, so that each proves the
 //! other. Surfaces are met in closed form or by sphere tracing, interfaces obey Snell and Fresnel exactly, graded media
 //! are integrated with error control, and rays split deterministically; all light comes from emissive textures, so that
-//! pictures carry no noise beyond that of the pixel filter. Colours are basic radiance L/n² (docs/theory.md): a surface
+//! pictures carry no noise beyond that of the pixel filter. Colours are basic radiance L/n², theory (1.4): a surface
 //! under water shows the colour that it shows in air.
 
 mod cameras;

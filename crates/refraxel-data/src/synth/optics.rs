@@ -2,7 +2,7 @@
 
 use refraxel_core::Vec3;
 
-/// Direction after refraction, Snell's law n1 sin θ1 = n2 sin θ2; `None` on total internal reflection.
+/// Direction after refraction, theory (6.1), Snell's law n1 sin θ1 = n2 sin θ2; `None` on total internal reflection.
 ///
 /// `d` unit direction of travel, `normal` unit and facing the incoming ray (d · normal <= 0). Returns a unit vector.
 /// The tangential momentum n d_t is what is conserved; the normal one follows from |d| = 1. Error: rounding only.
@@ -17,12 +17,12 @@ pub fn refract(d: Vec3<f64>, normal: Vec3<f64>, n1: f64, n2: f64) -> Option<Vec3
     Some(((d + normal * cos1) * eta - normal * (1.0 - sin2_squared).sqrt()).normalized())
 }
 
-/// Mirrored direction d − 2 (d · n) n; unit when `d` and `normal` are.
+/// Mirrored direction d − 2 (d · n) n, theory (6.1); unit when `d` and `normal` are.
 pub fn reflect(d: Vec3<f64>, normal: Vec3<f64>) -> Vec3<f64> {
     (d - normal * (2.0 * d.dot(normal))).normalized()
 }
 
-/// Unpolarised Fresnel reflectance R = (r_s² + r_p²) / 2 of a lossless interface; transmittance is 1 − R.
+/// Unpolarised Fresnel reflectance R = (r_s² + r_p²) / 2 of a lossless interface, theory (6.2); transmittance is 1 − R.
 ///
 /// `cos1` = cosine of the angle of incidence in [0, 1], travelling from index `n1` into `n2`. Returns 1 beyond the
 /// critical angle. Worked number: normal incidence, 1 → 1.5: R = 0.04.
@@ -39,7 +39,8 @@ pub fn fresnel(cos1: f64, n1: f64, n2: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Beer–Lambert transmittance exp(−α s) per colour; `absorption` α [1 / scene unit] >= 0, `length` s [scene unit].
+/// Beer–Lambert transmittance exp(−α s) per colour, theory (6.4); `absorption` α [1 / scene unit] >= 0, `length` s
+/// [scene unit].
 pub fn transmittance(absorption: [f64; 3], length: f64) -> [f64; 3] {
     absorption.map(|a| if a == 0.0 { 1.0 } else { (-a * length).exp() })
 }

@@ -1,7 +1,8 @@
 //! The exact tracer: straight flights between closed-form crossings, adaptive integration in graded media, and a tree
 //! of reflected and transmitted rays at every interface.
 //!
-//! What is transported is the basic radiance L/n², which is invariant along a ray; so no factor n² appears anywhere.
+//! What is transported is the basic radiance L/n², which is invariant along a ray, theory (1.4); so no factor n²
+//! appears anywhere.
 
 use super::grin::{Phase, next_step, step};
 use super::medium::{Index, Medium};
@@ -153,7 +154,8 @@ impl Tracer<'_> {
         land(y, None)
     }
 
-    /// The exact event: the time at which the bent ray, not its chord, meets the surface that the chord met.
+    /// The exact event, theory (6.11): the time at which the bent ray, not its chord, meets the surface that the
+    /// chord met.
     fn arrive(&self, index: &Index, start: &Phase, hit: Hit, guess: f64) -> (Phase, Hit) {
         let shape = &self.scene.bodies[hit.body].shape;
         let mut t = guess;
@@ -244,7 +246,7 @@ impl Tracer<'_> {
         product(flight.transmittance, arriving)
     }
 
-    /// Radiance from both branches of an interface: R L_r + (1 − R) L_t.
+    /// Radiance from both branches of an interface, theory (6.3): R L_r + (1 − R) L_t.
     fn split(&self, at: &Interface, weight: f64, depth: u32, tally: &mut Tally) -> Rgb {
         let Some(transmitted) = &at.transmitted else {
             return self.gather(&at.reflected, weight, depth + 1, tally);

@@ -105,7 +105,7 @@ fn gather<S: Simd, const BLOCKS: usize>(
     sum
 }
 
-/// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample; `basis` as from [`Layout::basis`].
+/// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample, theory (3.7); `basis` as from [`Layout::basis`].
 #[inline(always)]
 pub(super) fn shade<S: Simd, const BLOCKS: usize>(
     simd: S,
@@ -147,7 +147,7 @@ fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
     out
 }
 
-/// Add a sample's gradient to the voxels `corners[k]` (relative to `grad`'s first voxel) for which `keep` holds.
+/// Add a sample's gradient to some of the voxels around it, given as (index relative to `grad`'s first voxel, weight).
 #[inline(always)]
 pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     simd: S,

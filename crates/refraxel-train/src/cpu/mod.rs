@@ -1,8 +1,8 @@
 //! The CPU backend: threads over chunks of rays, SIMD over the channels of a voxel.
 //!
 //! A step has two halves. First every chunk of rays is marched, compared with its targets and marched back, leaving one
-//! record per sample ([`tape`]). Then every bucket of voxels adds up its own records in order, adds its priors and takes
-//! its optimiser step while the gradient is still in the cache ([`update`]). No gradient of the whole field ever exists,
+//! record per sample (`tape`). Then every bucket of voxels adds up its own records in order, adds its priors and takes
+//! its optimiser step while the gradient is still in the cache (`update`). No gradient of the whole field ever exists,
 //! nothing is locked, and the result does not depend on the number of threads.
 
 mod colour;
@@ -29,7 +29,7 @@ use update::{BucketGradient, BucketParameters, VoxelFieldView, accumulate, desce
 
 /// Rays of a chunk, the unit of work of a thread. Part of the arithmetic: it fixes the order of sums.
 const CHUNK: usize = 256;
-/// Steps between two looks at which cells are still occupied.
+/// Steps between two looks at which cells are still occupied: a cell that rises above the cut-off is seen that late.
 const REFRESH: u64 = 32;
 
 /// Everything a ray can see.

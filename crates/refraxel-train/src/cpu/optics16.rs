@@ -18,7 +18,7 @@ pub(super) fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     p * (exponent << 23).bitcast::<f32x16<S>>()
 }
 
-/// Optical depth and its slope for raw densities θ over `scale_length` = density scale × ds:
+/// Optical depth and its slope, theory (3.5) and (3.9), for raw densities θ over `scale_length` = density scale × ds:
 /// (τ, dτ/dθ, 1 − e^(−τ)).
 #[inline(always)]
 pub(super) fn absorb<S: Simd>(simd: S, theta: &[f32; 16], scale_length: &[f32; 16]) -> [[f32; 16]; 3] {

@@ -20,7 +20,7 @@ pub(super) struct Record {
     pub fraction: Vec3<f32>,
     /// Which of the tape's bases (directions) coloured it.
     pub basis: u32,
-    /// dLoss/dθ, or the weight that a [`Purpose::PeakWeight`](super::Purpose) pass records.
+    /// dLoss/dθ at the sample; in the pass that looks for what to prune, the sample's weight T a instead.
     pub d_theta: f32,
     pub d_colour: [f32; 3],
 }

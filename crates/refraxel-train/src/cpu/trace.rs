@@ -63,7 +63,7 @@ pub(super) struct Scratch {
     ends: Vec<(usize, f32)>,
 }
 
-/// C = Σ T a c over the samples of one ray.
+/// C = Σ T a c over the samples of one ray, theory (3.9).
 #[inline(always)]
 fn composite(samples: &[Sample], transmittance: f32) -> Pixel<f32> {
     let mut pixel = Pixel { colour: [0.0; 3], transmittance, depth: 0.0 };
@@ -102,7 +102,7 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
     }
 }
 
-/// Record each sample's weight T a, for pruning.
+/// Record each sample's weight T a, for pruning, theory (4.11).
 #[simd]
 pub(super) fn weigh_chunk<S: Simd, const BLOCKS: usize>(
     simd: S,
@@ -238,7 +238,7 @@ fn march_back(samples: &[Sample], d: &RayAdjoint, sparsity: f32, tape: &mut Tape
     tape.records[start..].reverse();
 }
 
-/// dLoss/d(origin, direction) of one ray from its samples and their records.
+/// dLoss/d(origin, direction) of one ray from its samples and their records, theory (3.14).
 #[inline(always)]
 fn ray_gradient<S: Simd, const BLOCKS: usize>(
     simd: S,

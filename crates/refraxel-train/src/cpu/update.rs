@@ -10,9 +10,9 @@ use refraxel_core::optimiser::RmsProp;
 use refraxel_core::priors::charbonnier_slope;
 use refraxel_core::{AlignedVec, VoxelField};
 
-/// Rounding of |difference| in total variation: raw density and SH coefficients count as equal below this.
+/// ε of theory (4.4) [1]: below this difference of raw densities or SH coefficients the penalty is a parabola.
 const TV_EPSILON: f32 = 0.02;
-/// Decay and floor of the second moments.
+/// Decay and floor of the second moments, theory (4.7).
 pub(super) const RULE: RmsProp<f32> = RmsProp { decay: 0.95, epsilon: 1e-8 };
 
 /// Gradient of one bucket.

@@ -82,7 +82,7 @@ fn same_size(render: Rgb8<'_>, truth: Rgb8<'_>) -> Result<(), MetricsError> {
     Err(MetricsError::ImageSize { render: render.size(), truth: truth.size() })
 }
 
-/// Nearest 8-bit value of a linear-in-code sRGB channel: 0 → 0, 1 → 255; outside is clamped, NaN becomes 0.
+/// Nearest 8-bit value of an sRGB-encoded channel, theory (5.1): 0 → 0, 1 → 255; outside is clamped, NaN becomes 0.
 ///
 /// Rounds to nearest; truncation would cost up to 1.5 dB at 49 dB.
 #[inline]

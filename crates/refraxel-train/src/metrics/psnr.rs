@@ -6,7 +6,7 @@ const MIN_REGION: u64 = 64;
 /// Coverage above which a pixel counts as inside the mask.
 const INSIDE: u8 = 127;
 
-/// Peak signal-to-noise ratio [dB]: −10 log₁₀ of the mean squared error of 8-bit values / 255.
+/// Peak signal-to-noise ratio [dB], theory (5.2): −10 log₁₀ of the mean squared error of 8-bit values / 255.
 ///
 /// Infinite for equal images. An error of one grey level everywhere is 48.13 dB.
 pub fn psnr(render: Rgb8<'_>, truth: Rgb8<'_>) -> Result<f64, MetricsError> {

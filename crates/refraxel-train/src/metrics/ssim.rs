@@ -13,7 +13,8 @@ const C2: f32 = 0.03 * 0.03;
 /// Subtracted from values before squaring: variances stay, f32 rounding of flat bright regions shrinks.
 const CENTRE: f32 = 0.5;
 
-/// Mean structural similarity [1] over RGB and over the windows that lie inside the image; 1 for equal images.
+/// Mean structural similarity [1], theory (5.3), over RGB and over the windows that lie inside the image; 1 for equal
+/// images.
 ///
 /// `None` when a side is below 11 pixels. Variances are those of the window's population.
 /// Agrees with scikit-image (`gaussian_weights=True, sigma=1.5, use_sample_covariance=False`) to 1e-6.

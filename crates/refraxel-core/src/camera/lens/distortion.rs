@@ -1,6 +1,6 @@
 //! The smooth map of the image plane behind every polynomial lens model, and its inverse.
 
-/// Radial (rational), tangential and thin-prism distortion of a point q = (u, v) of the plane.
+/// Radial (rational), tangential and thin-prism distortion of a point q = (u, v) of the plane, theory (1.3).
 ///
 /// With r² = u² + v² and ρ = (1 + Σ kᵢ r²ⁱ) / (1 + Σ bᵢ r²ⁱ):
 /// u' = u ρ + 2 p1 u v + p2 (r² + 2u²) + s1 r²,

@@ -30,7 +30,7 @@ struct Report {
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let data = Dataset::open(&args.path, &open_options(&args.reading)).map_err(data_failure)?;
     let region = content_region(&data, Show::suited(args.json))?;
-    let config = Config::default();
+    let config = Config::suited_to(region.unbounded);
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
     let finest = finest_domain(&config, &region, &views);
     let report = Report {

@@ -1,0 +1,107 @@
+//! Which cells of an index grid are flat, and how far each is from the nearest that is not.
+
+use crate::Real;
+
+/// Largest difference [of w] between the coefficients of a cell that counts as flat. Crossing a voxel without its kicks
+/// then turns a ray by at most this angle [rad]. Wide enough for the rounding of `f32` coefficients.
+pub const FLAT: f64 = 1e-6;
+
+/// Distances beyond this many cells are recorded as this: it bounds the cost of the transform.
+const FAR: u8 = 16;
+
+/// For each cell of the grid (n − 1 per axis, x fastest) the Chebyshev distance in cells to the nearest cell that must be
+/// marched: 0 where the 4³ coefficients differ, or where one of them is `free`.
+pub(super) fn clearance<T: Real>(c: &[T], n: [usize; 3], free: Option<&[bool]>) -> Vec<u8> {
+    let low = windows(c, n, T::min);
+    let high = windows(c, n, T::max);
+    let tolerance = T::of(FLAT);
+    let mut distance: Vec<u8> =
+        low.iter().zip(&high).map(|(&a, &b)| if b - a <= tolerance { FAR } else { 0 }).collect();
+    if let Some(free) = free {
+        let touched = windows(free, n, |a, b| a | b);
+        distance.iter_mut().zip(touched).filter(|(_, t)| *t).for_each(|(d, _)| *d = 0);
+    }
+    let cells = n.map(|v| v - 1);
+    spread(&mut distance, cells);
+    distance.reverse();
+    spread(&mut distance, cells);
+    distance.reverse();
+    distance
+}
+
+/// [`clearance`] of a grid of vacuum.
+pub(super) fn everywhere(n: [usize; 3]) -> Vec<u8> {
+    vec![FAR; n.iter().map(|n| n - 1).product()]
+}
+
+/// `best` of the nodes i − 1 … i + 2 (those that exist) for each cell i, along all three axes.
+fn windows<V: Copy>(v: &[V], mut n: [usize; 3], best: impl Fn(V, V) -> V) -> Vec<V> {
+    let mut v = v.to_vec();
+    for axis in 0..3 {
+        let inner: usize = n[..axis].iter().product();
+        let (len, old) = (n[axis], v);
+        v = Vec::with_capacity(old.len());
+        for line in old.chunks_exact(inner * len) {
+            for cell in 0..len - 1 {
+                let [a, b, c, d] = [cell.saturating_sub(1), cell, cell + 1, (cell + 2).min(len - 1)]
+                    .map(|node| &line[node * inner..][..inner]);
+                v.extend((0..inner).map(|i| best(best(a[i], b[i]), best(c[i], d[i]))));
+            }
+        }
+        n[axis] = len - 1;
+    }
+    v
+}
+
+/// One raster pass of the distance transform: d ← min(d, 1 + d of the 13 neighbours before). This and the same pass from
+/// the other end give the exact Chebyshev distance (Borgefors 1986).
+fn spread(distance: &mut [u8], n: [usize; 3]) {
+    let mut best = vec![u8::MAX; n[0] + 2]; // of the four rows before, with one cell more on each side
+    for row in 0..n[1] * n[2] {
+        let (y, z) = (row % n[1], row / n[1]);
+        let (before, rest) = distance.split_at_mut(row * n[0]);
+        best.fill(u8::MAX);
+        let mut include = |row: usize| {
+            for (b, d) in best[1..].iter_mut().zip(&before[row * n[0]..][..n[0]]) {
+                *b = (*b).min(*d);
+            }
+        };
+        if y > 0 {
+            include(row - 1);
+        }
+        if z > 0 {
+            let above = row - n[1];
+            let first = above - usize::from(y > 0);
+            (first..=above + usize::from(y + 1 < n[1])).for_each(include);
+        }
+        let mut left = u8::MAX;
+        for (x, d) in rest[..n[0]].iter_mut().enumerate() {
+            let neighbour = best[x].min(best[x + 1]).min(best[x + 2]).min(left);
+            *d = (*d).min(neighbour.saturating_add(1));
+            left = *d;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clearance_is_the_chebyshev_distance_to_the_nearest_marched_cell() {
+        let n = [9, 7, 8];
+        let mut free = vec![false; 9 * 7 * 8];
+        let marked = [[1, 1, 2], [6, 5, 5]];
+        for m in marked {
+            free[m[0] + 9 * (m[1] + 7 * m[2])] = true;
+        }
+        let found = clearance(&vec![0.5_f32; free.len()], n, Some(&free));
+        // Node m is in the stencils of cells m − 2 … m + 1.
+        let outside = |c: usize, m: usize| (m as i32 - 2 - c as i32).max(c as i32 - m as i32 - 1).max(0);
+        for (i, &d) in found.iter().enumerate() {
+            let cell = [i % 8, i / 8 % 6, i / 48];
+            let to = |m: [usize; 3]| (0..3).map(|a| outside(cell[a], m[a])).max().unwrap();
+            assert_eq!(i32::from(d), marked.map(to).into_iter().min().unwrap(), "cell {cell:?}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The index of refraction: a smooth field on its own boxes, theory (2.4)–(2.9).
+//!
+//! Stored is **w = n²/2**, so that the force on a ray, dp/dt = ∇w, is linear in the parameters. An [`IndexGrid`] fills
+//! one box; a [`Medium`] is any number of them with vacuum, n = 1, between. The three outermost layers of nodes of each
+//! grid are held at n = 1: the field is C² also at the faces of its box.
+
+mod flat;
+mod grid;
+mod medium;
+mod prefilter;
+pub mod priors;
+mod stencil;
+
+#[cfg(test)]
+pub(crate) mod tests;
+
+pub use flat::FLAT;
+pub use grid::{BORDER, IndexGrid};
+pub use medium::{Medium, Overlap};
+
+/// w of vacuum, n = 1.
+pub const VACUUM: f64 = 0.5;
+
+/// How w and its gradient follow from the coefficients at the nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Cubic B-spline, theory (2.5): C², 64 coefficients per point. The coefficients are not the values at the nodes.
+    #[default]
+    CubicBSpline,
+    /// Trilinear w, and for the force the trilinear interpolation of central differences at the nodes, theory (2.6):
+    /// continuous, but not the gradient of its w.
+    TrilinearOfDifferences,
+    /// Trilinear w and its gradient, theory (2.7): the force jumps at cell faces, and almost everywhere its derivative
+    /// misses the diagonal. Derivatives of bent rays come out wrong; kept as evidence.
+    Trilinear,
+}
+
+impl Interpolation {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::CubicBSpline, Self::TrilinearOfDifferences, Self::Trilinear];
+}

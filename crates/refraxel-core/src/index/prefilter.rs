@@ -1,0 +1,51 @@
+//! From samples to B-spline coefficients, theory (2.8).
+
+use crate::Real;
+
+/// Solve (c₋ + 4 c + c₊)/6 = s along each axis in turn, in place, for an array of `n` nodes (x fastest) that is 0
+/// beyond its ends: the coefficients whose cubic B-spline takes the values `s` at the nodes.
+///
+/// Symmetric, hence its own transpose. Source: Unser 1999, by elimination instead of recursive filters.
+pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
+    let strides = [1, n[0], n[0] * n[1]];
+    for axis in 0..3 {
+        let pivots = pivots(n[axis]);
+        for start in line_starts(n, axis) {
+            solve_line(s, start, strides[axis], &pivots);
+        }
+    }
+}
+
+/// First elements of the lines along an axis.
+fn line_starts(n: [usize; 3], axis: usize) -> impl Iterator<Item = usize> {
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    let strides = [1, n[0], n[0] * n[1]];
+    (0..n[b]).flat_map(move |j| (0..n[a]).map(move |i| i * strides[a] + j * strides[b]))
+}
+
+/// Reciprocal pivots of the elimination of the matrix (1, 4, 1): r₀ = 1/4, r = 1/(4 − r₋).
+fn pivots<T: Real>(n: usize) -> Vec<T> {
+    let mut r = T::zero();
+    (0..n)
+        .map(|_| {
+            r = (T::of(4.0) - r).recip();
+            r
+        })
+        .collect()
+}
+
+fn solve_line<T: Real>(s: &mut [T], start: usize, stride: usize, pivots: &[T]) {
+    let six = T::of(6.0);
+    let mut before = T::zero();
+    for (i, &r) in pivots.iter().enumerate() {
+        let v = &mut s[start + i * stride];
+        before = (six * *v - before) * r;
+        *v = before;
+    }
+    let mut after = T::zero();
+    for (i, &r) in pivots.iter().enumerate().rev() {
+        let v = &mut s[start + i * stride];
+        after = *v - r * after;
+        *v = after;
+    }
+}

@@ -1,0 +1,185 @@
+//! One evaluation of an index grid: 4³ coefficients around a cell and their weights, theory (2.5)–(2.7).
+
+use super::Interpolation;
+use crate::{Real, Vec3, vec3};
+
+/// Coefficients per axis that a cell may depend on: nodes i − 1 … i + 2 of cell i.
+pub(super) const TAPS: usize = 4;
+
+/// Weights of the four nodes of one axis at fraction f of the cell, in node units.
+///
+/// w = Σ V V V c; the force along axis a takes D on that axis and V on the others. For a B-spline D = V′; the trilinear
+/// interpolation of node-wise differences has its own D, so that its force is not the gradient of its w.
+#[derive(Clone, Copy, Debug)]
+struct AxisWeights<T> {
+    /// V.
+    value: [T; TAPS],
+    /// D.
+    force: [T; TAPS],
+    /// dV/df.
+    value_slope: [T; TAPS],
+    /// dD/df.
+    force_slope: [T; TAPS],
+}
+
+impl<T: Real> AxisWeights<T> {
+    #[inline(always)]
+    fn new(interpolation: Interpolation, f: T) -> Self {
+        match interpolation {
+            Interpolation::CubicBSpline => Self::cubic(f),
+            Interpolation::TrilinearOfDifferences => Self::differences(f),
+            Interpolation::Trilinear => Self::linear(f),
+        }
+    }
+
+    /// Uniform cubic B-spline, theory (2.5).
+    #[inline(always)]
+    fn cubic(f: T) -> Self {
+        let (g, half, sixth, two) = (T::one() - f, T::of(0.5), T::of(1.0 / 6.0), T::of(2.0));
+        let middle = |f: T| (half * f - T::one()) * f * f + T::of(2.0 / 3.0);
+        let slope = |f: T| (T::of(1.5) * f - two) * f;
+        let value_slope = [-half * g * g, slope(f), -slope(g), half * f * f];
+        Self {
+            value: [sixth * g * g * g, middle(f), middle(g), sixth * f * f * f],
+            force: value_slope,
+            value_slope,
+            force_slope: [g, T::of(3.0) * f - two, T::of(3.0) * g - two, f],
+        }
+    }
+
+    /// Trilinear interpolation of w and, separately, of its central differences at the nodes, theory (2.6).
+    #[inline(always)]
+    fn differences(f: T) -> Self {
+        let (g, h) = (T::one() - f, T::of(0.5));
+        Self { force: [-h * g, -h * f, h * g, h * f], force_slope: [h, -h, -h, h], ..Self::linear(f) }
+    }
+
+    /// Trilinear, theory (2.7): the force jumps at cell faces and its own slope along the axis is 0.
+    #[inline(always)]
+    fn linear(f: T) -> Self {
+        let (o, one) = (T::zero(), T::one());
+        let slope = [o, -one, one, o];
+        Self { value: [o, one - f, f, o], force: slope, value_slope: slope, force_slope: [o; TAPS] }
+    }
+}
+
+/// The coefficients around a point and their weights. All results are in node units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stencil<T> {
+    /// Index of the lowest of the 4³ coefficients.
+    base: usize,
+    /// Coefficients per row and per slice of the grid.
+    strides: [usize; 2],
+    /// Taps that can have a weight: all four, or the two of the trilinear interpolation.
+    taps: [usize; 2],
+    axes: [AxisWeights<T>; 3],
+}
+
+impl<T: Real> Stencil<T> {
+    /// The stencil of cell `cell` (1 ≤ cell ≤ n − 3 on each axis) at fraction `f`.
+    #[inline(always)]
+    pub fn new(interpolation: Interpolation, resolution: [u32; 3], cell: [usize; 3], f: Vec3<T>) -> Self {
+        let strides = [resolution[0] as usize, (resolution[0] * resolution[1]) as usize];
+        let base = (cell[0] - 1) + strides[0] * (cell[1] - 1) + strides[1] * (cell[2] - 1);
+        let axes = [f.x, f.y, f.z].map(|f| AxisWeights::new(interpolation, f));
+        let taps = if interpolation == Interpolation::Trilinear { [1, 3] } else { [0, TAPS] };
+        Self { base, strides, taps, axes }
+    }
+
+    /// The same stencil without the coefficients that are no parameters: `frozen(axis, tap)`.
+    pub fn without(mut self, frozen: impl Fn(usize, usize) -> bool) -> Self {
+        for axis in 0..3 {
+            for tap in (0..TAPS).filter(|&t| frozen(axis, t)) {
+                self.axes[axis].value[tap] = T::zero();
+                self.axes[axis].force[tap] = T::zero();
+            }
+        }
+        self
+    }
+
+    /// M weighted sums over the rows along x, each still a function of the x tap: what the weights of y and z leave.
+    #[inline(always)]
+    fn rows<const M: usize>(
+        &self,
+        c: &[T],
+        weights: impl Fn(&AxisWeights<T>, &AxisWeights<T>, usize, usize) -> [T; M],
+    ) -> [[T; TAPS]; M] {
+        let ([_, y, z], [first, end]) = (&self.axes, self.taps);
+        let mut sums = [[T::zero(); TAPS]; M];
+        for k in first..end {
+            for j in first..end {
+                let row = &c[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];
+                for (sum, w) in sums.iter_mut().zip(weights(y, z, j, k)) {
+                    for i in 0..TAPS {
+                        sum[i] += w * row[i];
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    /// w and the force.
+    #[inline(always)]
+    pub fn value_and_force(&self, c: &[T]) -> (T, Vec3<T>) {
+        let x = &self.axes[0];
+        let [vv, dv, vd] = self.rows(c, |y, z, j, k| {
+            [y.value[j] * z.value[k], y.force[j] * z.value[k], y.value[j] * z.force[k]]
+        });
+        (dot(&x.value, &vv), vec3(dot(&x.force, &vv), dot(&x.value, &dv), dot(&x.value, &vd)))
+    }
+
+    /// The gradient of w itself; the force for all but the interpolation of differences.
+    pub fn value_gradient(&self, c: &[T]) -> Vec3<T> {
+        let mut own = *self;
+        for axis in &mut own.axes {
+            axis.force = axis.value_slope;
+        }
+        own.value_and_force(c).1
+    }
+
+    /// w, the force, and Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a
+    /// gradient.
+    #[inline(always)]
+    pub fn value_force_and_pullback(&self, c: &[T], u: Vec3<T>) -> (T, Vec3<T>, Vec3<T>) {
+        let x = &self.axes[0];
+        let [vv, dv, vd, along_y, sv, along_z, vs] = self.rows(c, |y, z, j, k| {
+            let (vy, dy, sy, ty) = (y.value[j], y.force[j], y.value_slope[j], y.force_slope[j]);
+            let (vz, dz, sz, tz) = (z.value[k], z.force[k], z.value_slope[k], z.force_slope[k]);
+            let along_y = u.y * ty * vz + u.z * sy * dz;
+            let along_z = u.z * vy * tz + u.y * dy * sz;
+            [vy * vz, dy * vz, vy * dz, along_y, sy * vz, along_z, vy * sz]
+        });
+        let force = vec3(dot(&x.force, &vv), dot(&x.value, &dv), dot(&x.value, &vd));
+        let across = u.y * dot(&x.value_slope, &dv) + u.z * dot(&x.value_slope, &vd);
+        let pullback = vec3(
+            u.x * dot(&x.force_slope, &vv) + across,
+            dot(&x.value, &along_y) + u.x * dot(&x.force, &sv),
+            dot(&x.value, &along_z) + u.x * dot(&x.force, &vs),
+        );
+        (dot(&x.value, &vv), force, pullback)
+    }
+
+    /// Transpose of [`Self::value_and_force`] with respect to the coefficients: adds to `grad`.
+    #[inline(always)]
+    pub fn scatter(&self, d_value: T, d_force: Vec3<T>, grad: &mut [T]) {
+        let [x, y, z] = &self.axes;
+        let [first, end] = self.taps;
+        for k in first..end {
+            for j in first..end {
+                let (vy, vz) = (y.value[j], z.value[k]);
+                let by_value = vy * (d_value * vz + d_force.z * z.force[k]) + d_force.y * y.force[j] * vz;
+                let by_force = d_force.x * vy * vz;
+                let row = &mut grad[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];
+                for i in 0..TAPS {
+                    row[i] += x.value[i] * by_value + x.force[i] * by_force;
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn dot<T: Real>(a: &[T; TAPS], b: &[T; TAPS]) -> T {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+}

@@ -1,0 +1,62 @@
+//! The adjoint along a stored path, theory (2.15)–(2.18): the loop of [`Tracer::replay`], read backwards.
+
+use super::step::{State, drift_vjp, exit_vjp};
+use super::{Integrator, Path, RayAdjoint, Step, Tracer};
+use crate::radiance::SegmentAdjoint;
+use crate::{Ray, Real, Vec3};
+
+impl<T: Real> Tracer<'_, T> {
+    /// Transpose of the derivative of [`Self::replay`]. From dLoss/d(start, momentum) of each segment, as
+    /// [`crate::radiance::render_vjp`] returns them, and dLoss/dexit: adds dLoss/dcoefficients to `grad` (one array per
+    /// region) and returns dLoss/d(camera ray).
+    ///
+    /// # Panics
+    /// For Runge–Kutta, which has no adjoint, and unless there is one `d_segments` per segment.
+    pub fn vjp(
+        &self,
+        ray: &Ray<T>,
+        path: &Path<T>,
+        d_segments: &[SegmentAdjoint<T>],
+        d_exit: &RayAdjoint<T>,
+        grad: &mut [Vec<T>],
+    ) -> RayAdjoint<T> {
+        assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
+        assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
+        let Some(last) = path.segments.last() else { return *d_exit };
+        let mut d = exit_vjp(last, d_exit);
+        for ((step, segment), d_segment) in path.steps.iter().zip(&path.segments).zip(d_segments).rev() {
+            self.advance_vjp((step, segment.start), *d_segment, &mut d, grad);
+        }
+        self.start_vjp(ray, &d, grad)
+    }
+
+    /// Transpose of one step that began at `x`; returns the force there.
+    #[inline]
+    pub(super) fn advance_vjp(
+        &self,
+        (step, x): (&Step<T>, Vec3<T>),
+        d_segment: SegmentAdjoint<T>,
+        d: &mut State<T>,
+        grad: &mut [Vec<T>],
+    ) -> Vec3<T> {
+        if step.kick == T::zero() {
+            drift_vjp(step.drift, d_segment, d);
+            return Vec3::zero();
+        }
+        let region = usize::from(step.region);
+        let grid = &self.medium.regions()[region];
+        self.options.integrator.step_vjp(grid, (step, x), d_segment, d, &mut grad[region])
+    }
+
+    /// Transpose of p = n(x) d at the camera, theory (2.18): n = √(2w), dn = dw/n.
+    pub(super) fn start_vjp(&self, ray: &Ray<T>, d: &State<T>, grad: &mut [Vec<T>]) -> RayAdjoint<T> {
+        let mut out = RayAdjoint { origin: d.x, direction: d.p };
+        if let Some(region) = self.medium.region_at(ray.origin) {
+            let grid = &self.medium.regions()[region];
+            let n = grid.index(ray.origin);
+            out.direction = d.p * n;
+            out.origin += grid.w_vjp(ray.origin, d.p.dot(ray.direction) / n, &mut grad[region]);
+        }
+        out
+    }
+}

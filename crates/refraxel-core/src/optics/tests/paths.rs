@@ -1,0 +1,232 @@
+use super::*;
+use crate::optics::{Kept, RayAdjoint};
+use crate::radiance::Segment;
+
+/// A ball of glass with a soft edge and a flat inside, and a lens without flat parts beside it.
+fn ball_and_lens() -> Medium<f64> {
+    let ball = |x: Vec3<f64>| 1.0 + 0.5 * ramp(x.length() - 0.6, 0.04);
+    let lens =
+        |x: Vec3<f64>| 1.0 + 0.3 * (-(9.0 * (x - vec3(1.6, 0.0, 0.0)).dot(x - vec3(1.6, 0.0, 0.0)))).exp();
+    let beside = Aabb::new(vec3(1.0, -0.6, -0.5), vec3(2.2, 0.6, 0.7));
+    Medium::new(vec![
+        IndexGrid::from_samples(cube(1.0), [49; 3], Interpolation::CubicBSpline, ball),
+        IndexGrid::from_samples(beside, [21, 22, 23], Interpolation::CubicBSpline, lens),
+    ])
+    .unwrap()
+}
+
+fn rays() -> Vec<Ray<f64>> {
+    let mut r = Sequence(31);
+    (0..40)
+        .map(|_| {
+            let origin = r.vector().normalized() * 2.6;
+            let target = r.vector() * 0.5 + vec3(0.2, 0.0, 0.0);
+            Ray { origin, direction: (target - origin).normalized() }
+        })
+        .collect()
+}
+
+#[test]
+fn the_energy_error_is_bounded_and_of_second_order_in_the_step() {
+    let (medium, domain) = (ball_and_lens(), domain());
+    let drift = |step: f64| {
+        let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, step));
+        let mut worst: f64 = 0.0;
+        for ray in rays() {
+            let path = tracer.trace(&ray);
+            for i in (0..path.segments.len()).filter(|&i| path.steps[i].kick > 0.0) {
+                let p = momentum_at_start(&medium, &path, i);
+                worst = worst.max((p.dot(p) - 2.0 * medium.w(path.segments[i].start)).abs());
+            }
+        }
+        worst
+    };
+    let (coarse, fine) = (drift(0.5), drift(0.25));
+    let order = (coarse / fine).log2();
+    assert!(coarse < 0.02 && (1.8..2.3).contains(&order), "{coarse}, {fine}: order {order}");
+}
+
+#[test]
+fn exit_rays_converge_to_the_reference_with_the_order_of_their_integrator() {
+    let (medium, domain) = (ball_and_lens(), domain());
+    let exits = |integrator, step: f64| {
+        let tracer = Tracer::new(&medium, &domain, options(integrator, step));
+        rays().iter().map(|r| tracer.trace(r).exit.direction).collect::<Vec<_>>()
+    };
+    let exact = exits(Integrator::RungeKutta4, 0.05);
+    let error = |integrator, step| {
+        let off = exits(integrator, step).into_iter().zip(&exact).map(|(a, b)| (a - *b).length());
+        median_and_largest(off.collect())[0]
+    };
+    let order = |integrator| {
+        let (coarse, fine) = (error(integrator, 0.4), error(integrator, 0.1));
+        ((coarse / fine).log2() / 2.0, coarse)
+    };
+    let (euler, euler_error) = order(Integrator::ExplicitEuler);
+    let (leapfrog, leapfrog_error) = order(Integrator::Leapfrog);
+    assert!((0.7..1.4).contains(&euler), "Euler: order {euler}, {euler_error}");
+    assert!((1.6..2.6).contains(&leapfrog), "leapfrog: order {leapfrog}, {leapfrog_error}");
+    assert!(leapfrog_error < 0.1 * euler_error);
+}
+
+#[test]
+fn hops_through_flat_cells_change_nothing() {
+    let (hopping, domain) = (ball_and_lens(), domain());
+    let mut marching = hopping.clone();
+    let grid = marching.region_mut(0);
+    let inside = |j: usize| grid.position(j).length() < 0.5;
+    let free: Vec<bool> = (0..grid.coefficients().len()).map(inside).collect();
+    grid.find_flat_cells(Some(&free));
+    let (mut hops, mut saved) = (0, 0);
+    for ray in rays() {
+        let o = options(Integrator::Leapfrog, 0.5);
+        let a = Tracer::new(&hopping, &domain, o).trace(&ray);
+        let b = Tracer::new(&marching, &domain, o).trace(&ray);
+        hops += a.steps.iter().filter(|s| s.lattice > 1).count();
+        saved += b.segments.len() - a.segments.len();
+        // Cells count as flat up to differences of 1e-6 of w.
+        let off = a.exit.direction - b.exit.direction;
+        assert!(off.length() < 1e-5, "{off:?}");
+    }
+    assert!(hops > 10 && saved > 100, "{hops} hops saved {saved} segments");
+}
+
+#[test]
+fn leapfrog_returns_to_start_when_reversed() {
+    let (medium, domain) = (ball_and_lens(), domain());
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+    let none = RayAdjoint { origin: Vec3::zero(), direction: Vec3::zero() };
+    let (mut worst, mut worst_single): (f64, f64) = (0.0, 0.0);
+    let (single_medium, single_domain) = (medium.cast::<f32>(), domain.cast::<f32>());
+    let single = Tracer::new(&single_medium, &single_domain, Options { step: 0.5, ..Options::default() });
+    let none32 = RayAdjoint { origin: Vec3::zero(), direction: Vec3::zero() };
+    for ray in rays() {
+        let path = tracer.trace(&ray);
+        let mut back = Vec::new();
+        let record = |s: &Segment<f64>| {
+            back.push(*s);
+            (Vec3::zero(), Vec3::zero())
+        };
+        tracer.vjp_by_reversal(&ray, &path.kept(), &none, record, &mut medium.zero_gradient());
+        back.reverse();
+        assert_eq!(back.len(), path.segments.len());
+        for (a, b) in path.segments.iter().zip(&back) {
+            worst = worst.max((a.start - b.start).length()).max((a.momentum - b.momentum).length());
+            worst = worst.max((a.range[0] - b.range[0]).abs()).max((a.range[1] - b.range[1]).abs());
+        }
+        let (ray, mut start) = (ray.cast::<f32>(), Vec3::zero());
+        let kept = single.trace(&ray).kept();
+        assert!(kept_bytes(&kept) <= 64);
+        let last = |s: &Segment<f32>| {
+            start = s.start;
+            (Vec3::zero(), Vec3::zero())
+        };
+        single.vjp_by_reversal(&ray, &kept, &none32, last, &mut single_medium.zero_gradient());
+        worst_single = worst_single.max(f64::from((start - ray.origin).length()));
+    }
+    assert!(worst < 1e-11, "f64: {worst}");
+    assert!(worst_single < 1e-4, "f32: {worst_single}");
+}
+
+/// Bytes of what is kept per ray, without the bookkeeping of the vector.
+fn kept_bytes(kept: &Kept<f32>) -> usize {
+    let fixed = size_of_val(&kept.position) + size_of_val(&kept.momentum) + size_of_val(&kept.last_hop) + 4;
+    fixed + size_of_val(kept.visits.as_slice())
+}
+
+/// Largest difference of two gradients relative to the largest entry.
+fn relative(a: &[f64], b: &[f64]) -> f64 {
+    let size = a.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / size
+}
+
+#[test]
+fn both_adjoints_agree_across_hops() {
+    let (medium, domain) = (ball_and_lens(), domain());
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+    let [mut stored, mut reversed] = [medium.zero_gradient(), medium.zero_gradient()];
+    let mut r = Sequence(3);
+    for ray in rays() {
+        let d_exit = RayAdjoint { origin: r.vector(), direction: r.vector() };
+        let path = tracer.trace(&ray);
+        let mut d_segments: Vec<_> = path.segments.iter().map(|_| (r.vector(), r.vector())).collect();
+        let a = tracer.vjp(&ray, &path, &d_segments, &d_exit, &mut stored);
+        let next = |_: &Segment<f64>| d_segments.pop().unwrap();
+        let b = tracer.vjp_by_reversal(&ray, &path.kept(), &d_exit, next, &mut reversed);
+        assert!((a.direction - b.direction).length() < 1e-9 * a.direction.length());
+        assert!((a.origin - b.origin).length() < 1e-9 * a.origin.length());
+    }
+    assert!((0..2).all(|k| relative(&stored[k], &reversed[k]) < 1e-10));
+}
+
+#[test]
+fn single_precision_gradients_by_reversal_agree_with_double() {
+    fn gradient<T: crate::Real>(medium: &Medium<T>) -> Vec<f64> {
+        let domain = domain().cast::<T>();
+        let tracer = Tracer::new(medium, &domain, Options::default());
+        let mut grad = medium.zero_gradient();
+        for ray in rays() {
+            let (ray, v) = (ray.cast::<T>(), Sequence(3).vector().cast::<T>());
+            let d_exit = RayAdjoint { origin: Vec3::zero(), direction: v };
+            let none = |_: &Segment<T>| (Vec3::zero(), Vec3::zero());
+            tracer.vjp_by_reversal(&ray, &tracer.trace(&ray).kept(), &d_exit, none, &mut grad);
+        }
+        grad.concat().into_iter().map(T::f64).collect()
+    }
+    let medium = ball_and_lens();
+    let error = relative(&gradient(&medium), &gradient(&medium.cast::<f32>()));
+    assert!(error < 1e-3, "{error}");
+}
+
+#[test]
+fn choosing_the_steps_again_changes_derivatives_by_a_term_of_second_order() {
+    // The adjoint holds hops and steps fixed; the trace of a shifted ray enters the first cell elsewhere.
+    let (medium, domain) = (ball_and_lens(), domain());
+    let error = |step: f64| {
+        let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, step));
+        let mut r = Sequence(8);
+        let off = rays().into_iter().map(|ray| {
+            let (path, v, u) = (tracer.trace(&ray), r.vector(), r.vector());
+            let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
+            let d_exit = RayAdjoint { origin: Vec3::zero(), direction: v };
+            let d = tracer.vjp(&ray, &path, &none, &d_exit, &mut medium.zero_gradient());
+            let exit =
+                |e: f64| tracer.trace(&Ray { origin: ray.origin + u * e, ..ray }).exit.direction.dot(v);
+            let fd = (exit(1e-5) - exit(-1e-5)) / 2e-5;
+            (fd - d.origin.dot(u)) / fd.abs().max(0.1)
+        });
+        median_and_largest(off.collect())[0]
+    };
+    let (coarse, fine) = (error(0.4), error(0.1));
+    assert!(coarse < 0.02 && fine < 0.1 * coarse, "{coarse} to {fine}");
+}
+
+#[test]
+fn free_coefficients_inside_a_flat_region_get_their_gradient() {
+    let (mut medium, domain) = (ball_and_lens(), domain());
+    let ray = Ray { origin: vec3(-2.0, 0.1, 0.05), direction: vec3(1.0, 0.0, 0.0) };
+    let d_exit = RayAdjoint { origin: Vec3::zero(), direction: vec3(0.0, 1.0, 0.0) };
+    let o = options(Integrator::Leapfrog, 0.5);
+    let gradient = |medium: &Medium<f64>| {
+        let tracer = Tracer::new(medium, &domain, o);
+        let path = tracer.trace(&ray);
+        let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
+        let mut grad = medium.zero_gradient();
+        tracer.vjp(&ray, &path, &none, &d_exit, &mut grad);
+        (grad.swap_remove(0), path)
+    };
+    let node = 24 + 49 * (25 + 49 * 25); // beside the ray, near the centre
+    assert_eq!(gradient(&medium).0[node], 0.0, "hopped over");
+    let grid = medium.region_mut(0);
+    let free: Vec<bool> = (0..grid.coefficients().len()).map(|j| grid.is_parameter(j)).collect();
+    grid.find_flat_cells(Some(&free));
+    let (grad, path) = gradient(&medium);
+    let mut exit = |e: f64| {
+        medium.region_mut(0).coefficients_mut()[node] += e;
+        let out = Tracer::new(&medium, &domain, o).replay(&ray, &path).exit.direction.y;
+        medium.region_mut(0).coefficients_mut()[node] -= e;
+        out
+    };
+    let fd = (exit(1e-6) - exit(-1e-6)) / 2e-6;
+    assert!(fd.abs() > 1e-3 && (fd - grad[node]).abs() < 1e-6 * fd.abs(), "{fd} vs {}", grad[node]);
+}

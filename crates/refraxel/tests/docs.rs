@@ -1,0 +1,73 @@
+//! What the documents say against what the program does.
+
+use clap::Parser;
+use refraxel::cli::Cli;
+use std::path::Path;
+
+const README: &str = include_str!("../../../README.md");
+const THEORY: &str = include_str!("../../../docs/theory.md");
+
+/// The arguments of each command in the README's shell blocks and in its table of verbs.
+fn commands() -> Vec<String> {
+    let mut in_shell = false;
+    let mut found = Vec::new();
+    for line in README.lines() {
+        if line.starts_with("```") {
+            in_shell = line == "```sh";
+        }
+        let shell = line.strip_prefix("refraxel ").or_else(|| line.strip_prefix("cargo run --release -- "));
+        let table = line.strip_prefix("| `refraxel ").and_then(|l| l.split_once("` |"));
+        let command = if in_shell { shell } else { table.map(|(command, _)| command) };
+        found.extend(command.map(|c| c.split("  ").next().unwrap_or(c).replace("...", "")));
+    }
+    found
+}
+
+/// The equations that a source file cites, such as `3.4` for "theory (3.4)".
+fn cited(source: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    for (_, mut rest) in source.match_indices("theory (").map(|(at, _)| source[at..].split_at(7)) {
+        while let Some((number, after)) = rest.strip_prefix('(').and_then(|r| r.split_once(')')) {
+            found.push(number);
+            rest = ["–", ", ", " and "].iter().find_map(|s| after.strip_prefix(s)).unwrap_or("");
+        }
+    }
+    found
+}
+
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
+        if entry.is_dir() {
+            sources(&entry, found);
+        } else if entry.extension().is_some_and(|e| e == "rs") && !entry.ends_with("tests/docs.rs") {
+            found.push(std::fs::read_to_string(entry).unwrap());
+        }
+    }
+}
+
+#[test]
+fn every_command_of_the_readme_is_accepted() {
+    let commands = commands();
+    assert!(commands.len() >= 15, "{commands:?}");
+    for command in commands {
+        let words = command.split_whitespace().map(|word| match word {
+            "N" => "5",
+            "SHELL" => "bash",
+            other => other,
+        });
+        let parsed = Cli::try_parse_from(std::iter::once("refraxel").chain(words));
+        assert!(parsed.is_ok(), "{command}: {}", parsed.unwrap_err());
+    }
+}
+
+#[test]
+fn every_equation_that_the_code_cites_is_in_the_theory() {
+    let mut files = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), &mut files);
+    let cited: Vec<&str> = files.iter().flat_map(|source| cited(source)).collect();
+    assert!(cited.len() >= 40, "{cited:?}");
+    for number in cited {
+        let defined = [format!("\\qquad ({number})\n"), format!("| ({number}) |")];
+        assert!(defined.iter().any(|d| THEORY.contains(d)), "docs/theory.md has no equation ({number})");
+    }
+}

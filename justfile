@@ -1,0 +1,30 @@
+# Short names for common commands; `just` lists them.
+
+default:
+    @just --list
+
+# Train on the built-in scene and show the result
+demo:
+    cargo run --release -- demo
+
+# All tests
+test:
+    cargo test --workspace
+
+# Format, lints, licences
+lint:
+    cargo fmt --all --check
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo deny check bans licenses sources
+
+# API documentation, opened in the browser
+docs:
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --open
+
+# Speed of this machine
+bench:
+    cargo run --release -- bench
+
+# Everything that CI checks
+ci:
+    .ci/run
