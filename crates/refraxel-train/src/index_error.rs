@@ -168,4 +168,16 @@ mod tests {
         let e = index_error(&t, |x| if t.is_opaque(x) { 9.0 } else { t.n(x) });
         assert_eq!(e.mae_inside, Some(0.0));
     }
+
+    #[test]
+    fn nested_and_borderless_media_are_measured() {
+        use refraxel_data::synth::{SceneOptions, scene};
+        for name in ["aquarium", "gaussian_bump"] {
+            let t = IndexTruth::of_scene(&scene(name, &SceneOptions::default()).unwrap()).unwrap();
+            let e = index_error(&t, |_| 1.0);
+            assert!((e.mae_inside.unwrap() - (e.true_mean_inside.unwrap() - 1.0)).abs() < 1e-9, "{name} {e:?}");
+            // The bump fades out beyond its border and never ends.
+            assert!(e.mae_outside < Some(0.01) && e.mae_boundary > Some(0.01), "{name} {e:?}");
+        }
+    }
 }
