@@ -54,7 +54,8 @@ impl<T: Real> EnvironmentMap<T> {
     fn coordinates(&self, d: Vec3<T>) -> ([T; 2], [Vec3<T>; 2]) {
         let (w, h) = (T::of(2.0 * self.height as f64), T::of(self.height as f64));
         let (pi, half) = (T::of(std::f64::consts::PI), T::of(0.5));
-        let flat2 = (d.x * d.x + d.y * d.y).max(T::min_positive_value());
+        // At a pole the azimuth has no derivative; this keeps it finite there.
+        let flat2 = (d.x * d.x + d.y * d.y).max(T::of(1e-12));
         let flat = flat2.sqrt();
         let column = (d.y.atan2(d.x) / (pi + pi) + half) * w - half;
         let row = (flat.atan2(d.z) / pi) * h - half;

@@ -54,21 +54,22 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
         n => f64::from(n),
     };
     let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
-    let mut longest = (wanted.round() as u32).clamp(16, 1024);
+    let mut longest = (wanted.round() as u32).clamp(8, 1024);
     let bounds = region.bounds.cast::<f32>();
     loop {
         let domain = Domain::with_longest(bounds, extent, longest);
-        if longest <= 16 || forecast(&domain, degree) <= config.memory * (1 << 30) as f64 {
+        if longest <= 16 || forecast(config, &domain, degree) <= config.memory * (1_u64 << 30) as f64 {
             return domain;
         }
         longest = longest * 9 / 10;
     }
 }
 
-/// Bytes of parameters and moments of a pruned grid. A run of a single stage stores every voxel and needs more.
-pub fn forecast(domain: &Domain<f32>, degree: ShDegree) -> f64 {
+/// Bytes of parameters and moments of the last stage: pruned by then, dense if it is also the first.
+pub fn forecast(config: &Config, domain: &Domain<f32>, degree: ShDegree) -> f64 {
     let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
-    nodes * TYPICAL_OCCUPANCY * bytes_per_voxel(degree) as f64
+    let stored = if config.stages > 1 { TYPICAL_OCCUPANCY } else { 1.0 };
+    nodes * stored * bytes_per_voxel(degree) as f64
 }
 
 impl Plan {

@@ -163,6 +163,8 @@ pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
     let mut file = TensorFile::load(&path)?;
     let header: Header = serde_json::from_value(std::mem::take(&mut file.header))
         .map_err(|e| foreign(&path, &format!("its header does not fit: {e}")))?;
+    let config = header.config.clone().checked();
+    config.map_err(|e| foreign(&path, &format!("its options make no sense: {e}")))?;
     let (backend, finest) = restore(&path, &header, file)?;
     let backdrop = match header.backdrop {
         StoredBackdrop::Transparent => Backdrop::Transparent,
@@ -180,9 +182,16 @@ fn restore(
 ) -> Result<(CpuBackend, Domain<f32>), CheckpointError> {
     let wrong = |what: &str| foreign(path, what);
     let degree = ShDegree::new(h.sh_degree).ok_or_else(|| wrong("its SH degree is not 0 to 3"))?;
-    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=4096).contains(n));
+    // 2048³ nodes already need a table of half a gigabyte.
+    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=2048).contains(n));
     if !valid(&h.resolution) || !valid(&h.finest_resolution) {
-        return Err(wrong("its resolution is not 2 to 4096 per axis"));
+        return Err(wrong("its resolution is not 2 to 2048 per axis"));
+    }
+    let [low, high] = h.bounds;
+    if !(0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
+        || !(0.0..f32::MAX).contains(&h.near)
+    {
+        return Err(wrong("its box or near limit is not a finite size"));
     }
     let extent = if h.contracted { Extent::Contracted } else { Extent::Bounded };
     let domain = Domain { bounds: bounds_of(h.bounds), extent, resolution: h.resolution };
@@ -193,6 +202,9 @@ fn restore(
     let density = f32s(path, &mut file, "density", voxels)?;
     let colour = f32s(path, &mut file, "colour", channels)?;
     let rows = if let StoredBackground::EnvironmentRows(n) = h.background { n } else { 0 };
+    if rows > 2048 {
+        return Err(wrong("its panorama has more than 2048 rows"));
+    }
     let texels = f32s(path, &mut file, "background", 6 * rows * rows)?;
     let texel_moments = f32s(path, &mut file, "background_moment", 6 * rows * rows)?;
     let moments = Moments {

@@ -10,6 +10,7 @@ use crate::model::{Plan, kept_bricks};
 use crate::rays::Shots;
 use crate::run::State;
 use crate::schedule::{Progress, objective, stage_domain, training_marching};
+use refraxel_core::BrickMap;
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -200,6 +201,7 @@ impl Trainer {
         let mut objective = objective(&self.config, self.plan.near, progress);
         objective.rate_density *= self.state.caution;
         objective.rate_colour *= self.state.caution;
+        objective.rate_background *= self.state.caution;
         let batch = self.shots.batch(self.state.step, self.config.batch as usize);
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
@@ -264,6 +266,8 @@ impl Trainer {
         let peak = self.backend.peak_weights(&self.shots.spread(PRUNING_RAYS), &marching);
         let domain = stage_domain(&self.config, &self.plan.finest, stage);
         let map = kept_bricks(self.backend.field(), &peak, self.config.prune_weight, &domain);
+        // A field that shows nothing yet must not lose all it could still become.
+        let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
         self.backend.refresh_occupancy(&marching);
         self.state.stage = stage;
@@ -290,13 +294,14 @@ impl Trainer {
         match self.good.take() {
             Some(saved) => {
                 self.backend = saved.backend;
-                self.state = State { step, ..saved.state };
+                self.state = State { step, seconds: self.state.seconds, ..saved.state };
             }
             None => {
                 self.backend = self.plan.start(&self.config);
-                self.state = State { step, ..State::default() };
+                self.state = State { step, seconds: self.state.seconds, ..State::default() };
             }
         }
+        self.keep_good_state();
         self.state.step += 1;
         self.state.rollbacks = rollbacks;
         self.state.caution = caution;

@@ -69,6 +69,18 @@ impl NodeMap {
         }
     }
 
+    /// Bound on the nodes per unit of arc length, in the L∞ norm, that a ray inside the box moves through. The contraction
+    /// mixes the axes, so outside any axis may move as fast as the finest grid along the fastest direction.
+    #[inline(always)]
+    fn fastest(&self, direction: Vec3<f32>) -> f32 {
+        let unit = direction.map(f32::abs).hadamard(self.unit_per_world);
+        if self.contracted {
+            self.nodes_per_unit.max_element() * unit.max_element()
+        } else {
+            unit.hadamard(self.nodes_per_unit).max_element()
+        }
+    }
+
     /// Factor by which steps grow at a point.
     #[inline(always)]
     fn growth(&self, x: Vec3<f32>) -> f32 {
@@ -173,8 +185,7 @@ impl Marcher {
         let mut transmittance = 1.0;
         let Some([t0, t1]) = self.domain.clip(ray, marching.near) else { return transmittance };
         let step = marching.step * self.voxel;
-        let rate = self.nodes.nodes_per_unit.hadamard(self.nodes.unit_per_world);
-        let nodes_per_step = ray.direction.map(f32::abs).hadamard(rate).max_element() * step;
+        let nodes_per_step = self.nodes.fastest(ray.direction) * step;
         let density = &field.density[..];
         let theta_min = self.theta_min(marching);
         let mut pending = Pending { first: out.len(), theta_min, scale_length: [0.0; GROUP] };

@@ -25,7 +25,9 @@ use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
 };
 use tape::{BUCKET_VOXELS, Tape, buckets};
-use update::{BucketGradient, BucketParameters, VoxelFieldView, accumulate, descend, total_variation};
+use update::{
+    BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend, total_variation,
+};
 
 /// Rays of a chunk, the unit of work of a thread. Part of the arithmetic: it fixes the order of sums.
 const CHUNK: usize = 256;
@@ -48,6 +50,9 @@ pub struct CpuBackend {
     moments: Moments,
     layout: Layout,
     marcher: Marcher,
+    /// Memory of the last step, to be written over by the next.
+    tapes: Vec<Tape>,
+    pool: GradientPool,
 }
 
 /// Second moments of the optimiser, laid out like what they belong to.
@@ -74,15 +79,19 @@ macro_rules! with_blocks {
 
 impl Moments {
     fn zero(field: &VoxelField<f32>, background: &Background<f32>) -> Self {
-        let texels = match background {
-            Background::Constant(_) => 0,
-            Background::Environment(map) => map.texels.len(),
-        };
         Self {
             density: AlignedVec::filled(field.density.len(), 0.0),
             colour: AlignedVec::filled(field.colour.len(), 0.0),
-            background: vec![[0.0; 3]; texels],
+            background: vec![[0.0; 3]; texels_of(background)],
         }
+    }
+}
+
+/// Parameters of a background.
+fn texels_of(background: &Background<f32>) -> usize {
+    match background {
+        Background::Constant(_) => 0,
+        Background::Environment(map) => map.texels.len(),
     }
 }
 
@@ -100,10 +109,13 @@ impl CpuBackend {
     pub fn with_moments(field: VoxelField<f32>, background: Background<f32>, moments: Moments) -> Self {
         assert_eq!(field.density.len(), moments.density.len(), "moments of another field");
         assert_eq!(field.colour.len(), moments.colour.len(), "moments of another field");
+        assert_eq!(texels_of(&background), moments.background.len(), "moments of another background");
         Self {
             level: Level::new(),
             layout: Layout::new(field.degree),
             marcher: Marcher::new(&field),
+            tapes: Vec::new(),
+            pool: GradientPool::new(field.degree.stride()),
             field,
             background,
             moments,
@@ -148,41 +160,39 @@ impl CpuBackend {
         }
     }
 
-    /// Forward and adjoint of a batch: one tape per chunk.
+    /// Forward and adjoint of a batch: one tape per chunk, written over `tapes` of an earlier batch.
     fn trace(
         &self,
         batch: &Batch,
         objective: &Objective,
         ray_gradients: &mut [(Vec3<f32>, Vec3<f32>)],
+        mut tapes: Vec<Tape>,
     ) -> (Vec<Tape>, StepOutcome) {
-        let (scene, n) = (self.scene(), batch.rays.len());
-        let chunk = |(k, gradients): (usize, &mut [(Vec3<f32>, Vec3<f32>)])| {
-            let range = k * CHUNK..((k + 1) * CHUNK).min(n);
-            with_blocks!(self, simd, learn_chunk(&scene, batch, range, objective, gradients))
-        };
         use trace::learn_chunk;
-        let chunks = n.div_ceil(CHUNK);
-        let done: Vec<(Tape, StepOutcome)> = if ray_gradients.is_empty() {
-            (0..chunks).into_par_iter().map(|k| chunk((k, &mut []))).collect()
+        let (scene, n) = (self.scene(), batch.rays.len());
+        tapes.resize_with(n.div_ceil(CHUNK), Tape::default);
+        let chunk = |k: usize, tape: &mut Tape, gradients: &mut [(Vec3<f32>, Vec3<f32>)]| {
+            let range = k * CHUNK..((k + 1) * CHUNK).min(n);
+            with_blocks!(self, simd, learn_chunk(&scene, batch, range, objective, (tape, gradients)))
+        };
+        let outcomes: Vec<StepOutcome> = if ray_gradients.is_empty() {
+            tapes.par_iter_mut().enumerate().map(|(k, tape)| chunk(k, tape, &mut [])).collect()
         } else {
-            ray_gradients.par_chunks_mut(CHUNK).enumerate().map(chunk).collect()
+            let parts = tapes.par_iter_mut().zip(ray_gradients.par_chunks_mut(CHUNK)).enumerate();
+            parts.map(|(k, (tape, gradients))| chunk(k, tape, gradients)).collect()
         };
         let mut total = StepOutcome { finite: true, ..Default::default() };
-        let mut tapes = Vec::with_capacity(done.len());
-        for (tape, outcome) in done {
+        for outcome in outcomes {
             total.squared_error += outcome.squared_error;
             total.samples += outcome.samples;
-            tapes.push(tape);
         }
-        // Every record's adjoint is bounded by the colours behind the loss: a finite loss means finite records, except
-        // where a parameter itself has overflowed, which the loss then shows at the next step.
         total.finite = total.squared_error.is_finite();
         (tapes, total)
     }
 
     /// Forward and adjoint of a batch without summing gradients; the number of samples, for benchmarks.
     pub fn gradient_tapes(&self, batch: &Batch, objective: &Objective) -> u64 {
-        self.trace(batch, objective, &mut []).1.samples
+        self.trace(batch, objective, &mut [], Vec::new()).1.samples
     }
 
     /// Total variation of the buckets whose turn it is.
@@ -194,7 +204,7 @@ impl CpuBackend {
             .into_par_iter()
             .map(|bucket| {
                 turn(bucket).then(|| {
-                    let mut grad = BucketGradient::new(self.field.degree.stride());
+                    let mut grad = self.pool.take();
                     with_blocks!(self, simd, total_variation(&self.field, bucket, objective, &mut grad));
                     grad
                 })
@@ -202,10 +212,15 @@ impl CpuBackend {
             .collect()
     }
 
-    /// Second half of a step: buckets add up, feel their priors and move.
-    fn update(&mut self, tapes: &[Tape], objective: &Objective, variation: Vec<Option<BucketGradient>>) {
+    /// Second half of a step: buckets add up, feel their priors and move. False when a parameter left the finite numbers.
+    fn update(
+        &mut self,
+        tapes: &[Tape],
+        objective: &Objective,
+        variation: Vec<Option<BucketGradient>>,
+    ) -> bool {
         let stride = self.field.degree.stride();
-        let (level, blocks) = (self.level, stride / colour::LANES);
+        let (level, blocks, pool) = (self.level, stride / colour::LANES, &self.pool);
         let view = VoxelFieldView { map: &self.field.map, layout: &self.layout };
         let buckets = self
             .field
@@ -216,28 +231,27 @@ impl CpuBackend {
             .zip(self.moments.colour.par_chunks_mut(BUCKET_VOXELS * stride))
             .zip(variation)
             .enumerate();
-        buckets.for_each_init(
-            || BucketGradient::new(stride),
-            |scratch, (bucket, ((((density, density_moment), colour), colour_moment), prior))| {
+        let finite =
+            buckets.map(|(bucket, ((((density, density_moment), colour), colour_moment), prior))| {
                 let mut parameters = BucketParameters { density, density_moment, colour, colour_moment };
-                let mut prior = prior;
-                let grad = prior.as_mut().unwrap_or(scratch);
+                let mut grad = prior.unwrap_or_else(|| pool.take());
                 macro_rules! run {
-                    ($n:literal) => {
-                        dispatch!(level, simd => {
-                            accumulate::<_, $n>(simd, &view, bucket, tapes, grad);
-                            descend::<_, $n>(simd, &mut parameters, grad, objective);
-                        })
-                    };
-                }
-                match blocks {
+                ($n:literal) => {
+                    dispatch!(level, simd => {
+                        accumulate::<_, $n>(simd, &view, bucket, tapes, &mut grad);
+                        descend::<_, $n>(simd, &mut parameters, &grad, objective)
+                    })
+                };
+            }
+                let finite = match blocks {
                     1 => run!(1),
                     2 => run!(2),
                     _ => run!(3),
-                }
-                grad.clear(stride);
-            },
-        );
+                };
+                pool.give(grad);
+                finite
+            });
+        finite.reduce(|| true, |a, b| a & b)
     }
 
     /// Dense gradient of the background's texels, summed in the order of the rays.
@@ -296,18 +310,20 @@ impl Backend for CpuBackend {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
         }
-        let (tapes, outcome) = self.trace(batch, objective, &mut []);
+        let tapes = std::mem::take(&mut self.tapes);
+        let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
         if outcome.finite {
             let variation = self.variation(objective, step);
-            self.update(&tapes, objective, variation);
+            outcome.finite = self.update(&tapes, objective, variation);
             self.update_background(&tapes, objective.rate_background);
         }
+        self.tapes = tapes;
         outcome
     }
 
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
         let mut rays = vec![(Vec3::zero(), Vec3::zero()); batch.rays.len()];
-        let (tapes, outcome) = self.trace(batch, objective, &mut rays);
+        let (tapes, outcome) = self.trace(batch, objective, &mut rays, Vec::new());
         let stride = self.field.degree.stride();
         let mut field: FieldGradient<f32> = self.field.zero_gradient();
         let view = VoxelFieldView { map: &self.field.map, layout: &self.layout };
@@ -316,10 +332,11 @@ impl Backend for CpuBackend {
             .par_chunks_mut(BUCKET_VOXELS)
             .zip(field.colour.par_chunks_mut(BUCKET_VOXELS * stride));
         parts.enumerate().for_each(|(bucket, (density, colour))| {
-            let mut grad = BucketGradient::new(stride);
+            let mut grad = self.pool.take();
             with_blocks!(self, simd, accumulate(&view, bucket, &tapes, &mut grad));
             density.copy_from_slice(&grad.density[..density.len()]);
             colour.copy_from_slice(&grad.colour[..colour.len()]);
+            self.pool.give(grad);
         });
         BatchGradient { field, background: self.background_gradient(&tapes), rays, outcome }
     }

@@ -36,6 +36,8 @@ pub(super) struct Tape {
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
     order: Vec<u32>,
     first: Vec<u32>,
+    /// (bucket, record) pairs while sorting.
+    touched: Vec<(u32, u32)>,
 }
 
 /// Number of buckets of a map.
@@ -47,7 +49,8 @@ impl Tape {
     /// Sort the records by bucket (stable). A record near the face of its brick belongs to every bucket that holds one
     /// of its corners.
     pub(super) fn sort(&mut self, map: &BrickMap) {
-        let mut touched: Vec<(u32, u32)> = Vec::with_capacity(self.records.len() * 5 / 4);
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.clear();
         for (i, r) in self.records.iter().enumerate() {
             let own = r.cell.slot / BUCKET_SLOTS as u32;
             touched.push((own, i as u32));
@@ -56,7 +59,8 @@ impl Tape {
                 push_other_buckets(&map.corners(r.cell), own, i as u32, &mut touched);
             }
         }
-        self.first = vec![0; buckets(map) + 1];
+        self.first.clear();
+        self.first.resize(buckets(map) + 1, 0);
         for &(bucket, _) in &touched {
             self.first[bucket as usize + 1] += 1;
         }
@@ -64,12 +68,20 @@ impl Tape {
             self.first[b] += self.first[b - 1];
         }
         let mut next = self.first.clone();
-        self.order = vec![0; touched.len()];
-        for (bucket, record) in touched {
+        self.order.resize(touched.len(), 0);
+        for &(bucket, record) in &touched {
             let at = &mut next[bucket as usize];
             self.order[*at as usize] = record;
             *at += 1;
         }
+        self.touched = touched;
+    }
+
+    /// Forget the records, keep the memory.
+    pub(super) fn clear(&mut self) {
+        self.records.clear();
+        self.bases.clear();
+        self.texels.clear();
     }
 
     /// The records that touch a bucket, in the order of their rays.

@@ -135,9 +135,9 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
     batch: &Batch,
     range: Range<usize>,
     objective: &Objective,
-    ray_gradients: &mut [(Vec3<f32>, Vec3<f32>)],
-) -> (Tape, StepOutcome) {
-    let mut tape = Tape::default();
+    (tape, ray_gradients): (&mut Tape, &mut [(Vec3<f32>, Vec3<f32>)]),
+) -> StepOutcome {
+    tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
     let mut scratch = Scratch::default();
     for start in range.clone().step_by(PACKET) {
@@ -149,9 +149,11 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
         for (i, ray) in packet.clone().enumerate() {
             let (end, left) = scratch.ends[i];
             let samples = &scratch.samples[first..end];
-            let d = compare(scene, batch, ray, composite(samples, left), objective, &mut tape, &mut outcome);
+            let pixel = composite(samples, left);
+            let d = compare(scene, (batch, ray), pixel, objective, tape);
+            outcome.squared_error += d.squared_error;
             let records = tape.records.len();
-            march_back(samples, &d, objective.sparsity, &mut tape);
+            march_back(samples, &d, objective.sparsity, tape);
             if let Some(g) = ray_gradients.get_mut(ray - range.start) {
                 let basis = *tape.bases.last().expect("march_back pushed the ray's basis");
                 let made = (samples, &tape.records[records..]);
@@ -160,14 +162,14 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             }
             first = end;
         }
-        let _ = &packet;
     }
     tape.sort(&scene.field.map);
-    (tape, outcome)
+    outcome
 }
 
 /// Where the adjoint of a ray starts.
 struct RayAdjoint {
+    squared_error: f64,
     colour: [f32; 3],
     transmittance: f32,
     behind: [f32; 3],
@@ -179,20 +181,18 @@ struct RayAdjoint {
 #[inline(always)]
 fn compare(
     scene: &Scene,
-    batch: &Batch,
-    ray: usize,
+    (batch, ray): (&Batch, usize),
     pixel: Pixel<f32>,
     objective: &Objective,
     tape: &mut Tape,
-    outcome: &mut StepOutcome,
 ) -> RayAdjoint {
     let (r, target, left) = (&batch.rays[ray], batch.target[ray], pixel.transmittance);
     let given = batch.behind.get(ray);
     let behind = given.copied().unwrap_or_else(|| scene.background.radiance(r.origin, r.direction));
-    let mut colour = [0.0; 3];
+    let (mut colour, mut squared_error) = ([0.0; 3], 0.0);
     for c in 0..3 {
         let error = pixel.colour[c] + left * behind[c] - target[c];
-        outcome.squared_error += f64::from(error * error);
+        squared_error += f64::from(error * error);
         colour[c] = 2.0 * error;
     }
     if let (None, Background::Environment(map)) = (given, scene.background) {
@@ -204,7 +204,8 @@ fn compare(
     }
     let transmittance =
         if objective.opacity > 0.0 { objective.opacity * opacity_beta_slope(left) } else { 0.0 };
-    RayAdjoint { colour, transmittance, behind, last: left, basis: scene.layout.basis(r.direction) }
+    let basis = scene.layout.basis(r.direction);
+    RayAdjoint { squared_error, colour, transmittance, behind, last: left, basis }
 }
 
 /// The sweep from the back: one record per sample, theory (3.10)–(3.13). The twin of [`composite`].
@@ -257,7 +258,8 @@ fn ray_gradient<S: Simd, const BLOCKS: usize>(
         let d_x = scene.field.domain.node_vjp(ray.at(s.t), d_node);
         let d_unit = scene.layout.basis_vjp(unit, &d_basis);
         // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
-        let stretch = r.d_theta / s.slope * s.tau;
+        let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
+        let stretch = d_tau * s.tau;
         d_origin += d_x;
         d_direction += d_x * s.t + unit * stretch + (d_unit - unit * unit.dot(d_unit));
     }

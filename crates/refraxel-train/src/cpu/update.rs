@@ -9,6 +9,7 @@ use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
 use refraxel_core::optimiser::RmsProp;
 use refraxel_core::priors::charbonnier_slope;
 use refraxel_core::{AlignedVec, VoxelField};
+use std::sync::Mutex;
 
 /// ε of theory (4.4) [1]: below this difference of raw densities or SH coefficients the penalty is a parabola.
 const TV_EPSILON: f32 = 0.02;
@@ -33,12 +34,38 @@ impl BucketGradient {
     }
 
     /// Back to zero, touching only what was touched.
-    pub(super) fn clear(&mut self, stride: usize) {
+    fn clear(&mut self, stride: usize) {
         for (slot, bits) in self.touched.iter_mut().enumerate().filter(|(_, b)| **b != 0) {
             *bits = 0;
             let voxels = slot * BRICK_VOXELS..(slot + 1) * BRICK_VOXELS;
             self.density[voxels.clone()].fill(0.0);
             self.colour[voxels.start * stride..voxels.end * stride].fill(0.0);
+        }
+    }
+}
+
+/// Cleared gradients for reuse: a bucket needs half a megabyte, too much to ask the system for at every turn.
+pub(super) struct GradientPool {
+    stride: usize,
+    free: Mutex<Vec<BucketGradient>>,
+}
+
+impl GradientPool {
+    pub(super) fn new(stride: usize) -> Self {
+        Self { stride, free: Mutex::new(Vec::new()) }
+    }
+
+    /// A gradient of zeros.
+    pub(super) fn take(&self) -> BucketGradient {
+        let free = self.free.lock().ok().and_then(|mut f| f.pop());
+        free.unwrap_or_else(|| BucketGradient::new(self.stride))
+    }
+
+    /// Clear a gradient and keep it.
+    pub(super) fn give(&self, mut grad: BucketGradient) {
+        grad.clear(self.stride);
+        if let Ok(mut free) = self.free.lock() {
+            free.push(grad);
         }
     }
 }
@@ -91,15 +118,17 @@ pub(super) struct BucketParameters<'a> {
     pub colour_moment: &'a mut [f32],
 }
 
-/// RMSProp on the touched voxels.
+/// RMSProp on the touched voxels; false when a parameter became NaN or infinite.
 #[simd]
 pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     simd: S,
     p: &mut BucketParameters,
     grad: &BucketGradient,
     objective: &Objective,
-) {
+) -> bool {
     let decay = f32x16::splat(simd, RULE.decay);
+    // x − x is 0 for every finite x and NaN for all others.
+    let (mut finite, mut drift) = (true, f32x16::splat(simd, 0.0));
     for (slot, &bits) in grad.touched.iter().enumerate() {
         let mut bits = bits;
         while bits != 0 {
@@ -107,6 +136,7 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
             bits &= bits - 1;
             let moment = &mut p.density_moment[voxel];
             p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
+            finite &= p.density[voxel].is_finite();
             for b in 0..BLOCKS {
                 let at = (voxel * BLOCKS + b) * LANES..(voxel * BLOCKS + b + 1) * LANES;
                 let g = f32x16::from_slice(simd, &grad.colour[at.clone()]);
@@ -118,9 +148,11 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
                 let step = g * -objective.rate_colour / (v.sqrt() + RULE.epsilon);
                 let x = f32x16::from_slice(simd, &p.colour[at.clone()]) + step;
                 x.store_slice(&mut p.colour[at]);
+                drift += x - x;
             }
         }
     }
+    finite && simd.reduce_sum_f32x16(drift) == 0.0
 }
 
 /// Add the gradient of total variation over all voxels of a bucket, theory (4.3).
