@@ -175,7 +175,10 @@ mod tests {
         for name in ["aquarium", "gaussian_bump"] {
             let t = IndexTruth::of_scene(&scene(name, &SceneOptions::default()).unwrap()).unwrap();
             let e = index_error(&t, |_| 1.0);
-            assert!((e.mae_inside.unwrap() - (e.true_mean_inside.unwrap() - 1.0)).abs() < 1e-9, "{name} {e:?}");
+            assert!(
+                (e.mae_inside.unwrap() - (e.true_mean_inside.unwrap() - 1.0)).abs() < 1e-9,
+                "{name} {e:?}"
+            );
             // The bump fades out beyond its border and never ends.
             assert!(e.mae_outside < Some(0.01) && e.mae_boundary > Some(0.01), "{name} {e:?}");
         }
