@@ -53,7 +53,7 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
             .min(f64::from(config.max_resolution)),
         n => f64::from(n),
     };
-    let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
+    let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
     let mut longest = (wanted.round() as u32).clamp(16, 1024);
     let bounds = region.bounds.cast::<f32>();
     loop {
@@ -87,7 +87,7 @@ impl Plan {
     pub fn start(&self, config: &Config) -> CpuBackend {
         let domain = stage_domain(config, &self.finest, Progress(0.0).stage(config));
         let map = BrickMap::dense(domain.resolution);
-        let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
+        let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
         let field = VoxelField::uniform(domain, map, degree, config.initial_density);
         let background = match self.backdrop {
             Backdrop::Transparent => Background::Constant(crate::evaluate::WHITE),
