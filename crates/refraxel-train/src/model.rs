@@ -23,8 +23,9 @@ pub fn bytes_per_voxel(degree: ShDegree) -> u64 {
     2 * 4 * (1 + degree.stride() as u64)
 }
 
-/// Share of a grid's voxels that survives pruning, for forecasts: surfaces fill 5–15 % of the scenes measured.
-pub const TYPICAL_OCCUPANCY: f64 = 0.15;
+/// Share of a grid's voxels that survives pruning, for forecasts. Measured: 27 % of an opaque synthetic scene, 31–55 % of
+/// photographs with surroundings, 65 % of a glass ball explained by straight rays.
+pub const TYPICAL_OCCUPANCY: f64 = 0.5;
 
 /// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (4.10).
 ///
