@@ -49,3 +49,22 @@ fn solve_line<T: Real>(s: &mut [T], start: usize, stride: usize, pivots: &[T]) {
         *v = after;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::tests::Sequence;
+
+    #[test]
+    fn prefiltering_is_its_own_transpose() {
+        let (n, mut r) = ([3, 5, 4], Sequence(2));
+        let [a, b]: [Vec<f64>; 2] = std::array::from_fn(|_| (0..60).map(|_| r.next()).collect());
+        let filtered = |v: &[f64]| {
+            let mut v = v.to_vec();
+            interpolate(&mut v, n);
+            v
+        };
+        let inner = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        assert!((inner(&a, &filtered(&b)) - inner(&filtered(&a), &b)).abs() < 1e-11);
+    }
+}
