@@ -270,17 +270,17 @@ fn images_and_masks_outside_the_folder_need_permission() {
 #[test]
 fn cameras_are_read_without_their_images() {
     let folder = tempfile::tempdir().unwrap();
-    let mut value = fixture::transforms(&fixture::cameras(2));
-    fixture::write_file(folder.path(), "path.json", value.to_string());
+    let mut value = transforms(&cameras(2));
+    write_file(folder.path(), "path.json", value.to_string());
     let read = refraxel_data::open_cameras(folder.path().join("path.json"), &OpenOptions::default()).unwrap();
     assert_eq!(read.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["r_0", "r_1"]);
-    let (found, expected) = (read[1].camera, fixture::cameras(2)[1]);
+    let (found, expected) = (read[1].camera, cameras(2)[1]);
     assert_eq!((found.width, found.height), (expected.width, expected.height));
     assert!((found.forward() - expected.forward()).length() < 1e-9);
     for key in ["w", "h"] {
         value.as_object_mut().unwrap().remove(key);
     }
-    fixture::write_file(folder.path(), "path.json", value.to_string());
+    write_file(folder.path(), "path.json", value.to_string());
     let error =
         refraxel_data::open_cameras(folder.path().join("path.json"), &OpenOptions::default()).unwrap_err();
     assert!(error.to_string().contains("frames[0].w is missing; expected w and h"), "{error}");
@@ -290,11 +290,11 @@ fn cameras_are_read_without_their_images() {
 fn cameras_of_several_splits_keep_their_folders() {
     let folder = tempfile::tempdir().unwrap();
     for part in ["train", "test"] {
-        let mut value = fixture::transforms(&fixture::cameras(2));
+        let mut value = transforms(&cameras(2));
         for (i, frame) in value["frames"].as_array_mut().unwrap().iter_mut().enumerate() {
             frame["file_path"] = format!("./{part}/r_{i}").into();
         }
-        fixture::write_file(folder.path(), &format!("transforms_{part}.json"), value.to_string());
+        write_file(folder.path(), &format!("transforms_{part}.json"), value.to_string());
     }
     let read = refraxel_data::open_cameras(folder.path(), &OpenOptions::default()).unwrap();
     assert_eq!(

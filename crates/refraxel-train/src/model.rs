@@ -23,8 +23,9 @@ pub fn bytes_per_voxel(degree: ShDegree) -> u64 {
     2 * 4 * (1 + degree.stride() as u64)
 }
 
-/// Share of a grid's voxels that survives pruning, for forecasts: surfaces fill 5–15 % of the scenes measured.
-pub const TYPICAL_OCCUPANCY: f64 = 0.15;
+/// Share of a grid's voxels that survives pruning, for forecasts. Measured: 27 % of an opaque synthetic scene, 31–55 % of
+/// photographs with surroundings, 65 % of a glass ball explained by straight rays.
+pub const TYPICAL_OCCUPANCY: f64 = 0.5;
 
 /// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (4.10).
 ///
@@ -53,7 +54,7 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
             .min(f64::from(config.max_resolution)),
         n => f64::from(n),
     };
-    let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
+    let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
     let mut longest = (wanted.round() as u32).clamp(8, 1024);
     let bounds = region.bounds.cast::<f32>();
     loop {
@@ -88,7 +89,7 @@ impl Plan {
     pub fn start(&self, config: &Config) -> CpuBackend {
         let domain = stage_domain(config, &self.finest, Progress(0.0).stage(config));
         let map = BrickMap::dense(domain.resolution);
-        let degree = ShDegree::new(config.sh_degree).unwrap_or(ShDegree::default());
+        let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
         let field = VoxelField::uniform(domain, map, degree, config.initial_density);
         let background = match self.backdrop {
             Backdrop::Transparent => Background::Constant(crate::evaluate::WHITE),

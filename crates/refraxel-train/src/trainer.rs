@@ -261,7 +261,7 @@ impl Trainer {
     fn next_stage(&mut self) {
         let stage = self.progress().stage(&self.config);
         let marching = training_marching(&self.config, self.plan.near);
-        self.good = None; // one copy of the model less while two grids are alive
+        self.good = None; // no copy while two grids are alive
         self.backend.refresh_occupancy(&marching);
         let peak = self.backend.peak_weights(&self.shots.spread(PRUNING_RAYS), &marching);
         let domain = stage_domain(&self.config, &self.plan.finest, stage);
@@ -275,6 +275,7 @@ impl Trainer {
     }
 
     fn keep_good_state(&mut self) {
+        self.good = None; // at most one copy at a time
         let backend = CpuBackend::with_moments(
             self.backend.field().clone(),
             self.backend.background().clone(),

@@ -107,7 +107,7 @@ impl NodeMap {
             let inverse = one / m;
             let scale = inverse * (-inverse + 2.0);
             for a in 0..3 {
-                u[a] = u[a] * scale;
+                u[a] *= scale;
             }
         }
         let mut out = Places { brick: [0; GROUP], local: [0; GROUP], fraction: [[0.0; GROUP]; 3] };
@@ -116,8 +116,8 @@ impl NodeMap {
             let g = ((u[a] + self.reach) * self.nodes_per_unit[a]).max(f32x16::splat(simd, 0.0));
             let base = simd.cvt_i32_f32x16(g).min(i32x16::splat(simd, self.last_cell[a]));
             (g - simd.cvt_f32_i32x16(base)).store_slice(&mut out.fraction[a]);
-            brick = brick + (base >> 2) * self.brick_strides[a];
-            local = local + ((base & 3) << (2 * a as u32));
+            brick += (base >> 2) * self.brick_strides[a];
+            local += (base & 3) << (2 * a as u32);
         }
         brick.store_slice(&mut out.brick);
         local.store_slice(&mut out.local);

@@ -15,12 +15,12 @@ use std::time::Instant;
 
 const SCENE: &str = "glass_ball";
 /// Edge of the pictures [pixel].
-const SIZE: u32 = 128;
-const VIEWS: ViewCounts = ViewCounts { train: 60, val: 2, test: 8 };
+const SIZE: u32 = 160;
+const VIEWS: ViewCounts = ViewCounts { train: 80, val: 2, test: 8 };
 /// Samples per pixel: edges stay smooth and the dataset is ready in seconds.
 const SAMPLES: u32 = 9;
 /// Options of the run; a fixed number of steps, so that the same seed gives the same figures on every machine.
-const SETTINGS: [(&str, &str); 2] = [("steps", "900"), ("resolution", "96")];
+const SETTINGS: [(&str, &str); 2] = [("steps", "1800"), ("resolution", "112")];
 
 #[derive(Serialize)]
 struct Report {

@@ -11,7 +11,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::plot::{Plot, Series};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
-use refraxel_data::{Dataset, Photo, View};
+use refraxel_data::{Dataset, Photo, View, scene_region};
 use refraxel_train::checkpoint::{remove_leftovers, write_atomic};
 use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
 use refraxel_train::trainer::Record;
@@ -42,15 +42,16 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     // Everything that can be wrong with the input is found before the first file is written.
     let options = open_options(&args.reading);
     let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
-    let usual = Config::suited_to(refraxel_data::scene_region(&data).unbounded);
-    let fresh = if args.resume { None } else { Some(configuration(args, usual)?) };
+    let config = configuration(args, Config::suited_to(scene_region(&data).unbounded))?;
     let source = source_of(&args.data, &options, &data);
     let saved = if args.resume { Some(saved(args, &source)?) } else { None };
     let photos = load_photos(&data, &data.split.train, show)?;
-    let photos = (&data, photos, validation_view(&data)?);
-    let trainer = match (fresh, saved) {
-        (_, Some(run)) => Trainer::resumed(run.config, run.plan, run.backend, run.state, photos),
-        (fresh, None) => Trainer::new(fresh.unwrap_or_default(), photos.0, photos.1, photos.2),
+    let validation = validation_view(&data)?;
+    let trainer = match saved {
+        Some(run) => {
+            Trainer::resumed(run.config, run.plan, run.backend, run.state, (&data, photos, validation))
+        }
+        None => Trainer::new(config, &data, photos, validation),
     };
     create_folder(&args.out)?;
     let mut log = Log::open(&args.out, trainer.state().step)?;

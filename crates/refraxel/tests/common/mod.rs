@@ -8,9 +8,19 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Options that make training a matter of a second.
-pub const TINY: [&str; 8] =
-    ["--set", "steps=40", "--set", "resolution=16", "--set", "batch=256", "--set", "sh_degree=1"];
+/// Options that make training a matter of a second, with a cut-off at which some cells soon count as empty.
+pub const TINY: [&str; 10] = [
+    "--set",
+    "steps=40",
+    "--set",
+    "resolution=16",
+    "--set",
+    "batch=256",
+    "--set",
+    "sh_degree=1",
+    "--set",
+    "min_optical_depth=0.006",
+];
 
 /// What the program did.
 pub struct Ran {

@@ -6,6 +6,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::table::{bytes, count};
 use crate::verbs::evaluation::Evaluation;
 use anyhow::Context;
+use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source, load_run};
 use refraxel_train::{Backend, Config};
 use serde::Serialize;
@@ -22,6 +23,8 @@ struct Report {
     finest_resolution: [u32; 3],
     #[serde(rename = "box")]
     bounds: [[f32; 3]; 2],
+    /// Whether the grid reaches to infinity.
+    unbounded: bool,
     voxels: u64,
     file_bytes: u64,
     config: Config,
@@ -48,6 +51,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         resolution: field.domain.resolution,
         finest_resolution: run.plan.finest.resolution,
         bounds: [bounds.min.to_array(), bounds.max.to_array()],
+        unbounded: field.domain.extent == Extent::Contracted,
         voxels: field.map.voxels() as u64,
         file_bytes: size,
         config: run.config,
@@ -70,7 +74,7 @@ impl Report {
                 count(self.voxels),
                 bytes(self.file_bytes)
             ),
-            format!("options    {}", changed_options(&self.config)),
+            format!("options    {}", changed_options(&self.config, self.unbounded)),
         ];
         lines.push(match &self.evaluation {
             None => "scores     none yet; run `refraxel eval`".to_owned(),
@@ -84,10 +88,10 @@ impl Report {
 }
 
 /// The options that are not the defaults.
-fn changed_options(config: &Config) -> String {
+fn changed_options(config: &Config, unbounded: bool) -> String {
     let values =
         |c: &Config| serde_json::to_value(c).ok().and_then(|v| v.as_object().cloned()).unwrap_or_default();
-    let (mine, usual) = (values(config), values(&Config::default()));
+    let (mine, usual) = (values(config), values(&Config::suited_to(unbounded)));
     let changed: Vec<String> = mine
         .iter()
         .filter(|(key, v)| usual.get(*key) != Some(v))
