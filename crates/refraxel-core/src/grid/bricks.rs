@@ -187,6 +187,13 @@ impl BrickMap {
         Some(Cell { slot, local: local_index(node) })
     }
 
+    /// For each slot the first voxels of its brick and of the seven bricks after it, which [`Self::corners`] reads; shown
+    /// so that a backend can fetch them ahead.
+    #[inline(always)]
+    pub fn forward_rows(&self) -> &[[u32; 8]] {
+        &self.forward
+    }
+
     /// Voxel indices of the eight corners of a cell; corner k is at +x for bit 0, +y for bit 1, +z for bit 2.
     /// A cell of the empty brick gives voxels of the empty brick.
     #[inline(always)]

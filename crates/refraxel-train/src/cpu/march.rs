@@ -6,6 +6,7 @@ use super::optics16::absorb;
 use super::prefetch::prefetch;
 use crate::backend::Marching;
 use fearless_simd::{f32x16, i32x16, prelude::*};
+use refraxel_core::grid::bricks::Entry;
 use refraxel_core::grid::{BRICK, Cell, EMPTY_SLOT, trilinear};
 use refraxel_core::radiance::GROUP;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, Vec3, VoxelField};
@@ -195,13 +196,14 @@ impl Marcher {
             let dt = step * growth;
             let places = self.nodes.locate(simd, ray, t, dt);
             let bricks_to_steps = BRICK as f32 / (nodes_per_step * stretch(growth));
+            let entries = self.entries(&field.map, &places);
             let mut lane = 0;
             while lane < GROUP {
                 let middle = t + dt * LANE[lane & 15];
                 if middle > t1 {
                     break;
                 }
-                match field.map.entry(places.brick[lane & 15] as usize).slot() {
+                match entries[lane & 15].slot() {
                     Err(far) => lane += (((far - 1) as f32 * bricks_to_steps) as usize).max(1),
                     Ok(slot) => {
                         let cell = Cell { slot, local: places.local[lane & 15] as u32 };
@@ -231,6 +233,20 @@ impl Marcher {
         }
         self.flush(simd, density, &mut pending, marching, &mut transmittance, out);
         transmittance
+    }
+
+    /// What the grid holds at sixteen places; fetches ahead what their cells will need.
+    #[inline(always)]
+    fn entries(&self, map: &BrickMap, places: &Places) -> [Entry; GROUP] {
+        let mut entries = [map.entry(places.brick[0] as usize); GROUP];
+        for lane in 0..GROUP {
+            entries[lane] = map.entry(places.brick[lane] as usize);
+            if let Ok(slot) = entries[lane].slot() {
+                prefetch(map.forward_rows(), slot as usize);
+                prefetch(&self.occupied, slot as usize);
+            }
+        }
+        entries
     }
 
     /// Give the pending points their optical depths and keep those that matter; true when the ray has become opaque.

@@ -4,6 +4,7 @@
 //! order of the records, so the sum is the same for any number of threads, needs no locks, and stays in the L2 cache.
 
 use super::colour::Lanes;
+use super::prefetch::prefetch;
 use refraxel_core::BrickMap;
 use refraxel_core::Vec3;
 use refraxel_core::grid::{BRICK_VOXELS, Cell, EMPTY_SLOT};
@@ -84,11 +85,16 @@ impl Tape {
         self.texels.clear();
     }
 
-    /// The records that touch a bucket, in the order of their rays.
+    /// The records that touch a bucket, in the order of their rays; later ones are fetched ahead.
     pub(super) fn of_bucket(&self, bucket: usize) -> impl Iterator<Item = &Record> {
-        self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize]
-            .iter()
-            .map(|&i| &self.records[i as usize])
+        const AHEAD: usize = 8;
+        let order = &self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize];
+        order.iter().enumerate().map(move |(k, &i)| {
+            if let Some(&next) = order.get(k + AHEAD) {
+                prefetch(&self.records, next as usize);
+            }
+            &self.records[i as usize]
+        })
     }
 }
 

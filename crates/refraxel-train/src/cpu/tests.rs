@@ -263,7 +263,7 @@ fn skipping_never_jumps_over_matter_in_flat_contracted_boxes() {
     let backend = CpuBackend::new(f, Background::Constant([0.2; 3]));
     let oracle = Oracle::new(&backend);
     let mut b = batch(300);
-    b.rays.iter_mut().for_each(|r| r.origin = r.origin * 2.0);
+    b.rays.iter_mut().for_each(|r| r.origin *= 2.0);
     let marching = objective().marching;
     for (ray, got) in b.rays.iter().zip(backend.render(&b.rays, &marching)) {
         let (s, points) = oracle.path(ray, 0.5, marching.step).unwrap();

@@ -81,22 +81,20 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
 ) {
     let colour = voxels_mut::<BLOCKS>(&mut grad.colour);
     let first = (bucket * BUCKET_VOXELS) as u32;
-    let last = first + BUCKET_VOXELS as u32;
+    let (learning, last) = (first.max(BRICK_VOXELS as u32), first + BUCKET_VOXELS as u32);
     for tape in tapes {
         for r in tape.of_bucket(bucket) {
             let corners = field.map.corners(r.cell);
             let weights = trilinear::weights(r.fraction);
             let (mut own, mut n) = ([(0, 0.0); 8], 0);
             for k in 0..8 {
-                let v = corners[k];
+                own[n] = (corners[k].wrapping_sub(first) as usize, weights[k]);
                 // The empty brick (slot 0) lies in bucket 0 but never learns.
-                if v >= first.max(BRICK_VOXELS as u32) && v < last {
-                    let voxel = (v - first) as usize;
-                    own[n] = (voxel, weights[k]);
-                    n += 1;
-                    grad.density[voxel] += weights[k] * r.d_theta;
-                    grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
-                }
+                n += usize::from(corners[k].wrapping_sub(learning) < last - learning);
+            }
+            for &(voxel, weight) in &own[..n] {
+                grad.density[voxel] += weight * r.d_theta;
+                grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
             }
             let basis = (field.layout, &tape.bases[r.basis as usize]);
             scatter(simd, colour, &own[..n], basis, r.d_colour);
@@ -127,7 +125,7 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     objective: &Objective,
 ) -> bool {
     let decay = f32x16::splat(simd, RULE.decay);
-    // x − x is 0 for every finite x and NaN for all others.
+    // 0 x is 0 for every finite x and NaN for all others.
     let (mut finite, mut drift) = (true, f32x16::splat(simd, 0.0));
     for (slot, &bits) in grad.touched.iter().enumerate() {
         let mut bits = bits;
@@ -148,7 +146,7 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
                 let step = g * -objective.rate_colour / (v.sqrt() + RULE.epsilon);
                 let x = f32x16::from_slice(simd, &p.colour[at.clone()]) + step;
                 x.store_slice(&mut p.colour[at]);
-                drift += x - x;
+                drift += x * 0.0;
             }
         }
     }
