@@ -16,9 +16,16 @@ impl<T: Real> RmsProp<T> {
     /// The step to add to a parameter with gradient `g`; updates its second moment `v`.
     #[inline(always)]
     pub fn step(&self, g: T, v: &mut T, rate: T) -> T {
-        let g2 = g * g;
-        *v = if *v == T::zero() { g2 } else { self.decay * *v + (T::one() - self.decay) * g2 };
-        -rate * g / (v.sqrt() + self.epsilon)
+        g * self.scale(g * g, v, rate)
+    }
+
+    /// The factor from a gradient to its step, for parameters that share the second moment `v`; `mean_square` is the mean
+    /// of their g².
+    #[inline(always)]
+    pub fn scale(&self, mean_square: T, v: &mut T, rate: T) -> T {
+        let fresh = *v == T::zero();
+        *v = if fresh { mean_square } else { self.decay * *v + (T::one() - self.decay) * mean_square };
+        -rate / (v.sqrt() + self.epsilon)
     }
 }
 

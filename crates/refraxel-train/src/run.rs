@@ -147,7 +147,7 @@ pub fn save_run(
         ("density", TensorView::new(&per_voxel, DataView::F32(&field.density))),
         ("colour", TensorView::new(&per_channel, DataView::F32(&field.colour))),
         ("density_moment", TensorView::new(&per_voxel, DataView::F32(&moments.density))),
-        ("colour_moment", TensorView::new(&per_channel, DataView::F32(&moments.colour))),
+        ("colour_moment", TensorView::new(&per_voxel, DataView::F32(&moments.colour))),
         ("background", TensorView::new(&texel_shape, DataView::F32(texels))),
         (
             "background_moment",
@@ -209,7 +209,7 @@ fn restore(
     let texel_moments = f32s(path, &mut file, "background_moment", 6 * rows * rows)?;
     let moments = Moments {
         density: f32s(path, &mut file, "density_moment", voxels)?,
-        colour: f32s(path, &mut file, "colour_moment", channels)?,
+        colour: f32s(path, &mut file, "colour_moment", voxels)?,
         background: texel_moments.as_chunks().0.to_vec(),
     };
     let background = match h.background {

@@ -60,7 +60,7 @@ pub struct CpuBackend {
 pub struct Moments {
     /// Of [`VoxelField::density`].
     pub density: AlignedVec<f32>,
-    /// Of [`VoxelField::colour`].
+    /// Of the colour of each voxel: one for all its channels.
     pub colour: AlignedVec<f32>,
     /// Of the texels of an environment map; empty for a constant background.
     pub background: Vec<[f32; 3]>,
@@ -81,7 +81,7 @@ impl Moments {
     fn zero(field: &VoxelField<f32>, background: &Background<f32>) -> Self {
         Self {
             density: AlignedVec::filled(field.density.len(), 0.0),
-            colour: AlignedVec::filled(field.colour.len(), 0.0),
+            colour: AlignedVec::filled(field.density.len(), 0.0),
             background: vec![[0.0; 3]; texels_of(background)],
         }
     }
@@ -108,7 +108,7 @@ impl CpuBackend {
     /// If the moments are not of the shape of the parameters.
     pub fn with_moments(field: VoxelField<f32>, background: Background<f32>, moments: Moments) -> Self {
         assert_eq!(field.density.len(), moments.density.len(), "moments of another field");
-        assert_eq!(field.colour.len(), moments.colour.len(), "moments of another field");
+        assert_eq!(field.density.len(), moments.colour.len(), "moments of another field");
         assert_eq!(texels_of(&background), moments.background.len(), "moments of another background");
         Self {
             level: Level::new(),
@@ -221,6 +221,7 @@ impl CpuBackend {
     ) -> bool {
         let stride = self.field.degree.stride();
         let (level, blocks, pool) = (self.level, stride / colour::LANES, &self.pool);
+        let channels = 3 * self.field.degree.basis();
         let view = VoxelFieldView { map: &self.field.map, layout: &self.layout };
         let buckets = self
             .field
@@ -228,7 +229,7 @@ impl CpuBackend {
             .par_chunks_mut(BUCKET_VOXELS)
             .zip(self.moments.density.par_chunks_mut(BUCKET_VOXELS))
             .zip(self.field.colour.par_chunks_mut(BUCKET_VOXELS * stride))
-            .zip(self.moments.colour.par_chunks_mut(BUCKET_VOXELS * stride))
+            .zip(self.moments.colour.par_chunks_mut(BUCKET_VOXELS))
             .zip(variation)
             .enumerate();
         let finite =
@@ -239,7 +240,7 @@ impl CpuBackend {
                 ($n:literal) => {
                     dispatch!(level, simd => {
                         accumulate::<_, $n>(simd, &view, bucket, tapes, &mut grad);
-                        descend::<_, $n>(simd, &mut parameters, &grad, objective)
+                        descend::<_, $n>(simd, &mut parameters, (&grad, channels), objective)
                     })
                 };
             }

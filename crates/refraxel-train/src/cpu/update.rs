@@ -1,6 +1,6 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
-use super::colour::{LANES, Layout, scatter, voxels_mut};
+use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
 use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
 use crate::backend::Objective;
 use fearless_simd::{Simd, f32x16, prelude::*};
@@ -116,15 +116,16 @@ pub(super) struct BucketParameters<'a> {
     pub colour_moment: &'a mut [f32],
 }
 
-/// RMSProp on the touched voxels; false when a parameter became NaN or infinite.
+/// RMSProp, theory (4.7), on the touched voxels, whose colours have `channels` parameters; false when a parameter became NaN or infinite.
 #[simd]
 pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     simd: S,
     p: &mut BucketParameters,
-    grad: &BucketGradient,
+    (grad, channels): (&BucketGradient, usize),
     objective: &Objective,
 ) -> bool {
-    let decay = f32x16::splat(simd, RULE.decay);
+    let (gradients, colours) = (voxels::<BLOCKS>(&grad.colour), voxels_mut::<BLOCKS>(p.colour));
+    let per_channel = 1.0 / channels as f32;
     // 0 x is 0 for every finite x and NaN for all others.
     let (mut finite, mut drift) = (true, f32x16::splat(simd, 0.0));
     for (slot, &bits) in grad.touched.iter().enumerate() {
@@ -135,17 +136,20 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
             let moment = &mut p.density_moment[voxel];
             p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
             finite &= p.density[voxel].is_finite();
+            let g = &gradients[voxel];
+            let mut square = f32x16::splat(simd, 0.0);
             for b in 0..BLOCKS {
-                let at = (voxel * BLOCKS + b) * LANES..(voxel * BLOCKS + b + 1) * LANES;
-                let g = f32x16::from_slice(simd, &grad.colour[at.clone()]);
-                let v = f32x16::from_slice(simd, &p.colour_moment[at.clone()]);
-                let g2 = g * g;
-                let decayed = decay.mul_add(v, g2 * (1.0 - RULE.decay));
-                let v = simd.select_f32x16(v.simd_eq(0.0), g2, decayed);
-                v.store_slice(&mut p.colour_moment[at.clone()]);
-                let step = g * -objective.rate_colour / (v.sqrt() + RULE.epsilon);
-                let x = f32x16::from_slice(simd, &p.colour[at.clone()]) + step;
-                x.store_slice(&mut p.colour[at]);
+                let g = f32x16::from_slice(simd, &g[b]);
+                square = g.mul_add(g, square);
+            }
+            // One second moment serves all channels of a voxel's colour: the mean square of their gradients.
+            let mean_square = simd.reduce_sum_f32x16(square) * per_channel;
+            let factor = RULE.scale(mean_square, &mut p.colour_moment[voxel], objective.rate_colour);
+            let colour = &mut colours[voxel];
+            for b in 0..BLOCKS {
+                let step = f32x16::from_slice(simd, &g[b]) * factor;
+                let x = f32x16::from_slice(simd, &colour[b]) + step;
+                x.store_slice(&mut colour[b]);
                 drift += x * 0.0;
             }
         }
