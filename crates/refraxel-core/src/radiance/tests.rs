@@ -75,29 +75,22 @@ fn parameter_gradients_match_central_differences_on_bent_paths() {
         let (mut f, path) = (field(degree, extent, 7), bent_path());
         let points = quadrature(&f.domain, &path, 0.17, 0.3);
         let (grad, _) = adjoint(&f, &path, &points);
-        let touched = |g: &[f64]| (0..g.len()).filter(|&i| g[i] != 0.0).step_by(3).collect::<Vec<_>>();
-        let (mut fd, mut exact) = (Vec::new(), Vec::new());
-        for i in touched(&grad.density) {
-            let v = f.density[i];
-            f.density[i] = v + STEP;
-            let up = loss(&f, &path, &points);
-            f.density[i] = v - STEP;
-            fd.push((up - loss(&f, &path, &points)) / (2.0 * STEP));
-            f.density[i] = v;
-            exact.push(grad.density[i]);
+        type Parameters = fn(&mut VoxelField<f64>) -> &mut AlignedVec<f64>;
+        let kinds: [(&str, &[f64], Parameters); 2] =
+            [("density", &grad.density, |f| &mut f.density), ("colour", &grad.colour, |f| &mut f.colour)];
+        for (name, grad, parameters) in kinds {
+            let (mut fd, mut exact) = (Vec::new(), Vec::new());
+            for i in (0..grad.len()).filter(|&i| grad[i] != 0.0).step_by(3) {
+                let v = parameters(&mut f)[i];
+                parameters(&mut f)[i] = v + STEP;
+                let up = loss(&f, &path, &points);
+                parameters(&mut f)[i] = v - STEP;
+                fd.push((up - loss(&f, &path, &points)) / (2.0 * STEP));
+                parameters(&mut f)[i] = v;
+                exact.push(grad[i]);
+            }
+            assert!(exact.len() > 5 && relative(&fd, &exact) < TOLERANCE, "{name}, degree {degree}");
         }
-        assert!(exact.len() > 5 && relative(&fd, &exact) < TOLERANCE, "density, degree {degree}");
-        let (mut fd, mut exact) = (Vec::new(), Vec::new());
-        for i in touched(&grad.colour) {
-            let v = f.colour[i];
-            f.colour[i] = v + STEP;
-            let up = loss(&f, &path, &points);
-            f.colour[i] = v - STEP;
-            fd.push((up - loss(&f, &path, &points)) / (2.0 * STEP));
-            f.colour[i] = v;
-            exact.push(grad.colour[i]);
-        }
-        assert!(exact.len() > 5 && relative(&fd, &exact) < TOLERANCE, "colour, degree {degree}");
     }
 }
 
