@@ -40,7 +40,7 @@ pub struct FieldGradient<T: Copy> {
 
 /// What the field holds at one point, theory (3.5) and (3.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Medium<T> {
+pub struct Matter<T> {
     /// Density σ ≥ 0 [1 / scene unit].
     pub density: T,
     /// Colour c ≥ 0 towards the viewer (sRGB-encoded, 1 = white).
@@ -111,7 +111,7 @@ impl<T: Real> VoxelField<T> {
     ///
     /// `x` [scene unit]; `y` = SH basis values of the unit direction of travel. `None` outside the grid and in cells
     /// whose own brick is not stored.
-    pub fn at(&self, x: Vec3<T>, y: &[T; MAX_BASIS]) -> Option<Medium<T>> {
+    pub fn at(&self, x: Vec3<T>, y: &[T; MAX_BASIS]) -> Option<Matter<T>> {
         let (corners, f) = self.locate(self.domain.node(x))?;
         let w = trilinear::weights(f);
         let theta: T = corners.iter().zip(w).map(|(&v, w)| w * self.density[v as usize]).sum();
@@ -119,7 +119,7 @@ impl<T: Real> VoxelField<T> {
             let sum: T = corners.iter().zip(w).map(|(&v, w)| w * self.radiance_of(v, c, y)).sum();
             (sum + T::of(0.5)).max(T::zero())
         });
-        Some(Medium { density: self.density_scale() * softplus(theta), colour })
+        Some(Matter { density: self.density_scale() * softplus(theta), colour })
     }
 
     /// Σ_j Y_j k_j of one voxel and colour channel.
@@ -137,7 +137,7 @@ impl<T: Real> VoxelField<T> {
         &self,
         x: Vec3<T>,
         y: &[T; MAX_BASIS],
-        d: &Medium<T>,
+        d: &Matter<T>,
         grad: &mut FieldGradient<T>,
     ) -> (Vec3<T>, [T; MAX_BASIS]) {
         let mut d_y = [T::zero(); MAX_BASIS];

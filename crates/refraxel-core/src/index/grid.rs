@@ -277,20 +277,16 @@ impl<T: Real> IndexGrid<T> {
         }
     }
 
-    /// Transpose of the derivative of [`Self::gradient`], theory (2.16): adds to `grad`, returns (∇w, dLoss/dx).
-    /// Not differentiable with respect to x on cell faces, except for the B-spline.
-    pub fn gradient_vjp(&self, x: Vec3<T>, d_gradient: Vec3<T>, grad: &mut [T]) -> (Vec3<T>, Vec3<T>) {
-        let Some(found) = self.stencil(x) else { return (Vec3::zero(), Vec3::zero()) };
-        let u = d_gradient.hadamard(self.scale);
-        let (_, g, d_x) = found.1.value_force_and_pullback(&self.coefficients, u);
-        self.parameters_of(found).scatter(T::zero(), u, grad);
-        (g.hadamard(self.scale), d_x.hadamard(self.scale))
+    /// (∇w, Jᵀv) at a point, J = d(∇w)/dx: what the adjoint of a kick does to the position, theory (2.16).
+    /// Not differentiable on cell faces, except for the B-spline.
+    pub fn gradient_pullback(&self, x: Vec3<T>, v: Vec3<T>) -> (Vec3<T>, Vec3<T>) {
+        let (_, g, d_x) = self.sample_with_hessian(x, v);
+        (g, d_x)
     }
 
-    /// Transpose of the derivative of [`Self::w`]: adds to `grad`, returns dLoss/dx.
-    pub fn w_vjp(&self, x: Vec3<T>, d_w: T, grad: &mut [T]) -> Vec3<T> {
-        let Some(found) = self.stencil(x) else { return Vec3::zero() };
-        self.parameters_of(found).scatter(d_w, Vec3::zero(), grad);
-        found.1.value_gradient(&self.coefficients).hadamard(self.scale) * d_w
+    /// The gradient of w itself: the force for all but the interpolation of differences.
+    pub fn w_gradient(&self, x: Vec3<T>) -> Vec3<T> {
+        let Some((_, s)) = self.stencil(x) else { return Vec3::zero() };
+        s.value_gradient(&self.coefficients).hadamard(self.scale)
     }
 }

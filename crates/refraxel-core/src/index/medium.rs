@@ -81,3 +81,16 @@ impl<T: Real> Medium<T> {
         self.regions.iter().map(|r| vec![T::zero(); r.coefficients().len()]).collect()
     }
 }
+
+/// What receives dLoss/d(coefficients) of rays.
+pub trait IndexGradient<T: Copy> {
+    /// Add the transpose of one evaluation of a region at `x`, given dLoss/dw and dLoss/d(force) there.
+    fn add(&mut self, region: (usize, &IndexGrid<T>), x: Vec3<T>, d: (T, Vec3<T>));
+}
+
+/// Dense: one array per region, one number per node, as from [`Medium::zero_gradient`].
+impl<T: Real> IndexGradient<T> for Vec<Vec<T>> {
+    fn add(&mut self, (region, grid): (usize, &IndexGrid<T>), x: Vec3<T>, (d_w, d_force): (T, Vec3<T>)) {
+        grid.scatter(x, d_w, d_force, &mut self[region]);
+    }
+}

@@ -16,7 +16,7 @@ pub(crate) mod tests;
 
 pub use flat::FLAT;
 pub use grid::{BORDER, IndexGrid};
-pub use medium::{Medium, Overlap};
+pub use medium::{IndexGradient, Medium, Overlap};
 
 /// w of vacuum, n = 1.
 pub const VACUUM: f64 = 0.5;

@@ -3,12 +3,12 @@
 use super::step::{State, drift_vjp, exit_vjp};
 use super::{Integrator, Path, RayAdjoint, Step, Tracer};
 use crate::radiance::SegmentAdjoint;
-use crate::{Ray, Real, Vec3};
+use crate::{IndexGradient, Ray, Real, Vec3};
 
 impl<T: Real> Tracer<'_, T> {
     /// Transpose of the derivative of [`Self::replay`]. From dLoss/d(start, momentum) of each segment, as
-    /// [`crate::radiance::render_vjp`] returns them, and dLoss/dexit: adds dLoss/dcoefficients to `grad` (one array per
-    /// region) and returns dLoss/d(camera ray).
+    /// [`crate::radiance::render_vjp`] returns them, and dLoss/dexit: adds dLoss/dcoefficients to `grad`, from the last kick to the
+    /// first, and returns dLoss/d(camera ray).
     ///
     /// # Panics
     /// For Runge–Kutta, which has no adjoint, and unless there is one `d_segments` per segment.
@@ -18,7 +18,7 @@ impl<T: Real> Tracer<'_, T> {
         path: &Path<T>,
         d_segments: &[SegmentAdjoint<T>],
         d_exit: &RayAdjoint<T>,
-        grad: &mut [Vec<T>],
+        grad: &mut impl IndexGradient<T>,
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
         assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
@@ -37,7 +37,7 @@ impl<T: Real> Tracer<'_, T> {
         (step, x): (&Step<T>, Vec3<T>),
         d_segment: SegmentAdjoint<T>,
         d: &mut State<T>,
-        grad: &mut [Vec<T>],
+        grad: &mut impl IndexGradient<T>,
     ) -> Vec3<T> {
         if step.kick == T::zero() {
             drift_vjp(step.drift, d_segment, d);
@@ -45,17 +45,24 @@ impl<T: Real> Tracer<'_, T> {
         }
         let region = usize::from(step.region);
         let grid = &self.medium.regions()[region];
-        self.options.integrator.step_vjp(grid, (step, x), d_segment, d, &mut grad[region])
+        self.options.integrator.step_vjp((region, grid), (step, x), d_segment, d, grad)
     }
 
     /// Transpose of p = n(x) d at the camera, theory (2.18): n = √(2w), dn = dw/n.
-    pub(super) fn start_vjp(&self, ray: &Ray<T>, d: &State<T>, grad: &mut [Vec<T>]) -> RayAdjoint<T> {
+    pub(super) fn start_vjp(
+        &self,
+        ray: &Ray<T>,
+        d: &State<T>,
+        grad: &mut impl IndexGradient<T>,
+    ) -> RayAdjoint<T> {
         let mut out = RayAdjoint { origin: d.x, direction: d.p };
         if let Some(region) = self.medium.region_at(ray.origin) {
             let grid = &self.medium.regions()[region];
             let n = grid.index(ray.origin);
             out.direction = d.p * n;
-            out.origin += grid.w_vjp(ray.origin, d.p.dot(ray.direction) / n, &mut grad[region]);
+            let d_w = d.p.dot(ray.direction) / n;
+            grad.add((region, grid), ray.origin, (d_w, Vec3::zero()));
+            out.origin += grid.w_gradient(ray.origin) * d_w;
         }
         out
     }

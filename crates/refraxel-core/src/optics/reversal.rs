@@ -7,7 +7,7 @@
 use super::step::{State, drift_vjp, exit_vjp};
 use super::{Integrator, Path, PathEnd, RayAdjoint, Step, Tracer};
 use crate::radiance::{Segment, SegmentAdjoint};
-use crate::{IndexGrid, Ray, Real, Vec3};
+use crate::{IndexGradient, IndexGrid, Ray, Real, Vec3};
 
 /// What is kept of a path between forward and backward: 32 bytes and 8 per visit to a region in `f32`, so at most 64 for
 /// up to four visits, besides the camera ray.
@@ -74,7 +74,7 @@ impl<T: Real> Tracer<'_, T> {
         kept: &Kept<T>,
         d_exit: &RayAdjoint<T>,
         mut d_segment: impl FnMut(&Segment<T>) -> SegmentAdjoint<T>,
-        grad: &mut [Vec<T>],
+        grad: &mut impl IndexGradient<T>,
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator == Integrator::Leapfrog, "only leapfrog reverses");
         let mut state = State { x: kept.position, p: kept.momentum };
@@ -100,7 +100,7 @@ impl<T: Real> Tracer<'_, T> {
         visit: &Visit<T>,
         (state, d): (&mut State<T>, &mut State<T>),
         d_segment: &mut impl FnMut(&Segment<T>) -> SegmentAdjoint<T>,
-        grad: &mut [Vec<T>],
+        grad: &mut impl IndexGradient<T>,
     ) {
         let region = usize::from(visit.region);
         let (grid, h) = (&self.medium.regions()[region], self.step_length(region));

@@ -2,7 +2,7 @@
 
 use super::{Integrator, RayAdjoint, Step};
 use crate::radiance::{Segment, SegmentAdjoint};
-use crate::{IndexGrid, Real, Vec3};
+use crate::{IndexGradient, IndexGrid, Real, Vec3};
 
 /// Position and momentum between two steps; also their adjoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,25 +52,28 @@ impl Integrator {
     #[inline]
     pub(super) fn step_vjp<T: Real>(
         self,
-        grid: &IndexGrid<T>,
+        (region, grid): (usize, &IndexGrid<T>),
         (step, x): (&Step<T>, Vec3<T>),
-        d_segment: SegmentAdjoint<T>,
+        (d_start, d_momentum): SegmentAdjoint<T>,
         d: &mut State<T>,
-        grad: &mut [T],
+        grad: &mut impl IndexGradient<T>,
     ) -> Vec3<T> {
-        let (d_start, d_momentum) = d_segment;
+        let mut kick = |d_force: Vec3<T>| {
+            grad.add((region, grid), x, (T::zero(), d_force));
+            grid.gradient_pullback(x, d_force)
+        };
         match self {
             Self::Leapfrog => {
                 // forward: x1 = x0 + h p1
                 d.p += d.x * step.drift + d_momentum;
                 // forward: p1 = p0 + k g(x0)
-                let (force, d_x) = grid.gradient_vjp(x, d.p * step.kick, grad);
+                let (force, d_x) = kick(d.p * step.kick);
                 d.x += d_start + d_x;
                 force
             }
             _ => {
                 // forward: p1 = p0 + k g(x0), x1 = x0 + h p0
-                let (force, d_x) = grid.gradient_vjp(x, d.p * step.kick, grad);
+                let (force, d_x) = kick(d.p * step.kick);
                 d.p += d.x * step.drift + d_momentum;
                 d.x += d_start + d_x;
                 force

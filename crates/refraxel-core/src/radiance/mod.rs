@@ -3,7 +3,7 @@
 //! A path may be one straight ray or the many segments of a bent one: nothing here knows which. Forward and adjoint are
 //! the same loop, read forwards and backwards.
 
-use crate::field::{FieldGradient, Medium, VoxelField};
+use crate::field::{FieldGradient, Matter, VoxelField};
 use crate::grid::Domain;
 use crate::sh;
 use crate::{Ray, Real, Vec3};
@@ -169,7 +169,7 @@ pub fn render_vjp<T: Real>(
         let a = -(-medium.density * ds).exp_m1();
         let contrast: T = (0..3).map(|c| d.colour[c] * (medium.colour[c] - behind[c])).sum();
         let d_tau = before[k] * (T::one() - a) * contrast - last * d.transmittance;
-        let d_medium = Medium { density: d_tau * ds, colour: d.colour.map(|g| g * before[k] * a) };
+        let d_medium = Matter { density: d_tau * ds, colour: d.colour.map(|g| g * before[k] * a) };
         let (d_x, d_y) = field.at_vjp(x, &y, &d_medium, grad);
         let d_unit = sh::basis_vjp(field.degree, unit, &d_y);
         let tangent = (d_unit - unit * unit.dot(d_unit)) / speed;

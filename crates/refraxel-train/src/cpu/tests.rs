@@ -302,7 +302,7 @@ fn priors_on_rays_and_samples_have_the_reference_gradient() {
             let y = refraxel_core::sh::basis(oracle.field.degree, s.momentum);
             let Some(medium) = oracle.field.at(s.at(q.t), &y) else { continue };
             let d_tau = 0.7 * refraxel_core::priors::cauchy_slope(medium.density * q.dt);
-            let d = refraxel_core::field::Medium { density: d_tau * q.dt, colour: [0.0; 3] };
+            let d = refraxel_core::field::Matter { density: d_tau * q.dt, colour: [0.0; 3] };
             oracle.field.at_vjp(s.at(q.t), &y, &d, &mut grad);
         }
     }
