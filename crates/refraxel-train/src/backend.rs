@@ -1,5 +1,7 @@
 //! What a compute backend offers the trainer: render, learn from a batch, reshape the grid.
 
+use crate::refraction::Refraction;
+use refraxel_core::index::priors::Penalty;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray, Vec3, VoxelField};
 
@@ -57,6 +59,32 @@ pub struct Objective {
     pub rate_colour: f32,
     /// Learning rate of the background's texels.
     pub rate_background: f32,
+    /// How the index learns; `None`: it is held fixed.
+    pub index: Option<IndexObjective>,
+}
+
+/// How the index of refraction learns, theory (4.12): Adam on the blurred gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndexObjective {
+    /// Learning rate of n at a node [1].
+    pub rate: f32,
+    /// Standard deviation of the blur of its gradient [voxel of the index grid].
+    pub blur: f32,
+    /// Bound on |dLoss/dp| of a kick; infinite for none.
+    pub clip: f32,
+    /// Weight and penalty of the variation of n, theory (2.20).
+    pub variation: (f32, Penalty<f32>),
+    /// Weight and penalty of the deviation of n from 1, theory (2.21).
+    pub deviation: (f32, Penalty<f32>),
+    /// n stays within [1, this].
+    pub largest: f32,
+}
+
+impl Objective {
+    /// False when density and colour are held fixed.
+    pub fn moves_field(&self) -> bool {
+        self.rate_density > 0.0 || self.rate_colour > 0.0
+    }
 }
 
 /// What a step did.
@@ -77,6 +105,8 @@ pub struct BatchGradient {
     pub field: FieldGradient<f32>,
     /// With respect to the texels of an environment map; empty for a constant background.
     pub background: Vec<[f32; 3]>,
+    /// With respect to the coefficients of the index, one array per region; without blur and clip.
+    pub index: Vec<Vec<f32>>,
     /// With respect to each ray's (origin, direction).
     pub rays: Vec<(Vec3<f32>, Vec3<f32>)>,
     /// The outcome of the forward pass.
@@ -89,6 +119,10 @@ pub trait Backend {
     fn field(&self) -> &VoxelField<f32>;
     /// The current background.
     fn background(&self) -> &Background<f32>;
+    /// What bends the rays.
+    fn refraction(&self) -> &Refraction;
+    /// Bend the rays otherwise; the index forgets its moments.
+    fn set_refraction(&mut self, refraction: Refraction);
     /// Render rays over the background.
     fn render(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>>;
     /// Render a batch, compare, accumulate gradients, add priors, update the parameters. `step` counts from 0.

@@ -100,6 +100,7 @@ fn objective() -> Objective {
         rate_density: 1e-6,
         rate_colour: 1e-6,
         rate_background: 0.0,
+        index: None,
     }
 }
 

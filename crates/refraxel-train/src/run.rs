@@ -211,6 +211,7 @@ fn restore(
         density: f32s(path, &mut file, "density_moment", voxels)?,
         colour: f32s(path, &mut file, "colour_moment", voxels)?,
         background: texel_moments.as_chunks().0.to_vec(),
+        index: Vec::new(),
     };
     let background = match h.background {
         StoredBackground::Constant(c) => Background::Constant(c),

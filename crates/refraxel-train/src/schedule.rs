@@ -58,6 +58,7 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
         rate_density: config.rate_density * decay,
         rate_colour: config.rate_colour * decay,
         rate_background: config.rate_background * decay,
+        index: None,
     }
 }
 

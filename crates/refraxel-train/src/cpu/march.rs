@@ -1,6 +1,6 @@
-//! Where a ray meets matter: quadrature points in occupied cells, with their optical depths and transmittances.
+//! Where a path meets matter: quadrature points in occupied cells, with their optical depths and transmittances.
 //!
-//! Straight rays for now; a bent path only has to produce the same [`Sample`]s.
+//! A path is marched segment by segment, theory (3.1); a straight ray is a path of one.
 
 use super::optics16::absorb;
 use super::prefetch::prefetch;
@@ -8,8 +8,8 @@ use crate::backend::Marching;
 use fearless_simd::{f32x16, i32x16, prelude::*};
 use refraxel_core::grid::bricks::Entry;
 use refraxel_core::grid::{BRICK, Cell, EMPTY_SLOT, trilinear};
-use refraxel_core::radiance::GROUP;
-use refraxel_core::{BrickMap, Domain, Extent, Ray, Vec3, VoxelField};
+use refraxel_core::radiance::{GROUP, Segment};
+use refraxel_core::{BrickMap, Domain, Extent, Vec3, VoxelField};
 
 /// A quadrature point that matters.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,8 @@ pub(super) struct Sample {
     /// The same, as cell and position within it.
     pub cell: Cell,
     pub fraction: Vec3<f32>,
-    /// Arc length of the midpoint [scene unit].
+    /// Which arm of the packet it lies on, and the midpoint's parameter there [scene unit].
+    pub arm: u32,
     pub t: f32,
     /// Optical depth τ, dτ/dθ, opacity 1 − e^(−τ), and the transmittance in front.
     pub tau: f32,
@@ -91,14 +92,14 @@ impl NodeMap {
         (x - self.center).hadamard(self.unit_per_world).map(f32::abs).max_element().max(1.0)
     }
 
-    /// The cells around the points at t + (0, 1, … 15) dt of a ray. Points outside the grid land on its border.
+    /// The cells around the points at t + (0, 1, … 15) dt of a segment. Points outside the grid land on its border.
     #[inline(always)]
-    fn locate<S: Simd>(&self, simd: S, ray: &Ray<f32>, t: f32, dt: f32) -> Places {
+    fn locate<S: Simd>(&self, simd: S, segment: &Segment<f32>, t: f32, dt: f32) -> Places {
         let t = f32x16::from_slice(simd, &LANE).mul_add(f32x16::splat(simd, dt), f32x16::splat(simd, t));
         let mut u = [t; 3];
         for a in 0..3 {
-            let (scale, start) = (self.unit_per_world[a], ray.origin[a] - self.center[a]);
-            let slope = f32x16::splat(simd, ray.direction[a] * scale);
+            let (scale, start) = (self.unit_per_world[a], segment.start[a] - self.center[a]);
+            let slope = f32x16::splat(simd, segment.momentum[a] * scale);
             u[a] = t.mul_add(slope, f32x16::splat(simd, start * scale));
         }
         if self.contracted {
@@ -137,10 +138,17 @@ pub(super) struct Marcher {
     voxel: f32,
 }
 
-/// The last samples of the list, which still await their optical depth.
-struct Pending {
-    /// Where they start.
+/// Where the march along a path stands.
+pub(super) struct Front {
+    /// Transmittance so far.
+    pub transmittance: f32,
+    /// Nothing behind this point can be seen.
+    pub opaque: bool,
+    /// Steps from the start of the next segment to its first point.
+    phase: f32,
+    /// Where the samples start that still await their optical depth.
     first: usize,
+    /// Their lengths, times the density scale.
     scale_length: [f32; GROUP],
     /// Points of lower raw density are transparent.
     theta_min: f32,
@@ -151,6 +159,7 @@ const BLANK: Sample = Sample {
     weights: [0.0; 8],
     cell: Cell { slot: 0, local: 0 },
     fraction: Vec3 { x: 0.0, y: 0.0, z: 0.0 },
+    arm: 0,
     t: 0.0,
     tau: 0.0,
     slope: 0.0,
@@ -173,36 +182,51 @@ impl Marcher {
         }
     }
 
-    /// Append the samples of a straight ray; returns the transmittance at its end.
+    /// The domain that clips segments.
+    pub(super) fn domain(&self) -> &Domain<f32> {
+        &self.domain
+    }
+
+    /// The front at the start of a path, whose samples will follow those in `out`; `offset` in steps.
+    #[inline(always)]
+    pub(super) fn start(&self, offset: f32, marching: &Marching, out: &[Sample]) -> Front {
+        Front {
+            transmittance: 1.0,
+            opaque: false,
+            phase: offset,
+            first: out.len(),
+            scale_length: [0.0; GROUP],
+            theta_min: self.theta_min(marching),
+        }
+    }
+
+    /// Append the points of a segment of the path; true if there are any. They have their optical depths after
+    /// [`Self::finish`].
     #[inline(always)]
     pub(super) fn march<S: Simd>(
         &self,
         simd: S,
         field: &VoxelField<f32>,
-        (ray, offset): (&Ray<f32>, f32),
+        (segment, arm): (&Segment<f32>, u32),
         marching: &Marching,
-        out: &mut Vec<Sample>,
-    ) -> f32 {
-        let mut transmittance = 1.0;
-        let Some([t0, t1]) = self.domain.clip(ray, marching.near) else { return transmittance };
+        (front, out): (&mut Front, &mut Vec<Sample>),
+    ) -> bool {
+        let [t0, t1] = segment.range;
+        let per_t = segment.momentum.length().recip();
         let step = marching.step * self.voxel;
-        let nodes_per_step = self.nodes.fastest(ray.direction) * step;
+        let nodes_per_step = self.nodes.fastest(segment.momentum) * step * per_t;
         let density = &field.density[..];
-        let theta_min = self.theta_min(marching);
-        let mut pending = Pending { first: out.len(), theta_min, scale_length: [0.0; GROUP] };
-        let mut growth = self.nodes.growth(ray.at(t0));
-        let mut t = t0 + offset * step * growth;
+        let mut growth = self.nodes.growth(segment.at(t0));
+        let mut dt = step * growth * per_t;
+        let mut t = t0 + front.phase * dt;
+        let mut any = false;
         while t <= t1 {
-            let dt = step * growth;
-            let places = self.nodes.locate(simd, ray, t, dt);
+            let needed = (((t1 - t) / dt) as usize + 1).min(GROUP);
+            let places = self.nodes.locate(simd, segment, t, dt);
             let bricks_to_steps = BRICK as f32 / (nodes_per_step * stretch(growth));
-            let entries = self.entries(&field.map, &places);
+            let entries = self.entries(&field.map, &places, needed);
             let mut lane = 0;
-            while lane < GROUP {
-                let middle = t + dt * LANE[lane & 15];
-                if middle > t1 {
-                    break;
-                }
+            while lane < needed {
                 match entries[lane & 15].slot() {
                     Err(far) => lane += (((far - 1) as f32 * bricks_to_steps) as usize).max(1),
                     Ok(slot) => {
@@ -211,35 +235,44 @@ impl Marcher {
                             let [x, y, z] = &places.fraction;
                             let fraction = Vec3::new(x[lane & 15], y[lane & 15], z[lane & 15]);
                             let corners = field.map.corners(cell);
-                            let point = Sample { corners, cell, fraction, t: middle, ..BLANK };
-                            if pending.push(point, density, self.density_scale * dt, out)
-                                && self.flush(simd, density, &mut pending, marching, &mut transmittance, out)
-                            {
-                                return transmittance;
+                            let t = t + dt * LANE[lane & 15];
+                            any = true;
+                            front.push(
+                                Sample { corners, cell, fraction, arm, t, ..BLANK },
+                                density,
+                                self.density_scale * step * growth,
+                                out,
+                            );
+                            if out.len() - front.first == GROUP {
+                                self.finish(simd, density, marching, (front, out));
+                                if front.opaque {
+                                    return true;
+                                }
                             }
                         }
                         lane += 1;
                     }
                 }
             }
-            if self.nodes.contracted {
+            if self.nodes.contracted && needed == GROUP {
                 // The next group starts at a new step length, half a step in.
                 let end = t + dt * (GROUP as f32 - 0.5);
-                growth = self.nodes.growth(ray.at(end));
-                t = end + 0.5 * step * growth;
+                growth = self.nodes.growth(segment.at(end));
+                dt = step * growth * per_t;
+                t = end + 0.5 * dt;
             } else {
-                t += dt * lane.max(GROUP) as f32;
+                t += dt * lane.max(needed) as f32;
             }
         }
-        self.flush(simd, density, &mut pending, marching, &mut transmittance, out);
-        transmittance
+        front.phase = (t - t1) / dt;
+        any
     }
 
-    /// What the grid holds at sixteen places; fetches ahead what their cells will need.
+    /// What the grid holds at the first `needed` places; fetches ahead what their cells will need.
     #[inline(always)]
-    fn entries(&self, map: &BrickMap, places: &Places) -> [Entry; GROUP] {
+    fn entries(&self, map: &BrickMap, places: &Places, needed: usize) -> [Entry; GROUP] {
         let mut entries = [map.entry(places.brick[0] as usize); GROUP];
-        for lane in 0..GROUP {
+        for lane in 0..needed.min(GROUP) {
             entries[lane] = map.entry(places.brick[lane] as usize);
             if let Ok(slot) = entries[lane].slot() {
                 prefetch(map.forward_rows(), slot as usize);
@@ -249,46 +282,42 @@ impl Marcher {
         entries
     }
 
-    /// Give the pending points their optical depths and keep those that matter; true when the ray has become opaque.
+    /// Give the points that await it their optical depths and keep those that matter.
     #[inline(always)]
-    fn flush<S: Simd>(
+    pub(super) fn finish<S: Simd>(
         &self,
         simd: S,
         density: &[f32],
-        pending: &mut Pending,
         marching: &Marching,
-        transmittance: &mut f32,
-        out: &mut Vec<Sample>,
-    ) -> bool {
+        (front, out): (&mut Front, &mut Vec<Sample>),
+    ) {
         let mut theta = [0.0; GROUP];
-        for (s, theta) in out[pending.first..].iter_mut().zip(&mut theta) {
+        for (s, theta) in out[front.first..].iter_mut().zip(&mut theta) {
             s.weights = trilinear::weights(s.fraction);
             for k in 0..8 {
                 *theta += s.weights[k] * density[s.corners[k] as usize];
             }
         }
-        let [tau, slope, alpha] = absorb(simd, &theta, &pending.scale_length);
-        let mut kept = pending.first;
-        let mut opaque = false;
-        for (i, from) in (pending.first..out.len()).enumerate() {
-            if theta[i] < pending.theta_min {
+        let [tau, slope, alpha] = absorb(simd, &theta, &front.scale_length);
+        let mut kept = front.first;
+        for (i, from) in (front.first..out.len()).enumerate() {
+            if theta[i] < front.theta_min {
                 continue;
             }
             if kept != from {
                 out[kept] = out[from];
             }
             let s = &mut out[kept];
-            (s.tau, s.slope, s.alpha, s.before) = (tau[i], slope[i], alpha[i], *transmittance);
+            (s.tau, s.slope, s.alpha, s.before) = (tau[i], slope[i], alpha[i], front.transmittance);
             kept += 1;
-            *transmittance *= 1.0 - alpha[i];
-            if *transmittance < marching.min_transmittance {
-                opaque = true;
+            front.transmittance *= 1.0 - alpha[i];
+            if front.transmittance < marching.min_transmittance {
+                front.opaque = true;
                 break;
             }
         }
         out.truncate(kept);
-        pending.first = kept;
-        opaque
+        front.first = kept;
     }
 
     /// Raw density at which the optical depth of a voxel reaches the cut-off: softplus⁻¹. Outside the box of a contracted
@@ -319,17 +348,15 @@ impl Marcher {
     }
 }
 
-impl Pending {
-    /// Append a point; true when a whole group is pending.
+impl Front {
+    /// Append a point.
     #[inline(always)]
-    fn push(&mut self, point: Sample, density: &[f32], scale_length: f32, out: &mut Vec<Sample>) -> bool {
+    fn push(&mut self, point: Sample, density: &[f32], scale_length: f32, out: &mut Vec<Sample>) {
         // A brick's plane of 4 × 4 densities is one cache line: two lines for most cells.
         prefetch(density, point.corners[0] as usize);
         prefetch(density, point.corners[7] as usize);
-        let i = out.len() - self.first;
-        self.scale_length[i & 15] = scale_length;
+        self.scale_length[(out.len() - self.first) & 15] = scale_length;
         out.push(point);
-        i == GROUP - 1
     }
 }
 

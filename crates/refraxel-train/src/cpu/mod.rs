@@ -6,8 +6,10 @@
 //! nothing is locked, and the result does not depend on the number of threads.
 
 mod colour;
+mod index;
 mod march;
 mod optics16;
+mod path_adjoint;
 mod prefetch;
 mod resample;
 mod tape;
@@ -15,8 +17,10 @@ mod trace;
 mod update;
 
 use crate::backend::{Backend, Batch, BatchGradient, Marching, Objective, StepOutcome};
+use crate::refraction::Refraction;
 use colour::Layout;
 use fearless_simd::{Level, dispatch};
+pub use index::IndexMoments;
 use march::Marcher;
 use rayon::prelude::*;
 use refraxel_core::optimiser::RmsProp;
@@ -38,6 +42,7 @@ const REFRESH: u64 = 32;
 struct Scene<'a> {
     field: &'a VoxelField<f32>,
     background: &'a Background<f32>,
+    refraction: &'a Refraction,
     layout: &'a Layout,
     marcher: &'a Marcher,
 }
@@ -47,6 +52,7 @@ pub struct CpuBackend {
     level: Level,
     field: VoxelField<f32>,
     background: Background<f32>,
+    refraction: Refraction,
     moments: Moments,
     layout: Layout,
     marcher: Marcher,
@@ -64,6 +70,8 @@ pub struct Moments {
     pub colour: AlignedVec<f32>,
     /// Of the texels of an environment map; empty for a constant background.
     pub background: Vec<[f32; 3]>,
+    /// Of the coefficients of the index, per region.
+    pub index: Vec<IndexMoments>,
 }
 
 /// Run a kernel that is generic over the number of 16-lane blocks of a voxel.
@@ -83,6 +91,7 @@ impl Moments {
             density: AlignedVec::filled(field.density.len(), 0.0),
             colour: AlignedVec::filled(field.density.len(), 0.0),
             background: vec![[0.0; 3]; texels_of(background)],
+            index: Vec::new(),
         }
     }
 }
@@ -114,6 +123,7 @@ impl CpuBackend {
             level: Level::new(),
             layout: Layout::new(field.degree),
             marcher: Marcher::new(&field),
+            refraction: Refraction::none(),
             tapes: Vec::new(),
             pool: GradientPool::new(field.degree.stride()),
             field,
@@ -155,6 +165,7 @@ impl CpuBackend {
         Scene {
             field: &self.field,
             background: &self.background,
+            refraction: &self.refraction,
             layout: &self.layout,
             marcher: &self.marcher,
         }
@@ -297,6 +308,15 @@ impl Backend for CpuBackend {
         &self.background
     }
 
+    fn refraction(&self) -> &Refraction {
+        &self.refraction
+    }
+
+    fn set_refraction(&mut self, refraction: Refraction) {
+        self.moments.index = refraction.medium.regions().iter().map(IndexMoments::zero).collect();
+        self.refraction = refraction;
+    }
+
     fn render(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
         use trace::render_chunk;
         let scene = self.scene();
@@ -313,10 +333,16 @@ impl Backend for CpuBackend {
         }
         let tapes = std::mem::take(&mut self.tapes);
         let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
-        if outcome.finite {
+        if outcome.finite && objective.moves_field() {
             let variation = self.variation(objective, step);
             outcome.finite = self.update(&tapes, objective, variation);
+        }
+        if outcome.finite {
             self.update_background(&tapes, objective.rate_background);
+            if let Some(objective) = &objective.index {
+                let batch = (&tapes[..], batch.rays.len(), step);
+                index::update(&mut self.refraction, &mut self.moments.index, batch, objective);
+            }
         }
         self.tapes = tapes;
         outcome
@@ -339,7 +365,8 @@ impl Backend for CpuBackend {
             colour.copy_from_slice(&grad.colour[..colour.len()]);
             self.pool.give(grad);
         });
-        BatchGradient { field, background: self.background_gradient(&tapes), rays, outcome }
+        let index = index::gradient(&self.refraction.medium, &tapes, f32::INFINITY);
+        BatchGradient { field, background: self.background_gradient(&tapes), index, rays, outcome }
     }
 
     fn peak_weights(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<f32> {
@@ -370,6 +397,7 @@ impl Backend for CpuBackend {
         self.field = resample::resampled(&self.field, domain, map);
         self.moments = Moments {
             background: std::mem::take(&mut self.moments.background),
+            index: std::mem::take(&mut self.moments.index),
             ..Moments::zero(&self.field, &Background::Constant([0.0; 3]))
         };
         self.marcher = Marcher::new(&self.field);

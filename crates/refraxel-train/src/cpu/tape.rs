@@ -19,19 +19,31 @@ pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
 pub(super) struct Record {
     pub cell: Cell,
     pub fraction: Vec3<f32>,
-    /// Which of the tape's bases (directions) coloured it.
+    /// Which of the tape's bases (directions of segments) coloured it.
     pub basis: u32,
     /// dLoss/dθ at the sample; in the pass that looks for what to prune, the sample's weight T a instead.
     pub d_theta: f32,
     pub d_colour: [f32; 3],
 }
 
+/// The adjoint of one evaluation of the index on a bent path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kick {
+    pub region: u32,
+    pub x: Vec3<f32>,
+    /// dLoss/dw and dLoss/d(∇w) at x.
+    pub d_w: f32,
+    pub d_force: Vec3<f32>,
+}
+
 /// Records of a chunk of rays.
 #[derive(Debug, Default)]
 pub(super) struct Tape {
     pub records: Vec<Record>,
-    /// SH bases of the directions of the chunk.
+    /// SH bases of the directions of the chunk's segments.
     pub bases: Vec<Lanes>,
+    /// Kicks of the chunk's bent paths.
+    pub kicks: Vec<Kick>,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
@@ -82,6 +94,7 @@ impl Tape {
     pub(super) fn clear(&mut self) {
         self.records.clear();
         self.bases.clear();
+        self.kicks.clear();
         self.texels.clear();
     }
 

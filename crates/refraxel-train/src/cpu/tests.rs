@@ -1,9 +1,13 @@
 //! The CPU backend against the reference of `refraxel-core`, rung by rung.
 
 use super::*;
-use refraxel_core::radiance::{PixelAdjoint, Segment, quadrature, render, render_vjp};
+use crate::backend::IndexObjective;
+use refraxel_core::index::priors::Penalty;
+use refraxel_core::radiance::{PixelAdjoint, QuadraturePoint, Segment, quadrature, render, render_vjp};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{Aabb, Extent, vec3};
+
+mod bent;
 
 /// f32 epsilon 6e-8 × about 30 samples × up to 16 terms each, with a margin of 3.
 const TOLERANCE: f64 = 1e-4;
@@ -52,6 +56,7 @@ fn objective() -> Objective {
         rate_density: 0.1,
         rate_colour: 0.01,
         rate_background: 0.01,
+        index: None,
     }
 }
 
@@ -99,7 +104,7 @@ impl Oracle {
         ray: &Ray<f32>,
         offset: f32,
         step: f32,
-    ) -> Option<(Segment<f64>, Vec<refraxel_core::radiance::QuadraturePoint<f64>>)> {
+    ) -> Option<(Segment<f64>, Vec<QuadraturePoint<f64>>)> {
         let s = Segment::straight(&ray.cast(), &self.field.domain, 0.0)?;
         let step = f64::from(step) * self.field.domain.voxel();
         Some((s, quadrature(&self.field.domain, &[s], step, f64::from(offset))))

@@ -1,16 +1,17 @@
-//! The fused pass over a chunk of rays: march, shade, compare, and march back while everything is in the cache.
+//! The fused pass over a chunk of rays: trace, march, shade, compare, and march back while everything is in the cache.
 
 use super::Scene;
-use super::colour::{prefetch_corners, shade, shade_vjp, voxels};
+use super::colour::{Lanes, prefetch_corners, shade, voxels};
 use super::march::Sample;
+use super::path_adjoint::{PathAdjoint, SegmentSums};
 use super::tape::{Record, Tape};
 use crate::backend::{Batch, Marching, Objective, StepOutcome};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use refraxel_core::grid::trilinear;
+use refraxel_core::optics::Tracer;
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
-use refraxel_core::radiance::Pixel;
-use refraxel_core::{Background, Ray, Vec3};
+use refraxel_core::radiance::{Pixel, Segment};
+use refraxel_core::{Background, Path, Ray, Vec3};
 use std::ops::Range;
 
 /// Rays marched before their samples are shaded: enough samples to prefetch across rays, few enough for the L2 cache.
@@ -18,61 +19,149 @@ const PACKET: usize = 8;
 /// Samples between prefetch and use.
 const AHEAD: usize = 4;
 
-/// March and shade a packet of rays; `ends[i]` = (end of ray i in `samples`, final transmittance).
-#[inline(always)]
-fn march_packet<S: Simd, const BLOCKS: usize>(
-    simd: S,
-    scene: &Scene,
-    (rays, offsets): (&[Ray<f32>], &[f32]),
-    marching: &Marching,
-    scratch: &mut Scratch,
-) {
-    scratch.samples.clear();
-    scratch.ends.clear();
-    for (i, ray) in rays.iter().enumerate() {
-        let offset = offsets.get(i).copied().unwrap_or(0.5);
-        let left = scene.marcher.march(simd, scene.field, (ray, offset), marching, &mut scratch.samples);
-        scratch.ends.push((scratch.samples.len(), left));
-    }
-    let colour = voxels::<BLOCKS>(&scene.field.colour);
-    for s in scratch.samples.iter().take(AHEAD) {
-        prefetch_corners(colour, &s.corners);
-    }
-    let mut first = 0;
-    for (i, ray) in rays.iter().enumerate() {
-        let end = scratch.ends[i].0;
-        if first == end {
-            continue;
-        }
-        let basis = scene.layout.basis(ray.direction);
-        for k in first..end {
-            if let Some(next) = scratch.samples.get(k + AHEAD) {
-                prefetch_corners(colour, &next.corners);
-            }
-            let s = &mut scratch.samples[k];
-            s.colour = shade::<S, BLOCKS>(simd, colour, &s.corners, &s.weights, (scene.layout, &basis));
-        }
-        first = end;
-    }
+/// A segment that has samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arm {
+    pub segment: Segment<f32>,
+    /// Which segment of its path.
+    pub place: u32,
+    pub unit: Vec3<f32>,
+    /// |p|.
+    pub speed: f32,
+    /// Arc length of the path up to t = 0 [scene unit].
+    arc: f32,
+    /// SH basis of the direction.
+    pub basis: Lanes,
+}
+
+/// What marching found of one ray.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    /// End of its samples in the packet's.
+    samples: usize,
+    /// Transmittance at its end.
+    left: f32,
+    /// The path bends.
+    bent: bool,
+    /// The ray that reaches the background.
+    exit: Ray<f32>,
 }
 
 /// Per-thread memory of the pass.
 #[derive(Default)]
 pub(super) struct Scratch {
     samples: Vec<Sample>,
-    ends: Vec<(usize, f32)>,
+    pub arms: Vec<Arm>,
+    found: Vec<Found>,
+    /// The bent paths, one per ray of the packet.
+    paths: [Path<f32>; PACKET],
+    sums: SegmentSums,
+}
+
+/// How a chunk traces its rays.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    scene: &'a Scene<'a>,
+    marching: &'a Marching,
+    /// Absent when all rays are straight.
+    tracer: Option<Tracer<'a, f32>>,
+}
+
+impl<'a> View<'a> {
+    fn new(scene: &'a Scene<'a>, marching: &'a Marching) -> Self {
+        let tracer = (!scene.refraction.is_none())
+            .then(|| scene.refraction.tracer(scene.marcher.domain(), marching.near));
+        Self { scene, marching, tracer }
+    }
+
+    /// The samples of one ray, appended; where it bends, its path.
+    #[inline(always)]
+    fn march<S: Simd>(
+        &self,
+        simd: S,
+        (ray, offset): (&Ray<f32>, f32),
+        path: &mut Path<f32>,
+        (samples, arms): (&mut Vec<Sample>, &mut Vec<Arm>),
+    ) -> Found {
+        let (scene, marcher) = (self.scene, self.scene.marcher);
+        let mut front = marcher.start(offset, self.marching, samples);
+        let bending = self.tracer.as_ref().filter(|_| scene.refraction.admits(ray));
+        let mut exit = *ray;
+        let straight;
+        let segments = match bending {
+            Some(tracer) => {
+                tracer.trace_into(ray, path);
+                exit = path.exit;
+                &path.segments[..]
+            }
+            None => {
+                straight = Segment::straight(ray, marcher.domain(), self.marching.near);
+                straight.as_slice()
+            }
+        };
+        let mut arc = 0.0;
+        for (place, segment) in segments.iter().enumerate() {
+            let speed = segment.momentum.length();
+            if segment.range[0] < segment.range[1] {
+                let arm = arms.len() as u32;
+                let out = (&mut front, &mut *samples);
+                if marcher.march(simd, scene.field, (segment, arm), self.marching, out) {
+                    let unit = segment.momentum / speed;
+                    let basis = scene.layout.basis(unit);
+                    arms.push(Arm { segment: *segment, place: place as u32, unit, speed, arc, basis });
+                }
+                if front.opaque {
+                    break;
+                }
+            }
+            arc += speed * segment.range[1];
+        }
+        marcher.finish(simd, &scene.field.density, self.marching, (&mut front, samples));
+        Found { samples: samples.len(), left: front.transmittance, bent: bending.is_some(), exit }
+    }
+
+    /// March and shade a packet of rays.
+    #[inline(always)]
+    fn march_packet<S: Simd, const BLOCKS: usize>(
+        &self,
+        simd: S,
+        (rays, offsets): (&[Ray<f32>], &[f32]),
+        scratch: &mut Scratch,
+    ) {
+        let Scratch { samples, arms, found, paths, .. } = scratch;
+        samples.clear();
+        arms.clear();
+        found.clear();
+        for ((i, ray), path) in rays.iter().enumerate().zip(paths) {
+            let offset = offsets.get(i).copied().unwrap_or(0.5);
+            found.push(self.march(simd, (ray, offset), path, (samples, arms)));
+        }
+        let colour = voxels::<BLOCKS>(&self.scene.field.colour);
+        for s in samples.iter().take(AHEAD) {
+            prefetch_corners(colour, &s.corners);
+        }
+        for k in 0..samples.len() {
+            if let Some(next) = samples.get(k + AHEAD) {
+                prefetch_corners(colour, &next.corners);
+            }
+            let s = &mut samples[k];
+            let basis = &arms[s.arm as usize].basis;
+            s.colour = shade::<S, BLOCKS>(simd, colour, &s.corners, &s.weights, (self.scene.layout, basis));
+        }
+    }
 }
 
 /// C = Σ T a c over the samples of one ray, theory (3.9).
 #[inline(always)]
-fn composite(samples: &[Sample], transmittance: f32) -> Pixel<f32> {
+fn composite(samples: &[Sample], arms: &[Arm], transmittance: f32) -> Pixel<f32> {
     let mut pixel = Pixel { colour: [0.0; 3], transmittance, depth: 0.0 };
     for s in samples {
         let weight = s.before * s.alpha;
         for c in 0..3 {
             pixel.colour[c] += weight * s.colour[c];
         }
-        pixel.depth += weight * s.t;
+        let arm = &arms[s.arm as usize];
+        pixel.depth += weight * (arm.arc + arm.speed * s.t);
     }
     pixel
 }
@@ -86,18 +175,17 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
     marching: &Marching,
     out: &mut [Pixel<f32>],
 ) {
-    let mut scratch = Scratch::default();
+    let (view, mut scratch) = (View::new(scene, marching), Scratch::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
-        march_packet::<S, BLOCKS>(simd, scene, (rays, &[]), marching, &mut scratch);
+        view.march_packet::<S, BLOCKS>(simd, (rays, &[]), &mut scratch);
         let mut first = 0;
-        for (i, ray) in rays.iter().enumerate() {
-            let (end, left) = scratch.ends[i];
-            out[i] = composite(&scratch.samples[first..end], left);
-            let behind = scene.background.radiance(ray.origin, ray.direction);
+        for (found, out) in scratch.found.iter().zip(out) {
+            *out = composite(&scratch.samples[first..found.samples], &scratch.arms, found.left);
+            let behind = scene.background.radiance(found.exit.origin, found.exit.direction);
             for c in 0..3 {
-                out[i].colour[c] += left * behind[c];
+                out.colour[c] += found.left * behind[c];
             }
-            first = end;
+            first = found.samples;
         }
     }
 }
@@ -110,10 +198,12 @@ pub(super) fn weigh_chunk<S: Simd, const BLOCKS: usize>(
     rays: &[Ray<f32>],
     marching: &Marching,
 ) -> Tape {
-    let (mut tape, mut samples) = (Tape::default(), Vec::new());
+    let (view, mut scratch, mut tape) = (View::new(scene, marching), Scratch::default(), Tape::default());
+    let Scratch { samples, arms, paths: [path, ..], .. } = &mut scratch;
     for ray in rays {
         samples.clear();
-        scene.marcher.march(simd, scene.field, (ray, 0.5), marching, &mut samples);
+        arms.clear();
+        view.march(simd, (ray, 0.5), path, (samples, arms));
         tape.records.extend(samples.iter().map(|s| Record {
             cell: s.cell,
             fraction: s.fraction,
@@ -139,28 +229,35 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
 ) -> StepOutcome {
     tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
-    let mut scratch = Scratch::default();
+    let (view, mut scratch) = (View::new(scene, &objective.marching), Scratch::default());
     for start in range.clone().step_by(PACKET) {
         let packet = start..(start + PACKET).min(range.end);
         let rays = (&batch.rays[packet.clone()], &batch.offset[packet.clone()]);
-        march_packet::<S, BLOCKS>(simd, scene, rays, &objective.marching, &mut scratch);
+        view.march_packet::<S, BLOCKS>(simd, rays, &mut scratch);
         outcome.samples += scratch.samples.len() as u64;
+        let Scratch { samples, arms, found, paths, sums } = &mut scratch;
         let mut first = 0;
-        for (i, ray) in packet.clone().enumerate() {
-            let (end, left) = scratch.ends[i];
-            let samples = &scratch.samples[first..end];
-            let pixel = composite(samples, left);
-            let d = compare(scene, (batch, ray), pixel, objective, tape);
+        for ((ray, found), path) in packet.clone().zip(found).zip(paths) {
+            let samples = &samples[first..found.samples];
+            first = found.samples;
+            let pixel = composite(samples, arms, found.left);
+            let d = compare(scene, (batch, ray), (pixel, &found.exit), objective, tape);
             outcome.squared_error += d.squared_error;
             let records = tape.records.len();
-            march_back(samples, &d, objective.sparsity, tape);
-            if let Some(g) = ray_gradients.get_mut(ray - range.start) {
-                let basis = *tape.bases.last().expect("march_back pushed the ray's basis");
-                let made = (samples, &tape.records[records..]);
-                *g = ray_gradient::<S, BLOCKS>(simd, scene, &batch.rays[ray], made, &basis);
-                g.1 += background_vjp(scene, batch, ray, &d);
+            march_back(samples, arms, &d, objective.sparsity, tape);
+            let wanted = ray_gradients.get_mut(ray - range.start);
+            let bending = view.tracer.as_ref().filter(|_| found.bent && objective.index.is_some());
+            if wanted.is_none() && bending.is_none() {
+                continue;
             }
-            first = end;
+            let d_exit = background_vjp(scene, batch, &found.exit, &d);
+            let made = (samples, &tape.records[records..], &arms[..]);
+            let adjoint = PathAdjoint { ray: &batch.rays[ray], d_exit, all: wanted.is_some() };
+            let bent = bending.or(view.tracer.as_ref().filter(|_| found.bent)).map(|t| (t, &*path));
+            let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
+            if let Some(wanted) = wanted {
+                *wanted = d_ray;
+            }
         }
     }
     tape.sort(&scene.field.map);
@@ -168,13 +265,12 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
 }
 
 /// Where the adjoint of a ray starts.
-struct RayAdjoint {
+struct PixelAdjoint {
     squared_error: f64,
     colour: [f32; 3],
     transmittance: f32,
     behind: [f32; 3],
     last: f32,
-    basis: super::colour::Lanes,
 }
 
 /// Compare a ray with its target: loss, its adjoint, the gradient of the background.
@@ -182,13 +278,13 @@ struct RayAdjoint {
 fn compare(
     scene: &Scene,
     (batch, ray): (&Batch, usize),
-    pixel: Pixel<f32>,
+    (pixel, exit): (Pixel<f32>, &Ray<f32>),
     objective: &Objective,
     tape: &mut Tape,
-) -> RayAdjoint {
-    let (r, target, left) = (&batch.rays[ray], batch.target[ray], pixel.transmittance);
+) -> PixelAdjoint {
+    let (target, left) = (batch.target[ray], pixel.transmittance);
     let given = batch.behind.get(ray);
-    let behind = given.copied().unwrap_or_else(|| scene.background.radiance(r.origin, r.direction));
+    let behind = given.copied().unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
     let (mut colour, mut squared_error) = ([0.0; 3], 0.0);
     for c in 0..3 {
         let error = pixel.colour[c] + left * behind[c] - target[c];
@@ -196,7 +292,7 @@ fn compare(
         colour[c] = 2.0 * error;
     }
     if let (None, Background::Environment(map)) = (given, scene.background) {
-        let stencil = map.stencil(r.direction);
+        let stencil = map.stencil(exit.direction);
         for k in 0..4 {
             let w = left * stencil.weight[k];
             tape.texels.push((stencil.index[k] as u32, colour.map(|g| w * g)));
@@ -204,18 +300,20 @@ fn compare(
     }
     let transmittance =
         if objective.opacity > 0.0 { objective.opacity * opacity_beta_slope(left) } else { 0.0 };
-    let basis = scene.layout.basis(r.direction);
-    RayAdjoint { squared_error, colour, transmittance, behind, last: left, basis }
+    PixelAdjoint { squared_error, colour, transmittance, behind, last: left }
 }
 
 /// The sweep from the back: one record per sample, theory (3.10)–(3.13). The twin of [`composite`].
 #[inline(always)]
-fn march_back(samples: &[Sample], d: &RayAdjoint, sparsity: f32, tape: &mut Tape) {
-    let basis = tape.bases.len() as u32;
-    tape.bases.push(d.basis);
+fn march_back(samples: &[Sample], arms: &[Arm], d: &PixelAdjoint, sparsity: f32, tape: &mut Tape) {
+    let mut arm = u32::MAX;
     let mut behind = d.behind;
     let start = tape.records.len();
     for s in samples.iter().rev() {
+        if s.arm != arm {
+            arm = s.arm;
+            tape.bases.push(arms[arm as usize].basis);
+        }
         let mut contrast = 0.0;
         let mut d_colour = [0.0; 3];
         for c in 0..3 {
@@ -231,7 +329,7 @@ fn march_back(samples: &[Sample], d: &RayAdjoint, sparsity: f32, tape: &mut Tape
         tape.records.push(Record {
             cell: s.cell,
             fraction: s.fraction,
-            basis,
+            basis: tape.bases.len() as u32 - 1,
             d_theta: d_tau * s.slope,
             d_colour,
         });
@@ -239,40 +337,13 @@ fn march_back(samples: &[Sample], d: &RayAdjoint, sparsity: f32, tape: &mut Tape
     tape.records[start..].reverse();
 }
 
-/// dLoss/d(origin, direction) of one ray from its samples and their records, theory (3.14).
-#[inline(always)]
-fn ray_gradient<S: Simd, const BLOCKS: usize>(
-    simd: S,
-    scene: &Scene,
-    ray: &Ray<f32>,
-    (samples, records): (&[Sample], &[Record]),
-    basis: &super::colour::Lanes,
-) -> (Vec3<f32>, Vec3<f32>) {
-    let (mut d_origin, mut d_direction) = (Vec3::zero(), Vec3::zero());
-    let (unit, colour) = (ray.direction, voxels::<BLOCKS>(&scene.field.colour));
-    for (s, r) in samples.iter().zip(records) {
-        let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
-        let sample = (&s.corners, &s.weights, s.fraction);
-        let (d_node, d_basis) = shade_vjp(simd, colour, sample, (scene.layout, basis), r.d_colour);
-        let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
-        let d_x = scene.field.domain.node_vjp(ray.at(s.t), d_node);
-        let d_unit = scene.layout.basis_vjp(unit, &d_basis);
-        // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
-        let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
-        let stretch = d_tau * s.tau;
-        d_origin += d_x;
-        d_direction += d_x * s.t + unit * stretch + (d_unit - unit * unit.dot(d_unit));
-    }
-    (d_origin, d_direction)
-}
-
-/// dLoss/d(direction) through the background.
-fn background_vjp(scene: &Scene, batch: &Batch, ray: usize, d: &RayAdjoint) -> Vec3<f32> {
+/// dLoss/d(direction) of the exit ray through the background.
+fn background_vjp(scene: &Scene, batch: &Batch, exit: &Ray<f32>, d: &PixelAdjoint) -> Vec3<f32> {
     let Background::Environment(map) = scene.background else { return Vec3::zero() };
     if !batch.behind.is_empty() {
         return Vec3::zero();
     }
-    let unit = batch.rays[ray].direction;
+    let unit = exit.direction;
     let free = map.radiance_vjp(unit, d.colour.map(|g| g * d.last));
     free - unit * unit.dot(free)
 }

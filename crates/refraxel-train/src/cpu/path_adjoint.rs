@@ -1,0 +1,77 @@
+//! From the records of a path's samples back to the path: its ray, and the index that bent it.
+
+use super::Scene;
+use super::colour::{shade_vjp, voxels};
+use super::march::Sample;
+use super::tape::{Kick, Record};
+use super::trace::Arm;
+use fearless_simd::Simd;
+use refraxel_core::grid::trilinear;
+use refraxel_core::optics::{RayAdjoint, Tracer};
+use refraxel_core::radiance::SegmentAdjoint;
+use refraxel_core::{IndexGradient, IndexGrid, Path, Ray, Vec3};
+
+/// dLoss/d(start, momentum) per segment of a path.
+pub(super) type SegmentSums = Vec<SegmentAdjoint<f32>>;
+
+/// What the adjoint of a path needs besides its samples.
+pub(super) struct PathAdjoint<'a> {
+    pub ray: &'a Ray<f32>,
+    /// dLoss/d(direction) of the exit ray, tangential.
+    pub d_exit: Vec3<f32>,
+    /// All samples count. Otherwise those before the first kick are left out: no index moves them.
+    pub all: bool,
+}
+
+impl PathAdjoint<'_> {
+    /// dLoss/d(origin, direction) of the ray, theory (3.14); what kicks receive is noted, theory (2.16).
+    #[inline(always)]
+    pub(super) fn run<S: Simd, const BLOCKS: usize>(
+        &self,
+        simd: S,
+        scene: &Scene,
+        (samples, records, arms): (&[Sample], &[Record], &[Arm]),
+        bent: Option<(&Tracer<f32>, &Path<f32>)>,
+        (sums, kicks): (&mut SegmentSums, &mut Vec<Kick>),
+    ) -> (Vec3<f32>, Vec3<f32>) {
+        let segments = bent.map_or(1, |(_, path)| path.segments.len());
+        let fixed = if self.all { 0 } else { 1 };
+        sums.clear();
+        sums.resize(segments, (Vec3::zero(), Vec3::zero()));
+        let colour = voxels::<BLOCKS>(&scene.field.colour);
+        for (s, r) in samples.iter().zip(records) {
+            let arm = &arms[s.arm as usize];
+            if (arm.place as usize) < fixed {
+                continue;
+            }
+            let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
+            let sample = (&s.corners, &s.weights, s.fraction);
+            let (d_node, d_basis) = shade_vjp(simd, colour, sample, (scene.layout, &arm.basis), r.d_colour);
+            let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
+            let d_x = scene.field.domain.node_vjp(arm.segment.at(s.t), d_node);
+            let d_unit = scene.layout.basis_vjp(arm.unit, &d_basis);
+            // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
+            let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
+            let tangent = d_unit - arm.unit * arm.unit.dot(d_unit);
+            let sum = &mut sums[arm.place as usize];
+            sum.0 += d_x;
+            sum.1 += d_x * s.t + (arm.unit * (d_tau * s.tau) + tangent) / arm.speed;
+        }
+        let Some((tracer, path)) = bent else {
+            return (sums[0].0, sums[0].1 + self.d_exit);
+        };
+        let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
+        let d = tracer.vjp(self.ray, path, sums, &d_exit, &mut Kicks(kicks));
+        (d.origin, d.direction)
+    }
+}
+
+/// Notes kicks for a later scatter.
+struct Kicks<'a>(&'a mut Vec<Kick>);
+
+impl IndexGradient<f32> for Kicks<'_> {
+    #[inline(always)]
+    fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, (d_w, d_force): (f32, Vec3<f32>)) {
+        self.0.push(Kick { region: region as u32, x, d_w, d_force });
+    }
+}
