@@ -3,7 +3,6 @@
 //! Every field gives the n of its nodes as control values: the grid's coefficients are n²/2 at the nodes, see
 //! [`IndexGrid::from_control_values`]. Nodes of the border stay at n = 1.
 
-use super::gaussian_blur;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, Vec3, vec3};
 use refraxel_data::IndexVolume;
@@ -118,8 +117,7 @@ impl super::Hull {
         edge: super::Edge,
         sigma: f32,
     ) -> IndexGrid<f32> {
-        let mut occupancy = self.occupancy(edge);
-        gaussian_blur(&mut occupancy, self.domain.resolution, sigma);
+        let occupancy = self.blurred_occupancy(edge, sigma);
         let site = Site { bounds: self.domain.bounds, resolution: self.domain.resolution, interpolation };
         site.from_occupancy(&occupancy, n0)
     }

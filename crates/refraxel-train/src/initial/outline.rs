@@ -42,7 +42,7 @@ struct Outline {
 }
 
 impl Outlines {
-    /// Distance maps of all silhouettes, on all threads: about 10 ms per megapixel and core.
+    /// Distance maps of all silhouettes, on all threads: about 50 ms per megapixel and core.
     ///
     /// # Panics
     /// If the coverage or `occluded_beyond` of a silhouette does not have one value per pixel of its mask.
