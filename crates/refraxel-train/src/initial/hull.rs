@@ -57,9 +57,9 @@ impl Outlines {
     /// m votes, ⌊(1 − share) m⌋ may be overruled, and the largest of the others is the point's distance. It is inside
     /// where that is ≤ 0.
     ///
-    /// Mean error of the distance within 2 voxels of a ball 32 voxels across, 40 to 100 views of 100² pixels: below 0.01 voxel
-    /// for a share of 1, −0.04 to −0.02 for 0.95, −0.11 to −0.09 for 0.9 (the surface moves outwards). No bias is subtracted: that of
-    /// the share depends on the curvature and on the views.
+    /// Mean error of the distance within 2 voxels of a ball 32 voxels across, 40 to 100 views of 100² pixels: below
+    /// 0.01 voxel for a share of 1, −0.04 to −0.02 for 0.95, −0.11 to −0.09 for 0.9 (the surface moves outwards). No bias
+    /// is subtracted: that of the share depends on the curvature and on the views.
     pub fn hull(&self, domain: &Domain<f32>, vote: &Vote) -> Hull {
         let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
         let far = domain.bounds.extent().length();
