@@ -7,6 +7,7 @@ pub mod config;
 pub mod cpu;
 pub mod evaluate;
 pub mod index_error;
+pub mod initial;
 pub mod memory;
 pub mod metrics;
 pub mod model;

@@ -2,9 +2,10 @@
 
 pub(crate) mod colmap;
 pub(crate) mod llff;
-mod npy;
+pub(crate) mod npy;
+pub(crate) mod npz;
 pub(crate) mod nsvf;
-mod ply;
+pub(crate) mod ply;
 pub(crate) mod transforms;
 
 use crate::DataError;

@@ -1,4 +1,4 @@
-//! NumPy `.npy` arrays of floating-point numbers, as LLFF needs them.
+//! NumPy `.npy` arrays of floating-point numbers, as LLFF and index volumes need them.
 //!
 //! A reader of its own because shapes come from files: the product of a hostile shape must not overflow.
 
@@ -14,6 +14,13 @@ pub(crate) struct Matrix {
     pub values: Vec<f64>,
 }
 
+/// An array in C order: the last axis runs fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Array {
+    pub shape: Vec<usize>,
+    pub values: Vec<f64>,
+}
+
 const EXPECTED: &str = "a NumPy array of version 1 to 3";
 
 /// Reads an array of one or two dimensions; a vector is a single row.
@@ -22,6 +29,24 @@ pub(crate) fn read(path: &Path) -> Result<Matrix, DataError> {
 }
 
 pub(crate) fn parse(path: &Path, content: &[u8]) -> Result<Matrix, DataError> {
+    let Array { shape, values } = array(path, content)?;
+    let (rows, columns) = match shape[..] {
+        [n] => (1, n),
+        [n, m] => (n, m),
+        _ => {
+            return Err(DataError::Value {
+                path: path.to_owned(),
+                key: "the 'shape'".into(),
+                found: format!("{shape:?}"),
+                expected: "one or two dimensions",
+            });
+        }
+    };
+    Ok(Matrix { rows, columns, values })
+}
+
+/// An array of any number of dimensions.
+pub(crate) fn array(path: &Path, content: &[u8]) -> Result<Array, DataError> {
     let mut bytes = Bytes::new(path, content);
     let magic = bytes.take(8, EXPECTED)?;
     if &magic[..6] != b"\x93NUMPY" {
@@ -46,8 +71,9 @@ pub(crate) fn parse(path: &Path, content: &[u8]) -> Result<Matrix, DataError> {
     if !after(&header, "fortran_order").is_some_and(|rest| rest.starts_with("False")) {
         return Err(fault("'fortran_order': False; save numpy.ascontiguousarray(a)"));
     }
-    let (rows, columns) = shape(&header).ok_or_else(|| fault("a 'shape' of one or two dimensions"))?;
-    let count = rows.checked_mul(columns).ok_or_else(|| fault("a 'shape' that fits the file"))?;
+    let shape = shape(&header).ok_or_else(|| fault("a 'shape'"))?;
+    let count = shape.iter().try_fold(1_usize, |n, &m| n.checked_mul(m));
+    let count = count.ok_or_else(|| fault("a 'shape' that fits the file"))?;
     bytes.check_count(count as u64, size, "as many numbers as the shape says")?;
     let data = bytes.take(count * size, EXPECTED)?;
     let number = |chunk: &[u8]| match *chunk {
@@ -55,7 +81,7 @@ pub(crate) fn parse(path: &Path, content: &[u8]) -> Result<Matrix, DataError> {
         [a, b, c, d, e, f, g, h] => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
         _ => f64::NAN, // chunks have 4 or 8 bytes
     };
-    Ok(Matrix { rows, columns, values: data.chunks_exact(size).map(number).collect() })
+    Ok(Array { shape, values: data.chunks_exact(size).map(number).collect() })
 }
 
 /// The text behind `'key':`.
@@ -68,16 +94,11 @@ fn quoted<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     after(header, key)?.strip_prefix('\'')?.split('\'').next()
 }
 
-/// (rows, columns) of `(n,)` or `(n, m)`.
-fn shape(header: &str) -> Option<(usize, usize)> {
+/// The sizes in `(n,)` or `(n, m)`.
+fn shape(header: &str) -> Option<Vec<usize>> {
     let inner = after(header, "shape")?.strip_prefix('(')?.split(')').next()?;
     let sizes = inner.split(',').map(str::trim).filter(|s| !s.is_empty());
-    let sizes: Vec<usize> = sizes.map(|s| s.parse().ok()).collect::<Option<_>>()?;
-    match sizes[..] {
-        [n] => Some((1, n)),
-        [n, m] => Some((n, m)),
-        _ => None,
-    }
+    sizes.map(|s| s.parse().ok()).collect()
 }
 
 #[cfg(test)]

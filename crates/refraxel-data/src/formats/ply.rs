@@ -1,4 +1,10 @@
-//! Vertex positions of PLY files, ASCII or binary, as nerfstudio's `ply_file_path` names them.
+//! Vertex positions of PLY files, ASCII or binary, as nerfstudio's `ply_file_path` names them, and triangle meshes.
+
+mod faces;
+
+pub(crate) use faces::mesh;
+#[cfg(test)]
+pub(crate) use faces::tests::tetrahedron;
 
 use crate::DataError;
 use crate::bytes::Bytes;
@@ -31,6 +37,14 @@ const EXPECTED: &str = "a PLY file whose first element is vertex, with float x, 
 
 /// Positions of all finite vertices.
 pub(crate) fn points(path: &Path, content: &[u8]) -> Result<Vec<Vec3<f64>>, DataError> {
+    let (mut bytes, header, _) = open(path, content)?;
+    let mut points = vertices(&mut bytes, &header)?;
+    points.retain(|p| p.is_finite());
+    Ok(points)
+}
+
+/// The bytes behind the header, what it says about vertices, and all of its text.
+fn open<'a>(path: &'a Path, content: &'a [u8]) -> Result<(Bytes<'a>, Header, String), DataError> {
     const END: &[u8] = b"end_header\n";
     const HEADER_BYTES: usize = 64 << 10;
     let mut bytes = Bytes::new(path, content);
@@ -38,18 +52,21 @@ pub(crate) fn points(path: &Path, content: &[u8]) -> Result<Vec<Vec3<f64>>, Data
     let end = end.ok_or_else(|| bytes.damaged("no end_header".into(), EXPECTED))?;
     let text = String::from_utf8_lossy(bytes.take(end, EXPECTED)?).into_owned();
     let header = header(&text).ok_or_else(|| bytes.damaged(text.chars().take(80).collect(), EXPECTED))?;
+    Ok((bytes, header, text))
+}
+
+/// Positions of all vertices; of an ASCII file this takes all bytes that are left.
+fn vertices(bytes: &mut Bytes, header: &Header) -> Result<Vec<Vec3<f64>>, DataError> {
     let column = |axis: &str| {
         header.properties.iter().position(|(_, kind, name)| name == axis && *kind == Kind::Float)
     };
     let (Some(x), Some(y), Some(z)) = (column("x"), column("y"), column("z")) else {
         return Err(bytes.damaged("no x, y, z".into(), EXPECTED));
     };
-    let mut points = match header.encoding {
-        Encoding::Ascii => ascii(&mut bytes, &header, [x, y, z])?,
-        _ => binary(&mut bytes, &header, [x, y, z])?,
-    };
-    points.retain(|p| p.is_finite());
-    Ok(points)
+    match header.encoding {
+        Encoding::Ascii => ascii(bytes, header, [x, y, z]),
+        _ => binary(bytes, header, [x, y, z]),
+    }
 }
 
 fn header(text: &str) -> Option<Header> {

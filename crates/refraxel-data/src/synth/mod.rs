@@ -28,6 +28,8 @@ pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCount
 pub use error::SynthError;
 pub use grin::Phase;
 pub use medium::{Index, Medium};
+#[cfg(test)]
+pub(crate) use output::npz_of_index;
 pub use output::{DEPTH_UNIT, Progress, Summary, SynthOptions, contact_sheet, synthesize};
 pub use render::{Frame, Sampling, render_view};
 pub use scene::{Body, Environment, Matter, Scene};

@@ -21,5 +21,7 @@ mod npz;
 mod pictures;
 mod synthesize;
 
+#[cfg(test)]
+pub(crate) use npz::npz_of_index;
 pub use pictures::DEPTH_UNIT;
 pub use synthesize::{Progress, Summary, SynthOptions, contact_sheet, synthesize};

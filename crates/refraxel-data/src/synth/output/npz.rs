@@ -2,6 +2,8 @@
 //!
 //! Sources: NumPy's NPY format 1.0; PKWARE APPNOTE 6.3 (stored entries, dates fixed to 1980-01-01).
 
+use refraxel_core::Aabb;
+
 /// An array in C order: the last axis runs fastest.
 pub(super) struct Array<'a> {
     pub name: &'a str,
@@ -74,6 +76,15 @@ pub(super) fn npz(arrays: &[Array]) -> Vec<u8> {
     out.extend([directory.len() as u32, start].iter().flat_map(|v| v.to_le_bytes()));
     out.extend(0u16.to_le_bytes());
     out
+}
+
+/// The bytes of an `index.npz`: `n[x, y, z]` in the cells of a box, and its corners.
+pub(crate) fn npz_of_index(bounds: &Aabb<f64>, cells: [usize; 3], n: &[f32]) -> Vec<u8> {
+    npz(&[
+        Array { name: "n", shape: &cells, values: Values::F32(n) },
+        Array { name: "min", shape: &[3], values: Values::F64(&bounds.min.to_array()) },
+        Array { name: "max", shape: &[3], values: Values::F64(&bounds.max.to_array()) },
+    ])
 }
 
 #[cfg(test)]

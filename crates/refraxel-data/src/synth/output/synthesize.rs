@@ -11,7 +11,7 @@ use super::super::trace::{Limits, Reflection};
 use super::super::truth::{IndexTruth, opaque_json, refractive_json};
 use super::files::{create_folder, io, write_whole};
 use super::manifest::{Manifest, State, prepare};
-use super::npz::{Array, Values, npz};
+use super::npz::npz_of_index;
 use super::pictures::{
     DEPTH_UNIT, color_png, depth_png, linear_exr, mask_picture, mask_png, normal_picture, normal_png, sheet,
 };
@@ -346,11 +346,7 @@ impl Run<'_> {
         let cells =
             e.to_array().map(|l| ((l / e.max_element() * f64::from(longest)).round() as usize).max(1));
         let n = truth.voxels(&bounds, cells);
-        let bytes = npz(&[
-            Array { name: "n", shape: &cells, values: Values::F32(&n) },
-            Array { name: "min", shape: &[3], values: Values::F64(&bounds.min.to_array()) },
-            Array { name: "max", shape: &[3], values: Values::F64(&bounds.max.to_array()) },
-        ]);
+        let bytes = npz_of_index(&bounds, cells, &n);
         write_whole(&self.options.out.join("index.npz"), &bytes)?;
         Ok(json!({
             "file": "index.npz",

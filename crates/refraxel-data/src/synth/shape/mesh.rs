@@ -127,6 +127,11 @@ impl TriangleMesh {
         TriangleMesh { surface, normals, nodes }
     }
 
+    /// Vertices and triangles.
+    pub(crate) fn parts(&self) -> (&[Vec3<f64>], &[[u32; 3]]) {
+        (&self.surface.vertices, &self.surface.triangles)
+    }
+
     pub(super) fn bounds(&self) -> Aabb<f64> {
         self.nodes[0].bounds
     }

@@ -1,0 +1,99 @@
+//! Closed triangle meshes from OBJ and PLY files.
+
+use crate::formats::ply;
+use crate::synth::TriangleMesh;
+use crate::{DataError, limits};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Reads a closed triangle mesh from a Wavefront `.obj` or a `.ply` file (ASCII or binary), in the file's coordinates.
+///
+/// Closed means that every edge belongs to an even number of triangles; vertices at the same place count as one. The
+/// triangles may be turned either way.
+pub fn read_mesh(path: &Path) -> Result<TriangleMesh, DataError> {
+    let fault = |key: &str, found: String, expected| DataError::Value {
+        path: path.to_owned(),
+        key: key.into(),
+        found,
+        expected,
+    };
+    let unusable = |e: crate::synth::MeshError| {
+        fault("the mesh", e.to_string(), "vertices and triangles that name them")
+    };
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let mesh = match extension.as_str() {
+        "obj" => TriangleMesh::from_obj(&limits::read_text(path)?).map_err(unusable)?,
+        "ply" => {
+            let content = limits::read(path, limits::BINARY_BYTES)?;
+            let (vertices, triangles) = ply::mesh(path, &content)?;
+            TriangleMesh::new(vertices, triangles).map_err(unusable)?
+        }
+        other => return Err(fault("the file type", format!("{other:?}"), "a mesh as .obj or .ply")),
+    };
+    let (vertices, _) = mesh.parts();
+    if let Some(at) = vertices.iter().position(|v| !v.is_finite()) {
+        return Err(fault(
+            &format!("vertex {at}"),
+            format!("{:?}", vertices[at].to_array()),
+            "finite numbers",
+        ));
+    }
+    match open_edges(&mesh) {
+        0 => Ok(mesh),
+        n => Err(fault(
+            "the mesh",
+            format!("open at {n} edges"),
+            "a closed surface; fill its holes in a mesh editor",
+        )),
+    }
+}
+
+/// Edges of an odd number of triangles.
+fn open_edges(mesh: &TriangleMesh) -> usize {
+    let (vertices, triangles) = mesh.parts();
+    // Adding zero makes −0 and 0 one place.
+    let place = |i: u32| vertices[i as usize].to_array().map(|c| (c + 0.0).to_bits());
+    let mut edges: HashMap<_, usize> = HashMap::new();
+    for t in triangles {
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            let (a, b) = (place(t[i]), place(t[j]));
+            if a != b {
+                *edges.entry((a.min(b), a.max(b))).or_default() += 1;
+            }
+        }
+    }
+    edges.values().filter(|n| *n % 2 == 1).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::ply::tetrahedron;
+    use crate::synth::Shape;
+    use refraxel_core::vec3;
+
+    fn read(name: &str, content: &[u8]) -> Result<TriangleMesh, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        read_mesh(&path).map_err(|e| e.to_string())
+    }
+
+    const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+    #[test]
+    fn obj_and_ply_hold_the_same_tetrahedron() {
+        for mesh in [read("a.obj", OBJ.as_bytes()), read("a.PLY", &tetrahedron("binary_little_endian"))] {
+            let shape = Shape::Mesh(mesh.unwrap());
+            assert!(shape.contains(vec3(0.2, 0.2, 0.2)) && !shape.contains(vec3(0.4, 0.4, 0.4)));
+        }
+    }
+
+    #[test]
+    fn an_open_or_foreign_mesh_says_so() {
+        let open = OBJ.replace("f 2 3 4\n", "");
+        assert!(read("a.obj", open.as_bytes()).unwrap_err().contains("open at 3 edges"));
+        assert!(read("a.stl", b"").unwrap_err().contains(".obj or .ply"));
+        assert!(read("a.obj", b"v 0 0 0\nf 1 2 3\n").unwrap_err().contains("a.obj"));
+    }
+}

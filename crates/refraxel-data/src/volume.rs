@@ -1,0 +1,188 @@
+//! Volumes of the refractive index: the `index.npz` of synthetic scenes, and `.npy` arrays of other tools.
+
+use crate::formats::{npy, npz};
+use crate::{DataError, limits};
+use refraxel_core::{Aabb, Vec3};
+use std::path::Path;
+
+/// The refractive index in the cells of a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IndexVolume {
+    bounds: Aabb<f64>,
+    cells: [usize; 3],
+    values: Vec<f32>,
+}
+
+const SHAPE: &str = "three dimensions n[x, y, z], none of them empty";
+const POSITIVE: &str = "finite numbers > 0";
+const CORNER: &str = "three finite numbers, each of max above that of min";
+
+impl IndexVolume {
+    /// A volume of `cells` per axis in a box, z fastest and x slowest; `None` unless there is one value per cell, all are
+    /// finite and > 0, and the box is not empty.
+    pub fn new(bounds: Aabb<f64>, cells: [usize; 3], values: Vec<f32>) -> Option<Self> {
+        let count = cells.iter().try_fold(1_usize, |n, &c| n.checked_mul(c))?;
+        let is_valid = |v: &f32| v.is_finite() && *v > 0.0;
+        let fits = count > 0 && count == values.len() && values.iter().all(is_valid) && is_box(&bounds);
+        fits.then_some(Self { bounds, cells, values })
+    }
+
+    /// Reads `n[x, y, z]` at the centres of the cells of a box: an `.npz` with the arrays `n`, `min` and `max` as
+    /// `refraxel synth` writes it, or an `.npy`, which needs `bounds`. `bounds`, where given, replace those of the file.
+    pub fn read(path: &Path, bounds: Option<Aabb<f64>>) -> Result<Self, DataError> {
+        let content = limits::read(path, limits::BINARY_BYTES)?;
+        let fault = |key: &str, found: String, expected| DataError::Value {
+            path: path.to_owned(),
+            key: key.into(),
+            found,
+            expected,
+        };
+        let archive = if npz::is_archive(&content) { Some(npz::entries(path, &content)?) } else { None };
+        let array = |name: &'static str| match &archive {
+            None => npy::array(path, &content),
+            Some(entries) => {
+                let entry = entries.iter().find(|e| e.0 == format!("{name}.npy"));
+                let entry = entry.ok_or_else(|| {
+                    let names: Vec<&str> = entries.iter().map(|e| e.0.as_str()).collect();
+                    fault("the list of arrays", names.join(", "), "arrays n, min and max")
+                })?;
+                npy::array(path, entry.1)
+            }
+        };
+        let stated = |name| {
+            let corner = array(name)?;
+            let corner: Result<[f64; 3], _> = corner.values.try_into();
+            corner.map(Vec3::from).map_err(|v: Vec<f64>| fault(name, format!("{} numbers", v.len()), CORNER))
+        };
+        let bounds = match (bounds, &archive) {
+            (Some(bounds), _) => bounds,
+            (None, Some(_)) => Aabb::new(stated("min")?, stated("max")?),
+            (None, None) => {
+                return Err(fault(
+                    "the box",
+                    "missing in an .npy file".into(),
+                    "a box beside the file, or an .npz with min and max",
+                ));
+            }
+        };
+        if !is_box(&bounds) {
+            return Err(fault(
+                "the box",
+                format!("{:?} to {:?}", bounds.min.to_array(), bounds.max.to_array()),
+                CORNER,
+            ));
+        }
+        let n = array("n")?;
+        let cells: [usize; 3] =
+            n.shape.try_into().map_err(|s: Vec<usize>| fault("the shape", format!("{s:?}"), SHAPE))?;
+        let wrong = n.values.iter().find(|v| !((**v as f32).is_finite() && **v > 0.0)).copied();
+        let values = n.values.into_iter().map(|v| v as f32).collect();
+        Self::new(bounds, cells, values).ok_or_else(|| match wrong {
+            Some(v) => fault("the index", v.to_string(), POSITIVE),
+            None => fault("the shape", format!("{cells:?}"), SHAPE),
+        })
+    }
+
+    /// The box.
+    pub fn bounds(&self) -> &Aabb<f64> {
+        &self.bounds
+    }
+    /// Cells per axis.
+    pub fn cells(&self) -> [usize; 3] {
+        self.cells
+    }
+
+    /// n at a world point: trilinear between the centres of cells, constant from the outermost centres to the faces of the
+    /// box, 1 outside.
+    pub fn index(&self, x: Vec3<f64>) -> f64 {
+        if !self.bounds.contains(x) {
+            return 1.0;
+        }
+        let (e, mut low, mut f) = (self.bounds.extent(), [0; 3], [0.0; 3]);
+        for a in 0..3 {
+            let last = self.cells[a] - 1;
+            let g = ((x[a] - self.bounds.min[a]) / e[a] * self.cells[a] as f64 - 0.5).clamp(0.0, last as f64);
+            low[a] = (g as usize).min(last.saturating_sub(1));
+            f[a] = g - low[a] as f64;
+        }
+        let weights = refraxel_core::grid::trilinear::weights(Vec3::from(f));
+        let at = |k: usize| {
+            let i: [usize; 3] = std::array::from_fn(|a| (low[a] + (k >> a & 1)).min(self.cells[a] - 1));
+            f64::from(self.values[(i[0] * self.cells[1] + i[1]) * self.cells[2] + i[2]])
+        };
+        weights.iter().enumerate().map(|(k, w)| w * at(k)).sum()
+    }
+}
+
+fn is_box(b: &Aabb<f64>) -> bool {
+    b.min.is_finite() && b.max.is_finite() && b.extent().min_element() > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::npz_of_index;
+    use proptest::prelude::*;
+    use refraxel_core::vec3;
+
+    fn unit() -> Aabb<f64> {
+        Aabb::new(vec3(-1.0, 0.0, 0.0), vec3(1.0, 1.0, 3.0))
+    }
+
+    fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        (folder, path)
+    }
+
+    fn values() -> Vec<f32> {
+        (0..24).map(|k| 1.0 + k as f32 / 32.0).collect()
+    }
+
+    #[test]
+    fn what_the_tracer_writes_is_read_back() {
+        let (_folder, path) = file("index.npz", &npz_of_index(&unit(), [4, 2, 3], &values()));
+        let volume = IndexVolume::read(&path, None).unwrap();
+        assert_eq!(volume, IndexVolume::new(unit(), [4, 2, 3], values()).unwrap());
+        // Cell (1, 0, 2) has its centre at (−1/4, 1/4, 5/2) and holds the ninth value.
+        assert_eq!(volume.index(vec3(-0.25, 0.25, 2.5)), 1.25);
+        assert_eq!(volume.index(vec3(-0.25, 0.25, 3.1)), 1.0);
+    }
+
+    #[test]
+    fn a_bare_array_needs_a_box() {
+        let n: Vec<f64> = values().into_iter().map(f64::from).collect();
+        let (_folder, path) = file("n.npy", &npy::tests::npy("(4, 2, 3)", &n));
+        let error = IndexVolume::read(&path, None).unwrap_err().to_string();
+        assert!(error.contains("n.npy") && error.contains("a box beside the file"), "{error}");
+        assert_eq!(IndexVolume::read(&path, Some(unit())).unwrap().cells(), [4, 2, 3]);
+    }
+
+    #[test]
+    fn impossible_volumes_say_what_is_wrong() {
+        let mut n = vec![1.0; 24];
+        n[5] = -0.5;
+        let read = |shape: &str, n: &[f64]| {
+            let (_folder, path) = file("n.npy", &npy::tests::npy(shape, n));
+            IndexVolume::read(&path, Some(unit())).unwrap_err().to_string()
+        };
+        assert!(read("(4, 2, 3)", &n).contains("the index is -0.5; expected finite numbers > 0"));
+        assert!(read("(4, 6)", &[1.0; 24]).contains("three dimensions"));
+        assert!(read("(0, 2, 3)", &[]).contains("none of them empty"));
+        let (_folder, path) = file("other.npz", b"PK\x03\x04 and no more");
+        assert!(IndexVolume::read(&path, None).unwrap_err().to_string().contains("numpy.savez"));
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_archives_never_panic(cut in 0_usize..900, at in 0_usize..900, byte: u8) {
+            let mut bytes = npz_of_index(&unit(), [4, 2, 3], &values());
+            let at = at % bytes.len();
+            bytes[at] = byte;
+            bytes.truncate(cut.max(4));
+            let (_folder, path) = file("index.npz", &bytes);
+            let _ = IndexVolume::read(&path, None);
+        }
+    }
+}

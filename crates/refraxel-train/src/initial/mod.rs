@@ -1,0 +1,23 @@
+//! Where a reconstruction of the refractive index starts: regions, shapes and fields.
+//!
+//! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
+//! visual [`Hull`] of each. [`fields`] turns a hull, a simple shape, the truth, a volume or a mesh into an index grid.
+//! A [`Gate`] keeps rays straight that miss the object, and [`gaussian_blur`] smooths fields and their gradients.
+
+mod blur;
+mod contour;
+pub mod fields;
+mod gate;
+mod hull;
+mod inside;
+mod locate;
+mod outline;
+mod region;
+
+pub use blur::gaussian_blur;
+pub use fields::Site;
+pub use gate::Gate;
+pub use hull::{Edge, Hull, Vote};
+pub use locate::{LocateError, Search};
+pub use outline::{Outlines, Silhouette};
+pub use region::{Spacing, region_grid};
