@@ -13,6 +13,7 @@ pub mod metrics;
 pub mod model;
 pub mod random;
 pub mod rays;
+pub mod recipe;
 pub mod refraction;
 pub mod run;
 pub mod schedule;

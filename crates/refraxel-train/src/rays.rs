@@ -4,7 +4,7 @@ use crate::backend::Batch;
 use crate::random::Random;
 use rayon::prelude::*;
 use refraxel_core::{Camera, Lens, Ray, Vec3};
-use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View};
 use std::sync::Arc;
 
 /// Unit directions of all pixel centres in the camera frame; NaN where the lens sees nothing.
@@ -18,9 +18,23 @@ struct Shot {
     meaning: MaskMeaning,
 }
 
+/// Which pixels a batch draws from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Selection {
+    /// All of them, evenly.
+    #[default]
+    All,
+    /// Those that show nothing refractive, not even in part or next to them.
+    Outside,
+    /// All of them, but at least this share of the rays inside refractive masks.
+    Inside(f64),
+}
+
 /// The photographs that rays are drawn from.
 pub struct Shots {
     shots: Vec<Shot>,
+    /// Pixels inside refractive masks: (shot, pixel).
+    inside: Vec<(u32, u32)>,
     /// Pixels before each shot, and in all.
     first: Vec<u64>,
     transparent: bool,
@@ -49,7 +63,31 @@ impl Shots {
         for s in &shots {
             first.push(first[first.len() - 1] + s.photo.image.len() as u64);
         }
-        Self { shots, first, transparent: backdrop == Backdrop::Transparent, random: Random::new(seed) }
+        let inside =
+            shots.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
+        let (inside, transparent) = (inside.collect(), backdrop == Backdrop::Transparent);
+        Self { shots, inside, first, transparent, random: Random::new(seed) }
+    }
+
+    /// Cameras and coverage of the refractive masks there are.
+    pub fn silhouettes(&self) -> impl Iterator<Item = (&Camera, &Mask)> {
+        self.shots.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
+    }
+
+    /// Size of a pixel at a point, the median over the cameras [scene unit].
+    pub fn pixel_size(&self, at: Vec3<f32>) -> f32 {
+        let size = |s: &Shot| {
+            let distance = (s.camera.world_from_camera.translation - at.cast()).length();
+            distance / s.camera.focal[0].max(s.camera.focal[1])
+        };
+        let mut sizes: Vec<f64> = self.shots.iter().map(size).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() / 2).map_or(1.0, |&s| s as f32)
+    }
+
+    /// Share of the pixels that lie inside refractive masks.
+    pub fn inside_share(&self) -> f64 {
+        self.inside.len() as f64 / self.pixels().max(1) as f64
     }
 
     /// Pixels in all.
@@ -57,9 +95,10 @@ impl Shots {
         self.first[self.first.len() - 1]
     }
 
-    /// `size` rays through random pixels of all photographs: a function of the seed and the step alone.
-    pub fn batch(&self, step: u64, size: usize) -> Batch {
-        let drawn: Vec<_> = (0..size as u64).into_par_iter().filter_map(|i| self.draw(step, i)).collect();
+    /// At most `size` rays through random pixels of all photographs: a function of the seed, the step and the selection.
+    pub fn batch(&self, step: u64, size: usize, selection: Selection) -> Batch {
+        let draw = |i| self.draw(step, i, size as u64, selection);
+        let drawn: Vec<_> = (0..size as u64).into_par_iter().filter_map(draw).collect();
         let mut batch = Batch::default();
         for (ray, target, behind, offset) in drawn {
             batch.rays.push(ray);
@@ -70,14 +109,32 @@ impl Shots {
         batch
     }
 
-    fn draw(&self, step: u64, i: u64) -> Option<(Ray<f32>, [f32; 3], [f32; 3], f32)> {
+    fn draw(
+        &self,
+        step: u64,
+        i: u64,
+        size: u64,
+        selection: Selection,
+    ) -> Option<(Ray<f32>, [f32; 3], [f32; 3], f32)> {
         let lane = |k: u64| i * 64 + k;
+        let from_inside = match selection {
+            Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
+            _ => false,
+        };
         let (shot, pixel, ray) = (0..REDRAWS).find_map(|k| {
-            let at = self.random.below(self.pixels(), step, lane(8 + k));
-            let shot = self.first.partition_point(|&f| f <= at) - 1;
-            let pixel = (at - self.first[shot]) as usize;
-            let ray = self.shots[shot].ray(pixel)?;
-            self.shots[shot].used(pixel).then_some((shot, pixel, ray))
+            let below = |n: u64| self.random.below(n, step, lane(8 + k));
+            let (shot, pixel) = if from_inside {
+                let (shot, pixel) = self.inside[below(self.inside.len() as u64) as usize];
+                (shot as usize, pixel as usize)
+            } else {
+                let at = below(self.pixels());
+                let shot = self.first.partition_point(|&f| f <= at) - 1;
+                (shot, (at - self.first[shot]) as usize)
+            };
+            let of = &self.shots[shot];
+            let ray = of.ray(pixel)?;
+            let selected = selection != Selection::Outside || of.clearly_outside(pixel);
+            (of.used(pixel) && selected).then_some((shot, pixel, ray))
         })?;
         let [r, g, b, alpha] = self.shots[shot].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
@@ -85,6 +142,12 @@ impl Shots {
             |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
         let offset = self.random.uniform(step, lane(3)) as f32;
         Some((ray, [over(r, 0), over(g, 1), over(b, 2)], behind, offset))
+    }
+
+    /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
+    fn extra_inside(&self, share: f64) -> f64 {
+        let natural = self.inside_share();
+        if self.inside.is_empty() || natural >= share { 0.0 } else { (share - natural) / (1.0 - natural) }
     }
 
     /// About `count` rays spread evenly over all pixels.
@@ -109,6 +172,27 @@ impl Shot {
         let columns = pose.rotation.columns.map(|c| c.cast::<f32>());
         let direction = columns[0] * d.x + columns[1] * d.y + columns[2] * d.z;
         d.is_finite().then(|| Ray { origin: pose.translation.cast(), direction: direction.normalized() })
+    }
+
+    /// The mask of what is refractive.
+    fn refractive(&self) -> Option<&Mask> {
+        self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
+    }
+
+    /// Pixels mostly inside the refractive mask.
+    fn inside(&self) -> impl Iterator<Item = usize> {
+        let coverage = self.refractive().map_or(&[][..], |m| &m.coverage);
+        coverage.iter().enumerate().filter(|(_, c)| **c > 127).map(|(pixel, _)| pixel)
+    }
+
+    /// Neither the pixel nor any of its eight neighbours shows something refractive.
+    fn clearly_outside(&self, pixel: usize) -> bool {
+        let Some(mask) = self.refractive() else { return true };
+        let (w, h) = (mask.width as usize, mask.height as usize);
+        let (x, y) = (pixel % w, pixel / w);
+        let columns = x.saturating_sub(1)..=(x + 1).min(w - 1);
+        let mut rows = y.saturating_sub(1)..=(y + 1).min(h - 1);
+        rows.all(|y| columns.clone().all(|x| mask.coverage[y * w + x] == 0))
     }
 
     /// Whether a mask lets the pixel count.
@@ -156,7 +240,7 @@ fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Optio
 mod tests {
     use super::*;
     use refraxel_core::vec3;
-    use refraxel_data::{Image, Mask, Pixels};
+    use refraxel_data::{Image, Pixels};
     use std::path::PathBuf;
 
     fn shot(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
@@ -190,13 +274,26 @@ mod tests {
         let mask = vec![255, 0, 0, 255, 0, 0, 0, 0];
         let s = shots(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
         let allowed = [0, 3].map(|p| pixel_ray(&s.shots[0].camera, p).unwrap());
-        let batch = s.batch(0, 200);
+        let batch = s.batch(0, 200, Selection::All);
         assert!(batch.rays.len() > 190 && batch.rays.iter().all(|r| allowed.contains(r)));
     }
 
     #[test]
+    fn rays_can_be_drawn_outside_or_mostly_inside_refractive_masks() {
+        let mask = vec![255, 0, 0, 0, 255, 20, 0, 0];
+        let s = shots(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
+        let of = |pixels: &[usize], batch: &Batch| {
+            let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.shots[0].camera, p).unwrap()).collect();
+            batch.rays.iter().filter(|r| rays.contains(r)).count() as f64 / batch.rays.len() as f64
+        };
+        assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside)), 1.0);
+        assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.6))) - 0.6).abs() < 0.03);
+        assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.1))) - 0.25).abs() < 0.03);
+    }
+
+    #[test]
     fn transparent_pixels_show_the_random_background() {
-        let batch = shots(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100);
+        let batch = shots(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
         assert_eq!(batch.behind.len(), batch.rays.len());
         // Pixel 0 has alpha 24/255: mostly background.
         let first = pixel_ray(&shots(Lens::Pinhole, MaskMeaning::Keep, None).shots[0].camera, 0).unwrap();
@@ -208,7 +305,7 @@ mod tests {
     #[test]
     fn a_batch_is_a_function_of_seed_and_step() {
         let s = shots(Lens::Pinhole, MaskMeaning::Keep, None);
-        assert_eq!(s.batch(4, 50).rays, s.batch(4, 50).rays);
-        assert_ne!(s.batch(4, 50).offset, s.batch(5, 50).offset);
+        assert_eq!(s.batch(4, 50, Selection::All).rays, s.batch(4, 50, Selection::All).rays);
+        assert_ne!(s.batch(4, 50, Selection::All).offset, s.batch(5, 50, Selection::All).offset);
     }
 }

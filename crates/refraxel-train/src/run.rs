@@ -3,9 +3,14 @@
 use crate::backend::Backend;
 use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};
 use crate::config::Config;
-use crate::cpu::{CpuBackend, Moments};
+use crate::cpu::{CpuBackend, IndexMoments, Moments};
+use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
-use refraxel_core::{AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
+use crate::refraction::{Extras, Optics, Refraction};
+use crate::schedule::Act;
+use refraxel_core::{
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, Medium, ShDegree, VoxelField,
+};
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -21,6 +26,9 @@ pub struct State {
     pub step: u64,
     /// Stage of the schedule.
     pub stage: u32,
+    /// What the run is busy with.
+    #[serde(default)]
+    pub act: Act,
     /// Seconds spent training.
     pub seconds: f64,
     /// Validation scores recorded.
@@ -33,7 +41,15 @@ pub struct State {
 
 impl Default for State {
     fn default() -> Self {
-        Self { step: 0, stage: 0, seconds: 0.0, validations: 0, caution: 1.0, rollbacks: 0 }
+        Self {
+            step: 0,
+            stage: 0,
+            act: Act::Straight,
+            seconds: 0.0,
+            validations: 0,
+            caution: 1.0,
+            rollbacks: 0,
+        }
     }
 }
 
@@ -82,6 +98,9 @@ struct Header {
     near: f32,
     backdrop: StoredBackdrop,
     background: StoredBackground,
+    /// Refractive regions; their tensors are called `index.K`, K from 0.
+    #[serde(default)]
+    regions: Vec<StoredRegion>,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     world_from_model: String,
 }
@@ -99,6 +118,14 @@ enum StoredBackdrop {
 enum StoredBackground {
     Constant([f32; 3]),
     EnvironmentRows(usize),
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredRegion {
+    bounds: [[f32; 3]; 2],
+    resolution: [u32; 3],
+    /// Steps that the moments of its index saw.
+    moment_steps: u32,
 }
 
 /// Save a run, atomically.
@@ -134,6 +161,7 @@ pub fn save_run(
             Backdrop::Surroundings => StoredBackdrop::Surroundings,
         },
         background,
+        regions: stored_regions(backend),
         world_from_model: "identity".to_owned(),
     };
     let header = serde_json::to_value(header).map_err(|e| foreign(folder, &e.to_string()))?;
@@ -141,7 +169,8 @@ pub fn save_run(
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
     let slots = [field.map.slots()];
-    let tensors = [
+    let of_index = index_tensors(backend);
+    let mut tensors = vec![
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
         ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
         ("density", TensorView::new(&per_voxel, DataView::F32(&field.density))),
@@ -154,7 +183,88 @@ pub fn save_run(
             TensorView::new(&texel_shape, DataView::F32(moments.background.as_flattened())),
         ),
     ];
+    tensors.extend(of_index.iter().map(|(name, tensor)| (name.as_str(), tensor.view())));
     save(&folder.join(CHECKPOINT), &header, &tensors)
+}
+
+fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
+    let regions = backend.refraction().medium.regions().iter().zip(&backend.moments().index);
+    let stored = regions.map(|(region, moments)| {
+        let Domain { bounds, resolution, .. } = *region.domain();
+        let bounds = [bounds.min.to_array(), bounds.max.to_array()];
+        StoredRegion { bounds, resolution, moment_steps: moments.steps }
+    });
+    stored.collect()
+}
+
+/// Per region: coefficients of w, both moments, and what is free and gated; the last two are empty where there is none.
+fn index_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
+    let refraction = backend.refraction();
+    let mut out = Vec::new();
+    for (k, (region, moments)) in refraction.medium.regions().iter().zip(&backend.moments().index).enumerate()
+    {
+        let mut put = |name: &str, data: TensorData, len: usize| {
+            out.push((format!("index.{k}{name}"), Tensor { shape: vec![len], data }));
+        };
+        let n = region.coefficients().len();
+        put("", TensorData::F32(region.coefficients().to_vec()), n);
+        put(".first_moment", TensorData::F32(moments.first.clone()), n);
+        put(".second_moment", TensorData::F32(moments.second.clone()), n);
+        let extras = refraction.extras.get(k);
+        let free: Vec<u8> = extras.map_or(Vec::new(), |e| e.free.iter().map(|&f| u8::from(f)).collect());
+        let gate = extras.and_then(|e| e.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
+        let (free_len, gate_len) = (free.len(), gate.len());
+        put(".free", TensorData::U8(free), free_len);
+        put(".gate", TensorData::U8(gate), gate_len);
+    }
+    out
+}
+
+/// The refraction of a checkpoint, and the moments of its index.
+fn restore_refraction(
+    path: &Path,
+    h: &Header,
+    file: &mut TensorFile,
+) -> Result<(Refraction, Vec<IndexMoments>), CheckpointError> {
+    let optics = Optics { integrator: h.config.index_stepping.into(), step: h.config.index_step };
+    let (mut grids, mut moments, mut extras) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, region) in h.regions.iter().enumerate() {
+        let wrong = |what: &str| foreign(path, &format!("refractive region {k} {what}"));
+        if !region.resolution.iter().all(|n| (7..=2048).contains(n)) || !is_box(region.bounds) {
+            return Err(wrong("has no valid box or resolution"));
+        }
+        let domain = Domain {
+            bounds: bounds_of(region.bounds),
+            extent: Extent::Bounded,
+            resolution: region.resolution,
+        };
+        let nodes = region.resolution.map(|n| n as usize).iter().product();
+        let name = |part: &str| format!("index.{k}{part}");
+        let mut values = |part: &str| f32s(path, file, &name(part), nodes).map(|v| v.to_vec());
+        let (coefficients, first, second) =
+            (values("")?, values(".first_moment")?, values(".second_moment")?);
+        let interpolation = h.config.index_interpolation.into();
+        let grid =
+            IndexGrid::from_coefficients(domain.bounds, domain.resolution, interpolation, coefficients);
+        grids.push(grid.ok_or_else(|| wrong("has an index that is not finite, or not 1 at its border"))?);
+        moments.push(IndexMoments { first, second, steps: region.moment_steps });
+        let free: Vec<bool> = u8s(path, file, &name(".free"))?.into_iter().map(|f| f > 0).collect();
+        let gate = Some(u8s(path, file, &name(".gate"))?).filter(|g| !g.is_empty());
+        let gate =
+            gate.map(|g| Gate::from_values(domain, g).ok_or_else(|| wrong("has a gate of another size")));
+        if !free.is_empty() && free.len() != nodes {
+            return Err(wrong("has a list of free nodes of another size"));
+        }
+        extras.push(Extras { free, gate: gate.transpose()? });
+    }
+    let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
+    let mut refraction = Refraction { medium, optics, extras };
+    refraction.find_flat_cells();
+    Ok((refraction, moments))
+}
+
+fn is_box([low, high]: [[f32; 3]; 2]) -> bool {
+    (0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
 }
 
 /// Read a run back.
@@ -187,10 +297,7 @@ fn restore(
     if !valid(&h.resolution) || !valid(&h.finest_resolution) {
         return Err(wrong("its resolution is not 2 to 2048 per axis"));
     }
-    let [low, high] = h.bounds;
-    if !(0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
-        || !(0.0..f32::MAX).contains(&h.near)
-    {
+    if !is_box(h.bounds) || !(0.0..f32::MAX).contains(&h.near) {
         return Err(wrong("its box or near limit is not a finite size"));
     }
     let extent = if h.contracted { Extent::Contracted } else { Extent::Bounded };
@@ -229,6 +336,8 @@ fn restore(
     if !backend.restore_occupied(occupied) {
         return Err(wrong("its occupied cells are not those of its bricks"));
     }
+    let (refraction, index_moments) = restore_refraction(path, h, &mut file)?;
+    backend.restore_refraction(refraction, index_moments);
     Ok((backend, finest))
 }
 
@@ -255,6 +364,13 @@ fn u32s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u32>, Chec
     match take(path, file, name)?.data {
         TensorData::U32(v) if v.len().is_multiple_of(3) => Ok(v),
         _ => Err(foreign(path, &format!("tensor `{name}` is not a list of U32 triples"))),
+    }
+}
+
+fn u8s(path: &Path, file: &mut TensorFile, name: &str) -> Result<Vec<u8>, CheckpointError> {
+    match take(path, file, name)?.data {
+        TensorData::U8(v) => Ok(v),
+        _ => Err(foreign(path, &format!("tensor `{name}` is not of type U8"))),
     }
 }
 

@@ -1,8 +1,22 @@
 //! What changes during training: resolution, learning rates, priors.
 
-use crate::backend::{Marching, Objective};
-use crate::config::Config;
+use crate::backend::{IndexObjective, Marching, Objective};
+use crate::config::{Bending, Config};
 use refraxel_core::Domain;
+use serde::{Deserialize, Serialize};
+
+/// What a run is busy with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Act {
+    /// Rays are straight. If they shall bend later: what lies outside the masks is learned.
+    #[default]
+    Straight,
+    /// Rays bend, and the index learns alone.
+    Index,
+    /// Rays bend, and everything learns.
+    Joint,
+}
 
 /// Where a run stands: 0 at the start, 1 at the end.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -12,6 +26,17 @@ impl Progress {
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, config: &Config) -> u32 {
         (0..config.stages).rev().find(|&s| self.0 >= stage_start(config, s)).unwrap_or(0)
+    }
+
+    /// The act that this point belongs to.
+    pub fn act(self, config: &Config) -> Act {
+        if config.refraction == Bending::Off || self.0 < config.straight_share {
+            Act::Straight
+        } else if self.0 < config.straight_share + config.index_share {
+            Act::Index
+        } else {
+            Act::Joint
+        }
     }
 }
 
@@ -59,6 +84,36 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
         rate_colour: config.rate_colour * decay,
         rate_background: config.rate_background * decay,
         index: None,
+    }
+}
+
+/// The objective of an act: [`objective`] with what bends switched on, and what is held fixed at rate 0.
+pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) -> Objective {
+    let usual = objective(config, near, progress);
+    let index = Some(index_objective(config, progress)).filter(|o| o.rate > 0.0);
+    let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
+    match act {
+        Act::Straight => usual,
+        Act::Index => Objective { index, ..still },
+        Act::Joint => Objective {
+            index,
+            rate_density: usual.rate_density * config.bent_rates,
+            rate_colour: usual.rate_colour * config.bent_rates,
+            ..usual
+        },
+    }
+}
+
+fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
+    // The index decays over what is left of the run once rays bend.
+    let left = ((progress.0 - config.straight_share) / (1.0 - config.straight_share)).clamp(0.0, 1.0);
+    IndexObjective {
+        rate: config.rate_index * config.rate_decay.powf(left as f32),
+        blur: config.index_blur,
+        clip: config.index_clip,
+        variation: (config.index_variation, config.index_variation_penalty.into()),
+        deviation: (config.index_deviation, config.index_deviation_penalty.into()),
+        largest: config.index_largest,
     }
 }
 

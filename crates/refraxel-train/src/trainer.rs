@@ -2,14 +2,15 @@
 
 use crate::backend::{Backend, StepOutcome};
 use crate::checkpoint::CheckpointError;
-use crate::config::Config;
+use crate::config::{Bending, Config};
 use crate::cpu::CpuBackend;
 use crate::evaluate::{render, score};
 use crate::metrics::MetricsError;
 use crate::model::{Plan, kept_bricks};
-use crate::rays::Shots;
+use crate::rays::{Selection, Shots};
+use crate::recipe::{self, RecipeError};
 use crate::run::State;
-use crate::schedule::{Progress, objective, stage_domain, training_marching};
+use crate::schedule::{Act, Progress, objective_of, stage_domain, training_marching};
 use refraxel_core::BrickMap;
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,8 @@ use std::time::Instant;
 
 /// Rays that decide what is pruned.
 const PRUNING_RAYS: u64 = 600_000;
+/// Least share of rays inside masks while the index learns alone.
+const INDEX_INSIDE_SHARE: f64 = 0.7;
 /// Steps between two records of the training error.
 const RECORD_EVERY: u64 = 25;
 /// Records of the validation score in a run.
@@ -25,7 +28,7 @@ const VALIDATIONS: f64 = 20.0;
 const MAX_ROLLBACKS: u32 = 4;
 
 /// One line of the training log.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Steps done.
     pub step: u64,
@@ -46,6 +49,15 @@ pub struct Record {
     pub samples_per_ray: f64,
     /// Thousand rays per second since the last record.
     pub krays_per_s: f64,
+    /// What the run is busy with.
+    #[serde(default)]
+    pub act: Act,
+    /// Mean index of refraction where it is above 1, per region.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub index: Vec<f64>,
+    /// What happened since the last record, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub news: Vec<String>,
 }
 
 /// Why training stopped early.
@@ -67,6 +79,9 @@ pub enum TrainError {
         "no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)"
     )]
     NoPixels,
+    /// What is refractive could not be found.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
     /// A checkpoint could not be read or written.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -87,6 +102,7 @@ pub struct Trainer {
     good: Option<Box<Saved>>,
     clock: Instant,
     since: Tally,
+    news: Vec<String>,
 }
 
 /// What a rollback restores.
@@ -143,6 +159,7 @@ impl Trainer {
             good: None,
             clock: Instant::now(),
             since: Tally::new(),
+            news: Vec::new(),
         };
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
@@ -198,11 +215,19 @@ impl Trainer {
         if progress.stage(&self.config) > self.state.stage {
             self.next_stage();
         }
-        let mut objective = objective(&self.config, self.plan.near, progress);
+        let act = progress.act(&self.config);
+        if self.state.act == Act::Straight && act > Act::Straight {
+            self.begin_bending()?;
+        }
+        self.state.act = act;
+        let mut objective = objective_of(&self.config, self.plan.near, progress, act);
         objective.rate_density *= self.state.caution;
         objective.rate_colour *= self.state.caution;
         objective.rate_background *= self.state.caution;
-        let batch = self.shots.batch(self.state.step, self.config.batch as usize);
+        if let Some(index) = &mut objective.index {
+            index.rate *= self.state.caution;
+        }
+        let batch = self.shots.batch(self.state.step, self.config.batch as usize, self.selection(act));
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
         }
@@ -215,6 +240,26 @@ impl Trainer {
         self.count(&outcome, batch.rays.len() as u64);
         let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
         Ok(if due { Some(self.record()?) } else { None })
+    }
+
+    fn selection(&self, act: Act) -> Selection {
+        match act {
+            _ if self.config.refraction == Bending::Off => Selection::All,
+            Act::Straight => Selection::Outside,
+            Act::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
+            Act::Joint => Selection::Inside(self.config.inside_share),
+        }
+    }
+
+    /// Find what is refractive, give it an index to start from, and let rays bend from now on.
+    fn begin_bending(&mut self) -> Result<(), TrainError> {
+        let marching = training_marching(&self.config, self.plan.near);
+        self.good = None;
+        self.backend.refresh_occupancy(&marching);
+        let news = recipe::begin(&mut self.backend, &self.shots, &self.config, self.plan.near)?;
+        self.news.extend(news);
+        self.keep_good_state();
+        Ok(())
     }
 
     fn count(&mut self, outcome: &StepOutcome, rays: u64) {
@@ -237,6 +282,9 @@ impl Trainer {
             voxels: self.backend.field().map.voxels() as u64,
             samples_per_ray: tally.samples as f64 / rays,
             krays_per_s: rays / 1e3 / tally.start.elapsed().as_secs_f64(),
+            act: self.state.act,
+            index: self.backend.refraction().mean_indices(),
+            news: std::mem::take(&mut self.news),
         };
         if progress.0 * VALIDATIONS >= f64::from(self.state.validations + 1) {
             self.state.validations = (progress.0 * VALIDATIONS) as u32;
@@ -276,11 +324,12 @@ impl Trainer {
 
     fn keep_good_state(&mut self) {
         self.good = None; // at most one copy at a time
-        let backend = CpuBackend::with_moments(
+        let mut backend = CpuBackend::with_moments(
             self.backend.field().clone(),
             self.backend.background().clone(),
             self.backend.moments().clone(),
         );
+        backend.restore_refraction(self.backend.refraction().clone(), self.backend.moments().index.clone());
         self.good = Some(Box::new(Saved { state: self.state.clone(), backend }));
         self.state.rollbacks = 0;
     }

@@ -2,8 +2,8 @@
 
 use super::tape::{Kick, Tape};
 use crate::backend::IndexObjective;
+use crate::initial::gaussian_blur;
 use crate::refraction::Refraction;
-use crate::refraction::gaussian_blur;
 use rayon::prelude::*;
 use refraxel_core::index::priors;
 use refraxel_core::{IndexGrid, Medium};
@@ -73,13 +73,13 @@ pub(super) fn update(
 ) {
     let mut grads = gradient(&refraction.medium, tapes, objective.clip);
     for (region, (grad, moments)) in grads.iter_mut().zip(moments).enumerate() {
+        let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
         let grid = refraction.medium.region_mut(region);
         add_priors(grid, rays as f32, objective, grad);
         gaussian_blur(grad, grid.domain().resolution, objective.blur);
-        let free = refraction.free.get(region).filter(|f| !f.is_empty());
-        descend(grid, free.map(Vec::as_slice), moments, grad, objective);
+        descend(grid, free, moments, grad, objective);
         if step.is_multiple_of(REFRESH) {
-            grid.find_flat_cells(free.map(Vec::as_slice));
+            grid.find_flat_cells(free);
         }
     }
 }

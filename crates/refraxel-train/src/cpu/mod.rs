@@ -23,6 +23,7 @@ use fearless_simd::{Level, dispatch};
 pub use index::IndexMoments;
 use march::Marcher;
 use rayon::prelude::*;
+use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{
@@ -149,6 +150,35 @@ impl CpuBackend {
             self.marcher.occupied = occupied;
         }
         fits
+    }
+
+    /// Bend the rays, and go on with these moments of the index.
+    pub fn restore_refraction(&mut self, refraction: Refraction, moments: Vec<IndexMoments>) {
+        self.refraction = refraction;
+        self.moments.index = moments;
+    }
+
+    /// Set the raw density of all voxels whose world position is chosen; their moments start anew.
+    pub fn set_density(&mut self, density: f32, chosen: impl Fn(Vec3<f32>) -> bool) {
+        let field = &mut self.field;
+        for (slot, brick) in field.map.bricks().iter().enumerate() {
+            for local in 0..BRICK_VOXELS {
+                let within = [local & 3, local >> 2 & 3, local >> 4];
+                let node = [0, 1, 2].map(|a| (BRICK * brick[a] + within[a] as u32) as f32);
+                if chosen(field.domain.position(Vec3::from(node))) {
+                    let voxel = (slot + 1) * BRICK_VOXELS + local;
+                    field.density[voxel] = density;
+                    self.moments.density[voxel] = 0.0;
+                    self.moments.colour[voxel] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Σ over rays of |C − target|² of a batch, without learning from it.
+    pub fn squared_error(&self, batch: &Batch, objective: &Objective) -> f64 {
+        let o = Objective { index: None, ..*objective };
+        self.trace(batch, &o, &mut [], Vec::new()).1.squared_error
     }
 
     /// Share of the stored cells that rays have to look at.

@@ -78,6 +78,7 @@ pub enum Refraction {
 #[command(after_help = "Examples:
   refraxel train my_photos --out run
   refraxel train glass --out run --refraction on --minutes 10
+  refraxel train glass --out run --refraction-box -0.5,-0.5,0,0.5,0.5,1
   refraxel train glass --out run --config quick.toml --set steps=2000 --set sh_degree=1
 
 Ctrl-C saves a checkpoint; the same command with --resume goes on from it.")]
@@ -91,6 +92,12 @@ pub struct TrainArgs {
     /// Whether rays bend
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
     pub refraction: Refraction,
+    /// Box that holds everything refractive, where there are no masks, in the units of the dataset
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
+    pub refraction_box: Option<String>,
+    /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
+    #[arg(long, value_name = "FILE")]
+    pub index_from: Option<PathBuf>,
     /// Change one training option; may be repeated, the last one counts
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,

@@ -80,6 +80,8 @@ fn training(args: &DemoArgs, data: &Path, out: &Path) -> TrainArgs {
         data: data.to_owned(),
         out: out.to_owned(),
         refraction: Refraction::Off,
+        refraction_box: None,
+        index_from: None,
         settings: SETTINGS.map(setting).to_vec(),
         config: None,
         resume: false,

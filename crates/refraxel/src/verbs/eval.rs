@@ -11,6 +11,7 @@ use anyhow::anyhow;
 use refraxel_data::Dataset;
 use refraxel_data::synth::IndexTruth;
 use refraxel_train::Backend;
+use refraxel_train::Refraction;
 use refraxel_train::evaluate::{render, score, truth, truth_checksum};
 use refraxel_train::index_error::{IndexError, index_error};
 use refraxel_train::metrics::{ImageScore, Scores};
@@ -67,7 +68,8 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
         voxels: field.map.voxels() as u64,
         resolution: field.domain.resolution,
     };
-    let evaluation = Evaluation { scores, ior: index_errors(&data), run: evaluated };
+    let evaluation =
+        Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated };
     evaluation.write(run_folder, split)?;
     Ok(evaluation)
 }
@@ -86,9 +88,9 @@ pub fn print(evaluation: &Evaluation, run: &Path, split: SplitName, console: Con
 }
 
 /// Errors of the index where the truth is known. Straight rays mean an index of 1 everywhere.
-fn index_errors(data: &Dataset) -> Option<IndexError> {
+fn index_errors(data: &Dataset, refraction: &Refraction) -> Option<IndexError> {
     let truth = IndexTruth::from_scene_json(data.truth.as_ref()?)?;
-    Some(index_error(&truth, |_| 1.0))
+    Some(index_error(&truth, |x| refraction.index(x.cast()).into()))
 }
 
 /// The scores, and the checksum of the truths.

@@ -11,9 +11,11 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::plot::{Plot, Series};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
-use refraxel_data::{Dataset, Photo, View, scene_region};
+use refraxel_data::{Dataset, MaskMeaning, Photo, View, scene_region};
 use refraxel_train::checkpoint::{remove_leftovers, write_atomic};
+use refraxel_train::config::{Bending, IndexShape, Switch};
 use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
+use refraxel_train::schedule::Act;
 use refraxel_train::trainer::Record;
 use refraxel_train::{Config, TrainError, Trainer};
 use std::num::NonZeroU64;
@@ -35,14 +37,11 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 
 /// Trains to the end and saves; an interruption is a failure, after saving.
 pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
-    if args.refraction == Refraction::On {
-        let error = anyhow!("--refraction on: this version has straight rays only; use --refraction off");
-        return Err(Failure::new(Exit::Usage, error));
-    }
     // Everything that can be wrong with the input is found before the first file is written.
     let options = open_options(&args.reading);
     let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
-    let config = configuration(args, Config::suited_to(scene_region(&data).unbounded))?;
+    let usual = Config::suited_to(scene_region(&data).unbounded);
+    let config = configuration(args, Config { refraction: bending(args, &data), ..usual })?;
     let source = source_of(&args.data, &options, &data);
     let saved = if args.resume { Some(saved(args, &source)?) } else { None };
     let photos = load_photos(&data, &data.split.train, show)?;
@@ -61,6 +60,21 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Interrupted, note));
     }
     Ok(())
+}
+
+/// Whether rays bend: as asked for, or where something says what is refractive.
+fn bending(args: &TrainArgs, data: &Dataset) -> Bending {
+    let masked = |&i: &usize| {
+        let view = &data.views[i];
+        view.mask.is_some() && view.mask_meaning == MaskMeaning::Refractive
+    };
+    let told = args.refraction_box.is_some() || args.index_from.is_some();
+    match args.refraction {
+        Refraction::Off => Bending::Off,
+        Refraction::On => Bending::On,
+        Refraction::Auto if told || data.split.train.iter().any(masked) => Bending::On,
+        Refraction::Auto => Bending::Off,
+    }
 }
 
 /// The options: those of `base`, then the file, then `--set`, then the flags of their own.
@@ -86,6 +100,19 @@ fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
     config = config.with(settings).or_exit(Exit::Usage)?;
     config.seed = args.seed.unwrap_or(config.seed);
     config.minutes = args.minutes.unwrap_or(config.minutes);
+    match args.refraction {
+        Refraction::Off => config.refraction = Bending::Off,
+        Refraction::On => config.refraction = Bending::On,
+        Refraction::Auto => {}
+    }
+    if let Some(bounds) = &args.refraction_box {
+        config.refraction_box.clone_from(bounds);
+    }
+    if let Some(path) = &args.index_from {
+        config.index_shape = IndexShape::File;
+        config.index_scan = Switch::Off;
+        config.index_from = path.display().to_string();
+    }
     config.checked().or_exit(Exit::Usage)
 }
 
@@ -149,6 +176,7 @@ fn learn(
     while !trainer.finished() && !interrupted() && trainer.state().step < stop_after {
         if let Some(record) = trainer.step().map_err(train_failure)? {
             log.write(&record)?;
+            record.news.iter().for_each(|news| progress.say(news));
             last = Some(record);
         }
         let note = last.as_ref().map(note).unwrap_or_default();
@@ -166,7 +194,15 @@ fn learn(
 }
 
 fn note(r: &Record) -> String {
-    format!("{}³  {:.2} dB  {:.0} krays/s", r.resolution, r.train_psnr, r.krays_per_s)
+    let act = match r.act {
+        Act::Straight => "straight".to_owned(),
+        Act::Index => "index alone".to_owned(),
+        Act::Joint => "all together".to_owned(),
+    };
+    let index: Vec<String> = r.index.iter().take(3).map(|n| format!("{n:.3}")).collect();
+    let index = if index.is_empty() { String::new() } else { format!("  n {}", index.join(" ")) };
+    let (size, psnr, speed) = (r.resolution, r.train_psnr, r.krays_per_s);
+    format!("{act}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s")
 }
 
 fn save(trainer: &mut Trainer, out: &Path, source: &Source) -> Result<(), Failure> {
@@ -178,7 +214,7 @@ fn save(trainer: &mut Trainer, out: &Path, source: &Source) -> Result<(), Failur
 fn train_failure(error: TrainError) -> Failure {
     match error {
         TrainError::Diverged { .. } => Failure::new(Exit::Numerical, error),
-        TrainError::NoPixels => Failure::new(Exit::BadInput, error),
+        TrainError::NoPixels | TrainError::Recipe(_) => Failure::new(Exit::BadInput, error),
         TrainError::Checkpoint(e) => e.into(),
         TrainError::Metrics(e) => e.into(),
     }

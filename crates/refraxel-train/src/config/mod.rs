@@ -1,5 +1,9 @@
 //! Training options: everything that `--set key=value` and a configuration file can change.
 
+mod choices;
+
+pub use choices::{Bending, IndexInterpolation, IndexPenalty, IndexShape, Stepping, Switch};
+use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -70,6 +74,64 @@ pub struct Config {
     pub environment_rows: u32,
     /// Largest estimated memory of parameters and moments [GiB]; the resolution is lowered to fit.
     pub memory: f64,
+    /// Whether rays bend.
+    pub refraction: Bending,
+    /// Box that holds everything refractive, `x0,y0,z0,x1,y1,z1` [scene unit]; empty: where the masks say.
+    pub refraction_box: String,
+    /// Share of the run that learns what lies outside the masks, with straight rays.
+    pub straight_share: f64,
+    /// Share of the run that then learns the index alone.
+    pub index_share: f64,
+    /// Least share of in-mask rays in a batch once rays bend.
+    pub inside_share: f64,
+    /// What the index looks like before it learns.
+    pub index_shape: IndexShape,
+    /// File that `index_shape = file` reads: scene.json, an index volume, or a mesh.
+    pub index_from: String,
+    /// Whether the first index inside is searched by the error of the rendered rays; else it is `index_guess`.
+    pub index_scan: Switch,
+    /// Index of refraction to start from without a search.
+    pub index_guess: f32,
+    /// Share of the views that must agree that a point is refractive.
+    pub index_vote: f32,
+    /// Blur of the first shape [voxel of the index grid].
+    pub index_smooth: f32,
+    /// Nodes along the longest edge of a region; 0: by `index_voxels_per_pixel`.
+    pub index_resolution: u32,
+    /// Index voxels per pixel at a region.
+    pub index_voxels_per_pixel: f64,
+    /// Grids from coarse to fine on which the index learns; each doubles the resolution.
+    pub index_stages: u32,
+    /// How the index is interpolated.
+    pub index_interpolation: IndexInterpolation,
+    /// How rays are integrated.
+    pub index_stepping: Stepping,
+    /// Step through the index [voxel of the index grid].
+    pub index_step: f32,
+    /// Whether only rays bend that would meet the object on a straight line.
+    pub index_gate: Switch,
+    /// Whether the index inside the shape is free, not only at its surface.
+    pub index_interior: Switch,
+    /// Learning rate of the index; 0 holds it fixed.
+    pub rate_index: f32,
+    /// Blur of the gradient of the index [voxel of the index grid].
+    pub index_blur: f32,
+    /// Bound on the gradient of one kick.
+    pub index_clip: f32,
+    /// Largest index that can be learned.
+    pub index_largest: f32,
+    /// Weight of the variation of the index.
+    pub index_variation: f32,
+    /// Penalty of the variation of the index.
+    pub index_variation_penalty: IndexPenalty,
+    /// Weight of the deviation of the index from 1.
+    pub index_deviation: f32,
+    /// Penalty of the deviation of the index from 1.
+    pub index_deviation_penalty: IndexPenalty,
+    /// Factor on all rates but the index's once rays bend.
+    pub bent_rates: f32,
+    /// Raw density inside the refractive shape when rays begin to bend.
+    pub contents_density: f32,
 }
 
 impl Default for Config {
@@ -106,6 +168,35 @@ impl Default for Config {
             prune_weight: 0.005,
             environment_rows: 64,
             memory: 8.0,
+            refraction: Bending::Off,
+            refraction_box: String::new(),
+            straight_share: 0.4,
+            index_share: 0.1,
+            inside_share: 0.4,
+            index_shape: IndexShape::Hull,
+            index_from: String::new(),
+            index_scan: Switch::On,
+            index_guess: 1.3,
+            index_vote: 0.95,
+            index_smooth: 0.7,
+            index_resolution: 0,
+            index_voxels_per_pixel: 0.7,
+            index_stages: 1,
+            index_interpolation: IndexInterpolation::Cubic,
+            index_stepping: Stepping::Leapfrog,
+            index_step: 0.5,
+            index_gate: Switch::On,
+            index_interior: Switch::On,
+            rate_index: 0.002,
+            index_blur: 1.5,
+            index_clip: 3.0,
+            index_largest: 2.6,
+            index_variation: 0.0,
+            index_variation_penalty: IndexPenalty::L1,
+            index_deviation: 0.0,
+            index_deviation_penalty: IndexPenalty::L1,
+            bent_rates: 1.0,
+            contents_density: -5.0,
         }
     }
 }
@@ -130,6 +221,14 @@ pub enum ConfigError {
         found: String,
         /// "number" or "whole number".
         expected: &'static str,
+    },
+    /// A word that is not one of the choices.
+    #[error("option `{key}`: {problem}")]
+    Choice {
+        /// The key.
+        key: String,
+        /// What is wrong, and what is possible.
+        problem: String,
     },
     /// A value out of range.
     #[error("option `{key}` is {found}, expected {expected}")]
@@ -172,13 +271,11 @@ impl Config {
             };
             let value = parse(key, text, old)?;
             all.insert(key.to_owned(), value);
+            serde_json::from_value::<Self>(Value::Object(all.clone()))
+                .map_err(|e| ConfigError::Choice { key: key.to_owned(), problem: e.to_string() })?;
         }
-        let config: Self = serde_json::from_value(Value::Object(all)).map_err(|e| ConfigError::Type {
-            key: "?".into(),
-            found: e.to_string(),
-            expected: "number",
-        })?;
-        config.checked()
+        let config: Option<Self> = serde_json::from_value(Value::Object(all)).ok();
+        config.unwrap_or(self).checked()
     }
 
     fn to_map(&self) -> Map<String, Value> {
@@ -265,12 +362,79 @@ impl Config {
             real(key, v, 0.0, 1e6, "0 or more")?;
         }
         real("tv_decay", self.tv_decay, 1e-6, 1.0, "1e-6 to 1")?;
+        self.checked_refraction(&range)?;
         Ok(self)
+    }
+}
+
+impl Config {
+    fn checked_refraction(
+        &self,
+        range: &impl Fn(bool, &'static str, String, &'static str) -> Result<(), ConfigError>,
+    ) -> Result<(), ConfigError> {
+        let within = |key, v: f64, low: f64, high: f64, expected| {
+            range((low..=high).contains(&v), key, v.to_string(), expected)
+        };
+        within("straight_share", self.straight_share, 0.0, 0.95, "0 to 0.95")?;
+        within("index_share", self.index_share, 0.0, 0.95, "0 to 0.95")?;
+        within("inside_share", self.inside_share, 0.0, 1.0, "0 to 1")?;
+        within("index_guess", self.index_guess.into(), 1.0, 4.0, "1 to 4")?;
+        within("index_largest", self.index_largest.into(), 1.0, 5.0, "1 to 5")?;
+        within("index_vote", self.index_vote.into(), 0.5, 1.0, "0.5 to 1")?;
+        within("index_smooth", self.index_smooth.into(), 0.0, 8.0, "0 to 8 voxels")?;
+        within("index_blur", self.index_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
+        within("index_step", self.index_step.into(), 0.05, 1.0, "0.05 to 1 voxel")?;
+        within("index_voxels_per_pixel", self.index_voxels_per_pixel, 0.05, 4.0, "0.05 to 4")?;
+        within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
+        within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
+        within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
+        for (key, v) in [
+            ("index_clip", self.index_clip),
+            ("index_variation", self.index_variation),
+            ("index_deviation", self.index_deviation),
+        ] {
+            within(key, v.into(), 0.0, 1e6, "0 or more")?;
+        }
+        let n = self.index_resolution;
+        range(
+            n == 0 || (16..=512).contains(&n),
+            "index_resolution",
+            n.to_string(),
+            "0 (automatic) or 16 to 512",
+        )?;
+        let n = self.index_stages;
+        range((1..=4).contains(&n), "index_stages", n.to_string(), "1 to 4")?;
+        let sum = self.straight_share + self.index_share;
+        range(sum < 1.0, "straight_share + index_share", sum.to_string(), "less than 1")?;
+        range(
+            self.bounds_of_box().is_some() || self.refraction_box.is_empty(),
+            "refraction_box",
+            self.refraction_box.clone(),
+            "x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1",
+        )?;
+        range(
+            self.index_shape != IndexShape::File || !self.index_from.is_empty(),
+            "index_shape",
+            "file".to_owned(),
+            "index_from to name the file",
+        )
+    }
+
+    /// The box of `refraction_box`.
+    pub fn bounds_of_box(&self) -> Option<Aabb<f32>> {
+        let v: Vec<f32> =
+            self.refraction_box.split(',').map(|v| v.trim().parse().ok()).collect::<Option<_>>()?;
+        let &[x0, y0, z0, x1, y1, z1] = v.as_slice() else { return None };
+        let valid = x0 < x1 && y0 < y1 && z0 < z1 && v.iter().all(|v| v.is_finite());
+        valid.then(|| Aabb::new(vec3(x0, y0, z0), vec3(x1, y1, z1)))
     }
 }
 
 /// A value of the type that the option has.
 fn parse(key: &str, text: &str, old: &Value) -> Result<Value, ConfigError> {
+    if old.is_string() {
+        return Ok(Value::from(text));
+    }
     let whole = !old.is_f64();
     let value = if whole {
         text.parse::<u64>().ok().map(Value::from)
@@ -291,10 +455,14 @@ mod tests {
         assert_eq!((c.steps, c.rate_density), (9, 0.5));
     }
 
+    fn text(v: &Value) -> String {
+        v.as_str().map_or_else(|| v.to_string(), str::to_owned)
+    }
+
     #[test]
     fn every_default_survives_a_round_trip() {
         let all: Vec<(String, String)> =
-            Config::default().to_map().into_iter().map(|(k, v)| (k, v.to_string())).collect();
+            Config::default().to_map().into_iter().map(|(k, v)| (k, text(&v))).collect();
         let c = Config::default().with(all.iter().map(|(k, v)| (k.as_str(), v.as_str()))).unwrap();
         assert_eq!(c, Config::default());
     }
@@ -307,5 +475,8 @@ mod tests {
         assert_eq!(refuse("sh_degree", "4"), "option `sh_degree` is 4, expected 0, 1, 2 or 3");
         assert_eq!(refuse("rate_density", "NaN"), "option `rate_density` is `NaN`, expected a number");
         assert!(refuse("train_step", "0").contains("0.05 to 4 voxels"));
+        let choice = refuse("index_shape", "cube");
+        assert!(choice.contains("option `index_shape`") && choice.contains("`hull`"), "{choice}");
+        assert!(refuse("refraction_box", "0,0,0,1,1").contains("x0,y0,z0"));
     }
 }

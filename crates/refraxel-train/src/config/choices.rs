@@ -1,0 +1,117 @@
+//! Options that are one of a few words.
+
+use refraxel_core::index::priors::Penalty;
+use refraxel_core::{Integrator, Interpolation};
+use serde::{Deserialize, Serialize};
+
+/// Whether rays bend.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Bending {
+    /// All rays are straight.
+    #[default]
+    Off,
+    /// Rays follow the index of refraction.
+    On,
+}
+
+/// What the index looks like before it learns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IndexShape {
+    /// n = 1 everywhere.
+    Uniform,
+    /// The whole box is filled.
+    Block,
+    /// The ellipsoid in the box.
+    Ball,
+    /// What the masks carve out of the box.
+    #[default]
+    Hull,
+    /// From the file `index_from`.
+    File,
+}
+
+/// A scalar that can be switched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Switch {
+    /// It is done.
+    #[default]
+    On,
+    /// It is not.
+    Off,
+}
+
+impl Switch {
+    /// True when on.
+    pub fn is_on(self) -> bool {
+        self == Self::On
+    }
+}
+
+/// How the index is interpolated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IndexInterpolation {
+    /// Cubic B-spline.
+    #[default]
+    Cubic,
+    /// Trilinear, of central differences at the nodes.
+    Differences,
+    /// Trilinear, with its own gradient.
+    Trilinear,
+}
+
+impl From<IndexInterpolation> for Interpolation {
+    fn from(choice: IndexInterpolation) -> Self {
+        match choice {
+            IndexInterpolation::Cubic => Self::CubicBSpline,
+            IndexInterpolation::Differences => Self::TrilinearOfDifferences,
+            IndexInterpolation::Trilinear => Self::Trilinear,
+        }
+    }
+}
+
+/// How rays are integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stepping {
+    /// Symplectic, second order.
+    #[default]
+    Leapfrog,
+    /// Explicit, first order.
+    Euler,
+}
+
+impl From<Stepping> for Integrator {
+    fn from(choice: Stepping) -> Self {
+        match choice {
+            Stepping::Leapfrog => Self::Leapfrog,
+            Stepping::Euler => Self::ExplicitEuler,
+        }
+    }
+}
+
+/// How differences of the index are penalised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum IndexPenalty {
+    /// Total variation (smoothed absolute value).
+    #[default]
+    L1,
+    /// Half the square.
+    L2,
+    /// Square for small differences, absolute value for large ones.
+    Huber,
+}
+
+impl From<IndexPenalty> for Penalty<f32> {
+    fn from(choice: IndexPenalty) -> Self {
+        match choice {
+            IndexPenalty::L1 => Self::Charbonnier { epsilon: 1e-3 },
+            IndexPenalty::L2 => Self::Squared,
+            IndexPenalty::Huber => Self::Huber { delta: 0.05 },
+        }
+    }
+}
