@@ -6,6 +6,7 @@
 
 mod flat;
 mod grid;
+mod lattice;
 mod medium;
 mod prefilter;
 pub mod priors;
@@ -15,8 +16,11 @@ mod stencil;
 pub(crate) mod tests;
 
 pub use flat::FLAT;
-pub use grid::{BORDER, IndexGrid};
+pub use grid::IndexGrid;
 pub use medium::{IndexGradient, Medium, Overlap};
+
+/// Layers of nodes on each face of a box that are no parameters: vacuum.
+pub const BORDER: usize = 3;
 
 /// w of vacuum, n = 1.
 pub const VACUUM: f64 = 0.5;
