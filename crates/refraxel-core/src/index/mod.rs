@@ -6,7 +6,9 @@
 
 mod flat;
 mod grid;
+mod hull;
 mod lattice;
+mod level_set;
 mod medium;
 mod prefilter;
 pub mod priors;
@@ -17,7 +19,9 @@ pub(crate) mod tests;
 
 pub use flat::FLAT;
 pub use grid::IndexGrid;
-pub use medium::{IndexGradient, Medium, Overlap};
+pub(crate) use lattice::NUDGE;
+pub use level_set::LevelSet;
+pub use medium::{IndexGradient, Medium, MediumGradient, Overlap};
 
 /// Layers of nodes on each face of a box that are no parameters: vacuum.
 pub const BORDER: usize = 3;

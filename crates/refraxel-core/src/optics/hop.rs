@@ -1,5 +1,6 @@
 //! Crossing flat cells without looking at each step, theory (2.13).
 
+use super::crossing::{Side, first_crossing};
 use super::step::State;
 use crate::{IndexGrid, Medium, Ray, Real};
 
@@ -30,14 +31,19 @@ pub(super) fn run<T: Real>(grid: &IndexGrid<T>, s: &State<T>, h: T, limit: u32) 
     }
 }
 
-/// The first t ≥ `from` at which the line x + t p enters a cell that must be marched, and the region of that cell.
+/// The first t ≥ `from` at which the line x + t p, outside all bodies, enters a cell that must be marched or meets the
+/// surface of a body, and the region of it.
 pub(super) fn next_entry<T: Real>(medium: &Medium<T>, s: &State<T>, from: T) -> Option<(T, usize)> {
     let line = Ray { origin: s.x, direction: s.p };
     let mut best: Option<(T, usize)> = None;
     for (region, grid) in medium.regions().iter().enumerate() {
         let Some([a, b]) = grid.domain().bounds.clip(&line) else { continue };
-        let end = best.map_or(b, |(t, _)| b.min(t));
-        if let Some(t) = grid.lattice().first_marked((s.x, s.p), a.max(from), end) {
+        let range = [a.max(from), best.map_or(b, |(t, _)| b.min(t))];
+        let found = match grid.level_set() {
+            Some(level) => first_crossing(level, s, range, Side::Outside),
+            None => grid.lattice().first_marked((s.x, s.p), range[0], range[1]),
+        };
+        if let Some(t) = found {
             best = Some((t, region));
         }
     }

@@ -34,6 +34,8 @@
 //! radiance L/n², which is invariant along a ray: no factor appears where n changes.
 
 mod adjoint;
+mod crossing;
+mod event;
 mod hop;
 mod reversal;
 mod step;
@@ -42,6 +44,7 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
+pub use event::{Event, EventKind, GRAZING};
 pub use reversal::{Kept, Visit};
 
 use crate::radiance::Segment;
@@ -99,8 +102,10 @@ pub struct Step<T> {
     pub drift: T,
     /// Steps of the lattice that this is: 1, more for a hop in a flat part of a region, 0 for a hop outside.
     pub lattice: u16,
-    /// Region of the kick; without meaning for hops outside.
+    /// Region of the kick and of the event; without meaning for other hops outside.
     pub region: u16,
+    /// What happens at the end of the segment, if that lies on a surface.
+    pub event: Option<Event<T>>,
 }
 
 /// Why a path ended.
@@ -148,7 +153,8 @@ impl<'a, T: Real> Tracer<'a, T> {
     /// A tracer of rays through `medium` that are seen inside `domain`.
     ///
     /// # Panics
-    /// If the step is not in (0, 1], or there are more than 65 535 regions.
+    /// If the step is not in (0, 1], if there are more than 65 535 regions, or if one of them has a level set and the
+    /// integrator is not leapfrog.
     pub fn new(medium: &'a Medium<T>, domain: &'a Domain<T>, options: Options<T>) -> Self {
         assert!(
             options.step > T::zero() && options.step <= T::one(),
@@ -156,6 +162,11 @@ impl<'a, T: Real> Tracer<'a, T> {
             options.step
         );
         assert!(medium.regions().len() <= usize::from(u16::MAX), "at most 65 535 refractive regions");
+        assert!(
+            options.integrator == Integrator::Leapfrog
+                || medium.regions().iter().all(|r| r.level_set().is_none()),
+            "sharp interfaces need leapfrog"
+        );
         Self { medium, domain, options }
     }
 

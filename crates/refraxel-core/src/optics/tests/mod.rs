@@ -4,6 +4,7 @@ mod glass_ball;
 mod gradients;
 mod lenses;
 mod paths;
+mod sharp;
 mod snell;
 
 use super::{Integrator, Options, Path, Tracer};
