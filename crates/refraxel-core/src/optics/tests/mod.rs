@@ -5,6 +5,7 @@ mod gradients;
 mod lenses;
 mod paths;
 mod sharp;
+mod sharp_gradients;
 mod snell;
 
 use super::{Integrator, Options, Path, Tracer};
