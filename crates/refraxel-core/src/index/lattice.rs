@@ -85,34 +85,37 @@ impl<T: Real> Lattice<T> {
     /// itself. `None` outside the box.
     #[inline(always)]
     pub fn clearance_at(&self, g: Vec3<T>) -> Option<u8> {
-        let (c, n) = (self.cell(g)?, self.domain.resolution.map(|n| n as usize - 1));
-        Some(self.clearance[c[0] + n[0] * (c[1] + n[1] * c[2])])
+        Some(self.clearance_of(self.cell(g)?))
+    }
+    #[inline(always)]
+    fn clearance_of(&self, c: [usize; 3]) -> u8 {
+        let n = self.domain.resolution.map(|n| n as usize - 1);
+        self.clearance[c[0] + n[0] * (c[1] + n[1] * c[2])]
     }
 
     /// The first t in [t, end) at which the line that passes x + t p lies in a cell that must be looked at.
     pub fn first_marked(&self, (x, p): (Vec3<T>, Vec3<T>), mut t: T, end: T) -> Option<T> {
         let velocity = p.hadamard(self.scale);
         let nudge = T::of(NUDGE) / velocity.map(T::abs).max_element();
+        let start = self.node(x);
+        let inverse = velocity.map(T::recip);
         let last = self.domain.resolution.map(|n| T::of(f64::from(n - 1)));
         while t < end {
-            let mut g = self.node(x + p * t);
+            let mut g = start + velocity * t;
             for a in 0..3 {
                 g[a] = g[a].max(T::zero()).min(last[a]);
             }
-            let clearance = self.clearance_at(g)?;
+            let cell = self.cell(g)?;
+            let clearance = self.clearance_of(cell);
             if clearance == 0 {
                 return Some(t);
             }
             // The block of cells at distance < clearance holds nothing: leave it.
-            let block = T::of(f64::from(clearance));
             let mut leave = T::infinity();
-            for a in 0..3 {
-                let (v, cell) = (velocity[a], g[a].floor());
-                if v > T::zero() {
-                    leave = leave.min((cell + block - g[a]) / v);
-                } else if v < T::zero() {
-                    leave = leave.min((cell + T::one() - block - g[a]) / v);
-                }
+            for a in (0..3).filter(|&a| velocity[a] != T::zero()) {
+                let (ahead, behind) = (f64::from(clearance), 1.0 - f64::from(clearance));
+                let face = cell[a] as f64 + if velocity[a] > T::zero() { ahead } else { behind };
+                leave = leave.min((T::of(face) - g[a]) * inverse[a]);
             }
             t += leave + nudge;
         }
