@@ -7,10 +7,10 @@ use crate::radiance::Segment;
 use crate::{IndexGradient, LevelSet, Real, Vec3};
 
 /// Least sine of the angle between ray and surface in derivatives, on either side: the transpose divides by the sines
-/// at grazing incidence and exit, where the derivatives of an image diverge. Smaller ones count as this [rad].
+/// at grazing incidence and exit, where the derivatives of an image diverge. Smaller ones count as this [1].
 pub const GRAZING: f64 = 0.05;
 
-/// Newton steps of [`Tracer::replay`](Tracer::replay) towards the shifted crossing.
+/// Newton steps of [`Tracer::replay`](Tracer::replay) towards a shifted crossing.
 const MOST_STEPS: usize = 30;
 
 /// What happens where a segment ends on the surface of a body.
@@ -20,7 +20,7 @@ pub struct Event<T> {
     pub kind: EventKind,
     /// True if it comes from inside.
     pub from_inside: bool,
-    /// The end kick has the weight drift − this; none where the field is flat. Held fixed in derivatives.
+    /// u of the end kick, theory (2.26); none where the field is flat. Held fixed in derivatives.
     pub kicked_until: Option<T>,
 }
 
@@ -41,8 +41,7 @@ struct Turn<T> {
 }
 
 impl<T: Real> Event<T> {
-    /// +1 if the ray meets the surface along ∇φ, −1 if against it; also the sign of D = w_new − w_old by dw of the body,
-    /// reversed.
+    /// +1 if the ray meets the surface along ∇φ, −1 if against it. D = w_new − w_old is −(w − 1/2) times this.
     fn outward(&self) -> T {
         if self.from_inside { T::one() } else { -T::one() }
     }
