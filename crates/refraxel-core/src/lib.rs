@@ -24,7 +24,7 @@ pub use background::{Background, EnvironmentMap};
 pub use camera::{Camera, Lens, Pose};
 pub use field::{FieldGradient, VoxelField};
 pub use grid::{BrickMap, Domain, Extent};
-pub use index::{IndexGradient, IndexGrid, Interpolation, Medium};
+pub use index::{IndexGradient, IndexGrid, Interpolation, LevelSet, Medium};
 pub use optics::{Integrator, Path, Tracer};
 pub use ray::{Aabb, Ray};
 pub use real::Real;

@@ -7,7 +7,7 @@ use crate::Real;
 pub const FLAT: f64 = 1e-6;
 
 /// Distances beyond this many cells are recorded as this: it bounds the cost of the transform.
-const FAR: u8 = 16;
+pub(super) const FAR: u8 = 16;
 
 /// For each cell of the grid (n − 1 per axis, x fastest) the Chebyshev distance in cells to the nearest cell that must be
 /// marched: 0 where the 4³ coefficients differ, or where one of them is `free`.
@@ -21,12 +21,24 @@ pub(super) fn clearance<T: Real>(c: &[T], n: [usize; 3], free: Option<&[bool]>) 
         let touched = windows(free, n, |a, b| a | b);
         distance.iter_mut().zip(touched).filter(|(_, t)| *t).for_each(|(d, _)| *d = 0);
     }
-    let cells = n.map(|v| v - 1);
-    spread(&mut distance, cells);
-    distance.reverse();
-    spread(&mut distance, cells);
-    distance.reverse();
+    transform(&mut distance, n);
     distance
+}
+
+/// For each cell of the grid the Chebyshev distance in cells to the nearest that is `marked`.
+pub(super) fn distance_to(marked: &[bool], n: [usize; 3]) -> Vec<u8> {
+    let mut distance: Vec<u8> = marked.iter().map(|m| if *m { 0 } else { FAR }).collect();
+    transform(&mut distance, n);
+    distance
+}
+
+/// From 0 in marked cells and [`FAR`] elsewhere to the distances.
+fn transform(distance: &mut [u8], n: [usize; 3]) {
+    let cells = n.map(|v| v - 1);
+    spread(distance, cells);
+    distance.reverse();
+    spread(distance, cells);
+    distance.reverse();
 }
 
 /// [`clearance`] of a grid of vacuum.
@@ -35,7 +47,7 @@ pub(super) fn everywhere(n: [usize; 3]) -> Vec<u8> {
 }
 
 /// `best` of the nodes i − 1 … i + 2 (those that exist) for each cell i, along all three axes.
-fn windows<V: Copy>(v: &[V], mut n: [usize; 3], best: impl Fn(V, V) -> V) -> Vec<V> {
+pub(super) fn windows<V: Copy>(v: &[V], mut n: [usize; 3], best: impl Fn(V, V) -> V) -> Vec<V> {
     let mut v = v.to_vec();
     for axis in 0..3 {
         let inner: usize = n[..axis].iter().product();

@@ -1,27 +1,29 @@
 //! One region of refractive index: coefficients of w on a box.
 
+use super::lattice::Lattice;
 use super::stencil::Stencil;
-use super::{Interpolation, VACUUM, flat, prefilter};
-use crate::{Aabb, Domain, Extent, Real, Vec3};
-
-/// Layers of nodes on each face that are held at n = 1.
-pub const BORDER: usize = 3;
+use super::{BORDER, Interpolation, LevelSet, VACUUM, flat, prefilter};
+use crate::{Aabb, Domain, Real, Vec3};
 
 /// The index of refraction in one box, theory (2.4): w(x) = Σ_j c_j B_j(x), n = √(2w). Vacuum outside.
 ///
 /// Coefficients lie on `resolution` nodes from face to face, x fastest. All positions are in the world, all derivatives
 /// per scene unit. Requires w > 0 everywhere, which c > 0 ensures.
+///
+/// With a [`LevelSet`] the field is the index of the body where φ < 0, and n = 1 where φ > 0, theory (2.23). Its functions
+/// of x still return the field of the body, wherever x is; [`Medium`](super::Medium) asks which side rules. The border is
+/// free then, for it lies outside the body.
 #[derive(Clone, Debug)]
 pub struct IndexGrid<T: Copy> {
-    domain: Domain<T>,
+    /// Its clearance is the distance to the nearest cell that is not flat.
+    lattice: Lattice<T>,
     interpolation: Interpolation,
     coefficients: Vec<T>,
-    /// Nodes per scene unit.
-    scale: Vec3<T>,
-    /// Per cell, see [`flat::clearance`].
-    clearance: Vec<u8>,
     /// Upper bound of n, as of the last [`IndexGrid::find_flat_cells`].
     largest_index: T,
+    /// True where all cells are flat and none is free.
+    is_uniform: bool,
+    level_set: Option<LevelSet<T>>,
 }
 
 impl<T: Real> IndexGrid<T> {
@@ -30,17 +32,16 @@ impl<T: Real> IndexGrid<T> {
     /// # Panics
     /// If `resolution` leaves no node between the borders (less than 7 on an axis).
     pub fn vacuum(bounds: Aabb<T>, resolution: [u32; 3], interpolation: Interpolation) -> Self {
-        assert!(
-            resolution.iter().all(|&n| n as usize > 2 * BORDER),
-            "an index grid needs more than {} nodes per axis, got {resolution:?}",
-            2 * BORDER
-        );
-        let domain = Domain { bounds, extent: Extent::Bounded, resolution };
-        let total = resolution.iter().map(|&n| n as usize).product();
-        let scale = domain.nodes_per_unit().hadamard(domain.unit_per_world());
-        let coefficients = vec![T::of(VACUUM); total];
-        let clearance = flat::everywhere(resolution.map(|n| n as usize));
-        Self { domain, interpolation, coefficients, scale, clearance, largest_index: T::one() }
+        let lattice = Lattice::new(bounds, resolution);
+        let coefficients = vec![T::of(VACUUM); lattice.total()];
+        Self {
+            lattice,
+            interpolation,
+            coefficients,
+            largest_index: T::one(),
+            is_uniform: true,
+            level_set: None,
+        }
     }
 
     /// The grid whose n takes the values `index(x)` > 0 at its nodes, except in the border. For the B-spline this solves
@@ -74,6 +75,73 @@ impl<T: Real> IndexGrid<T> {
         let w = grid.deviations(index);
         grid.set_deviations(&w);
         grid
+    }
+
+    /// A body of one `index` > 0: theory (2.23) with constant w inside. Rays are straight between crossings.
+    pub fn sharp(level_set: LevelSet<T>, index: T) -> Self {
+        let smallest = [2 * BORDER as u32 + 1; 3];
+        let mut grid = Self::vacuum(level_set.domain().bounds, smallest, Interpolation::default());
+        grid.level_set = Some(level_set);
+        grid.set_interior_index(index);
+        grid
+    }
+
+    /// A body whose index takes the values `index(x)` > 0 at the `resolution` nodes of a grid of its own, from face to face
+    /// of the box of the level set: let `index` continue smoothly beyond the surface.
+    pub fn sharp_from_samples(
+        level_set: LevelSet<T>,
+        resolution: [u32; 3],
+        interpolation: Interpolation,
+        index: impl Fn(Vec3<T>) -> T,
+    ) -> Self {
+        let mut grid = Self::vacuum(level_set.domain().bounds, resolution, interpolation);
+        grid.level_set = Some(level_set);
+        let w = grid.deviations(index);
+        grid.coefficients.iter_mut().zip(w).for_each(|(c, w)| *c = T::of(VACUUM) + w);
+        if interpolation == Interpolation::CubicBSpline {
+            prefilter::interpolate_all(&mut grid.coefficients, grid.lattice.nodes());
+        }
+        grid.find_flat_cells(None);
+        grid
+    }
+
+    /// The same field as the index of a body. All nodes become parameters.
+    ///
+    /// # Panics
+    /// Unless the level set fills the same box.
+    #[must_use]
+    pub fn with_level_set(mut self, level_set: LevelSet<T>) -> Self {
+        assert!(level_set.domain().bounds == self.domain().bounds, "a level set fills the box of its region");
+        self.level_set = Some(level_set);
+        self
+    }
+
+    /// The surface, if this is a body with one.
+    pub fn level_set(&self) -> Option<&LevelSet<T>> {
+        self.level_set.as_ref()
+    }
+    /// The surface, to be changed. Call [`LevelSet::find_surface`] afterwards.
+    pub fn level_set_mut(&mut self) -> Option<&mut LevelSet<T>> {
+        self.level_set.as_mut()
+    }
+    /// The index, if it is one number (w differs by less than [`super::FLAT`]).
+    pub fn interior_index(&self) -> Option<T> {
+        self.is_uniform.then(|| (self.coefficients[0] + self.coefficients[0]).sqrt())
+    }
+    /// True where rays are straight all through the box.
+    #[inline(always)]
+    pub(crate) fn is_uniform(&self) -> bool {
+        self.is_uniform
+    }
+    /// Give the body one index > 0. By dw = n dn the derivative with respect to it is n times the sum of those with respect
+    /// to the coefficients.
+    ///
+    /// # Panics
+    /// Without a level set, where the border is vacuum.
+    pub fn set_interior_index(&mut self, index: T) {
+        assert!(self.level_set.is_some(), "only a body with a surface has one index");
+        self.coefficients.fill(T::of(0.5) * index * index);
+        self.find_flat_cells(None);
     }
 
     /// w − 1/2 of `index` at the parameters.
@@ -114,18 +182,18 @@ impl<T: Real> IndexGrid<T> {
     /// The same field in another precision.
     pub fn cast<U: Real>(&self) -> IndexGrid<U> {
         IndexGrid {
-            domain: self.domain.cast(),
+            lattice: self.lattice.cast(),
             interpolation: self.interpolation,
             coefficients: self.coefficients.iter().map(|c| U::of(c.f64())).collect(),
-            scale: self.scale.cast(),
-            clearance: self.clearance.clone(),
             largest_index: U::of(self.largest_index.f64()),
+            is_uniform: self.is_uniform,
+            level_set: self.level_set.as_ref().map(LevelSet::cast),
         }
     }
 
     /// Where the grid lies.
     pub fn domain(&self) -> &Domain<T> {
-        &self.domain
+        &self.lattice.domain
     }
     /// How it is interpolated.
     pub fn interpolation(&self) -> Interpolation {
@@ -146,100 +214,67 @@ impl<T: Real> IndexGrid<T> {
     /// depend on one of them are marched even if flat. [`Self::from_samples`] leaves ripples beside an edge that take about
     /// 10 voxels to fade; [`Self::from_control_values`] is flat 2 voxels away.
     pub fn find_flat_cells(&mut self, free: Option<&[bool]>) {
-        let n = self.domain.resolution.map(|n| n as usize);
-        self.clearance = flat::clearance(&self.coefficients, n, free);
+        self.lattice.clearance = flat::clearance(&self.coefficients, self.lattice.nodes(), free);
+        self.is_uniform = self.lattice.clearance.iter().all(|&d| d == flat::FAR);
         let largest = self.coefficients.iter().copied().fold(T::of(VACUUM), T::max);
         self.largest_index = (largest + largest).sqrt();
     }
 
     /// Edge length of a voxel [scene unit], the smallest of the three axes.
     pub fn voxel(&self) -> T {
-        self.domain.voxel()
+        self.lattice.domain.voxel()
     }
     /// An upper bound of n in this grid.
     pub fn largest_index(&self) -> T {
         self.largest_index
     }
 
-    fn coordinates(&self, node: usize) -> [usize; 3] {
-        let n = self.domain.resolution.map(|n| n as usize);
-        [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])]
-    }
     /// World position of a node.
     pub fn position(&self, node: usize) -> Vec3<T> {
-        let i = Vec3::from(self.coordinates(node).map(|i| T::of(i as f64)));
-        self.domain.bounds.min + i.zip(self.scale, |i, s| i / s)
+        self.lattice.position(node)
     }
-    /// False for the nodes of the border, whose n is held at 1.
+    /// False for the nodes of the border, whose n is held at 1. True for all nodes of a body with a level set.
     pub fn is_parameter(&self, node: usize) -> bool {
-        let (i, n) = (self.coordinates(node), self.domain.resolution);
-        (0..3).all(|a| (BORDER..n[a] as usize - BORDER).contains(&i[a]))
+        self.level_set.is_some() || self.lattice.is_inner(node)
     }
     /// The nodes that are parameters, in increasing order.
-    pub fn parameters(&self) -> impl Iterator<Item = usize> {
-        let n = self.domain.resolution.map(|n| n as usize);
-        let free = n.map(|n| BORDER..n - BORDER);
-        let [fx, fy, fz] = free;
-        fz.flat_map(move |z| {
-            let fx = fx.clone();
-            fy.clone().flat_map(move |y| fx.clone().map(move |x| x + n[0] * (y + n[1] * z)))
-        })
+    pub fn parameters(&self) -> impl Iterator<Item = usize> + use<T> {
+        self.lattice.inner(if self.level_set.is_some() { 0 } else { BORDER })
     }
 
-    /// Node coordinates of a world point.
+    /// Where it lies, and which of its cells are not flat.
     #[inline(always)]
-    pub(crate) fn node(&self, x: Vec3<T>) -> Vec3<T> {
-        (x - self.domain.bounds.min).hadamard(self.scale)
-    }
-    /// Nodes per scene unit.
-    #[inline(always)]
-    pub(crate) fn nodes_per_world(&self) -> Vec3<T> {
-        self.scale
-    }
-    /// Cell that contains node coordinates `g`; `None` outside the box.
-    #[inline(always)]
-    fn cell(&self, g: Vec3<T>) -> Option<[usize; 3]> {
-        let n = self.domain.resolution;
-        let inside = (0..3).all(|a| g[a] >= T::zero() && g[a] <= T::of(f64::from(n[a] - 1)));
-        inside.then(|| std::array::from_fn(|a| (g[a].f64() as usize).min(n[a] as usize - 2)))
-    }
-    /// Distance, in cells, from the cell at node coordinates `g` to the nearest that must be marched: 0 if it must
-    /// itself. `None` outside the box.
-    #[inline(always)]
-    pub(crate) fn clearance_at(&self, g: Vec3<T>) -> Option<u8> {
-        let (c, n) = (self.cell(g)?, self.domain.resolution.map(|n| n as usize - 1));
-        Some(self.clearance[c[0] + n[0] * (c[1] + n[1] * c[2])])
+    pub(crate) fn lattice(&self) -> &Lattice<T> {
+        &self.lattice
     }
     /// True where the index does not change: in flat cells and outside the box.
     #[inline(always)]
     pub fn is_flat(&self, x: Vec3<T>) -> bool {
-        self.clearance_at(self.node(x)) != Some(0)
+        self.lattice.clearance_at(self.lattice.node(x)) != Some(0)
     }
 
     /// The cell of a point and its stencil; `None` where the field is vacuum by construction: outside and in the
-    /// outermost cells.
+    /// outermost cells. The field of a body is continued there by the polynomial of the next cell.
     #[inline(always)]
     fn stencil(&self, x: Vec3<T>) -> Option<([usize; 3], Stencil<T>)> {
-        let (g, n) = (self.node(x), self.domain.resolution);
-        let cell = self.cell(g)?;
-        if (0..3).any(|a| cell[a] == 0 || cell[a] == n[a] as usize - 2) {
-            return None;
+        let g = self.lattice.node(x);
+        let mut cell = self.lattice.cell(g)?;
+        if self.lattice.is_rim(cell) {
+            self.level_set.as_ref()?;
+            let n = self.lattice.nodes();
+            cell = std::array::from_fn(|a| cell[a].clamp(1, n[a] - 3));
         }
         let f = g - Vec3::from(cell.map(|c| T::of(c as f64)));
-        Some((cell, Stencil::new(self.interpolation, n, cell, f)))
+        Some((cell, Stencil::new(self.interpolation, self.lattice.domain.resolution, cell, f)))
     }
 
-    /// A stencil's share of the parameters: the border has none.
+    /// A stencil's share of the parameters: the border has none, except in a body.
     #[inline(always)]
     fn parameters_of(&self, (cell, stencil): ([usize; 3], Stencil<T>)) -> Stencil<T> {
-        let n = self.domain.resolution;
-        if (0..3).all(|a| cell[a] > BORDER && cell[a] + BORDER + 3 <= n[a] as usize) {
+        if self.level_set.is_some() {
             return stencil;
         }
-        stencil.without(|axis, tap| {
-            let node = cell[axis] + tap - 1;
-            node < BORDER || node >= n[axis] as usize - BORDER
-        })
+        stencil.without_border(cell, self.lattice.nodes())
     }
 
     /// w = n²/2.
@@ -259,21 +294,21 @@ impl<T: Real> IndexGrid<T> {
     pub fn sample(&self, x: Vec3<T>) -> (T, Vec3<T>) {
         let Some((_, s)) = self.stencil(x) else { return (T::of(VACUUM), Vec3::zero()) };
         let (w, g) = s.value_and_force(&self.coefficients);
-        (w, g.hadamard(self.scale))
+        (w, g.hadamard(self.lattice.scale))
     }
 
     /// w, ∇w and Jᵀv from one stencil, with J = d(∇w)/dx: Hess(w) v, except for differences, whose J is not symmetric.
     pub fn sample_with_hessian(&self, x: Vec3<T>, v: Vec3<T>) -> (T, Vec3<T>, Vec3<T>) {
         let Some((_, s)) = self.stencil(x) else { return (T::of(VACUUM), Vec3::zero(), Vec3::zero()) };
-        let (w, g, jv) = s.value_force_and_pullback(&self.coefficients, v.hadamard(self.scale));
-        (w, g.hadamard(self.scale), jv.hadamard(self.scale))
+        let (w, g, jv) = s.value_force_and_pullback(&self.coefficients, v.hadamard(self.lattice.scale));
+        (w, g.hadamard(self.lattice.scale), jv.hadamard(self.lattice.scale))
     }
 
     /// Transpose of [`Self::sample`] with respect to the coefficients, theory (2.16): adds to `grad`, one per node. The
-    /// border receives nothing.
+    /// border of a region without level set receives nothing.
     pub fn scatter(&self, x: Vec3<T>, d_w: T, d_gradient: Vec3<T>, grad: &mut [T]) {
         if let Some(found) = self.stencil(x) {
-            self.parameters_of(found).scatter(d_w, d_gradient.hadamard(self.scale), grad);
+            self.parameters_of(found).scatter(d_w, d_gradient.hadamard(self.lattice.scale), grad);
         }
     }
 
@@ -287,6 +322,6 @@ impl<T: Real> IndexGrid<T> {
     /// The gradient of w itself: the force for all but the interpolation of differences.
     pub fn w_gradient(&self, x: Vec3<T>) -> Vec3<T> {
         let Some((_, s)) = self.stencil(x) else { return Vec3::zero() };
-        s.value_gradient(&self.coefficients).hadamard(self.scale)
+        s.value_gradient(&self.coefficients).hadamard(self.lattice.scale)
     }
 }

@@ -1,6 +1,6 @@
 //! Any number of refractive regions in vacuum.
 
-use super::{IndexGrid, VACUUM};
+use super::{IndexGrid, LevelSet, VACUUM};
 use crate::{Real, Vec3};
 use std::fmt;
 
@@ -63,34 +63,59 @@ impl<T: Real> Medium<T> {
         self.regions.iter().position(|r| r.domain().bounds.contains(x))
     }
 
+    /// The region whose field rules at a point: that which contains it, unless its level set says that the point lies
+    /// outside the body.
+    pub fn ruling_at(&self, x: Vec3<T>) -> Option<usize> {
+        self.region_at(x).filter(|&r| self.regions[r].level_set().is_none_or(|l| l.is_inside(x)))
+    }
+
     /// w = n²/2.
     pub fn w(&self, x: Vec3<T>) -> T {
-        self.region_at(x).map_or(T::of(VACUUM), |r| self.regions[r].w(x))
+        self.ruling_at(x).map_or(T::of(VACUUM), |r| self.regions[r].w(x))
     }
     /// The index of refraction.
     pub fn index(&self, x: Vec3<T>) -> T {
-        self.region_at(x).map_or(T::one(), |r| self.regions[r].index(x))
+        self.ruling_at(x).map_or(T::one(), |r| self.regions[r].index(x))
     }
-    /// ∇w.
+    /// ∇w, without what a surface adds.
     pub fn gradient(&self, x: Vec3<T>) -> Vec3<T> {
-        self.region_at(x).map_or(Vec3::zero(), |r| self.regions[r].gradient(x))
+        self.ruling_at(x).map_or(Vec3::zero(), |r| self.regions[r].gradient(x))
     }
 
-    /// dLoss/dcoefficients of zero: one array per region, one number per node.
-    pub fn zero_gradient(&self) -> Vec<Vec<T>> {
-        self.regions.iter().map(|r| vec![T::zero(); r.coefficients().len()]).collect()
+    /// dLoss/dcoefficients of zero.
+    pub fn zero_gradient(&self) -> MediumGradient<T> {
+        let zeros = |c: &[T]| vec![T::zero(); c.len()];
+        MediumGradient {
+            index: self.regions.iter().map(|r| zeros(r.coefficients())).collect(),
+            level_set: (self.regions.iter())
+                .map(|r| r.level_set().map_or(Vec::new(), |l| zeros(l.coefficients())))
+                .collect(),
+        }
     }
 }
 
 /// What receives dLoss/d(coefficients) of rays.
 pub trait IndexGradient<T: Copy> {
-    /// Add the transpose of one evaluation of a region at `x`, given dLoss/dw and dLoss/d(force) there.
+    /// Add the transpose of one evaluation of a region's field at `x`, given dLoss/dw and dLoss/d(force) there.
     fn add(&mut self, region: (usize, &IndexGrid<T>), x: Vec3<T>, d: (T, Vec3<T>));
+    /// Add the transpose of one evaluation of a region's level set at `x`, given dLoss/dφ and dLoss/d(∇φ) there.
+    fn add_level_set(&mut self, region: (usize, &LevelSet<T>), x: Vec3<T>, d: (T, Vec3<T>));
 }
 
-/// Dense: one array per region, one number per node, as from [`Medium::zero_gradient`].
-impl<T: Real> IndexGradient<T> for Vec<Vec<T>> {
+/// dLoss/d(coefficients) of a medium, dense: per region one number per node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MediumGradient<T> {
+    /// With respect to the coefficients of w.
+    pub index: Vec<Vec<T>>,
+    /// With respect to the coefficients of φ [1 / scene unit]; empty for regions without level set.
+    pub level_set: Vec<Vec<T>>,
+}
+
+impl<T: Real> IndexGradient<T> for MediumGradient<T> {
     fn add(&mut self, (region, grid): (usize, &IndexGrid<T>), x: Vec3<T>, (d_w, d_force): (T, Vec3<T>)) {
-        grid.scatter(x, d_w, d_force, &mut self[region]);
+        grid.scatter(x, d_w, d_force, &mut self.index[region]);
+    }
+    fn add_level_set(&mut self, (region, level): (usize, &LevelSet<T>), x: Vec3<T>, d: (T, Vec3<T>)) {
+        level.scatter(x, d.0, d.1, &mut self.level_set[region]);
     }
 }

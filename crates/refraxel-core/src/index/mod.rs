@@ -1,22 +1,34 @@
-//! The index of refraction: a smooth field on its own boxes, theory (2.4)–(2.9).
+//! The index of refraction: a smooth field on its own boxes, theory (2.4)–(2.9) and (2.22)–(2.23).
 //!
 //! Stored is **w = n²/2**, so that the force on a ray, dp/dt = ∇w, is linear in the parameters. An [`IndexGrid`] fills
 //! one box; a [`Medium`] is any number of them with vacuum, n = 1, between. The three outermost layers of nodes of each
 //! grid are held at n = 1: the field is C² also at the faces of its box.
+//!
+//! Where the index jumps, a grid has a [`LevelSet`] besides: its zero level is the surface of a body, theory (2.22).
 
+mod distance;
 mod flat;
 mod grid;
+mod hull;
+mod lattice;
+mod level_set;
 mod medium;
 mod prefilter;
 pub mod priors;
+pub mod shape;
 mod stencil;
 
 #[cfg(test)]
 pub(crate) mod tests;
 
 pub use flat::FLAT;
-pub use grid::{BORDER, IndexGrid};
-pub use medium::{IndexGradient, Medium, Overlap};
+pub use grid::IndexGrid;
+pub(crate) use lattice::NUDGE;
+pub use level_set::LevelSet;
+pub use medium::{IndexGradient, Medium, MediumGradient, Overlap};
+
+/// Layers of nodes on each face of a box that are no parameters: vacuum.
+pub const BORDER: usize = 3;
 
 /// w of vacuum, n = 1.
 pub const VACUUM: f64 = 0.5;

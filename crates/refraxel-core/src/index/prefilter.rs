@@ -16,6 +16,23 @@ pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
     }
 }
 
+/// As [`interpolate`] for all `n` ≥ 2 nodes of a grid, with a second derivative of 0 at the first and last node of a line:
+/// there the coefficient is the sample. Linear functions are their own coefficients.
+pub(super) fn interpolate_all<T: Real>(s: &mut [T], n: [usize; 3]) {
+    let strides = [1, n[0], n[0] * n[1]];
+    let sixth = T::of(1.0 / 6.0);
+    for axis in 0..3 {
+        let (stride, last) = (strides[axis], n[axis] - 1);
+        let pivots = pivots(n[axis] - 2);
+        for start in line_starts(n, axis) {
+            let ends = [s[start], s[start + last * stride]];
+            s[start + stride] -= sixth * ends[0];
+            s[start + (last - 1) * stride] -= sixth * ends[1];
+            solve_line(s, start + stride, stride, &pivots);
+        }
+    }
+}
+
 /// First elements of the lines along an axis.
 fn line_starts(n: [usize; 3], axis: usize) -> impl Iterator<Item = usize> {
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);

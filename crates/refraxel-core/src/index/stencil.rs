@@ -1,6 +1,6 @@
 //! One evaluation of an index grid: 4³ coefficients around a cell and their weights, theory (2.5)–(2.7).
 
-use super::Interpolation;
+use super::{BORDER, Interpolation};
 use crate::{Real, Vec3, vec3};
 
 /// Coefficients per axis that a cell may depend on: nodes i − 1 … i + 2 of cell i.
@@ -86,10 +86,15 @@ impl<T: Real> Stencil<T> {
         Self { base, strides, taps, axes }
     }
 
-    /// The same stencil without the coefficients that are no parameters: `frozen(axis, tap)`.
-    pub fn without(mut self, frozen: impl Fn(usize, usize) -> bool) -> Self {
+    /// The same stencil of cell `cell` without the coefficients of the border, which are no parameters.
+    #[inline(always)]
+    pub fn without_border(mut self, cell: [usize; 3], nodes: [usize; 3]) -> Self {
+        if (0..3).all(|a| cell[a] > BORDER && cell[a] + BORDER + 3 <= nodes[a]) {
+            return self;
+        }
         for axis in 0..3 {
-            for tap in (0..TAPS).filter(|&t| frozen(axis, t)) {
+            let is_border = |tap: &usize| !(BORDER..nodes[axis] - BORDER).contains(&(cell[axis] + tap - 1));
+            for tap in (0..TAPS).filter(is_border) {
                 self.axes[axis].value[tap] = T::zero();
                 self.axes[axis].force[tap] = T::zero();
             }

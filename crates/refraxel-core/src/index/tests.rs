@@ -140,7 +140,7 @@ fn clearance_names_exactly_the_cells_that_differ_or_are_free() {
     let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(19.0, 19.0, 19.0));
     let mut grid = IndexGrid::vacuum(bounds, [20; 3], Interpolation::CubicBSpline);
     let node = 10 + 20 * (9 + 20 * 8);
-    let at = |grid: &IndexGrid<f64>, x: f64| grid.clearance_at(vec3(x, 9.5, 8.5)).unwrap();
+    let at = |grid: &IndexGrid<f64>, x: f64| grid.lattice().clearance_at(vec3(x, 9.5, 8.5)).unwrap();
     let pattern = |grid: &IndexGrid<f64>| [3.5, 7.5, 8.5, 11.5, 12.5].map(|x| at(grid, x));
     let mut free = vec![false; grid.coefficients().len()];
     free[node] = true;

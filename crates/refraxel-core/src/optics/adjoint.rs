@@ -1,4 +1,4 @@
-//! The adjoint along a stored path, theory (2.15)–(2.18): the loop of [`Tracer::replay`], read backwards.
+//! The adjoint along a stored path, theory (2.15)–(2.18) and (2.27)–(2.29): the loop of [`Tracer::replay`], read backwards.
 
 use super::step::{State, drift_vjp, exit_vjp};
 use super::{Integrator, Path, RayAdjoint, Step, Tracer};
@@ -22,12 +22,24 @@ impl<T: Real> Tracer<'_, T> {
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
         assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
-        let Some(last) = path.segments.last() else { return *d_exit };
-        let mut d = exit_vjp(last, d_exit);
+        let Some(mut d) = self.end(path).map(|p| exit_vjp(p, d_exit)) else { return *d_exit };
         for ((step, segment), d_segment) in path.steps.iter().zip(&path.segments).zip(d_segments).rev() {
-            self.advance_vjp((step, segment.start), *d_segment, &mut d, grad);
+            let mut step = *step;
+            if step.event.is_some() {
+                self.meet_vjp((&step, segment), &mut d, grad);
+                step.drift = T::zero(); // done
+            }
+            self.advance_vjp((&step, segment.start), *d_segment, &mut d, grad);
         }
         self.start_vjp(ray, &d, grad)
+    }
+
+    /// Momentum at the end of a path, which an exhausted one may have just changed.
+    fn end(&self, path: &Path<T>) -> Option<Vec3<T>> {
+        let (step, segment) = (path.steps.last()?, path.segments.last()?);
+        let mut state = State { x: segment.start, p: segment.momentum };
+        self.meet(&mut step.clone(), false, &mut state);
+        Some(state.p)
     }
 
     /// Transpose of one step that began at `x`; returns the force there.
@@ -56,7 +68,7 @@ impl<T: Real> Tracer<'_, T> {
         grad: &mut impl IndexGradient<T>,
     ) -> RayAdjoint<T> {
         let mut out = RayAdjoint { origin: d.x, direction: d.p };
-        if let Some(region) = self.medium.region_at(ray.origin) {
+        if let Some(region) = self.medium.ruling_at(ray.origin) {
             let grid = &self.medium.regions()[region];
             let n = grid.index(ray.origin);
             out.direction = d.p * n;

@@ -1,7 +1,7 @@
 //! The adjoint without a stored path, theory (2.19): leapfrog runs backwards exactly, so the path is made again from its
 //! end.
 //!
-//! Steps in a region have one length and are counted; whether a point of the lattice had a kick follows from its cell,
+//! Smooth media only. Steps in a region have one length and are counted; whether a point of the lattice had a kick follows from its cell,
 //! seen from either side. Hops outside have lengths that only the way in could measure: they are kept, one number each.
 
 use super::step::{State, drift_vjp, exit_vjp};
@@ -38,7 +38,11 @@ pub struct Visit<T> {
 
 impl<T: Real> Path<T> {
     /// What [`Tracer::vjp_by_reversal`] needs.
+    ///
+    /// # Panics
+    /// If the path has events: it is kept as it is for [`Tracer::vjp`].
     pub fn kept(&self) -> Kept<T> {
+        assert!(self.steps.iter().all(|s| s.event.is_none()), "paths with sharp interfaces are not reversed");
         let mut visits: Vec<Visit<T>> = Vec::new();
         for step in &self.steps {
             match visits.last_mut().filter(|_| step.lattice > 0) {
@@ -78,7 +82,7 @@ impl<T: Real> Tracer<'_, T> {
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator == Integrator::Leapfrog, "only leapfrog reverses");
         let mut state = State { x: kept.position, p: kept.momentum };
-        let mut d = exit_vjp(&Segment { start: state.x, momentum: state.p, range: [T::zero(); 2] }, d_exit);
+        let mut d = exit_vjp(state.p, d_exit);
         if kept.end == PathEnd::Escaped {
             let range = self.visible(&state, Some(kept.last_hop), kept.visits.is_empty());
             let segment = Segment { start: state.x, momentum: state.p, range };
@@ -111,8 +115,13 @@ impl<T: Real> Tracer<'_, T> {
                 0 => (self.options.integrator.kick(h, remaining == 1), 1),
                 m => (T::zero(), m),
             };
-            let step =
-                Step { kick, drift: h * T::of(f64::from(count)), lattice: count, region: visit.region };
+            let step = Step {
+                kick,
+                drift: h * T::of(f64::from(count)),
+                lattice: count,
+                region: visit.region,
+                event: None,
+            };
             state.x -= state.p * step.drift;
             let segment = Segment { start: state.x, momentum: state.p, range: [T::zero(), step.drift] };
             let force = self.advance_vjp((&step, state.x), d_segment(&segment), d, grad);

@@ -1,7 +1,7 @@
 //! One step of each integrator: forwards, backwards, and transposed.
 
 use super::{Integrator, RayAdjoint, Step};
-use crate::radiance::{Segment, SegmentAdjoint};
+use crate::radiance::SegmentAdjoint;
 use crate::{IndexGradient, IndexGrid, Real, Vec3};
 
 /// Position and momentum between two steps; also their adjoints.
@@ -102,9 +102,9 @@ fn runge_kutta<T: Real>(grid: &IndexGrid<T>, s: &State<T>, h: T) -> State<T> {
     State { x: s.x + mean(a.x, b.x, c.x, d.x), p: s.p + mean(a.p, b.p, c.p, d.p) }
 }
 
-/// Adjoint of the state after the last segment from that of the exit ray, theory (2.18): d = p/|p|.
-pub(super) fn exit_vjp<T: Real>(last: &Segment<T>, d_exit: &RayAdjoint<T>) -> State<T> {
-    let n = last.momentum.length();
-    let d = last.momentum / n;
+/// Adjoint of the state at the end, with `momentum`, from that of the exit ray, theory (2.18): d = p/|p|.
+pub(super) fn exit_vjp<T: Real>(momentum: Vec3<T>, d_exit: &RayAdjoint<T>) -> State<T> {
+    let n = momentum.length();
+    let d = momentum / n;
     State { x: d_exit.origin, p: (d_exit.direction - d * d.dot(d_exit.direction)) / n }
 }

@@ -1,8 +1,9 @@
 //! From the camera to the exit: the loop over hops and steps.
 
+use super::crossing::{Side, first_crossing};
 use super::hop::{Run, next_entry, run};
 use super::step::State;
-use super::{Path, PathEnd, Step, Tracer};
+use super::{Event, EventKind, Path, PathEnd, Step, Tracer};
 use crate::radiance::Segment;
 use crate::{Ray, Real, Vec3};
 
@@ -23,12 +24,31 @@ impl<T: Real> Tracer<'_, T> {
         path.steps.clear();
         let mut state = self.start(ray);
         let mut from = T::zero();
+        let mut inside = self.medium.ruling_at(ray.origin).filter(|&r| self.is_body(r));
         path.end = loop {
+            if let Some(region) = inside {
+                match self.cross_body(region, &mut state, path) {
+                    Some(EventKind::Reflection) => {}
+                    Some(EventKind::Refraction) => (inside, from) = (None, T::zero()),
+                    None => break PathEnd::Exhausted,
+                }
+                continue;
+            }
             let Some((t, region)) = next_entry(self.medium, &state, from) else {
                 let [_, end] = self.visible(&state, None, path.segments.is_empty());
                 self.hop(end, &mut state, path);
                 break PathEnd::Escaped;
             };
+            if self.is_body(region) {
+                if path.steps.len() >= self.options.max_segments {
+                    break PathEnd::Exhausted;
+                }
+                let step = Step { drift: t, region: region as u16, ..Step::default() };
+                let kind = self.end_on_surface(step, Side::Outside, None, (&mut state, path));
+                inside = (kind == EventKind::Refraction).then_some(region);
+                from = T::zero();
+                continue;
+            }
             self.hop(t, &mut state, path);
             match self.visit(region, &mut state, path) {
                 Some(t) => from = t,
@@ -39,11 +59,12 @@ impl<T: Real> Tracer<'_, T> {
     }
 
     /// The path of another ray, or in a medium with other coefficients, by the steps of `path`: the same lengths h and
-    /// ranges, whatever lies there now. This is the function whose derivative [`Self::vjp`] transposes.
+    /// ranges, whatever lies there now, and the same events, at the crossings nearby, theory (2.24). This is the function
+    /// whose derivative [`Self::vjp`] transposes. Not a number where an event of `path` does not take place.
     pub fn replay(&self, ray: &Ray<T>, path: &Path<T>) -> Path<T> {
         let mut state = self.start(ray);
         let mut out = path.clone();
-        for (step, segment) in out.steps.iter().zip(&mut out.segments) {
+        for (step, segment) in out.steps.iter_mut().zip(&mut out.segments) {
             segment.start = state.x;
             segment.momentum = self.advance(step, &mut state);
         }
@@ -58,7 +79,14 @@ impl<T: Real> Tracer<'_, T> {
 
     /// One step; the momentum of its segment.
     #[inline]
-    fn advance(&self, step: &Step<T>, state: &mut State<T>) -> Vec3<T> {
+    fn advance(&self, step: &mut Step<T>, state: &mut State<T>) -> Vec3<T> {
+        if step.event.is_some() {
+            self.kick(step, state);
+            let momentum = state.p;
+            step.drift = self.crossing_near(step.region, state, step.drift);
+            self.meet(step, false, state);
+            return momentum;
+        }
         if step.kick == T::zero() {
             state.x += state.p * step.drift;
             return state.p;
@@ -96,6 +124,7 @@ impl<T: Real> Tracer<'_, T> {
                 drift: h,
                 lattice: 1,
                 region: region as u16,
+                event: None,
             };
             if !is_first && grid.is_flat(state.x) {
                 match run(grid, state, h, MAX_LATTICE - lattice) {
@@ -109,8 +138,82 @@ impl<T: Real> Tracer<'_, T> {
             }
             lattice += u32::from(step.lattice);
             let start = state.x;
-            let momentum = self.advance(&step, state);
+            let momentum = self.advance(&mut step, state);
             path.segments.push(Segment { start, momentum, range: [T::zero(), step.drift] });
+            path.steps.push(step);
+        }
+        None
+    }
+
+    fn is_body(&self, region: usize) -> bool {
+        self.medium.regions()[region].level_set().is_some()
+    }
+
+    fn kick(&self, step: &Step<T>, state: &mut State<T>) {
+        if step.kick != T::zero() {
+            let grid = &self.medium.regions()[usize::from(step.region)];
+            state.p += grid.gradient(state.x) * step.kick;
+        }
+    }
+
+    /// The last drift before a surface, and the event there.
+    fn end_on_surface(
+        &self,
+        mut step: Step<T>,
+        side: Side,
+        kicked_until: Option<T>,
+        (state, path): (&mut State<T>, &mut Path<T>),
+    ) -> EventKind {
+        let range = self.visible(state, Some(step.drift), path.segments.is_empty());
+        path.segments.push(Segment { start: state.x, momentum: state.p, range });
+        let kind = EventKind::Refraction;
+        step.event = Some(Event { kind, from_inside: side == Side::Inside, kicked_until });
+        self.meet(&mut step, true, state);
+        path.steps.push(step);
+        step.event.map_or(kind, |e| e.kind)
+    }
+
+    /// March inside a body to its surface; `None` when there are too many steps, or no surface.
+    fn cross_body(&self, region: usize, state: &mut State<T>, path: &mut Path<T>) -> Option<EventKind> {
+        let (grid, h) = (&self.medium.regions()[region], self.step_length(region));
+        let level = grid.level_set()?;
+        let mut lattice: u32 = 0;
+        while path.steps.len() < self.options.max_segments && lattice < MAX_LATTICE {
+            let mut step = Step { region: region as u16, ..Step::default() };
+            if grid.is_uniform() {
+                let line = Ray { origin: state.x, direction: state.p };
+                step.drift = grid.domain().bounds.clip(&line)?[1];
+            } else {
+                let count = if grid.is_flat(state.x) {
+                    match run(grid, state, h, MAX_LATTICE - lattice) {
+                        Run::Outside(m) | Run::Bent(m) => m,
+                    }
+                } else {
+                    step.kick = self.options.integrator.kick(h, lattice == 0);
+                    1
+                };
+                if count == 0 {
+                    return None;
+                }
+                step.lattice = count as u16;
+                step.drift = h * T::of(f64::from(count));
+            }
+            self.kick(&step, state);
+            if let Some(t) = first_crossing(level, state, [T::zero(), step.drift], Side::Inside) {
+                // Kicks so far reach to the middle of the interval of the lattice that the surface cuts short.
+                let until = ((t / h).floor().min(T::of(f64::from(step.lattice) - 1.0)) + T::of(0.5)) * h;
+                let is_flat = grid.is_uniform() || grid.is_flat(state.x + state.p * t);
+                step.drift = t;
+                let kicked_until = (!is_flat).then_some(until);
+                return Some(self.end_on_surface(step, Side::Inside, kicked_until, (state, path)));
+            }
+            if grid.is_uniform() {
+                return None;
+            }
+            lattice += u32::from(step.lattice);
+            let range = self.visible(state, Some(step.drift), path.segments.is_empty());
+            path.segments.push(Segment { start: state.x, momentum: state.p, range });
+            state.x += state.p * step.drift;
             path.steps.push(step);
         }
         None

@@ -65,7 +65,7 @@ fn ratios(interpolation: Interpolation) -> [[f64; 3]; 3] {
         let mut grad = medium.zero_gradient();
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: d_exit };
         tracer.vjp(&ray, &path, &zero, &d_exit, &mut grad);
-        let inner = |v: &[f64]| -> f64 { grad[0].iter().zip(v).map(|(a, b)| a * b).sum() };
+        let inner = |v: &[f64]| -> f64 { grad.index[0].iter().zip(v).map(|(a, b)| a * b).sum() };
         let exact = snell(b, INDEX, RADIUS);
         found[0].push(across.atan2(ahead) / exact[0]);
         found[1].push(inner(&by_index) / exact[1]);

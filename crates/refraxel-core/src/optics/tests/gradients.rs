@@ -3,6 +3,7 @@
 use super::*;
 use crate::background::{Background, EnvironmentMap};
 use crate::grid::BrickMap;
+use crate::index::MediumGradient;
 use crate::optics::RayAdjoint;
 use crate::radiance::{
     PixelAdjoint, QuadraturePoint, Segment, SegmentAdjoint, quadrature, render, render_vjp,
@@ -26,7 +27,7 @@ struct Scene {
 /// dLoss of everything, from one ray.
 struct Gradient {
     field: FieldGradient<f64>,
-    medium: Vec<Vec<f64>>,
+    medium: MediumGradient<f64>,
     texels: Vec<[f64; 3]>,
     ray: RayAdjoint<f64>,
 }
@@ -160,7 +161,7 @@ fn every_gradient_matches(interpolation: Interpolation, integrator: Integrator) 
         let g = s.gradient(&ray, &path);
         let scene = &mut s;
         for region in 0..2 {
-            check("w", (scene, &ray), &g.medium[region], |s, i| {
+            check("w", (scene, &ray), &g.medium.index[region], |s, i| {
                 &mut s.medium.region_mut(region).coefficients_mut()[i]
             });
         }
@@ -210,7 +211,7 @@ fn the_adjoint_by_reversal_equals_that_along_the_stored_path() {
             g.ray = s.tracer().vjp_by_reversal(&ray, &path.kept(), &d_exit, next, &mut g.medium);
             assert!(d_segments.is_empty(), "one adjoint per segment");
             for region in 0..2 {
-                assert!(relative(&g.medium[region], &stored.medium[region]) < 1e-10);
+                assert!(relative(&g.medium.index[region], &stored.medium.index[region]) < 1e-10);
             }
             let flat = |r: &RayAdjoint<f64>| [r.origin.to_array(), r.direction.to_array()].concat();
             assert!(relative(&flat(&g.ray), &flat(&stored.ray)) < 1e-10);
@@ -231,7 +232,7 @@ fn exhausted_paths_have_both_adjoints_too() {
     let stored = s.tracer().vjp(&ray, &path, &zero, &d_exit, &mut a);
     let none = |_: &Segment<f64>| (Vec3::zero(), Vec3::zero());
     let reversed = s.tracer().vjp_by_reversal(&ray, &path.kept(), &d_exit, none, &mut b);
-    assert!((stored.origin - reversed.origin).length() < 1e-11 && relative(&a[0], &b[0]) < 1e-11);
+    assert!((stored.origin - reversed.origin).length() < 1e-11 && relative(&a.index[0], &b.index[0]) < 1e-11);
 }
 
 #[test]
@@ -246,7 +247,7 @@ fn the_path_adjoint_is_the_transpose_of_its_derivative() {
         let mut grad = s.medium.zero_gradient();
         let d_ray = s.tracer().vjp(&ray, &path, &d_segments, &d_exit, &mut grad);
         let (u_origin, u_direction) = (r.vector(), r.vector());
-        let u: Vec<Vec<f64>> = grad.iter().map(|g| g.iter().map(|_| r.next()).collect()).collect();
+        let u: Vec<Vec<f64>> = grad.index.iter().map(|g| g.iter().map(|_| r.next()).collect()).collect();
         let functional = |e: f64| {
             let mut s = scene(Interpolation::CubicBSpline, integrator);
             for (region, u) in u.iter().enumerate() {
@@ -264,7 +265,7 @@ fn the_path_adjoint_is_the_transpose_of_its_derivative() {
         };
         let forward = (functional(STEP) - functional(-STEP)) / (2.0 * STEP);
         let inner = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let medium: f64 = grad.iter().zip(&u).map(|(g, u)| inner(g, u)).sum();
+        let medium: f64 = grad.index.iter().zip(&u).map(|(g, u)| inner(g, u)).sum();
         let backward = medium + d_ray.origin.dot(u_origin) + d_ray.direction.dot(u_direction);
         assert!((forward - backward).abs() < TOLERANCE * forward.abs(), "{forward} vs {backward}");
     }

@@ -4,6 +4,8 @@ mod glass_ball;
 mod gradients;
 mod lenses;
 mod paths;
+mod sharp;
+mod sharp_gradients;
 mod snell;
 
 use super::{Integrator, Options, Path, Tracer};

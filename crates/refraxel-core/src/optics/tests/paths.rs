@@ -156,7 +156,7 @@ fn both_adjoints_agree_across_hops() {
         assert!((a.direction - b.direction).length() < 1e-9 * a.direction.length());
         assert!((a.origin - b.origin).length() < 1e-9 * a.origin.length());
     }
-    assert!((0..2).all(|k| relative(&stored[k], &reversed[k]) < 1e-10));
+    assert!((0..2).all(|k| relative(&stored.index[k], &reversed.index[k]) < 1e-10));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn single_precision_gradients_by_reversal_agree_with_double() {
             let none = |_: &Segment<T>| (Vec3::zero(), Vec3::zero());
             tracer.vjp_by_reversal(&ray, &tracer.trace(&ray).kept(), &d_exit, none, &mut grad);
         }
-        grad.concat().into_iter().map(T::f64).collect()
+        grad.index.concat().into_iter().map(T::f64).collect()
     }
     let medium = ball_and_lens();
     let error = relative(&gradient(&medium), &gradient(&medium.cast::<f32>()));
@@ -213,7 +213,7 @@ fn free_coefficients_inside_a_flat_region_get_their_gradient() {
         let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
         let mut grad = medium.zero_gradient();
         tracer.vjp(&ray, &path, &none, &d_exit, &mut grad);
-        (grad.swap_remove(0), path)
+        (grad.index.swap_remove(0), path)
     };
     let node = 24 + 49 * (25 + 49 * 25); // beside the ray, near the centre
     assert_eq!(gradient(&medium).0[node], 0.0, "hopped over");

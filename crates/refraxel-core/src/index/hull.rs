@@ -1,0 +1,59 @@
+//! Which cells of a cubic spline may hold its zero level.
+
+use super::flat::windows;
+use super::stencil::TAPS;
+use crate::Real;
+
+/// Per cell (n − 1 per axis): false where the cubic B-spline of coefficients `c` (x fastest) surely keeps its sign by
+/// `margin`. In a cell it is a Bézier volume and lies between the least and the largest of its 4³ control values, which
+/// hug it much closer than the coefficients do. Rim cells, whose stencil is incomplete, are false.
+pub(super) fn may_vanish<T: Real>(c: &[T], n: [usize; 3], margin: T) -> Vec<bool> {
+    let (low, high) = (windows(c, n, T::min), windows(c, n, T::max));
+    let mut out: Vec<bool> = low.iter().zip(&high).map(|(&a, &b)| a <= margin && b >= -margin).collect();
+    let cells = n.map(|n| n - 1);
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
+                let cell = x + cells[0] * (y + cells[1] * z);
+                if out[cell] {
+                    let is_rim = (0..3).any(|a| [x, y, z][a] == 0 || [x, y, z][a] + 1 == cells[a]);
+                    out[cell] = !is_rim && changes_sign(c, n, [x, y, z], margin);
+                }
+            }
+        }
+    }
+    out
+}
+
+fn changes_sign<T: Real>(c: &[T], n: [usize; 3], cell: [usize; 3], margin: T) -> bool {
+    let base = cell[0] - 1 + n[0] * (cell[1] - 1 + n[1] * (cell[2] - 1));
+    let mut b = [[[T::zero(); TAPS]; TAPS]; TAPS];
+    for k in 0..TAPS {
+        for j in 0..TAPS {
+            b[k][j].copy_from_slice(&c[base + n[0] * (j + n[1] * k)..][..TAPS]);
+            b[k][j] = bezier(b[k][j]);
+        }
+        let [r0, r1, r2, r3] = b[k];
+        for i in 0..TAPS {
+            let column = bezier([r0[i], r1[i], r2[i], r3[i]]);
+            (0..TAPS).for_each(|j| b[k][j][i] = column[j]);
+        }
+    }
+    let (mut low, mut high) = (T::infinity(), T::neg_infinity());
+    for j in 0..TAPS {
+        for i in 0..TAPS {
+            for v in bezier([b[0][j][i], b[1][j][i], b[2][j][i], b[3][j][i]]) {
+                low = low.min(v);
+                high = high.max(v);
+            }
+        }
+    }
+    low <= margin && high >= -margin
+}
+
+/// The control values of the middle cell of four B-spline coefficients. Source: Böhm 1981, knot insertion.
+#[inline(always)]
+fn bezier<T: Real>([a, b, c, d]: [T; TAPS]) -> [T; TAPS] {
+    let (sixth, third, four) = (T::of(1.0 / 6.0), T::of(1.0 / 3.0), T::of(4.0));
+    [sixth * (a + four * b + c), third * (b + b + c), third * (b + c + c), sixth * (b + four * c + d)]
+}

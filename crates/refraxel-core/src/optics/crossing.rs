@@ -1,0 +1,138 @@
+//! Where a straight line first crosses the zero level of a level set, theory (2.24).
+
+use super::step::State;
+use crate::index::NUDGE;
+use crate::{LevelSet, Real, Vec3};
+
+/// Longest distance [voxel, along the fastest axis] between two looks at φ in cells that may hold its zero level. Between
+/// them a dip to zero and back is found from the slopes at both ends.
+const LOOK: f64 = 0.5;
+
+/// Bound on the steps of the root search; bisection alone needs fewer to resolve a voxel.
+const MOST_STEPS: usize = 64;
+
+/// The side of the surface on which a ray travels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Inside,
+    Outside,
+}
+
+/// φ along x + t p, counted positive on the side of the ray.
+struct Line<'a, T: Copy> {
+    level: &'a LevelSet<T>,
+    sign: T,
+    /// Node coordinates at t = 0, and their velocity.
+    start: Vec3<T>,
+    velocity: Vec3<T>,
+}
+
+#[derive(Clone, Copy)]
+struct Look<T> {
+    t: T,
+    u: T,
+    slope: T,
+}
+
+/// The first t in `[from, end]` at which the line x + t p leaves its `side`. A ray that stands on the surface, where the last
+/// event put it, and moves into its side has not left it, whatever the sign of the rounded φ says there.
+pub(super) fn first_crossing<T: Real>(
+    level: &LevelSet<T>,
+    s: &State<T>,
+    [from, end]: [T; 2],
+    side: Side,
+) -> Option<T> {
+    let (lattice, sign) = (level.lattice(), if side == Side::Inside { -T::one() } else { T::one() });
+    let velocity = s.p.hadamard(lattice.scale);
+    let line = Line { level, sign, start: lattice.node(s.x), velocity };
+    let per_voxel = velocity.map(T::abs).max_element().recip();
+    let (look, nudge) = (T::of(LOOK) * per_voxel, T::of(NUDGE) * per_voxel);
+    let mut t = from;
+    loop {
+        let marked = lattice.first_marked((s.x, s.p), t, end)?;
+        // A hop ends a little inside the cell: look from a little before it.
+        let mut a = line.look(if marked > t { t.max(marked - nudge - nudge) } else { t });
+        loop {
+            let b = line.look((a.t + look).min(end));
+            if let Some(t) = line.crossing_between(a, b) {
+                return Some(t);
+            }
+            if b.t >= end {
+                return None;
+            }
+            a = b;
+            if lattice.clearance_at(line.node(b.t)) != Some(0) {
+                break;
+            }
+        }
+        t = a.t;
+    }
+}
+
+impl<T: Real> Line<'_, T> {
+    #[inline(always)]
+    fn node(&self, t: T) -> Vec3<T> {
+        self.start + self.velocity * t
+    }
+    #[inline(always)]
+    fn look(&self, t: T) -> Look<T> {
+        let (phi, gradient) = self.level.sample_at(self.node(t));
+        Look { t, u: self.sign * phi, slope: self.sign * gradient.dot(self.velocity) }
+    }
+
+    fn crossing_between(&self, a: Look<T>, b: Look<T>) -> Option<T> {
+        let zero = T::zero();
+        if a.u <= zero && a.slope <= zero {
+            return Some(a.t);
+        }
+        // From the surface into the side: u must come back to where it began.
+        let base = a.u.min(zero);
+        if b.u <= base {
+            return Some(self.root(a, b, base));
+        }
+        if a.slope < zero && b.slope > zero {
+            let lowest = self.look(lowest_between(a, b));
+            return (lowest.u <= base).then(|| self.root(a, lowest, base));
+        }
+        None
+    }
+
+    /// Where u falls to `base` between a, where it is higher or rises from it, and b: Newton's method within a bracket.
+    fn root(&self, a: Look<T>, b: Look<T>, base: T) -> T {
+        let [mut low, mut high] = [a, b];
+        let half = T::of(0.5);
+        for _ in 0..MOST_STEPS {
+            if low.u > base {
+                break;
+            }
+            let middle = self.look(a.t + (high.t - a.t) * half);
+            *(if middle.u > base { &mut low } else { &mut high }) = middle;
+        }
+        let across = T::of(f64::from(self.level.domain().resolution.into_iter().max().unwrap_or(0)));
+        let fastest = self.velocity.map(T::abs).max_element();
+        let tolerance = T::epsilon() * (b.t + across / fastest);
+        let mut t = low.t + (high.t - low.t) * ((low.u - base) / (low.u - high.u)).min(T::one());
+        for _ in 0..MOST_STEPS {
+            let m = self.look(t);
+            *(if m.u > base { &mut low } else { &mut high }) = m;
+            let newton = t - (m.u - base) / m.slope;
+            let is_bracketed = newton >= low.t && newton <= high.t;
+            let next = if is_bracketed { newton } else { low.t + (high.t - low.t) * half };
+            if (next - t).abs() <= tolerance || high.t - low.t <= tolerance {
+                return next;
+            }
+            t = next;
+        }
+        t
+    }
+}
+
+/// Where the cubic through values and slopes at both ends, falling at a and rising at b, is lowest.
+fn lowest_between<T: Real>(a: Look<T>, b: Look<T>) -> T {
+    let (length, two, three) = (b.t - a.t, T::of(2.0), T::of(3.0));
+    let (d0, d1, rise) = (a.slope * length, b.slope * length, b.u - a.u);
+    let (quadratic, cubic) = (three * rise - two * d0 - d1, d0 + d1 - two * rise);
+    // d0 + 2 q s + 3 c s² = 0 has one root between 0 and 1, the larger one.
+    let s = -d0 / (quadratic + (quadratic * quadratic - three * cubic * d0).max(T::zero()).sqrt());
+    a.t + length * s.max(T::zero()).min(T::one())
+}
