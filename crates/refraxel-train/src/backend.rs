@@ -3,6 +3,7 @@
 use crate::refraction::Refraction;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::radiance::Pixel;
+use refraxel_core::index::MediumGradient;
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray, Vec3, VoxelField};
 
 /// How densely and how far rays are marched.
@@ -63,7 +64,7 @@ pub struct Objective {
     pub index: Option<IndexObjective>,
 }
 
-/// How the index of refraction learns, theory (4.12): Adam on the blurred gradient.
+/// How the index of refraction and its surfaces learn, theory (4.12): Adam on the blurred gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexObjective {
     /// Learning rate of n at a node [1].
@@ -78,6 +79,12 @@ pub struct IndexObjective {
     pub deviation: (f32, Penalty<f32>),
     /// n stays within [1, this].
     pub largest: f32,
+    /// Learning rate of φ at a node [voxel of the level set].
+    pub surface_rate: f32,
+    /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].
+    pub surface_smooth: f32,
+    /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
+    pub most_events: u32,
 }
 
 impl Objective {
@@ -105,8 +112,8 @@ pub struct BatchGradient {
     pub field: FieldGradient<f32>,
     /// With respect to the texels of an environment map; empty for a constant background.
     pub background: Vec<[f32; 3]>,
-    /// With respect to the coefficients of the index, one array per region; without blur and clip.
-    pub index: Vec<Vec<f32>>,
+    /// With respect to the index and its surfaces; without blur and clip.
+    pub medium: MediumGradient<f32>,
     /// With respect to each ray's (origin, direction).
     pub rays: Vec<(Vec3<f32>, Vec3<f32>)>,
     /// The outcome of the forward pass.

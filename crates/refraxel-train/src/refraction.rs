@@ -86,6 +86,9 @@ impl Refraction {
     /// Mean index where it is above 1, weighted by how much, per region: the index of a homogeneous body whatever its size.
     pub fn mean_indices(&self) -> Vec<f64> {
         let mean = |grid: &IndexGrid<f32>| {
+            if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
+                return n.into();
+            }
             let (mut sum, mut weight) = (0.0, 0.0);
             for &c in grid.coefficients() {
                 let above = f64::from((2.0 * c).sqrt()) - 1.0;

@@ -3,13 +3,13 @@
 use crate::backend::Backend;
 use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};
 use crate::config::Config;
-use crate::cpu::{CpuBackend, IndexMoments, Moments};
+use crate::cpu::{AdamMoments, CpuBackend, IndexMoments, Moments};
 use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
 use crate::refraction::{Extras, Optics, Refraction};
 use crate::schedule::Act;
 use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, Medium, ShDegree, VoxelField,
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree, VoxelField,
 };
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
@@ -124,8 +124,10 @@ enum StoredBackground {
 struct StoredRegion {
     bounds: [[f32; 3]; 2],
     resolution: [u32; 3],
-    /// Steps that the moments of its index saw.
-    moment_steps: u32,
+    /// Nodes of its level set, where it has a surface.
+    surface_resolution: Option<[u32; 3]>,
+    /// Steps that the moments of its index and of its surface saw.
+    moment_steps: [u32; 2],
 }
 
 /// Save a run, atomically.
@@ -192,7 +194,9 @@ fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
     let stored = regions.map(|(region, moments)| {
         let Domain { bounds, resolution, .. } = *region.domain();
         let bounds = [bounds.min.to_array(), bounds.max.to_array()];
-        StoredRegion { bounds, resolution, moment_steps: moments.steps }
+        let surface_resolution = region.level_set().map(|l| l.domain().resolution);
+        let moment_steps = [moments.index.steps, moments.surface.steps];
+        StoredRegion { bounds, resolution, surface_resolution, moment_steps }
     });
     stored.collect()
 }
@@ -208,8 +212,14 @@ fn index_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
         };
         let n = region.coefficients().len();
         put("", TensorData::F32(region.coefficients().to_vec()), n);
-        put(".first_moment", TensorData::F32(moments.first.clone()), n);
-        put(".second_moment", TensorData::F32(moments.second.clone()), n);
+        put(".first_moment", TensorData::F32(moments.index.first.clone()), n);
+        put(".second_moment", TensorData::F32(moments.index.second.clone()), n);
+        if let Some(level) = region.level_set() {
+            let n = level.coefficients().len();
+            put(".surface", TensorData::F32(level.coefficients().to_vec()), n);
+            put(".surface_first_moment", TensorData::F32(moments.surface.first.clone()), n);
+            put(".surface_second_moment", TensorData::F32(moments.surface.second.clone()), n);
+        }
         let extras = refraction.extras.get(k);
         let free: Vec<u8> = extras.map_or(Vec::new(), |e| e.free.iter().map(|&f| u8::from(f)).collect());
         let gate = extras.and_then(|e| e.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
@@ -238,16 +248,38 @@ fn restore_refraction(
             extent: Extent::Bounded,
             resolution: region.resolution,
         };
-        let nodes = region.resolution.map(|n| n as usize).iter().product();
+        let count = |n: [u32; 3]| n.map(|n| n as usize).iter().product::<usize>();
         let name = |part: &str| format!("index.{k}{part}");
-        let mut values = |part: &str| f32s(path, file, &name(part), nodes).map(|v| v.to_vec());
-        let (coefficients, first, second) =
-            (values("")?, values(".first_moment")?, values(".second_moment")?);
+        let mut values = |part: &str, n: usize| f32s(path, file, &name(part), n).map(|v| v.to_vec());
+        let nodes = count(region.resolution);
+        let coefficients = values("", nodes)?;
+        let adam = |first, second, steps| AdamMoments { first, second, steps };
+        let index =
+            adam(values(".first_moment", nodes)?, values(".second_moment", nodes)?, region.moment_steps[0]);
         let interpolation = h.config.index_interpolation.into();
-        let grid =
-            IndexGrid::from_coefficients(domain.bounds, domain.resolution, interpolation, coefficients);
-        grids.push(grid.ok_or_else(|| wrong("has an index that is not finite, or not 1 at its border"))?);
-        moments.push(IndexMoments { first, second, steps: region.moment_steps });
+        let (grid, surface) = match region.surface_resolution {
+            None => {
+                let grid = IndexGrid::from_coefficients(domain.bounds, domain.resolution, interpolation, coefficients);
+                (grid.ok_or_else(|| wrong("has an index that is not finite, or not 1 at its border"))?, AdamMoments::default())
+            }
+            Some(resolution) => {
+                if !resolution.iter().all(|n| (7..=2048).contains(n)) || !coefficients.iter().all(|c| *c > 0.0) {
+                    return Err(wrong("has a surface of no valid resolution, or an index below 0"));
+                }
+                let n = count(resolution);
+                let level = LevelSet::from_coefficients(domain.bounds, resolution, values(".surface", n)?);
+                let level = level.ok_or_else(|| wrong("has a surface that is not finite"))?;
+                let grid = IndexGrid::vacuum(domain.bounds, domain.resolution, interpolation);
+                let mut grid = grid.with_level_set(level);
+                grid.coefficients_mut().copy_from_slice(&coefficients);
+                grid.find_flat_cells(None);
+                let moments =
+                    (values(".surface_first_moment", n)?, values(".surface_second_moment", n)?);
+                (grid, adam(moments.0, moments.1, region.moment_steps[1]))
+            }
+        };
+        grids.push(grid);
+        moments.push(IndexMoments { index, surface });
         let free: Vec<bool> = u8s(path, file, &name(".free"))?.into_iter().map(|f| f > 0).collect();
         let gate = Some(u8s(path, file, &name(".gate"))?).filter(|g| !g.is_empty());
         let gate =

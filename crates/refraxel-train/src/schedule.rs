@@ -90,7 +90,7 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
 /// The objective of an act: [`objective`] with what bends switched on, and what is held fixed at rate 0.
 pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) -> Objective {
     let usual = objective(config, near, progress);
-    let index = Some(index_objective(config, progress)).filter(|o| o.rate > 0.0);
+    let index = Some(index_objective(config, progress)).filter(|o| o.rate > 0.0 || o.surface_rate > 0.0);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match act {
         Act::Straight => usual,
@@ -107,8 +107,12 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
 fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
     // The index decays over what is left of the run once rays bend.
     let left = ((progress.0 - config.straight_share) / (1.0 - config.straight_share)).clamp(0.0, 1.0);
+    let decay = config.rate_decay.powf(left as f32);
     IndexObjective {
-        rate: config.rate_index * config.rate_decay.powf(left as f32),
+        rate: config.rate_index * decay,
+        surface_rate: config.rate_surface * decay,
+        surface_smooth: config.surface_smooth * decay,
+        most_events: config.surface_events,
         blur: config.index_blur,
         clip: config.index_clip,
         variation: (config.index_variation, config.index_variation_penalty.into()),

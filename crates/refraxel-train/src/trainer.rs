@@ -218,6 +218,9 @@ impl Trainer {
         let act = progress.act(&self.config);
         if self.state.act == Act::Straight && act > Act::Straight {
             self.begin_bending()?;
+        } else if self.state.act == Act::Index && act == Act::Joint && self.config.index_scan.is_on() {
+            let news = recipe::search_again(&mut self.backend, &self.shots, &self.config, self.plan.near);
+            self.news.extend(news);
         }
         self.state.act = act;
         let mut objective = objective_of(&self.config, self.plan.near, progress, act);
@@ -226,6 +229,7 @@ impl Trainer {
         objective.rate_background *= self.state.caution;
         if let Some(index) = &mut objective.index {
             index.rate *= self.state.caution;
+            index.surface_rate *= self.state.caution;
         }
         let batch = self.shots.batch(self.state.step, self.config.batch as usize, self.selection(act));
         if batch.rays.is_empty() {

@@ -32,7 +32,22 @@ pub enum IndexShape {
     File,
 }
 
-/// A scalar that can be switched.
+/// What the surface of a refractive body is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Surface {
+    /// What fits best at the start.
+    #[default]
+    Auto,
+    /// A level set, where the index jumps.
+    Sharp,
+    /// A transition of the index over some voxels.
+    Smooth,
+    /// None: the index rises from 1 at the hull towards its middle, like in lenses with an index gradient.
+    Graded,
+}
+
+/// A choice between doing and leaving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Switch {

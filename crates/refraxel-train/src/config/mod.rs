@@ -2,7 +2,7 @@
 
 mod choices;
 
-pub use choices::{Bending, IndexInterpolation, IndexPenalty, IndexShape, Stepping, Switch};
+pub use choices::{Bending, IndexInterpolation, IndexPenalty, IndexShape, Stepping, Surface, Switch};
 use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -86,6 +86,8 @@ pub struct Config {
     pub inside_share: f64,
     /// What the index looks like before it learns.
     pub index_shape: IndexShape,
+    /// What the surface of the shape is.
+    pub index_surface: Surface,
     /// File that `index_shape = file` reads: scene.json, an index volume, or a mesh.
     pub index_from: String,
     /// Whether the first index inside is searched by the error of the rendered rays; else it is `index_guess`.
@@ -114,6 +116,12 @@ pub struct Config {
     pub index_interior: Switch,
     /// Learning rate of the index; 0 holds it fixed.
     pub rate_index: f32,
+    /// Learning rate of a sharp surface [voxel of the index grid]; 0 holds it fixed.
+    pub rate_surface: f32,
+    /// Smoothing of a sharp surface per step, 0 to 1.
+    pub surface_smooth: f32,
+    /// Sharp surfaces learn only from rays that meet them at most this often.
+    pub surface_events: u32,
     /// Blur of the gradient of the index [voxel of the index grid].
     pub index_blur: f32,
     /// Bound on the gradient of one kick.
@@ -174,6 +182,7 @@ impl Default for Config {
             index_share: 0.1,
             inside_share: 0.4,
             index_shape: IndexShape::Hull,
+            index_surface: Surface::Auto,
             index_from: String::new(),
             index_scan: Switch::On,
             index_guess: 1.3,
@@ -188,6 +197,9 @@ impl Default for Config {
             index_gate: Switch::On,
             index_interior: Switch::On,
             rate_index: 0.002,
+            rate_surface: 0.02,
+            surface_smooth: 0.03,
+            surface_events: 2,
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
@@ -386,6 +398,8 @@ impl Config {
         within("index_step", self.index_step.into(), 0.05, 1.0, "0.05 to 1 voxel")?;
         within("index_voxels_per_pixel", self.index_voxels_per_pixel, 0.05, 4.0, "0.05 to 4")?;
         within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
+        within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
+        within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;
         within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
         for (key, v) in [

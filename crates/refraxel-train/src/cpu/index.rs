@@ -1,25 +1,25 @@
-//! The index learns: kicks are scattered to the grid, their gradient is blurred, and n takes an Adam step.
+//! The index and its surfaces learn: kicks are scattered to the grids, their gradients are blurred, and Adam takes a step.
 
 use super::tape::{Kick, Tape};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::refraction::Refraction;
 use rayon::prelude::*;
-use refraxel_core::index::priors;
-use refraxel_core::{IndexGrid, Medium};
+use refraxel_core::index::{MediumGradient, priors};
+use refraxel_core::{IndexGrid, LevelSet, Medium};
 
 /// Arrays that kicks are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
 const PARTS: usize = 4;
-/// Adam's decays; the first is that of the mean, the second that of the square.
+/// Adam's decays: of the mean, and of the mean square.
 const DECAY: [f32; 2] = [0.9, 0.99];
 /// Floor of Adam's denominator, as a share of the largest: voxels that hardly matter must not follow noise.
 const FLOOR: f32 = 0.1;
 /// Steps between two looks at what is flat.
 const REFRESH: u64 = 16;
 
-/// Adam's moments of one region, and how many steps they saw.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IndexMoments {
+/// Adam's moments of one array of parameters, and how many steps they saw.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AdamMoments {
     /// Mean of the gradient.
     pub first: Vec<f32>,
     /// Mean of its square.
@@ -28,40 +28,75 @@ pub struct IndexMoments {
     pub steps: u32,
 }
 
-impl IndexMoments {
-    pub(super) fn zero(grid: &IndexGrid<f32>) -> Self {
-        let n = grid.coefficients().len();
+/// The moments of one region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IndexMoments {
+    /// Of the coefficients of w.
+    pub index: AdamMoments,
+    /// Of the coefficients of φ; empty without a surface.
+    pub surface: AdamMoments,
+}
+
+impl AdamMoments {
+    fn zero(n: usize) -> Self {
         Self { first: vec![0.0; n], second: vec![0.0; n], steps: 0 }
+    }
+
+    /// The change of each of the parameters `which`, for a learning rate of 1.
+    fn steps(&mut self, which: &[usize], grad: impl Fn(usize) -> f32) -> Vec<f32> {
+        self.steps += 1;
+        let unbias = DECAY.map(|d| (1.0 - d.powi(self.steps.min(1 << 20) as i32)).recip());
+        let mut largest = 0.0_f32;
+        for &j in which {
+            let g = grad(j);
+            self.first[j] += (1.0 - DECAY[0]) * (g - self.first[j]);
+            self.second[j] += (1.0 - DECAY[1]) * (g * g - self.second[j]);
+            largest = largest.max(self.second[j]);
+        }
+        let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
+        let step = |&j: &usize| -self.first[j] * unbias[0] / (self.second[j] * unbias[1]).sqrt().max(floor);
+        which.iter().map(step).collect()
     }
 }
 
-/// dLoss/dcoefficients per region, from the kicks of all tapes, each bounded by `clip`.
-pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Vec<Vec<f32>> {
-    let mut parts: Vec<Vec<Vec<f32>>> = tapes
+impl IndexMoments {
+    pub(super) fn zero(grid: &IndexGrid<f32>) -> Self {
+        let surface = grid.level_set().map_or(0, |l| l.coefficients().len());
+        Self { index: AdamMoments::zero(grid.coefficients().len()), surface: AdamMoments::zero(surface) }
+    }
+}
+
+/// dLoss/dcoefficients from the kicks of all tapes, each bounded by `clip`.
+pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> MediumGradient<f32> {
+    let parts: Vec<MediumGradient<f32>> = tapes
         .par_chunks(tapes.len().div_ceil(PARTS).max(1))
         .map(|tapes| {
             let mut sums = medium.zero_gradient();
-            for kick in tapes.iter().flat_map(|t| &t.kicks) {
-                add(medium, kick, clip, &mut sums);
-            }
+            tapes.iter().flat_map(|t| &t.kicks).for_each(|kick| add(medium, kick, clip, &mut sums));
             sums
         })
         .collect();
-    let mut total = parts.pop().unwrap_or_else(|| medium.zero_gradient());
+    let mut parts = parts.into_iter();
+    let mut total = parts.next().unwrap_or_else(|| medium.zero_gradient());
     for part in parts {
-        for (total, part) in total.iter_mut().zip(part) {
+        let arrays = total.index.iter_mut().chain(&mut total.level_set);
+        for (total, part) in arrays.zip(part.index.iter().chain(&part.level_set)) {
             total.par_iter_mut().zip(part).for_each(|(t, p)| *t += p);
         }
     }
     total
 }
 
-fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut [Vec<f32>]) {
-    let region = kick.region as usize;
-    let size = kick.d_force.length();
+fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f32>) {
+    let (region, (d_value, d_gradient)) = (kick.region as usize, kick.d);
+    let size = d_gradient.length();
     let scale = if size > clip { clip / size } else { 1.0 };
+    let (d_value, d_gradient) = (d_value * scale, d_gradient * scale);
     let grid = &medium.regions()[region];
-    grid.scatter(kick.x, kick.d_w * scale, kick.d_force * scale, &mut sums[region]);
+    match grid.level_set().filter(|_| kick.surface) {
+        Some(level) => level.scatter(kick.x, d_value, d_gradient, &mut sums.level_set[region]),
+        None => grid.scatter(kick.x, d_value, d_gradient, &mut sums.index[region]),
+    }
 }
 
 /// One step of every region.
@@ -71,15 +106,22 @@ pub(super) fn update(
     (tapes, rays, step): (&[Tape], usize, u64),
     objective: &IndexObjective,
 ) {
-    let mut grads = gradient(&refraction.medium, tapes, objective.clip);
-    for (region, (grad, moments)) in grads.iter_mut().zip(moments).enumerate() {
+    let grads = gradient(&refraction.medium, tapes, objective.clip);
+    let arrays = grads.index.into_iter().zip(grads.level_set);
+    for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
         let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
         let grid = refraction.medium.region_mut(region);
-        add_priors(grid, rays as f32, objective, grad);
-        gaussian_blur(grad, grid.domain().resolution, objective.blur);
-        descend(grid, free, moments, grad, objective);
-        if step.is_multiple_of(REFRESH) {
-            grid.find_flat_cells(free);
+        if let Some(level) = grid.level_set_mut() {
+            gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
+            descend_surface(level, &mut moments.surface, &surface, objective);
+        }
+        if grid.interior_index().is_none() || grid.level_set().is_none() {
+            add_priors(grid, rays as f32, objective, &mut grad);
+            gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
+            descend(grid, free, &mut moments.index, &grad, objective);
+            if step.is_multiple_of(REFRESH) {
+                grid.find_flat_cells(free);
+            }
         }
     }
 }
@@ -96,30 +138,39 @@ fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad
     }
 }
 
-/// Adam on n = √(2c) at the free nodes, theory (4.12).
+/// Adam on n = √(2c) at the free nodes.
 fn descend(
     grid: &mut IndexGrid<f32>,
     free: Option<&[bool]>,
-    moments: &mut IndexMoments,
+    moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
 ) {
-    moments.steps += 1;
-    let unbias = DECAY.map(|d| (1.0 - d.powi(moments.steps.min(1 << 20) as i32)).recip());
     let nodes: Vec<usize> = grid.parameters().filter(|&j| free.is_none_or(|f| f[j])).collect();
     let coefficients = grid.coefficients_mut();
-    let mut largest = 0.0_f32;
-    for &j in &nodes {
-        let d_n = grad[j] * (2.0 * coefficients[j]).sqrt(); // dc/dn = n
-        moments.first[j] += (1.0 - DECAY[0]) * (d_n - moments.first[j]);
-        moments.second[j] += (1.0 - DECAY[1]) * (d_n * d_n - moments.second[j]);
-        largest = largest.max(moments.second[j]);
-    }
-    let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
-    for &j in &nodes {
-        let size = (moments.second[j] * unbias[1]).sqrt().max(floor);
-        let n = (2.0 * coefficients[j]).sqrt() - objective.rate * moments.first[j] * unbias[0] / size;
-        let n = n.clamp(1.0, objective.largest);
+    let steps = moments.steps(&nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
+    for (&j, step) in nodes.iter().zip(steps) {
+        let n = ((2.0 * coefficients[j]).sqrt() + objective.rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
+    }
+}
+
+/// Adam on φ, then a little smoothing: what one pixel wants must not become a dent.
+fn descend_surface(
+    level: &mut LevelSet<f32>,
+    moments: &mut AdamMoments,
+    grad: &[f32],
+    objective: &IndexObjective,
+) {
+    let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
+    let rate = objective.surface_rate * level.voxel();
+    let steps = moments.steps(&nodes, |j| grad[j]);
+    for (&j, step) in nodes.iter().zip(steps) {
+        level.coefficients_mut()[j] += rate * step;
+    }
+    if objective.surface_smooth > 0.0 {
+        level.smooth(objective.surface_smooth);
+    } else {
+        level.find_surface();
     }
 }

@@ -20,14 +20,14 @@ use crate::backend::{Backend, Batch, BatchGradient, Marching, Objective, StepOut
 use crate::refraction::Refraction;
 use colour::Layout;
 use fearless_simd::{Level, dispatch};
-pub use index::IndexMoments;
+pub use index::{AdamMoments, IndexMoments};
 use march::Marcher;
 use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Medium, Ray, Vec3, VoxelField,
 };
 use tape::{BUCKET_VOXELS, Tape, buckets};
 use update::{
@@ -150,6 +150,11 @@ impl CpuBackend {
             self.marcher.occupied = occupied;
         }
         fits
+    }
+
+    /// Exchange the medium for one with parameters of the same shape.
+    pub fn swap_medium(&mut self, medium: &mut Medium<f32>) {
+        std::mem::swap(&mut self.refraction.medium, medium);
     }
 
     /// Bend the rays, and go on with these moments of the index.
@@ -395,8 +400,8 @@ impl Backend for CpuBackend {
             colour.copy_from_slice(&grad.colour[..colour.len()]);
             self.pool.give(grad);
         });
-        let index = index::gradient(&self.refraction.medium, &tapes, f32::INFINITY);
-        BatchGradient { field, background: self.background_gradient(&tapes), index, rays, outcome }
+        let medium = index::gradient(&self.refraction.medium, &tapes, f32::INFINITY);
+        BatchGradient { field, background: self.background_gradient(&tapes), medium, rays, outcome }
     }
 
     fn peak_weights(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<f32> {

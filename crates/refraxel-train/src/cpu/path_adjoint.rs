@@ -9,7 +9,7 @@ use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
 use refraxel_core::optics::{RayAdjoint, Tracer};
 use refraxel_core::radiance::SegmentAdjoint;
-use refraxel_core::{IndexGradient, IndexGrid, Path, Ray, Vec3};
+use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 
 /// dLoss/d(start, momentum) per segment of a path.
 pub(super) type SegmentSums = Vec<SegmentAdjoint<f32>>;
@@ -21,6 +21,8 @@ pub(super) struct PathAdjoint<'a> {
     pub d_exit: Vec3<f32>,
     /// All samples count. Otherwise those before the first kick are left out: no index moves them.
     pub all: bool,
+    /// Surfaces learn only from paths that meet them at most this often.
+    pub most_events: usize,
 }
 
 impl PathAdjoint<'_> {
@@ -61,17 +63,29 @@ impl PathAdjoint<'_> {
             return (sums[0].0, sums[0].1 + self.d_exit);
         };
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
-        let d = tracer.vjp(self.ray, path, sums, &d_exit, &mut Kicks(kicks));
+        let events = path.steps.iter().filter(|s| s.event.is_some()).count();
+        let mut kicks = Kicks { list: kicks, surfaces: events <= self.most_events };
+        let d = tracer.vjp(self.ray, path, sums, &d_exit, &mut kicks);
         (d.origin, d.direction)
     }
 }
 
 /// Notes kicks for a later scatter.
-struct Kicks<'a>(&'a mut Vec<Kick>);
+struct Kicks<'a> {
+    list: &'a mut Vec<Kick>,
+    /// Surfaces get their share, too.
+    surfaces: bool,
+}
 
 impl IndexGradient<f32> for Kicks<'_> {
     #[inline(always)]
-    fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, (d_w, d_force): (f32, Vec3<f32>)) {
-        self.0.push(Kick { region: region as u32, x, d_w, d_force });
+    fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+        self.list.push(Kick { region: region as u32, surface: false, x, d });
+    }
+    #[inline(always)]
+    fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+        if self.surfaces {
+            self.list.push(Kick { region: region as u32, surface: true, x, d });
+        }
     }
 }

@@ -26,14 +26,15 @@ pub(super) struct Record {
     pub d_colour: [f32; 3],
 }
 
-/// The adjoint of one evaluation of the index on a bent path.
+/// The adjoint of one evaluation of the index, or of a surface, on a bent path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kick {
     pub region: u32,
+    /// Of the level set φ; else of w.
+    pub surface: bool,
     pub x: Vec3<f32>,
-    /// dLoss/dw and dLoss/d(∇w) at x.
-    pub d_w: f32,
-    pub d_force: Vec3<f32>,
+    /// dLoss/dvalue and dLoss/dgradient at x.
+    pub d: (f32, Vec3<f32>),
 }
 
 /// Records of a chunk of rays.

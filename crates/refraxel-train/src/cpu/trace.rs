@@ -230,6 +230,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
     tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
     let (view, mut scratch) = (View::new(scene, &objective.marching), Scratch::default());
+    let most_events = objective.index.map_or(usize::MAX, |o| o.most_events as usize);
     for start in range.clone().step_by(PACKET) {
         let packet = start..(start + PACKET).min(range.end);
         let rays = (&batch.rays[packet.clone()], &batch.offset[packet.clone()]);
@@ -252,7 +253,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             }
             let d_exit = background_vjp(scene, batch, &found.exit, &d);
             let made = (samples, &tape.records[records..], &arms[..]);
-            let adjoint = PathAdjoint { ray: &batch.rays[ray], d_exit, all: wanted.is_some() };
+            let adjoint = PathAdjoint { ray: &batch.rays[ray], d_exit, all: wanted.is_some(), most_events };
             let bent = bending.or(view.tracer.as_ref().filter(|_| found.bent)).map(|t| (t, &*path));
             let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
             if let Some(wanted) = wanted {

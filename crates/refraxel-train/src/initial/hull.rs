@@ -11,6 +11,9 @@ pub struct Vote {
     /// A point is inside when at least this share of the votes cast says so. Not all: opaque things occlude glass, masks
     /// and poses err. 0.95 of 100 views lets 5 of them disagree; where nothing occludes, use 1.
     pub share: f32,
+    /// Least share of all views in which the point is not out of the picture that must vote for inside: what hardly any
+    /// view has seen, such as the ground under an object, is not refractive only because nothing contradicts it.
+    pub least: f32,
     /// Fewer votes than this decide nothing, and the point is outside.
     pub views: usize,
     /// A view abstains whose line of sight misses the mask but ends at something opaque this far in front of the point
@@ -20,7 +23,7 @@ pub struct Vote {
 
 impl Default for Vote {
     fn default() -> Self {
-        Self { share: 0.95, views: 3, margin: 1.0 }
+        Self { share: 0.95, least: 0.3, views: 3, margin: 1.0 }
     }
 }
 
@@ -109,14 +112,24 @@ fn node_of(x: usize, row: usize, n: [usize; 3]) -> Vec3<f32> {
     vec3(x as f32, (row % n[1]) as f32, (row / n[1]) as f32)
 }
 
-/// The largest vote that is not overruled; `None` where too few are cast.
-fn decide(votes: &mut [f32], vote: &Vote) -> Option<f32> {
+/// The largest vote that is not overruled; `None` where too few are cast, or too few of all views see an inside.
+fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
     const ROUNDING: f32 = 1e-4; // 20 views × (1 − 0.95) is one view
-    if votes.is_empty() || votes.len() < vote.views {
+    let seen = all.len();
+    let mut cast = 0;
+    for v in 0..seen {
+        if all[v].is_finite() {
+            all[cast] = all[v];
+            cast += 1;
+        }
+    }
+    let votes = &mut all[..cast];
+    let inside = votes.iter().filter(|d| **d <= 0.0).count();
+    if votes.is_empty() || cast < vote.views || (inside as f32) < vote.least * seen as f32 - ROUNDING {
         return None;
     }
-    let overruled = ((1.0 - vote.share) * votes.len() as f32 + ROUNDING) as usize;
-    let rank = overruled.min(votes.len() - 1);
+    let overruled = ((1.0 - vote.share) * cast as f32 + ROUNDING) as usize;
+    let rank = overruled.min(cast - 1);
     Some(*votes.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1)
 }
 

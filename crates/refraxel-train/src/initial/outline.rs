@@ -70,8 +70,8 @@ impl Outlines {
     }
 
     /// What the views say about each of `points`: `report` is told the point's number and one signed distance
-    /// [scene unit] per view that sees it, in order of the views. A view abstains whose line of sight misses the mask but
-    /// is hidden at the point, more than `margin` [scene unit] behind something opaque.
+    /// [scene unit] per view that sees it, in order of the views. A view abstains, with an infinite distance, whose line
+    /// of sight misses the mask but is hidden at the point, more than `margin` [scene unit] behind something opaque.
     pub(super) fn ask(
         &self,
         points: &[Vec3<f32>],
@@ -141,7 +141,7 @@ impl Outline {
 
     /// Signed distance [scene unit] to the cone of the silhouette: that in the image times the footprint of a pixel at
     /// the point's depth. To first order in the distance from the cone, and up to the cosine of the edge's angle from the
-    /// axis (6 % at the border of a field of view of 40°). `None`: out of the picture, or hidden.
+    /// axis (6 % at the border of a field of view of 40°). `None`: out of the picture. Infinite: hidden.
     #[inline]
     fn distance_at(&self, x: Vec3<f32>, margin: f32) -> Option<f32> {
         let d = x - self.centre;
@@ -159,7 +159,7 @@ impl Outline {
             d.length() > beyond[nearest] + margin
         };
         let abstains = pixels > 0.0 && self.occluded.as_ref().is_some_and(is_hidden);
-        (!abstains).then_some(pixels * footprint)
+        Some(if abstains { f32::INFINITY } else { pixels * footprint })
     }
 
     #[inline]

@@ -85,6 +85,9 @@ fn bent_gradients_agree_with_the_reference() {
         variation: (0.0, Penalty::Squared),
         deviation: (0.0, Penalty::Squared),
         largest: 2.0,
+        surface_rate: 0.01,
+        surface_smooth: 0.01,
+        most_events: 8,
     };
     let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
     let mut field = bent.oracle.field.zero_gradient();
@@ -109,7 +112,7 @@ fn bent_gradients_agree_with_the_reference() {
     let worst = relative(&got.field.colour, &field.colour);
     assert!(worst < 2e-3, "colour: {worst}");
     for region in 0..2 {
-        let worst = relative(&got.index[region], &medium[region]);
+        let worst = relative(&got.medium.index[region], &medium.index[region]);
         assert!(worst < 5e-3, "index of region {region}: {worst}");
     }
     let flat = |v: Vec3<f64>| v.to_array();
@@ -127,6 +130,9 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
         variation: (0.1, Penalty::Charbonnier { epsilon: 0.01 }),
         deviation: (0.1, Penalty::Squared),
         largest: 2.0,
+        surface_rate: 0.01,
+        surface_smooth: 0.01,
+        most_events: 8,
     };
     let learned = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

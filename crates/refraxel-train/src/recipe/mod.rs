@@ -1,0 +1,99 @@
+//! How a model comes to bend its rays: find what is refractive, search its index, and clear what straight rays left
+//! inside.
+//!
+//! At this point straight rays have learned everything that is seen beside the refractive things. Then:
+//! 1. Views say where refractive things can be (`regions`): the visual hull of the masks, a box, or a file.
+//! 2. One index per region is searched by the error of the rays inside the masks (`search`): the scene around is known by
+//!    now, so the right index shows it in the right places. The error has one minimum, which a gradient from n = 1 never
+//!    finds. The same error says whether the index jumps at the surface or rises towards the middle.
+//! 3. Haze that straight rays left inside is cleared.
+//!
+//! From there shape and index learn by their gradients, first alone and then together with everything else.
+
+mod regions;
+mod search;
+
+use crate::backend::Backend;
+use crate::config::Config;
+use crate::cpu::CpuBackend;
+use crate::initial::LocateError;
+use crate::rays::Shots;
+use crate::refraction::{Optics, Refraction};
+use crate::schedule::training_marching;
+use refraxel_core::Medium;
+use regions::Region;
+use search::Judge;
+
+/// Why nothing can bend.
+#[derive(Debug, thiserror::Error)]
+pub enum RecipeError {
+    /// Neither masks nor a box.
+    #[error(
+        "nothing says what is refractive: the dataset has no masks of refractive things; give masks, or a box with \
+         --refraction-box x0,y0,z0,x1,y1,z1, or train with --refraction off"
+    )]
+    Nowhere,
+    /// Masks that lead nowhere.
+    #[error(transparent)]
+    Locate(#[from] LocateError),
+    /// A file that gives no index.
+    #[error("cannot start from {path}: {problem}")]
+    File {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+/// How the index of a region varies, before it learns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// One index, which jumps at the surface.
+    Sharp,
+    /// One index, with a transition of some voxels.
+    Smooth,
+    /// w = n²/2 rises from ½ at the surface to its largest value in the middle, as a parabola of the depth.
+    Graded,
+}
+
+/// A region with the profile and index that it starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Start {
+    profile: Profile,
+    index: f32,
+}
+
+/// Let rays bend from now on; says what was found.
+pub fn begin(
+    backend: &mut CpuBackend,
+    shots: &Shots,
+    config: &Config,
+    near: f32,
+) -> Result<Vec<String>, RecipeError> {
+    let regions = regions::find(backend, shots, config, near)?;
+    let mut news: Vec<String> = regions.iter().enumerate().map(|(k, r)| r.describe(k)).collect();
+    backend.set_density(config.contents_density, |x| regions.iter().any(|r| r.is_inside(x)));
+    backend.refresh_occupancy(&training_marching(config, near));
+    let judge = Judge::new(shots, config, near);
+    let (starts, told) = search::starts(backend, &regions, &judge, config);
+    news.extend(told);
+    let mut found = refraction(&regions, &starts, config);
+    found.find_flat_cells();
+    backend.set_refraction(found);
+    Ok(news)
+}
+
+/// Search the one index of sharp bodies again, near where it is: their shape has changed since.
+pub fn search_again(backend: &mut CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<String> {
+    search::refine(backend, &Judge::new(shots, config, near))
+}
+
+/// The refraction that regions start from.
+fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refraction {
+    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s.profile, s.index, config)).collect();
+    let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
+    let optics = Optics { integrator: config.index_stepping.into(), step: config.index_step };
+    let extras = regions.iter().zip(starts).map(|(r, s)| r.extras(s.profile)).collect();
+    Refraction { medium, optics, extras }
+}

@@ -1,0 +1,323 @@
+//! Where refractive things are, and their shapes.
+
+use super::{Profile, RecipeError};
+use crate::backend::Backend;
+use crate::config::{Config, IndexShape};
+use crate::cpu::CpuBackend;
+use crate::initial::{
+    Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid,
+};
+use crate::rays::{Selection, Shots, pixel_ray};
+use crate::refraction::Extras;
+use crate::schedule::training_marching;
+use refraxel_core::{Aabb, Camera, Domain, Extent, IndexGrid, LevelSet, Ray, Vec3};
+use refraxel_data::synth::{IndexTruth, Shape};
+use refraxel_data::{IndexVolume, Mask, read_mesh};
+use std::path::Path;
+
+/// A pixel this opaque hides what is behind its depth.
+const OPAQUE: f32 = 0.9;
+/// Steps and strength of the smoothing of a hull's surface, theory (2.32).
+const SMOOTHING: (u32, f32) = (10, 0.6);
+/// Shares of the views that must see an inside, tried from the strictest on.
+const LEAST: [f32; 6] = [0.9, 0.7, 0.5, 0.35, 0.2, 0.1];
+/// A stricter share will do when its hull meets this part of the rays inside masks that the best one meets.
+const COVERED: f64 = 0.98;
+
+/// A refractive region before it has an index.
+pub(super) struct Region {
+    site: Site,
+    /// Signed distance from the surface, negative inside; absent where the shape is not a body.
+    surface: Option<LevelSet<f32>>,
+    /// n at the nodes where a file gives it.
+    known: Option<Vec<f32>>,
+    /// Share of each node's voxel inside, 0 to 1, blurred.
+    occupancy: Vec<f32>,
+    /// Largest depth inside [scene unit].
+    depth: f32,
+    free: Vec<bool>,
+    gate: Option<Gate>,
+}
+
+/// What `index_from` names.
+enum Given {
+    Truth(IndexTruth),
+    Volume(IndexVolume),
+    Mesh(Shape),
+}
+
+/// The regions and their shapes.
+pub(super) fn find(
+    backend: &CpuBackend,
+    shots: &Shots,
+    config: &Config,
+    near: f32,
+) -> Result<Vec<Region>, RecipeError> {
+    let scene = backend.field().domain.bounds;
+    let given = given(config)?;
+    let spacing = |bounds: &Aabb<f32>| Spacing::Voxel(voxel(shots, config, bounds));
+    let site = |bounds: &Aabb<f32>| {
+        let (bounds, resolution) = region_grid(bounds, spacing(bounds));
+        Site { bounds, resolution, interpolation: config.index_interpolation.into() }
+    };
+    let stated = config.bounds_of_box().or_else(|| given.as_ref().map(Given::bounds));
+    if let Some(given) = &given {
+        let bounds = stated.unwrap_or(scene);
+        return Ok(vec![Region::given(site(&bounds), given, config)]);
+    }
+    match (config.index_shape, stated) {
+        (IndexShape::Uniform, bounds) => Ok(vec![Region::uniform(site(&bounds.unwrap_or(scene)))]),
+        (IndexShape::Block, Some(b)) => Ok(vec![Region::body(site(&b), |x| block_distance(&b, x), config)]),
+        (IndexShape::Ball, Some(b)) => Ok(vec![Region::body(site(&b), |x| ball_distance(&b, x), config)]),
+        (shape, stated) => {
+            let outlines = Outlines::new(&silhouettes(backend, shots, config, near));
+            if outlines.is_empty() {
+                let bounds = stated.ok_or(RecipeError::Nowhere)?;
+                return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), config)]);
+            }
+            let vote = vote(&outlines, shots, &stated.unwrap_or(scene), config);
+            let boxes = match stated {
+                Some(bounds) => vec![bounds],
+                None => {
+                    let search = Search { vote, spacing: spacing(&scene), ..Search::default() };
+                    outlines.locate(&scene, &search)?
+                }
+            };
+            let region = |bounds: &Aabb<f32>| match shape {
+                IndexShape::Block => Region::body(site(bounds), |x| block_distance(bounds, x), config),
+                IndexShape::Ball => Region::body(site(bounds), |x| ball_distance(bounds, x), config),
+                _ => Region::hull(site(bounds), &outlines, &vote, config),
+            };
+            Ok(boxes.iter().map(region).collect())
+        }
+    }
+}
+
+/// Edge length of a region's voxels [scene unit].
+fn voxel(shots: &Shots, config: &Config, bounds: &Aabb<f32>) -> f32 {
+    let longest = bounds.extent().max_element();
+    if config.index_resolution > 0 {
+        return longest / config.index_resolution as f32;
+    }
+    let pixel = shots.pixel_size(bounds.center());
+    (pixel / config.index_voxels_per_pixel as f32).max(longest / 160.0)
+}
+
+/// Signed distance from the ellipsoid in a box, exact on its surface.
+fn ball_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
+    let half = bounds.extent() * 0.5;
+    ((x - bounds.center()).zip(half, |x, h| x / h).length() - 1.0) * half.min_element()
+}
+
+/// Signed distance from a box.
+fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
+    let q = (x - bounds.center()).map(f32::abs) - bounds.extent() * 0.5;
+    q.map(|v| v.max(0.0)).length() + q.max_element().min(0.0)
+}
+
+/// The strictest share of all views that must see an inside whose hull still covers what the masks show.
+fn vote(outlines: &Outlines, shots: &Shots, bounds: &Aabb<f32>, config: &Config) -> Vote {
+    let vote = |least: f32| Vote { share: config.index_vote, least, ..Vote::default() };
+    let rays = shots.batch(u64::MAX / 2, 4096, Selection::Inside(1.0)).rays;
+    let domain = Domain::with_longest(*bounds, Extent::Bounded, 64);
+    let covered = |least: f32| {
+        let gate = Gate::new(domain, &outlines.hull(&domain, &vote(least)).fraction);
+        rays.iter().filter(|r| gate.admits(r)).count()
+    };
+    let found: Vec<usize> = LEAST.iter().map(|&l| covered(l)).collect();
+    let most = found.iter().copied().max().unwrap_or(0);
+    let enough = |&k: &usize| found[k] as f64 >= COVERED * most as f64;
+    vote((0..LEAST.len()).find(enough).map_or(LEAST[0], |k| LEAST[k]))
+}
+
+/// Cameras and masks, with what hides refractive things: the opaque surfaces that straight rays have learned.
+fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<Silhouette> {
+    let marching = training_marching(config, near);
+    let opaque = |camera: &Camera| {
+        let count = (camera.width * camera.height) as usize;
+        let rays: Vec<Option<Ray<f32>>> = (0..count).map(|p| pixel_ray(camera, p)).collect();
+        let asked: Vec<Ray<f32>> = rays.iter().flatten().copied().collect();
+        let mut pixels = backend.render(&asked, &marching).into_iter();
+        let hidden = rays.iter().map(|ray| {
+            let seen = ray.and_then(|_| pixels.next())?;
+            let opacity = 1.0 - seen.transmittance;
+            (opacity > OPAQUE).then(|| seen.depth / opacity)
+        });
+        hidden.map(|d| d.unwrap_or(f32::INFINITY)).collect()
+    };
+    let silhouette = |(camera, mask): (&Camera, &Mask)| Silhouette {
+        camera: *camera,
+        mask: mask.clone(),
+        occluded_beyond: Some(opaque(camera)),
+    };
+    shots.silhouettes().map(silhouette).collect()
+}
+
+fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
+    if config.index_shape != IndexShape::File {
+        return Ok(None);
+    }
+    let wrong = |problem: String| RecipeError::File { path: config.index_from.clone(), problem };
+    let path = Path::new(&config.index_from);
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+    let given = match extension.as_str() {
+        "json" => {
+            let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+            let json = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+            let truth = IndexTruth::from_scene_json(&json);
+            Given::Truth(truth.ok_or_else(|| wrong("it has no list `refractive` of known shapes".to_owned()))?)
+        }
+        "npz" | "npy" => {
+            let bounds = config.bounds_of_box().map(|b| b.cast());
+            Given::Volume(IndexVolume::read(path, bounds).map_err(|e| wrong(e.to_string()))?)
+        }
+        "ply" | "obj" => Given::Mesh(Shape::Mesh(read_mesh(path).map_err(|e| wrong(e.to_string()))?)),
+        _ => return Err(wrong("expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)".to_owned())),
+    };
+    Ok(Some(given))
+}
+
+impl Given {
+    fn bounds(&self) -> Aabb<f32> {
+        match self {
+            Self::Truth(truth) => truth.bounding_box().cast(),
+            Self::Volume(volume) => volume.bounds().cast(),
+            Self::Mesh(mesh) => mesh.bounds().cast(),
+        }
+    }
+}
+
+impl Region {
+    /// Nothing refractive yet.
+    fn uniform(site: Site) -> Self {
+        let nodes = site.domain().resolution.map(|n| n as usize).iter().product();
+        let (occupancy, free) = (vec![0.0; nodes], Vec::new());
+        Self { site, surface: None, known: Some(vec![1.0; nodes]), occupancy, depth: 0.0, free, gate: None }
+    }
+
+    /// A body by its signed distance.
+    fn body(site: Site, distance: impl Fn(Vec3<f32>) -> f32, config: &Config) -> Self {
+        let surface = LevelSet::from_samples(site.bounds, site.resolution, distance);
+        Self::new(site, surface, config)
+    }
+
+    /// The visual hull, its surface smoothed.
+    fn hull(site: Site, outlines: &Outlines, vote: &Vote, config: &Config) -> Self {
+        let distance = outlines.hull(&site.domain(), vote).distance;
+        // Far from the surface the estimate is rough; only its sign counts there.
+        let reach = 4.0 * site.domain().voxel();
+        let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
+        let surface = LevelSet::from_coefficients(site.bounds, site.resolution, near);
+        let mut surface = surface.unwrap_or_else(|| unreachable!("distances are finite"));
+        surface.redistance();
+        for _ in 0..SMOOTHING.0 {
+            surface.smooth(SMOOTHING.1);
+        }
+        surface.redistance();
+        Self::new(site, surface, config)
+    }
+
+    /// What a file says.
+    fn given(site: Site, given: &Given, config: &Config) -> Self {
+        let known = |grid: &IndexGrid<f32>| grid.coefficients().iter().map(|c| (2.0 * c).sqrt()).collect();
+        match given {
+            Given::Truth(truth) => {
+                let distance = |x: Vec3<f32>| truth.signed_distance_like(x.cast()) as f32;
+                let mut region = Self::body(site, distance, config);
+                region.known = Some(known(&site.truth(truth)));
+                region
+            }
+            Given::Volume(volume) => {
+                let n: Vec<f32> = known(&site.volume(volume));
+                let most = n.iter().copied().fold(1.0, f32::max);
+                let mut region = Self::of_occupancy(site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6), config);
+                region.known = Some(n);
+                region
+            }
+            Given::Mesh(shape) => {
+                let solid = known(&site.shape(shape, 2.0));
+                Self::of_occupancy(site, |j| solid[j] - 1.0, config)
+            }
+        }
+    }
+
+    /// A body by the share of each node's voxel that it fills.
+    fn of_occupancy(site: Site, occupancy: impl Fn(usize) -> f32, config: &Config) -> Self {
+        let domain = site.domain();
+        let nodes = site.resolution.map(|n| n as usize).iter().product::<usize>();
+        let phi = (0..nodes).map(|j| (0.5 - occupancy(j)) * domain.voxel()).collect();
+        let surface = LevelSet::from_coefficients(site.bounds, site.resolution, phi);
+        let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
+        surface.redistance();
+        Self::new(site, surface, config)
+    }
+
+    fn new(site: Site, surface: LevelSet<f32>, config: &Config) -> Self {
+        let nodes = surface.coefficients().len();
+        let distance: Vec<f32> = (0..nodes).map(|j| surface.value(surface.position(j))).collect();
+        let depth = -distance.iter().copied().fold(0.0, f32::min);
+        let voxel = site.domain().voxel();
+        let mut occupancy: Vec<f32> = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
+        let gate = config.index_gate.is_on().then(|| Gate::new(site.domain(), &occupancy));
+        gaussian_blur(&mut occupancy, site.resolution, config.index_smooth);
+        let free = if config.index_interior.is_on() {
+            distance.iter().map(|&d| d < 2.0 * voxel).collect()
+        } else {
+            Vec::new()
+        };
+        Self { site, surface: Some(surface), known: None, occupancy, depth, free, gate }
+    }
+
+    /// Its index is known from a file.
+    pub(super) fn is_known(&self) -> bool {
+        self.known.is_some()
+    }
+
+    /// Inside, or within a voxel of it.
+    pub(super) fn is_inside(&self, x: Vec3<f32>) -> bool {
+        let surface = self.surface.as_ref().filter(|_| self.site.bounds.contains(x));
+        surface.is_some_and(|s| s.value(x) < s.voxel())
+    }
+
+    pub(super) fn describe(&self, k: usize) -> String {
+        let (e, c, n) = (self.site.bounds.extent(), self.site.bounds.center(), self.site.resolution);
+        format!(
+            "refractive region {}: {:.3} x {:.3} x {:.3} around ({:.3}, {:.3}, {:.3}), {} x {} x {} nodes",
+            k + 1, e.x, e.y, e.z, c.x, c.y, c.z, n[0], n[1], n[2]
+        )
+    }
+
+    /// The grid of a profile with one index. A known index stays as it is.
+    pub(super) fn grid(&self, profile: Profile, index: f32, config: &Config) -> IndexGrid<f32> {
+        match (profile, &self.surface, &self.known) {
+            (Profile::Sharp, Some(surface), None) => IndexGrid::sharp(surface.clone(), index),
+            (Profile::Sharp, Some(surface), Some(known)) => {
+                let most = known.iter().copied().fold(1.0, f32::max);
+                IndexGrid::sharp(surface.clone(), most)
+            }
+            (_, _, Some(known)) => {
+                let mut n = known.clone();
+                gaussian_blur(&mut n, self.site.resolution, config.index_smooth);
+                self.site.from_nodes(&n)
+            }
+            (Profile::Graded, Some(surface), None) => {
+                let rise = 0.5 * (index * index - 1.0);
+                let n = (0..self.occupancy.len()).map(|j| {
+                    let s = (-surface.value(surface.position(j)) / self.depth).clamp(0.0, 1.0);
+                    (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s))).sqrt()
+                });
+                self.site.from_nodes(&n.collect::<Vec<_>>())
+            }
+            _ => self.site.from_occupancy(&self.occupancy, index),
+        }
+    }
+
+    /// What goes with the profile.
+    pub(super) fn extras(&self, profile: Profile) -> Extras {
+        match profile {
+            // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
+            Profile::Sharp => Extras::default(),
+            _ => Extras { free: self.free.clone(), gate: self.gate.clone() },
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The one index of each region, by the error of rays inside the masks.
+
+use super::regions::Region;
+use super::{Profile, Start, refraction};
+use crate::backend::{Backend, Batch, Objective};
+use crate::config::{Config, Surface};
+use crate::cpu::CpuBackend;
+use crate::rays::{Selection, Shots};
+use crate::schedule::{Progress, objective};
+
+/// Rays that judge an index.
+const RAYS: usize = 8192;
+/// Candidates of the first pass: 1, 1.05, … 2.55.
+const COARSE: u32 = 32;
+/// Distance of the candidates of the later passes, five each.
+const FINE: [f32; 3] = [0.02, 0.01, 0.005];
+/// Another profile must be better than a sharp surface by this factor of the error.
+const BETTER: f64 = 0.9;
+
+/// Loss of rays inside the masks.
+pub(super) struct Judge {
+    batch: Batch,
+    objective: Objective,
+}
+
+impl Judge {
+    pub(super) fn new(shots: &Shots, config: &Config, near: f32) -> Self {
+        // No step of a run has this number: the judge has rays of its own.
+        let batch = shots.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
+        Self { batch, objective: objective(config, near, Progress(1.0)) }
+    }
+
+    /// Mean squared error per channel.
+    fn error(&self, backend: &CpuBackend) -> f64 {
+        backend.squared_error(&self.batch, &self.objective) / (3.0 * self.batch.rays.len().max(1) as f64)
+    }
+}
+
+/// What each region starts from, and what there is to say about it.
+pub(super) fn starts(
+    backend: &mut CpuBackend,
+    regions: &[Region],
+    judge: &Judge,
+    config: &Config,
+) -> (Vec<Start>, Vec<String>) {
+    let mut profiles = match config.index_surface {
+        Surface::Sharp => vec![Profile::Sharp],
+        Surface::Smooth => vec![Profile::Smooth],
+        Surface::Graded => vec![Profile::Graded],
+        Surface::Auto => vec![Profile::Sharp, Profile::Graded],
+    };
+    if regions.iter().any(Region::is_known) {
+        profiles.retain(|p| *p != Profile::Graded);
+        profiles.push(Profile::Smooth);
+        profiles.dedup();
+    }
+    let mut best: Option<(f64, Vec<Start>)> = None;
+    let mut news = Vec::new();
+    for profile in profiles {
+        let (error, found) = search(backend, regions, judge, config, profile);
+        let indices: Vec<String> = found.iter().map(|s| format!("{:.3}", s.index)).collect();
+        let psnr = -10.0 * error.log10();
+        news.push(format!("{}: index {} fits best, {psnr:.2} dB inside the masks", profile.name(), indices.join(", ")));
+        if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
+            best = Some((error, found));
+        }
+    }
+    let (_, best) = best.unwrap_or_default();
+    news.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
+    (best, news)
+}
+
+/// All regions together over the whole range, then each by itself, finer and finer.
+fn search(
+    backend: &mut CpuBackend,
+    regions: &[Region],
+    judge: &Judge,
+    config: &Config,
+    profile: Profile,
+) -> (f64, Vec<Start>) {
+    let mut error = |starts: &[Start]| {
+        backend.set_refraction(refraction(regions, starts, config));
+        judge.error(backend)
+    };
+    let all = |index: f32| vec![Start { profile, index }; regions.len()];
+    let mut starts = all(config.index_guess);
+    if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
+        return (error(&starts), starts);
+    }
+    let coarse = (0..COARSE).map(|k| 1.0 + 0.05 * k as f32);
+    let (_, best) = least(coarse, |n| error(&all(n)));
+    starts = all(best);
+    let mut lowest = f64::INFINITY;
+    for step in FINE {
+        for region in 0..starts.len() {
+            let center = starts[region].index;
+            let candidates = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| (center + k * step).max(1.0));
+            (lowest, starts[region].index) = least(candidates, |n| {
+                let mut tried = starts.clone();
+                tried[region].index = n;
+                error(&tried)
+            });
+        }
+    }
+    (lowest, starts)
+}
+
+/// The candidate with the least error, and that error.
+fn least(candidates: impl IntoIterator<Item = f32>, mut error: impl FnMut(f32) -> f64) -> (f64, f32) {
+    let judged = candidates.into_iter().map(|n| (error(n), n));
+    judged.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 1.0))
+}
+
+/// Search the index of sharp bodies again, near where it is.
+pub(super) fn refine(backend: &mut CpuBackend, judge: &Judge) -> Vec<String> {
+    let mut refraction = backend.refraction().clone();
+    let mut news = Vec::new();
+    for region in 0..refraction.medium.regions().len() {
+        let grid = &refraction.medium.regions()[region];
+        let (Some(before), Some(_)) = (grid.interior_index(), grid.level_set()) else { continue };
+        let mut center = before;
+        for step in FINE {
+            let candidates = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| (center + k * step).max(1.0));
+            let mut error = |n: f32| {
+                refraction.medium.region_mut(region).set_interior_index(n);
+                backend.swap_medium(&mut refraction.medium);
+                let error = judge.error(backend);
+                backend.swap_medium(&mut refraction.medium);
+                error
+            };
+            (_, center) = least(candidates, &mut error);
+        }
+        refraction.medium.region_mut(region).set_interior_index(center);
+        news.push(format!("refractive region {}: index {before:.3} -> {center:.3}", region + 1));
+    }
+    backend.swap_medium(&mut refraction.medium);
+    news
+}
+
+impl Profile {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sharp => "at a sharp surface",
+            Self::Smooth => "through a smooth transition",
+            Self::Graded => "in an index gradient",
+        }
+    }
+}
