@@ -166,6 +166,13 @@ pub struct Path<T> {
     pub end: PathEnd,
 }
 
+impl<T> Path<T> {
+    /// What happened on surfaces, from the camera on.
+    pub fn events(&self) -> impl Iterator<Item = &Event<T>> {
+        self.steps.iter().filter_map(|s| s.event.as_ref())
+    }
+}
+
 impl<T: Real> Default for Path<T> {
     fn default() -> Self {
         let exit = Ray { origin: Vec3::zero(), direction: Vec3::zero() };

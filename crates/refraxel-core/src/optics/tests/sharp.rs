@@ -75,7 +75,7 @@ fn rays_that_miss_a_body_are_not_bent() {
 
 /// Kinds of the events of a path.
 fn kinds(path: &Path<f64>) -> Vec<EventKind> {
-    path.steps.iter().filter_map(|s| s.event.map(|e| e.kind)).collect()
+    path.events().map(|e| e.kind).collect()
 }
 
 #[test]
