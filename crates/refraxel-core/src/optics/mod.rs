@@ -67,6 +67,7 @@
 //! radiance L/n², which is invariant along a ray: no factor appears where n changes.
 
 mod adjoint;
+mod body;
 mod crossing;
 mod event;
 mod hop;
