@@ -195,3 +195,93 @@ impl<T: Real> LevelSet<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::tests::Sequence;
+    use crate::vec3;
+
+    /// A box with voxels of different edge lengths and random coefficients.
+    fn rough(seed: u64) -> LevelSet<f64> {
+        let (mut r, n) = (Sequence(seed), [13, 12, 11]);
+        let bounds = Aabb::new(vec3(-1.0, -1.2, 0.3), vec3(1.0, 1.5, 2.0));
+        LevelSet::from_coefficients(bounds, n, (0..13 * 12 * 11).map(|_| r.next()).collect()).unwrap()
+    }
+
+    fn points(level: &LevelSet<f64>, count: usize) -> Vec<Vec3<f64>> {
+        let (b, mut r) = (level.domain().bounds, Sequence(17));
+        (0..count).map(|_| b.center() + r.vector().hadamard(b.extent() * 0.49)).collect()
+    }
+
+    #[test]
+    fn gradient_and_hessian_match_central_differences() {
+        let (level, v, e) = (rough(3), vec3(0.3, -1.1, 0.7), 1e-5);
+        for x in points(&level, 100) {
+            let rim = level.lattice.is_rim(level.lattice.cell(level.lattice.node(x)).unwrap());
+            let (gradient, hessian) = (level.sample(x).1, level.hessian(x, v));
+            for a in (0..3).filter(|_| !rim) {
+                let mut s = Vec3::zero();
+                s[a] = e;
+                let fd = (level.value(x + s) - level.value(x - s)) / (2.0 * e);
+                assert!((fd - gradient[a]).abs() < 1e-7, "{fd} vs {}", gradient[a]);
+                let fd = (level.sample(x + s).1 - level.sample(x - s).1).dot(v) / (2.0 * e);
+                assert!((fd - hessian[a]).abs() < 1e-5, "{fd} vs {}", hessian[a]);
+            }
+        }
+    }
+
+    #[test]
+    fn scatter_is_the_transpose_of_sampling_without_the_border() {
+        let (level, mut r) = (rough(5), Sequence(1));
+        let inner = |j: usize| level.is_parameter(j);
+        let mut free = level.clone();
+        (0..free.coefficients.len()).filter(|&j| !inner(j)).for_each(|j| free.coefficients[j] = 0.0);
+        for x in points(&level, 60) {
+            let (d_value, d_gradient) = (r.next(), r.vector());
+            let mut grad = vec![0.0; level.coefficients().len()];
+            level.scatter(x, d_value, d_gradient, &mut grad);
+            let cell = free.lattice.cell(free.lattice.node(x)).unwrap();
+            let (value, gradient) =
+                if free.lattice.is_rim(cell) { (0.0, Vec3::zero()) } else { free.sample(x) };
+            let forward = d_value * value + d_gradient.dot(gradient);
+            let backward: f64 = grad.iter().zip(level.coefficients()).map(|(d, c)| d * c).sum();
+            assert!((forward - backward).abs() < 1e-12, "{forward} vs {backward}");
+            assert!((0..grad.len()).all(|j| inner(j) || grad[j] == 0.0));
+        }
+    }
+
+    #[test]
+    fn cells_without_surface_keep_their_sign_and_few_are_searched_in_vain() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [24; 3], |x: Vec3<f64>| x.length() - 0.6);
+        let (mut searched, mut held) = (0, 0);
+        for (i, clearance) in ball.lattice.clearance.iter().enumerate() {
+            let corner = Vec3::from([i % 23, i / 23 % 23, i / (23 * 23)].map(|v| v as f64));
+            let mut signs = [false; 2];
+            for k in 0..512 {
+                let inside = Vec3::from([k % 8, k / 8 % 8, k / 64].map(|v| f64::from(v) / 7.0));
+                let x = ball.domain().bounds.min + (corner + inside) * ball.voxel();
+                signs[usize::from(ball.is_inside(x))] = true;
+            }
+            let holds = signs == [true; 2];
+            assert!(!holds || *clearance == 0);
+            searched += usize::from(*clearance == 0);
+            held += usize::from(holds);
+        }
+        assert!(searched < held * 11 / 10, "{searched} cells for {held}");
+    }
+
+    #[test]
+    fn what_reaches_the_border_is_cut_off_inside_the_box() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let level = LevelSet::from_control_values(cube, [21; 3], |x: Vec3<f64>| x.z);
+        assert!(level.is_inside(vec3(0.0, 0.0, -0.3)));
+        for face in [vec3(1.0, 0.0, -0.5), vec3(0.3, 0.2, -1.0), vec3(-0.95, 0.0, -0.5), vec3(3.0, 0.0, 0.0)]
+        {
+            assert!(!level.is_inside(face));
+        }
+        assert!(LevelSet::from_coefficients(cube, [8; 3], vec![f64::NAN; 512]).is_none());
+        assert!(LevelSet::from_coefficients(cube, [8; 3], vec![1.0; 511]).is_none());
+    }
+}

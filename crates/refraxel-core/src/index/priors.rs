@@ -93,12 +93,14 @@ fn node_indices<T: Real>(grid: &IndexGrid<T>) -> Vec<T> {
 /// Edges (node, next node along x, y or z) with at least one free end: from each free node forwards, and backwards where
 /// the node before is border.
 fn edges<T: Real>(grid: &IndexGrid<T>) -> impl Iterator<Item = (usize, usize)> + '_ {
-    let n = grid.domain().resolution.map(|n| n as usize);
+    let n = grid.lattice().nodes();
     let strides = [1, n[0], n[0] * n[1]];
     grid.parameters().flat_map(move |j| {
-        strides.into_iter().flat_map(move |s| {
-            let before = (!grid.is_parameter(j - s)).then_some((j - s, j));
-            std::iter::once((j, j + s)).chain(before)
+        let at = grid.lattice().coordinates(j);
+        (0..3).flat_map(move |a| {
+            let s = strides[a];
+            let before = (at[a] > 0 && !grid.is_parameter(j - s)).then(|| (j - s, j));
+            (at[a] + 1 < n[a]).then_some((j, j + s)).into_iter().chain(before)
         })
     })
 }

@@ -81,7 +81,8 @@ impl<T: Real> Stencil<T> {
     pub fn new(interpolation: Interpolation, resolution: [u32; 3], cell: [usize; 3], f: Vec3<T>) -> Self {
         let strides = [resolution[0] as usize, (resolution[0] * resolution[1]) as usize];
         let base = (cell[0] - 1) + strides[0] * (cell[1] - 1) + strides[1] * (cell[2] - 1);
-        let axes = [f.x, f.y, f.z].map(|f| AxisWeights::new(interpolation, f));
+        let weights = |f| AxisWeights::new(interpolation, f);
+        let axes = [weights(f.x), weights(f.y), weights(f.z)];
         let taps = if interpolation == Interpolation::Trilinear { [1, 3] } else { [0, TAPS] };
         Self { base, strides, taps, axes }
     }

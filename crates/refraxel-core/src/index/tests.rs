@@ -189,6 +189,42 @@ fn gradients_of_the_index_priors_match_central_differences() {
 }
 
 #[test]
+fn a_body_has_its_priors_on_all_nodes() {
+    let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
+    let level = LevelSet::from_samples(bounds, [9; 3], |x: Vec3<f64>| (x - Vec3::splat(0.5)).length() - 0.2);
+    let mut grid = IndexGrid::sharp(level, 1.4);
+    assert_eq!((grid.parameters().count(), grid.interior_index()), (343, Some(1.4)));
+    assert!(variation(&grid, Penalty::Squared) < 1e-20);
+    assert!((deviation(&grid, 1.0, Penalty::Squared) - 0.5 * 0.16).abs() < 1e-12);
+    // A corner has three edges.
+    grid.coefficients_mut()[342] = 0.5 * 1.5 * 1.5;
+    grid.find_flat_cells(None);
+    assert!((variation(&grid, Penalty::Squared) - 3.0 * 0.5 * 0.01 / 343.0).abs() < 1e-12);
+    assert_eq!(grid.interior_index(), None);
+}
+
+#[test]
+fn the_field_of_a_body_fills_its_box() {
+    // A linear w is its own spline; in the outermost cells it is continued.
+    let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.2, 0.9));
+    let level = LevelSet::from_samples(bounds, [9; 3], |x: Vec3<f64>| (x - Vec3::splat(0.4)).length() - 0.3);
+    let n = |x: Vec3<f64>| (2.0 + x.x - 0.5 * x.y + 0.3 * x.z).sqrt();
+    let grid = IndexGrid::sharp_from_samples(level, [8, 9, 7], Interpolation::CubicBSpline, n);
+    let mut r = Sequence(6);
+    for x in points(&grid, 100) {
+        assert!(
+            (grid.index(x) - n(x)).abs() < 1e-12
+                && (grid.gradient(x) - vec3(0.5, -0.25, 0.15)).length() < 1e-12
+        );
+        let (d_w, d_g) = (r.next(), r.vector());
+        let mut grad = vec![0.0; grid.coefficients().len()];
+        grid.scatter(x, d_w, d_g, &mut grad);
+        let backward: f64 = grad.iter().zip(grid.coefficients()).map(|(d, c)| d * c).sum();
+        assert!((d_w * grid.w(x) + d_g.dot(grid.gradient(x)) - backward).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn variation_counts_each_edge_once() {
     let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
     // One free node of n = 1.4 among vacuum: six edges of difference 0.4.

@@ -67,6 +67,7 @@
 //! radiance L/n², which is invariant along a ray: no factor appears where n changes.
 
 mod adjoint;
+mod body;
 mod crossing;
 mod event;
 mod hop;
@@ -164,6 +165,13 @@ pub struct Path<T> {
     pub exit: Ray<T>,
     /// Why it ended.
     pub end: PathEnd,
+}
+
+impl<T> Path<T> {
+    /// What happened on surfaces, from the camera on.
+    pub fn events(&self) -> impl Iterator<Item = &Event<T>> {
+        self.steps.iter().filter_map(|s| s.event.as_ref())
+    }
 }
 
 impl<T: Real> Default for Path<T> {

@@ -42,7 +42,7 @@ impl<T: Real> Path<T> {
     /// # Panics
     /// If the path has events: it is kept as it is for [`Tracer::vjp`].
     pub fn kept(&self) -> Kept<T> {
-        assert!(self.steps.iter().all(|s| s.event.is_none()), "paths with sharp interfaces are not reversed");
+        assert!(self.events().next().is_none(), "paths with sharp interfaces are not reversed");
         let mut visits: Vec<Visit<T>> = Vec::new();
         for step in &self.steps {
             match visits.last_mut().filter(|_| step.lattice > 0) {

@@ -1,14 +1,14 @@
 //! From the camera to the exit: the loop over hops and steps.
 
-use super::crossing::{Side, first_crossing};
+use super::crossing::Side;
 use super::hop::{Run, next_entry, run};
 use super::step::State;
-use super::{Event, EventKind, Path, PathEnd, Step, Tracer};
+use super::{EventKind, Path, PathEnd, Step, Tracer};
 use crate::radiance::Segment;
 use crate::{Ray, Real, Vec3};
 
 /// Most lattice steps of one visit to a region: what fits the count that reversal keeps.
-const MAX_LATTICE: u32 = u16::MAX as u32;
+pub(super) const MAX_LATTICE: u32 = u16::MAX as u32;
 
 impl<T: Real> Tracer<'_, T> {
     /// Trace a camera ray.
@@ -140,80 +140,6 @@ impl<T: Real> Tracer<'_, T> {
             let start = state.x;
             let momentum = self.advance(&mut step, state);
             path.segments.push(Segment { start, momentum, range: [T::zero(), step.drift] });
-            path.steps.push(step);
-        }
-        None
-    }
-
-    fn is_body(&self, region: usize) -> bool {
-        self.medium.regions()[region].level_set().is_some()
-    }
-
-    fn kick(&self, step: &Step<T>, state: &mut State<T>) {
-        if step.kick != T::zero() {
-            let grid = &self.medium.regions()[usize::from(step.region)];
-            state.p += grid.gradient(state.x) * step.kick;
-        }
-    }
-
-    /// The last drift before a surface, and the event there.
-    fn end_on_surface(
-        &self,
-        mut step: Step<T>,
-        side: Side,
-        kicked_until: Option<T>,
-        (state, path): (&mut State<T>, &mut Path<T>),
-    ) -> EventKind {
-        let range = self.visible(state, Some(step.drift), path.segments.is_empty());
-        path.segments.push(Segment { start: state.x, momentum: state.p, range });
-        let kind = EventKind::Refraction;
-        step.event = Some(Event { kind, from_inside: side == Side::Inside, kicked_until });
-        self.meet(&mut step, true, state);
-        path.steps.push(step);
-        step.event.map_or(kind, |e| e.kind)
-    }
-
-    /// March inside a body to its surface; `None` when there are too many steps, or no surface.
-    fn cross_body(&self, region: usize, state: &mut State<T>, path: &mut Path<T>) -> Option<EventKind> {
-        let (grid, h) = (&self.medium.regions()[region], self.step_length(region));
-        let level = grid.level_set()?;
-        let mut lattice: u32 = 0;
-        while path.steps.len() < self.options.max_segments && lattice < MAX_LATTICE {
-            let mut step = Step { region: region as u16, ..Step::default() };
-            if grid.is_uniform() {
-                let line = Ray { origin: state.x, direction: state.p };
-                step.drift = grid.domain().bounds.clip(&line)?[1];
-            } else {
-                let count = if grid.is_flat(state.x) {
-                    match run(grid, state, h, MAX_LATTICE - lattice) {
-                        Run::Outside(m) | Run::Bent(m) => m,
-                    }
-                } else {
-                    step.kick = self.options.integrator.kick(h, lattice == 0);
-                    1
-                };
-                if count == 0 {
-                    return None;
-                }
-                step.lattice = count as u16;
-                step.drift = h * T::of(f64::from(count));
-            }
-            self.kick(&step, state);
-            if let Some(t) = first_crossing(level, state, [T::zero(), step.drift], Side::Inside) {
-                // Kicks so far reach to the middle of the interval of the lattice that the surface cuts short.
-                let until = ((t / h).floor().min(T::of(f64::from(step.lattice) - 1.0)) + T::of(0.5)) * h;
-                let is_flat = grid.is_uniform() || grid.is_flat(state.x + state.p * t);
-                step.drift = t;
-                let kicked_until = (!is_flat).then_some(until);
-                return Some(self.end_on_surface(step, Side::Inside, kicked_until, (state, path)));
-            }
-            if grid.is_uniform() {
-                return None;
-            }
-            lattice += u32::from(step.lattice);
-            let range = self.visible(state, Some(step.drift), path.segments.is_empty());
-            path.segments.push(Segment { start: state.x, momentum: state.p, range });
-            state.x += state.p * step.drift;
             path.steps.push(step);
         }
         None

@@ -9,7 +9,7 @@ use crate::radiance::{
     PixelAdjoint, QuadraturePoint, Segment, SegmentAdjoint, quadrature, render, render_vjp,
 };
 use crate::sh::ShDegree;
-use crate::{FieldGradient, VoxelField};
+use crate::{FieldGradient, LevelSet, VoxelField};
 
 const WEIGHTS: [f64; 3] = [0.8, -0.5, 1.1];
 
@@ -196,6 +196,31 @@ fn all_gradients_of_a_bent_render_match_central_differences_with_leapfrog() {
 #[test]
 fn all_gradients_of_a_bent_render_match_central_differences_with_euler() {
     Interpolation::ALL.into_iter().for_each(|i| every_gradient_matches(i, Integrator::ExplicitEuler));
+}
+
+#[test]
+fn all_gradients_of_a_render_through_a_sharp_body_match_central_differences() {
+    let mut s = scene(Interpolation::CubicBSpline, Integrator::Leapfrog);
+    let level = LevelSet::from_samples(cube(1.0), [20; 3], |x: Vec3<f64>| {
+        x.length() - 0.6 - 0.1 * (4.0 * x.x).sin() * (5.0 * x.y + 3.0 * x.z).cos()
+    });
+    let n = |x: Vec3<f64>| 1.4 + 0.1 * (3.0 * x.x + x.y).sin();
+    let body = IndexGrid::sharp_from_samples(level, [15; 3], Interpolation::CubicBSpline, n);
+    s.medium = Medium::new(vec![body]).unwrap();
+    for ray in rays() {
+        let path = s.tracer().trace(&ray);
+        assert!(path.events().count() > 0);
+        let g = s.gradient(&ray, &path);
+        let scene = &mut s;
+        check("w", (scene, &ray), &g.medium.index[0], |s, i| {
+            &mut s.medium.region_mut(0).coefficients_mut()[i]
+        });
+        check("level set", (scene, &ray), &g.medium.level_set[0], |s, i| {
+            &mut s.medium.region_mut(0).level_set_mut().unwrap().coefficients_mut()[i]
+        });
+        check("density", (scene, &ray), &g.field.density, |s, i| &mut s.field.density[i]);
+        check("colour", (scene, &ray), &g.field.colour, |s, i| &mut s.field.colour[i]);
+    }
 }
 
 #[test]

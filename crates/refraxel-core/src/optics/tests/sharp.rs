@@ -75,7 +75,7 @@ fn rays_that_miss_a_body_are_not_bent() {
 
 /// Kinds of the events of a path.
 fn kinds(path: &Path<f64>) -> Vec<EventKind> {
-    path.steps.iter().filter_map(|s| s.event.map(|e| e.kind)).collect()
+    path.events().map(|e| e.kind).collect()
 }
 
 #[test]
@@ -345,4 +345,28 @@ fn hops_through_flat_parts_of_a_body_change_nothing() {
         }
     }
     assert!(hops > 100 && saved > 1000, "{hops} hops saved {saved} segments");
+}
+
+#[test]
+fn bodies_and_smooth_regions_stand_side_by_side() {
+    // Ball, soft lens, ball in a row; the boxes touch.
+    let at = |x: f64| Aabb::new(vec3(x - 0.5, -0.5, -0.5), vec3(x + 0.5, 0.5, 0.5));
+    let sharp = |x: f64| {
+        let center = vec3(x, 0.0, 0.0);
+        IndexGrid::sharp(LevelSet::from_samples(at(x), [24; 3], |x| (x - center).length() - 0.35), 1.3)
+    };
+    let n = |x: Vec3<f64>| 1.0 + 0.2 * (-(x.dot(x) * 40.0)).exp();
+    let soft = IndexGrid::from_samples(at(0.0), [24; 3], Interpolation::CubicBSpline, n);
+    let medium = Medium::new(vec![soft, sharp(-1.0), sharp(1.0)]).unwrap();
+    let ray = Ray { origin: vec3(-2.5, 0.05, 0.02), direction: vec3(1.0, 0.0, 0.0) };
+    let path = trace(&medium, &ray);
+    let mut visited: Vec<u16> =
+        path.steps.iter().filter(|s| s.lattice > 0 || s.event.is_some()).map(|s| s.region).collect();
+    visited.dedup();
+    assert_eq!((visited, path.end), (vec![1, 0, 2], PathEnd::Escaped));
+    assert_eq!(kinds(&path), [EventKind::Refraction; 4]);
+    for pair in path.segments.windows(2).zip(&path.steps) {
+        let ([a, b], step) = (pair.0, pair.1) else { unreachable!() };
+        assert!((a.at(step.drift) - b.start).length() < 1e-12, "segments join");
+    }
 }

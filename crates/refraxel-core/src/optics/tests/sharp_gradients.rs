@@ -73,7 +73,7 @@ fn rays(medium: &Medium<f64>, count: usize) -> Vec<(Ray<f64>, Path<f64>)> {
     all.take(60 * count)
         .filter_map(|ray| {
             let path = tracer(medium, &domain).trace(&ray);
-            let events = path.steps.iter().filter(|s| s.event.is_some()).count();
+            let events = path.events().count();
             (events > 0 && events <= 6 && least_sine(medium, &path) > 0.2).then_some((ray, path))
         })
         .take(count)
@@ -141,7 +141,7 @@ fn gradients_match(graded: bool) {
         let mut medium = scene(seed, graded);
         let mut r = Sequence(seed + 100);
         for (ray, path) in rays(&medium, 12) {
-            let found: Vec<_> = path.steps.iter().filter_map(|s| s.event).collect();
+            let found: Vec<_> = path.events().collect();
             events += found.len();
             most = most.max(found.len());
             reflections += found.iter().filter(|e| e.kind == EventKind::Reflection).count();
