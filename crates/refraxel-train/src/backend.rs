@@ -1,9 +1,9 @@
 //! What a compute backend offers the trainer: render, learn from a batch, reshape the grid.
 
 use crate::refraction::Refraction;
+use refraxel_core::index::MediumGradient;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::radiance::Pixel;
-use refraxel_core::index::MediumGradient;
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray, Vec3, VoxelField};
 
 /// How densely and how far rays are marched.

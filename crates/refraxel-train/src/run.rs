@@ -9,7 +9,8 @@ use crate::model::{Plan, bounds_of};
 use crate::refraction::{Extras, Optics, Refraction};
 use crate::schedule::Act;
 use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree, VoxelField,
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree,
+    VoxelField,
 };
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
@@ -259,11 +260,21 @@ fn restore_refraction(
         let interpolation = h.config.index_interpolation.into();
         let (grid, surface) = match region.surface_resolution {
             None => {
-                let grid = IndexGrid::from_coefficients(domain.bounds, domain.resolution, interpolation, coefficients);
-                (grid.ok_or_else(|| wrong("has an index that is not finite, or not 1 at its border"))?, AdamMoments::default())
+                let grid = IndexGrid::from_coefficients(
+                    domain.bounds,
+                    domain.resolution,
+                    interpolation,
+                    coefficients,
+                );
+                (
+                    grid.ok_or_else(|| wrong("has an index that is not finite, or not 1 at its border"))?,
+                    AdamMoments::default(),
+                )
             }
             Some(resolution) => {
-                if !resolution.iter().all(|n| (7..=2048).contains(n)) || !coefficients.iter().all(|c| *c > 0.0) {
+                if !resolution.iter().all(|n| (7..=2048).contains(n))
+                    || !coefficients.iter().all(|c| *c > 0.0)
+                {
                     return Err(wrong("has a surface of no valid resolution, or an index below 0"));
                 }
                 let n = count(resolution);
@@ -273,8 +284,7 @@ fn restore_refraction(
                 let mut grid = grid.with_level_set(level);
                 grid.coefficients_mut().copy_from_slice(&coefficients);
                 grid.find_flat_cells(None);
-                let moments =
-                    (values(".surface_first_moment", n)?, values(".surface_second_moment", n)?);
+                let moments = (values(".surface_first_moment", n)?, values(".surface_second_moment", n)?);
                 (grid, adam(moments.0, moments.1, region.moment_steps[1]))
             }
         };

@@ -11,8 +11,8 @@ pub struct Vote {
     /// A point is inside when at least this share of the votes cast says so. Not all: opaque things occlude glass, masks
     /// and poses err. 0.95 of 100 views lets 5 of them disagree; where nothing occludes, use 1.
     pub share: f32,
-    /// Least share of all views in which the point is not out of the picture that must vote for inside: what hardly any
-    /// view has seen, such as the ground under an object, is not refractive only because nothing contradicts it.
+    /// Least share of the views that have the point in the picture that must vote: the ground under an object, which is
+    /// hidden in most, is not refractive only because nothing contradicts it.
     pub least: f32,
     /// Fewer votes than this decide nothing, and the point is outside.
     pub views: usize,
@@ -112,7 +112,7 @@ fn node_of(x: usize, row: usize, n: [usize; 3]) -> Vec3<f32> {
     vec3(x as f32, (row % n[1]) as f32, (row / n[1]) as f32)
 }
 
-/// The largest vote that is not overruled; `None` where too few are cast, or too few of all views see an inside.
+/// The largest vote that is not overruled; `None` where too few are cast.
 fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
     const ROUNDING: f32 = 1e-4; // 20 views × (1 − 0.95) is one view
     let seen = all.len();
@@ -124,8 +124,7 @@ fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
         }
     }
     let votes = &mut all[..cast];
-    let inside = votes.iter().filter(|d| **d <= 0.0).count();
-    if votes.is_empty() || cast < vote.views || (inside as f32) < vote.least * seen as f32 - ROUNDING {
+    if cast < vote.views.max(1) || (cast as f32) < vote.least * seen as f32 - ROUNDING {
         return None;
     }
     let overruled = ((1.0 - vote.share) * cast as f32 + ROUNDING) as usize;

@@ -12,6 +12,7 @@
 
 mod regions;
 mod search;
+mod support;
 
 use crate::backend::Backend;
 use crate::config::Config;

@@ -1,12 +1,11 @@
 //! Where refractive things are, and their shapes.
 
+use super::support::{Plane, plane, widened};
 use super::{Profile, RecipeError};
 use crate::backend::Backend;
 use crate::config::{Config, IndexShape};
 use crate::cpu::CpuBackend;
-use crate::initial::{
-    Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid,
-};
+use crate::initial::{Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid};
 use crate::rays::{Selection, Shots, pixel_ray};
 use crate::refraction::Extras;
 use crate::schedule::training_marching;
@@ -15,11 +14,15 @@ use refraxel_data::synth::{IndexTruth, Shape};
 use refraxel_data::{IndexVolume, Mask, read_mesh};
 use std::path::Path;
 
+/// Every so many pixels are looked at for the ground.
+const GROUND_STRIDE: usize = 7;
+/// How far around a body its ground is sought, in sizes of its box.
+const AROUND: f32 = 1.4;
 /// A pixel this opaque hides what is behind its depth.
 const OPAQUE: f32 = 0.9;
 /// Steps and strength of the smoothing of a hull's surface, theory (2.32).
 const SMOOTHING: (u32, f32) = (10, 0.6);
-/// Shares of the views that must see an inside, tried from the strictest on.
+/// Shares of the views that must not find a place hidden, tried from the strictest on.
 const LEAST: [f32; 6] = [0.9, 0.7, 0.5, 0.35, 0.2, 0.1];
 /// A stricter share will do when its hull meets this part of the rays inside masks that the best one meets.
 const COVERED: f64 = 0.98;
@@ -70,7 +73,9 @@ pub(super) fn find(
         (IndexShape::Block, Some(b)) => Ok(vec![Region::body(site(&b), |x| block_distance(&b, x), config)]),
         (IndexShape::Ball, Some(b)) => Ok(vec![Region::body(site(&b), |x| ball_distance(&b, x), config)]),
         (shape, stated) => {
-            let outlines = Outlines::new(&silhouettes(backend, shots, config, near));
+            let silhouettes = silhouettes(backend, shots, config, near);
+            let outlines = Outlines::new(&silhouettes);
+            let ground = Ground::new(&silhouettes, backend.field().domain.voxel());
             if outlines.is_empty() {
                 let bounds = stated.ok_or(RecipeError::Nowhere)?;
                 return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), config)]);
@@ -86,7 +91,7 @@ pub(super) fn find(
             let region = |bounds: &Aabb<f32>| match shape {
                 IndexShape::Block => Region::body(site(bounds), |x| block_distance(bounds, x), config),
                 IndexShape::Ball => Region::body(site(bounds), |x| ball_distance(bounds, x), config),
-                _ => Region::hull(site(bounds), &outlines, &vote, config),
+                _ => Region::hull(site(bounds), (&outlines, &vote), |s| ground.under(s), config),
             };
             Ok(boxes.iter().map(region).collect())
         }
@@ -115,7 +120,7 @@ fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
     q.map(|v| v.max(0.0)).length() + q.max_element().min(0.0)
 }
 
-/// The strictest share of all views that must see an inside whose hull still covers what the masks show.
+/// The strictest share of views that must not find a place hidden whose hull still covers what the masks show.
 fn vote(outlines: &Outlines, shots: &Shots, bounds: &Aabb<f32>, config: &Config) -> Vote {
     let vote = |least: f32| Vote { share: config.index_vote, least, ..Vote::default() };
     let rays = shots.batch(u64::MAX / 2, 4096, Selection::Inside(1.0)).rays;
@@ -153,6 +158,42 @@ fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) 
     shots.silhouettes().map(silhouette).collect()
 }
 
+/// The opaque surfaces that straight rays have learned.
+struct Ground {
+    points: Vec<Vec3<f32>>,
+    /// Mean of the cameras.
+    eye: Vec3<f32>,
+    voxel: f32,
+}
+
+impl Ground {
+    fn new(silhouettes: &[Silhouette], voxel: f32) -> Self {
+        let mut points = Vec::new();
+        let mut eye = Vec3::zero();
+        for s in silhouettes {
+            eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
+            let hidden = s.occluded_beyond.iter().flatten().enumerate();
+            points.extend(hidden.step_by(GROUND_STRIDE).filter(|(_, d)| d.is_finite()).filter_map(
+                |(pixel, &d)| {
+                    let ray: Ray<f32> = pixel_ray(&s.camera, pixel)?;
+                    Some(ray.at(d))
+                },
+            ));
+        }
+        Self { points, eye, voxel }
+    }
+
+    /// What a body stands on.
+    fn under(&self, surface: &LevelSet<f32>) -> Option<Plane> {
+        let nodes = surface.coefficients();
+        let positions = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| surface.position(j));
+        let inside: Vec<Vec3<f32>> = positions.collect();
+        let near = widened(&surface.domain().bounds, AROUND);
+        let around: Vec<Vec3<f32>> = self.points.iter().filter(|x| near.contains(**x)).copied().collect();
+        plane(&around, &inside, self.eye, self.voxel)
+    }
+}
+
 fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
     if config.index_shape != IndexShape::File {
         return Ok(None);
@@ -165,14 +206,20 @@ fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
             let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
             let json = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
             let truth = IndexTruth::from_scene_json(&json);
-            Given::Truth(truth.ok_or_else(|| wrong("it has no list `refractive` of known shapes".to_owned()))?)
+            Given::Truth(
+                truth.ok_or_else(|| wrong("it has no list `refractive` of known shapes".to_owned()))?,
+            )
         }
         "npz" | "npy" => {
             let bounds = config.bounds_of_box().map(|b| b.cast());
             Given::Volume(IndexVolume::read(path, bounds).map_err(|e| wrong(e.to_string()))?)
         }
         "ply" | "obj" => Given::Mesh(Shape::Mesh(read_mesh(path).map_err(|e| wrong(e.to_string()))?)),
-        _ => return Err(wrong("expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)".to_owned())),
+        _ => {
+            return Err(wrong(
+                "expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)".to_owned(),
+            ));
+        }
     };
     Ok(Some(given))
 }
@@ -201,8 +248,13 @@ impl Region {
         Self::new(site, surface, config)
     }
 
-    /// The visual hull, its surface smoothed.
-    fn hull(site: Site, outlines: &Outlines, vote: &Vote, config: &Config) -> Self {
+    /// The visual hull down to what it stands on, its surface smoothed.
+    fn hull(
+        site: Site,
+        (outlines, vote): (&Outlines, &Vote),
+        ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
+        config: &Config,
+    ) -> Self {
         let distance = outlines.hull(&site.domain(), vote).distance;
         // Far from the surface the estimate is rough; only its sign counts there.
         let reach = 4.0 * site.domain().voxel();
@@ -210,6 +262,11 @@ impl Region {
         let surface = LevelSet::from_coefficients(site.bounds, site.resolution, near);
         let mut surface = surface.unwrap_or_else(|| unreachable!("distances are finite"));
         surface.redistance();
+        if let Some(plane) = ground(&surface) {
+            let cut = |x| surface.value(x).max(-plane.height(x));
+            surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);
+            surface.redistance();
+        }
         for _ in 0..SMOOTHING.0 {
             surface.smooth(SMOOTHING.1);
         }
@@ -283,7 +340,16 @@ impl Region {
         let (e, c, n) = (self.site.bounds.extent(), self.site.bounds.center(), self.site.resolution);
         format!(
             "refractive region {}: {:.3} x {:.3} x {:.3} around ({:.3}, {:.3}, {:.3}), {} x {} x {} nodes",
-            k + 1, e.x, e.y, e.z, c.x, c.y, c.z, n[0], n[1], n[2]
+            k + 1,
+            e.x,
+            e.y,
+            e.z,
+            c.x,
+            c.y,
+            c.z,
+            n[0],
+            n[1],
+            n[2]
         )
     }
 

@@ -60,7 +60,11 @@ pub(super) fn starts(
         let (error, found) = search(backend, regions, judge, config, profile);
         let indices: Vec<String> = found.iter().map(|s| format!("{:.3}", s.index)).collect();
         let psnr = -10.0 * error.log10();
-        news.push(format!("{}: index {} fits best, {psnr:.2} dB inside the masks", profile.name(), indices.join(", ")));
+        news.push(format!(
+            "{}: index {} fits best, {psnr:.2} dB inside the masks",
+            profile.name(),
+            indices.join(", ")
+        ));
         if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
             best = Some((error, found));
         }

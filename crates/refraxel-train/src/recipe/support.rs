@@ -1,0 +1,108 @@
+//! What refractive things stand on.
+//!
+//! No silhouette shows the underside of a thing: below it every view still looks through its mask, and the visual hull
+//! grows a root into the ground. The ground is known, though, from around the thing.
+
+use crate::random::Random;
+use refraxel_core::{Aabb, Vec3};
+
+/// Planes tried.
+const TRIALS: u64 = 400;
+/// Least share of the points around that a plane must explain.
+const EXPLAINED: f64 = 0.4;
+/// Least share of the hull that must stand above it.
+const ABOVE: f64 = 0.5;
+/// Points that decide; more are thinned.
+const POINTS: usize = 4000;
+
+/// A plane, and which side of it is above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plane {
+    normal: Vec3<f32>,
+    offset: f32,
+}
+
+impl Plane {
+    /// Height of a point above the plane [scene unit].
+    pub(super) fn height(&self, x: Vec3<f32>) -> f32 {
+        self.normal.dot(x) - self.offset
+    }
+
+    fn through(a: Vec3<f32>, b: Vec3<f32>, c: Vec3<f32>, above: Vec3<f32>) -> Option<Self> {
+        let normal = (b - a).cross(c - a);
+        let length = normal.length();
+        if length <= 1e-6 * (b - a).length() * (c - a).length() {
+            return None;
+        }
+        let normal = normal / length;
+        let normal = if normal.dot(above - a) < 0.0 { -normal } else { normal };
+        Some(Self { normal, offset: normal.dot(a) })
+    }
+}
+
+/// The plane that most of the opaque points around a hull lie on and that the hull stands on: random samples of three
+/// points (Fischler & Bolles 1981), `tolerance` [scene unit]. `eye` is the mean of the cameras, which look from above;
+/// `inside` are points of the hull. `None` where no plane explains enough.
+pub(super) fn plane(
+    around: &[Vec3<f32>],
+    inside: &[Vec3<f32>],
+    eye: Vec3<f32>,
+    tolerance: f32,
+) -> Option<Plane> {
+    let thinned: Vec<Vec3<f32>> =
+        around.iter().step_by(around.len().div_ceil(POINTS).max(1)).copied().collect();
+    if thinned.len() < 30 || inside.is_empty() {
+        return None;
+    }
+    let random = Random::new(0);
+    let explained = |p: &Plane| thinned.iter().filter(|x| p.height(**x).abs() < tolerance).count();
+    let point = |trial: u64, k: u64| thinned[random.below(thinned.len() as u64, trial, k) as usize];
+    let candidates = (0..TRIALS).filter_map(|t| Plane::through(point(t, 0), point(t, 1), point(t, 2), eye));
+    let (count, plane) = candidates.map(|p| (explained(&p), p)).max_by_key(|(count, _)| *count)?;
+    let above = inside.iter().filter(|x| plane.height(**x) > -tolerance).count();
+    let stands = above as f64 >= ABOVE * inside.len() as f64;
+    (count as f64 >= EXPLAINED * thinned.len() as f64 && stands).then_some(plane)
+}
+
+/// A box, `by` times as wide about its centre.
+pub(super) fn widened(bounds: &Aabb<f32>, by: f32) -> Aabb<f32> {
+    let (center, half) = (bounds.center(), bounds.extent() * (0.5 * by));
+    Aabb::new(center - half, center + half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::vec3;
+
+    /// Points on a table at z = 0.3 with things on it, a thing that stands there with its root, and cameras above.
+    fn table() -> (Vec<Vec3<f32>>, Vec<Vec3<f32>>) {
+        let random = Random::new(3);
+        let u = |i: u64, k: u64| random.uniform(i, k) as f32;
+        let around = (0..900).map(|i| {
+            let z = if i % 4 == 0 { 0.3 + u(i, 2) } else { 0.3 + 0.01 * (u(i, 2) - 0.5) };
+            vec3(u(i, 0), u(i, 1), z)
+        });
+        let inside = (0..500).map(|i| vec3(u(i, 5), u(i, 6), 0.1 + u(i, 7)));
+        (around.collect(), inside.collect())
+    }
+
+    #[test]
+    fn the_table_is_found_among_the_things_on_it() {
+        let (around, inside) = table();
+        let found = plane(&around, &inside, vec3(0.0, 0.0, 3.0), 0.02).unwrap();
+        assert!((found.height(vec3(0.5, 0.5, 1.3)) - 1.0).abs() < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn without_a_plane_or_with_the_hull_below_it_there_is_no_support() {
+        let (around, inside) = table();
+        let random = Random::new(4);
+        let u = |i: u64, k: u64| random.uniform(i, k) as f32;
+        let scattered: Vec<_> = (0..900).map(|i| vec3(u(i, 0), u(i, 1), u(i, 2))).collect();
+        assert_eq!(plane(&scattered, &inside, vec3(0.0, 0.0, 3.0), 0.02), None);
+        let hanging: Vec<_> = inside.iter().map(|x| *x - vec3(0.0, 0.0, 1.5)).collect();
+        assert_eq!(plane(&around, &hanging, vec3(0.0, 0.0, 3.0), 0.02), None);
+        assert_eq!(plane(&[], &inside, vec3(0.0, 0.0, 3.0), 0.02), None);
+    }
+}
