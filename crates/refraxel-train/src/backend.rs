@@ -64,7 +64,7 @@ pub struct Objective {
     pub index: Option<IndexObjective>,
 }
 
-/// How the index of refraction and its surfaces learn, theory (4.12): Adam on the blurred gradient.
+/// How the index of refraction and its surfaces learn, theory (4.14): Adam on the blurred gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexObjective {
     /// Learning rate of n at a node [1].

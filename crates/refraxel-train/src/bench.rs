@@ -3,11 +3,16 @@
 //! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
-use crate::backend::{Backend, Batch, Marching, Objective};
+use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective};
+use crate::refraction::Refraction;
 use crate::cpu::CpuBackend;
 use crate::random::Random;
+use refraxel_core::index::priors::Penalty;
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Aabb, Background, BrickMap, Camera, Domain, Extent, Ray, Vec3, VoxelField, vec3};
+use refraxel_core::{
+    Aabb, Background, BrickMap, Camera, Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3,
+    VoxelField, vec3,
+};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -47,9 +52,44 @@ pub struct Throughput {
     pub thread_speedup: f64,
 }
 
-/// Measure the straight-ray CPU backend.
+/// Rays that bend, in all ways there are.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Refractive {
+    /// A ball with a sharp surface, whose shape and index learn.
+    #[serde(flatten)]
+    pub sharp: Throughput,
+    /// A ball with a transition of two voxels, all of whose nodes learn.
+    pub smooth: Throughput,
+    /// Time of a training step on random rays per sample, over that of straight rays: sharp.
+    pub cost_per_sample: f64,
+    /// The same: smooth.
+    pub smooth_cost_per_sample: f64,
+}
+
+/// Measure straight rays.
 pub fn straight(options: &BenchOptions) -> Throughput {
-    let mut backend = scene(options.resolution);
+    throughput(scene(options.resolution), options, None)
+}
+
+/// Measure rays that pass a ball of glass of half the width of the box, on an index grid of 64³ nodes.
+pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
+    let bounds = Aabb::new(Vec3::splat(-0.6), Vec3::splat(0.6));
+    let surface = LevelSet::from_samples(bounds, [64; 3], |x: Vec3<f32>| x.length() - 0.5);
+    let soft = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.5) / 0.02).tanh();
+    let smooth = IndexGrid::from_control_values(bounds, [64; 3], Interpolation::CubicBSpline, soft);
+    let measured = |grid: IndexGrid<f32>| {
+        let mut backend = scene(options.resolution);
+        let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
+        backend.set_refraction(Refraction { medium, ..Refraction::none() });
+        throughput(backend, options, Some(INDEX))
+    };
+    let (sharp, smooth) = (measured(IndexGrid::sharp(surface, 1.5)), measured(smooth));
+    let cost = |t: &Throughput| straight.train_msamples_per_s_per_core / t.train_msamples_per_s_per_core;
+    Refractive { sharp, smooth, cost_per_sample: cost(&sharp), smooth_cost_per_sample: cost(&smooth) }
+}
+
+fn throughput(mut backend: CpuBackend, options: &BenchOptions, index: Option<IndexObjective>) -> Throughput {
+    let learn = |backend: &mut CpuBackend, batch: &Batch, n: usize| learn(backend, batch, (n, index));
     let (random, coherent) = (random_batch(options.rays), coherent_batch(options.rays));
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
     let n = options.repetitions;
@@ -89,6 +129,19 @@ pub fn simd_level() -> String {
 
 const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
 
+/// Learning rates so small that the scene stays what it is.
+const INDEX: IndexObjective = IndexObjective {
+    rate: 1e-7,
+    blur: 1.5,
+    clip: 3.0,
+    variation: (0.0, Penalty::Squared),
+    deviation: (0.0, Penalty::Squared),
+    largest: 2.6,
+    surface_rate: 1e-6,
+    surface_smooth: 1e-4,
+    most_events: 2,
+};
+
 fn objective() -> Objective {
     Objective {
         marching: MARCHING,
@@ -109,9 +162,14 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
 }
 
 /// Samples of a step and seconds of the best of `n` steps.
-fn learn(backend: &mut CpuBackend, batch: &Batch, n: usize) -> (u64, f64) {
+fn learn(
+    backend: &mut CpuBackend,
+    batch: &Batch,
+    (n, index): (usize, Option<IndexObjective>),
+) -> (u64, f64) {
     let mut samples = 0;
-    let seconds = best(n, || samples = backend.learn(batch, &objective(), 1).samples);
+    let objective = Objective { index, ..objective() };
+    let seconds = best(n, || samples = backend.learn(batch, &objective, 1).samples);
     (samples, seconds)
 }
 

@@ -115,7 +115,9 @@ pub(super) fn update(
             gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
             descend_surface(level, &mut moments.surface, &surface, objective);
         }
-        if grid.interior_index().is_none() || grid.level_set().is_none() {
+        if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
+            descend_one(grid, n, &mut moments.index, &grad, objective);
+        } else {
             add_priors(grid, rays as f32, objective, &mut grad);
             gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
             descend(grid, free, &mut moments.index, &grad, objective);
@@ -152,6 +154,21 @@ fn descend(
     for (&j, step) in nodes.iter().zip(steps) {
         let n = ((2.0 * coefficients[j]).sqrt() + objective.rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
+    }
+}
+
+/// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'.
+fn descend_one(
+    grid: &mut IndexGrid<f32>,
+    n: f32,
+    moments: &mut AdamMoments,
+    grad: &[f32],
+    objective: &IndexObjective,
+) {
+    if objective.rate > 0.0 {
+        let d_n = n * grad.iter().sum::<f32>();
+        let step = moments.steps(&[0], |_| d_n)[0];
+        grid.set_interior_index((n + objective.rate * step).clamp(1.0, objective.largest));
     }
 }
 

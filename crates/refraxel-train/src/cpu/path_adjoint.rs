@@ -21,7 +21,7 @@ pub(super) struct PathAdjoint<'a> {
     pub d_exit: Vec3<f32>,
     /// All samples count. Otherwise those before the first kick are left out: no index moves them.
     pub all: bool,
-    /// Surfaces learn only from paths that meet them at most this often.
+    /// Bodies learn only from paths that meet their surfaces at most this often.
     pub most_events: usize,
 }
 
@@ -64,7 +64,7 @@ impl PathAdjoint<'_> {
         };
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let events = path.steps.iter().filter(|s| s.event.is_some()).count();
-        let mut kicks = Kicks { list: kicks, surfaces: events <= self.most_events };
+        let mut kicks = Kicks { list: kicks, wanted: events <= self.most_events };
         let d = tracer.vjp(self.ray, path, sums, &d_exit, &mut kicks);
         (d.origin, d.direction)
     }
@@ -73,18 +73,20 @@ impl PathAdjoint<'_> {
 /// Notes kicks for a later scatter.
 struct Kicks<'a> {
     list: &'a mut Vec<Kick>,
-    /// Surfaces get their share, too.
-    surfaces: bool,
+    /// The path counts.
+    wanted: bool,
 }
 
 impl IndexGradient<f32> for Kicks<'_> {
     #[inline(always)]
     fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
-        self.list.push(Kick { region: region as u32, surface: false, x, d });
+        if self.wanted {
+            self.list.push(Kick { region: region as u32, surface: false, x, d });
+        }
     }
     #[inline(always)]
     fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
-        if self.surfaces {
+        if self.wanted {
             self.list.push(Kick { region: region as u32, surface: true, x, d });
         }
     }

@@ -14,6 +14,9 @@ const RAYS: usize = 8192;
 const COARSE: u32 = 32;
 /// Distance of the candidates of the later passes, five each.
 const FINE: [f32; 3] = [0.02, 0.01, 0.005];
+/// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
+/// not known yet (a tank full of things), and the search says nothing.
+const DECISIVE: f64 = 0.75;
 /// Another profile must be better than a sharp surface by this factor of the error.
 const BETTER: f64 = 0.9;
 
@@ -44,10 +47,8 @@ pub(super) fn starts(
     config: &Config,
 ) -> (Vec<Start>, Vec<String>) {
     let mut profiles = match config.index_surface {
-        Surface::Sharp => vec![Profile::Sharp],
-        Surface::Smooth => vec![Profile::Smooth],
-        Surface::Graded => vec![Profile::Graded],
         Surface::Auto => vec![Profile::Sharp, Profile::Graded],
+        other => vec![profile_of(other)],
     };
     if regions.iter().any(Region::is_known) {
         profiles.retain(|p| *p != Profile::Graded);
@@ -56,6 +57,10 @@ pub(super) fn starts(
     }
     let mut best: Option<(f64, Vec<Start>)> = None;
     let mut news = Vec::new();
+    let straight = {
+        backend.set_refraction(crate::refraction::Refraction::none());
+        judge.error(backend)
+    };
     for profile in profiles {
         let (error, found) = search(backend, regions, judge, config, profile);
         let indices: Vec<String> = found.iter().map(|s| format!("{:.3}", s.index)).collect();
@@ -69,9 +74,25 @@ pub(super) fn starts(
             best = Some((error, found));
         }
     }
-    let (_, best) = best.unwrap_or_default();
+    let (error, mut best) = best.unwrap_or_default();
+    if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
+        let n = config.index_guess;
+        news.push(format!("nothing known is seen through it yet: starting from index {n}"));
+        best.iter_mut().for_each(|s| *s = Start { profile: Profile::Sharp, index: n });
+        if config.index_surface != Surface::Auto {
+            best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
+        }
+    }
     news.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
     (best, news)
+}
+
+fn profile_of(surface: Surface) -> Profile {
+    match surface {
+        Surface::Auto | Surface::Sharp => Profile::Sharp,
+        Surface::Smooth => Profile::Smooth,
+        Surface::Graded => Profile::Graded,
+    }
 }
 
 /// All regions together over the whole range, then each by itself, finer and finer.

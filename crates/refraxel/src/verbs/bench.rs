@@ -9,7 +9,7 @@ use crate::table::Table;
 use anyhow::Context;
 use refraxel_core::ShDegree;
 use refraxel_data::synth::{DatasetOptions, SceneOptions, ViewCounts, render_dataset, scene};
-use refraxel_train::bench::{BenchOptions, Throughput, simd_level, straight};
+use refraxel_train::bench::{BenchOptions, Refractive, Throughput, refractive, simd_level, straight};
 use refraxel_train::model::bytes_per_voxel;
 use serde::Serialize;
 
@@ -17,6 +17,7 @@ use serde::Serialize;
 #[derive(Serialize)]
 struct Report {
     straight: Throughput,
+    refractive: Refractive,
     synth: Synth,
     memory: Vec<Memory>,
     machine: Machine,
@@ -47,11 +48,14 @@ struct Machine {
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     let console = Console::new(args.work.json);
-    let mut progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 2);
+    let mut progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 3);
     let repetitions = if args.quick { 3 } else { 15 };
     let rays = if args.quick { 4096 } else { 16_384 };
-    let straight = straight(&BenchOptions { resolution: 128, rays, repetitions });
+    let options = BenchOptions { resolution: 128, rays, repetitions };
+    let straight = straight(&options);
     progress.set(1, "straight rays measured");
+    let refractive = refractive(&options, &straight);
+    progress.set(2, "bent rays measured");
     let synth = Synth { rays_per_s: synth(if args.quick { 1 } else { 5 })? };
     progress.finish("");
     let memory = |d: u8| {
@@ -63,7 +67,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         architecture: std::env::consts::ARCH,
         repetitions,
     };
-    let report = Report { straight, synth, memory: (0..=3).filter_map(memory).collect(), machine };
+    let report = Report { straight, refractive, synth, memory: (0..=3).filter_map(memory).collect(), machine };
     console.result(&report.text(), &report).or_exit(Exit::Io)
 }
 
@@ -90,16 +94,21 @@ impl Report {
                 all.map_or(String::new(), |v| format!("{v:.1}")),
             ]);
         };
-        row("render, coherent rays", s.forward_msamples_per_s_per_core, Some(s.forward_msamples_per_s));
-        row("render, random rays", s.forward_random_msamples_per_s_per_core, None);
-        row("gradients, random rays", s.gradient_random_msamples_per_s_per_core, None);
-        row("train, coherent rays", s.train_coherent_msamples_per_s_per_core, None);
-        row("train, random rays", s.train_msamples_per_s_per_core, Some(s.train_msamples_per_s));
+        let mut rows = |kind: &str, t: &Throughput| {
+            row(&format!("{kind}: render, coherent rays"), t.forward_msamples_per_s_per_core, Some(t.forward_msamples_per_s));
+            row(&format!("{kind}: render, random rays"), t.forward_random_msamples_per_s_per_core, None);
+            row(&format!("{kind}: train, coherent rays"), t.train_coherent_msamples_per_s_per_core, None);
+            row(&format!("{kind}: train, random rays"), t.train_msamples_per_s_per_core, Some(t.train_msamples_per_s));
+        };
+        rows("straight", s);
+        rows("bent, sharp surface", &self.refractive.sharp);
+        rows("bent, smooth transition", &self.refractive.smooth);
         let memory: Vec<String> =
             self.memory.iter().map(|m| format!("{} (degree {})", m.bytes_per_voxel, m.sh_degree)).collect();
         format!(
             "128³ voxels, SH degree 2, steps of one voxel, nothing skipped; best of {}; {} on {}\n{}\n\
              training: {:.0} thousand rays per second, {:.2}× one thread\n\
+             a training sample costs {:.2}× that of straight rays with a sharp surface, {:.2}× with a smooth one\n\
              exact tracer, glass ball: {:.2} million camera rays per second\n\
              bytes per stored voxel with its moments: {}",
             m.repetitions,
@@ -108,6 +117,8 @@ impl Report {
             speed.text(),
             s.train_rays_per_s / 1e3,
             s.thread_speedup,
+            self.refractive.cost_per_sample,
+            self.refractive.smooth_cost_per_sample,
             self.synth.rays_per_s / 1e6,
             memory.join(", "),
         )
