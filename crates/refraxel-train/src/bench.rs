@@ -4,14 +4,14 @@
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
 use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective};
-use crate::refraction::Refraction;
 use crate::cpu::CpuBackend;
 use crate::random::Random;
+use crate::refraction::Refraction;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
-    Aabb, Background, BrickMap, Camera, Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3,
-    VoxelField, vec3,
+    Aabb, Background, BrickMap, Camera, Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray,
+    Vec3, VoxelField, vec3,
 };
 use serde::Serialize;
 use std::time::Instant;
@@ -162,11 +162,7 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
 }
 
 /// Samples of a step and seconds of the best of `n` steps.
-fn learn(
-    backend: &mut CpuBackend,
-    batch: &Batch,
-    (n, index): (usize, Option<IndexObjective>),
-) -> (u64, f64) {
+fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
     let mut samples = 0;
     let objective = Objective { index, ..objective() };
     let seconds = best(n, || samples = backend.learn(batch, &objective, 1).samples);

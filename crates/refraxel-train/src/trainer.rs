@@ -218,9 +218,6 @@ impl Trainer {
         let act = progress.act(&self.config);
         if self.state.act == Act::Straight && act > Act::Straight {
             self.begin_bending()?;
-        } else if self.state.act == Act::Index && act == Act::Joint && self.config.index_scan.is_on() {
-            let news = recipe::search_again(&mut self.backend, &self.shots, &self.config, self.plan.near);
-            self.news.extend(news);
         }
         self.state.act = act;
         let mut objective = objective_of(&self.config, self.plan.near, progress, act);

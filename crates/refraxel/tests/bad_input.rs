@@ -131,7 +131,12 @@ fn wrong_options() {
     let toml = data.path().join("options.toml");
     train(data.path(), &out, &["--set", "stepz=3"]).refused(2, &["unknown option `stepz`", "steps"]);
     train(data.path(), &out, &["--set", "steps=-3"]).refused(2, &["`steps` is `-3`"]);
-    train(data.path(), &out, &["--refraction", "on"]).refused(2, &["straight rays only"]);
+    train(data.path(), &out, &["--refraction", "on"]).refused(3, &["no masks", "--refraction-box"]);
+    train(data.path(), &out, &["--refraction-box", "0,0,0,1,1"]).refused(2, &["x0,y0,z0,x1,y1,z1"]);
+    train(data.path(), &out, &["--index-from", "no/scene.json"]).refused(3, &["no/scene.json"]);
+    train(data.path(), &out, &["--index-from", path(&data.path().join("r_0.png"))])
+        .refused(3, &["scene.json", "mesh"]);
+    train(data.path(), &out, &["--set", "index_surface=soft"]).refused(2, &["`index_surface`", "`sharp`"]);
     let with = |content: &str| {
         std::fs::write(&toml, content).unwrap();
         train(data.path(), &out, &["--config", path(&toml)])

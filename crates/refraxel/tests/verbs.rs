@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 fn train_eval_compare_render_and_inspect_work_together() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
-    let trained = train(&data, &run, &["--json"]).done().json();
+    let trained = train(&data, &run, &["--json", "--refraction", "off"]).done().json();
     for file in [
         CHECKPOINT,
         "log.jsonl",
@@ -132,6 +132,40 @@ fn any_number_of_threads_gives_the_same_bits() {
         content(&run)
     };
     assert!(on("1") == on("3"));
+}
+
+#[test]
+fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (glass(folder.path()), folder.path().join("run"));
+    let options = ["--set", "steps=300", "--set", "resolution=40", "--set", "batch=1024"];
+    let trained = train(&data, &run, &[&options[..], &["--json"]].concat()).done().json();
+    let index = trained["ior"]["mean_inside"].as_f64().unwrap();
+    assert!((1.3..1.7).contains(&index), "{index}");
+    let straight = folder.path().join("straight");
+    let off =
+        train(&data, &straight, &[&options[..], &["--refraction", "off", "--json"]].concat()).done().json();
+    let inside = |run: &serde_json::Value| run["psnr_inside"].as_f64().unwrap();
+    assert!(inside(&trained) > inside(&off) + 1.0, "{} {}", inside(&trained), inside(&off));
+    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
+    assert!(log.contains("refractive region 1") && log.contains("\"act\":\"joint\""), "{log}");
+    assert_eq!(refraxel(&["eval", path(&run), "--json"]).done().json(), trained);
+}
+
+#[test]
+fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let inside = |more: &[&str]| {
+        let run = train(&data, &run, &[more, &["--json"]].concat()).done().json();
+        run["ior"]["mean_inside"].as_f64().unwrap()
+    };
+    let fixed = ["--set", "rate_index=0", "--set", "rate_surface=0", "--set", "index_shape=ball"];
+    let of_box = ["--refraction-box", "-0.5,-0.5,-0.7,0.5,0.5,0.3", "--set", "index_scan=off"];
+    let boxed = inside(&[&fixed[..], &of_box, &["--set", "index_guess=1.25"]].concat());
+    assert!((1.1..=1.25).contains(&boxed), "{boxed}");
+    let truth = inside(&["--index-from", path(&data.join("scene.json")), "--set", "rate_index=0"]);
+    assert!((truth - 1.5).abs() < 0.02, "{truth}");
 }
 
 #[test]

@@ -27,7 +27,7 @@ use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{
-    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Medium, Ray, Vec3, VoxelField,
+    AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
 };
 use tape::{BUCKET_VOXELS, Tape, buckets};
 use update::{
@@ -152,11 +152,6 @@ impl CpuBackend {
         fits
     }
 
-    /// Exchange the medium for one with parameters of the same shape.
-    pub fn swap_medium(&mut self, medium: &mut Medium<f32>) {
-        std::mem::swap(&mut self.refraction.medium, medium);
-    }
-
     /// Bend the rays, and go on with these moments of the index.
     pub fn restore_refraction(&mut self, refraction: Refraction, moments: Vec<IndexMoments>) {
         self.refraction = refraction;
@@ -181,9 +176,20 @@ impl CpuBackend {
     }
 
     /// Σ over rays of |C − target|² of a batch, without learning from it.
-    pub fn squared_error(&self, batch: &Batch, objective: &Objective) -> f64 {
-        let o = Objective { index: None, ..*objective };
-        self.trace(batch, &o, &mut [], Vec::new()).1.squared_error
+    pub fn squared_error(&self, batch: &Batch, marching: &Marching) -> f64 {
+        let own = match &self.background {
+            Background::Constant(c) => *c,
+            Background::Environment(_) => [0.0; 3],
+        };
+        let pixels = self.render(&batch.rays, marching);
+        let errors = pixels.iter().zip(&batch.target).enumerate().map(|(ray, (pixel, target))| {
+            // Renderings lie before the model's own background.
+            let behind = batch.behind.get(ray).map_or([0.0; 3], |b| std::array::from_fn(|c| b[c] - own[c]));
+            (0..3)
+                .map(|c| f64::from(pixel.colour[c] + pixel.transmittance * behind[c] - target[c]).powi(2))
+                .sum::<f64>()
+        });
+        errors.sum()
     }
 
     /// Share of the stored cells that rays have to look at.

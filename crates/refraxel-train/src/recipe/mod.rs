@@ -15,7 +15,7 @@ mod search;
 mod support;
 
 use crate::backend::Backend;
-use crate::config::Config;
+use crate::config::{Bending, Config};
 use crate::cpu::CpuBackend;
 use crate::initial::LocateError;
 use crate::rays::Shots;
@@ -45,6 +45,15 @@ pub enum RecipeError {
         /// What is wrong.
         problem: String,
     },
+}
+
+/// Finds out before training whether something says what is refractive; `masked`: the dataset has masks of it.
+pub fn check(config: &Config, masked: bool) -> Result<(), RecipeError> {
+    if config.refraction == Bending::Off {
+        return Ok(());
+    }
+    let named = regions::given(config)?.is_some() || config.bounds_of_box().is_some();
+    if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
 }
 
 /// How the index of a region varies, before it learns.
@@ -83,11 +92,6 @@ pub fn begin(
     found.find_flat_cells();
     backend.set_refraction(found);
     Ok(news)
-}
-
-/// Search the one index of sharp bodies again, near where it is: their shape has changed since.
-pub fn search_again(backend: &mut CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<String> {
-    search::refine(backend, &Judge::new(shots, config, near))
 }
 
 /// The refraction that regions start from.

@@ -18,13 +18,15 @@ use std::path::Path;
 const GROUND_STRIDE: usize = 7;
 /// How far around a body its ground is sought, in sizes of its box.
 const AROUND: f32 = 1.4;
+/// Rays that look for what hides refractive things, at most about.
+const OCCLUDER_RAYS: f64 = 5e5;
 /// A pixel this opaque hides what is behind its depth.
 const OPAQUE: f32 = 0.9;
 /// Steps and strength of the smoothing of a hull's surface, theory (2.32).
 const SMOOTHING: (u32, f32) = (10, 0.6);
 /// Shares of the views that must not find a place hidden, tried from the strictest on.
 const LEAST: [f32; 6] = [0.9, 0.7, 0.5, 0.35, 0.2, 0.1];
-/// A stricter share will do when its hull meets this part of the rays inside masks that the best one meets.
+/// A stricter share will do when its hull meets this part of the rays inside masks that the loosest one meets.
 const COVERED: f64 = 0.98;
 
 /// A refractive region before it has an index.
@@ -43,7 +45,7 @@ pub(super) struct Region {
 }
 
 /// What `index_from` names.
-enum Given {
+pub(super) enum Given {
     Truth(IndexTruth),
     Volume(IndexVolume),
     Mesh(Shape),
@@ -129,18 +131,22 @@ fn vote(outlines: &Outlines, shots: &Shots, bounds: &Aabb<f32>, config: &Config)
         let gate = Gate::new(domain, &outlines.hull(&domain, &vote(least)).fraction);
         rays.iter().filter(|r| gate.admits(r)).count()
     };
-    let found: Vec<usize> = LEAST.iter().map(|&l| covered(l)).collect();
-    let most = found.iter().copied().max().unwrap_or(0);
-    let enough = |&k: &usize| found[k] as f64 >= COVERED * most as f64;
-    vote((0..LEAST.len()).find(enough).map_or(LEAST[0], |k| LEAST[k]))
+    let enough = COVERED * covered(LEAST[LEAST.len() - 1]) as f64;
+    let strictest = LEAST.into_iter().find(|&least| covered(least) as f64 >= enough);
+    vote(strictest.unwrap_or(LEAST[0]))
 }
 
 /// Cameras and masks, with what hides refractive things: the opaque surfaces that straight rays have learned.
 fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<Silhouette> {
     let marching = training_marching(config, near);
+    let pixels: usize = shots.silhouettes().map(|(c, _)| (c.width * c.height) as usize).sum();
+    let stride = (pixels as f64 / OCCLUDER_RAYS).sqrt().ceil().max(1.0) as u32;
     let opaque = |camera: &Camera| {
-        let count = (camera.width * camera.height) as usize;
-        let rays: Vec<Option<Ray<f32>>> = (0..count).map(|p| pixel_ray(camera, p)).collect();
+        let small = [camera.width.div_ceil(stride), camera.height.div_ceil(stride)];
+        let sample = |k: u32, n: u32| (k * stride + stride / 2).min(n - 1);
+        let at = |x: u32, y: u32| sample(y, camera.height) * camera.width + sample(x, camera.width);
+        let places = (0..small[1]).flat_map(|y| (0..small[0]).map(move |x| (x, y)));
+        let rays: Vec<Option<Ray<f32>>> = places.map(|(x, y)| pixel_ray(camera, at(x, y) as usize)).collect();
         let asked: Vec<Ray<f32>> = rays.iter().flatten().copied().collect();
         let mut pixels = backend.render(&asked, &marching).into_iter();
         let hidden = rays.iter().map(|ray| {
@@ -148,7 +154,9 @@ fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) 
             let opacity = 1.0 - seen.transmittance;
             (opacity > OPAQUE).then(|| seen.depth / opacity)
         });
-        hidden.map(|d| d.unwrap_or(f32::INFINITY)).collect()
+        let hidden: Vec<f32> = hidden.map(|d| d.unwrap_or(f32::INFINITY)).collect();
+        let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
+        all.map(|(x, y)| hidden[(y / stride * small[0] + x / stride) as usize]).collect()
     };
     let silhouette = |(camera, mask): (&Camera, &Mask)| Silhouette {
         camera: *camera,
@@ -194,7 +202,8 @@ impl Ground {
     }
 }
 
-fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
+/// What `index_from` names, if the shape comes from there.
+pub(super) fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
     if config.index_shape != IndexShape::File {
         return Ok(None);
     }

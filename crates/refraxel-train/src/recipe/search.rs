@@ -2,18 +2,18 @@
 
 use super::regions::Region;
 use super::{Profile, Start, refraction};
-use crate::backend::{Backend, Batch, Objective};
+use crate::backend::{Backend, Batch, Marching};
 use crate::config::{Config, Surface};
 use crate::cpu::CpuBackend;
 use crate::rays::{Selection, Shots};
-use crate::schedule::{Progress, objective};
+use crate::schedule::training_marching;
 
 /// Rays that judge an index.
-const RAYS: usize = 8192;
-/// Candidates of the first pass: 1, 1.05, … 2.55.
-const COARSE: u32 = 32;
+const RAYS: usize = 4096;
+/// Candidates of the first pass: 1, 1.075, … 2.5.
+const COARSE: u32 = 21;
 /// Distance of the candidates of the later passes, five each.
-const FINE: [f32; 3] = [0.02, 0.01, 0.005];
+const FINE: [f32; 3] = [0.03, 0.01, 0.005];
 /// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
 /// not known yet (a tank full of things), and the search says nothing.
 const DECISIVE: f64 = 0.75;
@@ -23,19 +23,19 @@ const BETTER: f64 = 0.9;
 /// Loss of rays inside the masks.
 pub(super) struct Judge {
     batch: Batch,
-    objective: Objective,
+    marching: Marching,
 }
 
 impl Judge {
     pub(super) fn new(shots: &Shots, config: &Config, near: f32) -> Self {
         // No step of a run has this number: the judge has rays of its own.
         let batch = shots.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
-        Self { batch, objective: objective(config, near, Progress(1.0)) }
+        Self { batch, marching: training_marching(config, near) }
     }
 
     /// Mean squared error per channel.
     fn error(&self, backend: &CpuBackend) -> f64 {
-        backend.squared_error(&self.batch, &self.objective) / (3.0 * self.batch.rays.len().max(1) as f64)
+        backend.squared_error(&self.batch, &self.marching) / (3.0 * self.batch.rays.len().max(1) as f64)
     }
 }
 
@@ -112,7 +112,7 @@ fn search(
     if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
         return (error(&starts), starts);
     }
-    let coarse = (0..COARSE).map(|k| 1.0 + 0.05 * k as f32);
+    let coarse = (0..COARSE).map(|k| 1.0 + 0.075 * k as f32);
     let (_, best) = least(coarse, |n| error(&all(n)));
     starts = all(best);
     let mut lowest = f64::INFINITY;
@@ -134,32 +134,6 @@ fn search(
 fn least(candidates: impl IntoIterator<Item = f32>, mut error: impl FnMut(f32) -> f64) -> (f64, f32) {
     let judged = candidates.into_iter().map(|n| (error(n), n));
     judged.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 1.0))
-}
-
-/// Search the index of sharp bodies again, near where it is.
-pub(super) fn refine(backend: &mut CpuBackend, judge: &Judge) -> Vec<String> {
-    let mut refraction = backend.refraction().clone();
-    let mut news = Vec::new();
-    for region in 0..refraction.medium.regions().len() {
-        let grid = &refraction.medium.regions()[region];
-        let (Some(before), Some(_)) = (grid.interior_index(), grid.level_set()) else { continue };
-        let mut center = before;
-        for step in FINE {
-            let candidates = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| (center + k * step).max(1.0));
-            let mut error = |n: f32| {
-                refraction.medium.region_mut(region).set_interior_index(n);
-                backend.swap_medium(&mut refraction.medium);
-                let error = judge.error(backend);
-                backend.swap_medium(&mut refraction.medium);
-                error
-            };
-            (_, center) = least(candidates, &mut error);
-        }
-        refraction.medium.region_mut(region).set_interior_index(center);
-        news.push(format!("refractive region {}: index {before:.3} -> {center:.3}", region + 1));
-    }
-    backend.swap_medium(&mut refraction.medium);
-    news
 }
 
 impl Profile {

@@ -67,7 +67,8 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         architecture: std::env::consts::ARCH,
         repetitions,
     };
-    let report = Report { straight, refractive, synth, memory: (0..=3).filter_map(memory).collect(), machine };
+    let report =
+        Report { straight, refractive, synth, memory: (0..=3).filter_map(memory).collect(), machine };
     console.result(&report.text(), &report).or_exit(Exit::Io)
 }
 
@@ -95,10 +96,18 @@ impl Report {
             ]);
         };
         let mut rows = |kind: &str, t: &Throughput| {
-            row(&format!("{kind}: render, coherent rays"), t.forward_msamples_per_s_per_core, Some(t.forward_msamples_per_s));
+            row(
+                &format!("{kind}: render, coherent rays"),
+                t.forward_msamples_per_s_per_core,
+                Some(t.forward_msamples_per_s),
+            );
             row(&format!("{kind}: render, random rays"), t.forward_random_msamples_per_s_per_core, None);
             row(&format!("{kind}: train, coherent rays"), t.train_coherent_msamples_per_s_per_core, None);
-            row(&format!("{kind}: train, random rays"), t.train_msamples_per_s_per_core, Some(t.train_msamples_per_s));
+            row(
+                &format!("{kind}: train, random rays"),
+                t.train_msamples_per_s_per_core,
+                Some(t.train_msamples_per_s),
+            );
         };
         rows("straight", s);
         rows("bent, sharp surface", &self.refractive.sharp);

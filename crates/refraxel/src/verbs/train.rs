@@ -17,7 +17,7 @@ use refraxel_train::config::{Bending, IndexShape, Switch};
 use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
 use refraxel_train::schedule::Act;
 use refraxel_train::trainer::Record;
-use refraxel_train::{Config, TrainError, Trainer};
+use refraxel_train::{Config, TrainError, Trainer, recipe};
 use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -42,6 +42,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
     let usual = Config::suited_to(scene_region(&data).unbounded);
     let config = configuration(args, Config { refraction: bending(args, &data), ..usual })?;
+    recipe::check(&config, is_masked(&data)).or_exit(Exit::BadInput)?;
     let source = source_of(&args.data, &options, &data);
     let saved = if args.resume { Some(saved(args, &source)?) } else { None };
     let photos = load_photos(&data, &data.split.train, show)?;
@@ -64,17 +65,19 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
 
 /// Whether rays bend: as asked for, or where something says what is refractive.
 fn bending(args: &TrainArgs, data: &Dataset) -> Bending {
-    let masked = |&i: &usize| {
-        let view = &data.views[i];
-        view.mask.is_some() && view.mask_meaning == MaskMeaning::Refractive
-    };
     let told = args.refraction_box.is_some() || args.index_from.is_some();
     match args.refraction {
         Refraction::Off => Bending::Off,
         Refraction::On => Bending::On,
-        Refraction::Auto if told || data.split.train.iter().any(masked) => Bending::On,
+        Refraction::Auto if told || is_masked(data) => Bending::On,
         Refraction::Auto => Bending::Off,
     }
+}
+
+/// Some training view has a mask of what is refractive.
+fn is_masked(data: &Dataset) -> bool {
+    let views = data.split.train.iter().map(|&i| &data.views[i]);
+    views.into_iter().any(|v| v.mask.is_some() && v.mask_meaning == MaskMeaning::Refractive)
 }
 
 /// The options: those of `base`, then the file, then `--set`, then the flags of their own.

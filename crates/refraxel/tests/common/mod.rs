@@ -89,6 +89,16 @@ pub fn ball(folder: &Path) -> PathBuf {
     out
 }
 
+/// The same ball in enough views for its hull and its index: 30 training views of 40 × 40 pixels.
+pub fn glass(folder: &Path) -> PathBuf {
+    let out = folder.join("glass");
+    let views = ViewCounts { train: 30, val: 0, test: 3 };
+    let usual = SynthOptions::new("glass_ball", &out);
+    let options = SynthOptions { size: 40, views, spp: 4, detail_spp: 0, index_resolution: 0, ..usual };
+    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
+    out
+}
+
 /// A `transforms.json` with images in a folder of its own, changed by `edit` before it is written.
 pub fn photographs(count: usize, edit: impl FnOnce(&mut Value)) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
