@@ -10,6 +10,8 @@ const INK: Colour = [28, 30, 36];
 const FAINT: Colour = [104, 108, 118];
 /// Where a map has no value.
 const NOTHING: Colour = [226, 227, 231];
+/// Around a map, which may be white at its edge.
+const FRAME: Colour = [190, 193, 201];
 /// Around the page and between its parts [pixel].
 const MARGIN: usize = 20;
 const GAP: usize = 12;
@@ -126,6 +128,7 @@ impl Row {
                 line.points.iter().map(|&(u, v)| (u * factor as f64, v * factor as f64)).collect();
             tile.polyline(&points, line.width, line.colour);
         }
+        page.fill(Rect { x: x - 1, y: y - 1, width: width + 2, height: map.height() + 2 }, FRAME);
         page.paste(x, y, Rgb8::new(tile.pixels(), width, map.height()));
         let mut y = y + map.height() + 3;
         if let Some(unit) = map.unit {
@@ -163,7 +166,7 @@ fn draw_scale(page: &mut Canvas, (x, y): (usize, usize), unit: f64, width: usize
     for end in [x, x + pixels.saturating_sub(1)] {
         page.fill(Rect { x: end, y: middle - 3, width: 1, height: 8 }, INK);
     }
-    let text = format!("{length} scene units");
+    let text = if length == 1.0 { "1 scene unit".to_owned() } else { format!("{length} scene units") };
     page.text(((x + pixels + 8) as i64, y as i64), &text, (Font::Body, Align::Left), INK);
 }
 

@@ -94,7 +94,8 @@ impl Fan {
             width,
         };
         let straight = self.rays.iter().map(|r| line(&r.straight, STRAIGHT, 1.0));
-        let bent = self.rays.iter().map(|r| line(&r.bent, BENT, 1.5));
+        // Two corners make a straight line.
+        let bent = self.rays.iter().filter(|r| r.bent.len() > 2).map(|r| line(&r.bent, BENT, 1.5));
         let is_shown = |x: &&Vec3<f64>| (**x - middle).dot(ahead).abs() < half[0];
         let shown = self.rays.iter().flat_map(|r| &r.bent).filter(is_shown);
         let off = shown.map(|x| (*x - middle).dot(across).abs()).fold(0.0, f64::max);

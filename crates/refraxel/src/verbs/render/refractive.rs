@@ -34,6 +34,8 @@ pub struct Refractive {
 struct Change {
     /// |∇n|; of a sharp surface the jump over a voxel [1 / scene unit].
     steepness: f32,
+    /// Whether it is a sharp surface.
+    is_sharp: bool,
     /// Unit normal against the ray.
     normal: Vec3<f32>,
 }
@@ -84,10 +86,10 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
     let regions = refraction.medium.regions();
     for (segment, step) in path.segments.iter().zip(&path.steps) {
         let toward = segment.momentum * -segment.momentum.length().recip();
-        let mut add = |steepness: f32, gradient: Vec3<f32>| {
+        let mut add = |is_sharp: bool, steepness: f32, gradient: Vec3<f32>| {
             let normal = gradient.normalized();
             let facing = if normal.dot(toward) < 0.0 { -normal } else { normal };
-            changes.push(Change { steepness, normal: facing });
+            changes.push(Change { steepness, is_sharp, normal: facing });
         };
         // Segments are short where n changes, so that their middles tell enough.
         let middle = segment.at(0.5 * step.drift);
@@ -96,14 +98,14 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
         let smooth = region.map(|r| &regions[r]).filter(|r| r.level_set().is_none() && !r.is_flat(middle));
         if let Some(grid) = smooth {
             let gradient = grid.w_gradient(middle) / n;
-            add(gradient.length(), gradient);
+            add(false, gradient.length(), gradient);
         }
         let mut seen = vec![n];
         let body = &regions[usize::from(step.region).min(regions.len() - 1)];
         if let (Some(_), Some(level)) = (&step.event, body.level_set()) {
             let place = segment.at(step.drift);
             seen.push(body.index(place));
-            add((body.index(place) - 1.0).abs() / level.voxel(), level.sample(place).1);
+            add(true, (body.index(place) - 1.0).abs() / level.voxel(), level.sample(place).1);
         }
         index =
             seen.into_iter().fold(index, |a: f32, b| if (b - 1.0).abs() > (a - 1.0).abs() { b } else { a });
@@ -112,16 +114,14 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
     Some(Met { index, normal })
 }
 
-/// The first place that is steeper than the next one and about as steep as any.
+/// The first place about as steep as any: a sharp surface, or the crest of a soft one.
 fn first_surface(changes: &[Change]) -> Option<Vec3<f32>> {
     let least = STEEP * changes.iter().map(|c| c.steepness).fold(0.0, f32::max);
-    let is_peak = |k: &usize| {
-        let steepness = changes[*k].steepness;
-        steepness > 0.0
-            && steepness >= least
-            && changes.get(k + 1).is_none_or(|next| next.steepness <= steepness)
+    let is_surface = |(k, change): &(usize, &Change)| {
+        let is_crest = changes.get(k + 1).is_none_or(|next| next.steepness <= change.steepness);
+        change.steepness > 0.0 && change.steepness >= least && (change.is_sharp || is_crest)
     };
-    (0..changes.len()).find(is_peak).map(|k| changes[k].normal)
+    changes.iter().enumerate().find(is_surface).map(|(_, change)| change.normal)
 }
 
 #[cfg(test)]
