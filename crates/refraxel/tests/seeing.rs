@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 fn known(folder: &Path, data: &Path, more: &[&str]) -> PathBuf {
     let (run, scene) = (folder.join("bent"), data.join("scene.json"));
     let fixed = ["--refraction", "on", "--index-from", path(&scene), "--set", "rate_index=0"];
-    train(data, &run, &[&fixed, &["--set", "rate_surface=0"], more].concat()).done();
+    train(data, &run, &[&fixed[..], &["--set", "rate_surface=0"], more].concat()).done();
     run
 }
 

@@ -39,7 +39,8 @@ struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     slices: Option<PathBuf>,
     /// Whether the slices show the truth.
-    truth_shown: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truth_shown: Option<bool>,
     /// Bent rays, drawn and as polylines.
     #[serde(skip_serializing_if = "Option::is_none")]
     paths: Option<[PathBuf; 2]>,
@@ -70,7 +71,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     if args.slices {
         let (path, truth_shown) = write_slices(args, &run)?;
-        (report.slices, report.truth_shown) = (Some(path), truth_shown);
+        (report.slices, report.truth_shown) = (Some(path), Some(truth_shown));
     }
     if let (Some(count), Some(view)) = (args.paths, cameras.first()) {
         report.paths = Some(write_paths(&args.out, &run, view, count as usize)?);
@@ -170,7 +171,8 @@ impl Report {
             format!("{views} views ({layers}) in {out}; cameras: {}", cameras.display())
         });
         let slices = self.slices.as_ref().map(|path| {
-            let truth = if self.truth_shown { "beside the truth" } else { "the truth is not known" };
+            let truth =
+                if self.truth_shown == Some(true) { "beside the truth" } else { "the truth is not known" };
             format!("slices of the index: {} ({truth})", path.display())
         });
         let paths = self.paths.as_ref();
