@@ -89,7 +89,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "S", value_parser = factor, conflicts_with = "set_index")]
     pub scale_index: Option<f64>,
     /// Give every refractive region the index N, such as 1.33 for water; where the index varies, n - 1 is multiplied so
-    /// that its median becomes N; the run itself stays
+    /// that its median, weighted by (n - 1)^2, becomes N; the run itself stays
     #[arg(long, value_name = "N", value_parser = index)]
     pub set_index: Option<f64>,
     /// Threads, progress, JSON.

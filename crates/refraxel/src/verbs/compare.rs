@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Serialize)]
 struct Compared {
     run: PathBuf,
-    rays: Rays,
+    rays: Option<Rays>,
     psnr: Option<f64>,
     ssim: Option<f64>,
     psnr_inside: Option<f64>,
@@ -73,14 +73,15 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 /// What each run's column is called: how its rays go, and the run where another one goes the same way.
 fn captions(runs: &[PathBuf], evaluations: &[Evaluation]) -> Vec<String> {
-    let rays: Vec<Rays> = evaluations.iter().map(|e| e.run.rays).collect();
-    let caption = |(run, &kind): (&PathBuf, &Rays)| {
-        let is_alone = rays.iter().filter(|&&r| r == kind).count() == 1;
-        if is_alone && runs.len() > 1 {
-            return format!("{} rays", kind.name());
-        }
+    let rays: Vec<Option<Rays>> = evaluations.iter().map(|e| e.run.rays).collect();
+    let caption = |(run, &kind): (&PathBuf, &Option<Rays>)| {
         let name = run.file_name().map_or(run.display().to_string(), |n| n.to_string_lossy().into_owned());
-        format!("{}: {name}", kind.name())
+        let alike = rays.iter().filter(|&&r| r == kind).count();
+        match kind {
+            Some(kind) if alike == 1 && runs.len() > 1 => format!("{} rays", kind.name()),
+            Some(kind) => format!("{}: {name}", kind.name()),
+            None => name,
+        }
     };
     runs.iter().zip(&rays).map(caption).collect()
 }
@@ -182,7 +183,7 @@ impl Report {
         for r in &self.runs {
             let mut cells = vec![
                 r.run.display().to_string(),
-                r.rays.name().to_owned(),
+                r.rays.map_or("–", Rays::name).to_owned(),
                 score(r.psnr, 2),
                 score(r.ssim, 4),
                 score(r.psnr_inside, 2),

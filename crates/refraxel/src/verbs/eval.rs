@@ -67,7 +67,7 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
         seconds: run.state.seconds,
         voxels: field.map.voxels() as u64,
         resolution: field.domain.resolution,
-        rays: Rays::of(run.backend.refraction()),
+        rays: Some(Rays::of(run.backend.refraction())),
     };
     let evaluation =
         Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated };

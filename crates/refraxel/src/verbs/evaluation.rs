@@ -40,17 +40,16 @@ pub struct Evaluated {
     pub voxels: u64,
     /// Nodes of the grid.
     pub resolution: [u32; 3],
-    /// Whether its rays were bent.
-    #[serde(default)]
-    pub rays: Rays,
+    /// How its rays go; absent in documents of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rays: Option<Rays>,
 }
 
 /// How the rays of a run go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rays {
     /// On straight lines: it has no index of refraction.
-    #[default]
     Straight,
     /// Through an index of refraction.
     Bent,
@@ -158,7 +157,7 @@ mod tests {
             seconds: 1.5,
             voxels: 64,
             resolution: [4; 3],
-            rays: Rays::Bent,
+            rays: Some(Rays::Bent),
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
         Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), run }
