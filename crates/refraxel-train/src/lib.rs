@@ -6,6 +6,7 @@ pub mod checkpoint;
 pub mod config;
 pub mod cpu;
 pub mod evaluate;
+pub mod index_edit;
 pub mod index_error;
 pub mod initial;
 pub mod memory;

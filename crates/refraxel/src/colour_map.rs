@@ -2,14 +2,22 @@
 
 use crate::canvas::Colour;
 
-/// A map from [0, 1] to colours whose lightness grows evenly, so that equal steps look equal, also in grey.
+/// A map from [0, 1] to colours in which equal steps look about equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {
     /// Black over red to pale yellow: errors, where zero should look like nothing.
     Inferno,
     /// Violet over green to yellow: depth, opacity, index.
     Viridis,
+    /// Blue over white to red: differences, where zero is in the middle.
+    Signed,
+    /// White to blue: what lies below lines.
+    Tint,
 }
+
+/// Corners of [`ColourMap::Signed`] and [`ColourMap::Tint`], evenly spaced: Okabe & Ito 2008, blue and vermilion.
+const SIGNED: &[Colour] = &[[0, 114, 178], [255; 3], [213, 94, 0]];
+const TINT: &[Colour] = &[[255; 3], [150, 196, 226]];
 
 impl ColourMap {
     /// Colour of `value`; values outside [0, 1] get the colour of the nearer end, NaN is grey.
@@ -21,37 +29,46 @@ impl ColourMap {
             return [128; 3];
         }
         let t = value.clamp(0.0, 1.0);
-        let c = self.coefficients();
+        let c = match self {
+            Self::Inferno => INFERNO,
+            Self::Viridis => VIRIDIS,
+            Self::Signed => return between(SIGNED, t),
+            Self::Tint => return between(TINT, t),
+        };
         std::array::from_fn(|k| {
             let level = c.iter().rev().fold(0.0, |sum, c| sum * t + c[k]);
             (level * 255.0).round().clamp(0.0, 255.0) as u8
         })
     }
-
-    /// Of the powers of t, constant first, for red, green, blue.
-    fn coefficients(self) -> &'static [[f32; 3]; 7] {
-        match self {
-            Self::Inferno => &[
-                [0.000_218_94, 0.001_651, -0.019_480_9],
-                [0.106_513_4, 0.563_956_4, 3.932_712_4],
-                [11.602_493, -3.972_854, -15.942_394],
-                [-41.703_996, 17.436_4, 44.354_145],
-                [77.162_94, -33.402_36, -81.807_31],
-                [-71.319_43, 32.626_064, 73.209_52],
-                [25.131_126, -12.242_669, -23.070_325],
-            ],
-            Self::Viridis => &[
-                [0.277_727_3, 0.005_407_3, 0.334_099_8],
-                [0.105_093, 1.404_613_5, 1.384_590_2],
-                [-0.330_861_8, 0.214_847_6, 0.095_095_2],
-                [-4.634_23, -5.799_101, -19.332_441],
-                [6.228_27, 14.179_933, 56.690_55],
-                [4.776_385, -13.745_145, -65.353_03],
-                [-5.435_456, 4.645_852_6, 26.312_435],
-            ],
-        }
-    }
 }
+
+/// Corners and what lies between.
+fn between(corners: &[Colour], t: f32) -> Colour {
+    let last = corners.len() - 1;
+    let k = ((t * last as f32) as usize).min(last - 1);
+    let (a, b, f) = (corners[k], corners[k + 1], t * last as f32 - k as f32);
+    std::array::from_fn(|c| (f32::from(a[c]) + (f32::from(b[c]) - f32::from(a[c])) * f).round() as u8)
+}
+
+/// Of the powers of t, constant first, for red, green, blue.
+const INFERNO: &[[f32; 3]; 7] = &[
+    [0.000_218_94, 0.001_651, -0.019_480_9],
+    [0.106_513_4, 0.563_956_4, 3.932_712_4],
+    [11.602_493, -3.972_854, -15.942_394],
+    [-41.703_996, 17.436_4, 44.354_145],
+    [77.162_94, -33.402_36, -81.807_31],
+    [-71.319_43, 32.626_064, 73.209_52],
+    [25.131_126, -12.242_669, -23.070_325],
+];
+const VIRIDIS: &[[f32; 3]; 7] = &[
+    [0.277_727_3, 0.005_407_3, 0.334_099_8],
+    [0.105_093, 1.404_613_5, 1.384_590_2],
+    [-0.330_861_8, 0.214_847_6, 0.095_095_2],
+    [-4.634_23, -5.799_101, -19.332_441],
+    [6.228_27, 14.179_933, 56.690_55],
+    [4.776_385, -13.745_145, -65.353_03],
+    [-5.435_456, 4.645_852_6, 26.312_435],
+];
 
 #[cfg(test)]
 mod tests {
@@ -81,6 +98,12 @@ mod tests {
                 assert!(lightness(low) < lightness(high), "{map:?} at {k}/16");
             }
         }
+    }
+
+    #[test]
+    fn differences_of_nothing_are_white() {
+        assert_eq!((ColourMap::Signed.at(0.5), ColourMap::Tint.at(0.0)), ([255; 3], [255; 3]));
+        assert_eq!((ColourMap::Signed.at(0.0), ColourMap::Signed.at(1.0)), ([0, 114, 178], [213, 94, 0]));
     }
 
     #[test]

@@ -5,6 +5,7 @@ pub mod cli;
 pub mod colour_map;
 pub mod console;
 pub mod exit;
+pub mod maps;
 pub mod picture;
 pub mod plot;
 pub mod progress;

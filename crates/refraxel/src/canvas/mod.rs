@@ -61,6 +61,11 @@ impl Canvas {
         self.pixels[y * self.width + x]
     }
 
+    /// Colours of all pixels, rows from the top.
+    pub fn pixels(&self) -> &[Colour] {
+        &self.pixels
+    }
+
     /// Fills the part of `rect` that lies on the surface.
     pub fn fill(&mut self, rect: Rect, colour: Colour) {
         let right = (rect.x + rect.width).min(self.width);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, ValueEnum};
 
 use super::WorkArgs;
+use super::values::{factor, index};
 
 /// A part of the dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -46,14 +47,22 @@ pub enum Layer {
     Depth,
     /// How much of the backdrop is hidden
     Opacity,
+    /// The index of refraction that the ray meets on its way, that which differs most from 1
+    Index,
+    /// The normal of the first refractive surface, as a normal map with opacity
+    Normal,
 }
 
 /// `refraxel render`
 #[derive(Args, Debug)]
-#[command(group = ArgGroup::new("views").required(true).args(["orbit", "cameras"]))]
+#[command(group = ArgGroup::new("views").args(["orbit", "cameras"]))]
+#[command(group = ArgGroup::new("what").required(true).multiple(true).args(["orbit", "cameras", "slices", "paths"]))]
 #[command(after_help = "Examples:
   refraxel render run --orbit 60 --out orbit
-  refraxel render run --cameras path/transforms.json --out views --outputs colour,depth")]
+  refraxel render run --cameras path/transforms.json --out views --outputs colour,depth,index,normal
+  refraxel render run --slices --paths 40 --out inside
+  refraxel render run --orbit 60 --set-index 1.33 --out as_water
+  refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power")]
 pub struct RenderArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
@@ -70,6 +79,19 @@ pub struct RenderArgs {
     /// What to write of each view, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "colour", value_name = "LAYERS")]
     pub outputs: Vec<Layer>,
+    /// Draw slices of the index of refraction through each region, beside the truth where it is known
+    #[arg(long)]
+    pub slices: bool,
+    /// Draw N bent rays of the first view through each region, and write them as polylines
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub paths: Option<u32>,
+    /// Multiply n - 1 of all that is refractive by S: 0 for straight rays, 2 for twice the contrast; the run itself stays
+    #[arg(long, value_name = "S", value_parser = factor, conflicts_with = "set_index")]
+    pub scale_index: Option<f64>,
+    /// Give every refractive region the index N, such as 1.33 for water; where the index varies, n - 1 is multiplied so
+    /// that its median, weighted by (n - 1)^2, becomes N; the run itself stays
+    #[arg(long, value_name = "N", value_parser = index)]
+    pub set_index: Option<f64>,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -36,6 +36,12 @@ pub fn index(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected 0.25 to 4, such as 1.5 for glass".to_owned())
 }
 
+/// A factor on the contrast of the index.
+pub fn factor(text: &str) -> Result<f64, String> {
+    number(text, |s| (0.0..=100.0).contains(&s))
+        .ok_or_else(|| "expected a factor from 0 to 100, such as 0.5".to_owned())
+}
+
 fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
     text.parse().ok().filter(|&v| valid(v))
 }

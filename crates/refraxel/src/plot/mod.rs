@@ -6,6 +6,7 @@ mod ticks;
 
 use crate::canvas::{Canvas, Colour};
 use marks::{Frame, marks};
+pub use ticks::ticks;
 
 /// A curve and its name in the legend.
 #[derive(Clone, Debug, PartialEq)]

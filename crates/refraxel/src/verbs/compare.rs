@@ -1,6 +1,6 @@
 //! `refraxel compare`: evaluated runs in a table and side by side.
 
-use super::evaluation::{Evaluation, folder};
+use super::evaluation::{Evaluation, Rays, folder};
 use super::sheet::{self, Row, chosen, png_path};
 use super::{create_folder, data_failure, reopen};
 use crate::cli::{CompareArgs, SplitName};
@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Serialize)]
 struct Compared {
     run: PathBuf,
+    rays: Option<Rays>,
     psnr: Option<f64>,
     ssim: Option<f64>,
     psnr_inside: Option<f64>,
@@ -43,19 +44,19 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let evaluations: Vec<Evaluation> =
         args.runs.iter().map(|run| Evaluation::of_test(run)).collect::<Result<_, _>>()?;
     check_same_images(&args.runs, &evaluations)?;
-    let names: Vec<String> = args.runs.iter().map(|r| r.display().to_string()).collect();
     let picture = match &args.out {
         Some(out) => {
             let rows = rows(&args.runs, &evaluations, args.truth)?;
             create_folder(out)?;
             let path = out.join("comparison.png");
-            sheet::draw(&rows, &names, "", &path)?;
+            sheet::draw(&rows, &captions(&args.runs, &evaluations), "", &path)?;
             Some(path)
         }
         None => None,
     };
     let compared = args.runs.iter().zip(&evaluations).map(|(run, e)| Compared {
         run: run.clone(),
+        rays: e.run.rays,
         psnr: e.scores.psnr,
         ssim: e.scores.ssim,
         psnr_inside: e.scores.psnr_inside,
@@ -68,6 +69,21 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let (images, protocol) = (first.images, first.protocol.clone());
     let report = Report { images, protocol, runs: compared.collect(), picture };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// What each run's column is called: how its rays go, and the run where another one goes the same way.
+fn captions(runs: &[PathBuf], evaluations: &[Evaluation]) -> Vec<String> {
+    let rays: Vec<Option<Rays>> = evaluations.iter().map(|e| e.run.rays).collect();
+    let caption = |(run, &kind): (&PathBuf, &Option<Rays>)| {
+        let name = run.file_name().map_or(run.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let alike = rays.iter().filter(|&&r| r == kind).count();
+        match kind {
+            Some(kind) if alike == 1 && runs.len() > 1 => format!("{} rays", kind.name()),
+            Some(kind) => format!("{}: {name}", kind.name()),
+            None => name,
+        }
+    };
+    runs.iter().zip(&rays).map(caption).collect()
 }
 
 /// Scores of different images cannot be compared.
@@ -159,12 +175,15 @@ fn again(run: &Path, error: anyhow::Error) -> Failure {
 impl Report {
     fn text(&self) -> String {
         let with_index = self.runs.iter().any(|r| r.ior.is_some());
-        let mut headings = vec!["run", "PSNR", "SSIM", "inside", "outside", "minutes", "voxels"];
-        headings.extend(with_index.then_some("index error inside"));
+        let mut headings = vec!["run", "rays", "PSNR", "SSIM", "inside", "outside", "minutes", "voxels"];
+        if with_index {
+            headings.extend(["index inside", "true index", "index error inside"]);
+        }
         let mut table = Table::new(&headings);
         for r in &self.runs {
             let mut cells = vec![
                 r.run.display().to_string(),
+                r.rays.map_or("–", Rays::name).to_owned(),
                 score(r.psnr, 2),
                 score(r.ssim, 4),
                 score(r.psnr_inside, 2),
@@ -172,7 +191,11 @@ impl Report {
                 format!("{:.1}", r.minutes),
                 count(r.voxels),
             ];
-            cells.extend(with_index.then(|| score(r.ior.and_then(|i| i.mae_inside), 3)));
+            if with_index {
+                let index = r.ior.unwrap_or_default();
+                let of_index = [index.mean_inside, index.true_mean_inside, index.mae_inside];
+                cells.extend(of_index.map(|n| score(n, 3)));
+            }
             table.row(cells);
         }
         let picture = self.picture.as_ref().map_or(String::new(), |p| format!("\npicture: {}", p.display()));

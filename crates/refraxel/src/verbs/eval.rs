@@ -1,6 +1,6 @@
 //! `refraxel eval`: render a split of a run and score it.
 
-use super::evaluation::{Evaluated, Evaluation, folder};
+use super::evaluation::{Evaluated, Evaluation, Rays, folder};
 use super::sheet::{self, Row, chosen, png_path, save_image};
 use super::{create_folder, interrupted, load_photos, reopen, set_threads, watch_for_interrupts};
 use crate::cli::{EvalArgs, SplitName};
@@ -67,6 +67,7 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
         seconds: run.state.seconds,
         voxels: field.map.voxels() as u64,
         resolution: field.domain.resolution,
+        rays: Some(Rays::of(run.backend.refraction())),
     };
     let evaluation =
         Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated };

@@ -4,6 +4,7 @@ use super::eval::split_name;
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
+use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::index_error::IndexError;
 use refraxel_train::metrics::Scores;
@@ -39,6 +40,33 @@ pub struct Evaluated {
     pub voxels: u64,
     /// Nodes of the grid.
     pub resolution: [u32; 3],
+    /// How its rays go; absent in documents of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rays: Option<Rays>,
+}
+
+/// How the rays of a run go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rays {
+    /// On straight lines: it has no index of refraction.
+    Straight,
+    /// Through an index of refraction.
+    Bent,
+}
+
+impl Rays {
+    /// Those of a run.
+    pub fn of(refraction: &Refraction) -> Self {
+        if refraction.is_none() { Self::Straight } else { Self::Bent }
+    }
+    /// Their name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Straight => "straight",
+            Self::Bent => "bent",
+        }
+    }
 }
 
 /// The folder of a split's renderings in a run.
@@ -129,6 +157,7 @@ mod tests {
             seconds: 1.5,
             voxels: 64,
             resolution: [4; 3],
+            rays: Some(Rays::Bent),
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
         Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), run }

@@ -2,32 +2,51 @@
 
 mod cameras;
 mod depth;
+mod paths;
+mod refractive;
+mod slices;
+mod views;
 
-use super::sheet::{save_image, save_png};
-use super::{create_folder, interrupted, set_threads, watch_for_interrupts};
-use crate::cli::{Layer, RenderArgs};
+use super::{create_folder, reopen, set_threads, watch_for_interrupts};
+use crate::cli::RenderArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::progress::{Progress, Show};
-use anyhow::anyhow;
+use crate::progress::Show;
+use anyhow::{Context, anyhow};
 use cameras::{export, orbit, read};
 use depth::Depth;
-use image::ExtendedColorType;
+use paths::Fan;
 use refraxel_data::NamedCamera;
+use refraxel_data::synth::IndexTruth;
+use refraxel_train::Backend;
 use refraxel_train::checkpoint::write_atomic;
-use refraxel_train::evaluate::{Rendering, render};
+use refraxel_train::index_edit::{IndexEdit, typical_index};
 use refraxel_train::run::{Loaded, load_run};
-use refraxel_train::schedule::rendering_marching;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use views::{is_refractive, layer_name, render_all, units};
 
-#[derive(Serialize)]
+/// What was written; absent keys were not asked for.
+#[derive(Default, Serialize)]
 struct Report {
     out: PathBuf,
     views: usize,
     layers: Vec<&'static str>,
-    /// Poses, intrinsics and the unit of depth.
-    cameras: PathBuf,
+    /// Poses, intrinsics and the units of depth and index.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cameras: Option<PathBuf>,
+    /// Slices of the index.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    slices: Option<PathBuf>,
+    /// Whether the slices show the truth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truth_shown: Option<bool>,
+    /// Bent rays, drawn and as polylines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paths: Option<[PathBuf; 2]>,
+    /// The typical index of each region, where it was edited.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edited_index: Option<Vec<f32>>,
 }
 
 /// The verb.
@@ -36,20 +55,96 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let mut run = load_run(&args.run)?;
+    let mut report =
+        Report { out: args.out.clone(), edited_index: edit_index(args, &mut run)?, ..Report::default() };
+    refuse_straight(args, &run)?;
     let cameras = match (&args.cameras, args.orbit) {
         (Some(file), _) => read(file)?,
+        (None, None) if args.paths.is_none() => Vec::new(),
         (None, count) => orbit(&run, count.unwrap_or(1) as usize)?,
     };
     create_folder(&args.out)?;
-    let show = Show::suited(args.work.quiet || args.work.json);
-    let depth = Depth::for_views(&cameras, &run.plan.finest);
-    render_all(&mut run, &cameras, (&args.out, &args.outputs), depth, show)?;
-    let sidecar = args.out.join("transforms.json");
-    let text = serde_json::to_string_pretty(&export(&cameras, depth.unit)).or_exit(Exit::Io)?;
-    write_atomic(&sidecar, |f| f.write_all(text.as_bytes()))?;
-    let layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
-    let report = Report { out: args.out.clone(), views: cameras.len(), layers, cameras: sidecar };
+    if args.cameras.is_some() || args.orbit.is_some() {
+        report.cameras = Some(write_views(args, &mut run, &cameras)?);
+        report.views = cameras.len();
+        report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+    }
+    if args.slices {
+        let (path, truth_shown) = write_slices(args, &run)?;
+        (report.slices, report.truth_shown) = (Some(path), Some(truth_shown));
+    }
+    if let (Some(count), Some(view)) = (args.paths, cameras.first()) {
+        report.paths = Some(write_paths(&args.out, &run, view, count as usize)?);
+    }
     Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// Gives the loaded run another index, if asked to; the typical index of each region then.
+fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, Failure> {
+    let edit = match (args.scale_index, args.set_index) {
+        (Some(factor), _) => IndexEdit::Scale(factor as f32),
+        (None, Some(n)) => IndexEdit::Set(n as f32),
+        (None, None) => return Ok(None),
+    };
+    let mut refraction = run.backend.refraction().clone();
+    let failed = || format!("the index of {} cannot be changed", args.run.display());
+    edit.apply(&mut refraction).with_context(failed).or_exit(Exit::BadInput)?;
+    let typical = refraction.medium.regions().iter().map(|r| typical_index(r).unwrap_or(1.0)).collect();
+    run.backend.set_refraction(refraction);
+    Ok(Some(typical))
+}
+
+/// Pictures of the index need one.
+fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
+    let layer = args.outputs.iter().copied().find(|&l| is_refractive(l));
+    let asked = match (layer, args.slices, args.paths) {
+        (Some(layer), ..) => format!("--outputs {}", layer_name(layer)),
+        (None, true, _) => "--slices".to_owned(),
+        (None, false, Some(_)) => "--paths".to_owned(),
+        (None, false, None) => return Ok(()),
+    };
+    if !run.backend.refraction().is_none() {
+        return Ok(());
+    }
+    let run = args.run.display();
+    let error = anyhow!(
+        "{asked}: the rays of {run} are straight, it has no index of refraction; train with refractive masks or with \
+         --refraction on"
+    );
+    Err(Failure::new(Exit::BadInput, error))
+}
+
+/// Writes all views and the file about their cameras.
+fn write_views(args: &RenderArgs, run: &mut Loaded, cameras: &[NamedCamera]) -> Result<PathBuf, Failure> {
+    let show = Show::suited(args.work.quiet || args.work.json);
+    let depth = Depth::for_views(cameras, &run.plan.finest);
+    render_all(run, cameras, (&args.out, &args.outputs), depth, show)?;
+    let sidecar = args.out.join("transforms.json");
+    let text =
+        serde_json::to_string_pretty(&export(cameras, units(depth.unit, &args.outputs))).or_exit(Exit::Io)?;
+    write_atomic(&sidecar, |f| f.write_all(text.as_bytes()))?;
+    Ok(sidecar)
+}
+
+/// Slices of the index, and whether beside the truth. The truth of the dataset is not that of an edited index.
+fn write_slices(args: &RenderArgs, run: &Loaded) -> Result<(PathBuf, bool), Failure> {
+    let edited = args.scale_index.or(args.set_index).is_some();
+    // Slices need no dataset: without one they stand alone.
+    let data = if edited { None } else { reopen(run).ok() };
+    let truth = data.and_then(|d| IndexTruth::from_scene_json(d.truth.as_ref()?));
+    let path = args.out.join("index_slices.png");
+    slices::sheet(run.backend.refraction(), truth.as_ref()).draw().save_png(&path)?;
+    Ok((path, truth.is_some()))
+}
+
+/// Bent rays of a view as a picture and as polylines.
+fn write_paths(out: &Path, run: &Loaded, view: &NamedCamera, count: usize) -> Result<[PathBuf; 2], Failure> {
+    let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
+    let fans = Fan::of_regions(refraction, domain, &view.camera, count);
+    let [picture, lines] = ["paths.png", "paths.ply"].map(|name| out.join(name));
+    paths::sheet(&fans, refraction, &view.name).draw().save_png(&picture)?;
+    write_atomic(&lines, |f| paths::write_ply(&fans, f))?;
+    Ok([picture, lines])
 }
 
 fn refuse_films(out: &Path) -> Result<(), Failure> {
@@ -68,64 +163,26 @@ fn refuse_films(out: &Path) -> Result<(), Failure> {
     Err(Failure::new(Exit::Usage, error))
 }
 
-fn render_all(
-    run: &mut Loaded,
-    cameras: &[NamedCamera],
-    (out, layers): (&Path, &[Layer]),
-    mut depth: Depth,
-    show: Show,
-) -> Result<(), Failure> {
-    let marching = rendering_marching(&run.config, run.plan.near);
-    run.backend.refresh_occupancy(&marching);
-    let mut progress = Progress::new(show, "rendering", cameras.len() as u64);
-    for (k, named) in cameras.iter().enumerate() {
-        if interrupted() {
-            let error = anyhow!("stopped after {k} of {} views; those are written", cameras.len());
-            return Err(Failure::new(Exit::Interrupted, error));
-        }
-        let rendering = render(&run.backend, &named.camera, &marching);
-        depth.choose_range(&rendering);
-        for &layer in layers {
-            write_layer(layer, &rendering, out, &named.name, &depth)?;
-        }
-        progress.set(k as u64 + 1, &named.name);
-    }
-    progress.finish("");
-    Ok(())
-}
-
-/// Colours lie in the folder itself, every other layer in a folder of its own.
-fn write_layer(layer: Layer, r: &Rendering, out: &Path, name: &str, depth: &Depth) -> Result<(), Failure> {
-    let size = [r.width, r.height];
-    let path = |folder: &str| -> Result<PathBuf, Failure> {
-        create_folder(&out.join(folder))?;
-        Ok(out.join(folder).join(format!("{name}.png")))
-    };
-    match layer {
-        Layer::Colour => save_image(&out.join(format!("{name}.png")), r),
-        Layer::Opacity => {
-            let grey: Vec<u8> = r.opacity.iter().map(|&a| refraxel_train::metrics::quantize(a)).collect();
-            save_png(&path("opacity")?, &grey, size, ExtendedColorType::L8)
-        }
-        Layer::Depth => {
-            save_png(&path("depth")?, &depth.samples(r), size, ExtendedColorType::L16)?;
-            save_png(&path("depth_preview")?, depth.colours(r).as_flattened(), size, ExtendedColorType::Rgb8)
-        }
-    }
-}
-
-fn layer_name(layer: Layer) -> &'static str {
-    match layer {
-        Layer::Colour => "colour",
-        Layer::Depth => "depth",
-        Layer::Opacity => "opacity",
-    }
-}
-
 impl Report {
     fn text(&self) -> String {
-        let (views, layers) = (self.views, self.layers.join(", "));
-        format!("{views} views ({layers}) in {}; cameras: {}", self.out.display(), self.cameras.display())
+        let out = self.out.display();
+        let views = self.cameras.as_ref().map(|cameras| {
+            let (views, layers) = (self.views, self.layers.join(", "));
+            format!("{views} views ({layers}) in {out}; cameras: {}", cameras.display())
+        });
+        let slices = self.slices.as_ref().map(|path| {
+            let truth =
+                if self.truth_shown == Some(true) { "beside the truth" } else { "the truth is not known" };
+            format!("slices of the index: {} ({truth})", path.display())
+        });
+        let paths = self.paths.as_ref();
+        let paths =
+            paths.map(|[picture, lines]| format!("rays: {} and {}", picture.display(), lines.display()));
+        let index = self.edited_index.as_ref().map(|indices| {
+            let indices: Vec<String> = indices.iter().map(|n| format!("{n:.3}")).collect();
+            format!("rendered with index {}; the run keeps its own", indices.join(", "))
+        });
+        [views, slices, paths, index].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -58,22 +58,18 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The cameras as a transforms.json of nerfstudio, which `--cameras` reads again, with the unit of depth pictures.
-pub fn export(cameras: &[NamedCamera], depth_unit: f64) -> Value {
+/// The cameras as a transforms.json of nerfstudio, which `--cameras` reads again, with what else is to be said.
+pub fn export(cameras: &[NamedCamera], notes: Vec<(&'static str, Value)>) -> Value {
     let frame = |c: &NamedCamera| {
         let mut frame = intrinsics(&c.camera);
         frame.insert("file_path".into(), json!(format!("{}.png", c.name)));
         frame.insert("transform_matrix".into(), json!(opengl_matrix(&c.camera)));
         frame
     };
-    json!({
-        "depth": {
-            "unit": depth_unit,
-            "meaning": "depth/NAME.png holds 16-bit steps of `unit` scene units along the ray; 0: nothing is seen; \
-                        65535: that far or farther",
-        },
-        "frames": cameras.iter().map(frame).collect::<Vec<_>>(),
-    })
+    let mut document = Map::new();
+    document.extend(notes.into_iter().map(|(key, note)| (key.to_owned(), note)));
+    document.insert("frames".into(), cameras.iter().map(frame).collect());
+    Value::Object(document)
 }
 
 fn intrinsics(c: &Camera) -> Map<String, Value> {
@@ -140,7 +136,7 @@ mod tests {
         cameras[2].camera.lens = Lens::Fisheye { k: [0.1, 0.0, 0.0, 0.0] };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("transforms.json");
-        std::fs::write(&path, export(&cameras, 1e-4).to_string()).unwrap();
+        std::fs::write(&path, export(&cameras, Vec::new()).to_string()).unwrap();
         let back = read(&path).unwrap();
         for (a, b) in cameras.iter().zip(&back) {
             assert_eq!((&a.name, a.camera.lens, a.camera.focal), (&b.name, b.camera.lens, b.camera.focal));

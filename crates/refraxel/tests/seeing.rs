@@ -1,0 +1,167 @@
+//! Pictures of the index of refraction, and renderings with another one.
+
+mod common;
+
+use common::*;
+use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// A run on the ball whose index and shape were given.
+fn known(folder: &Path, data: &Path, more: &[&str]) -> PathBuf {
+    let (run, scene) = (folder.join("bent"), data.join("scene.json"));
+    let fixed = ["--refraction", "on", "--index-from", path(&scene), "--set", "rate_index=0"];
+    train(data, &run, &[&fixed[..], &["--set", "rate_surface=0"], more].concat()).done();
+    run
+}
+
+fn render(run: &Path, out: &Path, more: &[&str]) -> Ran {
+    refraxel(&[&["render", path(run), "--out", path(out), "--quiet"], more].concat())
+}
+
+fn pixels(file: &Path) -> image::RgbImage {
+    image::open(file).unwrap().into_rgb8()
+}
+
+#[test]
+fn a_bent_run_shows_its_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let cameras = data.join("transforms_test.json");
+    let words = ["--cameras", path(&cameras), "--outputs", "colour,index,normal", "--slices", "--paths", "5"];
+    let report = render(&run, &out, &[&words[..], &["--json"]].concat()).done().json();
+    assert_eq!((&report["views"], &report["truth_shown"]), (&2.into(), &true.into()));
+    for file in ["r_0.png", "index_preview/r_0.png", "index_slices.png", "paths.png", "transforms.json"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let index = image::open(out.join("index/r_0.png")).unwrap();
+    assert_eq!(index.color(), image::ColorType::L16);
+    let largest = index.into_luma16().pixels().map(|p| p.0[0]).max().unwrap();
+    assert!(largest.abs_diff(15_000) < 20, "{largest}");
+    let normal = image::open(out.join("normal/r_0.png")).unwrap().into_rgba8();
+    let met = |p: &&image::Rgba<u8>| p.0[3] == 255;
+    assert!(normal.pixels().any(|p| p.0 == [0; 4]));
+    assert!(normal.pixels().filter(met).count() > 4 && normal.pixels().filter(met).all(|p| p.0[2] >= 127));
+    let lines = std::fs::read_to_string(out.join("paths.ply")).unwrap();
+    assert!(lines.starts_with("ply\nformat ascii 1.0\ncomment 5 bent rays"), "{lines}");
+    let notes: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("transforms.json")).unwrap()).unwrap();
+    assert_eq!(notes["index"]["unit"].as_f64(), Some(1e-4));
+}
+
+#[test]
+fn slices_need_no_views_and_no_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    std::fs::rename(&data, folder.path().join("moved")).unwrap();
+    let text = render(&run, &out, &["--slices"]).done().out;
+    assert!(text.contains("the truth is not known") && out.join("index_slices.png").is_file(), "{text}");
+    assert!(!out.join("transforms.json").exists());
+}
+
+#[test]
+fn the_index_that_a_run_has_changes_no_pixel_and_the_run_stays_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, &["--set", "index_surface=sharp"]);
+    let checkpoint = || std::fs::read(run.join(refraxel_train::run::CHECKPOINT)).unwrap();
+    let (before, cameras) = (checkpoint(), data.join("transforms_test.json"));
+    let picture = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        render(&run, &out, &[&["--cameras", path(&cameras)], more].concat()).done();
+        pixels(&out.join("r_1.png"))
+    };
+    let usual = picture("usual", &[]);
+    assert_eq!(picture("same", &["--set-index", "1.5"]), usual);
+    assert_eq!(picture("once", &["--scale-index", "1"]), usual);
+    assert_ne!(picture("water", &["--set-index", "1.33"]), usual);
+    assert_eq!(picture("two_thirds", &["--scale-index", "0.5"]), picture("thin", &["--set-index", "1.25"]));
+    assert_eq!(checkpoint(), before);
+}
+
+/// A ball of which little is textured but all refracts: another index gives another picture.
+fn ball_of(folder: &Path, ior: f64) -> PathBuf {
+    let out = folder.join(format!("ball_{ior}"));
+    let views = ViewCounts { train: 24, val: 1, test: 3 };
+    let usual = SynthOptions::new("glass_ball", &out);
+    let options =
+        SynthOptions { size: 40, views, spp: 1, detail_spp: 0, index_resolution: 0, ior: Some(ior), ..usual };
+    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
+    out
+}
+
+#[test]
+fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let (glass, thin) = (ball_of(folder.path(), 1.5), ball_of(folder.path(), 1.1));
+    let more = ["--set", "steps=250", "--set", "resolution=40", "--set", "batch=1024"];
+    let (run, cameras) = (known(folder.path(), &glass, &more), thin.join("transforms_test.json"));
+    let error = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        render(&run, &out, &[&["--cameras", path(&cameras)], more].concat()).done();
+        let of_view = |k: usize| {
+            let (a, b) =
+                (pixels(&out.join(format!("r_{k}.png"))), pixels(&thin.join(format!("test/r_{k}.png"))));
+            let mask = image::open(thin.join(format!("masks/test/r_{k}.png"))).unwrap().into_luma8();
+            let inside = a.pixels().zip(b.pixels()).zip(mask.pixels()).filter(|(_, m)| m.0[0] > 127);
+            inside
+                .map(|((a, b), _)| (0..3).map(|c| f64::from(a.0[c].abs_diff(b.0[c])).powi(2)).sum::<f64>())
+                .sum::<f64>()
+        };
+        (0..3).map(of_view).sum::<f64>()
+    };
+    let (edited, usual) = (error("edited", &["--set-index", "1.1"]), error("usual", &[]));
+    assert!(edited < 0.7 * usual, "squared error with the other index {edited}, without {usual}");
+}
+
+#[test]
+fn straight_runs_have_no_index_to_show_or_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
+    let out = folder.path().join("out");
+    let one = ["--orbit", "1"];
+    for (flags, word) in [
+        (&["--orbit", "1", "--set-index", "1.33"][..], "cannot be changed"),
+        (&["--orbit", "1", "--scale-index", "0.5"], "cannot be changed"),
+        (&["--orbit", "1", "--outputs", "colour,normal"], "--outputs normal"),
+        (&["--slices"], "--slices"),
+        (&["--paths", "3"], "--paths"),
+    ] {
+        render(&run, &out, flags).refused(3, &[word, "straight"]);
+    }
+    assert!(is_without_files(&out));
+    render(&run, &out, &[&one[..], &["--set-index", "0.1"]].concat())
+        .refused(2, &["--set-index", "1.5 for glass"]);
+    render(&run, &out, &[&one[..], &["--scale-index", "NaN"]].concat()).refused(2, &["--scale-index"]);
+    render(&run, &out, &[]).refused(2, &["--slices"]);
+}
+
+#[test]
+fn an_index_beyond_all_matter_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    render(&run, &out, &["--orbit", "1", "--scale-index", "50"]).refused(3, &["26.00", "expected 0.25 to 4"]);
+    assert!(is_without_files(&out));
+}
+
+#[test]
+fn comparisons_say_how_rays_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (bent, straight) = (known(folder.path(), &data, &[]), folder.path().join("straight"));
+    train(&data, &straight, &["--refraction", "off"]).done();
+    let out = folder.path().join("sheet");
+    let words = ["compare", path(&straight), path(&bent), "--truth", "--out", path(&out)];
+    let text = refraxel(&words).done().out;
+    let heading = text.lines().next().unwrap();
+    for word in ["rays", "inside", "outside", "index inside", "true index", "index error inside"] {
+        assert!(heading.contains(word), "{heading}");
+    }
+    let table = refraxel(&[&words[..], &["--json"]].concat()).done().json();
+    assert_eq!((&table["runs"][0]["rays"], &table["runs"][1]["rays"]), (&"straight".into(), &"bent".into()));
+    assert!((table["runs"][1]["ior"]["mean_inside"].as_f64().unwrap() - 1.5).abs() < 0.01);
+}
