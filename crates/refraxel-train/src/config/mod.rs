@@ -197,7 +197,7 @@ impl Default for Config {
             index_gate: Switch::On,
             index_interior: Switch::On,
             rate_index: 0.001,
-            rate_surface: 0.02,
+            rate_surface: 0.04,
             surface_smooth: 0.03,
             surface_events: 2,
             index_blur: 1.5,
