@@ -2,7 +2,7 @@
 
 use crate::initial::Gate;
 use refraxel_core::optics::{Options, Tracer};
-use refraxel_core::{Domain, IndexGrid, Integrator, Medium, Ray, Vec3};
+use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Ray, Vec3};
 
 /// The refractive part of a model. Without regions, all rays are straight.
 #[derive(Clone, Debug)]
@@ -22,6 +22,22 @@ pub struct Extras {
     pub free: Vec<bool>,
     /// Which rays bend; absent for all that meet the region's box.
     pub gate: Option<Gate>,
+}
+
+impl Extras {
+    /// Which nodes of a finer grid lie next to free nodes of the old one.
+    fn refined_free(&self, old: &IndexGrid<f32>, new: &IndexGrid<f32>) -> Vec<bool> {
+        if self.free.is_empty() || new.level_set().is_some() {
+            return Vec::new();
+        }
+        let n = old.domain().resolution.map(|n| n as usize);
+        let of = |node: usize| {
+            let at = old.domain().node(new.position(node));
+            let at = [0, 1, 2].map(|a| (at[a].round() as usize).min(n[a] - 1));
+            self.free[at[0] + n[0] * (at[1] + n[1] * at[2])]
+        };
+        (0..new.coefficients().len()).map(of).collect()
+    }
 }
 
 /// How rays are traced through the index.
@@ -83,6 +99,31 @@ impl Refraction {
         }
     }
 
+    /// The same field and surfaces on grids of twice the resolution; gates stay.
+    pub fn refined(&self) -> Self {
+        let twice = |n: [u32; 3]| n.map(|n| 2 * n - 1);
+        let grid = |old: &IndexGrid<f32>| {
+            let Domain { bounds, resolution, .. } = *old.domain();
+            let Some(level) = old.level_set() else {
+                let samples = |x| old.index(x);
+                return IndexGrid::from_samples(bounds, twice(resolution), old.interpolation(), samples);
+            };
+            let level = LevelSet::from_samples(bounds, twice(level.domain().resolution), |x| level.value(x));
+            match old.interior_index() {
+                Some(n) => IndexGrid::sharp(level, n),
+                None => old.clone().with_level_set(level),
+            }
+        };
+        let medium = Medium::new(self.medium.regions().iter().map(grid).collect());
+        let medium = medium.unwrap_or_else(|e| unreachable!("the boxes are those of before: {e}"));
+        let extras = self.extras.iter().zip(medium.regions()).zip(self.medium.regions());
+        let extras = extras
+            .map(|((extras, new), old)| Extras { free: extras.refined_free(old, new), ..extras.clone() });
+        let mut refined = Self { extras: extras.collect(), medium, optics: self.optics };
+        refined.find_flat_cells();
+        refined
+    }
+
     /// Mean index where it is above 1, weighted by how much, per region: the index of a homogeneous body whatever its size.
     pub fn mean_indices(&self) -> Vec<f64> {
         let mean = |grid: &IndexGrid<f32>| {
@@ -104,5 +145,46 @@ impl Refraction {
     pub fn tracer<'a>(&'a self, domain: &'a Domain<f32>, near: f32) -> Tracer<'a, f32> {
         let Optics { integrator, step } = self.optics;
         Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments: MAX_SEGMENTS })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::{Aabb, Interpolation, vec3};
+
+    fn of(grid: IndexGrid<f32>) -> Refraction {
+        let free = vec![true; grid.coefficients().len()];
+        let medium = Medium::new(vec![grid]).unwrap();
+        Refraction { medium, extras: vec![Extras { free, gate: None }], ..Refraction::none() }
+    }
+
+    #[test]
+    fn refined_fields_and_surfaces_bend_the_same_rays() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let soft = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.6) / 0.1).tanh();
+        let smooth = IndexGrid::from_control_values(cube, [33; 3], Interpolation::CubicBSpline, soft);
+        let sharp =
+            IndexGrid::sharp(LevelSet::from_samples(cube, [33; 3], |x: Vec3<f32>| x.length() - 0.6), 1.5);
+        let domain = Domain::with_longest(cube, refraxel_core::Extent::Bounded, 16);
+        for coarse in [of(smooth), of(sharp)] {
+            let fine = coarse.refined();
+            for k in 0..20 {
+                let origin = vec3(-3.0, 0.028 * k as f32, 0.1);
+                let ray = Ray { origin, direction: vec3(1.0, 0.0, 0.0) };
+                let exit = |r: &Refraction| r.tracer(&domain, 0.0).trace(&ray).exit.direction;
+                let turned = (exit(&coarse) - exit(&fine)).length();
+                assert!(turned < 4e-3, "{k}: {turned}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mean_index_of_a_body_is_its_index_whatever_its_size() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = |x: Vec3<f32>| if x.length() < 0.5 { 1.4 } else { 1.0 };
+        let smooth = IndexGrid::from_control_values(cube, [33; 3], Interpolation::CubicBSpline, ball);
+        assert!((of(smooth).mean_indices()[0] - 1.4).abs() < 1e-5);
+        assert!(Refraction::none().mean_indices().is_empty());
     }
 }

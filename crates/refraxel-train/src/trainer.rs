@@ -318,6 +318,10 @@ impl Trainer {
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
+        // The last stages of the index coincide with the last of the field.
+        if self.state.act > Act::Straight && stage + self.config.index_stages > self.config.stages {
+            self.backend.set_refraction(self.backend.refraction().refined());
+        }
         self.backend.refresh_occupancy(&marching);
         self.state.stage = stage;
         self.keep_good_state();

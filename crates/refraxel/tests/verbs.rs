@@ -164,7 +164,8 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
     let of_box = ["--refraction-box", "-0.5,-0.5,-0.7,0.5,0.5,0.3", "--set", "index_scan=off"];
     let boxed = inside(&[&fixed[..], &of_box, &["--set", "index_guess=1.25"]].concat());
     assert!((1.1..=1.25).contains(&boxed), "{boxed}");
-    let truth = ["--index-from", path(&data.join("scene.json")), "--set", "index_surface=sharp"];
+    let scene = data.join("scene.json");
+    let truth = ["--index-from", path(&scene), "--set", "index_surface=sharp"];
     let truth = inside(&[&truth[..], &["--set", "rate_index=0"]].concat());
     assert!((truth - 1.5).abs() < 0.02, "{truth}");
 }

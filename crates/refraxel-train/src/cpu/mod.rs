@@ -175,21 +175,21 @@ impl CpuBackend {
         }
     }
 
-    /// Σ over rays of |C − target|² of a batch, without learning from it.
-    pub fn squared_error(&self, batch: &Batch, marching: &Marching) -> f64 {
+    /// |C − target|² of each ray of a batch, without learning from it.
+    pub fn squared_errors(&self, batch: &Batch, marching: &Marching) -> Vec<f64> {
         let own = match &self.background {
             Background::Constant(c) => *c,
             Background::Environment(_) => [0.0; 3],
         };
         let pixels = self.render(&batch.rays, marching);
-        let errors = pixels.iter().zip(&batch.target).enumerate().map(|(ray, (pixel, target))| {
+        let error = |(ray, (pixel, target)): (usize, (&Pixel<f32>, &[f32; 3]))| {
             // Renderings lie before the model's own background.
-            let behind = batch.behind.get(ray).map_or([0.0; 3], |b| std::array::from_fn(|c| b[c] - own[c]));
-            (0..3)
-                .map(|c| f64::from(pixel.colour[c] + pixel.transmittance * behind[c] - target[c]).powi(2))
-                .sum::<f64>()
-        });
-        errors.sum()
+            let behind: [f32; 3] =
+                batch.behind.get(ray).map_or([0.0; 3], |b| [0, 1, 2].map(|c| b[c] - own[c]));
+            let of = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - target[c];
+            (0..3).map(|c| f64::from(of(c)).powi(2)).sum()
+        };
+        pixels.iter().zip(&batch.target).enumerate().map(error).collect()
     }
 
     /// Share of the stored cells that rays have to look at.

@@ -14,11 +14,13 @@ const RAYS: usize = 4096;
 const COARSE: u32 = 21;
 /// Distance of the candidates of the later passes, five each.
 const FINE: [f32; 3] = [0.03, 0.01, 0.005];
+/// Squared error that counts half, over the three channels.
+const ROBUST: f64 = 0.01;
 /// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
-/// not known yet (a tank full of things), and the search says nothing.
-const DECISIVE: f64 = 0.75;
+/// not known yet, and the search says nothing.
+const DECISIVE: f64 = 0.985;
 /// Another profile must be better than a sharp surface by this factor of the error.
-const BETTER: f64 = 0.9;
+const BETTER: f64 = 0.985;
 
 /// Loss of rays inside the masks.
 pub(super) struct Judge {
@@ -33,9 +35,12 @@ impl Judge {
         Self { batch, marching: training_marching(config, near) }
     }
 
-    /// Mean squared error per channel.
+    /// Mean over the rays of e/(e + 0.01), e being the squared error (Geman & McClure 1985): rays that end at something
+    /// unknown must not decide.
     fn error(&self, backend: &CpuBackend) -> f64 {
-        backend.squared_error(&self.batch, &self.marching) / (3.0 * self.batch.rays.len().max(1) as f64)
+        let errors = backend.squared_errors(&self.batch, &self.marching);
+        let robust = errors.iter().map(|e| e / (e + ROBUST));
+        robust.sum::<f64>() / errors.len().max(1) as f64
     }
 }
 
@@ -64,12 +69,7 @@ pub(super) fn starts(
     for profile in profiles {
         let (error, found) = search(backend, regions, judge, config, profile);
         let indices: Vec<String> = found.iter().map(|s| format!("{:.3}", s.index)).collect();
-        let psnr = -10.0 * error.log10();
-        news.push(format!(
-            "{}: index {} fits best, {psnr:.2} dB inside the masks",
-            profile.name(),
-            indices.join(", ")
-        ));
+        news.push(format!("{}: index {} fits best, misfit {error:.3}", profile.name(), indices.join(", ")));
         if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
             best = Some((error, found));
         }
@@ -77,7 +77,7 @@ pub(super) fn starts(
     let (error, mut best) = best.unwrap_or_default();
     if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
         let n = config.index_guess;
-        news.push(format!("nothing known is seen through it yet: starting from index {n}"));
+        news.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
         best.iter_mut().for_each(|s| *s = Start { profile: Profile::Sharp, index: n });
         if config.index_surface != Surface::Auto {
             best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
