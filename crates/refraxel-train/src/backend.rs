@@ -79,6 +79,8 @@ pub struct IndexObjective {
     pub deviation: (f32, Penalty<f32>),
     /// n stays within [1, this].
     pub largest: f32,
+    /// The one index of a body stays this near to what a search found.
+    pub trust: f32,
     /// Learning rate of φ at a node [voxel of the level set].
     pub surface_rate: f32,
     /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].

@@ -137,6 +137,7 @@ const INDEX: IndexObjective = IndexObjective {
     variation: (0.0, Penalty::Squared),
     deviation: (0.0, Penalty::Squared),
     largest: 2.6,
+    trust: 0.02,
     surface_rate: 1e-6,
     surface_smooth: 1e-4,
     most_events: 2,

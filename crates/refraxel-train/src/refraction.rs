@@ -22,6 +22,8 @@ pub struct Extras {
     pub free: Vec<bool>,
     /// Which rays bend; absent for all that meet the region's box.
     pub gate: Option<Gate>,
+    /// The index that a search found for the whole body, where it found one.
+    pub searched: Option<f32>,
 }
 
 impl Extras {
@@ -156,7 +158,7 @@ mod tests {
     fn of(grid: IndexGrid<f32>) -> Refraction {
         let free = vec![true; grid.coefficients().len()];
         let medium = Medium::new(vec![grid]).unwrap();
-        Refraction { medium, extras: vec![Extras { free, gate: None }], ..Refraction::none() }
+        Refraction { medium, extras: vec![Extras { free, ..Extras::default() }], ..Refraction::none() }
     }
 
     #[test]

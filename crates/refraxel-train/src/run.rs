@@ -127,6 +127,8 @@ struct StoredRegion {
     resolution: [u32; 3],
     /// Nodes of its level set, where it has a surface.
     surface_resolution: Option<[u32; 3]>,
+    /// The index that a search found.
+    searched: Option<f32>,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
 }
@@ -191,13 +193,15 @@ pub fn save_run(
 }
 
 fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
-    let regions = backend.refraction().medium.regions().iter().zip(&backend.moments().index);
-    let stored = regions.map(|(region, moments)| {
+    let refraction = backend.refraction();
+    let regions = refraction.medium.regions().iter().zip(&backend.moments().index).enumerate();
+    let stored = regions.map(|(k, (region, moments))| {
         let Domain { bounds, resolution, .. } = *region.domain();
         let bounds = [bounds.min.to_array(), bounds.max.to_array()];
         let surface_resolution = region.level_set().map(|l| l.domain().resolution);
         let moment_steps = [moments.index.steps, moments.surface.steps];
-        StoredRegion { bounds, resolution, surface_resolution, moment_steps }
+        let searched = refraction.extras.get(k).and_then(|e| e.searched);
+        StoredRegion { bounds, resolution, surface_resolution, searched, moment_steps }
     });
     stored.collect()
 }
@@ -297,7 +301,7 @@ fn restore_refraction(
         if !free.is_empty() && free.len() != nodes {
             return Err(wrong("has a list of free nodes of another size"));
         }
-        extras.push(Extras { free, gate: gate.transpose()? });
+        extras.push(Extras { free, gate: gate.transpose()?, searched: region.searched });
     }
     let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
     let mut refraction = Refraction { medium, optics, extras };

@@ -118,6 +118,7 @@ fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
         variation: (config.index_variation, config.index_variation_penalty.into()),
         deviation: (config.index_deviation, config.index_deviation_penalty.into()),
         largest: config.index_largest,
+        trust: config.index_trust,
     }
 }
 

@@ -215,10 +215,10 @@ impl Trainer {
         if progress.stage(&self.config) > self.state.stage {
             self.next_stage();
         }
-        let act = progress.act(&self.config);
-        if self.state.act == Act::Straight && act > Act::Straight {
+        if self.state.act == Act::Straight && progress.act(&self.config) > Act::Straight {
             self.begin_bending()?;
         }
+        let act = progress.act(&self.config);
         self.state.act = act;
         let mut objective = objective_of(&self.config, self.plan.near, progress, act);
         objective.rate_density *= self.state.caution;
@@ -257,8 +257,15 @@ impl Trainer {
         let marching = training_marching(&self.config, self.plan.near);
         self.good = None;
         self.backend.refresh_occupancy(&marching);
-        let news = recipe::begin(&mut self.backend, &self.shots, &self.config, self.plan.near)?;
-        self.news.extend(news);
+        match recipe::begin(&mut self.backend, &self.shots, &self.config, self.plan.near) {
+            Ok(news) => self.news.extend(news),
+            Err(problem @ RecipeError::Locate(_)) => {
+                // A scene without bent rays is better than none.
+                self.news.push(format!("rays stay straight: {problem}"));
+                self.config.refraction = Bending::Off;
+            }
+            Err(problem) => return Err(problem.into()),
+        }
         self.keep_good_state();
         Ok(())
     }

@@ -128,6 +128,9 @@ pub struct Config {
     pub index_clip: f32,
     /// Largest index that can be learned.
     pub index_largest: f32,
+    /// The one index of a sharp body stays this near to what the search found: where its shape is wrong, a gradient would
+    /// carry it away.
+    pub index_trust: f32,
     /// Weight of the variation of the index.
     pub index_variation: f32,
     /// Penalty of the variation of the index.
@@ -203,6 +206,7 @@ impl Default for Config {
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
+            index_trust: 0.02,
             index_variation: 0.0,
             index_variation_penalty: IndexPenalty::L1,
             index_deviation: 0.0,
@@ -397,6 +401,7 @@ impl Config {
         within("index_blur", self.index_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
         within("index_step", self.index_step.into(), 0.05, 1.0, "0.05 to 1 voxel")?;
         within("index_voxels_per_pixel", self.index_voxels_per_pixel, 0.05, 4.0, "0.05 to 4")?;
+        within("index_trust", self.index_trust.into(), 0.0, 4.0, "0 to 4")?;
         within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;

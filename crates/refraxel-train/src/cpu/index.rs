@@ -110,13 +110,14 @@ pub(super) fn update(
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
         let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
+        let searched = refraction.extras.get(region).and_then(|e| e.searched);
         let grid = refraction.medium.region_mut(region);
         if let Some(level) = grid.level_set_mut() {
             gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
             descend_surface(level, &mut moments.surface, &surface, objective);
         }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
-            descend_one(grid, n, &mut moments.index, &grad, objective);
+            descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
         } else {
             add_priors(grid, rays as f32, objective, &mut grad);
             gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
@@ -160,7 +161,7 @@ fn descend(
 /// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'.
 fn descend_one(
     grid: &mut IndexGrid<f32>,
-    n: f32,
+    (n, searched): (f32, Option<f32>),
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
@@ -168,7 +169,9 @@ fn descend_one(
     if objective.rate > 0.0 {
         let d_n = n * grad.iter().sum::<f32>();
         let step = moments.steps(&[0], |_| d_n)[0];
-        grid.set_interior_index((n + objective.rate * step).clamp(1.0, objective.largest));
+        let [low, high] =
+            searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
+        grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
     }
 }
 

@@ -61,18 +61,6 @@ impl Site {
         self.from_nodes(&n)
     }
 
-    /// n0 in a box, 1 outside.
-    pub fn block(&self, inside: &Aabb<f32>, n0: f32) -> IndexGrid<f32> {
-        self.from_nodes(&self.means(SAMPLES, |x| if inside.contains(x) { n0 } else { 1.0 }))
-    }
-
-    /// n0 in the ellipsoid inscribed in a box (a ball in a cube), 1 outside.
-    pub fn ball(&self, around: &Aabb<f32>, n0: f32) -> IndexGrid<f32> {
-        let (centre, half) = (around.center(), around.extent() * 0.5);
-        let is_inside = |x: Vec3<f32>| (x - centre).zip(half, |x, h| x / h).length() <= 1.0;
-        self.from_nodes(&self.means(SAMPLES, |x| if is_inside(x) { n0 } else { 1.0 }))
-    }
-
     /// The truth, averaged over the voxel of each node (2³ samples).
     pub fn truth(&self, truth: &IndexTruth) -> IndexGrid<f32> {
         self.from_nodes(&self.means(TRUTH_SAMPLES, |x| truth.n(x.cast()) as f32))
@@ -108,25 +96,10 @@ impl Site {
     }
 }
 
-impl super::Hull {
-    /// n = 1 + (n0 − 1) f on the nodes of the hull, f its occupancy blurred by a Gaussian of `sigma` [voxel].
-    pub fn index(
-        &self,
-        interpolation: Interpolation,
-        n0: f32,
-        edge: super::Edge,
-        sigma: f32,
-    ) -> IndexGrid<f32> {
-        let occupancy = self.blurred_occupancy(edge, sigma);
-        let site = Site { bounds: self.domain.bounds, resolution: self.domain.resolution, interpolation };
-        site.from_occupancy(&occupancy, n0)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::initial::{Edge, Hull, Spacing, region_grid};
+    use crate::initial::{Spacing, region_grid};
     use refraxel_data::synth::TriangleMesh;
     use serde_json::json;
 
@@ -143,18 +116,6 @@ mod tests {
         (0..grid.coefficients().len())
             .map(|i| f64::from((2.0 * grid.coefficients()[i]).sqrt() - 1.0) * v)
             .sum()
-    }
-
-    #[test]
-    fn block_and_ball_hold_their_volume_and_their_index() {
-        let (block, ball) = (site().block(&BOX, 1.4), site().ball(&BOX, 1.4));
-        assert!((content(&block) / (0.4 * 0.48) - 1.0).abs() < 0.01);
-        let volume = std::f64::consts::PI / 6.0 * 0.48;
-        assert!((content(&ball) / (0.4 * volume) - 1.0).abs() < 0.005);
-        for (grid, x) in [(&block, vec3(0.4, -0.3, 0.2)), (&ball, vec3(0.1, 0.0, -0.1))] {
-            assert!((grid.index(x) - 1.4).abs() < 1e-5);
-            assert_eq!(grid.index(vec3(0.59, 0.0, 0.0)), 1.0);
-        }
     }
 
     #[test]
@@ -184,8 +145,7 @@ mod tests {
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
         let inside_out = triangles.clone().map(|[a, b, c]| [c, b, a]).collect();
-        let cube = Aabb::new(Vec3::splat(-0.2), Vec3::splat(0.2));
-        let expected = content(&site().block(&cube, 1.5));
+        let expected = 0.5 * 0.4_f64.powi(3);
         for triangles in [triangles.collect(), inside_out] {
             let mesh = TriangleMesh::new((0..8).map(corner).collect(), triangles).unwrap();
             let grid = site().shape(&Shape::Mesh(mesh), 1.5);
@@ -207,23 +167,5 @@ mod tests {
             (grid.index(vec3(0.1, 0.06, 0.04)) - (1.2 + 0.1 * 0.625 + 0.2 * 0.6 - 0.1 * 0.6)).abs() < 1e-3
         );
         assert_eq!(grid.index(vec3(0.5, 0.0, 0.0)), 1.0);
-    }
-
-    #[test]
-    fn a_hull_becomes_an_index() {
-        let domain = site().domain();
-        let n = domain.resolution.map(|n| n as usize);
-        let x = |i: usize| {
-            domain.position(vec3((i % n[0]) as f32, (i / n[0] % n[1]) as f32, (i / (n[0] * n[1])) as f32))
-        };
-        let distance: Vec<f32> = (0..n[0] * n[1] * n[2]).map(|i| x(i).length() - 0.25).collect();
-        let fraction = distance.iter().map(|&d| if d <= 0.0 { 1.0 } else { 0.0 }).collect();
-        let hull = Hull { domain, fraction, distance };
-        let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.25_f64.powi(3);
-        for (edge, sigma) in [(Edge::Vote, 0.0), (Edge::Vote, 0.7), (Edge::Distance { width: 2.0 }, 0.0)] {
-            let grid = hull.index(Interpolation::CubicBSpline, 1.5, edge, sigma);
-            assert!((content(&grid) / (0.5 * volume) - 1.0).abs() < 0.02, "{edge:?}");
-            assert!((grid.index(Vec3::zero()) - 1.5).abs() < 1e-4);
-        }
     }
 }

@@ -3,7 +3,7 @@
 //! A smooth transition of the index is some voxels wide, wider than the object's surface. Rays that pass beside the object
 //! but through that halo must stay straight; without the gate they bend, and the surroundings of the object fit badly.
 
-use refraxel_core::{Domain, IndexGrid, Ray, Vec3, vec3};
+use refraxel_core::{Domain, Ray, Vec3, vec3};
 
 /// A share of each node's voxel that is object, and what a straight ray meets of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,9 +19,6 @@ pub struct Gate {
 const HALF: f32 = 127.5;
 /// Distances beyond this are recorded as this [cell]: it bounds the cost of the table.
 const FAR: u8 = 16;
-/// Share of n0 − 1 from which on a place without a known hull counts as object.
-const CONTRAST: f32 = 0.4;
-
 impl Gate {
     /// A gate of the share 0..=1 of each node, such as [`Hull::fraction`](super::Hull::fraction).
     ///
@@ -33,13 +30,6 @@ impl Gate {
             panic!("one share per node of {:?}, got {}", domain.resolution, fraction.len())
         };
         gate
-    }
-
-    /// A gate where there is no hull: object is where n − 1 ≥ 0.4 (n0 − 1), with n0 > 1 (or where it is as far below 1).
-    pub fn of_index(grid: &IndexGrid<f32>, n0: f32) -> Self {
-        let share = |node| (grid.index(grid.position(node)) - 1.0) / (2.0 * CONTRAST * (n0 - 1.0));
-        let fraction: Vec<f32> = (0..grid.coefficients().len()).map(share).collect();
-        Self::new(*grid.domain(), &fraction)
     }
 
     /// The gate with these [`Self::values`]; `None` unless there is one per node.
@@ -154,7 +144,7 @@ fn dilated(set: &[bool], (stride, len): (usize, usize)) -> Vec<bool> {
 mod tests {
     use super::*;
     use crate::random::Random;
-    use refraxel_core::{Aabb, Extent, Interpolation};
+    use refraxel_core::{Aabb, Extent};
 
     const RADIUS: f32 = 0.6;
 
@@ -232,23 +222,5 @@ mod tests {
         let gate = ball();
         assert_eq!(Gate::from_values(domain(), gate.values().to_vec()), Some(gate));
         assert_eq!(Gate::from_values(domain(), vec![0; 7]), None);
-    }
-
-    #[test]
-    fn without_a_hull_the_index_decides() {
-        let d = domain();
-        let grid = IndexGrid::from_control_values(
-            d.bounds,
-            d.resolution,
-            Interpolation::CubicBSpline,
-            |x: Vec3<f32>| {
-                if x.length() < RADIUS { 1.5 } else { 1.0 }
-            },
-        );
-        let gate = Gate::of_index(&grid, 1.5);
-        let wrong = rays().filter(|(ray, distance)| {
-            (distance - RADIUS).abs() > 0.06 && gate.admits(ray) != (*distance < RADIUS)
-        });
-        assert_eq!(wrong.count(), 0);
     }
 }

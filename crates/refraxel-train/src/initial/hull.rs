@@ -1,6 +1,5 @@
 //! The visual hull: where most views see a silhouette.
 
-use super::gaussian_blur;
 use super::outline::Outlines;
 use rayon::prelude::*;
 use refraxel_core::{Domain, Vec3, vec3};
@@ -39,18 +38,6 @@ pub struct Hull {
     /// near the surface; away from it outside a lower bound, inside the distance to the nearest silhouette's cone. Where
     /// too few views vote it is the diagonal of the grid.
     pub distance: Vec<f32>,
-}
-
-/// How a hull becomes an occupancy between 0 and 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Edge {
-    /// The share of the voxel that is inside, in steps of 1/8.
-    Vote,
-    /// A smooth ramp of the signed distance, 1 − smoothstep(−`width`/2, `width`/2, d).
-    Distance {
-        /// Full width of the ramp [voxel].
-        width: f32,
-    },
 }
 
 impl Outlines {
@@ -145,29 +132,8 @@ fn may_be_cut(distance: &[f32], n: [usize; 3], node: usize, voxel: f32) -> bool 
         })
 }
 
+#[cfg(test)]
 impl Hull {
-    /// Occupancy 0..=1 of each node.
-    pub fn occupancy(&self, edge: Edge) -> Vec<f32> {
-        match edge {
-            Edge::Vote => self.fraction.clone(),
-            Edge::Distance { width } => {
-                let scale = 1.0 / (width * self.domain.voxel()).max(f32::MIN_POSITIVE);
-                let ramp = |d: &f32| {
-                    let t = (0.5 - d * scale).clamp(0.0, 1.0);
-                    t * t * (3.0 - 2.0 * t)
-                };
-                self.distance.iter().map(ramp).collect()
-            }
-        }
-    }
-
-    /// [`Self::occupancy`], blurred by a Gaussian of `sigma` [voxel].
-    pub fn blurred_occupancy(&self, edge: Edge, sigma: f32) -> Vec<f32> {
-        let mut occupancy = self.occupancy(edge);
-        gaussian_blur(&mut occupancy, self.domain.resolution, sigma);
-        occupancy
-    }
-
     /// Volume inside [scene unit³].
     pub fn volume(&self) -> f64 {
         let e = self.domain.bounds.extent();

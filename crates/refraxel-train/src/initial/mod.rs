@@ -1,12 +1,12 @@
 //! Where a reconstruction of the refractive index starts: regions, shapes and fields.
 //!
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
-//! visual [`Hull`] of each. [`fields`] turns a hull, a simple shape, the truth, a volume or a mesh into an index grid.
+//! visual [`Hull`] of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
 //! A [`Gate`] keeps rays straight that miss the object, and [`gaussian_blur`] smooths fields and their gradients.
 
 mod blur;
 mod contour;
-pub mod fields;
+mod fields;
 mod gate;
 mod hull;
 mod inside;
@@ -17,7 +17,7 @@ mod region;
 pub use blur::gaussian_blur;
 pub use fields::Site;
 pub use gate::Gate;
-pub use hull::{Edge, Hull, Vote};
+pub use hull::{Hull, Vote};
 pub use locate::{LocateError, Search};
 pub use outline::{Outlines, Silhouette};
 pub use region::{Spacing, region_grid};

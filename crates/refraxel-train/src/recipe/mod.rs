@@ -72,6 +72,8 @@ pub enum Profile {
 struct Start {
     profile: Profile,
     index: f32,
+    /// A search found it; else it is a guess, or known.
+    searched: bool,
 }
 
 /// Let rays bend from now on; says what was found.
@@ -99,6 +101,7 @@ fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refracti
     let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s.profile, s.index, config)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
     let optics = Optics { integrator: config.index_stepping.into(), step: config.index_step };
-    let extras = regions.iter().zip(starts).map(|(r, s)| r.extras(s.profile)).collect();
+    let extras =
+        regions.iter().zip(starts).map(|(r, s)| r.extras(s.profile, s.searched.then_some(s.index))).collect();
     Refraction { medium, optics, extras }
 }

@@ -390,11 +390,11 @@ impl Region {
     }
 
     /// What goes with the profile.
-    pub(super) fn extras(&self, profile: Profile) -> Extras {
+    pub(super) fn extras(&self, profile: Profile, searched: Option<f32>) -> Extras {
         match profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
-            Profile::Sharp => Extras::default(),
-            _ => Extras { free: self.free.clone(), gate: self.gate.clone() },
+            Profile::Sharp => Extras { searched, ..Extras::default() },
+            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched },
         }
     }
 }

@@ -78,7 +78,7 @@ pub(super) fn starts(
     if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
         let n = config.index_guess;
         news.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
-        best.iter_mut().for_each(|s| *s = Start { profile: Profile::Sharp, index: n });
+        best.iter_mut().for_each(|s| *s = Start { profile: Profile::Sharp, index: n, searched: false });
         if config.index_surface != Surface::Auto {
             best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
         }
@@ -107,9 +107,10 @@ fn search(
         backend.set_refraction(refraction(regions, starts, config));
         judge.error(backend)
     };
-    let all = |index: f32| vec![Start { profile, index }; regions.len()];
+    let all = |index: f32| vec![Start { profile, index, searched: true }; regions.len()];
     let mut starts = all(config.index_guess);
     if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
+        starts.iter_mut().for_each(|s| s.searched = false);
         return (error(&starts), starts);
     }
     let coarse = (0..COARSE).map(|k| 1.0 + 0.075 * k as f32);

@@ -143,13 +143,3 @@ fn thinned_maps_carve_the_same() {
     let worst = near.fold(0.0, |m: f32, (a, b)| m.max((a - b).abs()));
     assert!(worst < 0.1 * voxel && (a.volume() / b.volume() - 1.0).abs() < 0.005, "{worst}");
 }
-
-#[test]
-fn occupancy_of_the_distance_is_a_ramp_of_its_width() {
-    let domain = domain(1.0, 21);
-    let distance: Vec<f32> = (0..9261).map(|i| (i % 21) as f32 * 0.1 - 1.0).collect();
-    let hull = Hull { domain, fraction: vec![0.0; 9261], distance };
-    let o = hull.occupancy(Edge::Distance { width: 4.0 });
-    assert_eq!((o[7], o[13]), (1.0, 0.0));
-    assert!((o[10] - 0.5).abs() < 1e-5 && (o[9] - 0.84375).abs() < 1e-5 && (o[11] - 0.15625).abs() < 1e-5);
-}
