@@ -30,14 +30,23 @@ impl Progress {
 
     /// The act that this point belongs to.
     pub fn act(self, config: &Config) -> Act {
-        if config.refraction == Bending::Off || self.0 < config.straight_share {
+        if config.refraction == Bending::Off || self.0 < straight_until(config) {
             Act::Straight
-        } else if self.0 < config.straight_share + config.index_share {
+        } else if self.0 < straight_until(config) + config.index_share {
             Act::Index
         } else {
             Act::Joint
         }
     }
+}
+
+/// Steps of straight rays without which nothing is known around a refractive thing.
+const LEAST_STRAIGHT: f64 = 300.0;
+
+/// Where rays begin to bend: after their share of the run; in short runs a little later, but before the first stage ends.
+fn straight_until(config: &Config) -> f64 {
+    let least = if config.minutes > 0.0 { 0.0 } else { LEAST_STRAIGHT / config.steps as f64 };
+    config.straight_share.max(least.min(config.stage_share))
 }
 
 /// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.
@@ -106,7 +115,7 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
 
 fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
     // The index decays over what is left of the run once rays bend.
-    let left = ((progress.0 - config.straight_share) / (1.0 - config.straight_share)).clamp(0.0, 1.0);
+    let left = ((progress.0 - straight_until(config)) / (1.0 - straight_until(config))).clamp(0.0, 1.0);
     let decay = config.rate_decay.powf(left as f32);
     IndexObjective {
         rate: config.rate_index * decay,
