@@ -27,6 +27,11 @@ pub struct Extras {
 }
 
 impl Extras {
+    /// The nodes where the index may be learned; `None` for all.
+    pub fn free(&self) -> Option<&[bool]> {
+        Some(&self.free[..]).filter(|free| !free.is_empty())
+    }
+
     /// Which nodes of a finer grid lie next to free nodes of the old one.
     fn refined_free(&self, old: &IndexGrid<f32>, new: &IndexGrid<f32>) -> Vec<bool> {
         if self.free.is_empty() || new.level_set().is_some() {
@@ -83,11 +88,6 @@ impl Refraction {
         })
     }
 
-    /// The nodes of a region where the index may be learned; `None` for all.
-    pub fn free(&self, region: usize) -> Option<&[bool]> {
-        self.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty())
-    }
-
     /// The index of refraction at a point.
     pub fn index(&self, x: Vec3<f32>) -> f32 {
         self.medium.index(x)
@@ -96,7 +96,7 @@ impl Refraction {
     /// Find again which cells rays can hop over: flat ones that are not to be learned.
     pub fn find_flat_cells(&mut self) {
         for region in 0..self.medium.regions().len() {
-            let free = self.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
+            let free = self.extras.get(region).and_then(Extras::free);
             self.medium.region_mut(region).find_flat_cells(free);
         }
     }

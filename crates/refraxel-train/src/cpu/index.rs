@@ -3,7 +3,7 @@
 use super::tape::{Kick, Tape};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
-use crate::refraction::Refraction;
+use crate::refraction::{Extras, Refraction};
 use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
@@ -109,8 +109,8 @@ pub(super) fn update(
     let grads = gradient(&refraction.medium, tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
-        let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
-        let searched = refraction.extras.get(region).and_then(|e| e.searched);
+        let extras = refraction.extras.get(region);
+        let (free, searched) = (extras.and_then(Extras::free), extras.and_then(|e| e.searched));
         let grid = refraction.medium.region_mut(region);
         if let Some(level) = grid.level_set_mut() {
             gaussian_blur(&mut surface, level.domain().resolution, objective.blur);

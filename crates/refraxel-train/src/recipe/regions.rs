@@ -38,8 +38,8 @@ pub(super) struct Region {
     known: Option<Vec<f32>>,
     /// Share of each node's voxel inside, 0 to 1, blurred.
     occupancy: Vec<f32>,
-    /// Largest depth inside [scene unit].
-    depth: f32,
+    /// φ of the surface at the nodes; empty without one.
+    distance: Vec<f32>,
     free: Vec<bool>,
     gate: Option<Gate>,
 }
@@ -250,7 +250,15 @@ impl Region {
     fn uniform(site: Site) -> Self {
         let nodes = site.domain().resolution.map(|n| n as usize).iter().product();
         let (occupancy, free) = (vec![0.0; nodes], Vec::new());
-        Self { site, surface: None, known: Some(vec![1.0; nodes]), occupancy, depth: 0.0, free, gate: None }
+        Self {
+            site,
+            surface: None,
+            known: Some(vec![1.0; nodes]),
+            occupancy,
+            distance: Vec::new(),
+            free,
+            gate: None,
+        }
     }
 
     /// A body by its signed distance.
@@ -323,7 +331,6 @@ impl Region {
     fn new(site: Site, surface: LevelSet<f32>, config: &Config) -> Self {
         let nodes = surface.coefficients().len();
         let distance: Vec<f32> = (0..nodes).map(|j| surface.value(surface.position(j))).collect();
-        let depth = -distance.iter().copied().fold(0.0, f32::min);
         let voxel = site.domain().voxel();
         let mut occupancy: Vec<f32> = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
         let gate = config.index_gate.is_on().then(|| Gate::new(site.domain(), &occupancy));
@@ -333,7 +340,7 @@ impl Region {
         } else {
             Vec::new()
         };
-        Self { site, surface: Some(surface), known: None, occupancy, depth, free, gate }
+        Self { site, surface: Some(surface), known: None, occupancy, distance, free, gate }
     }
 
     /// Its index is known from a file.
@@ -377,10 +384,11 @@ impl Region {
                 gaussian_blur(&mut n, self.site.resolution, config.index_smooth);
                 self.site.from_nodes(&n)
             }
-            (Profile::Graded, Some(surface), None) => {
+            (Profile::Graded, Some(_), None) => {
                 let rise = 0.5 * (index * index - 1.0);
-                let n = (0..self.occupancy.len()).map(|j| {
-                    let s = (-surface.value(surface.position(j)) / self.depth).clamp(0.0, 1.0);
+                let depth = -self.distance.iter().copied().fold(0.0, f32::min);
+                let n = self.distance.iter().map(|d| {
+                    let s = (-d / depth).clamp(0.0, 1.0);
                     (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s))).sqrt()
                 });
                 self.site.from_nodes(&n.collect::<Vec<_>>())
