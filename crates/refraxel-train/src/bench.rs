@@ -4,6 +4,7 @@
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
 use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective};
+use crate::config::Config;
 use crate::cpu::CpuBackend;
 use crate::random::Random;
 use crate::refraction::Refraction;
@@ -162,11 +163,17 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
     samples as f64 / seconds / 1e6
 }
 
-/// Samples of a step and seconds of the best of `n` steps.
+/// Samples of a step and seconds of the best of `n` rounds of steps, of which the first moves the index.
 fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
+    let period = index.map_or(1, |_| Config::default().index_period);
     let mut samples = 0;
-    let objective = Objective { index, ..objective() };
-    let seconds = best(n, || samples = backend.learn(batch, &objective, 1).samples);
+    let mut round = || {
+        for step in 0..period {
+            let index = index.filter(|_| step == 0);
+            samples = backend.learn(batch, &Objective { index, ..objective() }, 1).samples;
+        }
+    };
+    let seconds = best(n, &mut round) / f64::from(period);
     (samples, seconds)
 }
 

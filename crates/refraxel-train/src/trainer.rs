@@ -224,6 +224,9 @@ impl Trainer {
         objective.rate_density *= self.state.caution;
         objective.rate_colour *= self.state.caution;
         objective.rate_background *= self.state.caution;
+        if act == Act::Joint && !self.state.step.is_multiple_of(self.config.index_period.into()) {
+            objective.index = None;
+        }
         if let Some(index) = &mut objective.index {
             index.rate *= self.state.caution;
             index.surface_rate *= self.state.caution;

@@ -96,6 +96,8 @@ pub struct Config {
     pub index_guess: f32,
     /// Share of the views that must agree that a point is refractive.
     pub index_vote: f32,
+    /// Whether bulges of a hull that no silhouette shows are cut off by planes.
+    pub index_faces: Switch,
     /// Blur of the first shape [voxel of the index grid].
     pub index_smooth: f32,
     /// Nodes along the longest edge of a region; 0: by `index_voxels_per_pixel`.
@@ -122,6 +124,9 @@ pub struct Config {
     pub surface_smooth: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
     pub surface_events: u32,
+    /// Once all learn, the index and its surfaces do so in one step in this many: they have few parameters, and the way
+    /// back along a path costs as much as the path.
+    pub index_period: u32,
     /// Blur of the gradient of the index [voxel of the index grid].
     pub index_blur: f32,
     /// Bound on the gradient of one kick.
@@ -190,6 +195,7 @@ impl Default for Config {
             index_scan: Switch::On,
             index_guess: 1.4,
             index_vote: 0.95,
+            index_faces: Switch::On,
             index_smooth: 0.7,
             index_resolution: 0,
             index_voxels_per_pixel: 0.7,
@@ -203,6 +209,7 @@ impl Default for Config {
             rate_surface: 0.04,
             surface_smooth: 0.03,
             surface_events: 2,
+            index_period: 4,
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
@@ -421,6 +428,8 @@ impl Config {
             n.to_string(),
             "0 (automatic) or 16 to 512",
         )?;
+        let n = self.index_period;
+        range((1..=1 << 10).contains(&n), "index_period", n.to_string(), "1 to 1024")?;
         let n = self.index_stages;
         range((1..=4).contains(&n), "index_stages", n.to_string(), "1 to 4")?;
         let sum = self.straight_share + self.index_share;

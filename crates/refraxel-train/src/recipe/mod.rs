@@ -10,6 +10,7 @@
 //!
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
+mod facets;
 mod regions;
 mod search;
 mod support;

@@ -1,5 +1,6 @@
 //! Where refractive things are, and their shapes.
 
+use super::facets::faces;
 use super::support::{Plane, plane, widened};
 use super::{Profile, RecipeError};
 use crate::backend::Backend;
@@ -24,6 +25,8 @@ const OCCLUDER_RAYS: f64 = 5e5;
 const OPAQUE: f32 = 0.9;
 /// Steps and strength of the smoothing of a hull's surface, theory (2.32).
 const SMOOTHING: (u32, f32) = (10, 0.6);
+/// Rays inside masks that say what a hull covers.
+const RAYS: usize = 16_384;
 /// Shares of the views that must not find a place hidden, tried from the strictest on.
 const LEAST: [f32; 6] = [0.9, 0.7, 0.5, 0.35, 0.2, 0.1];
 /// A stricter share will do when its hull meets this part of the rays inside masks that the loosest one meets.
@@ -82,7 +85,8 @@ pub(super) fn find(
                 let bounds = stated.ok_or(RecipeError::Nowhere)?;
                 return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), config)]);
             }
-            let vote = vote(&outlines, shots, &stated.unwrap_or(scene), config);
+            let rays = shots.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
+            let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), config);
             let boxes = match stated {
                 Some(bounds) => vec![bounds],
                 None => {
@@ -93,7 +97,7 @@ pub(super) fn find(
             let region = |bounds: &Aabb<f32>| match shape {
                 IndexShape::Block => Region::body(site(bounds), |x| block_distance(bounds, x), config),
                 IndexShape::Ball => Region::body(site(bounds), |x| ball_distance(bounds, x), config),
-                _ => Region::hull(site(bounds), (&outlines, &vote), |s| ground.under(s), config),
+                _ => Region::hull(site(bounds), (&outlines, &vote, &rays), |s| ground.under(s), config),
             };
             Ok(boxes.iter().map(region).collect())
         }
@@ -125,9 +129,8 @@ fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
 }
 
 /// The strictest share of views that must not find a place hidden whose hull still covers what the masks show.
-fn vote(outlines: &Outlines, shots: &Shots, bounds: &Aabb<f32>, config: &Config) -> Vote {
+fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, config: &Config) -> Vote {
     let vote = |least: f32| Vote { share: config.index_vote, least, ..Vote::default() };
-    let rays = shots.batch(u64::MAX / 2, 4096, Selection::Inside(1.0)).rays;
     let domain = Domain::with_longest(*bounds, Extent::Bounded, 64);
     let covered = |least: f32| {
         let gate = Gate::new(domain, &outlines.hull(&domain, &vote(least)).fraction);
@@ -267,10 +270,10 @@ impl Region {
         Self::new(site, surface, config)
     }
 
-    /// The visual hull down to what it stands on, its surface smoothed.
+    /// The visual hull down to what it stands on, with flat faces where it may have some, its surface smoothed.
     fn hull(
         site: Site,
-        (outlines, vote): (&Outlines, &Vote),
+        (outlines, vote, rays): (&Outlines, &Vote, &[Ray<f32>]),
         ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
         config: &Config,
     ) -> Self {
@@ -281,13 +284,18 @@ impl Region {
         let surface = LevelSet::from_coefficients(site.bounds, site.resolution, near);
         let mut surface = surface.unwrap_or_else(|| unreachable!("distances are finite"));
         surface.redistance();
-        if let Some(plane) = ground(&surface) {
-            let cut = |x| surface.value(x).max(-plane.height(x));
-            surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);
-            surface.redistance();
-        }
+        let ground = ground(&surface);
+        let faces = if config.index_faces.is_on() { faces(&surface, rays) } else { Vec::new() };
         for _ in 0..SMOOTHING.0 {
             surface.smooth(SMOOTHING.1);
+        }
+        if ground.is_some() || !faces.is_empty() {
+            // After the smoothing: edges stay as sharp as the grid.
+            let cut = |x| {
+                let below = ground.map_or(f32::MIN, |p| -p.height(x));
+                faces.iter().map(|f| f.height(x)).fold(surface.value(x).max(below), f32::max)
+            };
+            surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);
         }
         surface.redistance();
         Self::new(site, surface, config)

@@ -28,6 +28,16 @@ impl Plane {
         self.normal.dot(x) - self.offset
     }
 
+    /// The plane of a unit normal at a distance from the origin.
+    pub(super) fn facing(normal: Vec3<f32>, offset: f32) -> Self {
+        Self { normal, offset }
+    }
+
+    /// Its unit normal, upwards.
+    pub(super) fn normal(&self) -> Vec3<f32> {
+        self.normal
+    }
+
     fn through(a: Vec3<f32>, b: Vec3<f32>, c: Vec3<f32>, above: Vec3<f32>) -> Option<Self> {
         let normal = (b - a).cross(c - a);
         let length = normal.length();

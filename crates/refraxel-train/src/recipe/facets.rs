@@ -1,0 +1,191 @@
+//! Flat faces that no view sees edge-on.
+//!
+//! A visual hull is as large as the views allow. Over a flat face it bulges: views from at least 10° above a tank leave it a
+//! roof that rises by 10° from the rim. Nothing of the roof shows in any silhouette, so a plane can cut it off: where the
+//! normals of a hull crowd around one direction, the deepest plane that takes no ray inside a mask off the body.
+
+use super::support::Plane;
+use refraxel_core::optics::Options;
+use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3, vec3};
+
+/// Normals belong together within this angle [rad]: the slope of a roof, and room for noise.
+const CONE: f32 = 0.2;
+/// Least share of the surface that makes a face; a ball has 0.01 within the cone.
+const SHARE: f64 = 0.05;
+/// Share of the rays that a face may take off the body: silhouettes are not exact.
+const LOST: f64 = 5e-4;
+/// Deepest cut [extent of the body along the normal].
+const DEEPEST: f32 = 0.2;
+/// Steps of the search for the normal [rad], each tried until it helps no more.
+const TILTS: [f32; 4] = [0.06, 0.02, 0.006, 0.002];
+/// Points of the surface that decide; more are thinned.
+const POINTS: usize = 3000;
+
+/// Where rays are inside the body: the ends of the intervals, per ray.
+struct Chords {
+    ends: Vec<Vec3<f32>>,
+    first: Vec<usize>,
+}
+
+/// A point of the surface and its unit normal.
+#[derive(Clone, Copy)]
+struct Point {
+    x: Vec3<f32>,
+    normal: Vec3<f32>,
+}
+
+/// The planes above which nothing of the body is: faces of a hull that `rays`, all of which meet the true body, allow.
+pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>]) -> Vec<Plane> {
+    let mut left = points(surface);
+    let chords = Chords::new(surface, rays);
+    let all = left.len();
+    let mut faces = Vec::new();
+    while !chords.first.is_empty() {
+        let crowd = |m: Vec3<f32>| left.iter().filter(move |p| p.normal.dot(m) > CONE.cos());
+        let Some(center) = left.iter().map(|p| p.normal).max_by_key(|m| crowd(*m).count()) else { break };
+        let members: Vec<Point> = crowd(center).copied().collect();
+        if (members.len() as f64) < SHARE * all as f64 {
+            break;
+        }
+        let mean = members.iter().fold(Vec3::zero(), |sum, p| sum + p.normal).normalized();
+        faces.extend(face(&chords, &members, mean).filter(|f| is_shallow(f, surface)));
+        left.retain(|p| p.normal.dot(mean) < (2.0 * CONE).cos());
+    }
+    faces
+}
+
+/// The plane near a normal that cuts most off the points above it.
+fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>) -> Option<Plane> {
+    let gain = |plane: &Plane| points.iter().map(|p| plane.height(p.x).max(0.0)).sum::<f32>();
+    let at = |m: Vec3<f32>| Plane::facing(m, chords.deepest(m));
+    let mut best = at(normal);
+    for tilt in TILTS {
+        loop {
+            let m = best.normal();
+            let side = m.cross(if m.x.abs() < 0.5 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) });
+            let (u, v) = (side.normalized(), m.cross(side).normalized());
+            let tried = [u, -u, v, -v].map(|d| at((m + d * tilt).normalized()));
+            let better = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+            if gain(&better) <= gain(&best) {
+                break;
+            }
+            best = better;
+        }
+    }
+    (gain(&best) > 0.0).then_some(best)
+}
+
+/// Whether a face leaves most of the body.
+fn is_shallow(face: &Plane, surface: &LevelSet<f32>) -> bool {
+    let nodes = surface.coefficients();
+    let heights = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| face.height(surface.position(j)));
+    let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), h| (low.min(h), high.max(h)));
+    high < DEEPEST * (high - low)
+}
+
+fn points(surface: &LevelSet<f32>) -> Vec<Point> {
+    let near = |j: &usize| surface.coefficients()[*j].abs() < 0.5 * surface.voxel();
+    let nodes: Vec<usize> = surface.parameters().filter(near).collect();
+    let stride = nodes.len().div_ceil(POINTS).max(1);
+    let point = |&j: &usize| {
+        let x = surface.position(j);
+        let (phi, gradient) = surface.sample(x);
+        let normal = gradient.normalized();
+        Point { x: x - normal * phi, normal }
+    };
+    nodes.iter().step_by(stride).map(point).filter(|p| p.normal.is_finite()).collect()
+}
+
+impl Chords {
+    /// The straight rays that meet the body.
+    fn new(surface: &LevelSet<f32>, rays: &[Ray<f32>]) -> Self {
+        let mut chords = Self { ends: Vec::new(), first: Vec::new() };
+        let domain = Domain { ..*surface.domain() };
+        // An index of 1 has a surface and bends nothing.
+        let Ok(medium) = Medium::new(vec![IndexGrid::sharp(surface.clone(), 1.0)]) else { return chords };
+        let tracer = Tracer::new(&medium, &domain, Options::default());
+        for ray in rays {
+            let path = tracer.trace(ray);
+            let first = chords.ends.len();
+            let events = path.segments.iter().zip(&path.steps).filter(|(_, step)| step.event.is_some());
+            chords.ends.extend(events.map(|(segment, step)| segment.start + segment.momentum * step.drift));
+            if chords.ends.len() > first {
+                chords.first.push(first);
+            }
+        }
+        chords
+    }
+
+    /// The least offset of a plane of this normal that leaves all but a few rays on the body below it.
+    fn deepest(&self, normal: Vec3<f32>) -> f32 {
+        let count = self.ends.len();
+        let ends = self.first.iter().skip(1).chain([&count]);
+        let lowest = |(&a, &b): (&usize, &usize)| {
+            self.ends[a..b].iter().map(|x| normal.dot(*x)).fold(f32::INFINITY, f32::min)
+        };
+        let mut offsets: Vec<f32> = self.first.iter().zip(ends).map(lowest).collect();
+        let at = offsets.len() - 1 - (LOST * offsets.len() as f64) as usize;
+        *offsets.select_nth_unstable_by(at, f32::total_cmp).1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use refraxel_core::Aabb;
+
+    /// Rays through random points that meet something, from random directions whose height above the horizon has a sine in this range.
+    fn rays(inside: impl Fn(Vec3<f32>) -> bool, sines: [f32; 2]) -> Vec<Ray<f32>> {
+        let random = Random::new(7);
+        let u = |i: u64, k: u64| random.uniform(i, k) as f32;
+        let ray = |i: u64| {
+            let (azimuth, z) = (std::f32::consts::TAU * u(i, 0), sines[0] + (sines[1] - sines[0]) * u(i, 1));
+            let flat = (1.0 - z * z).sqrt();
+            let direction = -vec3(flat * azimuth.cos(), flat * azimuth.sin(), z);
+            let target = vec3(u(i, 2) - 0.5, u(i, 3) - 0.5, u(i, 4) - 0.5) * 2.0;
+            Ray { origin: target - direction * 5.0, direction }
+        };
+        let meets = |ray: &Ray<f32>| (0..150).any(|k| inside(ray.at(3.5 + 0.02 * k as f32)));
+        (0..150_000).map(ray).filter(meets).take(16_000).collect()
+    }
+
+    const CUBE: Aabb<f32> = Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
+
+    #[test]
+    fn the_roof_over_a_block_is_cut_off_at_its_rim() {
+        // Views from 8° to 50° above: the hull has a roof of 8°.
+        let block = |x: Vec3<f32>| x.x.abs() < 0.6 && x.y.abs() < 0.5 && x.z > -0.4 && x.z < 0.2;
+        let roofed = |x: Vec3<f32>| {
+            let walls = (x.x.abs() - 0.6).max(x.y.abs() - 0.5).max(-0.4 - x.z);
+            let slope = 0.14;
+            walls.max(x.z - 0.2 - slope * (0.6 - x.x.abs()).min(0.5 - x.y.abs()).max(0.0))
+        };
+        let surface = LevelSet::from_samples(CUBE, [65; 3], roofed);
+        let found = faces(&surface, &rays(block, [0.14, 0.77]));
+        let top = found.iter().max_by(|a, b| a.normal().z.total_cmp(&b.normal().z)).unwrap();
+        let voxel = 2.0 / 64.0;
+        for corner in [vec3(0.5, 0.4, 0.2), vec3(-0.5, 0.4, 0.2), vec3(0.5, -0.4, 0.2), vec3(-0.5, -0.4, 0.2)] {
+            assert!(top.height(corner).abs() < 0.35 * voxel, "{found:?}");
+        }
+        assert!(found.len() >= 5);
+    }
+
+    #[test]
+    fn round_things_have_no_faces_and_lenses_keep_their_backs() {
+        let ball = |x: Vec3<f32>| x.length() - 0.6;
+        let of = |f: &dyn Fn(Vec3<f32>) -> f32| {
+            let surface = LevelSet::from_samples(CUBE, [65; 3], f);
+            faces(&surface, &rays(|x| f(x) < 0.0, [-0.8, 0.8]))
+        };
+        assert_eq!(of(&ball), []);
+        // Both faces of a lens lie within the cone.
+        let lens = |x: Vec3<f32>| {
+            let from = |z: f32| (x - vec3(0.0, 0.0, z)).length() - 2.0;
+            from(1.9).max(from(-1.9))
+        };
+        for face in of(&lens) {
+            assert!(face.height(vec3(0.0, 0.0, 0.1 * face.normal().z)) < 0.01, "{face:?}");
+        }
+    }
+}
