@@ -83,6 +83,8 @@ pub struct IndexObjective {
     pub trust: f32,
     /// Learning rate of φ at a node [voxel of the level set].
     pub surface_rate: f32,
+    /// Standard deviation of the blur of the gradient of φ [voxel of the level set].
+    pub surface_blur: f32,
     /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].
     pub surface_smooth: f32,
     /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.

@@ -140,6 +140,7 @@ const INDEX: IndexObjective = IndexObjective {
     largest: 2.6,
     trust: 0.02,
     surface_rate: 1e-6,
+    surface_blur: 3.0,
     surface_smooth: 1e-4,
     most_events: 2,
 };

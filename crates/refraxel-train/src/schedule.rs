@@ -120,6 +120,7 @@ fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
     IndexObjective {
         rate: config.rate_index * decay,
         surface_rate: config.rate_surface * decay,
+        surface_blur: config.surface_blur,
         surface_smooth: config.surface_smooth * decay,
         most_events: config.surface_events,
         blur: config.index_blur,

@@ -120,6 +120,8 @@ pub struct Config {
     pub rate_index: f32,
     /// Learning rate of a sharp surface [voxel of the index grid]; 0 holds it fixed.
     pub rate_surface: f32,
+    /// Blur of the gradient of a sharp surface [voxel of the index grid].
+    pub surface_blur: f32,
     /// Smoothing of a sharp surface per step, 0 to 1.
     pub surface_smooth: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
@@ -207,9 +209,10 @@ impl Default for Config {
             index_interior: Switch::On,
             rate_index: 0.001,
             rate_surface: 0.04,
+            surface_blur: 3.0,
             surface_smooth: 0.03,
             surface_events: 2,
-            index_period: 4,
+            index_period: 2,
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
@@ -411,6 +414,7 @@ impl Config {
         within("index_trust", self.index_trust.into(), 0.0, 4.0, "0 to 4")?;
         within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
+        within("surface_blur", self.surface_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;
         within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;

@@ -113,7 +113,7 @@ pub(super) fn update(
         let (free, searched) = (extras.and_then(Extras::free), extras.and_then(|e| e.searched));
         let grid = refraction.medium.region_mut(region);
         if let Some(level) = grid.level_set_mut() {
-            gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
+            gaussian_blur(&mut surface, level.domain().resolution, objective.surface_blur);
             descend_surface(level, &mut moments.surface, &surface, objective);
         }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {

@@ -25,6 +25,9 @@ const OCCLUDER_RAYS: f64 = 5e5;
 const OPAQUE: f32 = 0.9;
 /// Steps and strength of the smoothing of a hull's surface, theory (2.32).
 const SMOOTHING: (u32, f32) = (10, 0.6);
+/// How far a body reaches into the ground that it stands on [voxel]: what lies there is not seen, but a gap above the
+/// ground would be another surface.
+const SUNK: f32 = 2.0;
 /// Rays inside masks that say what a hull covers.
 const RAYS: usize = 16_384;
 /// Shares of the views that must not find a place hidden, tried from the strictest on.
@@ -292,7 +295,7 @@ impl Region {
         if ground.is_some() || !faces.is_empty() {
             // After the smoothing: edges stay as sharp as the grid.
             let cut = |x| {
-                let below = ground.map_or(f32::MIN, |p| -p.height(x));
+                let below = ground.map_or(f32::MIN, |p| -p.height(x) - SUNK * surface.voxel());
                 faces.iter().map(|f| f.height(x)).fold(surface.value(x).max(below), f32::max)
             };
             surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);

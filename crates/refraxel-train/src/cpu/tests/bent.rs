@@ -87,6 +87,7 @@ fn bent_gradients_agree_with_the_reference() {
         largest: 2.0,
         trust: 0.02,
         surface_rate: 0.01,
+        surface_blur: 3.0,
         surface_smooth: 0.01,
         most_events: 8,
     };
@@ -133,6 +134,7 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
         largest: 2.0,
         trust: 0.02,
         surface_rate: 0.01,
+        surface_blur: 3.0,
         surface_smooth: 0.01,
         most_events: 8,
     };
