@@ -70,7 +70,9 @@ mod adjoint;
 mod body;
 mod crossing;
 mod event;
+pub mod fresnel;
 mod hop;
+mod mirror;
 mod reversal;
 mod step;
 mod trace;
@@ -79,6 +81,7 @@ mod trace;
 mod tests;
 
 pub use event::{Event, EventKind, GRAZING};
+pub use mirror::{PartialReflection, PartialReflectionAdjoint};
 pub use reversal::{Kept, Visit};
 
 use crate::radiance::Segment;
