@@ -156,6 +156,7 @@ fn objective() -> Objective {
         rate_colour: 1e-6,
         rate_background: 0.0,
         index: None,
+        reflection: None,
     }
 }
 

@@ -45,6 +45,11 @@ pub fn mix<T: Real>(share: T, mirrored: [T; 3], behind: [T; 3]) -> [T; 3] {
     })
 }
 
+/// The light by which `shown` exceeds `rest`, as codes: what is left of a mixture without one of its parts.
+pub fn without<T: Real>(shown: [T; 3], rest: [T; 3]) -> [T; 3] {
+    std::array::from_fn(|c| code((light(shown[c]).0 - light(rest[c]).0).max(T::zero())).0)
+}
+
 /// Transpose of the derivative of [`mix`], theory (7.6).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixAdjoint<T> {
@@ -97,6 +102,8 @@ mod tests {
             }
             assert!((mix(share, t, t)[1] - 0.7).abs() < 1e-7, "a furnace stays one colour");
         }
+        let rest = mix(0.3, [0.0; 3], t);
+        assert!((without(mix(0.3, r, t), rest)[0] - mix(0.3, r, [0.0; 3])[0]).abs() < 1e-7);
         assert!((mix(0.04, [1.0; 3], [0.0; 3])[0] - 0.2209_f64).abs() < 1e-4);
     }
 

@@ -6,7 +6,7 @@
 mod light;
 pub mod probes;
 
-pub use light::{MixAdjoint, mix, mix_vjp};
+pub use light::{MixAdjoint, mix, mix_vjp, without};
 pub use probes::{ProbeGrid, ProbeStencil};
 
 use crate::field::{FieldGradient, Matter, VoxelField};
