@@ -71,6 +71,7 @@ mod body;
 mod crossing;
 mod event;
 pub mod fresnel;
+mod gradual;
 mod hop;
 mod mirror;
 mod reversal;
@@ -81,6 +82,7 @@ mod trace;
 mod tests;
 
 pub use event::{Event, EventKind, GRAZING};
+pub use gradual::GradualReflection;
 pub use mirror::{PartialReflection, PartialReflectionAdjoint};
 pub use reversal::{Kept, Visit};
 

@@ -146,3 +146,40 @@ fn the_first_adjoints_stand_for_all_where_the_rest_is_zero() {
     };
     assert_eq!(gradient(&f.reflections), gradient(&f.reflections[..1]));
 }
+
+/// Shares of entering and of leaving a slab of n = 1.5 whose faces are `width` wide, at `sine` of incidence.
+fn of_slab(width: f64, nodes: u32, step: f64, sine: f64) -> [f64; 2] {
+    let n = |x: Vec3<f64>| 1.0 + 0.5 * ramp(x.x.abs() - 0.5, width);
+    let bounds = Aabb::new(vec3(-1.5, -4.0, -1.0), vec3(1.5, 4.0, 1.0));
+    let grid = IndexGrid::from_control_values(bounds, [nodes, 24, 16], Interpolation::CubicBSpline, n);
+    let medium = Medium::new(vec![grid]).unwrap();
+    let direction = vec3((1.0 - sine * sine).sqrt(), sine, 0.0);
+    let ray = Ray { origin: -direction * 1.9, direction };
+    let domain = domain();
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, step));
+    let shares = tracer.gradual_reflections(&tracer.trace(&ray));
+    [-1.0, 1.0].map(|side| shares.iter().filter(|s| s.position.x * side > 0.0).map(|s| s.share).sum())
+}
+
+#[test]
+fn a_smooth_transition_mirrors_one_reflectance_whatever_its_width_and_the_step() {
+    for sine in [0.0_f64, 0.5, 0.8] {
+        let (before, after) = ((1.0 - sine * sine).sqrt(), (2.25 - sine * sine).sqrt());
+        let exact = crate::optics::fresnel::Incidence { before, after, w_before: 0.5, w_after: 1.125 };
+        for (width, nodes, step) in [(0.08, 97, 0.5), (0.08, 193, 0.5), (0.04, 193, 0.5), (0.08, 97, 0.25)] {
+            for found in of_slab(width, nodes, step, sine) {
+                let off = found / exact.reflectance() - 1.0;
+                assert!(off.abs() < 0.01, "{sine} {width} {nodes} {step}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constant_medium_mirrors_nothing() {
+    let medium = medium(1.0, 24, Interpolation::CubicBSpline, |_| 1.0);
+    let domain = domain();
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+    let ray = Ray { origin: vec3(-1.5, 0.2, 0.1), direction: vec3(1.0, 0.0, 0.0) };
+    assert!(tracer.gradual_reflections(&tracer.trace(&ray)).is_empty());
+}
