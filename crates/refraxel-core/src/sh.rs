@@ -28,6 +28,9 @@ impl Default for ShDegree {
 }
 
 impl ShDegree {
+    /// Degree 3: 16 coefficients per colour.
+    pub const MAX: Self = Self(3);
+
     /// Degree `d` if it is supported (0..=3).
     pub fn new(d: u8) -> Option<Self> {
         (d <= 3).then_some(Self(d))

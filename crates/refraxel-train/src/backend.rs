@@ -1,5 +1,6 @@
 //! What a compute backend offers the trainer: render, learn from a batch, reshape the grid.
 
+use crate::cpu::MirrorGradient;
 use crate::refraction::Refraction;
 use refraxel_core::index::MediumGradient;
 use refraxel_core::index::priors::Penalty;
@@ -62,6 +63,17 @@ pub struct Objective {
     pub rate_background: f32,
     /// How the index learns; `None`: it is held fixed.
     pub index: Option<IndexObjective>,
+    /// How mirrors learn; `None`: they are held fixed.
+    pub reflection: Option<ReflectionObjective>,
+}
+
+/// How what surfaces mirror learns, theory (7.10).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReflectionObjective {
+    /// Learning rate of the coefficients of the radiance caches.
+    pub rate: f32,
+    /// Learning rate of the strengths.
+    pub rate_strength: f32,
 }
 
 /// How the index of refraction and its surfaces learn, theory (4.14): Adam on the blurred gradient.
@@ -118,6 +130,8 @@ pub struct BatchGradient {
     pub background: Vec<[f32; 3]>,
     /// With respect to the index and its surfaces; without blur and clip.
     pub medium: MediumGradient<f32>,
+    /// With respect to what surfaces mirror, per region.
+    pub reflection: Vec<MirrorGradient>,
     /// With respect to each ray's (origin, direction).
     pub rays: Vec<(Vec3<f32>, Vec3<f32>)>,
     /// The outcome of the forward pass.

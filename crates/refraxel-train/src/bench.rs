@@ -3,10 +3,11 @@
 //! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
-use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective};
+use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective, ReflectionObjective};
 use crate::config::Config;
 use crate::cpu::CpuBackend;
 use crate::random::Random;
+use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::sh::ShDegree;
@@ -65,6 +66,10 @@ pub struct Refractive {
     pub cost_per_sample: f64,
     /// The same: smooth.
     pub smooth_cost_per_sample: f64,
+    /// The ball with a sharp surface that mirrors what learned probes hold.
+    pub mirrored: Throughput,
+    /// Time of a training step on random rays with a surface that mirrors, over that with one that does not.
+    pub mirrored_cost: f64,
 }
 
 /// Measure straight rays.
@@ -78,15 +83,27 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
     let surface = LevelSet::from_samples(bounds, [64; 3], |x: Vec3<f32>| x.length() - 0.5);
     let soft = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.5) / 0.02).tanh();
     let smooth = IndexGrid::from_control_values(bounds, [64; 3], Interpolation::CubicBSpline, soft);
-    let measured = |grid: IndexGrid<f32>| {
+    let measured = |grid: IndexGrid<f32>, layout: Option<ProbeLayout>| {
         let mut backend = scene(options.resolution);
         let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
         backend.set_refraction(Refraction { medium, ..Refraction::none() });
+        if let Some(layout) = &layout {
+            backend.set_reflection(Reflection::of(backend.refraction(), Source::Learned, layout));
+        }
         throughput(backend, options, Some(INDEX))
     };
-    let (sharp, smooth) = (measured(IndexGrid::sharp(surface, 1.5)), measured(smooth));
+    let (sharp, smooth) = (measured(IndexGrid::sharp(surface.clone(), 1.5), None), measured(smooth, None));
+    let mirrored = measured(IndexGrid::sharp(surface, 1.5), Some(PROBES));
+    let mirrored_cost = sharp.train_msamples_per_s_per_core / mirrored.train_msamples_per_s_per_core;
     let cost = |t: &Throughput| straight.train_msamples_per_s_per_core / t.train_msamples_per_s_per_core;
-    Refractive { sharp, smooth, cost_per_sample: cost(&sharp), smooth_cost_per_sample: cost(&smooth) }
+    Refractive {
+        sharp,
+        smooth,
+        cost_per_sample: cost(&sharp),
+        smooth_cost_per_sample: cost(&smooth),
+        mirrored,
+        mirrored_cost,
+    }
 }
 
 fn throughput(mut backend: CpuBackend, options: &BenchOptions, index: Option<IndexObjective>) -> Throughput {
@@ -145,6 +162,8 @@ const INDEX: IndexObjective = IndexObjective {
     most_events: 2,
 };
 
+const PROBES: ProbeLayout = ProbeLayout { longest: 8, degree: ShDegree::MAX };
+
 fn objective() -> Objective {
     Objective {
         marching: MARCHING,
@@ -157,6 +176,7 @@ fn objective() -> Objective {
         rate_colour: 1e-6,
         rate_background: 0.0,
         index: None,
+        reflection: None,
     }
 }
 
@@ -168,10 +188,12 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
 fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
     let period = index.map_or(1, |_| Config::default().index_period);
     let mut samples = 0;
+    let reflection = index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7 });
     let mut round = || {
         for step in 0..period {
             let index = index.filter(|_| step == 0);
-            samples = backend.learn(batch, &Objective { index, ..objective() }, 1).samples;
+            let objective = Objective { index, reflection, ..objective() };
+            samples = backend.learn(batch, &objective, 1).samples;
         }
     };
     let seconds = best(n, &mut round) / f64::from(period);

@@ -1,9 +1,12 @@
 //! Rendering views and scoring them: the one function behind training curves, `eval` and `compare`.
 
 use crate::backend::{Backend, Marching};
+use crate::cpu::CpuBackend;
 use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
 use crate::rays::pixel_ray;
+use crate::reflection::Source;
 use rayon::prelude::*;
+use refraxel_core::radiance::{Pixel, without};
 use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
 
@@ -24,6 +27,26 @@ pub struct Rendering {
 
 /// Render a camera's whole image. Pixels that the lens does not see are black.
 pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
+    render_with(camera, |rays| backend.render(rays, marching))
+}
+
+/// What the surfaces that a camera sees mirror, alone: its picture without what it would be if they mirrored blackness.
+pub fn render_reflection(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
+    render_with(camera, |rays| {
+        let mut all = backend.render(rays, marching);
+        for (all, rest) in all.iter_mut().zip(backend.render_mirroring(rays, marching, Source::Black)) {
+            all.colour = without(all.colour, rest.colour);
+        }
+        all
+    })
+}
+
+/// What a camera would see if no surface mirrored but totally.
+pub fn render_transmission(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
+    render_with(camera, |rays| backend.render_transmitted(rays, marching))
+}
+
+fn render_with(camera: &Camera, pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f32>>) -> Rendering {
     let count = camera.width as usize * camera.height as usize;
     let rays: Vec<Option<Ray<f32>>> = (0..count).into_par_iter().map(|p| pixel_ray(camera, p)).collect();
     // A ray that leaves the scene at once stands for a blind pixel.
@@ -38,7 +61,7 @@ pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> R
         opacity: vec![0.0; count],
         depth: vec![0.0; count],
     };
-    for (&p, pixel) in order.iter().zip(backend.render(&tiled, marching)) {
+    for (&p, pixel) in order.iter().zip(pixels(&tiled)) {
         if rays[p].is_some() {
             let opacity = 1.0 - pixel.transmittance;
             out.colour[p] = pixel.colour.map(quantize);

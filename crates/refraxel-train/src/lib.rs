@@ -15,6 +15,7 @@ pub mod model;
 pub mod random;
 pub mod rays;
 pub mod recipe;
+pub mod reflection;
 pub mod refraction;
 pub mod run;
 pub mod schedule;

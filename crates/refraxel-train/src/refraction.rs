@@ -64,6 +64,9 @@ impl Default for Optics {
 
 /// Segments of a path before it is given up: a ray caught in a light guide.
 const MAX_SEGMENTS: usize = 2048;
+/// Segments of a secondary path between sharp surfaces. From within a ball of glass two thirds of all directions are caught
+/// for ever.
+const MAX_BOUNCES: usize = 24;
 
 impl Refraction {
     /// Straight rays.
@@ -145,8 +148,18 @@ impl Refraction {
 
     /// A tracer of rays that are seen inside `domain` from `near` on [scene unit].
     pub fn tracer<'a>(&'a self, domain: &'a Domain<f32>, near: f32) -> Tracer<'a, f32> {
+        self.tracer_of(domain, near, MAX_SEGMENTS)
+    }
+
+    /// A tracer of rays that begin anywhere: one that begins inside a body may never find out, and is given up sooner.
+    pub fn secondary_tracer<'a>(&'a self, domain: &'a Domain<f32>) -> Tracer<'a, f32> {
+        let graded = self.medium.regions().iter().any(|r| r.interior_index().is_none());
+        self.tracer_of(domain, 0.0, if graded { MAX_SEGMENTS / 4 } else { MAX_BOUNCES })
+    }
+
+    fn tracer_of<'a>(&'a self, domain: &'a Domain<f32>, near: f32, max_segments: usize) -> Tracer<'a, f32> {
         let Optics { integrator, step } = self.optics;
-        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments: MAX_SEGMENTS })
+        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments })
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
 
+mod mirrors;
+
 use crate::backend::Backend;
 use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};
 use crate::config::Config;
@@ -8,6 +10,7 @@ use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
 use crate::refraction::{Extras, Optics, Refraction};
 use crate::schedule::Act;
+use mirrors::{StoredReflection, reflection_tensors, restore_reflection, stored_reflection};
 use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree,
     VoxelField,
@@ -102,6 +105,9 @@ struct Header {
     /// Refractive regions; their tensors are called `index.K`, K from 0.
     #[serde(default)]
     regions: Vec<StoredRegion>,
+    /// What their surfaces mirror; tensors `reflection.K.outer` and `.inner`, K as in the regions.
+    #[serde(default)]
+    reflection: StoredReflection,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     world_from_model: String,
 }
@@ -167,6 +173,7 @@ pub fn save_run(
         },
         background,
         regions: stored_regions(backend),
+        reflection: stored_reflection(backend),
         world_from_model: "identity".to_owned(),
     };
     let header = serde_json::to_value(header).map_err(|e| foreign(folder, &e.to_string()))?;
@@ -174,7 +181,7 @@ pub fn save_run(
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
     let slots = [field.map.slots()];
-    let of_index = index_tensors(backend);
+    let of_index = [index_tensors(backend), reflection_tensors(backend)].concat();
     let mut tensors = vec![
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
         ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
@@ -365,6 +372,7 @@ fn restore(
         colour: f32s(path, &mut file, "colour_moment", voxels)?,
         background: texel_moments.as_chunks().0.to_vec(),
         index: Vec::new(),
+        reflection: Vec::new(),
     };
     let background = match h.background {
         StoredBackground::Constant(c) => Background::Constant(c),
@@ -384,6 +392,13 @@ fn restore(
     }
     let (refraction, index_moments) = restore_refraction(path, h, &mut file)?;
     backend.restore_refraction(refraction, index_moments);
+    let (reflection, mirror_moments) = restore_reflection(
+        &h.reflection,
+        backend.refraction(),
+        |name, n| f32s(path, &mut file, name, n).map(|v| v.to_vec()),
+        wrong,
+    )?;
+    backend.restore_reflection(reflection, mirror_moments);
     Ok((backend, finest))
 }
 

@@ -1,7 +1,7 @@
 //! What changes during training: resolution, learning rates, priors.
 
-use crate::backend::{IndexObjective, Marching, Objective};
-use crate::config::{Bending, Config};
+use crate::backend::{IndexObjective, Marching, Objective, ReflectionObjective};
+use crate::config::{Bending, Config, ReflectionCache};
 use refraxel_core::Domain;
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +93,7 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
         rate_colour: config.rate_colour * decay,
         rate_background: config.rate_background * decay,
         index: None,
+        reflection: None,
     }
 }
 
@@ -106,6 +107,7 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
         Act::Index => Objective { index, ..still },
         Act::Joint => Objective {
             index,
+            reflection: config.reflection.is_on().then(|| reflection_objective(config, progress)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
             ..usual
@@ -113,10 +115,23 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
     }
 }
 
-fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
-    // The index decays over what is left of the run once rays bend.
+/// The decay of rates over what is left of the run once rays bend.
+fn bent_decay(config: &Config, progress: Progress) -> f32 {
     let left = ((progress.0 - straight_until(config)) / (1.0 - straight_until(config))).clamp(0.0, 1.0);
-    let decay = config.rate_decay.powf(left as f32);
+    config.rate_decay.powf(left as f32)
+}
+
+fn reflection_objective(config: &Config, progress: Progress) -> ReflectionObjective {
+    let decay = bent_decay(config, progress);
+    let learned = config.reflection_cache == ReflectionCache::Learned;
+    ReflectionObjective {
+        rate: if learned { config.rate_reflection * decay } else { 0.0 },
+        rate_strength: config.rate_strength * decay,
+    }
+}
+
+fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
+    let decay = bent_decay(config, progress);
     IndexObjective {
         rate: config.rate_index * decay,
         surface_rate: config.rate_surface * decay,

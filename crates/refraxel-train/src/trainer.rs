@@ -2,16 +2,18 @@
 
 use crate::backend::{Backend, StepOutcome};
 use crate::checkpoint::CheckpointError;
-use crate::config::{Bending, Config};
+use crate::config::{Bending, Config, ReflectionCache};
 use crate::cpu::CpuBackend;
 use crate::evaluate::{render, score};
 use crate::metrics::MetricsError;
 use crate::model::{Plan, kept_bricks};
 use crate::rays::{Selection, Shots};
 use crate::recipe::{self, RecipeError};
+use crate::reflection::{ProbeLayout, Reflection, Source};
+use crate::refraction::Refraction;
 use crate::run::State;
 use crate::schedule::{Act, Progress, objective_of, stage_domain, training_marching};
-use refraxel_core::BrickMap;
+use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -231,6 +233,11 @@ impl Trainer {
             index.rate *= self.state.caution;
             index.surface_rate *= self.state.caution;
         }
+        if let Some(reflection) = &mut objective.reflection {
+            reflection.rate *= self.state.caution;
+            reflection.rate_strength *= self.state.caution;
+        }
+        self.bake_if_due();
         let batch = self.shots.batch(self.state.step, self.config.batch as usize, self.selection(act));
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
@@ -261,7 +268,10 @@ impl Trainer {
         self.good = None;
         self.backend.refresh_occupancy(&marching);
         match recipe::begin(&mut self.backend, &self.shots, &self.config, self.plan.near) {
-            Ok(news) => self.news.extend(news),
+            Ok(news) => {
+                self.news.extend(news);
+                self.begin_reflecting();
+            }
             Err(problem @ RecipeError::Locate(_)) => {
                 // A scene without bent rays is better than none.
                 self.news.push(format!("rays stay straight: {problem}"));
@@ -271,6 +281,33 @@ impl Trainer {
         }
         self.keep_good_state();
         Ok(())
+    }
+
+    /// Let sharp surfaces mirror what the field shows by now.
+    fn begin_reflecting(&mut self) {
+        let c = &self.config;
+        let is_sharp = |r: &Refraction| r.medium.regions().iter().any(|r| r.level_set().is_some());
+        if !c.reflection.is_on() || !is_sharp(self.backend.refraction()) {
+            return;
+        }
+        let degree = ShDegree::new(c.reflection_degree).unwrap_or_default();
+        let layout = ProbeLayout { longest: c.reflection_probes, degree };
+        self.backend.set_reflection(Reflection::of(
+            self.backend.refraction(),
+            c.reflection_cache.into(),
+            &layout,
+        ));
+        if c.reflection_cache != ReflectionCache::Exact {
+            self.backend.bake_reflection(&training_marching(c, self.plan.near));
+        }
+    }
+
+    /// Baked probes look at the field again.
+    fn bake_if_due(&mut self) {
+        let due = self.state.step.is_multiple_of(self.config.reflection_bake);
+        if due && self.backend.reflection().source == Source::Baked && !self.backend.reflection().is_none() {
+            self.backend.bake_reflection(&training_marching(&self.config, self.plan.near));
+        }
     }
 
     fn count(&mut self, outcome: &StepOutcome, rays: u64) {
@@ -345,6 +382,8 @@ impl Trainer {
             self.backend.moments().clone(),
         );
         backend.restore_refraction(self.backend.refraction().clone(), self.backend.moments().index.clone());
+        let moments = self.backend.moments().reflection.clone();
+        backend.restore_reflection(self.backend.reflection().clone(), moments);
         self.good = Some(Box::new(Saved { state: self.state.clone(), backend }));
         self.state.rollbacks = 0;
     }

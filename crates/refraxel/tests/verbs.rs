@@ -162,6 +162,46 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 }
 
 #[test]
+fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
+    let options = ["steps=100", "resolution=32", "straight_share=0.25", "reflection_bake=20"];
+    for cache in ["learned", "baked"] {
+        let cache = format!("reflection_cache={cache}");
+        let mut words = vec!["--reflection", "on", "--set", &cache];
+        words.extend(options.iter().flat_map(|o| ["--set", o]));
+        train(&data, &whole, &words).done();
+        let stopped = train(&data, &run, &[&words[..], &["--set", "stop_after=70"]].concat());
+        stopped.refused(130, &["stopped at step 70"]);
+        train(&data, &run, &[&words[..], &["--resume"]].concat()).done();
+        assert!(content(&run) == content(&whole), "{cache}");
+        let strengths = refraxel(&["inspect", path(&run), "--json"]).done().json();
+        let strength = strengths["reflection_strengths"][0].as_f64().unwrap();
+        assert!(strength > 0.0 && strength <= 1.0, "{strength}");
+        std::fs::remove_dir_all(&run).unwrap();
+        std::fs::remove_dir_all(&whole).unwrap();
+    }
+}
+
+#[test]
+fn pictures_of_reflection_and_transmission_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run, out) = (glass(folder.path()), folder.path().join("run"), folder.path().join("views"));
+    train(&data, &run, &["--reflection", "on", "--set", "steps=80", "--set", "straight_share=0.25"]).done();
+    let layers = "colour,reflection,transmission,normal";
+    refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&out), "--outputs", layers]).done();
+    let picture = |name: &str| image::open(out.join(name)).unwrap().into_rgb8();
+    let (colour, transmitted) = (picture("0000.png"), picture("transmission/0000.png"));
+    let mirrored = picture("reflection/0000.png");
+    let changed = colour.pixels().zip(transmitted.pixels()).zip(mirrored.pixels());
+    assert!(changed.clone().any(|((c, t), m)| c != t && m.0 != [0; 3]));
+    assert!(
+        changed.clone().any(|((c, t), m)| c == t && m.0 == [0; 3]),
+        "beside the glass nothing is mirrored"
+    );
+}
+
+#[test]
 fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));

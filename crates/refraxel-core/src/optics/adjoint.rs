@@ -1,7 +1,7 @@
 //! The adjoint along a stored path, theory (2.15)–(2.18) and (2.27)–(2.29): the loop of [`Tracer::replay`], read backwards.
 
 use super::step::{State, drift_vjp, exit_vjp};
-use super::{Integrator, Path, RayAdjoint, Step, Tracer};
+use super::{EventKind, Integrator, PartialReflectionAdjoint, Path, RayAdjoint, Step, Tracer};
 use crate::radiance::SegmentAdjoint;
 use crate::{IndexGradient, Ray, Real, Vec3};
 
@@ -20,13 +20,34 @@ impl<T: Real> Tracer<'_, T> {
         d_exit: &RayAdjoint<T>,
         grad: &mut impl IndexGradient<T>,
     ) -> RayAdjoint<T> {
+        self.vjp_with_reflections(ray, path, (d_segments, &[]), d_exit, grad)
+    }
+
+    /// [`Self::vjp`] of a loss that also depends on [`Self::partial_reflections`], theory (7.3) and (7.4): `d_reflections`
+    /// has one adjoint for each, or for the first of them.
+    ///
+    /// # Panics
+    /// As [`Self::vjp`], and if there are more adjoints than partial reflections.
+    pub fn vjp_with_reflections(
+        &self,
+        ray: &Ray<T>,
+        path: &Path<T>,
+        (d_segments, d_reflections): (&[SegmentAdjoint<T>], &[PartialReflectionAdjoint<T>]),
+        d_exit: &RayAdjoint<T>,
+        grad: &mut impl IndexGradient<T>,
+    ) -> RayAdjoint<T> {
         assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
         assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
         let Some(mut d) = self.end(path).map(|p| exit_vjp(p, d_exit)) else { return *d_exit };
+        let mut later = path.events().filter(|e| e.kind == EventKind::Refraction).count();
+        assert!(d_reflections.len() <= later, "no more adjoints than partial reflections");
         for ((step, segment), d_segment) in path.steps.iter().zip(&path.segments).zip(d_segments).rev() {
             let mut step = *step;
-            if step.event.is_some() {
-                self.meet_vjp((&step, segment), &mut d, grad);
+            if let Some(event) = step.event {
+                let is_mirror = event.kind == EventKind::Refraction;
+                later -= usize::from(is_mirror);
+                let d_mirror = d_reflections.get(later).filter(|_| is_mirror);
+                self.meet_vjp((&step, segment), d_mirror, &mut d, grad);
                 step.drift = T::zero(); // done
             }
             self.advance_vjp((&step, segment.start), *d_segment, &mut d, grad);

@@ -1,7 +1,8 @@
 //! What a sharp interface does to a ray, theory (2.25), and its transpose, theory (2.27)–(2.29).
 
+use super::mirror::{Arrival, MirrorAdjoint};
 use super::step::State;
-use super::{Step, Tracer};
+use super::{PartialReflectionAdjoint, Step, Tracer};
 use crate::index::VACUUM;
 use crate::radiance::Segment;
 use crate::{IndexGradient, LevelSet, Real, Vec3};
@@ -34,10 +35,10 @@ pub enum EventKind {
 }
 
 /// Normal momentum before and after, and what it is measured against.
-struct Turn<T> {
-    normal: Vec3<T>,
-    before: T,
-    after: T,
+pub(super) struct Turn<T> {
+    pub normal: Vec3<T>,
+    pub before: T,
+    pub after: T,
 }
 
 impl<T: Real> Event<T> {
@@ -62,6 +63,36 @@ impl<T: Real> Event<T> {
             EventKind::Reflection => -before,
         };
         Turn { normal, before, after }
+    }
+
+    /// Transpose of p3 = p2 + (s − a) m with a = p2 · m and s = s(a, D), theory (2.27), given dLoss/dp3, and of what is
+    /// mirrored, theory (7.4): dLoss/dp2, dLoss/dm and dLoss/dw of the body.
+    fn turn_vjp(
+        &self,
+        (turn, p2): (&Turn<T>, Vec3<T>),
+        mirror: Option<&MirrorAdjoint<T>>,
+        d_p3: Vec3<T>,
+    ) -> (Vec3<T>, Vec3<T>, T) {
+        let (m, change) = (turn.normal, turn.after - turn.before);
+        let c = d_p3.dot(m);
+        let (mut d_before, mut d_after, mut d_w) = (-c, c, T::zero());
+        let (mut d_p2, mut d_m) = (d_p3, d_p3 * change);
+        if let Some(mirror) = mirror {
+            d_before += mirror.before;
+            d_after += mirror.after;
+            d_w += mirror.w;
+            d_p2 += mirror.p;
+            d_m += mirror.normal;
+        }
+        let d_a = match self.kind {
+            EventKind::Refraction => {
+                let s = at_least(turn.after, self.outward(), (p2 + m * change).length());
+                d_w -= self.outward() * d_after / s;
+                d_before + d_after * turn.before / s
+            }
+            EventKind::Reflection => d_before - d_after,
+        };
+        (d_p2 + m * d_a, d_m + p2 * d_a, d_w)
     }
 }
 
@@ -95,38 +126,50 @@ impl<T: Real> Tracer<'_, T> {
         t
     }
 
+    /// The turn of a known event at `x`, where a ray arrives with momentum `p1`; the momentum after the end kick, w, and
+    /// ∇w and ∇φ.
+    pub(super) fn turn_at(
+        &self,
+        (step, event): (&Step<T>, &Event<T>),
+        (x, p1): (Vec3<T>, Vec3<T>),
+    ) -> (Turn<T>, Vec3<T>, T, [Vec3<T>; 2]) {
+        let (grid, level) = self.body(step.region);
+        let (w, force) = grid.sample(x);
+        let late = event.kicked_until.map_or(T::zero(), |until| step.drift - until);
+        let p2 = p1 + force * late;
+        let gradient = level.sample(x).1;
+        ({ *event }.turn(false, p2, w, gradient), p2, w, [force, gradient])
+    }
+
     /// The transpose of a drift that ends with an event, up to the start of the drift: `d` of the state after becomes
-    /// that of (x0, p1) before the drift. Adds to `grad`.
+    /// that of (x0, p1) before the drift; what the surface mirrors has the adjoint `d_mirror`. Adds to `grad`.
     pub(super) fn meet_vjp(
         &self,
         (step, segment): (&Step<T>, &Segment<T>),
+        d_mirror: Option<&PartialReflectionAdjoint<T>>,
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
     ) {
-        let Some(mut event) = step.event else { return };
+        let Some(event) = &step.event else { return };
         let (region, (grid, level)) = (usize::from(step.region), self.body(step.region));
         let (tau, p1) = (step.drift, segment.momentum);
         let x = segment.start + p1 * tau;
-        let (w, force) = grid.sample(x);
+        let (turn, p2, w, [force, gradient]) = self.turn_at((step, event), (x, p1));
         let late = event.kicked_until.map_or(T::zero(), |until| tau - until);
-        let p2 = p1 + force * late;
-        let gradient = level.sample(x).1;
-        let turn = event.turn(false, p2, w, gradient);
-        let (m, size) = (turn.normal, gradient.length());
+        let mirror = d_mirror.map(|d| {
+            let (normal, before, after, from_inside) =
+                (turn.normal, turn.before, turn.after, event.from_inside);
+            Arrival { p: p2, normal, before, after, w, from_inside }.vjp(d)
+        });
 
         // forward: p3 = p2 + (s − a) m with a = p2 · m, s = s(a, D), m = ∇φ/|∇φ|
-        let change = turn.after - turn.before;
-        let c = d.p.dot(m);
-        let (d_a, d_w) = match event.kind {
-            EventKind::Refraction => {
-                let s = at_least(turn.after, event.outward(), (p2 + m * change).length());
-                (c * (turn.before / s - T::one()), -event.outward() * c / s)
-            }
-            EventKind::Reflection => (-(c + c), T::zero()),
-        };
-        let d_m = d.p * change + p2 * d_a;
-        let d_gradient = (d_m - m * m.dot(d_m)) / size;
-        d.p += m * d_a;
+        let (d_p2, d_m, d_w) = event.turn_vjp((&turn, p2), mirror.as_ref(), d.p);
+        d.p = d_p2;
+        if let Some(mirror) = &mirror {
+            d.x += mirror.x;
+        }
+        let m = turn.normal;
+        let d_gradient = (d_m - m * m.dot(d_m)) / gradient.length();
         // forward: p2 = p1 + (τ − until) ∇w(xc)
         let d_force = d.p * late;
         d.x += level.hessian(x, d_gradient) + grid.w_gradient(x) * d_w;
@@ -140,7 +183,7 @@ impl<T: Real> Tracer<'_, T> {
             grad.add((region, grid), x, (d_w, d_force));
         }
         // forward: xc = x0 + τ p1 with φ(xc) = 0
-        let sine = at_least(gradient.dot(p1), event.outward(), size * p1.length());
+        let sine = at_least(gradient.dot(p1), event.outward(), gradient.length() * p1.length());
         let d_phi = -d_tau / sine;
         d.x += gradient * d_phi;
         d.p += d.x * tau;

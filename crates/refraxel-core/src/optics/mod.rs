@@ -70,7 +70,10 @@ mod adjoint;
 mod body;
 mod crossing;
 mod event;
+pub mod fresnel;
+mod gradual;
 mod hop;
+mod mirror;
 mod reversal;
 mod step;
 mod trace;
@@ -79,6 +82,8 @@ mod trace;
 mod tests;
 
 pub use event::{Event, EventKind, GRAZING};
+pub use gradual::GradualReflection;
+pub use mirror::{PartialReflection, PartialReflectionAdjoint};
 pub use reversal::{Kept, Visit};
 
 use crate::radiance::Segment;

@@ -3,6 +3,12 @@
 //! A path may be one straight ray or the many segments of a bent one: nothing here knows which. Forward and adjoint are
 //! the same loop, read forwards and backwards.
 
+mod light;
+pub mod probes;
+
+pub use light::{MixAdjoint, mix, mix_vjp, without};
+pub use probes::{ProbeGrid, ProbeStencil};
+
 use crate::field::{FieldGradient, Matter, VoxelField};
 use crate::grid::Domain;
 use crate::sh;

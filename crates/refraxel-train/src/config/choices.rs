@@ -1,5 +1,6 @@
 //! Options that are one of a few words.
 
+use crate::reflection::Source;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::{Integrator, Interpolation};
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,29 @@ impl Switch {
     /// True when on.
     pub fn is_on(self) -> bool {
         self == Self::On
+    }
+}
+
+/// Where the light comes from that surfaces mirror.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReflectionCache {
+    /// Probes that learn from the pictures.
+    #[default]
+    Learned,
+    /// Probes that look at the field now and then.
+    Baked,
+    /// No probes: a second ray through the field. Slow, for reference.
+    Exact,
+}
+
+impl From<ReflectionCache> for Source {
+    fn from(choice: ReflectionCache) -> Self {
+        match choice {
+            ReflectionCache::Learned => Self::Learned,
+            ReflectionCache::Baked => Self::Baked,
+            ReflectionCache::Exact => Self::Exact,
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 
 mod choices;
 
-pub use choices::{Bending, IndexInterpolation, IndexPenalty, IndexShape, Stepping, Surface, Switch};
+pub use choices::{
+    Bending, IndexInterpolation, IndexPenalty, IndexShape, ReflectionCache, Stepping, Surface, Switch,
+};
 use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -150,6 +152,20 @@ pub struct Config {
     pub bent_rates: f32,
     /// Raw density inside the refractive shape when rays begin to bend.
     pub contents_density: f32,
+    /// Whether sharp surfaces mirror the share of the light that they do not let pass.
+    pub reflection: Switch,
+    /// Where the mirrored light comes from.
+    pub reflection_cache: ReflectionCache,
+    /// Radiance probes along the longest edge of a refractive region.
+    pub reflection_probes: u32,
+    /// Degree of their spherical harmonics, 0 to 3.
+    pub reflection_degree: u8,
+    /// Steps between two looks of baked probes at the field.
+    pub reflection_bake: u64,
+    /// Learning rate of the coefficients of learned probes.
+    pub rate_reflection: f32,
+    /// Learning rate of how strongly a surface mirrors.
+    pub rate_strength: f32,
 }
 
 impl Default for Config {
@@ -223,6 +239,13 @@ impl Default for Config {
             index_deviation_penalty: IndexPenalty::L1,
             bent_rates: 1.0,
             contents_density: -5.0,
+            reflection: Switch::Off,
+            reflection_cache: ReflectionCache::Learned,
+            reflection_probes: 8,
+            reflection_degree: 3,
+            reflection_bake: 250,
+            rate_reflection: 0.01,
+            rate_strength: 0.003,
         }
     }
 }
@@ -425,6 +448,7 @@ impl Config {
         ] {
             within(key, v.into(), 0.0, 1e6, "0 or more")?;
         }
+        self.checked_reflection(range)?;
         let n = self.index_resolution;
         range(
             n == 0 || (16..=512).contains(&n),
@@ -450,6 +474,22 @@ impl Config {
             "file".to_owned(),
             "index_from to name the file",
         )
+    }
+
+    fn checked_reflection(
+        &self,
+        range: &impl Fn(bool, &'static str, String, &'static str) -> Result<(), ConfigError>,
+    ) -> Result<(), ConfigError> {
+        let (probes, degree) = (self.reflection_probes, self.reflection_degree);
+        range((2..=64).contains(&probes), "reflection_probes", probes.to_string(), "2 to 64")?;
+        range(degree <= 3, "reflection_degree", degree.to_string(), "0, 1, 2 or 3")?;
+        let bake = self.reflection_bake;
+        range(bake > 0, "reflection_bake", bake.to_string(), "at least 1 step")?;
+        for (key, rate) in [("rate_reflection", self.rate_reflection), ("rate_strength", self.rate_strength)]
+        {
+            range((0.0..=1.0).contains(&rate), key, rate.to_string(), "0 to 1")?;
+        }
+        Ok(())
     }
 
     /// The box of `refraction_box`.

@@ -5,23 +5,29 @@
 //! its optimiser step while the gradient is still in the cache (`update`). No gradient of the whole field ever exists,
 //! nothing is locked, and the result does not depend on the number of threads.
 
+mod bake;
 mod colour;
 mod index;
 mod march;
+mod mirrors;
 mod optics16;
 mod path_adjoint;
 mod prefetch;
+mod reflection;
 mod resample;
+mod secondary;
 mod tape;
 mod trace;
 mod update;
 
 use crate::backend::{Backend, Batch, BatchGradient, Marching, Objective, StepOutcome};
+use crate::reflection::Reflection;
 use crate::refraction::Refraction;
 use colour::Layout;
 use fearless_simd::{Level, dispatch};
 pub use index::{AdamMoments, IndexMoments};
 use march::Marcher;
+pub use mirrors::{MirrorGradient, MirrorMoments};
 use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
@@ -44,6 +50,7 @@ struct Scene<'a> {
     field: &'a VoxelField<f32>,
     background: &'a Background<f32>,
     refraction: &'a Refraction,
+    reflection: &'a Reflection,
     layout: &'a Layout,
     marcher: &'a Marcher,
 }
@@ -54,6 +61,7 @@ pub struct CpuBackend {
     field: VoxelField<f32>,
     background: Background<f32>,
     refraction: Refraction,
+    reflection: Reflection,
     moments: Moments,
     layout: Layout,
     marcher: Marcher,
@@ -73,6 +81,8 @@ pub struct Moments {
     pub background: Vec<[f32; 3]>,
     /// Of the coefficients of the index, per region.
     pub index: Vec<IndexMoments>,
+    /// Of what surfaces mirror, per region.
+    pub reflection: Vec<MirrorMoments>,
 }
 
 /// Run a kernel that is generic over the number of 16-lane blocks of a voxel.
@@ -86,6 +96,8 @@ macro_rules! with_blocks {
     };
 }
 
+use with_blocks;
+
 impl Moments {
     fn zero(field: &VoxelField<f32>, background: &Background<f32>) -> Self {
         Self {
@@ -93,6 +105,7 @@ impl Moments {
             colour: AlignedVec::filled(field.density.len(), 0.0),
             background: vec![[0.0; 3]; texels_of(background)],
             index: Vec::new(),
+            reflection: Vec::new(),
         }
     }
 }
@@ -125,6 +138,7 @@ impl CpuBackend {
             layout: Layout::new(field.degree),
             marcher: Marcher::new(&field),
             refraction: Refraction::none(),
+            reflection: Reflection::none(),
             tapes: Vec::new(),
             pool: GradientPool::new(field.degree.stride()),
             field,
@@ -156,6 +170,23 @@ impl CpuBackend {
     pub fn restore_refraction(&mut self, refraction: Refraction, moments: Vec<IndexMoments>) {
         self.refraction = refraction;
         self.moments.index = moments;
+    }
+
+    /// What surfaces mirror.
+    pub fn reflection(&self) -> &Reflection {
+        &self.reflection
+    }
+
+    /// Mirror otherwise; mirrors forget their moments.
+    pub fn set_reflection(&mut self, reflection: Reflection) {
+        self.moments.reflection = reflection.mirrors.iter().map(MirrorMoments::zero).collect();
+        self.reflection = reflection;
+    }
+
+    /// Mirror, and go on with these moments.
+    pub fn restore_reflection(&mut self, reflection: Reflection, moments: Vec<MirrorMoments>) {
+        self.reflection = reflection;
+        self.moments.reflection = moments;
     }
 
     /// Set the raw density of all voxels whose world position is chosen; their moments start anew.
@@ -207,6 +238,7 @@ impl CpuBackend {
             field: &self.field,
             background: &self.background,
             refraction: &self.refraction,
+            reflection: &self.reflection,
             layout: &self.layout,
             marcher: &self.marcher,
         }
@@ -359,13 +391,7 @@ impl Backend for CpuBackend {
     }
 
     fn render(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
-        use trace::render_chunk;
-        let scene = self.scene();
-        let mut out = vec![Pixel { colour: [0.0; 3], transmittance: 1.0, depth: 0.0 }; rays.len()];
-        rays.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).for_each(|(rays, out)| {
-            with_blocks!(self, simd, render_chunk(&scene, rays, marching, out));
-        });
-        out
+        self.render_scene(&self.scene(), rays, marching)
     }
 
     fn learn(&mut self, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
@@ -383,6 +409,9 @@ impl Backend for CpuBackend {
             if let Some(objective) = &objective.index {
                 let batch = (&tapes[..], batch.rays.len(), step);
                 index::update(&mut self.refraction, &mut self.moments.index, batch, objective);
+            }
+            if let Some(objective) = &objective.reflection {
+                mirrors::update(&mut self.reflection, &mut self.moments.reflection, &tapes, objective);
             }
         }
         self.tapes = tapes;
@@ -407,7 +436,15 @@ impl Backend for CpuBackend {
             self.pool.give(grad);
         });
         let medium = index::gradient(&self.refraction.medium, &tapes, f32::INFINITY);
-        BatchGradient { field, background: self.background_gradient(&tapes), medium, rays, outcome }
+        let reflection = mirrors::gradient(&self.reflection, &tapes);
+        BatchGradient {
+            field,
+            background: self.background_gradient(&tapes),
+            medium,
+            reflection,
+            rays,
+            outcome,
+        }
     }
 
     fn peak_weights(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<f32> {
@@ -439,6 +476,7 @@ impl Backend for CpuBackend {
         self.moments = Moments {
             background: std::mem::take(&mut self.moments.background),
             index: std::mem::take(&mut self.moments.index),
+            reflection: std::mem::take(&mut self.moments.reflection),
             ..Moments::zero(&self.field, &Background::Constant([0.0; 3]))
         };
         self.marcher = Marcher::new(&self.field);

@@ -7,7 +7,7 @@ use super::tape::{Kick, Record};
 use super::trace::Arm;
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
-use refraxel_core::optics::{RayAdjoint, Tracer};
+use refraxel_core::optics::{PartialReflectionAdjoint, RayAdjoint, Tracer};
 use refraxel_core::radiance::SegmentAdjoint;
 use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 
@@ -23,6 +23,8 @@ pub(super) struct PathAdjoint<'a> {
     pub all: bool,
     /// Bodies learn only from paths that meet their surfaces at most this often.
     pub most_events: usize,
+    /// dLoss/d(partial reflections) of the path, from the first on.
+    pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
 }
 
 impl PathAdjoint<'_> {
@@ -65,7 +67,8 @@ impl PathAdjoint<'_> {
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let events = path.steps.iter().filter(|s| s.event.is_some()).count();
         let mut kicks = Kicks { list: kicks, wanted: events <= self.most_events };
-        let d = tracer.vjp(self.ray, path, sums, &d_exit, &mut kicks);
+        let d_path = (&sums[..], self.d_reflections);
+        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut kicks);
         (d.origin, d.direction)
     }
 }

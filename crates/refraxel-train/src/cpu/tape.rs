@@ -37,6 +37,19 @@ pub(super) struct Kick {
     pub d: (f32, Vec3<f32>),
 }
 
+/// The adjoint of one look into a radiance cache.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Query {
+    pub region: u32,
+    /// Of the inner cache, else of the outer one.
+    pub inner: bool,
+    pub x: Vec3<f32>,
+    pub direction: Vec3<f32>,
+    pub d_radiance: [f32; 3],
+    /// dLoss/d(strength of the mirror).
+    pub d_strength: f32,
+}
+
 /// Records of a chunk of rays.
 #[derive(Debug, Default)]
 pub(super) struct Tape {
@@ -45,6 +58,8 @@ pub(super) struct Tape {
     pub bases: Vec<Lanes>,
     /// Kicks of the chunk's bent paths.
     pub kicks: Vec<Kick>,
+    /// Queries of the chunk's radiance caches.
+    pub queries: Vec<Query>,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
@@ -96,6 +111,7 @@ impl Tape {
         self.records.clear();
         self.bases.clear();
         self.kicks.clear();
+        self.queries.clear();
         self.texels.clear();
     }
 

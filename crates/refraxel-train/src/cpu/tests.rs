@@ -8,6 +8,7 @@ use refraxel_core::sh::ShDegree;
 use refraxel_core::{Aabb, Extent, vec3};
 
 mod bent;
+mod mirrored;
 
 /// f32 epsilon 6e-8 × about 30 samples × up to 16 terms each, with a margin of 3.
 const TOLERANCE: f64 = 1e-4;
@@ -57,6 +58,7 @@ fn objective() -> Objective {
         rate_colour: 0.01,
         rate_background: 0.01,
         index: None,
+        reflection: None,
     }
 }
 

@@ -4,11 +4,14 @@ use super::Scene;
 use super::colour::{Lanes, prefetch_corners, shade, voxels};
 use super::march::Sample;
 use super::path_adjoint::{PathAdjoint, SegmentSums};
+use super::reflection::{self, Glimpse, Section};
+use super::secondary::SecondScratch;
 use super::tape::{Record, Tape};
 use crate::backend::{Batch, Marching, Objective, StepOutcome};
+use crate::reflection::Source;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use refraxel_core::optics::Tracer;
+use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
 use refraxel_core::radiance::{Pixel, Segment};
 use refraxel_core::{Background, Path, Ray, Vec3};
@@ -36,15 +39,17 @@ pub(super) struct Arm {
 
 /// What marching found of one ray.
 #[derive(Clone, Copy, Debug)]
-struct Found {
+pub(super) struct Found {
     /// End of its samples in the packet's.
     samples: usize,
+    /// End of its partial reflections in the packet's.
+    glimpses: usize,
     /// Transmittance at its end.
-    left: f32,
+    pub left: f32,
     /// The path bends.
     bent: bool,
     /// The ray that reaches the background.
-    exit: Ray<f32>,
+    pub exit: Ray<f32>,
 }
 
 /// Per-thread memory of the pass.
@@ -56,15 +61,19 @@ pub(super) struct Scratch {
     /// The bent paths, one per ray of the packet.
     paths: [Path<f32>; PACKET],
     sums: SegmentSums,
+    glimpses: Vec<Glimpse>,
+    reflections: Vec<PartialReflection<f32>>,
+    d_reflections: Vec<PartialReflectionAdjoint<f32>>,
+    second: SecondScratch,
 }
 
 /// How a chunk traces its rays.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
-    scene: &'a Scene<'a>,
-    marching: &'a Marching,
+    pub scene: &'a Scene<'a>,
+    pub marching: &'a Marching,
     /// Absent when all rays are straight.
-    tracer: Option<Tracer<'a, f32>>,
+    pub tracer: Option<Tracer<'a, f32>>,
 }
 
 impl<'a> View<'a> {
@@ -74,9 +83,15 @@ impl<'a> View<'a> {
         Self { scene, marching, tracer }
     }
 
+    /// The tracer, where surfaces mirror.
+    #[inline(always)]
+    fn mirroring(&self) -> Option<&Tracer<'a, f32>> {
+        self.tracer.as_ref().filter(|_| !self.scene.reflection.is_none())
+    }
+
     /// The samples of one ray, appended; where it bends, its path.
     #[inline(always)]
-    fn march<S: Simd>(
+    pub fn march<S: Simd>(
         &self,
         simd: S,
         (ray, offset): (&Ray<f32>, f32),
@@ -117,7 +132,8 @@ impl<'a> View<'a> {
             arc += speed * segment.range[1];
         }
         marcher.finish(simd, &scene.field.density, self.marching, (&mut front, samples));
-        Found { samples: samples.len(), left: front.transmittance, bent: bending.is_some(), exit }
+        let (samples, left) = (samples.len(), front.transmittance);
+        Found { samples, glimpses: 0, left, bent: bending.is_some(), exit }
     }
 
     /// March and shade a packet of rays.
@@ -128,14 +144,36 @@ impl<'a> View<'a> {
         (rays, offsets): (&[Ray<f32>], &[f32]),
         scratch: &mut Scratch,
     ) {
-        let Scratch { samples, arms, found, paths, .. } = scratch;
+        let Scratch { samples, arms, found, paths, glimpses, reflections, .. } = scratch;
         samples.clear();
         arms.clear();
         found.clear();
+        glimpses.clear();
         for ((i, ray), path) in rays.iter().enumerate().zip(paths) {
-            let offset = offsets.get(i).copied().unwrap_or(0.5);
-            found.push(self.march(simd, (ray, offset), path, (samples, arms)));
+            let (offset, first) = (offsets.get(i).copied().unwrap_or(0.5), samples.len());
+            let mut of_ray = self.march(simd, (ray, offset), path, (samples, arms));
+            if let Some(tracer) = self.mirroring().filter(|_| of_ray.bent) {
+                let opaque = of_ray.left < self.marching.min_transmittance;
+                let seen = (&samples[..], &arms[..], first..samples.len());
+                reflection::find(
+                    self.scene.reflection,
+                    (tracer, path),
+                    seen,
+                    opaque,
+                    (reflections, glimpses),
+                );
+            }
+            of_ray.glimpses = glimpses.len();
+            found.push(of_ray);
         }
+        self.shade_all::<S, BLOCKS>(simd, samples, arms);
+        if self.scene.reflection.source == Source::Exact {
+            self.look_exactly::<S, BLOCKS>(simd, &mut scratch.second, &mut scratch.glimpses);
+        }
+    }
+
+    #[inline(always)]
+    pub fn shade_all<S: Simd, const BLOCKS: usize>(&self, simd: S, samples: &mut [Sample], arms: &[Arm]) {
         let colour = voxels::<BLOCKS>(&self.scene.field.colour);
         for s in samples.iter().take(AHEAD) {
             prefetch_corners(colour, &s.corners);
@@ -153,7 +191,7 @@ impl<'a> View<'a> {
 
 /// C = Σ T a c over the samples of one ray, theory (3.9).
 #[inline(always)]
-fn composite(samples: &[Sample], arms: &[Arm], transmittance: f32) -> Pixel<f32> {
+pub(super) fn composite(samples: &[Sample], arms: &[Arm], transmittance: f32) -> Pixel<f32> {
     let mut pixel = Pixel { colour: [0.0; 3], transmittance, depth: 0.0 };
     for s in samples {
         let weight = s.before * s.alpha;
@@ -178,14 +216,13 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
     let (view, mut scratch) = (View::new(scene, marching), Scratch::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
         view.march_packet::<S, BLOCKS>(simd, (rays, &[]), &mut scratch);
-        let mut first = 0;
+        let (mut first, mut glimpse) = (0, 0);
         for (found, out) in scratch.found.iter().zip(out) {
             *out = composite(&scratch.samples[first..found.samples], &scratch.arms, found.left);
             let behind = scene.background.radiance(found.exit.origin, found.exit.direction);
-            for c in 0..3 {
-                out.colour[c] += found.left * behind[c];
-            }
-            first = found.samples;
+            let glimpses = &mut scratch.glimpses[glimpse..found.glimpses];
+            out.colour = shown(&scratch.samples, first..found.samples, glimpses, (out, behind));
+            (first, glimpse) = (found.samples, found.glimpses);
         }
     }
 }
@@ -236,16 +273,22 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
         let rays = (&batch.rays[packet.clone()], &batch.offset[packet.clone()]);
         view.march_packet::<S, BLOCKS>(simd, rays, &mut scratch);
         outcome.samples += scratch.samples.len() as u64;
-        let Scratch { samples, arms, found, paths, sums } = &mut scratch;
-        let mut first = 0;
+        let Scratch { samples: all, arms, found, paths, sums, glimpses, d_reflections, .. } = &mut scratch;
+        let (mut first, mut glimpse) = (0, 0);
         for ((ray, found), path) in packet.clone().zip(found).zip(paths) {
-            let samples = &samples[first..found.samples];
-            first = found.samples;
+            let (own, glimpses) = (first..found.samples, &mut glimpses[glimpse..found.glimpses]);
+            (first, glimpse) = (found.samples, found.glimpses);
+            let samples = &all[own.clone()];
             let pixel = composite(samples, arms, found.left);
-            let d = compare(scene, (batch, ray), (pixel, &found.exit), objective, tape);
+            let seen = (&all[..], own.clone(), &mut *glimpses);
+            let d = compare(scene, (batch, ray), seen, (pixel, &found.exit), objective, tape);
             outcome.squared_error += d.squared_error;
             let records = tape.records.len();
-            march_back(samples, arms, &d, objective.sparsity, tape);
+            for section in reflection::sections(own, glimpses, (d.at_exit, d.behind), d.colour) {
+                let left = (d.last, d.transmittance);
+                march_back((&all[section.samples.clone()], arms), &section, left, objective.sparsity, tape);
+            }
+            tape.records[records..].reverse();
             let wanted = ray_gradients.get_mut(ray - range.start);
             let bending = view.tracer.as_ref().filter(|_| found.bent && objective.index.is_some());
             if wanted.is_none() && bending.is_none() {
@@ -253,7 +296,9 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             }
             let d_exit = background_vjp(scene, batch, &found.exit, &d);
             let made = (samples, &tape.records[records..], &arms[..]);
-            let adjoint = PathAdjoint { ray: &batch.rays[ray], d_exit, all: wanted.is_some(), most_events };
+            reflection::reflection_adjoints(scene.reflection, glimpses, d_reflections);
+            let (ray, all) = (&batch.rays[ray], wanted.is_some());
+            let adjoint = PathAdjoint { ray, d_exit, all, most_events, d_reflections };
             let bent = bending.or(view.tracer.as_ref().filter(|_| found.bent)).map(|t| (t, &*path));
             let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
             if let Some(wanted) = wanted {
@@ -269,9 +314,25 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
 struct PixelAdjoint {
     squared_error: f64,
     colour: [f32; 3],
+    /// dLoss/d(what the background shows) for a transmittance of 1.
+    at_exit: [f32; 3],
     transmittance: f32,
     behind: [f32; 3],
     last: f32,
+}
+
+/// C + T B of a ray, with what surfaces mirror: theory (3.9), (7.5).
+#[inline(always)]
+pub(super) fn shown(
+    samples: &[Sample],
+    range: Range<usize>,
+    glimpses: &mut [Glimpse],
+    (pixel, behind): (&Pixel<f32>, [f32; 3]),
+) -> [f32; 3] {
+    if !glimpses.is_empty() {
+        return reflection::composite(samples, range, glimpses, behind);
+    }
+    [0, 1, 2].map(|c| pixel.colour[c] + pixel.transmittance * behind[c])
 }
 
 /// Compare a ray with its target: loss, its adjoint, the gradient of the background.
@@ -279,6 +340,7 @@ struct PixelAdjoint {
 fn compare(
     scene: &Scene,
     (batch, ray): (&Batch, usize),
+    (samples, range, glimpses): (&[Sample], Range<usize>, &mut [Glimpse]),
     (pixel, exit): (Pixel<f32>, &Ray<f32>),
     objective: &Objective,
     tape: &mut Tape,
@@ -287,29 +349,37 @@ fn compare(
     let given = batch.behind.get(ray);
     let behind = given.copied().unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
     let (mut colour, mut squared_error) = ([0.0; 3], 0.0);
+    let first = range.start;
+    let shown = shown(samples, range, glimpses, (&pixel, behind));
     for c in 0..3 {
-        let error = pixel.colour[c] + left * behind[c] - target[c];
+        let error = shown[c] - target[c];
         squared_error += f64::from(error * error);
         colour[c] = 2.0 * error;
     }
+    let at_exit = reflection::look_back((samples, first), glimpses, colour, tape);
     if let (None, Background::Environment(map)) = (given, scene.background) {
         let stencil = map.stencil(exit.direction);
         for k in 0..4 {
             let w = left * stencil.weight[k];
-            tape.texels.push((stencil.index[k] as u32, colour.map(|g| w * g)));
+            tape.texels.push((stencil.index[k] as u32, at_exit.map(|g| w * g)));
         }
     }
     let transmittance =
         if objective.opacity > 0.0 { objective.opacity * opacity_beta_slope(left) } else { 0.0 };
-    PixelAdjoint { squared_error, colour, transmittance, behind, last: left }
+    PixelAdjoint { squared_error, colour, at_exit, transmittance, behind, last: left }
 }
 
-/// The sweep from the back: one record per sample, theory (3.10)–(3.13). The twin of [`composite`].
+/// The sweep from the back: one record per sample, from the last on, theory (3.10)–(3.13). The twin of [`composite`].
 #[inline(always)]
-fn march_back(samples: &[Sample], arms: &[Arm], d: &PixelAdjoint, sparsity: f32, tape: &mut Tape) {
+fn march_back(
+    (samples, arms): (&[Sample], &[Arm]),
+    d: &Section,
+    (last, d_transmittance): (f32, f32),
+    sparsity: f32,
+    tape: &mut Tape,
+) {
     let mut arm = u32::MAX;
-    let mut behind = d.behind;
-    let start = tape.records.len();
+    let (mut behind, d_colour_ray) = (d.behind, d.d_colour);
     for s in samples.iter().rev() {
         if s.arm != arm {
             arm = s.arm;
@@ -318,12 +388,12 @@ fn march_back(samples: &[Sample], arms: &[Arm], d: &PixelAdjoint, sparsity: f32,
         let mut contrast = 0.0;
         let mut d_colour = [0.0; 3];
         for c in 0..3 {
-            contrast += d.colour[c] * (s.colour[c] - behind[c]);
+            contrast += d_colour_ray[c] * (s.colour[c] - behind[c]);
             // A colour clamped at 0 has no slope.
-            d_colour[c] = if s.colour[c] > 0.0 { s.before * s.alpha * d.colour[c] } else { 0.0 };
+            d_colour[c] = if s.colour[c] > 0.0 { s.before * s.alpha * d_colour_ray[c] } else { 0.0 };
             behind[c] += s.alpha * (s.colour[c] - behind[c]);
         }
-        let mut d_tau = s.before * (1.0 - s.alpha) * contrast - d.last * d.transmittance;
+        let mut d_tau = s.before * (1.0 - s.alpha) * contrast - last * d_transmittance;
         if sparsity > 0.0 {
             d_tau += sparsity * cauchy_slope(s.tau);
         }
@@ -335,7 +405,6 @@ fn march_back(samples: &[Sample], arms: &[Arm], d: &PixelAdjoint, sparsity: f32,
             d_colour,
         });
     }
-    tape.records[start..].reverse();
 }
 
 /// dLoss/d(direction) of the exit ray through the background.
@@ -345,6 +414,6 @@ fn background_vjp(scene: &Scene, batch: &Batch, exit: &Ray<f32>, d: &PixelAdjoin
         return Vec3::zero();
     }
     let unit = exit.direction;
-    let free = map.radiance_vjp(unit, d.colour.map(|g| g * d.last));
+    let free = map.radiance_vjp(unit, d.at_exit.map(|g| g * d.last));
     free - unit * unit.dot(free)
 }

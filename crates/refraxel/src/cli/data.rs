@@ -95,6 +95,9 @@ pub struct TrainArgs {
     /// Box that holds everything refractive, where there are no masks, in the units of the dataset
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
     pub refraction_box: Option<String>,
+    /// Whether sharp refractive surfaces also mirror their surroundings
+    #[arg(long, value_enum, value_name = "WHETHER")]
+    pub reflection: Option<super::scene::Switch>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,

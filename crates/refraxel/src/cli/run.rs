@@ -47,6 +47,10 @@ pub enum Layer {
     Depth,
     /// How much of the backdrop is hidden
     Opacity,
+    /// What surfaces mirror, alone
+    Reflection,
+    /// What the camera would see if surfaces mirrored nothing
+    Transmission,
     /// The index of refraction that the ray meets on its way, that which differs most from 1
     Index,
     /// The normal of the first refractive surface, as a normal map with opacity

@@ -112,12 +112,14 @@ impl Report {
         rows("straight", s);
         rows("bent, sharp surface", &self.refractive.sharp);
         rows("bent, smooth transition", &self.refractive.smooth);
+        rows("bent, sharp surface that mirrors", &self.refractive.mirrored);
         let memory: Vec<String> =
             self.memory.iter().map(|m| format!("{} (degree {})", m.bytes_per_voxel, m.sh_degree)).collect();
         format!(
             "128³ voxels, SH degree 2, steps of one voxel, nothing skipped; best of {}; {} on {}\n{}\n\
              training: {:.0} thousand rays per second, {:.2}× one thread\n\
              a training sample costs {:.2}× that of straight rays with a sharp surface, {:.2}× with a smooth one\n\
+             a surface that mirrors makes a training step {:.2}× as long\n\
              exact tracer, glass ball: {:.2} million camera rays per second\n\
              bytes per stored voxel with its moments: {}",
             m.repetitions,
@@ -128,6 +130,7 @@ impl Report {
             s.thread_speedup,
             self.refractive.cost_per_sample,
             self.refractive.smooth_cost_per_sample,
+            self.refractive.mirrored_cost,
             self.synth.rays_per_s / 1e6,
             memory.join(", "),
         )

@@ -93,6 +93,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         data: data.to_owned(),
         out: out.to_owned(),
         refraction,
+        reflection: None,
         refraction_box: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),

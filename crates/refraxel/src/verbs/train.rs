@@ -5,7 +5,7 @@ use super::{
     create_folder, data_failure, interrupted, load_photos, open_options, set_threads, source_of,
     watch_for_interrupts,
 };
-use crate::cli::{Refraction, SplitName, TrainArgs};
+use crate::cli::{self, Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::plot::{Plot, Series};
@@ -107,6 +107,9 @@ fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
         Refraction::Off => config.refraction = Bending::Off,
         Refraction::On => config.refraction = Bending::On,
         Refraction::Auto => {}
+    }
+    if let Some(reflection) = args.reflection {
+        config.reflection = if reflection == cli::Switch::On { Switch::On } else { Switch::Off };
     }
     if let Some(bounds) = &args.refraction_box {
         config.refraction_box.clone_from(bounds);

@@ -3,6 +3,7 @@
 mod glass_ball;
 mod gradients;
 mod lenses;
+mod mirrors;
 mod paths;
 mod sharp;
 mod sharp_gradients;

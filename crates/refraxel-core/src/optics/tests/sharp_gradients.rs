@@ -5,11 +5,11 @@ use crate::index::{LevelSet, MediumGradient};
 use crate::optics::{EventKind, GRAZING, RayAdjoint};
 
 /// Central differences in f64 with step 1e-6 of O(1) quantities: truncation 1e-10, rounding 1e-10 of each evaluation.
-const STEP: f64 = 1e-6;
+pub(super) const STEP: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-7;
 
 /// A lumpy body of one index or with a field of its own.
-fn scene(seed: u64, graded: bool) -> Medium<f64> {
+pub(super) fn scene(seed: u64, graded: bool) -> Medium<f64> {
     let mut r = Sequence(seed);
     let lumps: Vec<(Vec3<f64>, f64)> = (0..4).map(|_| (r.vector() * 0.3, 0.25 + 0.1 * r.next())).collect();
     let phi = |x: Vec3<f64>| {
@@ -27,17 +27,17 @@ fn scene(seed: u64, graded: bool) -> Medium<f64> {
 }
 
 /// What a path with these adjoints is worth.
-struct Functional {
-    segments: Vec<(Vec3<f64>, Vec3<f64>)>,
-    exit: RayAdjoint<f64>,
+pub(super) struct Functional {
+    pub segments: Vec<(Vec3<f64>, Vec3<f64>)>,
+    pub exit: RayAdjoint<f64>,
 }
 
 impl Functional {
-    fn random(path: &Path<f64>, r: &mut Sequence) -> Self {
+    pub fn random(path: &Path<f64>, r: &mut Sequence) -> Self {
         let segments = path.segments.iter().map(|_| (r.vector(), r.vector())).collect();
         Self { segments, exit: RayAdjoint { origin: r.vector(), direction: r.vector() } }
     }
-    fn of(&self, path: &Path<f64>) -> f64 {
+    pub fn of(&self, path: &Path<f64>) -> f64 {
         let along: f64 = (path.segments.iter().zip(&self.segments))
             .map(|(s, (a, b))| s.start.dot(*a) + s.momentum.dot(*b))
             .sum();
@@ -45,7 +45,7 @@ impl Functional {
     }
 }
 
-fn tracer<'a>(medium: &'a Medium<f64>, domain: &'a Domain<f64>) -> Tracer<'a, f64> {
+pub(super) fn tracer<'a>(medium: &'a Medium<f64>, domain: &'a Domain<f64>) -> Tracer<'a, f64> {
     Tracer::new(medium, domain, options(Integrator::Leapfrog, 0.5))
 }
 
@@ -63,7 +63,7 @@ fn least_sine(medium: &Medium<f64>, path: &Path<f64>) -> f64 {
 }
 
 /// Rays through a scene from outside and inside whose events are not grazing.
-fn rays(medium: &Medium<f64>, count: usize) -> Vec<(Ray<f64>, Path<f64>)> {
+pub(super) fn rays(medium: &Medium<f64>, count: usize) -> Vec<(Ray<f64>, Path<f64>)> {
     let (mut r, domain) = (Sequence(4), domain());
     let all = std::iter::from_fn(move || {
         let target = r.vector() * 0.3;
@@ -91,7 +91,7 @@ fn gradient(
 }
 
 /// Coefficient j of the level set (0) or the field (1) of the body.
-fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
+pub(super) fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
     let grid = medium.region_mut(0);
     if which == 0 {
         &mut grid.level_set_mut().unwrap().coefficients_mut()[j]

@@ -74,11 +74,9 @@ fn bent_rendering_agrees_with_the_reference() {
     }
 }
 
-#[test]
-fn bent_gradients_agree_with_the_reference() {
-    let backend = backend(Extent::Bounded);
-    let (bent, b) = (Bent::new(&backend), batch(300));
-    let index = IndexObjective {
+/// How the index learns in tests: everything counts.
+pub(super) fn index_objective() -> IndexObjective {
+    IndexObjective {
         rate: 0.01,
         blur: 0.0,
         clip: f32::INFINITY,
@@ -90,7 +88,14 @@ fn bent_gradients_agree_with_the_reference() {
         surface_blur: 3.0,
         surface_smooth: 0.01,
         most_events: 8,
-    };
+    }
+}
+
+#[test]
+fn bent_gradients_agree_with_the_reference() {
+    let backend = backend(Extent::Bounded);
+    let (bent, b) = (Bent::new(&backend), batch(300));
+    let index = index_objective();
     let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
     let mut field = bent.oracle.field.zero_gradient();
     let mut medium = bent.medium.zero_gradient();

@@ -29,6 +29,8 @@ struct Report {
     file_bytes: u64,
     config: Config,
     source: Source,
+    /// How strongly the surface of each refractive region mirrors, 1 being Fresnel's law; empty where none does.
+    reflection_strengths: Vec<f32>,
     /// Of the test split, as last evaluated.
     #[serde(skip_serializing_if = "Option::is_none")]
     evaluation: Option<Evaluation>,
@@ -55,6 +57,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         voxels: field.map.voxels() as u64,
         file_bytes: size,
         config: run.config,
+        reflection_strengths: run.backend.reflection().mirrors.iter().map(|m| m.strength).collect(),
         source: run.source,
         evaluation: Evaluation::read(folder, SplitName::Test)?,
     };
@@ -76,6 +79,11 @@ impl Report {
             ),
             format!("options    {}", changed_options(&self.config, self.unbounded)),
         ];
+        if !self.reflection_strengths.is_empty() {
+            let strengths: Vec<String> =
+                self.reflection_strengths.iter().map(|s| format!("{:.0} %", 100.0 * s)).collect();
+            lines.push(format!("mirrors    {} of Fresnel's reflectance", strengths.join(", ")));
+        }
         lines.push(match &self.evaluation {
             None => "scores     none yet; run `refraxel eval`".to_owned(),
             Some(e) if e.run.step < self.step => {

@@ -9,18 +9,21 @@ use crate::verbs::sheet::{save_image, save_png};
 use crate::verbs::{create_folder, interrupted};
 use anyhow::anyhow;
 use image::ExtendedColorType;
+use refraxel_core::Camera;
 use refraxel_data::NamedCamera;
-use refraxel_train::Backend;
-use refraxel_train::evaluate::{Rendering, render};
+use refraxel_train::backend::Marching;
+use refraxel_train::evaluate::{Rendering, render, render_reflection, render_transmission};
 use refraxel_train::index_edit::index_range;
 use refraxel_train::run::Loaded;
 use refraxel_train::schedule::rendering_marching;
+use refraxel_train::{Backend, CpuBackend};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// What a camera sees, and what it meets that is refractive.
 struct Seen<'a> {
     name: &'a str,
+    by: (&'a CpuBackend, &'a Camera, &'a Marching),
     rendering: Rendering,
     refractive: Option<Refractive>,
     index_range: [f32; 2],
@@ -52,7 +55,8 @@ pub fn render_all(
         let rendering = render(&run.backend, camera, &marching);
         depth.choose_range(&rendering);
         let refractive = with_index.then(|| Refractive::of(refraction, domain, run.plan.near, camera));
-        let seen = Seen { name, rendering, refractive, index_range };
+        let by = (&run.backend, camera, &marching);
+        let seen = Seen { name, by, rendering, refractive, index_range };
         for &layer in layers {
             seen.write(layer, out, &depth)?;
         }
@@ -65,6 +69,7 @@ pub fn render_all(
 impl Seen<'_> {
     /// Colours lie in the folder itself, every other layer in a folder of its own.
     fn write(&self, layer: Layer, out: &Path, depth: &Depth) -> Result<(), Failure> {
+        let (backend, camera, marching) = self.by;
         let (r, size) = (&self.rendering, [self.rendering.width, self.rendering.height]);
         let path = |folder: &str| -> Result<PathBuf, Failure> {
             create_folder(&out.join(folder))?;
@@ -92,6 +97,12 @@ impl Seen<'_> {
                 size,
                 ExtendedColorType::Rgba8,
             ),
+            (Layer::Reflection, _) => {
+                save_image(&path("reflection")?, &render_reflection(backend, camera, marching))
+            }
+            (Layer::Transmission, _) => {
+                save_image(&path("transmission")?, &render_transmission(backend, camera, marching))
+            }
             (Layer::Index | Layer::Normal, None) => Ok(()), // refused before
         }
     }
@@ -103,6 +114,8 @@ pub fn layer_name(layer: Layer) -> &'static str {
         Layer::Colour => "colour",
         Layer::Depth => "depth",
         Layer::Opacity => "opacity",
+        Layer::Reflection => "reflection",
+        Layer::Transmission => "transmission",
         Layer::Index => "index",
         Layer::Normal => "normal",
     }

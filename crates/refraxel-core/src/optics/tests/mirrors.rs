@@ -1,0 +1,185 @@
+//! What surfaces mirror: closed forms, and the adjoint against central differences.
+
+use super::sharp_gradients::{Functional, STEP, coefficient, rays, scene, tracer};
+use super::*;
+use crate::index::LevelSet;
+use crate::optics::{PartialReflection, PartialReflectionAdjoint};
+
+/// Central differences in f64 as for paths, with one more division by a sine.
+const TOLERANCE: f64 = 1e-6;
+
+fn mirrors(tracer: &Tracer<f64>, path: &Path<f64>) -> Vec<PartialReflection<f64>> {
+    let mut out = Vec::new();
+    tracer.partial_reflections(path, &mut out);
+    out
+}
+
+#[test]
+fn a_slab_transmits_one_minus_r_squared_and_mirrors_back() {
+    let level = LevelSet::from_samples(cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
+    let medium = Medium::new(vec![IndexGrid::sharp(level, 1.5)]).unwrap();
+    let domain = domain();
+    let through = |angle: f64| {
+        let direction = vec3(angle.cos(), angle.sin(), 0.0);
+        let tracer = tracer(&medium, &domain);
+        mirrors(&tracer, &tracer.trace(&Ray { origin: vec3(-1.2, -0.3, 0.0), direction }))
+    };
+    let [front, back] = &through(0.0)[..] else { panic!("two faces") };
+    assert!((front.reflectance - 0.04).abs() < 1e-9 && (back.reflectance - 0.04).abs() < 1e-9);
+    let transmitted = (1.0 - front.reflectance) * (1.0 - back.reflectance);
+    // All orders between the faces together: (1 − R)/(1 + R).
+    assert!((transmitted - 0.9216).abs() < 1e-8 && (transmitted - 0.96 / 1.04).abs() < 0.002);
+    assert!(!front.from_inside && back.from_inside && front.segment == 0 && back.segment == 1);
+    let [front, back] = &through(0.6)[..] else { panic!("two faces") };
+    assert!((front.reflectance - back.reflectance).abs() < 1e-9, "parallel faces mirror alike");
+    assert!((front.direction - vec3(-0.6_f64.cos(), 0.6_f64.sin(), 0.0)).length() < 1e-9);
+    assert!((front.position.x + 0.3).abs() < 1e-9 && (back.position.x - 0.3).abs() < 1e-9);
+    let inner = 0.6_f64.sin() / 1.5;
+    assert!((back.direction - vec3(-(1.0 - inner * inner).sqrt(), inner, 0.0)).length() < 1e-9);
+}
+
+#[test]
+fn total_reflection_is_left_to_the_path() {
+    let level = LevelSet::from_samples(cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
+    let medium = Medium::new(vec![IndexGrid::sharp(level, 1.5)]).unwrap();
+    let domain = domain();
+    let tracer = tracer(&medium, &domain);
+    // From inside, beyond the critical angle of 41.8 degrees.
+    let path = tracer.trace(&Ray { origin: Vec3::zero(), direction: vec3(0.6, 0.8, 0.0) });
+    assert!(path.events().any(|e| e.kind == crate::optics::EventKind::Reflection));
+    let refractions = path.events().filter(|e| e.kind == crate::optics::EventKind::Refraction).count();
+    assert_eq!(mirrors(&tracer, &path).len(), refractions);
+}
+
+/// A loss of segments, exit ray and all that is mirrored.
+struct Mirrored {
+    path: Functional,
+    reflections: Vec<PartialReflectionAdjoint<f64>>,
+}
+
+impl Mirrored {
+    fn random(path: &Path<f64>, count: usize, r: &mut Sequence) -> Self {
+        let mut one = || PartialReflectionAdjoint {
+            position: r.vector(),
+            direction: r.vector(),
+            reflectance: 4.0 * r.next(),
+        };
+        let reflections = (0..count).map(|_| one()).collect();
+        Self { path: Functional::random(path, r), reflections }
+    }
+
+    fn of(&self, tracer: &Tracer<f64>, ray: &Ray<f64>, path: &Path<f64>) -> f64 {
+        let path = tracer.replay(ray, path);
+        let terms = mirrors(tracer, &path).into_iter().zip(&self.reflections).map(|(m, d)| {
+            m.position.dot(d.position) + m.direction.dot(d.direction) + m.reflectance * d.reflectance
+        });
+        self.path.of(&path) + terms.sum::<f64>()
+    }
+}
+
+/// Largest error of the adjoint relative to the largest derivative of its kind: level set, index, ray.
+fn errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Mirrored) -> [f64; 3] {
+    let domain = domain();
+    let mut grad = medium.zero_gradient();
+    let d_segments = (&f.path.segments[..], &f.reflections[..]);
+    let d_ray = tracer(medium, &domain).vjp_with_reflections(ray, path, d_segments, &f.path.exit, &mut grad);
+    let mut worst = [0.0_f64; 3];
+    for (which, exact) in [&grad.level_set[0], &grad.index[0]].into_iter().enumerate() {
+        let size = exact.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
+        let touched: Vec<usize> = (0..exact.len()).filter(|&j| exact[j].abs() > 1e-3 * size).collect();
+        for &j in touched.iter().step_by(1 + touched.len() / 20) {
+            let before = *coefficient(medium, which, j);
+            let mut value = |e: f64| {
+                *coefficient(medium, which, j) = before + e;
+                let v = f.of(&tracer(medium, &domain), ray, path);
+                *coefficient(medium, which, j) = before;
+                v
+            };
+            let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
+            worst[which] = worst[which].max((fd - exact[j]).abs() / size);
+        }
+    }
+    let exact = [d_ray.origin.to_array(), d_ray.direction.to_array()].concat();
+    let size = exact.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for (axis, exact) in exact.into_iter().enumerate() {
+        let value = |e: f64| {
+            let mut r = *ray;
+            *(if axis < 3 { &mut r.origin[axis] } else { &mut r.direction[axis - 3] }) += e;
+            f.of(&tracer(medium, &domain), &r, path)
+        };
+        let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
+        worst[2] = worst[2].max((fd - exact).abs() / size);
+    }
+    worst
+}
+
+#[test]
+fn gradients_of_what_is_mirrored_match_central_differences() {
+    let mut seen = 0;
+    for (seed, graded) in [(1, false), (2, true), (3, false), (4, true)] {
+        let mut medium = scene(seed, graded);
+        let mut r = Sequence(seed + 200);
+        for (ray, path) in rays(&medium, 10) {
+            let count = mirrors(&tracer(&medium, &domain()), &path).len();
+            seen += count;
+            let f = Mirrored::random(&path, count, &mut r);
+            let worst = errors(&mut medium, (&ray, &path), &f);
+            assert!(worst.iter().all(|e| *e < TOLERANCE), "level set, index, ray: {worst:?}");
+        }
+    }
+    assert!(seen > 50, "{seen}");
+}
+
+#[test]
+fn the_first_adjoints_stand_for_all_where_the_rest_is_zero() {
+    let medium = scene(1, true);
+    let domain = domain();
+    let (ray, path) = rays(&medium, 9).into_iter().find(|(_, p)| p.events().count() > 2).unwrap();
+    let tracer = tracer(&medium, &domain);
+    let mut f = Mirrored::random(&path, mirrors(&tracer, &path).len(), &mut Sequence(9));
+    f.reflections[1..].fill(PartialReflectionAdjoint::default());
+    let gradient = |reflections: &[PartialReflectionAdjoint<f64>]| {
+        let mut grad = medium.zero_gradient();
+        let d = (&f.path.segments[..], reflections);
+        let d_ray = tracer.vjp_with_reflections(&ray, &path, d, &f.path.exit, &mut grad);
+        (grad, d_ray)
+    };
+    assert_eq!(gradient(&f.reflections), gradient(&f.reflections[..1]));
+}
+
+/// Shares of entering and of leaving a slab of n = 1.5 whose faces are `width` wide, at `sine` of incidence.
+fn of_slab(width: f64, nodes: u32, step: f64, sine: f64) -> [f64; 2] {
+    let n = |x: Vec3<f64>| 1.0 + 0.5 * ramp(x.x.abs() - 0.5, width);
+    let bounds = Aabb::new(vec3(-1.5, -4.0, -1.0), vec3(1.5, 4.0, 1.0));
+    let grid = IndexGrid::from_control_values(bounds, [nodes, 24, 16], Interpolation::CubicBSpline, n);
+    let medium = Medium::new(vec![grid]).unwrap();
+    let direction = vec3((1.0 - sine * sine).sqrt(), sine, 0.0);
+    let ray = Ray { origin: -direction * 1.9, direction };
+    let domain = domain();
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, step));
+    let shares = tracer.gradual_reflections(&tracer.trace(&ray));
+    [-1.0, 1.0].map(|side| shares.iter().filter(|s| s.position.x * side > 0.0).map(|s| s.share).sum())
+}
+
+#[test]
+fn a_smooth_transition_mirrors_one_reflectance_whatever_its_width_and_the_step() {
+    for sine in [0.0_f64, 0.5, 0.8] {
+        let (before, after) = ((1.0 - sine * sine).sqrt(), (2.25 - sine * sine).sqrt());
+        let exact = crate::optics::fresnel::Incidence { before, after, w_before: 0.5, w_after: 1.125 };
+        for (width, nodes, step) in [(0.08, 97, 0.5), (0.08, 193, 0.5), (0.04, 193, 0.5), (0.08, 97, 0.25)] {
+            for found in of_slab(width, nodes, step, sine) {
+                let off = found / exact.reflectance() - 1.0;
+                assert!(off.abs() < 0.01, "{sine} {width} {nodes} {step}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constant_medium_mirrors_nothing() {
+    let medium = medium(1.0, 24, Interpolation::CubicBSpline, |_| 1.0);
+    let domain = domain();
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+    let ray = Ray { origin: vec3(-1.5, 0.2, 0.1), direction: vec3(1.0, 0.0, 0.0) };
+    assert!(tracer.gradual_reflections(&tracer.trace(&ray)).is_empty());
+}

@@ -1,0 +1,121 @@
+//! Mirrors learn: queries of the caches are scattered to their probes, and these and the strengths take a step.
+
+use super::tape::{Query, Tape};
+use super::update::RULE;
+use crate::backend::ReflectionObjective;
+use crate::reflection::{Mirror, Reflection};
+use rayon::prelude::*;
+use refraxel_core::radiance::ProbeGrid;
+
+/// Arrays that queries are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
+const PARTS: usize = 4;
+
+/// Second moments of one mirror.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MirrorMoments {
+    /// Of its strength.
+    pub strength: f32,
+    /// One per probe of the outer cache.
+    pub outer: Vec<f32>,
+    /// One per probe of the inner cache.
+    pub inner: Vec<f32>,
+}
+
+/// dLoss/d(everything) of one mirror.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MirrorGradient {
+    /// With respect to ρ.
+    pub strength: f64,
+    /// With respect to the coefficients of the outer cache.
+    pub outer: Vec<f32>,
+    /// With respect to the coefficients of the inner cache.
+    pub inner: Vec<f32>,
+}
+
+impl MirrorMoments {
+    /// Those of a mirror that has not learned yet.
+    pub fn zero(mirror: &Mirror) -> Self {
+        Self {
+            strength: 0.0,
+            outer: vec![0.0; mirror.outer.probes()],
+            inner: vec![0.0; mirror.inner.probes()],
+        }
+    }
+}
+
+impl MirrorGradient {
+    fn zero(mirror: &Mirror) -> Self {
+        let zeros = |grid: &ProbeGrid<f32>| vec![0.0; grid.coefficients.len()];
+        Self { strength: 0.0, outer: zeros(&mirror.outer), inner: zeros(&mirror.inner) }
+    }
+
+    fn add(&mut self, mirror: &Mirror, query: &Query) {
+        self.strength += f64::from(query.d_strength);
+        let cache = mirror.cache(query.inner);
+        let stencil = cache.stencil(query.x, query.direction);
+        cache.scatter(
+            &stencil,
+            query.d_radiance,
+            if query.inner { &mut self.inner } else { &mut self.outer },
+        );
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.strength += other.strength;
+        let pairs = self.outer.iter_mut().chain(&mut self.inner).zip(other.outer.iter().chain(&other.inner));
+        pairs.for_each(|(a, b)| *a += b);
+    }
+}
+
+/// The gradient of all mirrors from the queries of all tapes.
+pub(super) fn gradient(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
+    let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
+    let parts: Vec<Vec<MirrorGradient>> = tapes
+        .par_chunks(tapes.len().div_ceil(PARTS).max(1))
+        .map(|tapes| {
+            let mut sums = zero();
+            for query in tapes.iter().flat_map(|t| &t.queries) {
+                let region = query.region as usize;
+                sums[region].add(&reflection.mirrors[region], query);
+            }
+            sums
+        })
+        .collect();
+    let mut parts = parts.into_iter();
+    let mut total = parts.next().unwrap_or_else(zero);
+    for part in parts {
+        total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b));
+    }
+    total
+}
+
+/// One step of every mirror, theory (7.10).
+pub(super) fn update(
+    reflection: &mut Reflection,
+    moments: &mut [MirrorMoments],
+    tapes: &[Tape],
+    objective: &ReflectionObjective,
+) {
+    let grads = gradient(reflection, tapes);
+    for ((mirror, moments), grad) in reflection.mirrors.iter_mut().zip(moments).zip(&grads) {
+        if grad.strength != 0.0 {
+            let step = RULE.step(grad.strength as f32, &mut moments.strength, objective.rate_strength);
+            mirror.strength = (mirror.strength + step).clamp(0.0, 1.0);
+        }
+        descend(&mut mirror.outer, &mut moments.outer, &grad.outer, objective.rate);
+        descend(&mut mirror.inner, &mut moments.inner, &grad.inner, objective.rate);
+    }
+}
+
+/// RMSProp with one second moment per probe, as for the colours of voxels.
+fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) {
+    let stride = cache.stride();
+    let probes = cache.coefficients.chunks_exact_mut(stride).zip(grad.chunks_exact(stride)).zip(moments);
+    for ((coefficients, grad), moment) in probes {
+        let square = grad.iter().map(|g| g * g).sum::<f32>() / stride as f32;
+        if square > 0.0 && rate > 0.0 {
+            let scale = RULE.scale(square, moment, rate);
+            coefficients.iter_mut().zip(grad).for_each(|(c, g)| *c += scale * g);
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What surfaces mirror, by a second ray through the field: the reference for the caches.
+
+use super::march::Sample;
+use super::reflection::Glimpse;
+use super::trace::{Arm, View, composite, shown};
+use crate::backend::Marching;
+use fearless_simd::Simd;
+use refraxel_core::{Path, Ray};
+
+/// Samples, arms and path of a secondary ray.
+pub(super) type SecondScratch = (Vec<Sample>, Vec<Arm>, Path<f32>);
+
+/// Distance from the surface at which a secondary ray begins [voxel of the field]: it must not meet where it comes from.
+const LIFT: f32 = 1e-2;
+
+impl View<'_> {
+    /// What partial reflections show by a second ray through the field, without further reflections.
+    #[inline(always)]
+    pub fn look_exactly<S: Simd, const BLOCKS: usize>(
+        &self,
+        simd: S,
+        (samples, arms, path): &mut SecondScratch,
+        glimpses: &mut [Glimpse],
+    ) {
+        let marching = Marching { near: 0.0, ..*self.marching };
+        let tracer = self.scene.refraction.secondary_tracer(self.scene.marcher.domain());
+        let view = View { scene: self.scene, marching: &marching, tracer: Some(tracer) };
+        let lift = LIFT * self.scene.field.domain.voxel();
+        for glimpse in glimpses {
+            let of = &glimpse.of;
+            let side = if of.from_inside { -lift } else { lift };
+            let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
+            samples.clear();
+            arms.clear();
+            let found = view.march(simd, (&ray, 0.5), path, (samples, arms));
+            view.shade_all::<S, BLOCKS>(simd, samples, arms);
+            let pixel = composite(samples, arms, found.left);
+            let behind = self.scene.background.radiance(found.exit.origin, found.exit.direction);
+            glimpse.mirrored = shown(samples, 0..samples.len(), &mut [], (&pixel, behind));
+        }
+    }
+}
