@@ -239,7 +239,7 @@ impl Default for Config {
             index_deviation_penalty: IndexPenalty::L1,
             bent_rates: 1.0,
             contents_density: -5.0,
-            reflection: Switch::Off,
+            reflection: Switch::On,
             reflection_cache: ReflectionCache::Learned,
             reflection_probes: 8,
             reflection_degree: 3,
