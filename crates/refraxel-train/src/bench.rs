@@ -140,6 +140,7 @@ const INDEX: IndexObjective = IndexObjective {
     trust: 0.02,
     surface_rate: 1e-6,
     surface_smooth: 1e-4,
+    surface_bending: 0.0,
     most_events: 2,
 };
 

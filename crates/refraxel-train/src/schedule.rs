@@ -121,6 +121,7 @@ fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
         rate: config.rate_index * decay,
         surface_rate: config.rate_surface * decay,
         surface_smooth: config.surface_smooth * decay,
+        surface_bending: config.surface_bending,
         most_events: config.surface_events,
         blur: config.index_blur,
         clip: config.index_clip,

@@ -17,7 +17,7 @@ fn known(folder: &Path, data: &Path, name: &str, file: &Path) -> PathBuf {
     train(
         data,
         &run,
-        &[&fixed[..], &["--set", "index_surface=sharp", "--set", "index_resolution=40"]].concat(),
+        &[&fixed[..], &["--set", "index_surface=sharp", "--set", "index_resolution=24"]].concat(),
     )
     .done();
     run
@@ -61,7 +61,7 @@ fn a_mesh_that_comes_back_is_the_same_surface() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
     let first = known(folder.path(), &data, "first", &data.join("scene.json"));
-    export(&first, "ply", &["--detail", "3"]).done();
+    export(&first, "ply", &["--detail", "2"]).done();
     let second = known(folder.path(), &data, "second", &first.join("surface.ply"));
     let (before, after) = (level_set(&first), level_set(&second));
     let mesh = refraxel_core::Mesh::of_level(after.domain(), 1, |x| after.sample(x));

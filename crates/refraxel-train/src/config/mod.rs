@@ -118,8 +118,10 @@ pub struct Config {
     pub rate_index: f32,
     /// Learning rate of a sharp surface [voxel of the index grid]; 0 holds it fixed.
     pub rate_surface: f32,
-    /// Smoothing of a sharp surface per step, 0 to 1.
+    /// Smoothing of a sharp surface per step, 0 to 1; none where the surface is held fixed.
     pub surface_smooth: f32,
+    /// Weight of the bending energy of a sharp surface.
+    pub surface_bending: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
     pub surface_events: u32,
     /// Blur of the gradient of the index [voxel of the index grid].
@@ -202,6 +204,7 @@ impl Default for Config {
             rate_index: 0.001,
             rate_surface: 0.04,
             surface_smooth: 0.03,
+            surface_bending: 0.0,
             surface_events: 2,
             index_blur: 1.5,
             index_clip: 3.0,
@@ -411,6 +414,7 @@ impl Config {
             ("index_clip", self.index_clip),
             ("index_variation", self.index_variation),
             ("index_deviation", self.index_deviation),
+            ("surface_bending", self.surface_bending),
         ] {
             within(key, v.into(), 0.0, 1e6, "0 or more")?;
         }

@@ -5,7 +5,7 @@ use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::refraction::Refraction;
 use rayon::prelude::*;
-use refraxel_core::index::{MediumGradient, priors};
+use refraxel_core::index::{MediumGradient, priors, shape};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
 
 /// Arrays that kicks are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
@@ -112,8 +112,9 @@ pub(super) fn update(
         let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
         let searched = refraction.extras.get(region).and_then(|e| e.searched);
         let grid = refraction.medium.region_mut(region);
-        if let Some(level) = grid.level_set_mut() {
+        if let Some(level) = grid.level_set_mut().filter(|_| objective.surface_rate > 0.0) {
             gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
+            add_bending(level, rays as f32, objective, &mut surface);
             descend_surface(level, &mut moments.surface, &surface, objective);
         }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
@@ -138,6 +139,13 @@ fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad
     let (weight, penalty) = objective.deviation;
     if weight > 0.0 {
         priors::deviation_vjp(grid, 1.0, penalty, weight * rays, grad);
+    }
+}
+
+/// Not blurred: the shortest waves are what it is for.
+fn add_bending(level: &LevelSet<f32>, rays: f32, objective: &IndexObjective, grad: &mut [f32]) {
+    if objective.surface_bending > 0.0 {
+        shape::bending_vjp(level, objective.surface_bending * rays, grad);
     }
 }
 
@@ -192,5 +200,67 @@ fn descend_surface(
         level.smooth(objective.surface_smooth);
     } else {
         level.find_surface();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use refraxel_core::index::priors::Penalty;
+    use refraxel_core::{Aabb, Vec3};
+
+    const OBJECTIVE: IndexObjective = IndexObjective {
+        rate: 0.0,
+        blur: 1.0,
+        clip: 1.0,
+        variation: (0.0, Penalty::Squared),
+        deviation: (0.0, Penalty::Squared),
+        largest: 2.0,
+        trust: 0.02,
+        surface_rate: 0.05,
+        surface_smooth: 0.0,
+        surface_bending: 0.0,
+        most_events: 8,
+    };
+
+    /// A dented ball after `steps` steps without any ray that met it.
+    fn dented(steps: u64, objective: &IndexObjective) -> LevelSet<f32> {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [25; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let random = Random::new(1);
+        let dent = |j: usize| 0.03 * (random.uniform(j as u64, 0) as f32 - 0.5);
+        let rough = ball.coefficients().iter().enumerate().map(|(j, c)| c + dent(j)).collect();
+        let level = LevelSet::from_coefficients(cube, [25; 3], rough).unwrap();
+        let grid = IndexGrid::sharp(level, 1.5);
+        let mut moments = [IndexMoments::zero(&grid)];
+        let mut refraction = Refraction::none();
+        refraction.medium = Medium::new(vec![grid]).unwrap();
+        refraction.extras = vec![Default::default()];
+        (0..steps).for_each(|step| update(&mut refraction, &mut moments, (&[], 64, step), objective));
+        refraction.medium.regions()[0].level_set().unwrap().clone()
+    }
+
+    #[test]
+    fn the_bending_prior_takes_dents_out_and_leaves_the_ball() {
+        let (before, bends) = (dented(0, &OBJECTIVE), IndexObjective { surface_bending: 1.0, ..OBJECTIVE });
+        let after = dented(40, &bends);
+        let [rough, smooth] = [&before, &after].map(shape::bending);
+        assert!(smooth < 0.3 * rough, "{rough} to {smooth}");
+        let radius = (0..90).map(|k| {
+            let d = Vec3::new((k as f32 * 0.7).sin(), (k as f32 * 1.3).cos(), (k as f32 * 0.37).sin())
+                .normalized();
+            after.value(d * 0.6) / after.voxel()
+        });
+        let off = radius.sum::<f32>() / 90.0;
+        assert!(off.abs() < 0.1, "{off} voxels");
+    }
+
+    #[test]
+    fn a_surface_without_a_rate_stays_bit_by_bit() {
+        let still =
+            IndexObjective { surface_rate: 0.0, surface_smooth: 0.1, surface_bending: 1.0, ..OBJECTIVE };
+        let learning = IndexObjective { rate: 0.01, ..still };
+        assert_eq!(dented(5, &learning).coefficients(), dented(0, &learning).coefficients());
     }
 }

@@ -79,7 +79,7 @@ impl Site {
         self.from_occupancy(&super::inside::occupancy(shape, &self.domain(), SAMPLES), n0)
     }
 
-    /// The level set of a closed shape by its exact distances; `rough` says where its surface is, to [`EXACT`] voxels. Keeps
+    /// The level set of a closed shape by its exact distances; `rough` says where its surface is, to four voxels. Keeps
     /// the surface of a mesh to a hundredth of a voxel where it is smooth; creases are rounded as splines have to.
     pub fn distance(&self, shape: &Shape, rough: &LevelSet<f32>) -> LevelSet<f32> {
         let (domain, inside) = (self.domain(), super::inside::occupancy(shape, &self.domain(), 1));

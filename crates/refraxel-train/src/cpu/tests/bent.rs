@@ -88,6 +88,7 @@ fn bent_gradients_agree_with_the_reference() {
         trust: 0.02,
         surface_rate: 0.01,
         surface_smooth: 0.01,
+        surface_bending: 0.01,
         most_events: 8,
     };
     let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
@@ -134,6 +135,7 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
         trust: 0.02,
         surface_rate: 0.01,
         surface_smooth: 0.01,
+        surface_bending: 0.01,
         most_events: 8,
     };
     let learned = |threads: usize| {
