@@ -18,6 +18,7 @@ pub mod recipe;
 pub mod refraction;
 pub mod run;
 pub mod schedule;
+pub mod soft;
 pub mod surface;
 pub mod trainer;
 

@@ -7,6 +7,9 @@ use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+/// Widest soft edge of a sharp surface [voxel].
+pub const WIDEST_EDGE: f32 = 8.0;
+
 /// What training should do. Every field is a key of the configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -122,6 +125,10 @@ pub struct Config {
     pub surface_smooth: f32,
     /// Weight of the bending energy of a sharp surface.
     pub surface_bending: f32,
+    /// Width of the soft edge that a sharp surface has when rays begin to bend [voxel of the index grid]; 0: none.
+    pub surface_width: f32,
+    /// Share of the run with bent rays over which the soft edge narrows to none.
+    pub surface_width_share: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
     pub surface_events: u32,
     /// Blur of the gradient of the index [voxel of the index grid].
@@ -205,6 +212,8 @@ impl Default for Config {
             rate_surface: 0.04,
             surface_smooth: 0.03,
             surface_bending: 0.0,
+            surface_width: 0.0,
+            surface_width_share: 0.3,
             surface_events: 2,
             index_blur: 1.5,
             index_clip: 3.0,
@@ -408,6 +417,8 @@ impl Config {
         within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;
+        within("surface_width", self.surface_width.into(), 0.0, WIDEST_EDGE.into(), "0 to 8 voxels")?;
+        within("surface_width_share", self.surface_width_share.into(), 0.0, 0.9, "0 to 0.9")?;
         within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
         for (key, v) in [

@@ -4,6 +4,7 @@ use super::tape::{Kick, Tape};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::refraction::Refraction;
+use crate::soft::Soft;
 use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors, shape};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
@@ -99,7 +100,7 @@ fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f
     }
 }
 
-/// One step of every region.
+/// One step of every region. Bodies behind a soft edge take that of sharp ones.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
@@ -109,13 +110,15 @@ pub(super) fn update(
     let grads = gradient(&refraction.medium, tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
-        let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
         let searched = refraction.extras.get(region).and_then(|e| e.searched);
+        if let Some(soft) = refraction.extras.get_mut(region).and_then(|e| e.soft.as_mut()) {
+            learn_behind(soft, searched, moments, (&grad, rays as f32), objective);
+            continue;
+        }
+        let free = refraction.extras.get(region).map(|e| &e.free[..]).filter(|free| !free.is_empty());
         let grid = refraction.medium.region_mut(region);
-        if let Some(level) = grid.level_set_mut().filter(|_| objective.surface_rate > 0.0) {
-            gaussian_blur(&mut surface, level.domain().resolution, objective.blur);
-            add_bending(level, rays as f32, objective, &mut surface);
-            descend_surface(level, &mut moments.surface, &surface, objective);
+        if let Some(level) = grid.level_set_mut() {
+            learn_surface(level, &mut moments.surface, (&mut surface, rays as f32), objective);
         }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
             descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
@@ -128,6 +131,43 @@ pub(super) fn update(
             }
         }
     }
+    if refraction.width() > 0.0 {
+        refraction.set_width(objective.surface_width);
+    }
+}
+
+/// The step of a sharp body, by the gradient of its soft edge.
+fn learn_behind(
+    soft: &mut Soft,
+    searched: Option<f32>,
+    moments: &mut IndexMoments,
+    (grad, rays): (&[f32], f32),
+    objective: &IndexObjective,
+) {
+    let mut surface = vec![0.0; soft.surface.coefficients().len()];
+    let d_index = soft.grid_vjp(grad, &mut surface);
+    learn_surface(&mut soft.surface, &mut moments.surface, (&mut surface, rays), objective);
+    let mut body = soft.body();
+    // By dw = n dn.
+    descend_one(&mut body, (soft.index, searched), &mut moments.index, &[d_index / soft.index], objective);
+    soft.index = body.interior_index().unwrap_or(soft.index);
+}
+
+/// One step of a surface, unless it is held fixed.
+fn learn_surface(
+    level: &mut LevelSet<f32>,
+    moments: &mut AdamMoments,
+    (grad, rays): (&mut [f32], f32),
+    objective: &IndexObjective,
+) {
+    if objective.surface_rate > 0.0 {
+        gaussian_blur(grad, level.domain().resolution, objective.blur);
+        if objective.surface_bending > 0.0 {
+            // Not blurred: the shortest waves are what it is for.
+            shape::bending_vjp(level, objective.surface_bending * rays, grad);
+        }
+        descend_surface(level, moments, grad, objective);
+    }
 }
 
 /// Priors count per ray, like the loss.
@@ -139,13 +179,6 @@ fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad
     let (weight, penalty) = objective.deviation;
     if weight > 0.0 {
         priors::deviation_vjp(grid, 1.0, penalty, weight * rays, grad);
-    }
-}
-
-/// Not blurred: the shortest waves are what it is for.
-fn add_bending(level: &LevelSet<f32>, rays: f32, objective: &IndexObjective, grad: &mut [f32]) {
-    if objective.surface_bending > 0.0 {
-        shape::bending_vjp(level, objective.surface_bending * rays, grad);
     }
 }
 
@@ -221,6 +254,7 @@ mod tests {
         surface_rate: 0.05,
         surface_smooth: 0.0,
         surface_bending: 0.0,
+        surface_width: 0.0,
         most_events: 8,
     };
 

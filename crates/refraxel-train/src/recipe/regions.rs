@@ -396,7 +396,7 @@ impl Region {
         match profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
             Profile::Sharp => Extras { searched, ..Extras::default() },
-            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched },
+            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, soft: None },
         }
     }
 }

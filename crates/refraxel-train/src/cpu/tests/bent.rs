@@ -89,6 +89,7 @@ fn bent_gradients_agree_with_the_reference() {
         surface_rate: 0.01,
         surface_smooth: 0.01,
         surface_bending: 0.01,
+        surface_width: 0.0,
         most_events: 8,
     };
     let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
@@ -136,6 +137,7 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
         surface_rate: 0.01,
         surface_smooth: 0.01,
         surface_bending: 0.01,
+        surface_width: 0.0,
         most_events: 8,
     };
     let learned = |threads: usize| {
