@@ -159,6 +159,8 @@ const INDEX: IndexObjective = IndexObjective {
     surface_rate: 1e-6,
     surface_blur: 3.0,
     surface_smooth: 1e-4,
+    surface_bending: 0.0,
+    surface_width: 0.0,
     most_events: 2,
 };
 

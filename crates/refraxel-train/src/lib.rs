@@ -19,6 +19,8 @@ pub mod reflection;
 pub mod refraction;
 pub mod run;
 pub mod schedule;
+pub mod soft;
+pub mod surface;
 pub mod trainer;
 
 pub use backend::Backend;

@@ -1,6 +1,7 @@
 //! What bends the rays of a model: its index of refraction, and how rays are traced through it.
 
 use crate::initial::Gate;
+use crate::soft::Soft;
 use refraxel_core::optics::{Options, Tracer};
 use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Ray, Vec3};
 
@@ -24,6 +25,8 @@ pub struct Extras {
     pub gate: Option<Gate>,
     /// The index that a search found for the whole body, where it found one.
     pub searched: Option<f32>,
+    /// The body behind the region's field, while that is only its soft edge.
+    pub soft: Option<Soft>,
 }
 
 impl Extras {
@@ -119,13 +122,18 @@ impl Refraction {
                 None => old.clone().with_level_set(level),
             }
         };
-        let medium = Medium::new(self.medium.regions().iter().map(grid).collect());
+        let bodies: Vec<IndexGrid<f32>> = (0..self.medium.regions().len()).map(|k| self.body(k)).collect();
+        let medium = Medium::new(bodies.iter().map(grid).collect());
         let medium = medium.unwrap_or_else(|e| unreachable!("the boxes are those of before: {e}"));
-        let extras = self.extras.iter().zip(medium.regions()).zip(self.medium.regions());
-        let extras = extras
-            .map(|((extras, new), old)| Extras { free: extras.refined_free(old, new), ..extras.clone() });
+        let extras = self.extras.iter().zip(medium.regions()).zip(&bodies);
+        let extras = extras.map(|((extras, new), old)| Extras {
+            free: extras.refined_free(old, new),
+            soft: None,
+            ..extras.clone()
+        });
         let mut refined = Self { extras: extras.collect(), medium, optics: self.optics };
         refined.find_flat_cells();
+        refined.set_width(self.width());
         refined
     }
 

@@ -135,6 +135,9 @@ struct StoredRegion {
     surface_resolution: Option<[u32; 3]>,
     /// The index that a search found.
     searched: Option<f32>,
+    /// Width of its soft edge [voxel], while its surface is not traced itself.
+    #[serde(default)]
+    soft_width: f32,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
 }
@@ -201,14 +204,16 @@ pub fn save_run(
 
 fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
     let refraction = backend.refraction();
-    let regions = refraction.medium.regions().iter().zip(&backend.moments().index).enumerate();
-    let stored = regions.map(|(k, (region, moments))| {
+    let stored = backend.moments().index.iter().enumerate().map(|(k, moments)| {
+        let region = refraction.body(k);
         let Domain { bounds, resolution, .. } = *region.domain();
         let bounds = [bounds.min.to_array(), bounds.max.to_array()];
         let surface_resolution = region.level_set().map(|l| l.domain().resolution);
         let moment_steps = [moments.index.steps, moments.surface.steps];
-        let searched = refraction.extras.get(k).and_then(|e| e.searched);
-        StoredRegion { bounds, resolution, surface_resolution, searched, moment_steps }
+        let extras = refraction.extras.get(k);
+        let searched = extras.and_then(|e| e.searched);
+        let soft_width = extras.and_then(|e| e.soft.as_ref()).map_or(0.0, |s| s.width);
+        StoredRegion { bounds, resolution, surface_resolution, searched, soft_width, moment_steps }
     });
     stored.collect()
 }
@@ -217,8 +222,8 @@ fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
 fn index_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
     let refraction = backend.refraction();
     let mut out = Vec::new();
-    for (k, (region, moments)) in refraction.medium.regions().iter().zip(&backend.moments().index).enumerate()
-    {
+    for (k, moments) in backend.moments().index.iter().enumerate() {
+        let region = refraction.body(k);
         let mut put = |name: &str, data: TensorData, len: usize| {
             out.push((format!("index.{k}{name}"), Tensor { shape: vec![len], data }));
         };
@@ -308,11 +313,15 @@ fn restore_refraction(
         if !free.is_empty() && free.len() != nodes {
             return Err(wrong("has a list of free nodes of another size"));
         }
-        extras.push(Extras { free, gate: gate.transpose()?, searched: region.searched });
+        extras.push(Extras { free, gate: gate.transpose()?, searched: region.searched, soft: None });
     }
     let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
     let mut refraction = Refraction { medium, optics, extras };
     refraction.find_flat_cells();
+    let width = h.regions.iter().map(|r| r.soft_width).fold(0.0, f32::max);
+    if width > 0.0 {
+        refraction.set_width(width.min(crate::config::WIDEST_EDGE));
+    }
     Ok((refraction, moments))
 }
 

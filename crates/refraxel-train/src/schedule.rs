@@ -115,10 +115,20 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
     }
 }
 
+/// Share of the time with bent rays that is over.
+fn bent_share(config: &Config, progress: Progress) -> f32 {
+    ((progress.0 - straight_until(config)) / (1.0 - straight_until(config))).clamp(0.0, 1.0) as f32
+}
+
+/// Width of the soft edge of sharp bodies [voxel], theory (4.16).
+pub fn surface_width(config: &Config, progress: Progress) -> f32 {
+    let (share, over) = (config.surface_width_share, bent_share(config, progress));
+    if over >= share { 0.0 } else { config.surface_width * (1.0 - over / share) }
+}
+
 /// The decay of rates over what is left of the run once rays bend.
 fn bent_decay(config: &Config, progress: Progress) -> f32 {
-    let left = ((progress.0 - straight_until(config)) / (1.0 - straight_until(config))).clamp(0.0, 1.0);
-    config.rate_decay.powf(left as f32)
+    config.rate_decay.powf(bent_share(config, progress))
 }
 
 fn reflection_objective(config: &Config, progress: Progress) -> ReflectionObjective {
@@ -137,6 +147,8 @@ fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
         surface_rate: config.rate_surface * decay,
         surface_blur: config.surface_blur,
         surface_smooth: config.surface_smooth * decay,
+        surface_bending: config.surface_bending,
+        surface_width: surface_width(config, progress),
         most_events: config.surface_events,
         blur: config.index_blur,
         clip: config.index_clip,
@@ -161,6 +173,15 @@ mod tests {
         let finest = Domain::with_longest(bounds, Extent::Bounded, 129);
         assert_eq!(stage_domain(&c, &finest, c.stages - 1), finest);
         assert_eq!(stage_domain(&c, &finest, 0).resolution, [33; 3]);
+    }
+
+    #[test]
+    fn the_soft_edge_narrows_to_none_while_rays_bend() {
+        let c = Config { surface_width: 3.0, surface_width_share: 0.5, ..Config::default() };
+        let width = |p| surface_width(&c, Progress(p));
+        assert!(width(0.0) == 3.0 && width(0.06) == 3.0 && width(0.3) < width(0.2) && width(0.6) == 0.0);
+        assert!((width(0.06 + 0.94 * 0.25) - 1.5).abs() < 1e-5);
+        assert_eq!(surface_width(&Config::default(), Progress(0.1)), 0.0);
     }
 
     #[test]

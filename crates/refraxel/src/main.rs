@@ -31,6 +31,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
         Verb::Demo(args) => verbs::demo::run(&args),
         Verb::Inspect(args) => verbs::inspect::run(&args),
         Verb::Render(args) => verbs::render::run(&args),
+        Verb::Export(args) => verbs::export::run(&args),
         Verb::Compare(args) => verbs::compare::run(&args),
         Verb::Synth(args) => verbs::synth::run(&args),
         Verb::Bench(args) => verbs::bench::run(&args),

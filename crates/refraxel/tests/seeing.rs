@@ -4,6 +4,7 @@ mod common;
 
 use common::*;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
+use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -29,7 +30,8 @@ fn a_bent_run_shows_its_index() {
     let data = ball(folder.path());
     let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
     let cameras = data.join("transforms_test.json");
-    let words = ["--cameras", path(&cameras), "--outputs", "colour,index,normal", "--slices", "--paths", "5"];
+    let words = ["--cameras", path(&cameras), "--outputs", "colour,index,normal,surface-depth", "--slices"];
+    let words = [&words[..], &["--paths", "5"]].concat();
     let report = render(&run, &out, &[&words[..], &["--json"]].concat()).done().json();
     assert_eq!((&report["views"], &report["truth_shown"]), (&2.into(), &true.into()));
     for file in ["r_0.png", "index_preview/r_0.png", "index_slices.png", "paths.png", "transforms.json"] {
@@ -43,10 +45,24 @@ fn a_bent_run_shows_its_index() {
     let met = |p: &&image::Rgba<u8>| p.0[3] == 255;
     assert!(normal.pixels().any(|p| p.0 == [0; 4]));
     assert!(normal.pixels().filter(met).count() > 4 && normal.pixels().filter(met).all(|p| p.0[2] >= 127));
+    let notes: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("transforms.json")).unwrap()).unwrap();
+    assert!(out.join("surface_depth_preview/r_0.png").is_file());
+    let depth = image::open(out.join("surface_depth/r_0.png")).unwrap();
+    assert_eq!(depth.color(), image::ColorType::L16);
+    // The nearest point of the ball as the camera sees it.
+    let scene: Value =
+        serde_json::from_str(&std::fs::read_to_string(data.join("scene.json")).unwrap()).unwrap();
+    let (ball, m) = (&scene["refractive"][0], &notes["frames"][0]["transform_matrix"]);
+    let off = (0..3).map(|a| m[a][3].as_f64().unwrap() - ball["center"][a].as_f64().unwrap());
+    let nearest = off.map(|d| d * d).sum::<f64>().sqrt() - ball["radius"].as_f64().unwrap();
+    let depths: Vec<u16> = depth.into_luma16().pixels().map(|p| p.0[0]).collect();
+    let least = f64::from(depths.iter().copied().filter(|&d| d > 0).min().unwrap());
+    let least = least * notes["surface_depth"]["unit"].as_f64().unwrap();
+    assert!(least > nearest - 0.05 && least < nearest + 0.1, "{least} {nearest}");
+    assert_eq!(depths.iter().filter(|&&d| d > 0).count(), normal.pixels().filter(met).count());
     let lines = std::fs::read_to_string(out.join("paths.ply")).unwrap();
     assert!(lines.starts_with("ply\nformat ascii 1.0\ncomment 5 bent rays"), "{lines}");
-    let notes: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(out.join("transforms.json")).unwrap()).unwrap();
     assert_eq!(notes["index"]["unit"].as_f64(), Some(1e-4));
 }
 
@@ -127,6 +143,7 @@ fn straight_runs_have_no_index_to_show_or_change() {
         (&["--orbit", "1", "--set-index", "1.33"][..], "cannot be changed"),
         (&["--orbit", "1", "--scale-index", "0.5"], "cannot be changed"),
         (&["--orbit", "1", "--outputs", "colour,normal"], "--outputs normal"),
+        (&["--orbit", "1", "--outputs", "surface-depth"], "--outputs surface-depth"),
         (&["--slices"], "--slices"),
         (&["--paths", "3"], "--paths"),
     ] {

@@ -4,7 +4,7 @@ use super::BORDER;
 use crate::{Aabb, Domain, Extent, Real, Vec3};
 
 /// Nodes from face to face of a box, x fastest, and a distance per cell.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lattice<T: Copy> {
     pub domain: Domain<T>,
     /// Nodes per scene unit.

@@ -20,7 +20,7 @@ use crate::{Aabb, Domain, Real, Vec3};
 /// // Interpolation is of fourth order: the surface lies within 1e-4 voxel of the sphere.
 /// assert!(ball.value(vec3(0.36, 0.48, 0.0)).abs() < 5e-6);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LevelSet<T: Copy> {
     /// Its clearance is the distance to the nearest cell that may hold the zero level.
     lattice: Lattice<T>,

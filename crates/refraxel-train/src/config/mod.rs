@@ -9,6 +9,9 @@ use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+/// Widest soft edge of a sharp surface [voxel].
+pub const WIDEST_EDGE: f32 = 8.0;
+
 /// What training should do. Every field is a key of the configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -124,8 +127,14 @@ pub struct Config {
     pub rate_surface: f32,
     /// Blur of the gradient of a sharp surface [voxel of the index grid].
     pub surface_blur: f32,
-    /// Smoothing of a sharp surface per step, 0 to 1.
+    /// Smoothing of a sharp surface per step, 0 to 1; none where the surface is held fixed.
     pub surface_smooth: f32,
+    /// Weight of the bending energy of a sharp surface.
+    pub surface_bending: f32,
+    /// Width of the soft edge that a sharp surface has when rays begin to bend [voxel of the index grid]; 0: none.
+    pub surface_width: f32,
+    /// Share of the run with bent rays over which the soft edge narrows to none.
+    pub surface_width_share: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
     pub surface_events: u32,
     /// Once all learn, the index and its surfaces do so in one step in this many: they have few parameters, and the way
@@ -227,6 +236,9 @@ impl Default for Config {
             rate_surface: 0.04,
             surface_blur: 3.0,
             surface_smooth: 0.03,
+            surface_bending: 0.0,
+            surface_width: 0.0,
+            surface_width_share: 0.3,
             surface_events: 2,
             index_period: 2,
             index_blur: 1.5,
@@ -439,12 +451,15 @@ impl Config {
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
         within("surface_blur", self.surface_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;
+        within("surface_width", self.surface_width.into(), 0.0, WIDEST_EDGE.into(), "0 to 8 voxels")?;
+        within("surface_width_share", self.surface_width_share.into(), 0.0, 0.9, "0 to 0.9")?;
         within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
         for (key, v) in [
             ("index_clip", self.index_clip),
             ("index_variation", self.index_variation),
             ("index_deviation", self.index_deviation),
+            ("surface_bending", self.surface_bending),
         ] {
             within(key, v.into(), 0.0, 1e6, "0 or more")?;
         }

@@ -4,8 +4,9 @@ use super::tape::{Kick, Tape};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::refraction::{Extras, Refraction};
+use crate::soft::Soft;
 use rayon::prelude::*;
-use refraxel_core::index::{MediumGradient, priors};
+use refraxel_core::index::{MediumGradient, priors, shape};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
 
 /// Arrays that kicks are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
@@ -99,7 +100,7 @@ fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f
     }
 }
 
-/// One step of every region.
+/// One step of every region. Bodies behind a soft edge take that of sharp ones.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
@@ -109,12 +110,16 @@ pub(super) fn update(
     let grads = gradient(&refraction.medium, tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
-        let extras = refraction.extras.get(region);
-        let (free, searched) = (extras.and_then(Extras::free), extras.and_then(|e| e.searched));
+        let extras = refraction.extras.get_mut(region);
+        let searched = extras.as_ref().and_then(|e| e.searched);
+        if let Some(soft) = extras.and_then(|e| e.soft.as_mut()) {
+            learn_behind(soft, searched, moments, (&grad, rays as f32), objective);
+            continue;
+        }
+        let free = refraction.extras.get(region).and_then(Extras::free);
         let grid = refraction.medium.region_mut(region);
         if let Some(level) = grid.level_set_mut() {
-            gaussian_blur(&mut surface, level.domain().resolution, objective.surface_blur);
-            descend_surface(level, &mut moments.surface, &surface, objective);
+            learn_surface(level, &mut moments.surface, (&mut surface, rays as f32), objective);
         }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
             descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
@@ -126,6 +131,43 @@ pub(super) fn update(
                 grid.find_flat_cells(free);
             }
         }
+    }
+    if refraction.width() > 0.0 {
+        refraction.set_width(objective.surface_width);
+    }
+}
+
+/// The step of a sharp body, by the gradient of its soft edge.
+fn learn_behind(
+    soft: &mut Soft,
+    searched: Option<f32>,
+    moments: &mut IndexMoments,
+    (grad, rays): (&[f32], f32),
+    objective: &IndexObjective,
+) {
+    let mut surface = vec![0.0; soft.surface.coefficients().len()];
+    let d_index = soft.grid_vjp(grad, &mut surface);
+    learn_surface(&mut soft.surface, &mut moments.surface, (&mut surface, rays), objective);
+    let mut body = soft.body();
+    // By dw = n dn.
+    descend_one(&mut body, (soft.index, searched), &mut moments.index, &[d_index / soft.index], objective);
+    soft.index = body.interior_index().unwrap_or(soft.index);
+}
+
+/// One step of a surface, unless it is held fixed.
+fn learn_surface(
+    level: &mut LevelSet<f32>,
+    moments: &mut AdamMoments,
+    (grad, rays): (&mut [f32], f32),
+    objective: &IndexObjective,
+) {
+    if objective.surface_rate > 0.0 {
+        gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
+        if objective.surface_bending > 0.0 {
+            // Not blurred: the shortest waves are what it is for.
+            shape::bending_vjp(level, objective.surface_bending * rays, grad);
+        }
+        descend_surface(level, moments, grad, objective);
     }
 }
 
@@ -192,5 +234,69 @@ fn descend_surface(
         level.smooth(objective.surface_smooth);
     } else {
         level.find_surface();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use refraxel_core::index::priors::Penalty;
+    use refraxel_core::{Aabb, Vec3};
+
+    const OBJECTIVE: IndexObjective = IndexObjective {
+        rate: 0.0,
+        blur: 1.0,
+        clip: 1.0,
+        variation: (0.0, Penalty::Squared),
+        deviation: (0.0, Penalty::Squared),
+        largest: 2.0,
+        trust: 0.02,
+        surface_rate: 0.05,
+        surface_blur: 1.0,
+        surface_smooth: 0.0,
+        surface_bending: 0.0,
+        surface_width: 0.0,
+        most_events: 8,
+    };
+
+    /// A dented ball after `steps` steps without any ray that met it.
+    fn dented(steps: u64, objective: &IndexObjective) -> LevelSet<f32> {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [25; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let random = Random::new(1);
+        let dent = |j: usize| 0.03 * (random.uniform(j as u64, 0) as f32 - 0.5);
+        let rough = ball.coefficients().iter().enumerate().map(|(j, c)| c + dent(j)).collect();
+        let level = LevelSet::from_coefficients(cube, [25; 3], rough).unwrap();
+        let grid = IndexGrid::sharp(level, 1.5);
+        let mut moments = [IndexMoments::zero(&grid)];
+        let mut refraction = Refraction::none();
+        refraction.medium = Medium::new(vec![grid]).unwrap();
+        refraction.extras = vec![Default::default()];
+        (0..steps).for_each(|step| update(&mut refraction, &mut moments, (&[], 64, step), objective));
+        refraction.medium.regions()[0].level_set().unwrap().clone()
+    }
+
+    #[test]
+    fn the_bending_prior_takes_dents_out_and_leaves_the_ball() {
+        let (before, bends) = (dented(0, &OBJECTIVE), IndexObjective { surface_bending: 1.0, ..OBJECTIVE });
+        let after = dented(40, &bends);
+        let [rough, smooth] = [&before, &after].map(shape::bending);
+        assert!(smooth < 0.3 * rough, "{rough} to {smooth}");
+        let radius = (0..90).map(|k| {
+            let d = Vec3::new((k as f32 * 0.7).sin(), (k as f32 * 1.3).cos(), (k as f32 * 0.37).sin())
+                .normalized();
+            after.value(d * 0.6) / after.voxel()
+        });
+        let off = radius.sum::<f32>() / 90.0;
+        assert!(off.abs() < 0.1, "{off} voxels");
+    }
+
+    #[test]
+    fn a_surface_without_a_rate_stays_bit_by_bit() {
+        let still =
+            IndexObjective { surface_rate: 0.0, surface_smooth: 0.1, surface_bending: 1.0, ..OBJECTIVE };
+        let learning = IndexObjective { rate: 0.01, ..still };
+        assert_eq!(dented(5, &learning).coefficients(), dented(0, &learning).coefficients());
     }
 }

@@ -386,7 +386,8 @@ impl Backend for CpuBackend {
     }
 
     fn set_refraction(&mut self, refraction: Refraction) {
-        self.moments.index = refraction.medium.regions().iter().map(IndexMoments::zero).collect();
+        let regions = 0..refraction.medium.regions().len();
+        self.moments.index = regions.map(|k| IndexMoments::zero(&refraction.body(k))).collect();
         self.refraction = refraction;
     }
 

@@ -5,7 +5,7 @@ use refraxel_core::{Domain, Ray, vec3};
 use refraxel_data::synth::Shape;
 
 /// Lines run beside the samples by this share of their spacing, so that they do not meet edges of regular meshes.
-const ASIDE: [f64; 2] = [0.0137, -0.0211];
+const ASIDE: [f64; 2] = [0.00137, -0.00211];
 /// Crossings of one line; more belong to a damaged surface.
 const MOST_CROSSINGS: usize = 1000;
 

@@ -150,7 +150,8 @@ mod tests {
         (0..150_000).map(ray).filter(meets).take(16_000).collect()
     }
 
-    const CUBE: Aabb<f32> = Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
+    const CUBE: Aabb<f32> =
+        Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
 
     #[test]
     fn the_roof_over_a_block_is_cut_off_at_its_rim() {
@@ -165,7 +166,8 @@ mod tests {
         let found = faces(&surface, &rays(block, [0.14, 0.77]));
         let top = found.iter().max_by(|a, b| a.normal().z.total_cmp(&b.normal().z)).unwrap();
         let voxel = 2.0 / 64.0;
-        for corner in [vec3(0.5, 0.4, 0.2), vec3(-0.5, 0.4, 0.2), vec3(0.5, -0.4, 0.2), vec3(-0.5, -0.4, 0.2)] {
+        for corner in [vec3(0.5, 0.4, 0.2), vec3(-0.5, 0.4, 0.2), vec3(0.5, -0.4, 0.2), vec3(-0.5, -0.4, 0.2)]
+        {
             assert!(top.height(corner).abs() < 0.35 * voxel, "{found:?}");
         }
         assert!(found.len() >= 5);

@@ -93,6 +93,9 @@ pub fn begin(
     news.extend(told);
     let mut found = refraction(&regions, &starts, config);
     found.find_flat_cells();
+    if config.surface_width > 0.0 {
+        found.set_width(config.surface_width);
+    }
     backend.set_refraction(found);
     Ok(news)
 }

@@ -251,6 +251,17 @@ impl Given {
     }
 }
 
+/// The surface of a body by the share of each node's voxel that it fills.
+fn half_full(site: &Site, occupancy: impl Fn(usize) -> f32) -> LevelSet<f32> {
+    let domain = site.domain();
+    let nodes = site.resolution.map(|n| n as usize).iter().product::<usize>();
+    let phi = (0..nodes).map(|j| (0.5 - occupancy(j)) * domain.voxel()).collect();
+    let surface = LevelSet::from_coefficients(site.bounds, site.resolution, phi);
+    let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
+    surface.redistance();
+    surface
+}
+
 impl Region {
     /// Nothing refractive yet.
     fn uniform(site: Site) -> Self {
@@ -317,26 +328,17 @@ impl Region {
             Given::Volume(volume) => {
                 let n: Vec<f32> = known(&site.volume(volume));
                 let most = n.iter().copied().fold(1.0, f32::max);
-                let mut region = Self::of_occupancy(site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6), config);
+                let surface = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
+                let mut region = Self::new(site, surface, config);
                 region.known = Some(n);
                 region
             }
             Given::Mesh(shape) => {
                 let solid = known(&site.shape(shape, 2.0));
-                Self::of_occupancy(site, |j| solid[j] - 1.0, config)
+                let surface = site.distance(shape, &half_full(&site, |j| solid[j] - 1.0));
+                Self::new(site, surface, config)
             }
         }
-    }
-
-    /// A body by the share of each node's voxel that it fills.
-    fn of_occupancy(site: Site, occupancy: impl Fn(usize) -> f32, config: &Config) -> Self {
-        let domain = site.domain();
-        let nodes = site.resolution.map(|n| n as usize).iter().product::<usize>();
-        let phi = (0..nodes).map(|j| (0.5 - occupancy(j)) * domain.voxel()).collect();
-        let surface = LevelSet::from_coefficients(site.bounds, site.resolution, phi);
-        let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
-        surface.redistance();
-        Self::new(site, surface, config)
     }
 
     fn new(site: Site, surface: LevelSet<f32>, config: &Config) -> Self {
@@ -413,7 +415,7 @@ impl Region {
         match profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
             Profile::Sharp => Extras { searched, ..Extras::default() },
-            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched },
+            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, soft: None },
         }
     }
 }

@@ -6,7 +6,7 @@ mod scene;
 mod values;
 
 pub use data::{InspectArgs, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
-pub use run::{CompareArgs, EvalArgs, Layer, RenderArgs, SplitName};
+pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use values::Setting;
 
@@ -42,6 +42,8 @@ pub enum Verb {
     Eval(EvalArgs),
     /// Renders new views of a run
     Render(RenderArgs),
+    /// Writes the surface of what refracts as a triangle mesh
+    Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures
     Compare(CompareArgs),
     /// Makes a synthetic dataset with exact refraction and known truth

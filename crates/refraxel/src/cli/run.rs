@@ -55,6 +55,8 @@ pub enum Layer {
     Index,
     /// The normal of the first refractive surface, as a normal map with opacity
     Normal,
+    /// Length of the ray to the first refractive surface
+    SurfaceDepth,
 }
 
 /// `refraxel render`
@@ -63,7 +65,7 @@ pub enum Layer {
 #[command(group = ArgGroup::new("what").required(true).multiple(true).args(["orbit", "cameras", "slices", "paths"]))]
 #[command(after_help = "Examples:
   refraxel render run --orbit 60 --out orbit
-  refraxel render run --cameras path/transforms.json --out views --outputs colour,depth,index,normal
+  refraxel render run --cameras path/transforms.json --out views --outputs colour,depth,index,normal,surface-depth
   refraxel render run --slices --paths 40 --out inside
   refraxel render run --orbit 60 --set-index 1.33 --out as_water
   refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power")]
@@ -99,6 +101,44 @@ pub struct RenderArgs {
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,
+}
+
+/// How a surface is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MeshFormat {
+    /// Binary PLY with normals; train --index-from reads it
+    Ply,
+    /// Binary glTF 2.0 (.glb) with index of refraction and transmission
+    #[value(alias = "glb")]
+    Gltf,
+}
+
+/// `refraxel export`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel export run --format ply
+  refraxel export run --format gltf --out glass.glb --detail 2
+  refraxel train photos --out again --index-from run/surface.ply
+
+Writes the boundary of everything refractive as closed triangle meshes, in the world coordinates of the dataset: where the
+index jumps, or half-way in n between vacuum and the inside of what has a soft edge. PLY and glTF meshes are all there is
+so far; RUN/checkpoint.safetensors holds all parameters and can be opened by any safetensors library.")]
+pub struct ExportArgs {
+    /// The run's folder
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// How to write it
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub format: MeshFormat,
+    /// The file to write [default: RUN/surface.ply or RUN/surface.glb]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Edges of the mesh per voxel of the index grid; more of them find thinner parts
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub detail: u32,
+    /// Print the result as JSON on standard output, and nothing else there
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `refraxel compare`

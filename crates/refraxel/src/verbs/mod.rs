@@ -5,6 +5,7 @@ pub mod compare;
 pub mod demo;
 pub mod eval;
 pub mod evaluation;
+pub mod export;
 pub mod inspect;
 pub mod render;
 pub mod sheet;

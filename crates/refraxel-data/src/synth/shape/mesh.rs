@@ -183,15 +183,20 @@ impl TriangleMesh {
     /// Signed distance to the nearest triangle and that triangle's flat normal.
     pub(super) fn surface(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
         let (mut best, mut normal) = (f64::INFINITY, vec3(0.0, 0.0, 1.0));
-        let mut open = vec![0];
-        while let Some(at) = open.pop() {
+        let gap = |at: usize| {
+            let bounds = &self.nodes[at].bounds;
+            (bounds.min - x).max(x - bounds.max).max(Vec3::zero()).length()
+        };
+        let mut open = vec![(0, gap(0))];
+        while let Some((at, least)) = open.pop() {
             let node = &self.nodes[at];
-            let gap = (node.bounds.min - x).max(x - node.bounds.max).max(Vec3::zero());
-            if gap.length() >= best {
+            if least >= best {
                 continue;
             }
             if let Some(left) = node.left {
-                open.extend([left, left + 1]);
+                let mut children = [left, left + 1].map(|child| (child, gap(child)));
+                children.sort_by(|a, b| b.1.total_cmp(&a.1)); // the nearer one comes next
+                open.extend(children);
                 continue;
             }
             for t in node.first..node.first + node.count {

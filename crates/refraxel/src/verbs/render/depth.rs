@@ -33,32 +33,36 @@ impl Depth {
         Self { unit: round_up(reach * (farthest + radius) / 65_534.0), range: None }
     }
 
-    /// Lets the first view decide what the colours of all previews mean.
-    pub fn choose_range(&mut self, r: &Rendering) {
+    /// Lets the first view that shows anything decide what the colours of all previews mean.
+    pub fn choose_range(&mut self, depths: impl Iterator<Item = Option<f32>>) {
         if self.range.is_some() {
             return;
         }
-        let mut seen: Vec<f32> =
-            r.depth.iter().zip(&r.opacity).filter(|&(_, &a)| a > OPAQUE).map(|(&d, _)| d).collect();
+        let mut seen: Vec<f32> = depths.flatten().collect();
         seen.sort_by(f32::total_cmp);
         let at = |share: f64| seen.get((share * (seen.len() as f64 - 1.0)) as usize).copied();
         self.range = at(0.02).zip(at(0.98)).map(|(near, far)| [near, far.max(near + f32::EPSILON)]);
     }
 
     /// Bytes of the 16-bit samples, in the machine's order.
-    pub fn samples(&self, r: &Rendering) -> Vec<u8> {
+    pub fn samples(&self, depths: impl Iterator<Item = f32>) -> Vec<u8> {
         let code = |d: f32| (f64::from(d) / self.unit).round().clamp(0.0, 65_535.0) as u16;
-        r.depth.iter().flat_map(|&d| code(d).to_ne_bytes()).collect()
+        depths.flat_map(|d| code(d).to_ne_bytes()).collect()
     }
 
     /// Near is yellow, far is violet, nothing is white.
-    pub fn colours(&self, r: &Rendering) -> Vec<Colour> {
-        let Some([near, far]) = self.range else { return vec![[255; 3]; r.depth.len()] };
-        let colour = |(&d, &a): (&f32, &f32)| {
-            if a > OPAQUE { ColourMap::Viridis.at((far - d) / (far - near)) } else { [255; 3] }
+    pub fn colours(&self, depths: impl Iterator<Item = Option<f32>>) -> Vec<Colour> {
+        let colour = |d: Option<f32>| match (d, self.range) {
+            (Some(d), Some([near, far])) => ColourMap::Viridis.at((far - d) / (far - near)),
+            _ => [255; 3],
         };
-        r.depth.iter().zip(&r.opacity).map(colour).collect()
+        depths.map(colour).collect()
     }
+}
+
+/// The depths of a rendering where they are worth a colour.
+pub fn opaque(r: &Rendering) -> impl Iterator<Item = Option<f32>> {
+    r.depth.iter().zip(&r.opacity).map(|(&d, &a)| (a > OPAQUE).then_some(d))
 }
 
 /// The next 1, 2 or 5 times a power of ten.
@@ -83,14 +87,7 @@ mod tests {
     #[test]
     fn samples_are_steps_of_the_unit_and_nothing_is_zero() {
         let depth = Depth { unit: 0.01, range: None };
-        let r = Rendering {
-            width: 3,
-            height: 1,
-            colour: vec![[0; 3]; 3],
-            opacity: vec![0.0, 1.0, 1.0],
-            depth: vec![0.0, 1.234, 1e9],
-        };
-        let bytes = depth.samples(&r);
+        let bytes = depth.samples([0.0, 1.234, 1e9].into_iter());
         let samples: Vec<u16> = bytes.as_chunks().0.iter().map(|b| u16::from_ne_bytes(*b)).collect();
         assert_eq!(samples, [0, 123, 65_535]);
     }

@@ -1,4 +1,4 @@
-//! What the rays of a view meet that is refractive: its index, and the normal of its surface.
+//! What the rays of a view meet that is refractive: its index, and the depth and normal of its surface.
 
 use crate::colour_map::ColourMap;
 use crate::maps::{Map, Row, Sheet};
@@ -22,6 +22,8 @@ pub struct Met {
     pub index: f32,
     /// Unit normal of the first surface, towards the camera, in the camera's frame.
     pub normal: Vec3<f32>,
+    /// Arc length from the camera to the first surface [scene unit]; where the edge is soft, to a voxel.
+    pub depth: f32,
 }
 
 /// What a view meets, whatever stands before it.
@@ -38,6 +40,8 @@ struct Change {
     is_sharp: bool,
     /// Unit normal against the ray.
     normal: Vec3<f32>,
+    /// Arc length from the camera [scene unit].
+    depth: f32,
 }
 
 impl Refractive {
@@ -62,6 +66,11 @@ impl Refractive {
         self.met.iter().flat_map(|m| code(m).to_ne_bytes()).collect()
     }
 
+    /// Arc lengths from the camera to the first surface [scene unit].
+    pub fn depths(&self) -> impl Iterator<Item = Option<f32>> {
+        self.met.iter().map(|met| met.map(|m| m.depth))
+    }
+
     /// n in colours with their bar, from the smallest to the largest of `range`.
     pub fn index_sheet(&self, title: &str, range: [f32; 2]) -> Sheet {
         let values = self.met.iter().map(|m| m.map_or(f32::NAN, |m| m.index)).collect();
@@ -82,14 +91,14 @@ impl Refractive {
 
 /// What lies on a path; the normal is in the world.
 fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
-    let (mut index, mut changes) = (1.0, Vec::new());
+    let (mut index, mut changes, mut passed) = (1.0, Vec::new(), 0.0);
     let regions = refraction.medium.regions();
     for (segment, step) in path.segments.iter().zip(&path.steps) {
-        let toward = segment.momentum * -segment.momentum.length().recip();
-        let mut add = |is_sharp: bool, steepness: f32, gradient: Vec3<f32>| {
+        let (toward, speed) = (-segment.momentum.normalized(), segment.momentum.length());
+        let mut add = |is_sharp: bool, steepness: f32, gradient: Vec3<f32>, t: f32| {
             let normal = gradient.normalized();
             let facing = if normal.dot(toward) < 0.0 { -normal } else { normal };
-            changes.push(Change { steepness, is_sharp, normal: facing });
+            changes.push(Change { steepness, is_sharp, normal: facing, depth: passed + speed * t });
         };
         // Segments are short where n changes, so that their middles tell enough.
         let middle = segment.at(0.5 * step.drift);
@@ -98,30 +107,32 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
         let smooth = region.map(|r| &regions[r]).filter(|r| r.level_set().is_none() && !r.is_flat(middle));
         if let Some(grid) = smooth {
             let gradient = grid.w_gradient(middle) / n;
-            add(false, gradient.length(), gradient);
+            add(false, gradient.length(), gradient, 0.5 * step.drift);
         }
         let mut seen = vec![n];
         let body = &regions[usize::from(step.region).min(regions.len() - 1)];
         if let (Some(_), Some(level)) = (&step.event, body.level_set()) {
             let place = segment.at(step.drift);
             seen.push(body.index(place));
-            add(true, (body.index(place) - 1.0).abs() / level.voxel(), level.sample(place).1);
+            let steepness = (body.index(place) - 1.0).abs() / level.voxel();
+            add(true, steepness, level.sample(place).1, step.drift);
         }
+        passed += speed * step.drift;
         index =
             seen.into_iter().fold(index, |a: f32, b| if (b - 1.0).abs() > (a - 1.0).abs() { b } else { a });
     }
-    let normal = first_surface(&changes).filter(|_| (index - 1.0).abs() >= VISIBLE)?;
-    Some(Met { index, normal })
+    let first = first_surface(&changes).filter(|_| (index - 1.0).abs() >= VISIBLE)?;
+    Some(Met { index, normal: first.normal, depth: first.depth })
 }
 
 /// The first place about as steep as any: a sharp surface, or the crest of a soft one.
-fn first_surface(changes: &[Change]) -> Option<Vec3<f32>> {
+fn first_surface(changes: &[Change]) -> Option<&Change> {
     let least = STEEP * changes.iter().map(|c| c.steepness).fold(0.0, f32::max);
     let is_surface = |(k, change): &(usize, &Change)| {
         let is_crest = changes.get(k + 1).is_none_or(|next| next.steepness <= change.steepness);
         change.steepness > 0.0 && change.steepness >= least && (change.is_sharp || is_crest)
     };
-    changes.iter().enumerate().find(is_surface).map(|(_, change)| change.normal)
+    changes.iter().enumerate().find(is_surface).map(|(_, change)| change)
 }
 
 #[cfg(test)]
@@ -152,32 +163,35 @@ mod tests {
         IndexGrid::from_control_values(cube(), [49; 3], Interpolation::CubicBSpline, n)
     }
 
-    /// The normal of a ball of radius 0.6 where the ray meets it, in the camera's frame.
-    fn normal_of_ball(camera: &Camera, pixel: usize) -> Option<Vec3<f64>> {
+    /// Where the ray meets a ball of radius 0.6: the distance, and the normal in the camera's frame.
+    fn of_ball(camera: &Camera, pixel: usize) -> Option<(f64, Vec3<f64>)> {
         let ray = pixel_ray(camera, pixel)?.cast::<f64>();
         let b = ray.direction.dot(ray.origin);
         let root = b * b - ray.origin.dot(ray.origin) + 0.36;
-        let x = ray.at(-b - (root > 0.0).then(|| root.sqrt())?);
-        Some(camera.world_from_camera.rotation.transpose() * x.normalized())
+        let depth = -b - (root > 0.0).then(|| root.sqrt())?;
+        Some((depth, camera.world_from_camera.rotation.transpose() * ray.at(depth).normalized()))
     }
 
     #[test]
-    fn index_and_normals_of_a_ball_are_those_of_its_surface() {
-        for (grid, tolerance) in [(sharp(), 0.02), (smooth(), 0.15)] {
+    fn index_normals_and_depths_of_a_ball_are_those_of_its_surface() {
+        // A crest is found to the step of the ray, half a voxel of 0.042, and its neighbour may be as steep.
+        for (grid, tolerance, near) in [(sharp(), 0.02, 1e-4), (smooth(), 0.15, 0.042)] {
             let (seen, camera) = view(grid);
             let middle = seen.met[15 * 31 + 15].unwrap();
             assert!((middle.index - 1.5).abs() < 2e-3, "{middle:?}");
             let mut compared = 0;
             for (pixel, met) in seen.met.iter().enumerate() {
-                let (Some(met), Some(normal)) = (met, normal_of_ball(&camera, pixel)) else { continue };
+                let (Some(met), Some((depth, normal))) = (met, of_ball(&camera, pixel)) else { continue };
                 if normal.z > -0.5 {
                     continue; // near its outline a soft ball has another one
                 }
                 assert!((met.normal.cast() - normal).length() < tolerance, "{pixel}: {met:?} {normal:?}");
+                assert!((f64::from(met.depth) - depth).abs() < near, "{pixel}: {met:?} {depth}");
                 compared += 1;
             }
             assert!(compared > 100, "{compared}");
             assert_eq!((seen.met[0], seen.normal_colours()[0]), (None, [0; 4]));
+            assert_eq!(seen.depths().next(), Some(None));
             assert_eq!(&seen.index_samples()[..2], &[0; 2]);
         }
     }

@@ -1,6 +1,6 @@
 //! Renders views and writes their layers.
 
-use super::depth::Depth;
+use super::depth::{Depth, opaque};
 use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::exit::{Exit, Failure};
@@ -31,7 +31,7 @@ struct Seen<'a> {
 
 /// True for the layers that need bent rays.
 pub fn is_refractive(layer: Layer) -> bool {
-    matches!(layer, Layer::Index | Layer::Normal)
+    matches!(layer, Layer::Index | Layer::Normal | Layer::SurfaceDepth)
 }
 
 /// Renders the cameras and writes their layers.
@@ -39,13 +39,14 @@ pub fn render_all(
     run: &mut Loaded,
     cameras: &[NamedCamera],
     (out, layers): (&Path, &[Layer]),
-    mut depth: Depth,
+    depth: Depth,
     show: Show,
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.config, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
     let (with_index, index_range) = (layers.iter().any(|&l| is_refractive(l)), index_range(refraction));
+    let (mut depth, mut surface_depth) = (depth, depth);
     let mut progress = Progress::new(show, "rendering", cameras.len() as u64);
     for (k, NamedCamera { name, camera }) in cameras.iter().enumerate() {
         if interrupted() {
@@ -53,12 +54,15 @@ pub fn render_all(
             return Err(Failure::new(Exit::Interrupted, error));
         }
         let rendering = render(&run.backend, camera, &marching);
-        depth.choose_range(&rendering);
+        depth.choose_range(opaque(&rendering));
         let refractive = with_index.then(|| Refractive::of(refraction, domain, run.plan.near, camera));
         let by = (&run.backend, camera, &marching);
+        if let Some(met) = &refractive {
+            surface_depth.choose_range(met.depths());
+        }
         let seen = Seen { name, by, rendering, refractive, index_range };
         for &layer in layers {
-            seen.write(layer, out, &depth)?;
+            seen.write(layer, out, [&depth, &surface_depth])?;
         }
         progress.set(k as u64 + 1, name);
     }
@@ -67,8 +71,9 @@ pub fn render_all(
 }
 
 impl Seen<'_> {
-    /// Colours lie in the folder itself, every other layer in a folder of its own.
-    fn write(&self, layer: Layer, out: &Path, depth: &Depth) -> Result<(), Failure> {
+    /// Colours lie in the folder itself, every other layer in a folder of its own. Depths are those of what is seen and of
+    /// refractive surfaces.
+    fn write(&self, layer: Layer, out: &Path, [depth, surface_depth]: [&Depth; 2]) -> Result<(), Failure> {
         let (backend, camera, marching) = self.by;
         let (r, size) = (&self.rendering, [self.rendering.width, self.rendering.height]);
         let path = |folder: &str| -> Result<PathBuf, Failure> {
@@ -82,8 +87,8 @@ impl Seen<'_> {
                 save_png(&path("opacity")?, &grey, size, ExtendedColorType::L8)
             }
             (Layer::Depth, _) => {
-                let colours = depth.colours(r);
-                save_png(&path("depth")?, &depth.samples(r), size, ExtendedColorType::L16)?;
+                let (samples, colours) = (depth.samples(r.depth.iter().copied()), depth.colours(opaque(r)));
+                save_png(&path("depth")?, &samples, size, ExtendedColorType::L16)?;
                 save_png(&path("depth_preview")?, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index, Some(met)) => {
@@ -103,7 +108,14 @@ impl Seen<'_> {
             (Layer::Transmission, _) => {
                 save_image(&path("transmission")?, &render_transmission(backend, camera, marching))
             }
-            (Layer::Index | Layer::Normal, None) => Ok(()), // refused before
+            (Layer::SurfaceDepth, Some(met)) => {
+                let samples = surface_depth.samples(met.depths().map(|d| d.unwrap_or(0.0)));
+                let colours = surface_depth.colours(met.depths());
+                save_png(&path("surface_depth")?, &samples, size, ExtendedColorType::L16)?;
+                let preview = path("surface_depth_preview")?;
+                save_png(&preview, colours.as_flattened(), size, ExtendedColorType::Rgb8)
+            }
+            (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => Ok(()), // refused before
         }
     }
 }
@@ -118,6 +130,7 @@ pub fn layer_name(layer: Layer) -> &'static str {
         Layer::Transmission => "transmission",
         Layer::Index => "index",
         Layer::Normal => "normal",
+        Layer::SurfaceDepth => "surface-depth",
     }
 }
 
@@ -141,6 +154,11 @@ pub fn units(depth_unit: f64, layers: &[Layer]) -> Vec<(&'static str, Value)> {
                        red, green, blue = 127.5 (1 + component to the right, upwards, towards the camera); \
                        clear: nothing refractive is met";
         units.push(("normal", json!({ "meaning": meaning })));
+    }
+    if layers.contains(&Layer::SurfaceDepth) {
+        let meaning = "surface_depth/NAME.png holds 16-bit steps of `unit` scene units along the ray to the first refractive \
+                       surface, whatever stands before it; 0: nothing refractive is met; 65535: that far or farther";
+        units.push(("surface_depth", json!({ "unit": depth_unit, "meaning": meaning })));
     }
     units
 }

@@ -1,0 +1,58 @@
+//! Area, volume, and what a mesh consists of.
+
+use super::{Mesh, doubled_area};
+use std::collections::HashMap;
+
+impl Mesh {
+    /// Area [scene unit²].
+    pub fn area(&self) -> f64 {
+        self.triangles.iter().map(|&t| 0.5 * doubled_area(self.corners(t)).length()).sum()
+    }
+
+    /// Enclosed volume [scene unit³], cavities not counted: the sum of the signed tetrahedra between an origin and all
+    /// triangles, by the divergence theorem.
+    pub fn volume(&self) -> f64 {
+        // An origin nearby keeps digits where the world is far from 0.
+        let Some(origin) = self.bounds().map(|b| b.center()) else { return 0.0 };
+        let signed = self.triangles.iter().map(|&t| {
+            let [a, b, c] = self.corners(t).map(|x| x - origin);
+            a.dot(b.cross(c)) / 6.0
+        });
+        signed.sum()
+    }
+
+    /// Closed surfaces: one for a ball, two for a hollow ball.
+    pub fn bodies(&self) -> usize {
+        let mut root: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        let mut bodies = root.len();
+        for &[a, b, c] in &self.triangles {
+            for other in [b, c] {
+                let (i, j) = (find(&mut root, a), find(&mut root, other));
+                if i != j {
+                    root[i as usize] = j;
+                    bodies -= 1;
+                }
+            }
+        }
+        bodies
+    }
+
+    /// Directed edges without exactly one partner in the opposite direction: 0 for a closed mesh whose triangles are all
+    /// turned the same way.
+    pub fn open_edges(&self) -> usize {
+        let mut count: HashMap<(u32, u32), u32> = HashMap::new();
+        for &[a, b, c] in &self.triangles {
+            [(a, b), (b, c), (c, a)].into_iter().for_each(|edge| *count.entry(edge).or_default() += 1);
+        }
+        count.iter().filter(|&(&(a, b), &n)| n != 1 || count.get(&(b, a)) != Some(&1)).count()
+    }
+}
+
+/// The representative of a vertex; halves the way to it.
+fn find(root: &mut [u32], mut v: u32) -> u32 {
+    while root[v as usize] != v {
+        root[v as usize] = root[root[v as usize] as usize];
+        v = root[v as usize];
+    }
+    v
+}

@@ -1,0 +1,76 @@
+//! Closed triangle meshes of the zero level of a function, for programs that know no level sets.
+//!
+//! [`Mesh::of_level`] marches through tetrahedra: whatever the function, each edge belongs to two triangles that are turned
+//! the same way, so that the mesh has an inside.
+
+mod measure;
+mod relax;
+mod tetrahedra;
+
+use crate::{Aabb, Domain, Vec3};
+
+/// A closed triangle mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// World positions [scene unit].
+    pub vertices: Vec<Vec3<f64>>,
+    /// Unit normal of each vertex, outwards.
+    pub normals: Vec<Vec3<f64>>,
+    /// Three vertices each, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The boundary of where `sample(x).0` < 0, on the nodes of a box with `detail` ≥ 1 cells per voxel and axis.
+    ///
+    /// `sample` returns a function and its gradient, continuous inside of the box and positive in the outermost cells. Parts
+    /// thinner than a cell can be missed. Vertices lie on the zero level to 1e-3 of a cell wherever the function is smooth
+    /// over a cell; normals are those of its gradient. Empty where the function has one sign.
+    ///
+    /// Not by dual methods (surface nets, dual contouring): their edges can belong to four triangles.
+    ///
+    /// ```
+    /// use refraxel_core::{Aabb, Domain, Extent, Mesh, Vec3};
+    /// let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    /// let domain = Domain { bounds: cube, extent: Extent::Bounded, resolution: [33; 3] };
+    /// let ball = Mesh::of_level(&domain, 1, |x: Vec3<f64>| (x.length() - 0.6, x.normalized()));
+    /// assert!((ball.volume() / (4.0 / 3.0 * std::f64::consts::PI * 0.216) - 1.0).abs() < 0.004);
+    /// assert_eq!((ball.bodies(), ball.open_edges()), (1, 0));
+    /// ```
+    ///
+    /// # Panics
+    /// If a node of a face of the box lies inside, or `detail` is 0.
+    pub fn of_level(
+        domain: &Domain<f64>,
+        detail: u32,
+        sample: impl Fn(Vec3<f64>) -> (f64, Vec3<f64>),
+    ) -> Self {
+        assert!(detail > 0, "at least one cell per voxel");
+        let resolution = domain.resolution.map(|n| (n - 1) * detail + 1);
+        let domain = Domain { resolution, ..*domain };
+        let mut mesh = tetrahedra::march(&domain, &sample);
+        relax::relax(&mut mesh, domain.voxel(), &sample);
+        mesh.normals = mesh.vertices.iter().map(|&x| sample(x).1.normalized()).collect();
+        mesh
+    }
+
+    /// Corners of a triangle.
+    pub fn corners(&self, triangle: [u32; 3]) -> [Vec3<f64>; 3] {
+        triangle.map(|v| self.vertices[v as usize])
+    }
+
+    /// The box around all vertices; `None` without any.
+    pub fn bounds(&self) -> Option<Aabb<f64>> {
+        let mut bounds = Aabb::empty();
+        self.vertices.iter().for_each(|&x| bounds.include(x));
+        (!self.vertices.is_empty()).then_some(bounds)
+    }
+}
+
+/// Normal of a triangle, as long as twice its area.
+fn doubled_area([a, b, c]: [Vec3<f64>; 3]) -> Vec3<f64> {
+    (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,103 @@
+//! Vertices move along their surface until triangles are well shaped. Who is whose neighbour stays.
+
+use super::{Mesh, doubled_area};
+use crate::Vec3;
+
+/// Rounds over all vertices. The smallest angle of a ball's triangles then is 21 degrees, the mean of all smallest ones 42.
+const ROUNDS: usize = 12;
+/// Share of the way to the middle of the neighbours in one round.
+const SHARE: f64 = 0.7;
+/// Newton steps onto the surface, each at most half a cell.
+const STEPS: usize = 8;
+/// A vertex lies on the surface when the next step would be shorter [cell].
+const CLOSE: f64 = 1e-5;
+/// A triangle whose normal deviates more from that of the surface is about to turn over: least cosine.
+const UPRIGHT: f64 = 0.2;
+
+/// Moves each vertex towards the middle of its neighbours and back onto the zero level of `sample`, if it arrives there and
+/// no triangle turns over. Vertices are visited in order, so that each sees where the ones before it went.
+pub(super) fn relax(mesh: &mut Mesh, cell: f64, sample: &impl Fn(Vec3<f64>) -> (f64, Vec3<f64>)) {
+    let ring = Rings::of(mesh);
+    for round in 0..=ROUNDS {
+        for v in 0..mesh.vertices.len() {
+            let old = mesh.vertices[v];
+            let share = if round == 0 { 0.0 } else { SHARE };
+            let wanted = old + (ring.middle(mesh, v) - old) * share;
+            let Some((x, normal)) = onto(wanted, cell, sample) else { continue };
+            let upright = |mesh: &Mesh| ring.least_cosine(mesh, v, normal);
+            let before = upright(mesh);
+            mesh.vertices[v] = x;
+            let after = upright(mesh);
+            if after < UPRIGHT && after < before {
+                mesh.vertices[v] = old;
+            }
+        }
+    }
+}
+
+/// The nearest place of the zero level along the gradient, and its unit normal.
+fn onto(
+    mut x: Vec3<f64>,
+    cell: f64,
+    sample: &impl Fn(Vec3<f64>) -> (f64, Vec3<f64>),
+) -> Option<(Vec3<f64>, Vec3<f64>)> {
+    for _ in 0..STEPS {
+        let (value, gradient) = sample(x);
+        let step = gradient * (value / gradient.dot(gradient));
+        let length = step.length();
+        if !length.is_finite() {
+            return None;
+        }
+        if length < CLOSE * cell {
+            return Some((x, gradient.normalized()));
+        }
+        x -= step * (0.5 * cell / length).min(1.0);
+    }
+    None
+}
+
+/// The triangles around each vertex.
+struct Rings {
+    start: Vec<usize>,
+    triangles: Vec<u32>,
+}
+
+impl Rings {
+    fn of(mesh: &Mesh) -> Self {
+        let mut start = vec![0; mesh.vertices.len() + 1];
+        mesh.triangles.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
+        (1..start.len()).for_each(|v| start[v] += start[v - 1]);
+        let (mut next, mut triangles) = (start.clone(), vec![0; 3 * mesh.triangles.len()]);
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            for &v in corners {
+                triangles[next[v as usize]] = t as u32;
+                next[v as usize] += 1;
+            }
+        }
+        Self { start, triangles }
+    }
+
+    fn around<'a>(&'a self, mesh: &'a Mesh, v: usize) -> impl Iterator<Item = [u32; 3]> + 'a {
+        self.triangles[self.start[v]..self.start[v + 1]].iter().map(|&t| mesh.triangles[t as usize])
+    }
+
+    /// Mean of the neighbours.
+    fn middle(&self, mesh: &Mesh, v: usize) -> Vec3<f64> {
+        let (mut sum, mut count) = (Vec3::zero(), 0.0);
+        // In a closed mesh each neighbour is in two triangles.
+        for u in self.around(mesh, v).flatten().filter(|&u| u as usize != v) {
+            sum += mesh.vertices[u as usize];
+            count += 1.0;
+        }
+        sum / count
+    }
+
+    /// Smallest cosine between `normal` and the triangles around a vertex.
+    fn least_cosine(&self, mesh: &Mesh, v: usize, normal: Vec3<f64>) -> f64 {
+        let cosine = |t| {
+            let n = doubled_area(mesh.corners(t));
+            n.dot(normal) / n.length()
+        };
+        self.around(mesh, v).map(cosine).map(|c| if c.is_nan() { -1.0 } else { c }).fold(1.0, f64::min)
+    }
+}

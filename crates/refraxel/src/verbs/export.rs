@@ -1,0 +1,164 @@
+//! `refraxel export`: what a run reconstructed, for other programs.
+
+mod gltf;
+mod ply;
+
+use crate::cli::{ExportArgs, MeshFormat};
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::table::count;
+use anyhow::anyhow;
+use refraxel_core::Vec3;
+use refraxel_train::checkpoint::write_atomic;
+use refraxel_train::run::{CHECKPOINT, load_run};
+use refraxel_train::surface::{Boundary, Surface};
+use refraxel_train::{Backend, Refraction};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// What was written.
+#[derive(Serialize)]
+struct Report {
+    file: PathBuf,
+    format: &'static str,
+    regions: Vec<Region>,
+}
+
+/// The mesh of one region.
+#[derive(Serialize)]
+struct Region {
+    /// Number of the region, from 1.
+    region: usize,
+    /// "jump" or "half-way": where the boundary was drawn.
+    boundary: &'static str,
+    /// Index of refraction inside.
+    index: f32,
+    vertices: usize,
+    faces: usize,
+    /// Closed surfaces: two for a hollow ball.
+    bodies: usize,
+    /// [scene unit²]
+    area: f64,
+    /// [scene unit³], without cavities.
+    volume: f64,
+    /// Corners of the box around it [scene unit].
+    bounds: [[f64; 3]; 2],
+}
+
+/// One region's surface and its number, from 1.
+struct Numbered {
+    region: usize,
+    surface: Surface,
+}
+
+/// The verb.
+pub fn run(args: &ExportArgs) -> Result<(), Failure> {
+    let run = load_run(&args.run)?;
+    let surfaces = surfaces(run.backend.refraction(), args)?;
+    let (format, extension) = match args.format {
+        MeshFormat::Ply => ("ply", "ply"),
+        MeshFormat::Gltf => ("gltf", "glb"),
+    };
+    let file = args.out.clone().unwrap_or_else(|| args.run.join("surface").with_extension(extension));
+    match args.format {
+        MeshFormat::Ply => write_atomic(&file, |f| ply::write(&surfaces, f))?,
+        MeshFormat::Gltf => write_atomic(&file, |f| gltf::write(&surfaces, f))?,
+    }
+    let regions = surfaces.iter().filter_map(Region::of).collect();
+    let report = Report { file, format, regions };
+    Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// The surfaces that there are; at least one.
+fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>, Failure> {
+    let checkpoint = args.run.join(CHECKPOINT);
+    let refuse = |problem: &str| {
+        Failure::new(Exit::BadInput, anyhow!("{} has no surface to export: {problem}", checkpoint.display()))
+    };
+    if refraction.is_none() {
+        return Err(refuse(
+            "its rays are straight; train with refractive masks, --refraction-box or --index-from",
+        ));
+    }
+    let regions = refraction.medium.regions();
+    if !regions.iter().all(|r| Surface::fits(r, args.detail)) {
+        return Err(refuse(&format!("--detail {} needs too much memory; try a smaller one", args.detail)));
+    }
+    let all = regions.iter().enumerate();
+    let all =
+        all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, args.detail)? }));
+    let found: Vec<Numbered> = all.filter(|n| !n.surface.mesh.triangles.is_empty()).collect();
+    if found.is_empty() {
+        return Err(refuse(
+            "its index is 1 everywhere; look at it with `refraxel render RUN --slices`, and train longer or with better masks",
+        ));
+    }
+    Ok(found)
+}
+
+impl Region {
+    fn of(Numbered { region, surface }: &Numbered) -> Option<Self> {
+        let (mesh, bounds) = (&surface.mesh, surface.mesh.bounds()?);
+        Some(Self {
+            region: *region,
+            boundary: match surface.boundary {
+                Boundary::Jump => "jump",
+                Boundary::HalfWay => "half-way",
+            },
+            index: surface.index,
+            vertices: mesh.vertices.len(),
+            faces: mesh.triangles.len(),
+            bodies: mesh.bodies(),
+            area: mesh.area(),
+            volume: mesh.volume(),
+            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+        })
+    }
+
+    fn text(&self) -> String {
+        let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
+        let [x, y, z] = [0, 1, 2].map(|a| self.bounds[1][a] - self.bounds[0][a]);
+        format!(
+            "region {}: index {:.3}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.4} × {y:.4} × {z:.4}",
+            self.region,
+            self.index,
+            count(self.vertices as u64),
+            count(self.faces as u64),
+            self.bodies,
+            self.volume,
+            self.area,
+        )
+    }
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let lines = self.regions.iter().map(Region::text);
+        let file = format!("surface: {} (world coordinates of the dataset)", self.file.display());
+        lines.chain([file]).collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// Three numbers in the precision of the files.
+fn narrow(v: Vec3<f64>) -> [f32; 3] {
+    v.cast::<f32>().to_array()
+}
+
+/// A ball, and a hollow one beside it.
+#[cfg(test)]
+fn ball_and_shell() -> Vec<Numbered> {
+    use refraxel_core::{Aabb, IndexGrid, LevelSet, vec3};
+    let body = |center: Vec3<f32>, shell: f32, index: f32| {
+        let bounds = Aabb::new(center - Vec3::splat(1.0), center + Vec3::splat(1.0));
+        let distance = |x: Vec3<f32>| {
+            let d = (x - center).length() - 0.5;
+            if shell > 0.0 { d.abs() - shell } else { d }
+        };
+        let grid = IndexGrid::sharp(LevelSet::from_samples(bounds, [33; 3], distance), index);
+        Surface::of(&grid, 1).unwrap()
+    };
+    vec![
+        Numbered { region: 1, surface: body(Vec3::zero(), 0.0, 1.5) },
+        Numbered { region: 3, surface: body(vec3(4.0, 0.0, 0.0), 0.2, 1.33) },
+    ]
+}

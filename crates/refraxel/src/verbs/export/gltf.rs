@@ -1,0 +1,192 @@
+//! Binary glTF 2.0: one mesh, node and material per region. Sources: Khronos glTF 2.0, KHR_materials_ior,
+//! KHR_materials_transmission, KHR_materials_volume.
+
+use super::{Numbered, narrow};
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+const VERSION: u32 = 2;
+const JSON_CHUNK: &[u8; 4] = b"JSON";
+const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
+// Numbers of the standard.
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34_962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
+
+/// Writes all surfaces into one `.glb`.
+pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
+    let (mut binary, mut content) = (Vec::new(), Content::default());
+    surfaces.iter().for_each(|s| content.add(s, &mut binary));
+    let mut text = serde_json::to_vec(&content.document(binary.len()))?;
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let chunks = [(JSON_CHUNK, &text), (BINARY_CHUNK, &binary)];
+    let length = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
+    let too_long = |_| io::Error::other("the mesh exceeds the 4 GiB of a .glb file; export less --detail");
+    let length = u32::try_from(length).map_err(too_long)?;
+    out.write_all(b"glTF")?;
+    out.write_all(&VERSION.to_le_bytes())?;
+    out.write_all(&length.to_le_bytes())?;
+    for (kind, data) in chunks {
+        out.write_all(&(data.len() as u32).to_le_bytes())?;
+        out.write_all(kind)?;
+        out.write_all(data)?;
+    }
+    Ok(())
+}
+
+/// What the document lists.
+#[derive(Default)]
+struct Content {
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    materials: Vec<Value>,
+    meshes: Vec<Value>,
+    nodes: Vec<Value>,
+}
+
+impl Content {
+    /// Appends the numbers of a surface to `binary` and describes them.
+    fn add(&mut self, Numbered { region, surface }: &Numbered, binary: &mut Vec<u8>) {
+        let (mesh, first, k) = (&surface.mesh, self.accessors.len(), self.meshes.len());
+        let positions: Vec<[f32; 3]> = mesh.vertices.iter().map(|&x| narrow(x)).collect();
+        let extreme = |best: fn(f32, f32) -> f32| {
+            positions.iter().copied().reduce(|a, b| [0, 1, 2].map(|i| best(a[i], b[i])))
+        };
+        let (min, max) = (extreme(f32::min), extreme(f32::max));
+        let normals: Vec<[f32; 3]> = mesh.normals.iter().map(|&n| narrow(n)).collect();
+        let bytes = |v: &[[f32; 3]]| v.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+        let vector = |count: usize| json!({ "componentType": FLOAT, "count": count, "type": "VEC3" });
+        let mut position = vector(positions.len());
+        (position["min"], position["max"]) = (json!(min), json!(max));
+        self.put(position, ARRAY_BUFFER, bytes(&positions), binary);
+        self.put(vector(normals.len()), ARRAY_BUFFER, bytes(&normals), binary);
+        let indices = mesh.triangles.as_flattened();
+        let scalar = json!({ "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR" });
+        let indices = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.put(scalar, ELEMENT_ARRAY_BUFFER, indices, binary);
+        self.materials.push(material(*region, surface.index, 4.0 * mesh.volume() / mesh.area()));
+        self.meshes.push(json!({
+            "name": format!("region {region}"),
+            "primitives": [{
+                "attributes": { "POSITION": first, "NORMAL": first + 1 },
+                "indices": first + 2,
+                "material": k,
+            }],
+        }));
+        self.nodes.push(json!({ "name": format!("region {region}"), "mesh": k }));
+    }
+
+    /// One array: its bytes, where they are, and what they mean. All numbers have 4 bytes, so that none is misaligned.
+    fn put(&mut self, mut accessor: Value, target: u32, bytes: Vec<u8>, binary: &mut Vec<u8>) {
+        let view = self.views.len();
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": bytes.len(), "target": target,
+        }));
+        binary.extend(bytes);
+        accessor["bufferView"] = json!(view);
+        self.accessors.push(accessor);
+    }
+
+    fn document(self, length: usize) -> Value {
+        json!({
+            "asset": {
+                "version": "2.0",
+                "generator": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
+                "extras": { "coordinates": "world coordinates of the dataset, not turned to y up" },
+            },
+            "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume"],
+            "scene": 0,
+            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
+            "nodes": self.nodes,
+            "meshes": self.meshes,
+            "materials": self.materials,
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{ "byteLength": length }],
+        })
+    }
+}
+
+/// Clear, smooth glass. `thickness` [scene unit] tells renderers without rays how far refraction shifts what is seen: the
+/// mean chord of a convex body is 4 volume / area (Cauchy).
+fn material(region: usize, index: f32, thickness: f64) -> Value {
+    let mut material = json!({
+        "name": format!("n = {index:.3}, region {region}"),
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.0,
+        },
+        "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+            "KHR_materials_volume": { "thicknessFactor": thickness },
+        },
+        "extras": { "index": index },
+    });
+    // The extension knows no body that is thinner than its surroundings.
+    if index >= 1.0 {
+        material["extensions"]["KHR_materials_ior"] = json!({ "ior": index });
+    }
+    material
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ball_and_shell;
+    use super::*;
+    use gltf::Glb;
+
+    #[test]
+    fn an_independent_reader_finds_glass_in_the_world() {
+        let (surfaces, mut bytes) = (ball_and_shell(), Vec::new());
+        write(&surfaces, &mut bytes).unwrap();
+        // Validates the document against the standard: indices, required fields, extensions.
+        let document = gltf::Gltf::from_slice(&bytes).unwrap();
+        let blob = document.blob.as_deref().unwrap();
+        let nodes: Vec<_> = document.default_scene().unwrap().nodes().collect();
+        assert_eq!((nodes.len(), document.buffers().next().unwrap().length()), (2, blob.len()));
+        for (node, Numbered { region, surface }) in nodes.iter().zip(&surfaces) {
+            assert_eq!(node.name(), Some(format!("region {region}").as_str()));
+            assert_eq!(
+                node.transform().matrix(),
+                gltf::scene::Transform::Decomposed {
+                    translation: [0.0; 3],
+                    rotation: [0.0, 0.0, 0.0, 1.0],
+                    scale: [1.0; 3],
+                }
+                .matrix()
+            );
+            let primitive = node.mesh().unwrap().primitives().next().unwrap();
+            let reader = primitive.reader(|_| Some(blob));
+            let positions: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+            let normals: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
+            let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+            let mesh = &surface.mesh;
+            assert_eq!(indices, mesh.triangles.as_flattened());
+            assert_eq!(positions, mesh.vertices.iter().map(|&x| narrow(x)).collect::<Vec<_>>());
+            assert_eq!(normals, mesh.normals.iter().map(|&n| narrow(n)).collect::<Vec<_>>());
+            let bounds = primitive.bounding_box();
+            assert!(positions.iter().all(|x| (0..3).all(|a| bounds.min[a] <= x[a] && x[a] <= bounds.max[a])));
+            let material = primitive.material();
+            assert_eq!(material.ior(), Some(surface.index));
+            assert_eq!(material.transmission().unwrap().transmission_factor(), 1.0);
+            assert!(material.volume().unwrap().thickness_factor() > 0.0);
+        }
+    }
+
+    #[test]
+    fn chunks_and_arrays_are_aligned_as_the_standard_asks() {
+        let mut bytes = Vec::new();
+        write(&ball_and_shell(), &mut bytes).unwrap();
+        let glb = Glb::from_slice(&bytes).unwrap();
+        assert_eq!((glb.header.length as usize, bytes.len() % 4), (bytes.len(), 0));
+        assert_eq!((glb.json.len() % 4, glb.bin.unwrap().len() % 4), (0, 0));
+        let json: Value = serde_json::from_slice(&glb.json).unwrap();
+        let views = json["bufferViews"].as_array().unwrap();
+        assert!(views.iter().all(|v| v["byteOffset"].as_u64().unwrap().is_multiple_of(4)));
+    }
+
+    #[test]
+    fn a_bubble_has_no_index_below_one() {
+        assert!(material(1, 0.75, 1.0)["extensions"].get("KHR_materials_ior").is_none());
+    }
+}

@@ -1,0 +1,104 @@
+//! Surfaces of reconstructions as meshes, and back.
+
+mod common;
+
+use common::*;
+use refraxel_core::LevelSet;
+use refraxel_train::Backend;
+use refraxel_train::run::load_run;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A run on the ball whose index and shape come from a file and stay.
+fn known(folder: &Path, data: &Path, name: &str, file: &Path) -> PathBuf {
+    let run = folder.join(name);
+    let fixed = ["--refraction", "on", "--index-from", path(file), "--set", "rate_index=0"];
+    let fixed = [&fixed[..], &["--set", "rate_surface=0", "--set", "surface_smooth=0"]].concat();
+    train(
+        data,
+        &run,
+        &[&fixed[..], &["--set", "index_surface=sharp", "--set", "index_resolution=24"]].concat(),
+    )
+    .done();
+    run
+}
+
+fn export(run: &Path, format: &str, more: &[&str]) -> Ran {
+    refraxel(&[&["export", path(run), "--format", format], more].concat())
+}
+
+fn level_set(run: &Path) -> LevelSet<f64> {
+    let run = load_run(run).unwrap();
+    run.backend.refraction().medium.regions()[0].level_set().unwrap().cast()
+}
+
+fn number(report: &Value, key: &str) -> f64 {
+    report["regions"][0][key].as_f64().unwrap()
+}
+
+#[test]
+fn a_ball_leaves_as_a_closed_mesh_of_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let scene: Value =
+        serde_json::from_str(&std::fs::read_to_string(data.join("scene.json")).unwrap()).unwrap();
+    let radius = scene["refractive"][0]["radius"].as_f64().unwrap();
+    let report = export(&run, "ply", &["--json", "--detail", "2"]).done().json();
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    assert!((number(&report, "volume") / volume - 1.0).abs() < 0.02, "{report}");
+    assert_eq!((number(&report, "bodies"), number(&report, "index")), (1.0, 1.5));
+    assert_eq!(report["regions"][0]["boundary"], "jump");
+    let mesh = std::fs::read(run.join("surface.ply")).unwrap();
+    let header = String::from_utf8_lossy(&mesh[..mesh.len().min(500)]).into_owned();
+    assert!(header.starts_with("ply\nformat binary_little_endian 1.0\n"), "{header}");
+    let text = export(&run, "ply", &[]).done().out;
+    assert!(text.contains("region 1: index 1.500") && text.contains("surface.ply"), "{text}");
+}
+
+#[test]
+fn a_mesh_that_comes_back_is_the_same_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let first = known(folder.path(), &data, "first", &data.join("scene.json"));
+    export(&first, "ply", &["--detail", "2"]).done();
+    let second = known(folder.path(), &data, "second", &first.join("surface.ply"));
+    let (before, after) = (level_set(&first), level_set(&second));
+    let mesh = refraxel_core::Mesh::of_level(after.domain(), 1, |x| after.sample(x));
+    let mut off: Vec<f64> = mesh.vertices.iter().map(|&x| before.value(x).abs() / before.voxel()).collect();
+    off.sort_by(f64::total_cmp);
+    let (median, most) = (off[off.len() / 2], off[off.len() - 1]);
+    assert!(median < 0.01 && most < 0.05, "median {median}, most {most} voxels");
+}
+
+#[test]
+fn an_interrupted_or_straight_run_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
+    for format in ["ply", "gltf", "glb"] {
+        export(&run, format, &[]).refused(3, &["checkpoint.safetensors", "straight", "--index-from"]);
+    }
+    assert!(!run.join("surface.ply").exists() && !run.join("surface.glb").exists());
+    export(&folder.path().join("nowhere"), "ply", &[]).refused(3, &["nowhere"]);
+    export(&run, "stl", &[]).refused(2, &["ply", "gltf"]);
+    export(&run, "ply", &["--detail", "0"]).refused(2, &["--detail"]);
+}
+
+#[test]
+fn a_failed_export_leaves_the_earlier_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let absent = folder.path().join("absent").join("a.ply");
+    export(&run, "ply", &["--out", path(&absent)]).refused(4, &["absent", "must exist"]);
+    let file = folder.path().join("a.glb");
+    export(&run, "gltf", &["--out", path(&file)]).done();
+    let before = std::fs::read(&file).unwrap();
+    // The same run gives the same bytes.
+    export(&run, "glb", &["--out", path(&file)]).done();
+    assert_eq!(std::fs::read(&file).unwrap(), before);
+    std::fs::write(run.join(refraxel_train::run::CHECKPOINT), b"broken").unwrap();
+    export(&run, "glb", &["--out", path(&file)]).refused(3, &["checkpoint.safetensors"]);
+    assert_eq!(std::fs::read(&file).unwrap(), before);
+}
