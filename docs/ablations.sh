@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The tables of docs/ablations.md: trains one scene with one option changed at a time.
-# usage: docs/ablations.sh OUT [STEPS]      (OUT: folder for data and runs; a run of 600 steps takes about half a minute)
+# usage: docs/ablations.sh OUT [STEPS]      (OUT: folder for data and runs; a run of 600 steps takes about a quarter of a minute)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 OUT=$1 STEPS=${2:-600}
@@ -10,6 +10,7 @@ mkdir -p "$OUT"
 scene() { [ -d "$OUT/$1" ] || $BIN synth "$1" --out "$OUT/$1" --size 100 --views 60 --spp 9 --detail-spp 0 --quiet; }
 scene glass_ball
 scene luneburg
+scene water_tank
 
 value() { sed -n "s/^$2\"$3\": \([-0-9.]*\),\{0,1\}$/\1/p" "$1" | head -1; }
 # row SCENE NAME OPTIONS…: one line of a table
@@ -17,7 +18,7 @@ row() {
     local data=$1 name=$2 run
     shift 2
     run="$OUT/runs/$data/$(tr -c 'a-zA-Z0-9.\n' '_' <<<"$name")"
-    $BIN train "$OUT/$data" --out "$run" --set steps="$STEPS" --quiet --json "$@" >/dev/null
+    $BIN train "$OUT/$data" --out "$run" --set steps="$STEPS" --set batch=2048 --set max_resolution=72 --quiet --json "$@" >/dev/null
     local m="$run/eval/test/metrics.json"
     printf '| %s | %.2f | %.2f | %.3f | %.3f | `%s` |\n' "$name" "$(value "$m" '  ' psnr_inside)" \
         "$(value "$m" '  ' psnr_outside)" "$(value "$m" '    ' mean_inside)" "$(value "$m" '    ' mae_inside)" "${*:-}"
@@ -48,6 +49,11 @@ with glass_ball "sharp, shape and index fixed" rate_surface=0 rate_index=0
 with glass_ball "sharp, only the index learns" rate_surface=0
 with glass_ball "sharp, all paths count" surface_events=99
 with glass_ball "sharp, no smoothing" surface_smooth=0
+with glass_ball "sharp, gradient of the surface blurred by 1.5 voxels" surface_blur=1.5
+with glass_ball "sharp, learns in every step" index_period=1
+with glass_ball "sharp, learns in one step of 4" index_period=4
+with glass_ball "sharp, bending energy, weight 0.1" surface_bending=0.1
+with glass_ball "edge of 2 voxels at first" surface_width=2
 with glass_ball "smooth" $SMOOTH
 with glass_ball "smooth, fixed" $SMOOTH rate_index=0
 
@@ -70,6 +76,22 @@ for penalty in l1 l2 huber; do
 done
 with glass_ball "deviation from 1, l1, weight 0.1" $SMOOTH index_deviation=0.1
 with glass_ball "deviation from 1, l1, weight 1" $SMOOTH index_deviation=1
+
+table "Reflection (glass ball)"
+with glass_ball "none" reflection=off
+with glass_ball "learned cache, degree 1" reflection_degree=1
+with glass_ball "learned cache, degree 2" reflection_degree=2
+with glass_ball "learned cache, degree 3 (default)"
+with glass_ball "learned cache, 4 probes along the region" reflection_probes=4
+with glass_ball "learned cache, 16 probes" reflection_probes=16
+with glass_ball "baked cache" reflection_cache=baked
+with glass_ball "second rays instead of a cache" reflection_cache=exact
+
+table "Faces of a hull (water tank)"
+row water_tank "straight rays" --refraction off
+with water_tank "bulges cut off by planes (default)"
+with water_tank "the hull as it is" index_faces=off
+row water_tank "the truth" --index-from "$OUT/water_tank/scene.json"
 
 table "A graded lens (Luneburg)"
 row luneburg "straight rays" --refraction off

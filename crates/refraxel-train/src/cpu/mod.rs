@@ -339,6 +339,24 @@ impl CpuBackend {
         finite.reduce(|| true, |a, b| a & b)
     }
 
+    /// The field, and beside it the index: much of the index's step is serial.
+    fn update_all(&mut self, (tapes, rays, step): (&[Tape], usize, u64), objective: &Objective) -> bool {
+        let mut refraction = std::mem::replace(&mut self.refraction, Refraction::none());
+        let mut moments = std::mem::take(&mut self.moments.index);
+        let learn_index = || {
+            if let Some(objective) = &objective.index {
+                index::update(&mut refraction, &mut moments, (tapes, rays, step), objective);
+            }
+        };
+        let learn_field = || {
+            let variation = objective.moves_field().then(|| self.variation(objective, step));
+            variation.is_none_or(|variation| self.update(tapes, objective, variation))
+        };
+        let (finite, ()) = rayon::join(learn_field, learn_index);
+        (self.refraction, self.moments.index) = (refraction, moments);
+        finite
+    }
+
     /// Dense gradient of the background's texels, summed in the order of the rays.
     fn background_gradient(&self, tapes: &[Tape]) -> Vec<[f32; 3]> {
         let mut grad = vec![[0.0; 3]; self.moments.background.len()];
@@ -401,16 +419,11 @@ impl Backend for CpuBackend {
         }
         let tapes = std::mem::take(&mut self.tapes);
         let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
-        if outcome.finite && objective.moves_field() {
-            let variation = self.variation(objective, step);
-            outcome.finite = self.update(&tapes, objective, variation);
+        if outcome.finite {
+            outcome.finite = self.update_all((&tapes, batch.rays.len(), step), objective);
         }
         if outcome.finite {
             self.update_background(&tapes, objective.rate_background);
-            if let Some(objective) = &objective.index {
-                let batch = (&tapes[..], batch.rays.len(), step);
-                index::update(&mut self.refraction, &mut self.moments.index, batch, objective);
-            }
             if let Some(objective) = &objective.reflection {
                 mirrors::update(&mut self.reflection, &mut self.moments.reflection, &tapes, objective);
             }

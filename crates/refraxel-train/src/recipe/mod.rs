@@ -73,6 +73,8 @@ pub enum Profile {
 struct Start {
     profile: Profile,
     index: f32,
+    /// Thickness of the wall of a hollow body [its depth]; 1 for a solid one.
+    wall: f32,
     /// A search found it; else it is a guess, or known.
     searched: bool,
 }
@@ -102,7 +104,7 @@ pub fn begin(
 
 /// The refraction that regions start from.
 fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refraction {
-    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s.profile, s.index, config)).collect();
+    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
     let optics = Optics { integrator: config.index_stepping.into(), step: config.index_step };
     let extras =

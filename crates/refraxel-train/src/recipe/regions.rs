@@ -2,7 +2,7 @@
 
 use super::facets::faces;
 use super::support::{Plane, plane, widened};
-use super::{Profile, RecipeError};
+use super::{Profile, RecipeError, Start};
 use crate::backend::Backend;
 use crate::config::{Config, IndexShape};
 use crate::cpu::CpuBackend;
@@ -384,9 +384,16 @@ impl Region {
         )
     }
 
-    /// The grid of a profile with one index. A known index stays as it is.
-    pub(super) fn grid(&self, profile: Profile, index: f32, config: &Config) -> IndexGrid<f32> {
+    /// The grid to start from. A known index stays as it is.
+    pub(super) fn grid(&self, start: &Start, config: &Config) -> IndexGrid<f32> {
+        let Start { profile, index, wall, .. } = *start;
         match (profile, &self.surface, &self.known) {
+            (Profile::Sharp, Some(surface), None) if wall < 1.0 => {
+                let thickness = wall * self.depth();
+                let hollow = surface.coefficients().iter().map(|c| c.max(-c - thickness)).collect();
+                let level = LevelSet::from_coefficients(self.site.bounds, self.site.resolution, hollow);
+                IndexGrid::sharp(level.unwrap_or_else(|| surface.clone()), index)
+            }
             (Profile::Sharp, Some(surface), None) => IndexGrid::sharp(surface.clone(), index),
             (Profile::Sharp, Some(surface), Some(known)) => {
                 let most = known.iter().copied().fold(1.0, f32::max);
@@ -399,7 +406,7 @@ impl Region {
             }
             (Profile::Graded, Some(_), None) => {
                 let rise = 0.5 * (index * index - 1.0);
-                let depth = -self.distance.iter().copied().fold(0.0, f32::min);
+                let depth = self.depth();
                 let n = self.distance.iter().map(|d| {
                     let s = (-d / depth).clamp(0.0, 1.0);
                     (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s))).sqrt()
@@ -408,6 +415,11 @@ impl Region {
             }
             _ => self.site.from_occupancy(&self.occupancy, index),
         }
+    }
+
+    /// Depth of its deepest point [scene unit].
+    fn depth(&self) -> f32 {
+        -self.distance.iter().copied().fold(0.0, f32::min)
     }
 
     /// What goes with the profile.

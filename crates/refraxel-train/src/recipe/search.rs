@@ -14,6 +14,11 @@ const RAYS: usize = 4096;
 const COARSE: u32 = 21;
 /// Distance of the candidates of the later passes, five each.
 const FINE: [f32; 3] = [0.03, 0.01, 0.005];
+/// Candidates of a later pass, in its distances.
+const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
+/// Thickness of the walls of hollow bodies that are tried [depth of the body], each with all of these indices.
+const WALLS: [f32; 5] = [0.08, 0.15, 0.25, 0.4, 0.6];
+const HOLLOW: [f32; 5] = [1.3, 1.4, 1.5, 1.6, 1.75];
 /// Squared error that counts half, over the three channels.
 const ROBUST: f64 = 0.01;
 /// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
@@ -68,7 +73,11 @@ pub(super) fn starts(
     };
     for profile in profiles {
         let (error, found) = search(backend, regions, judge, config, profile);
-        let indices: Vec<String> = found.iter().map(|s| format!("{:.3}", s.index)).collect();
+        let told = found.iter().map(|s| match s.wall {
+            1.0 => format!("{:.3}", s.index),
+            wall => format!("{:.3} (hollow: the wall is {:.0} % of the depth)", s.index, 100.0 * wall),
+        });
+        let indices: Vec<String> = told.collect();
         news.push(format!("{}: index {} fits best, misfit {error:.3}", profile.name(), indices.join(", ")));
         if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
             best = Some((error, found));
@@ -78,7 +87,8 @@ pub(super) fn starts(
     if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
         let n = config.index_guess;
         news.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
-        best.iter_mut().for_each(|s| *s = Start { profile: Profile::Sharp, index: n, searched: false });
+        best.iter_mut()
+            .for_each(|s| *s = Start { profile: Profile::Sharp, index: n, wall: 1.0, searched: false });
         if config.index_surface != Surface::Auto {
             best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
         }
@@ -107,34 +117,53 @@ fn search(
         backend.set_refraction(refraction(regions, starts, config));
         judge.error(backend)
     };
-    let all = |index: f32| vec![Start { profile, index, searched: true }; regions.len()];
+    let all = |index: f32| vec![Start { profile, index, wall: 1.0, searched: true }; regions.len()];
     let mut starts = all(config.index_guess);
     if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
         starts.iter_mut().for_each(|s| s.searched = false);
         return (error(&starts), starts);
     }
     let coarse = (0..COARSE).map(|k| 1.0 + 0.075 * k as f32);
-    let (_, best) = least(coarse, |n| error(&all(n)));
+    let (mut lowest, best) = least(coarse, |n| error(&all(n)));
     starts = all(best);
-    let mut lowest = f64::INFINITY;
+    for region in 0..if profile == Profile::Sharp { starts.len() } else { 0 } {
+        let with =
+            |(wall, index): (f32, f32)| changed(&starts, region, |s| (s.wall, s.index) = (wall, index));
+        let walls = WALLS.iter().flat_map(|&w| HOLLOW.map(|n| (w, n)));
+        let (found, hollow) = least(walls, |c| error(&with(c)));
+        if found < BETTER * lowest {
+            (lowest, starts) = (found, with(hollow));
+        }
+    }
     for step in FINE {
         for region in 0..starts.len() {
-            let center = starts[region].index;
-            let candidates = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| (center + k * step).max(1.0));
-            (lowest, starts[region].index) = least(candidates, |n| {
-                let mut tried = starts.clone();
-                tried[region].index = n;
-                error(&tried)
-            });
+            let Start { index, wall, .. } = starts[region];
+            let with = |n: f32| changed(&starts, region, |s| s.index = n);
+            let (_, index) = least(AROUND.map(|k| (index + k * step).max(1.0)), |n| error(&with(n)));
+            starts = with(index);
+            let thicker = if wall < 1.0 { &AROUND[..] } else { &[0.0] };
+            let with = |w: f32| changed(&starts, region, |s| s.wall = w);
+            let walls = thicker.iter().map(|k| (wall + k * step).clamp(0.02, 1.0));
+            let wall;
+            (lowest, wall) = least(walls, |w| error(&with(w)));
+            starts = with(wall);
         }
     }
     (lowest, starts)
 }
 
+/// The same starts but for one region.
+fn changed(starts: &[Start], region: usize, change: impl FnOnce(&mut Start)) -> Vec<Start> {
+    let mut starts = starts.to_vec();
+    change(&mut starts[region]);
+    starts
+}
+
 /// The candidate with the least error, and that error.
-fn least(candidates: impl IntoIterator<Item = f32>, mut error: impl FnMut(f32) -> f64) -> (f64, f32) {
-    let judged = candidates.into_iter().map(|n| (error(n), n));
-    judged.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 1.0))
+fn least<C: Copy>(candidates: impl IntoIterator<Item = C>, mut error: impl FnMut(C) -> f64) -> (f64, C) {
+    let judged = candidates.into_iter().map(|c| (error(c), c));
+    let best = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.unwrap_or_else(|| unreachable!("there are candidates"))
 }
 
 impl Profile {
