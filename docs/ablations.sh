@@ -7,7 +7,7 @@ OUT=$1 STEPS=${2:-600}
 cargo build --release --quiet
 BIN=target/release/refraxel
 mkdir -p "$OUT"
-scene() { [ -d "$OUT/$1" ] || $BIN synth "$1" --out "$OUT/$1" --size 100 --views 60 --spp 9 --detail-spp 0 --quiet; }
+scene() { [ -d "$OUT/$1" ] || $BIN synth "$1" --out "$OUT/$1" --size 100 --views 60 --spp 9 --detail-spp 0 --quiet >&2; }
 scene glass_ball
 scene luneburg
 scene water_tank
@@ -18,8 +18,9 @@ row() {
     local data=$1 name=$2 run
     shift 2
     run="$OUT/runs/$data/$(tr -c 'a-zA-Z0-9.\n' '_' <<<"$name")"
-    $BIN train "$OUT/$data" --out "$run" --set steps="$STEPS" --set batch=2048 --set max_resolution=72 --quiet --json "$@" >/dev/null
-    local m="$run/eval/test/metrics.json"
+    local m="$run/eval/test/metrics.json" # rows that are there already are not run again
+    [ -f "$m" ] || $BIN train "$OUT/$data" --out "$run" --set steps="$STEPS" --set batch=2048 --set max_resolution=72 \
+        --quiet --json "$@" >/dev/null
     printf '| %s | %.2f | %.2f | %.3f | %.3f | `%s` |\n' "$name" "$(value "$m" '  ' psnr_inside)" \
         "$(value "$m" '  ' psnr_outside)" "$(value "$m" '    ' mean_inside)" "$(value "$m" '    ' mae_inside)" "${*:-}"
 }
@@ -100,3 +101,14 @@ with luneburg "graded" index_surface=graded
 with luneburg "graded, fixed" index_surface=graded rate_index=0
 with luneburg "sharp" index_surface=sharp
 with luneburg "smooth" $SMOOTH
+
+table "Seeds (glass ball)"
+for seed in 1 2; do row glass_ball "seed $seed" --seed $seed; done
+
+for name in hidden_ball glass_blob prism hollow_ball; do
+    scene $name
+    table "$name"
+    row $name "straight rays" --refraction off
+    row $name "bent rays"
+    row $name "bent rays, the truth" --index-from "$OUT/$name/scene.json"
+done

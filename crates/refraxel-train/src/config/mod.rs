@@ -244,7 +244,7 @@ impl Default for Config {
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
-            index_trust: 0.02,
+            index_trust: 0.06,
             index_variation: 0.0,
             index_variation_penalty: IndexPenalty::L1,
             index_deviation: 0.0,

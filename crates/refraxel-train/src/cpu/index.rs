@@ -91,6 +91,9 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
 fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f32>) {
     let (region, (d_value, d_gradient)) = (kick.region as usize, kick.d);
     let size = d_gradient.length();
+    if !(size.is_finite() && d_value.is_finite()) {
+        return; // a path so chaotic that its derivative overflowed says nothing
+    }
     let scale = if size > clip { clip / size } else { 1.0 };
     let (d_value, d_gradient) = (d_value * scale, d_gradient * scale);
     let grid = &medium.regions()[region];
@@ -290,6 +293,21 @@ mod tests {
         });
         let off = radius.sum::<f32>() / 90.0;
         assert!(off.abs() < 0.1, "{off} voxels");
+    }
+
+    #[test]
+    fn paths_whose_derivative_overflowed_teach_nothing() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let grid = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
+        let medium = Medium::new(vec![grid]).unwrap();
+        let kick =
+            |d: f32| Kick { region: 0, surface: false, x: Vec3::zero(), d: (0.0, Vec3::new(d, 0.0, 1.0)) };
+        let of = |kicks: &[Kick]| {
+            let tape = Tape { kicks: kicks.to_vec(), ..Tape::default() };
+            gradient(&medium, &[tape], 1.0).index[0].clone()
+        };
+        assert!(of(&[kick(2.0)]).iter().any(|g| *g != 0.0));
+        assert_eq!(of(&[kick(2.0), kick(f32::INFINITY), kick(f32::NAN)]), of(&[kick(2.0)]));
     }
 
     #[test]

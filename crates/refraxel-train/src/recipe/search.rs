@@ -23,9 +23,14 @@ const HOLLOW: [f32; 5] = [1.3, 1.4, 1.5, 1.6, 1.75];
 const ROBUST: f64 = 0.01;
 /// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
 /// not known yet, and the search says nothing.
-const DECISIVE: f64 = 0.985;
+const DECISIVE: f64 = 0.97;
 /// Another profile must be better than a sharp surface by this factor of the error.
 const BETTER: f64 = 0.985;
+
+/// Most things are of water, glass or plastic. An index this far from the usual one must fit better by a part of
+/// [`UNUSUAL`]; twice as far, by four. It decides where the error hardly depends on the index, and nowhere else.
+const USUAL: [f64; 2] = [1.42, 0.25];
+const UNUSUAL: f64 = 0.002;
 
 /// Loss of rays inside the masks.
 pub(super) struct Judge {
@@ -115,7 +120,7 @@ fn search(
 ) -> (f64, Vec<Start>) {
     let mut error = |starts: &[Start]| {
         backend.set_refraction(refraction(regions, starts, config));
-        judge.error(backend)
+        judge.error(backend) * surprise(starts)
     };
     let all = |index: f32| vec![Start { profile, index, wall: 1.0, searched: true }; regions.len()];
     let mut starts = all(config.index_guess);
@@ -150,6 +155,12 @@ fn search(
         }
     }
     (lowest, starts)
+}
+
+/// Factor on the error of unusual indices.
+fn surprise(starts: &[Start]) -> f64 {
+    let away = |s: &Start| ((f64::from(s.index) - USUAL[0]) / USUAL[1]).powi(2);
+    1.0 + UNUSUAL * starts.iter().map(away).sum::<f64>() / starts.len().max(1) as f64
 }
 
 /// The same starts but for one region.
