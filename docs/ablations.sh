@@ -43,7 +43,7 @@ with glass_ball "box, searched" index_shape=block
 with glass_ball "hull, index grid coarse to fine" index_stages=2
 with glass_ball "n = 1 everywhere" index_shape=uniform index_gate=off
 row glass_ball "the truth" --index-from "$OUT/glass_ball/scene.json"
-with glass_ball "bending late: straight for 40 % of the run" straight_share=0.4
+with glass_ball "bending early: after 50 steps" straight_steps=50
 
 table "Surface and what learns (glass ball)"
 with glass_ball "sharp, shape and index fixed" rate_surface=0 rate_index=0

@@ -33,6 +33,9 @@ pub struct State {
     /// What the run is busy with.
     #[serde(default)]
     pub act: Act,
+    /// Share of the run after which rays bent, once they do.
+    #[serde(default)]
+    pub bends_since: Option<f64>,
     /// Seconds spent training.
     pub seconds: f64,
     /// Validation scores recorded.
@@ -49,6 +52,7 @@ impl Default for State {
             step: 0,
             stage: 0,
             act: Act::Straight,
+            bends_since: None,
             seconds: 0.0,
             validations: 0,
             caution: 1.0,

@@ -28,25 +28,23 @@ impl Progress {
         (0..config.stages).rev().find(|&s| self.0 >= stage_start(config, s)).unwrap_or(0)
     }
 
-    /// The act that this point belongs to.
-    pub fn act(self, config: &Config) -> Act {
-        if config.refraction == Bending::Off || self.0 < straight_until(config) {
-            Act::Straight
-        } else if self.0 < straight_until(config) + config.index_share {
-            Act::Index
-        } else {
-            Act::Joint
+    /// The act that this point belongs to, where rays bend since `bends_since`.
+    pub fn act(self, config: &Config, bends_since: Option<f64>) -> Act {
+        match bends_since {
+            None => Act::Straight,
+            Some(since) if self.0 < since + config.index_share => Act::Index,
+            Some(_) => Act::Joint,
         }
     }
 }
 
-/// Steps of straight rays without which nothing is known around a refractive thing.
-const LEAST_STRAIGHT: f64 = 300.0;
+/// Straight rays have at most this share of a run.
+const MOST_STRAIGHT: f64 = 0.25;
 
-/// Where rays begin to bend: after their share of the run; in short runs a little later, but before the first stage ends.
-fn straight_until(config: &Config) -> f64 {
-    let least = if config.minutes > 0.0 { 0.0 } else { LEAST_STRAIGHT / config.steps as f64 };
-    config.straight_share.max(least.min(config.stage_share))
+/// Whether straight rays have learned enough for rays to bend. A number of steps, not a share of the run: what is learned
+/// beyond it gets in the way of bent rays.
+pub fn is_time_to_bend(config: &Config, step: u64, progress: Progress) -> bool {
+    config.refraction != Bending::Off && (step >= config.straight_steps || progress.0 >= MOST_STRAIGHT)
 }
 
 /// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.
@@ -98,16 +96,18 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
 }
 
 /// The objective of an act: [`objective`] with what bends switched on, and what is held fixed at rate 0.
-pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) -> Objective {
+/// Rays bend since `since`.
+pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f64), act: Act) -> Objective {
     let usual = objective(config, near, progress);
-    let index = Some(index_objective(config, progress)).filter(|o| o.rate > 0.0 || o.surface_rate > 0.0);
+    let over = bent_share(progress, since);
+    let index = Some(index_objective(config, over)).filter(|o| o.rate > 0.0 || o.surface_rate > 0.0);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match act {
         Act::Straight => usual,
         Act::Index => Objective { index, ..still },
         Act::Joint => Objective {
             index,
-            reflection: config.reflection.is_on().then(|| reflection_objective(config, progress)),
+            reflection: config.reflection.is_on().then(|| reflection_objective(config, over)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
             ..usual
@@ -116,23 +116,18 @@ pub fn objective_of(config: &Config, near: f32, progress: Progress, act: Act) ->
 }
 
 /// Share of the time with bent rays that is over.
-fn bent_share(config: &Config, progress: Progress) -> f32 {
-    ((progress.0 - straight_until(config)) / (1.0 - straight_until(config))).clamp(0.0, 1.0) as f32
+fn bent_share(progress: Progress, since: f64) -> f32 {
+    ((progress.0 - since) / (1.0 - since).max(f64::EPSILON)).clamp(0.0, 1.0) as f32
 }
 
 /// Width of the soft edge of sharp bodies [voxel], theory (4.16).
-pub fn surface_width(config: &Config, progress: Progress) -> f32 {
-    let (share, over) = (config.surface_width_share, bent_share(config, progress));
+fn surface_width(config: &Config, over: f32) -> f32 {
+    let share = config.surface_width_share;
     if over >= share { 0.0 } else { config.surface_width * (1.0 - over / share) }
 }
 
-/// The decay of rates over what is left of the run once rays bend.
-fn bent_decay(config: &Config, progress: Progress) -> f32 {
-    config.rate_decay.powf(bent_share(config, progress))
-}
-
-fn reflection_objective(config: &Config, progress: Progress) -> ReflectionObjective {
-    let decay = bent_decay(config, progress);
+fn reflection_objective(config: &Config, over: f32) -> ReflectionObjective {
+    let decay = config.rate_decay.powf(over);
     let learned = config.reflection_cache == ReflectionCache::Learned;
     ReflectionObjective {
         rate: if learned { config.rate_reflection * decay } else { 0.0 },
@@ -140,15 +135,15 @@ fn reflection_objective(config: &Config, progress: Progress) -> ReflectionObject
     }
 }
 
-fn index_objective(config: &Config, progress: Progress) -> IndexObjective {
-    let decay = bent_decay(config, progress);
+fn index_objective(config: &Config, over: f32) -> IndexObjective {
+    let decay = config.rate_decay.powf(over);
     IndexObjective {
         rate: config.rate_index * decay,
         surface_rate: config.rate_surface * decay,
         surface_blur: config.surface_blur,
         surface_smooth: config.surface_smooth * decay,
         surface_bending: config.surface_bending,
-        surface_width: surface_width(config, progress),
+        surface_width: surface_width(config, over),
         most_events: config.surface_events,
         blur: config.index_blur,
         clip: config.index_clip,
@@ -178,10 +173,21 @@ mod tests {
     #[test]
     fn the_soft_edge_narrows_to_none_while_rays_bend() {
         let c = Config { surface_width: 3.0, surface_width_share: 0.5, ..Config::default() };
-        let width = |p| surface_width(&c, Progress(p));
-        assert!(width(0.0) == 3.0 && width(0.06) == 3.0 && width(0.3) < width(0.2) && width(0.6) == 0.0);
-        assert!((width(0.06 + 0.94 * 0.25) - 1.5).abs() < 1e-5);
-        assert_eq!(surface_width(&Config::default(), Progress(0.1)), 0.0);
+        let width = |over| surface_width(&c, over);
+        assert!(width(0.0) == 3.0 && width(0.3) < width(0.2) && width(0.6) == 0.0);
+        assert!((width(0.25) - 1.5).abs() < 1e-5);
+        assert_eq!(surface_width(&Config::default(), 0.1), 0.0);
+    }
+
+    #[test]
+    fn rays_bend_after_some_steps_or_a_share_of_short_runs_then_the_index_learns_first() {
+        let c = Config { refraction: Bending::On, straight_steps: 50, index_share: 0.1, ..Config::default() };
+        let bends = |step, p| is_time_to_bend(&c, step, Progress(p));
+        assert!(!bends(49, 0.2) && bends(50, 0.01) && bends(3, 0.25));
+        assert!(!is_time_to_bend(&Config::default(), 9999, Progress(0.9)), "without refraction they do not");
+        let act = |p| Progress(p).act(&c, Some(0.2));
+        assert_eq!([act(0.2), act(0.29), act(0.31)], [Act::Index, Act::Index, Act::Joint]);
+        assert_eq!(Progress(0.9).act(&c, None), Act::Straight);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::recipe::{self, RecipeError};
 use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
 use crate::run::State;
-use crate::schedule::{Act, Progress, objective_of, stage_domain, training_marching};
+use crate::schedule::{Act, Progress, is_time_to_bend, objective_of, stage_domain, training_marching};
 use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
@@ -217,12 +217,13 @@ impl Trainer {
         if progress.stage(&self.config) > self.state.stage {
             self.next_stage();
         }
-        if self.state.act == Act::Straight && progress.act(&self.config) > Act::Straight {
+        if self.state.bends_since.is_none() && is_time_to_bend(&self.config, self.state.step, progress) {
             self.begin_bending()?;
         }
-        let act = progress.act(&self.config);
+        let act = progress.act(&self.config, self.state.bends_since);
         self.state.act = act;
-        let mut objective = objective_of(&self.config, self.plan.near, progress, act);
+        let since = self.state.bends_since.unwrap_or(0.0);
+        let mut objective = objective_of(&self.config, self.plan.near, (progress, since), act);
         objective.rate_density *= self.state.caution;
         objective.rate_colour *= self.state.caution;
         objective.rate_background *= self.state.caution;
@@ -271,6 +272,7 @@ impl Trainer {
             Ok(news) => {
                 self.news.extend(news);
                 self.begin_reflecting();
+                self.state.bends_since = Some(self.progress().0); // the search took its time
             }
             Err(problem @ RecipeError::Locate(_)) => {
                 // A scene without bent rays is better than none.

@@ -138,16 +138,8 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (glass(folder.path()), folder.path().join("run"));
-    let options = [
-        "--set",
-        "steps=400",
-        "--set",
-        "resolution=40",
-        "--set",
-        "batch=1024",
-        "--set",
-        "straight_share=0.25",
-    ];
+    let options =
+        ["--set", "steps=400", "--set", "resolution=40", "--set", "batch=1024", "--set", "straight_steps=20"];
     let trained = train(&data, &run, &[&options[..], &["--json"]].concat()).done().json();
     let index = trained["ior"]["mean_inside"].as_f64().unwrap();
     assert!((1.3..1.7).contains(&index), "{index}");
@@ -165,7 +157,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let folder = tempfile::tempdir().unwrap();
     let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let options = ["steps=100", "resolution=32", "straight_share=0.25", "reflection_bake=20"];
+    let options = ["steps=100", "resolution=32", "straight_steps=20", "reflection_bake=20"];
     for cache in ["learned", "baked"] {
         let cache = format!("reflection_cache={cache}");
         let mut words = vec!["--reflection", "on", "--set", &cache];
@@ -187,7 +179,7 @@ fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
 fn pictures_of_reflection_and_transmission_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run, out) = (glass(folder.path()), folder.path().join("run"), folder.path().join("views"));
-    train(&data, &run, &["--reflection", "on", "--set", "steps=80", "--set", "straight_share=0.25"]).done();
+    train(&data, &run, &["--reflection", "on", "--set", "steps=80", "--set", "straight_steps=20"]).done();
     let layers = "colour,reflection,transmission,normal";
     refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&out), "--outputs", layers]).done();
     let picture = |name: &str| image::open(out.join(name)).unwrap().into_rgb8();

@@ -83,8 +83,8 @@ pub struct Config {
     pub refraction: Bending,
     /// Box that holds everything refractive, `x0,y0,z0,x1,y1,z1` [scene unit]; empty: where the masks say.
     pub refraction_box: String,
-    /// Share of the run that learns what lies outside the masks, with straight rays.
-    pub straight_share: f64,
+    /// Steps that learn what lies outside the masks, with straight rays; at most a quarter of the run.
+    pub straight_steps: u64,
     /// Share of the run that then learns the index alone.
     pub index_share: f64,
     /// Least share of in-mask rays in a batch once rays bend.
@@ -213,7 +213,7 @@ impl Default for Config {
             memory: 8.0,
             refraction: Bending::Off,
             refraction_box: String::new(),
-            straight_share: 0.06,
+            straight_steps: 300,
             index_share: 0.02,
             inside_share: 0.4,
             index_shape: IndexShape::Hull,
@@ -436,8 +436,7 @@ impl Config {
         let within = |key, v: f64, low: f64, high: f64, expected| {
             range((low..=high).contains(&v), key, v.to_string(), expected)
         };
-        within("straight_share", self.straight_share, 0.0, 0.95, "0 to 0.95")?;
-        within("index_share", self.index_share, 0.0, 0.95, "0 to 0.95")?;
+        within("index_share", self.index_share, 0.0, 0.7, "0 to 0.7")?;
         within("inside_share", self.inside_share, 0.0, 1.0, "0 to 1")?;
         within("index_guess", self.index_guess.into(), 1.0, 4.0, "1 to 4")?;
         within("index_largest", self.index_largest.into(), 1.0, 5.0, "1 to 5")?;
@@ -475,8 +474,6 @@ impl Config {
         range((1..=1 << 10).contains(&n), "index_period", n.to_string(), "1 to 1024")?;
         let n = self.index_stages;
         range((1..=4).contains(&n), "index_stages", n.to_string(), "1 to 4")?;
-        let sum = self.straight_share + self.index_share;
-        range(sum < 1.0, "straight_share + index_share", sum.to_string(), "less than 1")?;
         range(
             self.bounds_of_box().is_some() || self.refraction_box.is_empty(),
             "refraction_box",
