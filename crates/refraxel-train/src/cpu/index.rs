@@ -15,6 +15,9 @@ const PARTS: usize = 4;
 const DECAY: [f32; 2] = [0.9, 0.99];
 /// Floor of Adam's denominator, as a share of the largest: voxels that hardly matter must not follow noise.
 const FLOOR: f32 = 0.1;
+/// Steps of a surface after which its rate has halved; from there on it falls with their number (Robbins & Monro 1951).
+/// Colours cannot settle behind a surface that trembles.
+const FIRST: f32 = 50.0;
 /// Steps between two looks at what is flat.
 const REFRESH: u64 = 16;
 
@@ -228,13 +231,14 @@ fn descend_surface(
     objective: &IndexObjective,
 ) {
     let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
-    let rate = objective.surface_rate * level.voxel();
+    let slower = FIRST / (FIRST + moments.steps as f32);
+    let rate = objective.surface_rate * slower * level.voxel();
     let steps = moments.steps(&nodes, |j| grad[j]);
     for (&j, step) in nodes.iter().zip(steps) {
         level.coefficients_mut()[j] += rate * step;
     }
     if objective.surface_smooth > 0.0 {
-        level.smooth(objective.surface_smooth);
+        level.smooth(objective.surface_smooth * slower);
     } else {
         level.find_surface();
     }
