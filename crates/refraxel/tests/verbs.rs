@@ -138,8 +138,16 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (glass(folder.path()), folder.path().join("run"));
-    let options =
-        ["--set", "steps=400", "--set", "resolution=40", "--set", "batch=1024", "--set", "straight_steps=20"];
+    let options = [
+        "--set",
+        "steps=400",
+        "--set",
+        "resolution=40",
+        "--set",
+        "batch=1024",
+        "--set",
+        "straight_steps=100",
+    ];
     let trained = train(&data, &run, &[&options[..], &["--json"]].concat()).done().json();
     let index = trained["ior"]["mean_inside"].as_f64().unwrap();
     assert!((1.3..1.7).contains(&index), "{index}");

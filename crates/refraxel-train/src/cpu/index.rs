@@ -307,7 +307,8 @@ mod tests {
         let kick =
             |d: f32| Kick { region: 0, surface: false, x: Vec3::zero(), d: (0.0, Vec3::new(d, 0.0, 1.0)) };
         let of = |kicks: &[Kick]| {
-            let tape = Tape { kicks: kicks.to_vec(), ..Tape::default() };
+            let mut tape = Tape::default();
+            tape.kicks.extend_from_slice(kicks);
             gradient(&medium, &[tape], 1.0).index[0].clone()
         };
         assert!(of(&[kick(2.0)]).iter().any(|g| *g != 0.0));
