@@ -1,6 +1,6 @@
 //! What surfaces mirror: closed forms, and the adjoint against central differences.
 
-use super::sharp_gradients::{Functional, STEP, coefficient, rays, scene, tracer};
+use super::sharp_gradients::{Functional, errors, rays, scene, tracer};
 use super::*;
 use crate::index::LevelSet;
 use crate::optics::{PartialReflection, PartialReflectionAdjoint};
@@ -77,40 +77,13 @@ impl Mirrored {
     }
 }
 
-/// Largest error of the adjoint relative to the largest derivative of its kind: level set, index, ray.
-fn errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Mirrored) -> [f64; 3] {
+/// [`errors`] of what replayed paths and their mirrors are worth.
+fn mirror_errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Mirrored) -> [f64; 3] {
     let domain = domain();
     let mut grad = medium.zero_gradient();
-    let d_segments = (&f.path.segments[..], &f.reflections[..]);
-    let d_ray = tracer(medium, &domain).vjp_with_reflections(ray, path, d_segments, &f.path.exit, &mut grad);
-    let mut worst = [0.0_f64; 3];
-    for (which, exact) in [&grad.level_set[0], &grad.index[0]].into_iter().enumerate() {
-        let size = exact.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
-        let touched: Vec<usize> = (0..exact.len()).filter(|&j| exact[j].abs() > 1e-3 * size).collect();
-        for &j in touched.iter().step_by(1 + touched.len() / 20) {
-            let before = *coefficient(medium, which, j);
-            let mut value = |e: f64| {
-                *coefficient(medium, which, j) = before + e;
-                let v = f.of(&tracer(medium, &domain), ray, path);
-                *coefficient(medium, which, j) = before;
-                v
-            };
-            let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
-            worst[which] = worst[which].max((fd - exact[j]).abs() / size);
-        }
-    }
-    let exact = [d_ray.origin.to_array(), d_ray.direction.to_array()].concat();
-    let size = exact.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    for (axis, exact) in exact.into_iter().enumerate() {
-        let value = |e: f64| {
-            let mut r = *ray;
-            *(if axis < 3 { &mut r.origin[axis] } else { &mut r.direction[axis - 3] }) += e;
-            f.of(&tracer(medium, &domain), &r, path)
-        };
-        let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
-        worst[2] = worst[2].max((fd - exact).abs() / size);
-    }
-    worst
+    let d_path = (&f.path.segments[..], &f.reflections[..]);
+    let d_ray = tracer(medium, &domain).vjp_with_reflections(ray, path, d_path, &f.path.exit, &mut grad);
+    errors(medium, ray, &(grad, d_ray), |medium, ray| f.of(&tracer(medium, &domain), ray, path))
 }
 
 #[test]
@@ -123,7 +96,7 @@ fn gradients_of_what_is_mirrored_match_central_differences() {
             let count = mirrors(&tracer(&medium, &domain()), &path).len();
             seen += count;
             let f = Mirrored::random(&path, count, &mut r);
-            let worst = errors(&mut medium, (&ray, &path), &f);
+            let worst = mirror_errors(&mut medium, (&ray, &path), &f);
             assert!(worst.iter().all(|e| *e < TOLERANCE), "level set, index, ray: {worst:?}");
         }
     }

@@ -5,7 +5,7 @@ use crate::index::{LevelSet, MediumGradient};
 use crate::optics::{EventKind, GRAZING, RayAdjoint};
 
 /// Central differences in f64 with step 1e-6 of O(1) quantities: truncation 1e-10, rounding 1e-10 of each evaluation.
-pub(super) const STEP: f64 = 1e-6;
+const STEP: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-7;
 
 /// A lumpy body of one index or with a field of its own.
@@ -91,7 +91,7 @@ fn gradient(
 }
 
 /// Coefficient j of the level set (0) or the field (1) of the body.
-pub(super) fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
+fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
     let grid = medium.region_mut(0);
     if which == 0 {
         &mut grid.level_set_mut().unwrap().coefficients_mut()[j]
@@ -100,11 +100,14 @@ pub(super) fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &
     }
 }
 
-/// Central differences of the functional of replayed paths by a few coefficients and by the ray; returns the largest error
-/// relative to the largest derivative of its kind.
-fn errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Functional) -> [f64; 3] {
-    let (grad, d_ray) = gradient(medium, (ray, path), f);
-    let domain = domain();
+/// Central differences of a functional of a medium and a ray by a few coefficients and by the ray; returns the largest error of
+/// its gradient relative to the largest derivative of its kind: level set, index, ray.
+pub(super) fn errors(
+    medium: &mut Medium<f64>,
+    ray: &Ray<f64>,
+    (grad, d_ray): &(MediumGradient<f64>, RayAdjoint<f64>),
+    of: impl Fn(&Medium<f64>, &Ray<f64>) -> f64,
+) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     for (which, exact) in [&grad.level_set[0], &grad.index[0]].into_iter().enumerate() {
         let size = exact.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
@@ -113,7 +116,7 @@ fn errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Fu
             let before = *coefficient(medium, which, j);
             let mut value = |e: f64| {
                 *coefficient(medium, which, j) = before + e;
-                let v = f.of(&tracer(medium, &domain).replay(ray, path));
+                let v = of(medium, ray);
                 *coefficient(medium, which, j) = before;
                 v
             };
@@ -127,12 +130,18 @@ fn errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Fu
         let value = |e: f64| {
             let mut r = *ray;
             *(if axis < 3 { &mut r.origin[axis] } else { &mut r.direction[axis - 3] }) += e;
-            f.of(&tracer(medium, &domain).replay(&r, path))
+            of(medium, &r)
         };
         let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
         worst[2] = worst[2].max((fd - exact).abs() / size);
     }
     worst
+}
+
+/// [`errors`] of a functional of replayed paths.
+fn path_errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Functional) -> [f64; 3] {
+    let (grad, domain) = (gradient(medium, (ray, path), f), domain());
+    errors(medium, ray, &grad, |medium, ray| f.of(&tracer(medium, &domain).replay(ray, path)))
 }
 
 fn gradients_match(graded: bool) {
@@ -145,7 +154,7 @@ fn gradients_match(graded: bool) {
             events += found.len();
             most = most.max(found.len());
             reflections += found.iter().filter(|e| e.kind == EventKind::Reflection).count();
-            let worst = errors(&mut medium, (&ray, &path), &Functional::random(&path, &mut r));
+            let worst = path_errors(&mut medium, (&ray, &path), &Functional::random(&path, &mut r));
             assert!(worst.iter().all(|e| *e < TOLERANCE), "level set, index, ray: {worst:?} {found:?}");
         }
     }
@@ -257,7 +266,7 @@ fn exhausted_paths_that_end_with_an_event_have_their_adjoint() {
     let path = Tracer::new(&medium, &domain, o).trace(&ray);
     assert!(path.segments.len() == 1 && path.steps[0].event.is_some());
     let f = Functional::random(&path, &mut Sequence(5));
-    let worst = errors(&mut medium, (&ray, &path), &f);
+    let worst = path_errors(&mut medium, (&ray, &path), &f);
     assert!(worst.iter().all(|e| *e < TOLERANCE), "{worst:?}");
 }
 
