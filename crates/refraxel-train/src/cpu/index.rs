@@ -1,6 +1,6 @@
 //! The index and its surfaces learn: kicks are scattered to the grids, their gradients are blurred, and Adam takes a step.
 
-use super::tape::{Kick, Tape};
+use super::tape::{Kick, Tape, sum_in_parts};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::refraction::{Extras, Refraction};
@@ -9,8 +9,6 @@ use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors, shape};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
 
-/// Arrays that kicks are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
-const PARTS: usize = 4;
 /// Adam's decays: of the mean, and of the mean square.
 const DECAY: [f32; 2] = [0.9, 0.99];
 /// Floor of Adam's denominator, as a share of the largest: voxels that hardly matter must not follow noise.
@@ -72,23 +70,16 @@ impl IndexMoments {
 
 /// dLoss/dcoefficients from the kicks of all tapes, each bounded by `clip`.
 pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> MediumGradient<f32> {
-    let parts: Vec<MediumGradient<f32>> = tapes
-        .par_chunks(tapes.len().div_ceil(PARTS).max(1))
-        .map(|tapes| {
-            let mut sums = medium.zero_gradient();
-            tapes.iter().flat_map(|t| &t.kicks).for_each(|kick| add(medium, kick, clip, &mut sums));
-            sums
-        })
-        .collect();
-    let mut parts = parts.into_iter();
-    let mut total = parts.next().unwrap_or_else(|| medium.zero_gradient());
-    for part in parts {
+    let scatter = |sums: &mut MediumGradient<f32>, tape: &Tape| {
+        tape.kicks.iter().for_each(|kick| add(medium, kick, clip, sums));
+    };
+    let merge = |total: &mut MediumGradient<f32>, part: MediumGradient<f32>| {
         let arrays = total.index.iter_mut().chain(&mut total.level_set);
         for (total, part) in arrays.zip(part.index.iter().chain(&part.level_set)) {
             total.par_iter_mut().zip(part).for_each(|(t, p)| *t += p);
         }
-    }
-    total
+    };
+    sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
 fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f32>) {

@@ -1,14 +1,10 @@
 //! Mirrors learn: queries of the caches are scattered to their probes, and these and the strengths take a step.
 
-use super::tape::{Query, Tape};
+use super::tape::{Query, Tape, sum_in_parts};
 use super::update::RULE;
 use crate::backend::ReflectionObjective;
 use crate::reflection::{Mirror, Reflection};
-use rayon::prelude::*;
 use refraxel_core::radiance::ProbeGrid;
-
-/// Arrays that queries are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
-const PARTS: usize = 4;
 
 /// Second moments of one mirror.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,23 +66,13 @@ impl MirrorGradient {
 /// The gradient of all mirrors from the queries of all tapes.
 pub(super) fn gradient(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
     let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
-    let parts: Vec<Vec<MirrorGradient>> = tapes
-        .par_chunks(tapes.len().div_ceil(PARTS).max(1))
-        .map(|tapes| {
-            let mut sums = zero();
-            for query in tapes.iter().flat_map(|t| &t.queries) {
-                let region = query.region as usize;
-                sums[region].add(&reflection.mirrors[region], query);
-            }
-            sums
-        })
-        .collect();
-    let mut parts = parts.into_iter();
-    let mut total = parts.next().unwrap_or_else(zero);
-    for part in parts {
-        total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b));
-    }
-    total
+    let add = |sums: &mut Vec<MirrorGradient>, tape: &Tape| {
+        for query in &tape.queries {
+            let region = query.region as usize;
+            sums[region].add(&reflection.mirrors[region], query);
+        }
+    };
+    sum_in_parts(tapes, zero, add, |total, part| total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b)))
 }
 
 /// One step of every mirror, theory (7.10).

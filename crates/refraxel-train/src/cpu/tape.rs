@@ -5,6 +5,7 @@
 
 use super::colour::Lanes;
 use super::prefetch::prefetch;
+use rayon::prelude::*;
 use refraxel_core::BrickMap;
 use refraxel_core::Vec3;
 use refraxel_core::grid::{BRICK_VOXELS, Cell, EMPTY_SLOT};
@@ -67,6 +68,29 @@ pub(super) struct Tape {
     first: Vec<u32>,
     /// (bucket, record) pairs while sorting.
     touched: Vec<(u32, u32)>,
+}
+
+/// Arrays that adjoints are scattered to side by side. Part of the arithmetic: it fixes the order of sums.
+const PARTS: usize = 4;
+
+/// The sum over all tapes of what `add` adds to `zero`, in a few parts that `merge` puts together in order: the same for any
+/// number of threads.
+pub(super) fn sum_in_parts<S: Send>(
+    tapes: &[Tape],
+    zero: impl Fn() -> S + Sync,
+    add: impl Fn(&mut S, &Tape) + Sync,
+    merge: impl Fn(&mut S, S),
+) -> S {
+    let of = |tapes: &[Tape]| {
+        let mut sums = zero();
+        tapes.iter().for_each(|tape| add(&mut sums, tape));
+        sums
+    };
+    let parts: Vec<S> = tapes.par_chunks(tapes.len().div_ceil(PARTS).max(1)).map(of).collect();
+    let mut parts = parts.into_iter();
+    let mut total = parts.next().unwrap_or_else(&zero);
+    parts.for_each(|part| merge(&mut total, part));
+    total
 }
 
 /// Number of buckets of a map.
