@@ -59,6 +59,8 @@ pub struct Objective {
     pub rate_density: f32,
     /// Learning rate of SH coefficients.
     pub rate_colour: f32,
+    /// Factor on it for coefficients of degree 1 and above: what depends on the direction.
+    pub rate_view: f32,
     /// Learning rate of the background's texels.
     pub rate_background: f32,
     /// How the index learns; `None`: it is held fixed.

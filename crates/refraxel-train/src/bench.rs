@@ -176,6 +176,7 @@ fn objective() -> Objective {
         tv_period: 1,
         rate_density: 1e-6,
         rate_colour: 1e-6,
+        rate_view: 1.0,
         rate_background: 0.0,
         index: None,
         reflection: None,

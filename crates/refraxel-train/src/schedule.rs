@@ -89,10 +89,17 @@ pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
         tv_period: config.tv_period,
         rate_density: config.rate_density * decay,
         rate_colour: config.rate_colour * decay,
+        rate_view: view_share(config, p),
         rate_background: config.rate_background * decay,
         index: None,
         reflection: None,
     }
+}
+
+/// Share of its rate at which the view-dependent part of colour learns. Straight rays do not need the delay.
+fn view_share(config: &Config, progress: f32) -> f32 {
+    let delayed = config.refraction != Bending::Off && config.view_warm_up > 0.0;
+    if delayed { (progress / config.view_warm_up).min(1.0) } else { 1.0 }
 }
 
 /// The objective of an act: [`objective`] with what bends switched on, and what is held fixed at rate 0.
@@ -196,5 +203,9 @@ mod tests {
         let rate = |p| objective(&c, 0.0, Progress(p)).rate_density;
         assert!(rate(0.0) < 0.2 * c.rate_density && rate(0.02) > 0.8 * c.rate_density);
         assert!((rate(1.0) / c.rate_density - c.rate_decay).abs() < 1e-6);
+        let bent = Config { refraction: Bending::On, ..c.clone() };
+        let view = |view_warm_up, p| view_share(&Config { view_warm_up, ..bent.clone() }, p);
+        assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(view_share(&c, 0.0), 1.0, "straight");
     }
 }

@@ -59,6 +59,9 @@ pub struct Config {
     pub rate_decay: f32,
     /// Share of the run over which rates rise from a tenth.
     pub warm_up: f32,
+    /// Where rays bend: share of the run over which the rate of what depends on the direction rises from 0 to that of all
+    /// colour, theory (4.8); 0: none.
+    pub view_warm_up: f32,
     /// Raw density everywhere at the start.
     pub initial_density: f32,
     /// Weight of the Cauchy sparsity prior per sample.
@@ -201,6 +204,7 @@ impl Default for Config {
             rate_background: 0.01,
             rate_decay: 0.05,
             warm_up: 0.01,
+            view_warm_up: 1.0,
             initial_density: -5.0,
             sparsity: 0.0,
             opacity: 0.0,
@@ -412,6 +416,7 @@ impl Config {
         }
         real("rate_decay", self.rate_decay, 1e-6, 1.0, "1e-6 to 1")?;
         real("warm_up", self.warm_up, 0.0, 1.0, "0 to 1")?;
+        real("view_warm_up", self.view_warm_up, 0.0, 1.0, "0 to 1")?;
         real("initial_density", self.initial_density, -9.0, 9.0, "-9 to 9")?;
         for (key, v) in [
             ("sparsity", self.sparsity),

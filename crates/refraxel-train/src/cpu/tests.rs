@@ -56,6 +56,7 @@ fn objective() -> Objective {
         tv_period: 1,
         rate_density: 0.1,
         rate_colour: 0.01,
+        rate_view: 1.0,
         rate_background: 0.01,
         index: None,
         reflection: None,

@@ -126,6 +126,11 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
 ) -> bool {
     let (gradients, colours) = (voxels::<BLOCKS>(&grad.colour), voxels_mut::<BLOCKS>(p.colour));
     let per_channel = 1.0 / channels as f32;
+    let basis = channels / 3;
+    let mut share = [[1.0; LANES]; BLOCKS];
+    for lane in (0..channels).filter(|lane| lane % basis != 0) {
+        share[lane / LANES][lane % LANES] = objective.rate_view;
+    }
     // 0 x is 0 for every finite x and NaN for all others.
     let (mut finite, mut drift) = (true, f32x16::splat(simd, 0.0));
     for (slot, &bits) in grad.touched.iter().enumerate() {
@@ -147,7 +152,7 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
             let factor = RULE.scale(mean_square, &mut p.colour_moment[voxel], objective.rate_colour);
             let colour = &mut colours[voxel];
             for b in 0..BLOCKS {
-                let step = f32x16::from_slice(simd, &g[b]) * factor;
+                let step = f32x16::from_slice(simd, &g[b]) * f32x16::from_slice(simd, &share[b]) * factor;
                 let x = f32x16::from_slice(simd, &colour[b]) + step;
                 x.store_slice(&mut colour[b]);
                 drift += x * 0.0;
