@@ -3,11 +3,12 @@
 use crate::backend::{Backend, Marching};
 use crate::cpu::CpuBackend;
 use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
-use crate::rays::pixel_ray;
+use crate::rays::{pixel_ray, ray_within};
 use crate::reflection::Source;
+use crate::refraction::Refraction;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Pixel, without};
-use refraxel_core::{Camera, Ray, Vec3};
+use refraxel_core::{Camera, Domain, Path, Ray, Vec3};
 use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
 
 /// What a camera sees of a field.
@@ -25,14 +26,18 @@ pub struct Rendering {
     pub depth: Vec<f32>,
 }
 
+/// Where a pixel is looked through when paths turn behind it: what they see is drawn together, by much near the rim of a
+/// ball, and one ray would miss most of it.
+const WITHIN: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+
 /// Render a camera's whole image. Pixels that the lens does not see are black.
 pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(camera, |rays| backend.render(rays, marching))
+    render_with(backend, camera, |rays| backend.render(rays, marching))
 }
 
 /// What the surfaces that a camera sees mirror, alone: its picture without what it would be if they mirrored blackness.
 pub fn render_reflection(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(camera, |rays| {
+    render_with(backend, camera, |rays| {
         let mut all = backend.render(rays, marching);
         for (all, rest) in all.iter_mut().zip(backend.render_mirroring(rays, marching, Source::Black)) {
             all.colour = without(all.colour, rest.colour);
@@ -43,17 +48,34 @@ pub fn render_reflection(backend: &CpuBackend, camera: &Camera, marching: &March
 
 /// What a camera would see if no surface mirrored but totally.
 pub fn render_transmission(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(camera, |rays| backend.render_transmitted(rays, marching))
+    render_with(backend, camera, |rays| backend.render_transmitted(rays, marching))
 }
 
-fn render_with(camera: &Camera, pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f32>>) -> Rendering {
+/// The rays of a pixel; none where the lens is blind.
+fn rays_of_pixel(
+    camera: &Camera,
+    pixel: usize,
+    (refraction, domain): (&Refraction, &Domain<f32>),
+    path: &mut Path<f32>,
+) -> Vec<Ray<f32>> {
+    let Some(centre) = pixel_ray(camera, pixel) else { return Vec::new() };
+    if !refraction.turns(&centre, domain, path) {
+        return vec![centre];
+    }
+    let several: Option<Vec<_>> = WITHIN.iter().map(|&at| ray_within(camera, pixel, at)).collect();
+    several.unwrap_or_else(|| vec![centre])
+}
+
+fn render_with(
+    backend: &impl Backend,
+    camera: &Camera,
+    pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f32>>,
+) -> Rendering {
     let count = camera.width as usize * camera.height as usize;
-    let rays: Vec<Option<Ray<f32>>> = (0..count).into_par_iter().map(|p| pixel_ray(camera, p)).collect();
-    // A ray that leaves the scene at once stands for a blind pixel.
-    let blind =
-        Ray { origin: camera.world_from_camera.translation.cast(), direction: -camera.forward().cast() };
+    let bending = (backend.refraction(), &backend.field().domain);
     let order = tiles(camera.width, camera.height);
-    let tiled: Vec<Ray<f32>> = order.iter().map(|&p| rays[p].unwrap_or(blind)).collect();
+    let of_pixel = |path: &mut Path<f32>, &p: &usize| rays_of_pixel(camera, p, bending, path);
+    let rays: Vec<Vec<Ray<f32>>> = order.par_iter().map_init(Path::default, of_pixel).collect();
     let mut out = Rendering {
         width: camera.width,
         height: camera.height,
@@ -61,15 +83,36 @@ fn render_with(camera: &Camera, pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f3
         opacity: vec![0.0; count],
         depth: vec![0.0; count],
     };
-    for (&p, pixel) in order.iter().zip(pixels(&tiled)) {
-        if rays[p].is_some() {
-            let opacity = 1.0 - pixel.transmittance;
-            out.colour[p] = pixel.colour.map(quantize);
-            out.opacity[p] = opacity;
-            out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
-        }
+    let all = pixels(&rays.concat());
+    let mut rest = &all[..];
+    for (&p, rays) in order.iter().zip(&rays) {
+        let own;
+        (own, rest) = rest.split_at(rays.len());
+        let Some(pixel) = mean(own) else { continue };
+        let opacity = 1.0 - pixel.transmittance;
+        out.colour[p] = pixel.colour.map(quantize);
+        out.opacity[p] = opacity;
+        out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
     }
     out
+}
+
+/// The mean of what the rays of a pixel show, of code values as the field's colours are.
+fn mean(of: &[Pixel<f32>]) -> Option<Pixel<f32>> {
+    let (first, more) = of.split_first()?;
+    let mut sum = *first;
+    for pixel in more {
+        sum.colour = [0, 1, 2].map(|c| sum.colour[c] + pixel.colour[c]);
+        sum.transmittance += pixel.transmittance;
+        sum.depth += pixel.depth;
+    }
+    let share = 1.0 / of.len() as f32;
+    let Pixel { colour, transmittance, depth } = sum;
+    Some(Pixel {
+        colour: colour.map(|c| share * c),
+        transmittance: share * transmittance,
+        depth: share * depth,
+    })
 }
 
 /// Pixels in 8 × 8 tiles, whose rays share their voxels.

@@ -12,6 +12,7 @@ pub mod initial;
 pub mod memory;
 pub mod metrics;
 pub mod model;
+pub mod polyhedron;
 pub mod random;
 pub mod rays;
 pub mod recipe;

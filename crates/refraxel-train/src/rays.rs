@@ -208,8 +208,13 @@ impl Shot {
 
 /// The ray through the centre of pixel `row * width + column`.
 pub fn pixel_ray(camera: &Camera, pixel: usize) -> Option<Ray<f32>> {
+    ray_within(camera, pixel, [0.5; 2])
+}
+
+/// The ray through a point of a pixel; (0, 0) is its upper left corner, (1, 1) its lower right one.
+pub fn ray_within(camera: &Camera, pixel: usize, at: [f64; 2]) -> Option<Ray<f32>> {
     let (x, y) = (pixel as u32 % camera.width, pixel as u32 / camera.width);
-    camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5).map(|r| r.cast())
+    camera.ray(f64::from(x) + at[0], f64::from(y) + at[1]).map(|r| r.cast())
 }
 
 fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Option<Directions> {

@@ -1,9 +1,10 @@
 //! What bends the rays of a model: its index of refraction, and how rays are traced through it.
 
 use crate::initial::Gate;
+use crate::polyhedron::Polyhedron;
 use crate::soft::Soft;
 use refraxel_core::optics::{Options, Tracer};
-use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Ray, Vec3};
+use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Path, Ray, Vec3};
 
 /// The refractive part of a model. Without regions, all rays are straight.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub struct Extras {
     pub searched: Option<f32>,
     /// The body behind the region's field, while that is only its soft edge.
     pub soft: Option<Soft>,
+    /// The planes of a body whose faces are all flat: they learn, and not the nodes of its surface.
+    pub solid: Option<Polyhedron>,
 }
 
 impl Extras {
@@ -92,6 +95,22 @@ impl Refraction {
                 None => region.domain().bounds.clip(ray).is_some(),
             }
         })
+    }
+
+    /// Whether the path of a ray truly turns somewhere.
+    pub fn turns(&self, ray: &Ray<f32>, domain: &Domain<f32>, path: &mut Path<f32>) -> bool {
+        /// Square of the sine of the least angle that counts.
+        const LEAST: f32 = 1e-8;
+        if !self.admits(ray) {
+            return false;
+        }
+        self.tracer(domain, 0.0).trace_into(ray, path);
+        let d = ray.direction;
+        let turned = |p: Vec3<f32>| {
+            let sine = p.cross(d);
+            sine.dot(sine) > LEAST * p.dot(p)
+        };
+        path.segments.iter().any(|s| turned(s.momentum))
     }
 
     /// The index of refraction at a point.

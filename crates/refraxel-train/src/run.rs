@@ -8,6 +8,7 @@ use crate::config::Config;
 use crate::cpu::{AdamMoments, CpuBackend, IndexMoments, Moments};
 use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
+use crate::polyhedron::{Plane, Polyhedron};
 use crate::refraction::{Extras, Optics, Refraction};
 use crate::schedule::Act;
 use mirrors::{StoredReflection, reflection_tensors, restore_reflection, stored_reflection};
@@ -142,6 +143,9 @@ struct StoredRegion {
     /// Width of its soft edge [voxel], while its surface is not traced itself.
     #[serde(default)]
     soft_width: f32,
+    /// The planes of its faces, where all are flat.
+    #[serde(default)]
+    solid: Option<Polyhedron>,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
 }
@@ -217,7 +221,8 @@ fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
         let extras = refraction.extras.get(k);
         let searched = extras.and_then(|e| e.searched);
         let soft_width = extras.and_then(|e| e.soft.as_ref()).map_or(0.0, |s| s.width);
-        StoredRegion { bounds, resolution, surface_resolution, searched, soft_width, moment_steps }
+        let solid = extras.and_then(|e| e.solid.clone());
+        StoredRegion { bounds, resolution, surface_resolution, searched, soft_width, solid, moment_steps }
     });
     stored.collect()
 }
@@ -317,7 +322,13 @@ fn restore_refraction(
         if !free.is_empty() && free.len() != nodes {
             return Err(wrong("has a list of free nodes of another size"));
         }
-        extras.push(Extras { free, gate: gate.transpose()?, searched: region.searched, soft: None });
+        let solid = region.solid.clone();
+        let is_unit = |p: &Plane| (p.normal().length() - 1.0).abs() < 1e-3 && p.offset().is_finite();
+        if !solid.iter().flat_map(Polyhedron::planes).all(is_unit) {
+            return Err(wrong("has faces that are no planes"));
+        }
+        let searched = region.searched;
+        extras.push(Extras { free, gate: gate.transpose()?, searched, soft: None, solid });
     }
     let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
     let mut refraction = Refraction { medium, optics, extras };

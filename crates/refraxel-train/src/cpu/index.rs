@@ -3,6 +3,7 @@
 use super::tape::{Kick, Tape, sum_in_parts};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
+use crate::polyhedron::Polyhedron;
 use crate::refraction::{Extras, Refraction};
 use crate::soft::Soft;
 use rayon::prelude::*;
@@ -109,15 +110,19 @@ pub(super) fn update(
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
         let extras = refraction.extras.get_mut(region);
         let searched = extras.as_ref().and_then(|e| e.searched);
-        if let Some(soft) = extras.and_then(|e| e.soft.as_mut()) {
-            learn_behind(soft, searched, moments, (&grad, rays as f32), objective);
-            continue;
+        let mut solid = None;
+        if let Some(extras) = extras {
+            solid = extras.solid.as_mut();
+            if let Some(soft) = &mut extras.soft {
+                learn_behind((soft, solid), searched, moments, (&grad, rays as f32), objective);
+                continue;
+            }
+        }
+        if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
+            learn_surface((level, solid), &mut moments.surface, (&mut surface, rays as f32), objective);
         }
         let free = refraction.extras.get(region).and_then(Extras::free);
         let grid = refraction.medium.region_mut(region);
-        if let Some(level) = grid.level_set_mut() {
-            learn_surface(level, &mut moments.surface, (&mut surface, rays as f32), objective);
-        }
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
             descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
         } else {
@@ -136,7 +141,7 @@ pub(super) fn update(
 
 /// The step of a sharp body, by the gradient of its soft edge.
 fn learn_behind(
-    soft: &mut Soft,
+    (soft, solid): (&mut Soft, Option<&mut Polyhedron>),
     searched: Option<f32>,
     moments: &mut IndexMoments,
     (grad, rays): (&[f32], f32),
@@ -144,7 +149,7 @@ fn learn_behind(
 ) {
     let mut surface = vec![0.0; soft.surface.coefficients().len()];
     let d_index = soft.grid_vjp(grad, &mut surface);
-    learn_surface(&mut soft.surface, &mut moments.surface, (&mut surface, rays), objective);
+    learn_surface((&mut soft.surface, solid), &mut moments.surface, (&mut surface, rays), objective);
     let mut body = soft.body();
     // By dw = n dn.
     descend_one(&mut body, (soft.index, searched), &mut moments.index, &[d_index / soft.index], objective);
@@ -153,12 +158,17 @@ fn learn_behind(
 
 /// One step of a surface, unless it is held fixed.
 fn learn_surface(
-    level: &mut LevelSet<f32>,
+    (level, solid): (&mut LevelSet<f32>, Option<&mut Polyhedron>),
     moments: &mut AdamMoments,
     (grad, rays): (&mut [f32], f32),
     objective: &IndexObjective,
 ) {
-    if objective.surface_rate > 0.0 {
+    if objective.surface_rate <= 0.0 {
+        return;
+    }
+    if let Some(solid) = solid {
+        descend_solid(level, solid, moments, grad, objective);
+    } else {
         gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
         if objective.surface_bending > 0.0 {
             // Not blurred: the shortest waves are what it is for.
@@ -214,6 +224,28 @@ fn descend_one(
     }
 }
 
+/// The rate of a surface [scene unit], and how much less it is after so many steps.
+fn surface_rate(level: &LevelSet<f32>, moments: &AdamMoments, objective: &IndexObjective) -> [f32; 2] {
+    let slower = FIRST / (FIRST + moments.steps as f32);
+    [objective.surface_rate * slower * level.voxel(), slower]
+}
+
+/// Adam on the faces of a polyhedron.
+fn descend_solid(
+    level: &mut LevelSet<f32>,
+    solid: &mut Polyhedron,
+    moments: &mut AdamMoments,
+    grad: &[f32],
+    objective: &IndexObjective,
+) {
+    let [rate, _] = surface_rate(level, moments, objective);
+    let grad = solid.vjp(level, grad);
+    let which: Vec<usize> = (0..grad.len()).collect();
+    let steps: Vec<f32> = moments.steps(&which, |j| grad[j]).iter().map(|s| rate * s).collect();
+    solid.advance(level, &steps);
+    *level = solid.level_set(level.domain().bounds, level.domain().resolution);
+}
+
 /// Adam on φ, then a little smoothing: what one pixel wants must not become a dent.
 fn descend_surface(
     level: &mut LevelSet<f32>,
@@ -222,8 +254,7 @@ fn descend_surface(
     objective: &IndexObjective,
 ) {
     let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
-    let slower = FIRST / (FIRST + moments.steps as f32);
-    let rate = objective.surface_rate * slower * level.voxel();
+    let [rate, slower] = surface_rate(level, moments, objective);
     let steps = moments.steps(&nodes, |j| grad[j]);
     for (&j, step) in nodes.iter().zip(steps) {
         level.coefficients_mut()[j] += rate * step;

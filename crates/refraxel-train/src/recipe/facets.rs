@@ -3,10 +3,13 @@
 //! A visual hull is as large as the views allow. Over a flat face it bulges: views from at least 10° above a tank leave it a
 //! roof that rises by 10° from the rim. Nothing of the roof shows in any silhouette, so a plane can cut it off: where the
 //! normals of a hull crowd around one direction, the deepest plane that takes no ray inside a mask off the body.
+//!
+//! Where such planes bound the whole body, it is a polyhedron, and what the hull lacks of it was cut out by something opaque
+//! in front that was not recognised.
 
-use super::support::Plane;
+use crate::polyhedron::{Plane, Polyhedron};
 use refraxel_core::optics::Options;
-use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3, vec3};
+use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3};
 
 /// Normals belong together within this angle [rad]: the slope of a roof, and room for noise.
 const CONE: f32 = 0.2;
@@ -20,6 +23,12 @@ const DEEPEST: f32 = 0.2;
 const TILTS: [f32; 4] = [0.06, 0.02, 0.006, 0.002];
 /// Points of the surface that decide; more are thinned.
 const POINTS: usize = 3000;
+
+/// A polyhedron fills at least this share of what its planes enclose, and at least so much of its surface is on them.
+const FILLED: f64 = 0.85;
+const ON_FACES: f64 = 0.75;
+/// A point is on a face within this distance [voxel] and angle [cosine].
+const ON: (f32, f32) = (1.0, 0.95);
 
 /// Where rays are inside the body: the ends of the intervals, per ray.
 struct Chords {
@@ -62,8 +71,7 @@ fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>) -> Option<Plane> {
     for tilt in TILTS {
         loop {
             let m = best.normal();
-            let side = m.cross(if m.x.abs() < 0.5 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) });
-            let (u, v) = (side.normalized(), m.cross(side).normalized());
+            let [u, v] = best.tangents();
             let tried = [u, -u, v, -v].map(|d| at((m + d * tilt).normalized()));
             let better = tried.into_iter().max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
             if gain(&better) <= gain(&best) {
@@ -81,6 +89,28 @@ fn is_shallow(face: &Plane, surface: &LevelSet<f32>) -> bool {
     let heights = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| face.height(surface.position(j)));
     let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), h| (low.min(h), high.max(h)));
     high < DEEPEST * (high - low)
+}
+
+/// Whether a body, already cut by the planes of a polyhedron, is that polyhedron.
+pub(super) fn fills(surface: &LevelSet<f32>, solid: &Polyhedron) -> bool {
+    let n = surface.domain().resolution.map(|n| n as usize);
+    let (mut enclosed, mut filled) = (0_u32, 0_u32);
+    for (j, phi) in surface.coefficients().iter().enumerate() {
+        if solid.height(surface.position(j)) < 0.0 {
+            let at = [j % n[0], j / n[0] % n[1], j / (n[0] * n[1])];
+            if (0..3).any(|a| at[a] == 0 || at[a] + 1 == n[a]) {
+                return false; // open
+            }
+            enclosed += 1;
+            filled += u32::from(*phi < 0.0);
+        }
+    }
+    let on = |p: &Plane, at: &Point| {
+        p.height(at.x).abs() < ON.0 * surface.voxel() && p.normal().dot(at.normal) > ON.1
+    };
+    let points = points(surface);
+    let on_faces = points.iter().filter(|at| solid.planes().any(|p| on(p, at))).count();
+    f64::from(filled) >= FILLED * f64::from(enclosed) && on_faces as f64 >= ON_FACES * points.len() as f64
 }
 
 fn points(surface: &LevelSet<f32>) -> Vec<Point> {
@@ -134,6 +164,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use refraxel_core::Aabb;
+    use refraxel_core::vec3;
 
     /// Rays through random points that meet something, from random directions whose height above the horizon has a sine in this range.
     fn rays(inside: impl Fn(Vec3<f32>) -> bool, sines: [f32; 2]) -> Vec<Ray<f32>> {
@@ -171,6 +202,31 @@ mod tests {
             assert!(top.height(corner).abs() < 0.35 * voxel, "{found:?}");
         }
         assert!(found.len() >= 5);
+    }
+
+    #[test]
+    fn a_block_with_a_notch_is_a_polyhedron_and_a_pillar_is_none() {
+        let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z), offset);
+        let faces = vec![
+            face(1.0, 0.0, 0.0, 0.6),
+            face(-1.0, 0.0, 0.0, 0.6),
+            face(0.0, 1.0, 0.0, 0.5),
+            face(0.0, -1.0, 0.0, 0.5),
+            face(0.0, 0.0, 1.0, 0.2),
+        ];
+        let base = face(0.0, 0.0, -1.0, 0.4);
+        let block = Polyhedron { faces, base: Some(base) };
+        let notched = |deep: f32| {
+            let notch = move |x: Vec3<f32>| ((x.x - 0.4).abs() - 0.12).max(0.2 - deep - x.z);
+            LevelSet::from_samples(CUBE, [65; 3], |x| block.height(x).max(-notch(x)))
+        };
+        assert!(fills(&notched(0.1), &block));
+        assert!(!fills(&notched(0.5), &block), "a notch right through it belongs to the body");
+        let pillar = |x: Vec3<f32>| vec3(x.x, x.y, 0.0).length() - 0.5;
+        let pillar = LevelSet::from_samples(CUBE, [65; 3], |x| pillar(x).max(x.z - 0.2).max(-0.4 - x.z));
+        let lids = Polyhedron { faces: vec![face(0.0, 0.0, 1.0, 0.2)], base: Some(base) };
+        assert!(!fills(&pillar, &lids), "two planes enclose nothing");
+        assert!(!fills(&pillar, &block), "its side is not flat");
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Where refractive things are, and their shapes.
 
-use super::facets::faces;
-use super::support::{Plane, plane, widened};
+use super::facets::{faces, fills};
+use super::support::{plane, widened};
 use super::{Profile, RecipeError, Start};
-use crate::backend::Backend;
+use crate::backend::{Backend, Marching};
 use crate::config::{Config, IndexShape};
 use crate::cpu::CpuBackend;
 use crate::initial::{Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid};
+use crate::polyhedron::{Plane, Polyhedron};
 use crate::rays::{Selection, Shots, pixel_ray};
 use crate::refraction::Extras;
 use crate::schedule::training_marching;
@@ -21,8 +22,8 @@ const GROUND_STRIDE: usize = 7;
 const AROUND: f32 = 1.4;
 /// Rays that look for what hides refractive things, at most about.
 const OCCLUDER_RAYS: f64 = 5e5;
-/// A pixel this opaque hides what is behind its depth.
-const OPAQUE: f32 = 0.9;
+/// A ray is hidden from where it has lost this share of its light.
+const OPAQUE: f32 = 0.5;
 /// Steps and strength of the smoothing of a hull's surface, theory (2.32).
 const SMOOTHING: (u32, f32) = (10, 0.6);
 /// How far a body reaches into the ground that it stands on [voxel]: what lies there is not seen, but a gap above the
@@ -48,6 +49,8 @@ pub(super) struct Region {
     distance: Vec<f32>,
     free: Vec<bool>,
     gate: Option<Gate>,
+    /// The planes of its surface, where they are all of it.
+    solid: Option<Polyhedron>,
 }
 
 /// What `index_from` names.
@@ -146,7 +149,8 @@ fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, config: &Con
 
 /// Cameras and masks, with what hides refractive things: the opaque surfaces that straight rays have learned.
 fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<Silhouette> {
-    let marching = training_marching(config, near);
+    // A ray that ends there tells the depth of what stands in front, however blurred, not of a wall far behind it.
+    let marching = Marching { min_transmittance: 1.0 - OPAQUE, ..training_marching(config, near) };
     let pixels: usize = shots.silhouettes().map(|(c, _)| (c.width * c.height) as usize).sum();
     let stride = (pixels as f64 / OCCLUDER_RAYS).sqrt().ceil().max(1.0) as u32;
     let opaque = |camera: &Camera| {
@@ -275,6 +279,7 @@ impl Region {
             distance: Vec::new(),
             free,
             gate: None,
+            solid: None,
         }
     }
 
@@ -303,13 +308,16 @@ impl Region {
         for _ in 0..SMOOTHING.0 {
             surface.smooth(SMOOTHING.1);
         }
-        if ground.is_some() || !faces.is_empty() {
-            // After the smoothing: edges stay as sharp as the grid.
-            let cut = |x| {
-                let below = ground.map_or(f32::MIN, |p| -p.height(x) - SUNK * surface.voxel());
-                faces.iter().map(|f| f.height(x)).fold(surface.value(x).max(below), f32::max)
-            };
+        // After the smoothing: edges stay as sharp as the grid.
+        let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
+        let solid = Polyhedron { faces, base };
+        if solid.planes().next().is_some() {
+            let cut = |x| solid.height(x).max(surface.value(x));
             surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);
+        }
+        if fills(&surface, &solid) {
+            let surface = solid.level_set(site.bounds, site.resolution);
+            return Self { solid: Some(solid), ..Self::new(site, surface, config) };
         }
         surface.redistance();
         Self::new(site, surface, config)
@@ -353,7 +361,7 @@ impl Region {
         } else {
             Vec::new()
         };
-        Self { site, surface: Some(surface), known: None, occupancy, distance, free, gate }
+        Self { site, surface: Some(surface), known: None, occupancy, distance, free, gate, solid: None }
     }
 
     /// Its index is known from a file.
@@ -369,8 +377,12 @@ impl Region {
 
     pub(super) fn describe(&self, k: usize) -> String {
         let (e, c, n) = (self.site.bounds.extent(), self.site.bounds.center(), self.site.resolution);
+        let faces = self
+            .solid
+            .as_ref()
+            .map_or(String::new(), |s| format!(", bounded by {} flat faces", s.faces.len()));
         format!(
-            "refractive region {}: {:.3} x {:.3} x {:.3} around ({:.3}, {:.3}, {:.3}), {} x {} x {} nodes",
+            "refractive region {}: {:.3} x {:.3} x {:.3} around ({:.3}, {:.3}, {:.3}), {} x {} x {} nodes{faces}",
             k + 1,
             e.x,
             e.y,
@@ -426,8 +438,8 @@ impl Region {
     pub(super) fn extras(&self, profile: Profile, searched: Option<f32>) -> Extras {
         match profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
-            Profile::Sharp => Extras { searched, ..Extras::default() },
-            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, soft: None },
+            Profile::Sharp => Extras { searched, solid: self.solid.clone(), ..Extras::default() },
+            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, ..Extras::default() },
         }
     }
 }

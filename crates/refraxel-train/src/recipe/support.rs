@@ -3,6 +3,7 @@
 //! No silhouette shows the underside of a thing: below it every view still looks through its mask, and the visual hull
 //! grows a root into the ground. The ground is known, though, from around the thing.
 
+use crate::polyhedron::Plane;
 use crate::random::Random;
 use refraxel_core::{Aabb, Vec3};
 
@@ -14,41 +15,6 @@ const EXPLAINED: f64 = 0.4;
 const ABOVE: f64 = 0.5;
 /// Points that decide; more are thinned.
 const POINTS: usize = 4000;
-
-/// A plane, and which side of it is above.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
-    normal: Vec3<f32>,
-    offset: f32,
-}
-
-impl Plane {
-    /// Height of a point above the plane [scene unit].
-    pub(super) fn height(&self, x: Vec3<f32>) -> f32 {
-        self.normal.dot(x) - self.offset
-    }
-
-    /// The plane of a unit normal at a distance from the origin.
-    pub(super) fn facing(normal: Vec3<f32>, offset: f32) -> Self {
-        Self { normal, offset }
-    }
-
-    /// Its unit normal, upwards.
-    pub(super) fn normal(&self) -> Vec3<f32> {
-        self.normal
-    }
-
-    fn through(a: Vec3<f32>, b: Vec3<f32>, c: Vec3<f32>, above: Vec3<f32>) -> Option<Self> {
-        let normal = (b - a).cross(c - a);
-        let length = normal.length();
-        if length <= 1e-6 * (b - a).length() * (c - a).length() {
-            return None;
-        }
-        let normal = normal / length;
-        let normal = if normal.dot(above - a) < 0.0 { -normal } else { normal };
-        Some(Self { normal, offset: normal.dot(a) })
-    }
-}
 
 /// The plane that most of the opaque points around a hull lie on and that the hull stands on: random samples of three
 /// points (Fischler & Bolles 1981), `tolerance` [scene unit]. `eye` is the mean of the cameras, which look from above;

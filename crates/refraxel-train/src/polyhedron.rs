@@ -1,0 +1,213 @@
+//! Bodies with flat faces: the planes that enclose them are what learns, theory (4.18).
+
+use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
+use serde::{Deserialize, Serialize};
+
+/// A plane, and which side of it is above.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f32; 4]", into = "[f32; 4]")]
+pub struct Plane {
+    normal: Vec3<f32>,
+    offset: f32,
+}
+
+impl From<[f32; 4]> for Plane {
+    fn from([x, y, z, offset]: [f32; 4]) -> Self {
+        Self { normal: vec3(x, y, z), offset }
+    }
+}
+
+impl From<Plane> for [f32; 4] {
+    fn from(Plane { normal, offset }: Plane) -> Self {
+        [normal.x, normal.y, normal.z, offset]
+    }
+}
+
+impl Plane {
+    /// The plane of a unit normal at a distance from the origin.
+    pub fn facing(normal: Vec3<f32>, offset: f32) -> Self {
+        Self { normal, offset }
+    }
+
+    /// The plane through three points, with a fourth above it; `None` where they lie on a line.
+    pub fn through(a: Vec3<f32>, b: Vec3<f32>, c: Vec3<f32>, above: Vec3<f32>) -> Option<Self> {
+        let normal = (b - a).cross(c - a);
+        let length = normal.length();
+        if length <= 1e-6 * (b - a).length() * (c - a).length() {
+            return None;
+        }
+        let normal = normal / length;
+        let normal = if normal.dot(above - a) < 0.0 { -normal } else { normal };
+        Some(Self { normal, offset: normal.dot(a) })
+    }
+
+    /// Height of a point above the plane [scene unit].
+    pub fn height(&self, x: Vec3<f32>) -> f32 {
+        self.normal.dot(x) - self.offset
+    }
+
+    /// Its unit normal, upwards.
+    pub fn normal(&self) -> Vec3<f32> {
+        self.normal
+    }
+
+    /// Its distance from the origin.
+    pub fn offset(&self) -> f32 {
+        self.offset
+    }
+
+    /// Two unit vectors along it.
+    pub fn tangents(&self) -> [Vec3<f32>; 2] {
+        let m = self.normal;
+        let side = m.cross(if m.x.abs() < 0.5 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) });
+        let u = side.normalized();
+        [u, m.cross(u)]
+    }
+
+    /// Shifted up by `rise`, and turned about the point `about` of the old plane so that points at a distance `arm` from it
+    /// along the two tangents rise by `tilt`, to first order.
+    fn moved(&self, about: Vec3<f32>, arm: f32, [rise, tilt @ ..]: [f32; 3]) -> Self {
+        let [u, v] = self.tangents();
+        let normal = (self.normal - (u * tilt[0] + v * tilt[1]) / arm).normalized();
+        let pivot = about + self.normal * rise;
+        Self { normal, offset: normal.dot(pivot) }
+    }
+}
+
+/// A body below all of some planes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Polyhedron {
+    /// Its faces, normals outwards.
+    pub faces: Vec<Plane>,
+    /// A face that does not learn: hidden in the ground.
+    pub base: Option<Plane>,
+}
+
+/// Parameters of a face: its height and two tilts.
+const OF_FACE: usize = 3;
+
+impl Polyhedron {
+    /// Height above the highest plane: negative inside.
+    pub fn height(&self, x: Vec3<f32>) -> f32 {
+        self.planes().map(|p| p.height(x)).fold(f32::MIN, f32::max)
+    }
+
+    /// All planes.
+    pub fn planes(&self) -> impl Iterator<Item = &Plane> {
+        self.faces.iter().chain(&self.base)
+    }
+
+    /// Its surface on a grid: edges are as sharp as that.
+    pub fn level_set(&self, bounds: Aabb<f32>, resolution: [u32; 3]) -> LevelSet<f32> {
+        LevelSet::from_control_values(bounds, resolution, |x| self.height(x))
+    }
+
+    /// How many parameters learn.
+    pub fn parameters(&self) -> usize {
+        OF_FACE * self.faces.len()
+    }
+
+    /// dLoss/d(parameters) from dLoss/dφ at the nodes of [`Self::level_set`]: a node follows the plane that is highest above it.
+    /// Parameters are displacements [scene unit]: of the whole face, and of points at [`Self::arm`] from its middle.
+    pub fn vjp(&self, level: &LevelSet<f32>, d_phi: &[f32]) -> Vec<f32> {
+        let mut out = vec![0.0; self.parameters()];
+        let arm = Self::arm(level);
+        let frames: Vec<_> = self.faces.iter().map(|f| (Self::middle(f, level), f.tangents())).collect();
+        for j in level.parameters().filter(|&j| d_phi[j] != 0.0) {
+            let x = level.position(j);
+            let highest = self.planes().map(|p| p.height(x)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((k, _)) = highest.filter(|(k, _)| *k < self.faces.len()) else { continue };
+            let (middle, tangents) = &frames[k];
+            // Where the face rises, φ falls.
+            out[OF_FACE * k] -= d_phi[j];
+            for (a, t) in tangents.iter().enumerate() {
+                out[OF_FACE * k + 1 + a] -= d_phi[j] * t.dot(x - *middle) / arm;
+            }
+        }
+        out
+    }
+
+    /// Move the faces by displacements of their parameters [scene unit].
+    pub fn advance(&mut self, level: &LevelSet<f32>, by: &[f32]) {
+        let arm = Self::arm(level);
+        for (face, by) in self.faces.iter_mut().zip(by.as_chunks().0) {
+            *face = face.moved(Self::middle(face, level), arm, *by);
+        }
+    }
+
+    /// Where a face is turned about: its point nearest to the middle of the grid.
+    fn middle(face: &Plane, level: &LevelSet<f32>) -> Vec3<f32> {
+        let center = level.domain().bounds.center();
+        center - face.normal * face.height(center)
+    }
+
+    /// About half the width of a face [scene unit].
+    fn arm(level: &LevelSet<f32>) -> f32 {
+        0.4 * level.domain().bounds.extent().max_element()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prism() -> Polyhedron {
+        let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z).normalized(), offset);
+        let faces = vec![
+            face(1.0, 0.2, 0.3, 0.5),
+            face(-1.0, 0.6, 0.1, 0.4),
+            face(-0.2, -1.0, 0.0, 0.5),
+            face(0.1, 0.0, 1.0, 0.55),
+        ];
+        Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.6)) }
+    }
+
+    const CUBE: Aabb<f32> =
+        Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
+
+    #[test]
+    fn derivatives_match_central_differences() {
+        let body = prism();
+        let level = body.level_set(CUBE, [21; 3]);
+        // A loss that weighs the nodes differently; far nodes do not count.
+        let weight =
+            |j: usize| if level.is_parameter(j) { ((j * 37) % 101) as f32 / 101.0 - 0.3 } else { 0.0 };
+        let d_phi: Vec<f32> = (0..level.coefficients().len()).map(weight).collect();
+        let grad = body.vjp(&level, &d_phi);
+        let loss = |by: &[f32]| {
+            let mut moved = body.clone();
+            moved.advance(&level, by);
+            let phi = moved.level_set(CUBE, [21; 3]);
+            phi.coefficients().iter().zip(&d_phi).map(|(p, d)| f64::from(p * d)).sum::<f64>()
+        };
+        let largest = grad.iter().fold(0.0_f32, |m, g| m.max(g.abs()));
+        for k in 0..body.parameters() {
+            // Small enough that few nodes change their plane.
+            let h = 1e-3;
+            let at = |h: f32| {
+                loss(&(0..body.parameters()).map(|i| if i == k { h } else { 0.0 }).collect::<Vec<_>>())
+            };
+            let numeric = ((at(h) - at(-h)) / f64::from(2.0 * h)) as f32;
+            assert!((numeric - grad[k]).abs() < 0.01 * largest, "{k}: {numeric} and {}", grad[k]);
+        }
+    }
+
+    #[test]
+    fn the_surface_of_a_polyhedron_is_flat_and_its_base_stays() {
+        let mut body = prism();
+        let level = body.level_set(CUBE, [41; 3]);
+        let base = body.base;
+        body.advance(&level, &[0.02, 0.01, -0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.03, 0.0, 0.0]);
+        let level = body.level_set(CUBE, [41; 3]);
+        assert_eq!(body.base, base);
+        let lowered = body.faces[3];
+        assert!((lowered.offset() - 0.52).abs() < 1e-5, "{lowered:?}");
+        assert!((lowered.normal() - prism().faces[3].normal()).length() < 1e-6, "{lowered:?}");
+        let on = Polyhedron::middle(&body.faces[0], &level);
+        let [u, v] = body.faces[0].tangents();
+        for k in 0..20 {
+            let x = on + u * (0.02 * (k as f32 - 10.0)) + v * (0.013 * (k as f32 - 9.0));
+            assert!(level.value(x).abs() < 1e-5, "{}", level.value(x));
+        }
+    }
+}
