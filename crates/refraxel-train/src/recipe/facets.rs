@@ -13,8 +13,10 @@ use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3};
 
 /// Normals belong together within this angle [rad]: the slope of a roof, and room for noise.
 const CONE: f32 = 0.2;
-/// Least share of the surface that makes a face; a ball has 0.01 within the cone.
-const SHARE: f64 = 0.05;
+/// Least share of the surface that makes a face of a polyhedron, and one that cuts any body; a ball has 0.01 within the cone, an
+/// oblate body more.
+const SHARE: f64 = 0.03;
+const LARGE: f64 = 0.05;
 /// Share of the rays that a face may take off the body: silhouettes are not exact.
 const LOST: f64 = 5e-4;
 /// Deepest cut [extent of the body along the normal].
@@ -26,7 +28,7 @@ const POINTS: usize = 3000;
 
 /// A polyhedron fills at least this share of what its planes enclose, and at least so much of its surface is on them.
 const FILLED: f64 = 0.85;
-const ON_FACES: f64 = 0.75;
+const ON_FACES: f64 = 0.65;
 /// A point is on a face within this distance [voxel] and angle [cosine].
 const ON: (f32, f32) = (1.0, 0.95);
 
@@ -43,9 +45,22 @@ struct Point {
     normal: Vec3<f32>,
 }
 
-/// The planes above which nothing of the body is: faces of a hull that `rays`, all of which meet the true body, allow.
-pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>]) -> Vec<Plane> {
+/// A face of a hull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Face {
+    pub plane: Plane,
+    /// It may cut bodies that are no polyhedra too, and has something to cut.
+    pub large: bool,
+}
+
+/// The planes above which nothing of the body is: faces of a hull that `rays`, all of which meet the true body, allow. The body
+/// ends at `base`, which is not sought.
+pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Plane>) -> Vec<Face> {
     let mut left = points(surface);
+    let apart = |m: Vec3<f32>| move |p: &Point| p.normal.dot(m) < (2.0 * CONE).cos();
+    if let Some(base) = base {
+        left.retain(apart(base.normal()));
+    }
     let chords = Chords::new(surface, rays);
     let all = left.len();
     let mut faces = Vec::new();
@@ -57,8 +72,15 @@ pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>]) -> Vec<Plane> {
             break;
         }
         let mean = members.iter().fold(Vec3::zero(), |sum, p| sum + p.normal).normalized();
-        faces.extend(face(&chords, &members, mean).filter(|f| is_shallow(f, surface)));
-        left.retain(|p| p.normal.dot(mean) < (2.0 * CONE).cos());
+        let large = members.len() as f64 >= LARGE * all as f64;
+        let found = match face(&chords, &members, mean) {
+            Some(plane) => Face { plane, large: large && is_shallow(&plane, surface) },
+            None => Face { plane: fitted(&members, mean), large: false },
+        };
+        faces.push(found);
+        left.retain(apart(mean));
+        // The other slopes of a roof.
+        left.retain(apart(found.plane.normal()));
     }
     faces
 }
@@ -81,6 +103,12 @@ fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>) -> Option<Plane> {
         }
     }
     (gain(&best) > 0.0).then_some(best)
+}
+
+/// The plane of points of about the same normal.
+fn fitted(points: &[Point], normal: Vec3<f32>) -> Plane {
+    let sum: f32 = points.iter().map(|p| normal.dot(p.x)).sum();
+    Plane::facing(normal, sum / points.len() as f32)
 }
 
 /// Whether a face leaves most of the body.
@@ -194,8 +222,8 @@ mod tests {
             walls.max(x.z - 0.2 - slope * (0.6 - x.x.abs()).min(0.5 - x.y.abs()).max(0.0))
         };
         let surface = LevelSet::from_samples(CUBE, [65; 3], roofed);
-        let found = faces(&surface, &rays(block, [0.14, 0.77]));
-        let top = found.iter().max_by(|a, b| a.normal().z.total_cmp(&b.normal().z)).unwrap();
+        let found = faces(&surface, &rays(block, [0.14, 0.77]), None);
+        let top = found.iter().map(|f| f.plane).max_by(|a, b| a.normal().z.total_cmp(&b.normal().z)).unwrap();
         let voxel = 2.0 / 64.0;
         for corner in [vec3(0.5, 0.4, 0.2), vec3(-0.5, 0.4, 0.2), vec3(0.5, -0.4, 0.2), vec3(-0.5, -0.4, 0.2)]
         {
@@ -234,7 +262,7 @@ mod tests {
         let ball = |x: Vec3<f32>| x.length() - 0.6;
         let of = |f: &dyn Fn(Vec3<f32>) -> f32| {
             let surface = LevelSet::from_samples(CUBE, [65; 3], f);
-            faces(&surface, &rays(|x| f(x) < 0.0, [-0.8, 0.8]))
+            faces(&surface, &rays(|x| f(x) < 0.0, [-0.8, 0.8]), None)
         };
         assert_eq!(of(&ball), []);
         // Both faces of a lens lie within the cone.
@@ -243,7 +271,8 @@ mod tests {
             from(1.9).max(from(-1.9))
         };
         for face in of(&lens) {
-            assert!(face.height(vec3(0.0, 0.0, 0.1 * face.normal().z)) < 0.01, "{face:?}");
+            let plane = face.plane;
+            assert!(plane.height(vec3(0.0, 0.0, 0.1 * plane.normal().z)) < 0.01, "{face:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Where refractive things are, and their shapes.
 
-use super::facets::{faces, fills};
+use super::facets::{Face, faces, fills};
 use super::support::{plane, widened};
 use super::{Profile, RecipeError, Start};
 use crate::backend::{Backend, Marching};
@@ -304,20 +304,34 @@ impl Region {
         let mut surface = surface.unwrap_or_else(|| unreachable!("distances are finite"));
         surface.redistance();
         let ground = ground(&surface);
-        let faces = if config.index_faces.is_on() { faces(&surface, rays) } else { Vec::new() };
+        let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
+        let faces = if config.index_faces.is_on() {
+            // Without what it has grown into the ground.
+            let above = |x| base.map_or(f32::MIN, |p| p.height(x)).max(surface.value(x));
+            faces(&LevelSet::from_control_values(site.bounds, site.resolution, above), rays, base.as_ref())
+        } else {
+            Vec::new()
+        };
         for _ in 0..SMOOTHING.0 {
             surface.smooth(SMOOTHING.1);
         }
         // After the smoothing: edges stay as sharp as the grid.
-        let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
-        let solid = Polyhedron { faces, base };
-        if solid.planes().next().is_some() {
+        let body = |chosen: &dyn Fn(&Face) -> bool| {
+            let faces = faces.iter().filter(|f| chosen(f)).map(|f| f.plane).collect();
+            Polyhedron { faces, base }
+        };
+        let cut_by = |solid: &Polyhedron| {
             let cut = |x| solid.height(x).max(surface.value(x));
-            surface = LevelSet::from_control_values(site.bounds, site.resolution, cut);
-        }
-        if fills(&surface, &solid) {
+            LevelSet::from_control_values(site.bounds, site.resolution, cut)
+        };
+        let solid = body(&|_| true);
+        if fills(&cut_by(&solid), &solid) {
             let surface = solid.level_set(site.bounds, site.resolution);
             return Self { solid: Some(solid), ..Self::new(site, surface, config) };
+        }
+        let bounds = body(&|f| f.large);
+        if bounds.planes().next().is_some() {
+            surface = cut_by(&bounds);
         }
         surface.redistance();
         Self::new(site, surface, config)
