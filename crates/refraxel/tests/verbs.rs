@@ -184,25 +184,27 @@ fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
 }
 
 #[test]
-fn a_tank_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
+fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let data = refractive(folder.path(), "water_tank", 72);
-    let [start, whole, run] = ["start", "whole", "run"].map(|name| folder.path().join(name));
-    let options = ["steps=100", "resolution=32", "straight_steps=20", "index_scan=off", "index_guess=1.33"];
+    let data = refractive(folder.path(), "prism", 60, 100);
+    let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
+    let options = ["steps=400", "straight_steps=100", "resolution=72", "batch=2048", "index_scan=off"];
     let words: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
-    train(&data, &whole, &words).done();
-    for (out, stop) in [(&start, "stop_after=25"), (&run, "stop_after=70")] {
-        train(&data, out, &[&words[..], &["--set", stop]].concat()).refused(130, &[]);
-    }
-    train(&data, &run, &[&words[..], &["--resume"]].concat()).done();
-    assert!(content(&run) == content(&whole));
+    let until = |out: &Path, stop: &str, more: &[&str]| {
+        train(&data, out, &[&words[..], &["--set", stop], more].concat()).refused(130, &[]);
+    };
     let solid = |run: &Path| content(run).1["regions"][0]["solid"].clone();
-    let (before, after) = (solid(&start), solid(&whole));
-    let faces = |solid: &serde_json::Value| solid["faces"].as_array().unwrap().len();
-    assert_eq!([faces(&before), faces(&after)], [5, 5], "{before}");
-    assert!(before["faces"] != after["faces"] && before["base"] == after["base"]);
+    until(&whole, "stop_after=125", &[]);
+    until(&run, "stop_after=110", &[]);
+    let before = solid(&run);
+    until(&run, "stop_after=125", &["--resume"]);
+    assert!(content(&run).0 == content(&whole).0);
+    let after = solid(&whole);
+    assert_eq!(after, solid(&run));
+    assert_eq!(before["faces"].as_array().map(Vec::len), Some(4), "{before}");
+    assert!(before["faces"] != after["faces"] && before["base"] == after["base"], "{after}");
     let log = std::fs::read_to_string(whole.join("log.jsonl")).unwrap();
-    assert!(log.contains("bounded by 5 flat faces"), "{log}");
+    assert!(log.contains("bounded by 4 flat faces"), "{log}");
 }
 
 #[test]

@@ -91,13 +91,13 @@ pub fn ball(folder: &Path) -> PathBuf {
 
 /// The same ball in enough views for its hull and its index: 30 training views of 40 × 40 pixels.
 pub fn glass(folder: &Path) -> PathBuf {
-    refractive(folder, "glass_ball", 40)
+    refractive(folder, "glass_ball", 30, 40)
 }
 
-/// A scene in 30 training views of `size` × `size` pixels.
-pub fn refractive(folder: &Path, scene: &str, size: u32) -> PathBuf {
+/// A scene in so many training views of `size` × `size` pixels.
+pub fn refractive(folder: &Path, scene: &str, train: usize, size: u32) -> PathBuf {
     let out = folder.join(scene);
-    let views = ViewCounts { train: 30, val: 0, test: 3 };
+    let views = ViewCounts { train, val: 0, test: 3 };
     let usual = SynthOptions::new(scene, &out);
     let options = SynthOptions { size, views, spp: 4, detail_spp: 0, index_resolution: 0, ..usual };
     synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
