@@ -33,6 +33,7 @@ with() { # SCENE NAME key=value…
     row "$data" "$name" ${options[@]+"${options[@]}"}
 }
 SMOOTH=index_surface=smooth
+truth() { row "$1" "${2:-the truth, held}" --index-from "$OUT/$1/scene.json" --set rate_surface=0 --set rate_index=0; }
 
 table "Initialisation (glass ball)"
 row glass_ball "straight rays" --refraction off
@@ -42,7 +43,8 @@ with glass_ball "ball in the box, searched" index_shape=ball
 with glass_ball "box, searched" index_shape=block
 with glass_ball "hull, index grid coarse to fine" index_stages=2
 with glass_ball "n = 1 everywhere" index_shape=uniform index_gate=off
-row glass_ball "the truth" --index-from "$OUT/glass_ball/scene.json"
+truth glass_ball
+row glass_ball "the truth as a start" --index-from "$OUT/glass_ball/scene.json"
 with glass_ball "bending early: after 50 steps" straight_steps=50
 
 table "Surface and what learns (glass ball)"
@@ -50,8 +52,8 @@ with glass_ball "sharp, shape and index fixed" rate_surface=0 rate_index=0
 with glass_ball "sharp, only the index learns" rate_surface=0
 with glass_ball "sharp, all paths count" surface_events=99
 with glass_ball "sharp, no smoothing" surface_smooth=0
-with glass_ball "sharp, gradient of the surface blurred by 1.5 voxels" surface_blur=1.5
-with glass_ball "sharp, learns in every step" index_period=1
+with glass_ball "sharp, gradient of the surface blurred by 3 voxels" surface_blur=3
+with glass_ball "sharp, learns in every second step" index_period=2
 with glass_ball "sharp, learns in one step of 4" index_period=4
 with glass_ball "sharp, bending energy, weight 0.1" surface_bending=0.1
 with glass_ball "edge of 2 voxels at first" surface_width=2
@@ -78,6 +80,12 @@ done
 with glass_ball "deviation from 1, l1, weight 0.1" $SMOOTH index_deviation=0.1
 with glass_ball "deviation from 1, l1, weight 1" $SMOOTH index_deviation=1
 
+table "What depends on the view (glass ball)"
+with glass_ball "learns from the start" view_warm_up=0
+with glass_ball "its rate rises over 30 % of the run" view_warm_up=0.3
+with glass_ball "its rate rises over the whole run (default)"
+with glass_ball "never: degree 0" sh_degree=0
+
 table "Reflection (glass ball)"
 with glass_ball "none" reflection=off
 with glass_ball "learned cache, degree 1" reflection_degree=1
@@ -88,11 +96,15 @@ with glass_ball "learned cache, 16 probes" reflection_probes=16
 with glass_ball "baked cache" reflection_cache=baked
 with glass_ball "second rays instead of a cache" reflection_cache=exact
 
-table "Faces of a hull (water tank)"
-row water_tank "straight rays" --refraction off
-with water_tank "bulges cut off by planes (default)"
-with water_tank "the hull as it is" index_faces=off
-row water_tank "the truth" --index-from "$OUT/water_tank/scene.json"
+scene prism
+for name in water_tank prism; do
+    table "Flat faces ($name)"
+    row $name "straight rays" --refraction off
+    with $name "planes learn (default)"
+    with $name "the hull as it is, its nodes learn" index_faces=off
+    truth $name
+    row $name "the truth as a start, its nodes learn" --index-from "$OUT/$name/scene.json"
+done
 
 table "A graded lens (Luneburg)"
 row luneburg "straight rays" --refraction off
@@ -105,10 +117,10 @@ with luneburg "smooth" $SMOOTH
 table "Seeds (glass ball)"
 for seed in 1 2; do row glass_ball "seed $seed" --seed $seed; done
 
-for name in hidden_ball glass_blob prism hollow_ball; do
+for name in hidden_ball glass_blob hollow_ball; do
     scene $name
     table "$name"
     row $name "straight rays" --refraction off
     row $name "bent rays"
-    row $name "bent rays, the truth" --index-from "$OUT/$name/scene.json"
+    truth $name "bent rays, the truth held"
 done

@@ -9,7 +9,7 @@ use crate::cpu::CpuBackend;
 use crate::random::Random;
 use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
-use refraxel_core::index::priors::Penalty;
+use crate::schedule::index_objective;
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
     Aabb, Background, BrickMap, Camera, Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray,
@@ -90,7 +90,7 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
         if let Some(layout) = &layout {
             backend.set_reflection(Reflection::of(backend.refraction(), Source::Learned, layout));
         }
-        throughput(backend, options, Some(INDEX))
+        throughput(backend, options, Some(index()))
     };
     let (sharp, smooth) = (measured(IndexGrid::sharp(surface.clone(), 1.5), None), measured(smooth, None));
     let mirrored = measured(IndexGrid::sharp(surface, 1.5), Some(PROBES));
@@ -147,22 +147,11 @@ pub fn simd_level() -> String {
 
 const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
 
-/// Learning rates so small that the scene stays what it is.
-const INDEX: IndexObjective = IndexObjective {
-    rate: 1e-7,
-    blur: 1.5,
-    clip: 3.0,
-    variation: (0.0, Penalty::Squared),
-    deviation: (0.0, Penalty::Squared),
-    largest: 2.6,
-    trust: 0.02,
-    surface_rate: 1e-6,
-    surface_blur: 3.0,
-    surface_smooth: 1e-4,
-    surface_bending: 0.0,
-    surface_width: 0.0,
-    most_events: 2,
-};
+/// The index learns as by default, at rates so small that the scene stays what it is.
+fn index() -> IndexObjective {
+    let usual = index_objective(&Config::default(), 0.0);
+    IndexObjective { rate: 1e-7, surface_rate: 1e-6, surface_smooth: 1e-4, ..usual }
+}
 
 const PROBES: ProbeLayout = ProbeLayout { longest: 8, degree: ShDegree::MAX };
 

@@ -142,7 +142,8 @@ fn reflection_objective(config: &Config, over: f32) -> ReflectionObjective {
     }
 }
 
-fn index_objective(config: &Config, over: f32) -> IndexObjective {
+/// How the index learns when this share of the time with bent rays is over.
+pub(crate) fn index_objective(config: &Config, over: f32) -> IndexObjective {
     let decay = config.rate_decay.powf(over);
     IndexObjective {
         rate: config.rate_index * decay,

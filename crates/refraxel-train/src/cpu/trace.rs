@@ -290,7 +290,8 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             }
             tape.records[records..].reverse();
             let wanted = ray_gradients.get_mut(ray - range.start);
-            let bending = view.tracer.as_ref().filter(|_| found.bent && objective.index.is_some());
+            let learns = found.bent && objective.index.is_some() && path.events().count() <= most_events;
+            let bending = view.tracer.as_ref().filter(|_| learns);
             if wanted.is_none() && bending.is_none() {
                 continue;
             }

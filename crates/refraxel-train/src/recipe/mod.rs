@@ -107,7 +107,6 @@ fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refracti
     let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
     let optics = Optics { integrator: config.index_stepping.into(), step: config.index_step };
-    let extras =
-        regions.iter().zip(starts).map(|(r, s)| r.extras(s.profile, s.searched.then_some(s.index))).collect();
+    let extras = regions.iter().zip(starts).map(|(r, s)| r.extras(s)).collect();
     Refraction { medium, optics, extras }
 }

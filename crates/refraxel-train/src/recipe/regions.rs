@@ -448,11 +448,16 @@ impl Region {
         -self.distance.iter().copied().fold(0.0, f32::min)
     }
 
-    /// What goes with the profile.
-    pub(super) fn extras(&self, profile: Profile, searched: Option<f32>) -> Extras {
-        match profile {
+    /// What goes with the start.
+    pub(super) fn extras(&self, start: &Start) -> Extras {
+        let searched = start.searched.then_some(start.index);
+        match start.profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
-            Profile::Sharp => Extras { searched, solid: self.solid.clone(), ..Extras::default() },
+            Profile::Sharp => {
+                let is_solid = start.wall >= 1.0 && self.known.is_none();
+                let solid = self.solid.clone().filter(|_| is_solid);
+                Extras { searched, solid, ..Extras::default() }
+            }
             _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, ..Extras::default() },
         }
     }
