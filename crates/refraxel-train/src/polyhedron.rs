@@ -108,7 +108,7 @@ impl Polyhedron {
     }
 
     /// dLoss/d(parameters) from dLoss/dφ at the nodes of [`Self::level_set`]: a node follows the plane that is highest above it.
-    /// Parameters are displacements [scene unit]: of the whole face, and of points at [`Self::arm`] from its middle.
+    /// Parameters are displacements [scene unit]: of the whole face, and of points 0.4 times the longest edge of the grid from its middle.
     pub fn vjp(&self, level: &LevelSet<f32>, d_phi: &[f32]) -> Vec<f32> {
         let mut out = vec![0.0; self.parameters()];
         let arm = Self::arm(level);
