@@ -75,7 +75,7 @@ impl Plane {
 }
 
 /// A body below all of some planes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polyhedron {
     /// Its faces, normals outwards.
     pub faces: Vec<Plane>,
@@ -100,6 +100,12 @@ impl Polyhedron {
     /// Its surface on a grid: edges are as sharp as that.
     pub fn level_set(&self, bounds: Aabb<f32>, resolution: [u32; 3]) -> LevelSet<f32> {
         LevelSet::from_control_values(bounds, resolution, |x| self.height(x))
+    }
+
+    /// What of a body lies below all planes.
+    pub fn cut(&self, body: &LevelSet<f32>) -> LevelSet<f32> {
+        let domain = body.domain();
+        LevelSet::from_control_values(domain.bounds, domain.resolution, |x| self.height(x).max(body.value(x)))
     }
 
     /// How many parameters learn.

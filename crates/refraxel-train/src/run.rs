@@ -313,6 +313,7 @@ fn restore_refraction(
                 (grid, adam(moments.0, moments.1, region.moment_steps[1]))
             }
         };
+        let surface_nodes = surface.first.len();
         grids.push(grid);
         moments.push(IndexMoments { index, surface });
         let free: Vec<bool> = u8s(path, file, &name(".free"))?.into_iter().map(|f| f > 0).collect();
@@ -326,6 +327,9 @@ fn restore_refraction(
         let is_unit = |p: &Plane| (p.normal().length() - 1.0).abs() < 1e-3 && p.offset().is_finite();
         if !solid.iter().flat_map(Polyhedron::planes).all(is_unit) {
             return Err(wrong("has faces that are no planes"));
+        }
+        if solid.as_ref().is_some_and(|s| s.parameters() > surface_nodes) {
+            return Err(wrong("has more faces than its surface has room for"));
         }
         let searched = region.searched;
         extras.push(Extras { free, gate: gate.transpose()?, searched, soft: None, solid });

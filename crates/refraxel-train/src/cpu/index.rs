@@ -36,7 +36,7 @@ pub struct AdamMoments {
 pub struct IndexMoments {
     /// Of the coefficients of w.
     pub index: AdamMoments,
-    /// Of the coefficients of φ; empty without a surface.
+    /// Of the coefficients of φ; empty without a surface. The first are those of the planes' parameters where planes learn.
     pub surface: AdamMoments,
 }
 

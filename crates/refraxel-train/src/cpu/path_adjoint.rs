@@ -21,8 +21,8 @@ pub(super) struct PathAdjoint<'a> {
     pub d_exit: Vec3<f32>,
     /// All samples count. Otherwise those before the first kick are left out: no index moves them.
     pub all: bool,
-    /// Bodies learn only from paths that meet their surfaces at most this often.
-    pub most_events: usize,
+    /// The index learns from the path: it meets surfaces seldom enough.
+    pub counts: bool,
     /// dLoss/d(partial reflections) of the path, from the first on.
     pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
 }
@@ -65,8 +65,7 @@ impl PathAdjoint<'_> {
             return (sums[0].0, sums[0].1 + self.d_exit);
         };
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
-        let events = path.steps.iter().filter(|s| s.event.is_some()).count();
-        let mut kicks = Kicks { list: kicks, wanted: events <= self.most_events };
+        let mut kicks = Kicks { list: kicks, wanted: self.counts };
         let d_path = (&sums[..], self.d_reflections);
         let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut kicks);
         (d.origin, d.direction)

@@ -290,17 +290,16 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             }
             tape.records[records..].reverse();
             let wanted = ray_gradients.get_mut(ray - range.start);
-            let learns = found.bent && objective.index.is_some() && path.events().count() <= most_events;
-            let bending = view.tracer.as_ref().filter(|_| learns);
-            if wanted.is_none() && bending.is_none() {
+            let bent = view.tracer.as_ref().filter(|_| found.bent).map(|t| (t, &*path));
+            let counts = bent.is_some_and(|(_, path)| path.events().count() <= most_events);
+            if wanted.is_none() && !(counts && objective.index.is_some()) {
                 continue;
             }
             let d_exit = background_vjp(scene, batch, &found.exit, &d);
             let made = (samples, &tape.records[records..], &arms[..]);
             reflection::reflection_adjoints(scene.reflection, glimpses, d_reflections);
             let (ray, all) = (&batch.rays[ray], wanted.is_some());
-            let adjoint = PathAdjoint { ray, d_exit, all, most_events, d_reflections };
-            let bent = bending.or(view.tracer.as_ref().filter(|_| found.bent)).map(|t| (t, &*path));
+            let adjoint = PathAdjoint { ray, d_exit, all, counts, d_reflections };
             let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
             if let Some(wanted) = wanted {
                 *wanted = d_ray;

@@ -13,9 +13,9 @@ use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3};
 
 /// Normals belong together within this angle [rad]: the slope of a roof, and room for noise.
 const CONE: f32 = 0.2;
-/// Least share of the surface that makes a face of a polyhedron, and one that cuts any body; a ball has 0.01 within the cone, an
-/// oblate body more.
+/// Least share of the surface that makes a face of a polyhedron; a ball has 0.01 within the cone, an oblate body more.
 const SHARE: f64 = 0.03;
+/// Least share of a face that cuts bodies that are no polyhedra too.
 const LARGE: f64 = 0.05;
 /// Share of the rays that a face may take off the body: silhouettes are not exact.
 const LOST: f64 = 5e-4;
@@ -26,8 +26,9 @@ const TILTS: [f32; 4] = [0.06, 0.02, 0.006, 0.002];
 /// Points of the surface that decide; more are thinned.
 const POINTS: usize = 3000;
 
-/// A polyhedron fills at least this share of what its planes enclose, and at least so much of its surface is on them.
+/// A polyhedron fills at least this share of what its planes enclose.
 const FILLED: f64 = 0.85;
+/// At least this share of its surface is on them.
 const ON_FACES: f64 = 0.65;
 /// A point is on a face within this distance [voxel] and angle [cosine].
 const ON: (f32, f32) = (1.0, 0.95);
@@ -191,8 +192,7 @@ impl Chords {
 mod tests {
     use super::*;
     use crate::random::Random;
-    use refraxel_core::Aabb;
-    use refraxel_core::vec3;
+    use refraxel_core::{Aabb, vec3};
 
     /// Rays through random points that meet something, from random directions whose height above the horizon has a sine in this range.
     fn rays(inside: impl Fn(Vec3<f32>) -> bool, sines: [f32; 2]) -> Vec<Ray<f32>> {

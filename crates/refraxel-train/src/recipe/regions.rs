@@ -307,8 +307,7 @@ impl Region {
         let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
         let faces = if config.index_faces.is_on() {
             // Without what it has grown into the ground.
-            let above = |x| base.map_or(f32::MIN, |p| p.height(x)).max(surface.value(x));
-            faces(&LevelSet::from_control_values(site.bounds, site.resolution, above), rays, base.as_ref())
+            faces(&Polyhedron { faces: Vec::new(), base }.cut(&surface), rays, base.as_ref())
         } else {
             Vec::new()
         };
@@ -320,18 +319,14 @@ impl Region {
             let faces = faces.iter().filter(|f| chosen(f)).map(|f| f.plane).collect();
             Polyhedron { faces, base }
         };
-        let cut_by = |solid: &Polyhedron| {
-            let cut = |x| solid.height(x).max(surface.value(x));
-            LevelSet::from_control_values(site.bounds, site.resolution, cut)
-        };
         let solid = body(&|_| true);
-        if fills(&cut_by(&solid), &solid) {
+        if fills(&solid.cut(&surface), &solid) {
             let surface = solid.level_set(site.bounds, site.resolution);
             return Self { solid: Some(solid), ..Self::new(site, surface, config) };
         }
         let bounds = body(&|f| f.large);
         if bounds.planes().next().is_some() {
-            surface = cut_by(&bounds);
+            surface = bounds.cut(&surface);
         }
         surface.redistance();
         Self::new(site, surface, config)
@@ -454,8 +449,8 @@ impl Region {
         match start.profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
             Profile::Sharp => {
-                let is_solid = start.wall >= 1.0 && self.known.is_none();
-                let solid = self.solid.clone().filter(|_| is_solid);
+                // A hollow body has surfaces inside.
+                let solid = self.solid.clone().filter(|_| start.wall >= 1.0);
                 Extras { searched, solid, ..Extras::default() }
             }
             _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, ..Extras::default() },
