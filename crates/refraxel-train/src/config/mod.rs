@@ -126,7 +126,9 @@ pub struct Config {
     pub index_interior: Switch,
     /// Learning rate of the index; 0 holds it fixed.
     pub rate_index: f32,
-    /// Learning rate of a sharp surface [voxel of the index grid]; 0 holds it fixed.
+    /// Edge length of the voxels on which the nodes of a sharp surface learn, in those on which it was found.
+    pub surface_coarsening: f32,
+    /// Learning rate of a sharp surface [voxel of its grid]; 0 holds it fixed.
     pub rate_surface: f32,
     /// Blur of the gradient of a sharp surface [voxel of the index grid].
     pub surface_blur: f32,
@@ -237,9 +239,10 @@ impl Default for Config {
             index_gate: Switch::On,
             index_interior: Switch::On,
             rate_index: 0.001,
+            surface_coarsening: 1.4,
             rate_surface: 0.08,
             surface_blur: 1.5,
-            surface_smooth: 0.03,
+            surface_smooth: 0.1,
             surface_bending: 0.0,
             surface_width: 0.0,
             surface_width_share: 0.3,
@@ -452,6 +455,7 @@ impl Config {
         within("index_voxels_per_pixel", self.index_voxels_per_pixel, 0.05, 4.0, "0.05 to 4")?;
         within("index_trust", self.index_trust.into(), 0.0, 4.0, "0 to 4")?;
         within("rate_index", self.rate_index.into(), 0.0, 1.0, "0 to 1")?;
+        within("surface_coarsening", self.surface_coarsening.into(), 1.0, 1.5, "1 to 1.5")?;
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
         within("surface_blur", self.surface_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;

@@ -12,11 +12,14 @@ use refraxel_core::{IndexGrid, LevelSet, Medium};
 
 /// Adam's decays: of the mean, and of the mean square.
 const DECAY: [f32; 2] = [0.9, 0.99];
+/// The same of the nodes of a surface: each is met by few rays of a step, and trembles the less the longer it remembers.
+const DECAY_OF_NODES: [f32; 2] = [0.97, 0.99];
 /// Floor of Adam's denominator, as a share of the largest: voxels that hardly matter must not follow noise.
 const FLOOR: f32 = 0.1;
-/// Steps of a surface after which its rate has halved; from there on it falls with their number (Robbins & Monro 1951).
-/// Colours cannot settle behind a surface that trembles.
-const FIRST: f32 = 50.0;
+/// Steps after which the rate of a surface has halved; from there on it falls with their number (Robbins & Monro 1951):
+/// colours cannot settle behind a surface that trembles. Nodes have further to go than planes.
+const HALF_OF_PLANES: f32 = 50.0;
+const HALF_OF_NODES: f32 = 150.0;
 /// Steps between two looks at what is flat.
 const REFRESH: u64 = 16;
 
@@ -46,14 +49,14 @@ impl AdamMoments {
     }
 
     /// The change of each of the parameters `which`, for a learning rate of 1.
-    fn steps(&mut self, which: &[usize], grad: impl Fn(usize) -> f32) -> Vec<f32> {
+    fn steps(&mut self, decay: [f32; 2], which: &[usize], grad: impl Fn(usize) -> f32) -> Vec<f32> {
         self.steps += 1;
-        let unbias = DECAY.map(|d| (1.0 - d.powi(self.steps.min(1 << 20) as i32)).recip());
+        let unbias = decay.map(|d| (1.0 - d.powi(self.steps.min(1 << 20) as i32)).recip());
         let mut largest = 0.0_f32;
         for &j in which {
             let g = grad(j);
-            self.first[j] += (1.0 - DECAY[0]) * (g - self.first[j]);
-            self.second[j] += (1.0 - DECAY[1]) * (g * g - self.second[j]);
+            self.first[j] += (1.0 - decay[0]) * (g - self.first[j]);
+            self.second[j] += (1.0 - decay[1]) * (g * g - self.second[j]);
             largest = largest.max(self.second[j]);
         }
         let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
@@ -200,7 +203,7 @@ fn descend(
 ) {
     let nodes: Vec<usize> = grid.parameters().filter(|&j| free.is_none_or(|f| f[j])).collect();
     let coefficients = grid.coefficients_mut();
-    let steps = moments.steps(&nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
+    let steps = moments.steps(DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
     for (&j, step) in nodes.iter().zip(steps) {
         let n = ((2.0 * coefficients[j]).sqrt() + objective.rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
@@ -217,16 +220,20 @@ fn descend_one(
 ) {
     if objective.rate > 0.0 {
         let d_n = n * grad.iter().sum::<f32>();
-        let step = moments.steps(&[0], |_| d_n)[0];
+        let step = moments.steps(DECAY, &[0], |_| d_n)[0];
         let [low, high] =
             searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
         grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
     }
 }
 
-/// The rate of a surface [scene unit], and how much less it is after so many steps.
-fn surface_rate(level: &LevelSet<f32>, moments: &AdamMoments, objective: &IndexObjective) -> [f32; 2] {
-    let slower = FIRST / (FIRST + moments.steps as f32);
+/// The rate of a surface [scene unit], and how much less it is after so many steps, when it halves in `half`.
+fn surface_rate(
+    level: &LevelSet<f32>,
+    (moments, half): (&AdamMoments, f32),
+    objective: &IndexObjective,
+) -> [f32; 2] {
+    let slower = half / (half + moments.steps as f32);
     [objective.surface_rate * slower * level.voxel(), slower]
 }
 
@@ -238,10 +245,10 @@ fn descend_solid(
     grad: &[f32],
     objective: &IndexObjective,
 ) {
-    let [rate, _] = surface_rate(level, moments, objective);
+    let [rate, _] = surface_rate(level, (moments, HALF_OF_PLANES), objective);
     let grad = solid.vjp(level, grad);
     let which: Vec<usize> = (0..grad.len()).collect();
-    let steps: Vec<f32> = moments.steps(&which, |j| grad[j]).iter().map(|s| rate * s).collect();
+    let steps: Vec<f32> = moments.steps(DECAY, &which, |j| grad[j]).iter().map(|s| rate * s).collect();
     solid.advance(level, &steps);
     *level = solid.level_set(level.domain().bounds, level.domain().resolution);
 }
@@ -254,8 +261,8 @@ fn descend_surface(
     objective: &IndexObjective,
 ) {
     let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
-    let [rate, slower] = surface_rate(level, moments, objective);
-    let steps = moments.steps(&nodes, |j| grad[j]);
+    let [rate, slower] = surface_rate(level, (moments, HALF_OF_NODES), objective);
+    let steps = moments.steps(DECAY_OF_NODES, &nodes, |j| grad[j]);
     for (&j, step) in nodes.iter().zip(steps) {
         level.coefficients_mut()[j] += rate * step;
     }

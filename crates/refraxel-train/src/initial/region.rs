@@ -13,16 +13,16 @@ pub enum Spacing {
 }
 
 /// Layers of nodes between the box and the border of the grid, where the surface may grow.
-const ROOM: u32 = 2;
+const ROOM: u32 = 3;
 /// Layers of nodes around the box on each side.
 const AROUND: u32 = BORDER as u32 + ROOM;
 /// Most nodes along an axis: a voxel that is far too small must not exhaust the memory.
 const MOST_NODES: u32 = 1024;
 
-/// Bounds and resolution of an index grid with cubic voxels around a box: the box itself, 2 layers of nodes on each side
+/// Bounds and resolution of an index grid with cubic voxels around a box: the box itself, 3 layers of nodes on each side
 /// for the surface to move, and the 3 outermost that are held at n = 1. The box lies in the middle.
 ///
-/// At least 12 and at most 1024 nodes along the longest edge: coarser or finer requests are brought into that range.
+/// At least 14 and at most 1024 nodes along the longest edge: coarser or finer requests are brought into that range.
 ///
 /// # Panics
 /// If the box is empty, or a voxel is not positive.

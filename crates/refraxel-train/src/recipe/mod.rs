@@ -94,6 +94,12 @@ pub fn begin(
     let (starts, told) = search::starts(backend, &regions, &judge, config);
     news.extend(told);
     let mut found = refraction(&regions, &starts, config);
+    for (k, (region, start)) in regions.iter().zip(&starts).enumerate() {
+        let grid = found.medium.region_mut(k);
+        if let Some(coarser) = region.for_learning(start, grid, config) {
+            *grid = coarser;
+        }
+    }
     found.find_flat_cells();
     if config.surface_width > 0.0 {
         found.set_width(config.surface_width);

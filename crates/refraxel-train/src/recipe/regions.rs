@@ -438,6 +438,24 @@ impl Region {
         }
     }
 
+    /// The same body on the coarser grid where its nodes learn: pictures say less of a surface than a search needs. `None`
+    /// where planes learn, where a wall is thin, and where a file gives the shape.
+    pub(super) fn for_learning(
+        &self,
+        start: &Start,
+        grid: &IndexGrid<f32>,
+        config: &Config,
+    ) -> Option<IndexGrid<f32>> {
+        let (level, index) = (grid.level_set()?, grid.interior_index()?);
+        if start.wall < 1.0 || self.solid.is_some() || self.is_known() {
+            return None;
+        }
+        let Domain { bounds, resolution, .. } = *level.domain();
+        let coarser = resolution.map(|n| ((n - 1) as f32 / config.surface_coarsening).round() as u32 + 1);
+        let body = || IndexGrid::sharp(LevelSet::from_samples(bounds, coarser, |x| level.value(x)), index);
+        (coarser != resolution).then(body)
+    }
+
     /// Depth of its deepest point [scene unit].
     fn depth(&self) -> f32 {
         -self.distance.iter().copied().fold(0.0, f32::min)
