@@ -117,6 +117,7 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
             reflection: config.reflection.is_on().then(|| reflection_objective(config, over)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
+            tv_density: usual.tv_density * config.bent_tv,
             ..usual
         },
     }

@@ -164,6 +164,8 @@ pub struct Config {
     pub index_deviation_penalty: IndexPenalty,
     /// Factor on all rates but the index's once rays bend.
     pub bent_rates: f32,
+    /// Factor on `tv_density` once rays bend: what is seen through glass is seen from few sides.
+    pub bent_tv: f32,
     /// Raw density inside the refractive shape when rays begin to bend.
     pub contents_density: f32,
     /// Whether sharp surfaces mirror the share of the light that they do not let pass.
@@ -257,6 +259,7 @@ impl Default for Config {
             index_deviation: 0.0,
             index_deviation_penalty: IndexPenalty::L1,
             bent_rates: 1.0,
+            bent_tv: 5.0,
             contents_density: -5.0,
             reflection: Switch::On,
             reflection_cache: ReflectionCache::Learned,
@@ -462,6 +465,7 @@ impl Config {
         within("surface_width", self.surface_width.into(), 0.0, WIDEST_EDGE.into(), "0 to 8 voxels")?;
         within("surface_width_share", self.surface_width_share.into(), 0.0, 0.9, "0 to 0.9")?;
         within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
+        within("bent_tv", self.bent_tv.into(), 0.0, 1e3, "0 to 1000")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
         for (key, v) in [
             ("index_clip", self.index_clip),
