@@ -107,7 +107,9 @@ fn view_share(config: &Config, progress: f32) -> f32 {
 pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f64), act: Act) -> Objective {
     let usual = objective(config, near, progress);
     let over = bent_share(progress, since);
-    let index = Some(index_objective(config, over)).filter(|o| o.rate > 0.0 || o.surface_rate > 0.0);
+    // A soft edge narrows even where nothing else learns.
+    let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0 || config.surface_width > 0.0;
+    let index = Some(index_objective(config, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match act {
         Act::Straight => usual,

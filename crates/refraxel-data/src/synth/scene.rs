@@ -10,6 +10,8 @@ use refraxel_core::{Aabb, Ray, Vec3, vec3};
 pub enum Matter {
     /// Ends rays with its own light.
     Opaque(Texture),
+    /// The same under a clear coat of this index, whose outer face mirrors.
+    Glazed(Texture, f64),
     /// Bends rays.
     Refractive {
         /// What fills the body.
@@ -38,6 +40,11 @@ impl Body {
         Body { name: name.into(), shape, matter: Matter::Opaque(texture) }
     }
 
+    /// An opaque body under a clear coat.
+    pub fn glazed(name: &str, shape: Shape, texture: Texture, ior: f64) -> Body {
+        Body { name: name.into(), shape, matter: Matter::Glazed(texture, ior) }
+    }
+
     /// A refractive body with a sharp border.
     pub fn refractive(name: &str, shape: Shape, medium: Medium, priority: u32) -> Body {
         Body { name: name.into(), shape, matter: Matter::Refractive { medium, priority, visible: None } }
@@ -47,7 +54,7 @@ impl Body {
     pub fn medium(&self) -> Option<&Medium> {
         match &self.matter {
             Matter::Refractive { medium, .. } => Some(medium),
-            Matter::Opaque(_) => None,
+            Matter::Opaque(_) | Matter::Glazed(..) => None,
         }
     }
 
@@ -174,7 +181,7 @@ impl Scene {
             Matter::Refractive { medium, visible, .. } => {
                 visible.is_some() || medium.index == Index::Constant { ior: 1.0 }
             }
-            Matter::Opaque(_) => false,
+            Matter::Opaque(_) | Matter::Glazed(..) => false,
         })
     }
 

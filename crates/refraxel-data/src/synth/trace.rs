@@ -234,6 +234,10 @@ impl Tracer<'_> {
         };
         let arriving = match &self.scene.bodies[hit.body].matter {
             Matter::Opaque(texture) => texture.color(flight.arrival.origin),
+            Matter::Glazed(texture, ior) => {
+                let own = texture.color(flight.arrival.origin);
+                self.glaze(beam.inside, (&flight.arrival, &hit, *ior), own, (weight, depth), tally)
+            }
             Matter::Refractive { .. } if depth >= self.limits.depth || weight < self.limits.energy_cut => {
                 tally.lost += weight;
                 [0.0; 3]
@@ -244,6 +248,29 @@ impl Tracer<'_> {
             }
         };
         product(flight.transmittance, arriving)
+    }
+
+    /// Radiance of an opaque surface under a clear coat: R L_r + (1 − R) of its own. What the coat sends back from within is
+    /// part of that.
+    fn glaze(
+        &self,
+        inside: Inside,
+        (arrival, hit, ior): (&Ray<f64>, &Hit, f64),
+        own: Rgb,
+        (weight, depth): (f64, u32),
+        tally: &mut Tally,
+    ) -> Rgb {
+        let n = self.scene.medium(inside).map_or(1.0, |m| m.index.n(arrival.origin));
+        let cosine = -hit.crossing.normal.dot(arrival.direction);
+        let r = fresnel(cosine.clamp(0.0, 1.0), n, ior);
+        let small = weight * r < self.limits.energy_cut || depth >= self.limits.depth;
+        if self.limits.reflection == Reflection::Off || small {
+            return own;
+        }
+        let direction = reflect(arrival.direction, hit.crossing.normal);
+        let beam = Beam { ray: Ray { origin: arrival.origin, direction }, inside };
+        let mirrored = self.gather(&beam, weight * r, depth + 1, tally);
+        [0, 1, 2].map(|k| r * mirrored[k] + (1.0 - r) * own[k])
     }
 
     /// Radiance from both branches of an interface, theory (6.3): R L_r + (1 − R) L_t.
@@ -276,7 +303,7 @@ impl Tracer<'_> {
                 break;
             };
             path.push(flight.arrival);
-            if matches!(self.scene.bodies[hit.body].matter, Matter::Opaque(_)) {
+            if matches!(self.scene.bodies[hit.body].matter, Matter::Opaque(_) | Matter::Glazed(..)) {
                 break;
             }
             let at = self.interface(beam.inside, &flight.arrival, &hit);
@@ -290,4 +317,34 @@ impl Tracer<'_> {
 #[inline]
 fn product(a: Rgb, b: Rgb) -> Rgb {
     [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::{Body, Environment};
+    use super::super::shape::Shape;
+    use super::super::texture::Texture;
+    use super::*;
+    use refraxel_core::{Aabb, Vec3, vec3};
+
+    #[test]
+    fn a_glaze_mirrors_a_share_of_what_is_above_it_and_none_without_reflection() {
+        let black = Texture::Plain([0.0; 3]);
+        let scene = Scene {
+            name: String::new(),
+            shows: String::new(),
+            bodies: vec![Body::glazed("ball", Shape::sphere([0.0; 3], 1.0), black, 1.5)],
+            environment: Environment::Constant([1.0; 3]),
+            bounds: Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)),
+        };
+        let seen = |reflection, offset: f64| {
+            let limits = Limits { reflection, ..Limits::default() };
+            let ray = Ray { origin: vec3(offset, 0.0, 3.0), direction: vec3(0.0, 0.0, -1.0) };
+            Tracer { scene: &scene, limits }.radiance(ray).0[0]
+        };
+        assert!((seen(Reflection::On, 0.0) - 0.04).abs() < 1e-12);
+        let oblique = fresnel(0.6, 1.0, 1.5); // where sin θ = 0.8
+        assert!((seen(Reflection::On, 0.8) - oblique).abs() < 1e-12 && oblique > 0.05);
+        assert_eq!([seen(Reflection::Off, 0.8), seen(Reflection::On, 1.1)], [0.0, 1.0]);
+    }
 }

@@ -99,6 +99,8 @@ pub struct TrainArgs {
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub reflection: Option<super::scene::Switch>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
+    ///
+    /// What a scene.json tells is exact and is held fixed; --set rate_surface=0.08 and --set rate_index=0.001 let it learn.
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,
     /// Change one training option; may be repeated, the last one counts

@@ -83,6 +83,11 @@ fn is_masked(data: &Dataset) -> bool {
 /// The options: those of `base`, then the file, then `--set`, then the flags of their own.
 fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
     let mut config = base;
+    let exact = args.index_from.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"));
+    if exact && !args.resume {
+        // It tells exactly; what an image of 200 pixels says of a surface does not.
+        (config.rate_surface, config.rate_index) = (0.0, 0.0);
+    }
     if let Some(path) = &args.config {
         let text = std::fs::read_to_string(path)
             .with_context(|| format!("cannot read the configuration {}", path.display()))

@@ -392,7 +392,7 @@ impl Run<'_> {
             "image_mode": "RGB",
             "background_srgb8": background_of(&self.scene),
             "background_linear": linear,
-            "lighting": "emissive textures only (view-independent opaque surfaces); colours are basic radiance L/n^2",
+            "lighting": "emissive textures only (opaque surfaces without glaze_ior look the same from everywhere); colours are basic radiance L/n^2",
             "refractive": refractive_json(&self.scene),
             "opaque": opaque_json(&self.scene),
             "files": {

@@ -52,8 +52,12 @@ const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) ->
     SceneInfo { name, shows, ior }
 }
 
-const SCENES: [(SceneInfo, Build); 17] = [
+const SCENES: [(SceneInfo, Build); 18] = [
     (info("opaque", "nothing refracts: the control for straight rays", None), sharp::opaque),
+    (
+        info("glazed_vase", "nothing refracts: a dark opaque vase under a clear coat that mirrors", GLASS),
+        sharp::glazed_vase,
+    ),
     (
         info("glass_ball", "a solid ball of glass turns its surroundings upside down", GLASS),
         sharp::glass_ball,

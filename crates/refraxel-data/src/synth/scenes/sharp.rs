@@ -3,6 +3,7 @@
 use super::super::medium::{Index, Medium};
 use super::super::scene::{Body, Scene};
 use super::super::shape::{Polyhedron, Primitive, Shape, TriangleMesh};
+use super::super::texture::{Texture, rgb};
 use super::surroundings::{GROUND, MIDDLE, Setting};
 use refraxel_core::{Vec3, vec3};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -35,6 +36,16 @@ pub(super) fn opaque(s: &Setting) -> Scene {
         },
     ];
     s.scene(vec![Body::opaque("totem", Shape::implicit(totem, 0.08), s.texture(10, 0.14))])
+}
+
+pub(super) fn glazed_vase(s: &Setting) -> Scene {
+    let vase = vec![
+        Primitive::Sphere { center: vec3(0.02, -0.03, -0.36), radius: 0.32 },
+        Primitive::Capsule { from: vec3(0.02, -0.03, -0.2), to: vec3(0.02, -0.03, 0.22), radius: 0.11 },
+        Primitive::Torus { center: vec3(0.02, -0.03, 0.3), axis: UP, major: 0.13, minor: 0.05 },
+    ];
+    let dark = Texture::Plain(rgb(0x1b2a41));
+    s.scene(vec![Body::glazed("vase", Shape::implicit(vase, 0.1), dark, s.ior)])
 }
 
 pub(super) fn glass_ball(s: &Setting) -> Scene {
