@@ -122,6 +122,24 @@ impl<T: Real> VoxelField<T> {
         Some(Matter { density: self.density_scale() * softplus(theta), colour })
     }
 
+    /// h ∇θ [1 / voxel] at a world point, h being the shortest edge of a voxel; 0 where nothing is stored.
+    pub fn raw_slope(&self, x: Vec3<T>) -> Vec3<T> {
+        let Some((corners, f)) = self.locate(self.domain.node(x)) else { return Vec3::zero() };
+        let theta_at = corners.map(|v| self.density[v as usize]);
+        self.domain.node_vjp(x, trilinear::gradient(f, &theta_at)) * self.domain.voxel()
+    }
+
+    /// Transpose of [`Self::raw_slope`] by the density: adds to `grad`.
+    pub fn raw_slope_vjp(&self, x: Vec3<T>, d_slope: Vec3<T>, grad: &mut FieldGradient<T>) {
+        let Some((corners, f)) = self.locate(self.domain.node(x)) else { return };
+        let d_node = self.domain.node_jvp(x, d_slope) * self.domain.voxel();
+        for (v, d) in corners.iter().zip(trilinear::gradient_vjp(f, d_node)) {
+            if *v as usize >= BRICK_VOXELS {
+                grad.density[*v as usize] += d;
+            }
+        }
+    }
+
     /// Σ_j Y_j k_j of one voxel and colour channel.
     fn radiance_of(&self, voxel: u32, channel: usize, y: &[T; MAX_BASIS]) -> T {
         let (nb, stride) = (self.degree.basis(), self.degree.stride());

@@ -107,6 +107,22 @@ impl<T: Real> Domain<T> {
         out.hadamard(self.unit_per_world())
     }
 
+    /// The derivative of [`Self::node`] along `v`; not differentiable where [`Self::node_vjp`] is not.
+    pub fn node_jvp(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
+        let v = v.hadamard(self.unit_per_world());
+        let u = self.unit(x);
+        let abs = u.map(T::abs);
+        let m = abs.max_element();
+        if self.extent == Extent::Bounded || m <= T::one() {
+            return v.hadamard(self.nodes_per_unit());
+        }
+        let (inv, two) = (m.recip(), T::of(2.0));
+        let slope = two * inv * inv * (inv - T::one());
+        let axis = (0..3).find(|&a| abs[a] == m).unwrap_or(0);
+        let out = v * (inv * (two - inv)) + u * (slope * u[axis].signum() * v[axis]);
+        out.hadamard(self.nodes_per_unit())
+    }
+
     /// World position of a node; the inverse of [`Self::node`]. The outermost nodes of a contracted domain lie at
     /// infinity and are moved to [`CONTRACTED_FAR`].
     pub fn position(&self, node: Vec3<T>) -> Vec3<T> {
@@ -184,6 +200,15 @@ mod tests {
                 let fd = (d.node(x + s) - d.node(x - s)).dot(v) / (2.0 * e);
                 assert!((fd - g[a]).abs() < 1e-8, "axis {a}: {fd} vs {}", g[a]);
             }
+        }
+    }
+
+    #[test]
+    fn node_jvp_is_the_transpose_of_node_vjp() {
+        let (d, v, w) = (contracted(), vec3(0.7, -1.3, 0.4), vec3(-0.2, 0.9, 1.1));
+        for x in [vec3(0.3, 0.2, 1.0), vec3(9.0, -4.0, 2.0), vec3(0.0, 1.0, 8.0)] {
+            let (forward, backward) = (d.node_jvp(x, v).dot(w), d.node_vjp(x, w).dot(v));
+            assert!((forward - backward).abs() < 1e-12, "{forward} vs {backward}");
         }
     }
 

@@ -24,6 +24,18 @@ pub fn gradient<T: Real>(f: Vec3<T>, v: &[T; 8]) -> Vec3<T> {
     )
 }
 
+/// Transpose of [`gradient`] by the corner values: what each receives from dLoss/d(gradient).
+#[inline(always)]
+pub fn gradient_vjp<T: Real>(f: Vec3<T>, d: Vec3<T>) -> [T; 8] {
+    let g = f.map(|v| T::one() - v);
+    std::array::from_fn(|k| {
+        let upper = [k & 1 == 1, k >> 1 & 1 == 1, k >> 2 == 1];
+        let w = |a: usize| if upper[a] { f[a] } else { g[a] };
+        let along = |a: usize| if upper[a] { d[a] } else { -d[a] };
+        along(0) * w(1) * w(2) + along(1) * w(0) * w(2) + along(2) * w(0) * w(1)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,6 +53,13 @@ mod tests {
         let at = |k: usize| p((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
         let sum: f64 = weights(f).iter().enumerate().map(|(k, w)| w * at(k)).sum();
         assert!((sum - p(f.x, f.y, f.z)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_corners_receive_is_the_transpose_of_the_gradient() {
+        let (f, d) = (vec3(0.2, 0.7, 0.45), vec3(1.0, -0.5, 2.0));
+        let back: f64 = gradient_vjp(f, d).iter().zip(CORNERS).map(|(g, v)| g * v).sum();
+        assert!((back - gradient(f, &CORNERS).dot(d)).abs() < 1e-14);
     }
 
     #[test]
