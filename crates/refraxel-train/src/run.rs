@@ -1,5 +1,6 @@
 //! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
 
+mod gloss;
 mod mirrors;
 
 use crate::backend::Backend;
@@ -11,6 +12,7 @@ use crate::model::{Plan, bounds_of};
 use crate::polyhedron::{Plane, Polyhedron};
 use crate::refraction::{Extras, Optics, Refraction};
 use crate::schedule::Act;
+use gloss::{StoredGloss, gloss_tensors, restore_gloss, stored_gloss};
 use mirrors::{StoredReflection, reflection_tensors, restore_reflection, stored_reflection};
 use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree,
@@ -113,6 +115,9 @@ struct Header {
     /// What their surfaces mirror; tensors `reflection.K.outer` and `.inner`, K as in the regions.
     #[serde(default)]
     reflection: StoredReflection,
+    /// The coat of opaque things; tensors `gloss.strength` and `gloss.radiance`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gloss: Option<StoredGloss>,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     world_from_model: String,
 }
@@ -185,6 +190,7 @@ pub fn save_run(
         background,
         regions: stored_regions(backend),
         reflection: stored_reflection(backend),
+        gloss: backend.gloss().map(stored_gloss),
         world_from_model: "identity".to_owned(),
     };
     let header = serde_json::to_value(header).map_err(|e| foreign(folder, &e.to_string()))?;
@@ -192,7 +198,7 @@ pub fn save_run(
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
     let slots = [field.map.slots()];
-    let of_index = [index_tensors(backend), reflection_tensors(backend)].concat();
+    let of_index = [index_tensors(backend), reflection_tensors(backend), gloss_tensors(backend)].concat();
     let mut tensors = vec![
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
         ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
@@ -401,6 +407,7 @@ fn restore(
         background: texel_moments.as_chunks().0.to_vec(),
         index: Vec::new(),
         reflection: Vec::new(),
+        gloss: Default::default(),
     };
     let background = match h.background {
         StoredBackground::Constant(c) => Background::Constant(c),
@@ -427,6 +434,9 @@ fn restore(
         wrong,
     )?;
     backend.restore_reflection(reflection, mirror_moments);
+    let read = |name: &str, n| f32s(path, &mut file, name, n).map(|v| v.to_vec());
+    let (gloss, gloss_moments) = restore_gloss(&h.gloss, domain.bounds, read, wrong)?;
+    backend.restore_gloss(gloss, gloss_moments);
     Ok((backend, finest))
 }
 

@@ -112,11 +112,15 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
     let index = Some(index_objective(config, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match act {
-        Act::Straight => usual,
+        Act::Straight => {
+            let reflection = config.gloss.is_on().then(|| reflection_objective(config, progress.0 as f32));
+            Objective { reflection, ..usual }
+        }
         Act::Index => Objective { index, ..still },
         Act::Joint => Objective {
             index,
-            reflection: config.reflection.is_on().then(|| reflection_objective(config, over)),
+            reflection: (config.reflection.is_on() || config.gloss.is_on())
+                .then(|| reflection_objective(config, over)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
             tv_density: usual.tv_density * config.bent_tv,
@@ -142,6 +146,7 @@ fn reflection_objective(config: &Config, over: f32) -> ReflectionObjective {
     ReflectionObjective {
         rate: if learned { config.rate_reflection * decay } else { 0.0 },
         rate_strength: config.rate_strength * decay,
+        rate_gloss: config.rate_gloss * decay,
     }
 }
 

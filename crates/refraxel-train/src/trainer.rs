@@ -13,6 +13,7 @@ use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
 use crate::run::State;
 use crate::schedule::{Act, Progress, is_time_to_bend, objective_of, stage_domain, training_marching};
+use refraxel_core::radiance::{ProbeGrid, gloss::Gloss};
 use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
@@ -238,6 +239,7 @@ impl Trainer {
             reflection.rate *= self.state.caution;
             reflection.rate_strength *= self.state.caution;
         }
+        self.coat_if_due(progress);
         self.bake_if_due();
         let batch = self.shots.batch(self.state.step, self.config.batch as usize, self.selection(act));
         if batch.rays.is_empty() {
@@ -302,6 +304,22 @@ impl Trainer {
         if c.reflection_cache != ReflectionCache::Exact {
             self.backend.bake_reflection(&training_marching(c, self.plan.near));
         }
+    }
+
+    /// Coat opaque things once it is time, with what the field shows by now.
+    fn coat_if_due(&mut self, progress: Progress) {
+        let c = &self.config;
+        if !c.gloss.is_on() || progress.0 < c.gloss_start || self.backend.gloss().is_some() {
+            return;
+        }
+        let bounds = self.plan.finest.bounds;
+        let spacing = bounds.extent().max_element() / (c.gloss_probes - 1) as f32 * 1.0001;
+        let probes =
+            |degree: u8| ProbeGrid::spaced(bounds, spacing, ShDegree::new(degree).unwrap_or_default());
+        let (strength, radiance) = (probes(0), probes(c.reflection_degree));
+        self.backend.set_gloss(Gloss { ior: c.gloss_index, strength, radiance });
+        self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
+        self.news.push("opaque things have a coat that mirrors".to_owned());
     }
 
     /// Baked probes look at the field again.
@@ -386,6 +404,7 @@ impl Trainer {
         backend.restore_refraction(self.backend.refraction().clone(), self.backend.moments().index.clone());
         let moments = self.backend.moments().reflection.clone();
         backend.restore_reflection(self.backend.reflection().clone(), moments);
+        backend.restore_gloss(self.backend.gloss().cloned(), self.backend.moments().gloss.clone());
         self.good = Some(Box::new(Saved { state: self.state.clone(), backend }));
         self.state.rollbacks = 0;
     }

@@ -68,6 +68,20 @@ impl CpuBackend {
         }
     }
 
+    /// Let the probes of a coat look at the field as it is, along straight rays.
+    pub fn bake_gloss(&mut self, marching: &Marching) {
+        let Some(mut gloss) = self.gloss.take() else { return };
+        let marching = Marching { near: 0.0, ..*marching };
+        for probe in 0..gloss.radiance.probes() {
+            let lookout = Lookout { region: 0, probe, position: gloss.radiance.position(probe) };
+            let rays: Vec<Ray<f32>> = lookout.rays().collect();
+            let seen = self.seen_from_surfaces(&rays, false, &marching);
+            let views = rays.iter().zip(&seen).map(|(ray, pixel)| (ray.direction, pixel.colour));
+            gloss.radiance.project(probe, views);
+        }
+        self.gloss = Some(gloss);
+    }
+
     /// Which rays find out of all bodies. The others see nothing in particular.
     fn escapes(&self, rays: &[Ray<f32>], bent: bool) -> Vec<bool> {
         if !bent {
@@ -94,14 +108,16 @@ impl CpuBackend {
 
     /// What rays show if no surface mirrors but totally.
     pub fn render_transmitted(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
-        self.render_scene(&Scene { reflection: &Reflection::none(), ..self.scene() }, rays, marching)
+        let scene = Scene { reflection: &Reflection::none(), gloss: None, ..self.scene() };
+        self.render_scene(&scene, rays, marching)
     }
 
     /// What rays from a surface see without further reflections; straight unless `bent`.
     fn seen_from_surfaces(&self, rays: &[Ray<f32>], bent: bool, marching: &Marching) -> Vec<Pixel<f32>> {
         let (straight, silent) = (Refraction::none(), Reflection::none());
         let refraction = if bent { &self.refraction } else { &straight };
-        self.render_scene(&Scene { refraction, reflection: &silent, ..self.scene() }, rays, marching)
+        let scene = Scene { refraction, reflection: &silent, gloss: None, ..self.scene() };
+        self.render_scene(&scene, rays, marching)
     }
 
     pub(super) fn render_scene(

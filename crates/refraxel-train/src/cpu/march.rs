@@ -30,6 +30,8 @@ pub(super) struct Sample {
     pub before: f32,
     /// Colour; filled by shading.
     pub colour: [f32; 3],
+    /// dLoss/d(T a) beyond what the colour explains.
+    pub worth: f32,
 }
 
 /// World to node coordinates, with everything that does not depend on the point worked out.
@@ -166,6 +168,7 @@ const BLANK: Sample = Sample {
     alpha: 0.0,
     before: 0.0,
     colour: [0.0; 3],
+    worth: 0.0,
 };
 
 impl Marcher {

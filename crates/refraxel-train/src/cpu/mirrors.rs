@@ -1,5 +1,6 @@
 //! Mirrors learn: queries of the caches are scattered to their probes, and these and the strengths take a step.
 
+use super::gloss::COAT;
 use super::tape::{Query, Tape, sum_in_parts};
 use super::update::RULE;
 use crate::backend::ReflectionObjective;
@@ -67,7 +68,7 @@ impl MirrorGradient {
 pub(super) fn gradient(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
     let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
     let add = |sums: &mut Vec<MirrorGradient>, tape: &Tape| {
-        for query in &tape.queries {
+        for query in tape.queries.iter().filter(|q| q.region != u32::from(COAT)) {
             let region = query.region as usize;
             sums[region].add(&reflection.mirrors[region], query);
         }
@@ -94,7 +95,7 @@ pub(super) fn update(
 }
 
 /// RMSProp with one second moment per probe, as for the colours of voxels.
-fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) {
+pub(super) fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) {
     let stride = cache.stride();
     let probes = cache.coefficients.chunks_exact_mut(stride).zip(grad.chunks_exact(stride)).zip(moments);
     for ((coefficients, grad), moment) in probes {

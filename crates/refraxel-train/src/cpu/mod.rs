@@ -7,6 +7,7 @@
 
 mod bake;
 mod colour;
+mod gloss;
 mod index;
 mod march;
 mod mirrors;
@@ -25,13 +26,14 @@ use crate::reflection::Reflection;
 use crate::refraction::Refraction;
 use colour::Layout;
 use fearless_simd::{Level, dispatch};
+pub use gloss::GlossMoments;
 pub use index::{AdamMoments, IndexMoments};
 use march::Marcher;
 pub use mirrors::{MirrorGradient, MirrorMoments};
 use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
-use refraxel_core::radiance::Pixel;
+use refraxel_core::radiance::{Pixel, gloss::Gloss};
 use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
 };
@@ -51,6 +53,7 @@ struct Scene<'a> {
     background: &'a Background<f32>,
     refraction: &'a Refraction,
     reflection: &'a Reflection,
+    gloss: Option<&'a Gloss<f32>>,
     layout: &'a Layout,
     marcher: &'a Marcher,
 }
@@ -62,6 +65,7 @@ pub struct CpuBackend {
     background: Background<f32>,
     refraction: Refraction,
     reflection: Reflection,
+    gloss: Option<Gloss<f32>>,
     moments: Moments,
     layout: Layout,
     marcher: Marcher,
@@ -83,6 +87,8 @@ pub struct Moments {
     pub index: Vec<IndexMoments>,
     /// Of what surfaces mirror, per region.
     pub reflection: Vec<MirrorMoments>,
+    /// Of the coat of opaque things; empty without one.
+    pub gloss: GlossMoments,
 }
 
 /// Run a kernel that is generic over the number of 16-lane blocks of a voxel.
@@ -106,6 +112,7 @@ impl Moments {
             background: vec![[0.0; 3]; texels_of(background)],
             index: Vec::new(),
             reflection: Vec::new(),
+            gloss: GlossMoments::default(),
         }
     }
 }
@@ -139,6 +146,7 @@ impl CpuBackend {
             marcher: Marcher::new(&field),
             refraction: Refraction::none(),
             reflection: Reflection::none(),
+            gloss: None,
             tapes: Vec::new(),
             pool: GradientPool::new(field.degree.stride()),
             field,
@@ -187,6 +195,23 @@ impl CpuBackend {
     pub fn restore_reflection(&mut self, reflection: Reflection, moments: Vec<MirrorMoments>) {
         self.reflection = reflection;
         self.moments.reflection = moments;
+    }
+
+    /// The coat of opaque things.
+    pub fn gloss(&self) -> Option<&Gloss<f32>> {
+        self.gloss.as_ref()
+    }
+
+    /// Coat opaque things; the coat has no moments yet.
+    pub fn set_gloss(&mut self, gloss: Gloss<f32>) {
+        self.moments.gloss = GlossMoments::zero(&gloss);
+        self.gloss = Some(gloss);
+    }
+
+    /// Coat opaque things, and go on with these moments.
+    pub fn restore_gloss(&mut self, gloss: Option<Gloss<f32>>, moments: GlossMoments) {
+        self.gloss = gloss;
+        self.moments.gloss = moments;
     }
 
     /// Set the raw density of all voxels whose world position is chosen; their moments start anew.
@@ -239,6 +264,7 @@ impl CpuBackend {
             background: &self.background,
             refraction: &self.refraction,
             reflection: &self.reflection,
+            gloss: self.gloss.as_ref(),
             layout: &self.layout,
             marcher: &self.marcher,
         }
@@ -426,6 +452,9 @@ impl Backend for CpuBackend {
             self.update_background(&tapes, objective.rate_background);
             if let Some(objective) = &objective.reflection {
                 mirrors::update(&mut self.reflection, &mut self.moments.reflection, &tapes, objective);
+                if let Some(gloss) = &mut self.gloss {
+                    gloss::update(gloss, &mut self.moments.gloss, &tapes, objective);
+                }
             }
         }
         self.tapes = tapes;
@@ -456,6 +485,7 @@ impl Backend for CpuBackend {
             background: self.background_gradient(&tapes),
             medium,
             reflection,
+            gloss: self.gloss.as_ref().map(|g| gloss::gradient(g, &tapes)),
             rays,
             outcome,
         }
@@ -491,6 +521,7 @@ impl Backend for CpuBackend {
             background: std::mem::take(&mut self.moments.background),
             index: std::mem::take(&mut self.moments.index),
             reflection: std::mem::take(&mut self.moments.reflection),
+            gloss: std::mem::take(&mut self.moments.gloss),
             ..Moments::zero(&self.field, &Background::Constant([0.0; 3]))
         };
         self.marcher = Marcher::new(&self.field);

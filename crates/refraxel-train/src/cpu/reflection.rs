@@ -32,6 +32,28 @@ pub(super) struct Glimpse {
     d_share: f32,
 }
 
+impl Glimpse {
+    pub(super) fn new(of: PartialReflection<f32>, samples: usize, share: f32, mirrored: [f32; 3]) -> Self {
+        let zero = [0.0; 3];
+        Self {
+            of,
+            samples,
+            share,
+            mirrored,
+            behind: zero,
+            shown: zero,
+            d_shown: zero,
+            d_mirrored: zero,
+            d_share: 0.0,
+        }
+    }
+
+    /// dLoss/dmirrored and dLoss/dshare.
+    pub(super) fn d(&self) -> ([f32; 3], f32) {
+        (self.d_mirrored, self.d_share)
+    }
+}
+
 /// The partial reflections of a ray whose samples are `range`, appended; those behind its last sample only if the ray is
 /// not `opaque` there. What they mirror is read from the caches.
 pub(super) fn find(
@@ -56,18 +78,7 @@ pub(super) fn find(
             }
             Source::Exact | Source::Black => [0.0; 3],
         };
-        let (zero, share) = ([0.0; 3], mirror.strength * of.reflectance);
-        out.push(Glimpse {
-            of: *of,
-            samples: range.start + before,
-            share,
-            mirrored,
-            behind: zero,
-            shown: zero,
-            d_shown: zero,
-            d_mirrored: zero,
-            d_share: 0.0,
-        });
+        out.push(Glimpse::new(*of, range.start + before, mirror.strength * of.reflectance, mirrored));
     }
 }
 

@@ -1,5 +1,6 @@
 //! What surfaces mirror, by a second ray through the field: the reference for the caches.
 
+use super::gloss::COAT;
 use super::march::Sample;
 use super::reflection::Glimpse;
 use super::trace::{Arm, View, composite, shown};
@@ -26,7 +27,7 @@ impl View<'_> {
         let tracer = self.scene.refraction.secondary_tracer(self.scene.marcher.domain());
         let view = View { scene: self.scene, marching: &marching, tracer: Some(tracer) };
         let lift = LIFT * self.scene.field.domain.voxel();
-        for glimpse in glimpses {
+        for glimpse in glimpses.iter_mut().filter(|g| g.of.region != COAT) {
             let of = &glimpse.of;
             let side = if of.from_inside { -lift } else { lift };
             let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };

@@ -15,12 +15,15 @@ pub(super) const BUCKET_SLOTS: usize = 64;
 /// Voxels of a bucket.
 pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
 
+/// The basis of a record of the density gradient at a sample: `d_colour` is dLoss/d(∇θ) [node].
+pub(super) const TILT: u32 = u32::MAX;
+
 /// The adjoint of one sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
     pub cell: Cell,
     pub fraction: Vec3<f32>,
-    /// Which of the tape's bases (directions of segments) coloured it.
+    /// Which of the tape's bases (directions of segments) coloured it; or [`TILT`].
     pub basis: u32,
     /// dLoss/dθ at the sample; in the pass that looks for what to prune, the sample's weight T a instead.
     pub d_theta: f32,

@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::colour::{Lanes, prefetch_corners, shade, voxels};
+use super::gloss::{self, COAT};
 use super::march::Sample;
 use super::path_adjoint::{PathAdjoint, SegmentSums};
 use super::reflection::{self, Glimpse, Section};
@@ -65,6 +66,7 @@ pub(super) struct Scratch {
     reflections: Vec<PartialReflection<f32>>,
     d_reflections: Vec<PartialReflectionAdjoint<f32>>,
     second: SecondScratch,
+    tilts: Vec<Record>,
 }
 
 /// How a chunk traces its rays.
@@ -87,6 +89,13 @@ impl<'a> View<'a> {
     #[inline(always)]
     fn mirroring(&self) -> Option<&Tracer<'a, f32>> {
         self.tracer.as_ref().filter(|_| !self.scene.reflection.is_none())
+    }
+
+    /// What a straight ray sees in the coat of what it ends at.
+    #[inline(always)]
+    fn coat(&self, ray: &Ray<f32>, bent: bool, seen: (&[Sample], &[Arm], Range<usize>)) -> Option<Glimpse> {
+        let gloss = self.scene.gloss.filter(|_| !bent)?;
+        gloss::glimpse((self.scene, self.marching.min_optical_depth), gloss, ray.direction, seen)
     }
 
     /// The samples of one ray, appended; where it bends, its path.
@@ -163,6 +172,7 @@ impl<'a> View<'a> {
                     (reflections, glimpses),
                 );
             }
+            glimpses.extend(self.coat(ray, of_ray.bent, (samples, arms, first..samples.len())));
             of_ray.glimpses = glimpses.len();
             found.push(of_ray);
         }
@@ -273,22 +283,30 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
         let rays = (&batch.rays[packet.clone()], &batch.offset[packet.clone()]);
         view.march_packet::<S, BLOCKS>(simd, rays, &mut scratch);
         outcome.samples += scratch.samples.len() as u64;
-        let Scratch { samples: all, arms, found, paths, sums, glimpses, d_reflections, .. } = &mut scratch;
+        let Scratch { samples: all, arms, found, paths, sums, glimpses, d_reflections, tilts, .. } =
+            &mut scratch;
         let (mut first, mut glimpse) = (0, 0);
         for ((ray, found), path) in packet.clone().zip(found).zip(paths) {
             let (own, glimpses) = (first..found.samples, &mut glimpses[glimpse..found.glimpses]);
             (first, glimpse) = (found.samples, found.glimpses);
-            let samples = &all[own.clone()];
-            let pixel = composite(samples, arms, found.left);
+            let pixel = composite(&all[own.clone()], arms, found.left);
             let seen = (&all[..], own.clone(), &mut *glimpses);
             let d = compare(scene, (batch, ray), seen, (pixel, &found.exit), objective, tape);
             outcome.squared_error += d.squared_error;
             let records = tape.records.len();
-            for section in reflection::sections(own, glimpses, (d.at_exit, d.behind), d.colour) {
+            tilts.clear();
+            if let (Some(gloss), Some(g)) = (scene.gloss, glimpses.first().filter(|g| g.of.region == COAT)) {
+                let d = gloss::adjoint(gloss, &g.of, g.d());
+                let coat = (gloss, batch.rays[ray].direction);
+                let least = objective.marching.min_optical_depth;
+                gloss::look_back((scene, least), coat, &d, (&mut all[own.clone()], arms), tilts);
+            }
+            for section in reflection::sections(own.clone(), glimpses, (d.at_exit, d.behind), d.colour) {
                 let left = (d.last, d.transmittance);
                 march_back((&all[section.samples.clone()], arms), &section, left, objective.sparsity, tape);
             }
             tape.records[records..].reverse();
+            tape.records.append(tilts);
             let wanted = ray_gradients.get_mut(ray - range.start);
             let bent = view.tracer.as_ref().filter(|_| found.bent).map(|t| (t, &*path));
             let counts = bent.is_some_and(|(_, path)| path.events().count() <= most_events);
@@ -296,8 +314,10 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
                 continue;
             }
             let d_exit = background_vjp(scene, batch, &found.exit, &d);
-            let made = (samples, &tape.records[records..], &arms[..]);
-            reflection::reflection_adjoints(scene.reflection, glimpses, d_reflections);
+            let made = (&all[own], &tape.records[records..], &arms[..]);
+            if bent.is_some() {
+                reflection::reflection_adjoints(scene.reflection, glimpses, d_reflections);
+            }
             let (ray, all) = (&batch.rays[ray], wanted.is_some());
             let adjoint = PathAdjoint { ray, d_exit, all, counts, d_reflections };
             let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
@@ -379,13 +399,14 @@ fn march_back(
     tape: &mut Tape,
 ) {
     let mut arm = u32::MAX;
-    let (mut behind, d_colour_ray) = (d.behind, d.d_colour);
+    let (mut behind, d_colour_ray, mut worth_behind) = (d.behind, d.d_colour, 0.0);
     for s in samples.iter().rev() {
         if s.arm != arm {
             arm = s.arm;
             tape.bases.push(arms[arm as usize].basis);
         }
-        let mut contrast = 0.0;
+        let mut contrast = s.worth - worth_behind;
+        worth_behind += s.alpha * contrast;
         let mut d_colour = [0.0; 3];
         for c in 0..3 {
             contrast += d_colour_ray[c] * (s.colour[c] - behind[c]);

@@ -1,14 +1,14 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
-use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
+use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, TILT, Tape};
 use crate::backend::Objective;
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
 use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
 use refraxel_core::optimiser::RmsProp;
 use refraxel_core::priors::charbonnier_slope;
-use refraxel_core::{AlignedVec, VoxelField};
+use refraxel_core::{AlignedVec, Vec3, VoxelField};
 use std::sync::Mutex;
 
 /// ε of theory (4.4) [1]: below this difference of raw densities or SH coefficients the penalty is a parabola.
@@ -85,7 +85,12 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
     for tape in tapes {
         for r in tape.of_bucket(bucket) {
             let corners = field.map.corners(r.cell);
-            let weights = trilinear::weights(r.fraction);
+            let tilt = r.basis == TILT;
+            let weights = if tilt {
+                trilinear::gradient_vjp(r.fraction, Vec3::from(r.d_colour))
+            } else {
+                trilinear::weights(r.fraction)
+            };
             let (mut own, mut n) = ([(0, 0.0); 8], 0);
             for k in 0..8 {
                 own[n] = (corners[k].wrapping_sub(first) as usize, weights[k]);
@@ -95,6 +100,9 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
             for &(voxel, weight) in &own[..n] {
                 grad.density[voxel] += weight * r.d_theta;
                 grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
+            }
+            if tilt {
+                continue;
             }
             let basis = (field.layout, &tape.bases[r.basis as usize]);
             scatter(simd, colour, &own[..n], basis, r.d_colour);

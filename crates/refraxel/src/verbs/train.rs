@@ -113,9 +113,9 @@ fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
         Refraction::On => config.refraction = Bending::On,
         Refraction::Auto => {}
     }
-    if let Some(reflection) = args.reflection {
-        config.reflection = if reflection == cli::Switch::On { Switch::On } else { Switch::Off };
-    }
+    let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
+    config.reflection = args.reflection.map_or(config.reflection, switch);
+    config.gloss = args.gloss.map_or(config.gloss, switch);
     if let Some(bounds) = &args.refraction_box {
         config.refraction_box.clone_from(bounds);
     }
