@@ -317,6 +317,10 @@ impl Trainer {
         let probes =
             |degree: u8| ProbeGrid::spaced(bounds, spacing, ShDegree::new(degree).unwrap_or_default());
         let (strength, radiance) = (probes(0), probes(c.reflection_degree));
+        if self.backend.reflection().is_none() {
+            let source = self.config.reflection_cache.into();
+            self.backend.set_reflection(Reflection { source, ..Reflection::none() });
+        }
         self.backend.set_gloss(Gloss { ior: c.gloss_index, strength, radiance });
         self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
         self.news.push("opaque things have a coat that mirrors".to_owned());
@@ -325,6 +329,9 @@ impl Trainer {
     /// Baked probes look at the field again.
     fn bake_if_due(&mut self) {
         let due = self.state.step.is_multiple_of(self.config.reflection_bake);
+        if due && self.backend.reflection().source == Source::Baked && self.backend.gloss().is_some() {
+            self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
+        }
         if due && self.backend.reflection().source == Source::Baked && !self.backend.reflection().is_none() {
             self.backend.bake_reflection(&training_marching(&self.config, self.plan.near));
         }

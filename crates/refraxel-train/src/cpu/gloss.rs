@@ -65,8 +65,10 @@ pub(super) fn glimpse(
     let coat = facing.coat(d, gloss.ior)?;
     let (position, direction) = (facing.position, coat.direction);
     let mirrored = match scene.reflection.source {
-        Source::Black => [0.0; 3],
-        _ => gloss.radiance.radiance(&gloss.radiance.stencil(position, direction)),
+        Source::Exact | Source::Black => [0.0; 3],
+        Source::Learned | Source::Baked => {
+            gloss.radiance.radiance(&gloss.radiance.stencil(position, direction))
+        }
     };
     let of = PartialReflection {
         segment: 0,
@@ -82,12 +84,16 @@ pub(super) fn glimpse(
 
 /// dLoss/d(the glimpse's own) from what it has shown: dLoss/dmirrored and dLoss/dshare.
 pub(super) fn adjoint(
-    gloss: &Gloss<f32>,
+    (gloss, source): (&Gloss<f32>, Source),
     of: &PartialReflection<f32>,
     (d_mirrored, d_share): ([f32; 3], f32),
 ) -> PartialReflectionAdjoint<f32> {
-    let stencil = gloss.radiance.stencil(of.position, of.direction);
-    let (d_x, direction) = gloss.radiance.radiance_vjp(&stencil, of.direction, d_mirrored);
+    let (d_x, direction) = if matches!(source, Source::Learned | Source::Baked) {
+        let stencil = gloss.radiance.stencil(of.position, of.direction);
+        gloss.radiance.radiance_vjp(&stencil, of.direction, d_mirrored)
+    } else {
+        (Vec3::zero(), Vec3::zero())
+    };
     PartialReflectionAdjoint {
         position: d_x + gloss.strength_vjp(of.position, d_share * of.reflectance),
         direction,

@@ -13,6 +13,8 @@ pub(super) type SecondScratch = (Vec<Sample>, Vec<Arm>, Path<f32>);
 
 /// Distance from the surface at which a secondary ray begins [voxel of the field]: it must not meet where it comes from.
 const LIFT: f32 = 1e-2;
+/// The same where an opaque thing ends, whose edge is some voxels wide [voxel of the field].
+const OUT_OF_THE_EDGE: f32 = 2.0;
 
 impl View<'_> {
     /// What partial reflections show by a second ray through the field, without further reflections.
@@ -27,9 +29,13 @@ impl View<'_> {
         let tracer = self.scene.refraction.secondary_tracer(self.scene.marcher.domain());
         let view = View { scene: self.scene, marching: &marching, tracer: Some(tracer) };
         let lift = LIFT * self.scene.field.domain.voxel();
-        for glimpse in glimpses.iter_mut().filter(|g| g.of.region != COAT) {
+        for glimpse in glimpses {
             let of = &glimpse.of;
-            let side = if of.from_inside { -lift } else { lift };
+            let side = match of.region {
+                COAT => OUT_OF_THE_EDGE * self.scene.field.domain.voxel(),
+                _ if of.from_inside => -lift,
+                _ => lift,
+            };
             let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
             samples.clear();
             arms.clear();

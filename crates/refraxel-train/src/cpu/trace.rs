@@ -296,7 +296,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             let records = tape.records.len();
             tilts.clear();
             if let (Some(gloss), Some(g)) = (scene.gloss, glimpses.first().filter(|g| g.of.region == COAT)) {
-                let d = gloss::adjoint(gloss, &g.of, g.d());
+                let d = gloss::adjoint((gloss, scene.reflection.source), &g.of, g.d());
                 let coat = (gloss, batch.rays[ray].direction);
                 let least = objective.marching.min_optical_depth;
                 gloss::look_back((scene, least), coat, &d, (&mut all[own.clone()], arms), tilts);
