@@ -72,11 +72,11 @@ mod tests {
             assert!(edges.max_element() - edges.min_element() < 1e-5, "{edges:?}");
             let (low, high) = (domain.node(inner.min), domain.node(inner.max));
             for a in 0..3 {
-                assert!(low[a] >= 5.0 - 1e-3 && high[a] <= resolution[a] as f32 - 6.0 + 1e-3, "{spacing:?}");
+                assert!(low[a] >= 6.0 - 1e-3 && high[a] <= resolution[a] as f32 - 7.0 + 1e-3, "{spacing:?}");
             }
             match spacing {
                 Spacing::Voxel(voxel) => assert!((domain.voxel() - voxel).abs() < 1e-5),
-                Spacing::Longest(n) => assert_eq!(resolution[0], n.max(12)),
+                Spacing::Longest(n) => assert_eq!(resolution[0], n.max(14)),
             }
         }
     }
