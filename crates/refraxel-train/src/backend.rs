@@ -142,7 +142,7 @@ pub struct BatchGradient {
     pub reflection: Vec<MirrorGradient>,
     /// With respect to the coat of opaque things.
     pub gloss: Option<GlossGradient<f32>>,
-    /// With respect to each ray's (origin, direction). What coats of opaque things mirror is left out.
+    /// With respect to each ray's (origin, direction). What coats of opaque things mirror is in it only in part.
     pub rays: Vec<(Vec3<f32>, Vec3<f32>)>,
     /// The outcome of the forward pass.
     pub outcome: StepOutcome,

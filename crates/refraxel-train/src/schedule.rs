@@ -113,14 +113,14 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match act {
         Act::Straight => {
-            let reflection = config.gloss.is_on().then(|| reflection_objective(config, progress.0 as f32));
+            let reflection = config.gloss.is_on().then(|| reflection_objective(config, progress, 0.0));
             Objective { reflection, ..usual }
         }
         Act::Index => Objective { index, ..still },
         Act::Joint => Objective {
             index,
             reflection: (config.reflection.is_on() || config.gloss.is_on())
-                .then(|| reflection_objective(config, over)),
+                .then(|| reflection_objective(config, progress, over)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
             tv_density: usual.tv_density * config.bent_tv,
@@ -140,13 +140,14 @@ fn surface_width(config: &Config, over: f32) -> f32 {
     if over >= share { 0.0 } else { config.surface_width * (1.0 - over / share) }
 }
 
-fn reflection_objective(config: &Config, over: f32) -> ReflectionObjective {
+/// Mirrors have been there for the share `over` of the time with bent rays, coats for most of the run.
+fn reflection_objective(config: &Config, progress: Progress, over: f32) -> ReflectionObjective {
     let decay = config.rate_decay.powf(over);
     let learned = config.reflection_cache == ReflectionCache::Learned;
     ReflectionObjective {
         rate: if learned { config.rate_reflection * decay } else { 0.0 },
         rate_strength: config.rate_strength * decay,
-        rate_gloss: config.rate_gloss * decay,
+        rate_gloss: config.rate_gloss * config.rate_decay.powf(progress.0 as f32),
     }
 }
 

@@ -238,6 +238,7 @@ impl Trainer {
         if let Some(reflection) = &mut objective.reflection {
             reflection.rate *= self.state.caution;
             reflection.rate_strength *= self.state.caution;
+            reflection.rate_gloss *= self.state.caution;
         }
         self.coat_if_due(progress);
         self.bake_if_due();
@@ -309,7 +310,9 @@ impl Trainer {
     /// Coat opaque things once it is time, with what the field shows by now.
     fn coat_if_due(&mut self, progress: Progress) {
         let c = &self.config;
-        if !c.gloss.is_on() || progress.0 < c.gloss_start || self.backend.gloss().is_some() {
+        // The search for the index compares straight rays with bent ones, which see no coat.
+        let waits = c.refraction == Bending::On && self.state.bends_since.is_none();
+        if !c.gloss.is_on() || waits || progress.0 < c.gloss_start || self.backend.gloss().is_some() {
             return;
         }
         let bounds = self.plan.finest.bounds;
@@ -322,7 +325,9 @@ impl Trainer {
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
         self.backend.set_gloss(Gloss { ior: c.gloss_index, strength, radiance });
-        self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
+        if self.config.reflection_cache != ReflectionCache::Exact {
+            self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
+        }
         self.news.push("opaque things have a coat that mirrors".to_owned());
     }
 

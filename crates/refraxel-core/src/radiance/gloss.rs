@@ -148,6 +148,16 @@ impl<T: Real> Gloss<T> {
         self.strength.radiance(&s)[0].min(T::one())
     }
 
+    /// Keeps the strength of every probe `margin` away from 0 and 1, where it has no slope.
+    pub fn bound_strength(&mut self, margin: T) {
+        let y = sh::basis(self.strength.degree(), UP.map(T::of))[0];
+        let most = (T::of(0.5) - margin) / y;
+        let stride = self.strength.stride();
+        for probe in self.strength.coefficients.chunks_exact_mut(stride) {
+            probe[0] = probe[0].max(-most).min(most);
+        }
+    }
+
     /// dLoss/d(red of the strength) given dLoss/dρ: nothing beyond 1.
     #[inline]
     pub fn d_strength(&self, x: Vec3<T>, d_rho: T) -> [T; 3] {

@@ -19,6 +19,9 @@ const MARGIN: f32 = 1.0;
 /// Probes farther from a surface than this are asked by no ray [distance of neighbouring probes]: the diagonal of a cell.
 const REACH: f32 = 1.8;
 
+/// Probes of a coat that look at the same time: bounds the memory of their rays.
+const PORTION: usize = 256;
+
 /// A probe of a region, and from where it looks.
 struct Lookout {
     region: usize,
@@ -72,12 +75,16 @@ impl CpuBackend {
     pub fn bake_gloss(&mut self, marching: &Marching) {
         let Some(mut gloss) = self.gloss.take() else { return };
         let marching = Marching { near: 0.0, ..*marching };
-        for probe in 0..gloss.radiance.probes() {
-            let lookout = Lookout { region: 0, probe, position: gloss.radiance.position(probe) };
-            let rays: Vec<Ray<f32>> = lookout.rays().collect();
+        let at = |probe| Lookout { region: 0, probe, position: gloss.radiance.position(probe) };
+        let lookouts: Vec<Lookout> = (0..gloss.radiance.probes()).map(at).collect();
+        for lookouts in lookouts.chunks(PORTION) {
+            let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
             let seen = self.seen_from_surfaces(&rays, false, &marching);
-            let views = rays.iter().zip(&seen).map(|(ray, pixel)| (ray.direction, pixel.colour));
-            gloss.radiance.project(probe, views);
+            let of_probes = rays.chunks_exact(DIRECTIONS).zip(seen.chunks_exact(DIRECTIONS));
+            for (lookout, (rays, seen)) in lookouts.iter().zip(of_probes) {
+                let views = rays.iter().zip(seen).map(|(ray, pixel)| (ray.direction, pixel.colour));
+                gloss.radiance.project(lookout.probe, views);
+            }
         }
         self.gloss = Some(gloss);
     }

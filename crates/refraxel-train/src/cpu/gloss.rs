@@ -130,8 +130,9 @@ fn of_coats(tape: &Tape) -> impl Iterator<Item = &Query> {
     tape.queries.iter().filter(|q| q.region == u32::from(COAT))
 }
 
-/// The gradient of a coat from the queries of all tapes.
-pub(super) fn gradient(gloss: &Gloss<f32>, tapes: &[Tape]) -> GlossGradient<f32> {
+/// The gradient of a coat from the queries of all tapes; that of its probes only where they are looked at.
+pub(super) fn gradient(gloss: &Gloss<f32>, source: Source, tapes: &[Tape]) -> GlossGradient<f32> {
+    let read = matches!(source, Source::Learned | Source::Baked);
     let zero = || GlossGradient {
         strength: vec![0.0; gloss.strength.coefficients.len()],
         radiance: vec![0.0; gloss.radiance.coefficients.len()],
@@ -139,8 +140,10 @@ pub(super) fn gradient(gloss: &Gloss<f32>, tapes: &[Tape]) -> GlossGradient<f32>
     let add = |sums: &mut GlossGradient<f32>, tape: &Tape| {
         for q in of_coats(tape) {
             gloss.scatter_strength(q.x, q.d_strength, &mut sums.strength);
-            let stencil = gloss.radiance.stencil(q.x, q.direction);
-            gloss.radiance.scatter(&stencil, q.d_radiance, &mut sums.radiance);
+            if read {
+                let stencil = gloss.radiance.stencil(q.x, q.direction);
+                gloss.radiance.scatter(&stencil, q.d_radiance, &mut sums.radiance);
+            }
         }
     };
     sum_in_parts(tapes, zero, add, |total, part| {
@@ -149,14 +152,18 @@ pub(super) fn gradient(gloss: &Gloss<f32>, tapes: &[Tape]) -> GlossGradient<f32>
     })
 }
 
+/// Strengths stay this far from 0 and 1: beyond, they would learn nothing any more.
+const MARGIN: f32 = 1e-3;
+
 /// One step of a coat.
 pub(super) fn update(
     gloss: &mut Gloss<f32>,
     moments: &mut GlossMoments,
-    tapes: &[Tape],
+    (source, tapes): (Source, &[Tape]),
     objective: &ReflectionObjective,
 ) {
-    let grad = gradient(gloss, tapes);
+    let grad = gradient(gloss, source, tapes);
     mirrors::descend(&mut gloss.strength, &mut moments.strength, &grad.strength, objective.rate_gloss);
+    gloss.bound_strength(MARGIN);
     mirrors::descend(&mut gloss.radiance, &mut moments.radiance, &grad.radiance, objective.rate);
 }

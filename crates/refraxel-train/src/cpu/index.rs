@@ -201,6 +201,9 @@ fn descend(
     grad: &[f32],
     objective: &IndexObjective,
 ) {
+    if objective.rate <= 0.0 {
+        return;
+    }
     let nodes: Vec<usize> = grid.parameters().filter(|&j| free.is_none_or(|f| f[j])).collect();
     let coefficients = grid.coefficients_mut();
     let steps = moments.steps(DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n

@@ -453,7 +453,8 @@ impl Backend for CpuBackend {
             if let Some(objective) = &objective.reflection {
                 mirrors::update(&mut self.reflection, &mut self.moments.reflection, &tapes, objective);
                 if let Some(gloss) = &mut self.gloss {
-                    gloss::update(gloss, &mut self.moments.gloss, &tapes, objective);
+                    let seen = (self.reflection.source, &tapes[..]);
+                    gloss::update(gloss, &mut self.moments.gloss, seen, objective);
                 }
             }
         }
@@ -485,7 +486,7 @@ impl Backend for CpuBackend {
             background: self.background_gradient(&tapes),
             medium,
             reflection,
-            gloss: self.gloss.as_ref().map(|g| gloss::gradient(g, &tapes)),
+            gloss: self.gloss.as_ref().map(|g| gloss::gradient(g, self.reflection.source, &tapes)),
             rays,
             outcome,
         }

@@ -12,7 +12,8 @@ pub enum Spacing {
     Longest(u32),
 }
 
-/// Layers of nodes between the box and the border of the grid, where the surface may grow.
+/// Layers of nodes between the box and the border of the grid, where the surface may grow; on the coarser grid where it
+/// learns, at least one is left.
 const ROOM: u32 = 3;
 /// Layers of nodes around the box on each side.
 const AROUND: u32 = BORDER as u32 + ROOM;

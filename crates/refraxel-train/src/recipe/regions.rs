@@ -439,7 +439,7 @@ impl Region {
     }
 
     /// The same body on the coarser grid where its nodes learn: pictures say less of a surface than a search needs. `None`
-    /// where planes learn, where a wall is thin, and where a file gives the shape.
+    /// where planes learn, where a wall is thin, where a file gives the shape, and where it is held.
     pub(super) fn for_learning(
         &self,
         start: &Start,
@@ -447,7 +447,8 @@ impl Region {
         config: &Config,
     ) -> Option<IndexGrid<f32>> {
         let (level, index) = (grid.level_set()?, grid.interior_index()?);
-        if start.wall < 1.0 || self.solid.is_some() || self.is_known() {
+        let held = config.rate_surface == 0.0 || config.index_shape == IndexShape::File;
+        if start.wall < 1.0 || self.solid.is_some() || held {
             return None;
         }
         let Domain { bounds, resolution, .. } = *level.domain();
@@ -473,5 +474,34 @@ impl Region {
             }
             _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, ..Extras::default() },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_learns_on_a_coarser_grid_unless_it_is_told_or_held() {
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let site =
+            Site { bounds, resolution: [57; 3], interpolation: Config::default().index_interpolation.into() };
+        let region = |config: &Config| Region::body(site, |x| x.length() - 0.6, config);
+        let start = |wall| Start { profile: Profile::Sharp, index: 1.5, wall, searched: true };
+        let learning = |config: &Config, wall: f32| {
+            let (region, start) = (region(config), start(wall));
+            region.for_learning(&start, &region.grid(&start, config), config)
+        };
+        let usual = Config::default();
+        let coarser = learning(&usual, 1.0).unwrap();
+        let level = coarser.level_set().unwrap();
+        assert_eq!((level.domain().resolution, coarser.interior_index()), ([41; 3], Some(1.5)));
+        for x in [Vec3 { x: 0.6, y: 0.0, z: 0.0 }, Vec3 { x: 0.36, y: -0.48, z: 0.0 }] {
+            assert!(level.value(x).abs() < 0.01 * level.voxel(), "{}", level.value(x));
+        }
+        assert!(learning(&usual, 0.2).is_none(), "a thin wall");
+        let held = Config { rate_surface: 0.0, ..usual.clone() };
+        let told = Config { index_shape: IndexShape::File, ..usual };
+        assert!(learning(&held, 1.0).is_none() && learning(&told, 1.0).is_none());
     }
 }

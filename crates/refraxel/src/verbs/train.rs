@@ -19,7 +19,7 @@ use refraxel_train::schedule::Act;
 use refraxel_train::trainer::Record;
 use refraxel_train::{Config, TrainError, Trainer, recipe};
 use std::num::NonZeroU64;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Time between two checkpoints.
@@ -83,7 +83,8 @@ fn is_masked(data: &Dataset) -> bool {
 /// The options: those of `base`, then the file, then `--set`, then the flags of their own.
 fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
     let mut config = base;
-    let exact = args.index_from.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"));
+    let is_json = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let exact = args.index_from.as_ref().is_some_and(is_json);
     if exact && !args.resume {
         // It tells exactly; what an image of 200 pixels says of a surface does not.
         (config.rate_surface, config.rate_index) = (0.0, 0.0);

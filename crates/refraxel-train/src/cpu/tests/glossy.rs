@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::backend::ReflectionObjective;
+use crate::reflection::Source;
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::radiance::gloss::{Gloss, GlossGradient, shown, shown_vjp};
 
@@ -80,4 +81,81 @@ fn a_coat_learns_and_its_pictures_come_nearer() {
     let errors: Vec<f64> = (0..20).map(|k| backend.learn(&b, &still, k).squared_error).collect();
     assert!(errors[19] < 0.99 * errors[0], "{errors:?}");
     assert_ne!(backend.gloss().cloned(), before);
+}
+
+/// An opaque grey ball before grey.
+fn furnace(source: Source) -> CpuBackend {
+    let mut field = field(0, Extent::Bounded);
+    field.colour.fill(0.0);
+    let mut backend = CpuBackend::new(field, Background::Constant([0.5; 3]));
+    backend.set_density(-10.0, |_| true);
+    backend.set_density(8.0, |x| x.length() < 0.5);
+    backend.set_reflection(Reflection { source, ..Reflection::none() });
+    backend.set_gloss(Gloss { ior: 1.5, strength: probes(4, 0, 3), radiance: probes(3, 2, 4) });
+    backend
+}
+
+#[test]
+fn between_equal_lights_a_coat_is_invisible_and_in_the_dark_it_is_not() {
+    let marching = objective().marching;
+    let rays = batch(200).rays;
+    let far = |backend: &CpuBackend| {
+        let pixels = backend.render(&rays, &marching);
+        pixels.iter().flat_map(|p| p.colour).map(|c| (c - 0.5).abs()).fold(0.0, f32::max)
+    };
+    for source in [Source::Baked, Source::Exact, Source::Black] {
+        let mut backend = furnace(source);
+        backend.bake_gloss(&marching);
+        let off = far(&backend);
+        assert_eq!(off < 1e-3, source != Source::Black, "{source:?}: {off}");
+    }
+}
+
+#[test]
+fn a_second_ray_from_a_coat_starts_outside_of_what_it_coats() {
+    let mut backend = furnace(Source::Exact);
+    backend.background = Background::Constant([1.0; 3]);
+    let ray = Ray { origin: vec3(3.0, 0.0, 0.0), direction: vec3(-1.0, 0.0, 0.0) };
+    let seen = backend.render(&[ray], &objective().marching)[0].colour[0];
+    backend.background = Background::Constant([0.0; 3]);
+    let dark = backend.render(&[ray], &objective().marching)[0].colour[0];
+    assert!(seen > 0.5 && dark < 0.5, "{seen} {dark}");
+}
+
+#[test]
+fn a_silent_coat_can_come_back() {
+    let mut backend = furnace(Source::Learned);
+    let mut gloss = backend.gloss().unwrap().clone();
+    gloss.strength.coefficients.fill(-9.0);
+    gloss.bound_strength(1e-3);
+    backend.set_gloss(gloss);
+    let strength = |backend: &CpuBackend| backend.gloss().unwrap().strength_at(vec3(0.5, 0.0, 0.0));
+    let before = strength(&backend);
+    let mut b = batch(256);
+    let lit = furnace(Source::Learned);
+    b.target = lit.render(&b.rays, &objective().marching).iter().map(|p| p.colour).collect();
+    let reflection = Some(ReflectionObjective { rate: 0.0, rate_strength: 0.0, rate_gloss: 0.02 });
+    let still =
+        Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, reflection, ..objective() };
+    backend.moments.gloss = GlossMoments::zero(backend.gloss().unwrap());
+    backend.gloss.as_mut().unwrap().radiance = lit.gloss().unwrap().radiance.clone();
+    (0..30).for_each(|step| _ = backend.learn(&b, &still, step));
+    assert!(before < 0.002 && strength(&backend) > 0.05, "{before} {}", strength(&backend));
+}
+
+#[test]
+fn coats_learn_the_same_with_any_number_of_threads() {
+    let learned = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut backend = glossy(Extent::Bounded);
+            let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_gloss: 0.01 });
+            let o = Objective { reflection, ..objective() };
+            (0..4).for_each(|step| _ = backend.learn(&batch(700), &o, step));
+            backend.bake_gloss(&o.marching);
+            (backend.field().density.to_vec(), backend.gloss().cloned(), backend.moments().gloss.clone())
+        })
+    };
+    let one = learned(1);
+    assert!(one == learned(2) && one == learned(3));
 }
