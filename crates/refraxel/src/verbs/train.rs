@@ -234,7 +234,7 @@ fn train_failure(error: TrainError) -> Failure {
 
 /// The training log: RUN/log.jsonl, one record a line, and its picture RUN/curves.png.
 struct Log {
-    path: std::path::PathBuf,
+    path: PathBuf,
     lines: String,
 }
 
