@@ -1,6 +1,7 @@
 //! What the surfaces of a model mirror: how strongly, and from where, theory (7.5)–(7.10).
 
 use crate::refraction::Refraction;
+use refraxel_core::Aabb;
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::sh::ShDegree;
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,15 @@ pub struct ProbeLayout {
     pub degree: ShDegree,
 }
 
+impl ProbeLayout {
+    /// Grey probes over a box.
+    pub fn probes(&self, bounds: Aabb<f32>) -> ProbeGrid<f32> {
+        let spacing = bounds.extent().max_element() / (self.longest.max(2) - 1) as f32;
+        // A little more, lest rounding adds a row.
+        ProbeGrid::spaced(bounds, spacing * 1.0001, self.degree)
+    }
+}
+
 impl Reflection {
     /// Nothing is mirrored but totally.
     pub fn none() -> Self {
@@ -62,10 +72,8 @@ impl Reflection {
 
     /// Mirrors of full strength, whose probes are still grey, for all regions.
     pub fn of(refraction: &Refraction, source: Source, layout: &ProbeLayout) -> Self {
-        let mirror = |bounds: refraxel_core::Aabb<f32>| {
-            let spacing = bounds.extent().max_element() / (layout.longest.max(2) - 1) as f32;
-            // A little more, lest rounding adds a row.
-            let probes = ProbeGrid::spaced(bounds, spacing * 1.0001, layout.degree);
+        let mirror = |bounds: Aabb<f32>| {
+            let probes = layout.probes(bounds);
             Mirror { strength: 1.0, outer: probes.clone(), inner: probes }
         };
         let regions = refraction.medium.regions().iter();

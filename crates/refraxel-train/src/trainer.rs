@@ -13,7 +13,7 @@ use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
 use crate::run::State;
 use crate::schedule::{Act, Progress, is_time_to_bend, objective_of, stage_domain, training_marching};
-use refraxel_core::radiance::{ProbeGrid, gloss::Gloss};
+use refraxel_core::radiance::gloss::Gloss;
 use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
@@ -316,9 +316,10 @@ impl Trainer {
             return;
         }
         let bounds = self.plan.finest.bounds;
-        let spacing = bounds.extent().max_element() / (c.gloss_probes - 1) as f32 * 1.0001;
-        let probes =
-            |degree: u8| ProbeGrid::spaced(bounds, spacing, ShDegree::new(degree).unwrap_or_default());
+        let probes = |degree: u8| {
+            let degree = ShDegree::new(degree).unwrap_or_default();
+            ProbeLayout { longest: c.gloss_probes, degree }.probes(bounds)
+        };
         let (strength, radiance) = (probes(0), probes(c.reflection_degree));
         if self.backend.reflection().is_none() {
             let source = self.config.reflection_cache.into();
@@ -334,11 +335,10 @@ impl Trainer {
     /// Baked probes look at the field again.
     fn bake_if_due(&mut self) {
         let due = self.state.step.is_multiple_of(self.config.reflection_bake);
-        if due && self.backend.reflection().source == Source::Baked && self.backend.gloss().is_some() {
-            self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
-        }
-        if due && self.backend.reflection().source == Source::Baked && !self.backend.reflection().is_none() {
-            self.backend.bake_reflection(&training_marching(&self.config, self.plan.near));
+        if due && self.backend.reflection().source == Source::Baked {
+            let marching = training_marching(&self.config, self.plan.near);
+            self.backend.bake_gloss(&marching);
+            self.backend.bake_reflection(&marching);
         }
     }
 

@@ -29,6 +29,14 @@ pub struct Domain<T> {
 /// Contracted grids end where the distance from the centre, in box half-sizes, exceeds this.
 pub const CONTRACTED_FAR: f64 = 64.0;
 
+/// d(contracted u)/du = `scale` I + `slope` u eᵀ, e being the axis of the largest |u|.
+struct Contraction<T> {
+    u: Vec3<T>,
+    axis: usize,
+    scale: T,
+    slope: T,
+}
+
 impl<T: Real> Domain<T> {
     /// A domain whose voxels are as cubic as whole numbers of nodes allow: `longest` nodes along the longest edge.
     pub fn with_longest(bounds: Aabb<T>, extent: Extent, longest: u32) -> Self {
@@ -92,35 +100,32 @@ impl<T: Real> Domain<T> {
     /// Not differentiable on the box faces of a contracted domain and where two |u| tie for the largest.
     pub fn node_vjp(&self, x: Vec3<T>, d_node: Vec3<T>) -> Vec3<T> {
         let d_u = d_node.hadamard(self.nodes_per_unit());
-        let u = self.unit(x);
-        let abs = u.map(T::abs);
-        let m = abs.max_element();
-        if self.extent == Extent::Bounded || m <= T::one() {
-            return d_u.hadamard(self.unit_per_world());
-        }
-        let (inv, two) = (m.recip(), T::of(2.0));
-        let scale = inv * (two - inv);
-        let slope = two * inv * inv * (inv - T::one());
-        let axis = (0..3).find(|&a| abs[a] == m).unwrap_or(0);
-        let mut out = d_u * scale;
-        out[axis] += u[axis].signum() * slope * u.dot(d_u);
+        let Some(c) = self.contraction(x) else { return d_u.hadamard(self.unit_per_world()) };
+        let mut out = d_u * c.scale;
+        out[c.axis] += c.slope * c.u.dot(d_u);
         out.hadamard(self.unit_per_world())
     }
 
     /// The derivative of [`Self::node`] along `v`; not differentiable where [`Self::node_vjp`] is not.
     pub fn node_jvp(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
         let v = v.hadamard(self.unit_per_world());
+        let Some(c) = self.contraction(x) else { return v.hadamard(self.nodes_per_unit()) };
+        (v * c.scale + c.u * (c.slope * v[c.axis])).hadamard(self.nodes_per_unit())
+    }
+
+    /// The derivative of the contraction at `x`; `None` where there is none.
+    #[inline]
+    fn contraction(&self, x: Vec3<T>) -> Option<Contraction<T>> {
         let u = self.unit(x);
         let abs = u.map(T::abs);
         let m = abs.max_element();
         if self.extent == Extent::Bounded || m <= T::one() {
-            return v.hadamard(self.nodes_per_unit());
+            return None;
         }
         let (inv, two) = (m.recip(), T::of(2.0));
-        let slope = two * inv * inv * (inv - T::one());
         let axis = (0..3).find(|&a| abs[a] == m).unwrap_or(0);
-        let out = v * (inv * (two - inv)) + u * (slope * u[axis].signum() * v[axis]);
-        out.hadamard(self.nodes_per_unit())
+        let slope = u[axis].signum() * (two * inv * inv * (inv - T::one()));
+        Some(Contraction { u, axis, scale: inv * (two - inv), slope })
     }
 
     /// World position of a node; the inverse of [`Self::node`]. The outermost nodes of a contracted domain lie at
