@@ -25,6 +25,7 @@ use crate::schedule::training_marching;
 use refraxel_core::Medium;
 use regions::Region;
 use search::Judge;
+use std::path::Path;
 
 /// Why nothing can bend.
 #[derive(Debug, thiserror::Error)]
@@ -106,6 +107,15 @@ pub fn begin(
     }
     backend.set_refraction(found);
     Ok(news)
+}
+
+/// What a file (scene.json, volume, mesh) says of the index, on a grid with about this many nodes along its longest edge. A body
+/// of one index has a sharp surface. Of a mesh, the index is `index_guess`.
+pub fn stated(path: &Path, nodes: u32, config: &Config) -> Result<Refraction, RecipeError> {
+    let (region, start) = regions::stated(path, nodes, config)?;
+    let mut stated = refraction(&[region], &[start], config);
+    stated.find_flat_cells();
+    Ok(stated)
 }
 
 /// The refraction that regions start from.

@@ -216,13 +216,26 @@ impl Ground {
 
 /// What `index_from` names, if the shape comes from there.
 pub(super) fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
-    if config.index_shape != IndexShape::File {
-        return Ok(None);
-    }
-    let wrong = |problem: String| RecipeError::File { path: config.index_from.clone(), problem };
-    let path = Path::new(&config.index_from);
+    let from_file = config.index_shape == IndexShape::File;
+    from_file.then(|| read(Path::new(&config.index_from), config)).transpose()
+}
+
+/// A region as a file tells it, with about this many nodes along its longest edge, and its start.
+pub(super) fn stated(path: &Path, nodes: u32, config: &Config) -> Result<(Region, Start), RecipeError> {
+    let given = read(path, config)?;
+    let (bounds, resolution) = region_grid(&given.bounds(), Spacing::Longest(nodes));
+    let site = Site { bounds, resolution, interpolation: config.index_interpolation.into() };
+    // Nothing is blurred: it need not learn.
+    let config = &Config { index_smooth: 0.0, ..config.clone() };
+    let region = Region::given(site, &given, config);
+    let profile = if region.has_one_index() { Profile::Sharp } else { Profile::Smooth };
+    Ok((region, Start { profile, index: config.index_guess, wall: 1.0, searched: false }))
+}
+
+fn read(path: &Path, config: &Config) -> Result<Given, RecipeError> {
+    let wrong = |problem: String| RecipeError::File { path: path.display().to_string(), problem };
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-    let given = match extension.as_str() {
+    Ok(match extension.as_str() {
         "json" => {
             let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
             let json = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
@@ -241,8 +254,7 @@ pub(super) fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
                 "expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)".to_owned(),
             ));
         }
-    };
-    Ok(Some(given))
+    })
 }
 
 impl Given {
@@ -376,6 +388,15 @@ impl Region {
     /// Its index is known from a file.
     pub(super) fn is_known(&self) -> bool {
         self.known.is_some()
+    }
+
+    /// What a file says of its inside is one number, but at its surface.
+    fn has_one_index(&self) -> bool {
+        let Some(known) = &self.known else { return true };
+        let deep = -2.0 * self.site.domain().voxel();
+        let inside = self.distance.iter().zip(known).filter(|(d, _)| **d < deep).map(|(_, n)| *n);
+        let (least, most) = inside.fold((f32::MAX, 1.0_f32), |(a, b), n| (a.min(n), b.max(n)));
+        most - least < 1e-3
     }
 
     /// Inside, or within a voxel of it.

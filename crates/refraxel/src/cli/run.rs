@@ -24,8 +24,10 @@ pub enum SplitName {
 #[command(after_help = "Examples:
   refraxel eval run
   refraxel eval run --split train --json
+  refraxel eval run --index-from data/scene.json
 
-Writes RUN/eval/SPLIT/NAME.png, NAME as in the dataset, and RUN/eval/SPLIT/metrics.json.")]
+Writes RUN/eval/SPLIT/NAME.png, NAME as in the dataset, and RUN/eval/SPLIT/metrics.json; with --index-from into
+RUN/eval/SPLIT-index/.")]
 pub struct EvalArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
@@ -33,6 +35,12 @@ pub struct EvalArgs {
     /// Which images
     #[arg(long, value_enum, default_value_t, value_name = "SPLIT")]
     pub split: SplitName,
+    /// Bend the rays by this index instead of the run's own: a scene.json, an index volume, or a mesh
+    ///
+    /// Says what the run would show with a perfect index and the same colours. The file is read on a fine grid (192 nodes
+    /// along the longest edge); a mesh gets the index that the run has found. The run itself stays.
+    #[arg(long, value_name = "FILE")]
+    pub index_from: Option<PathBuf>,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -1,13 +1,13 @@
 //! `refraxel eval`: render a split of a run and score it.
 
-use super::evaluation::{Evaluated, Evaluation, Rays, folder};
+use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
 use super::sheet::{self, Row, chosen, png_path, save_image};
 use super::{create_folder, interrupted, load_photos, reopen, set_threads, watch_for_interrupts};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use refraxel_data::Dataset;
 use refraxel_data::synth::IndexTruth;
 use refraxel_train::Backend;
@@ -15,17 +15,49 @@ use refraxel_train::Refraction;
 use refraxel_train::evaluate::{render, score, truth, truth_checksum};
 use refraxel_train::index_error::{IndexError, index_error};
 use refraxel_train::metrics::{ImageScore, Scores};
+use refraxel_train::recipe;
 use refraxel_train::run::{Loaded, load_run};
 use refraxel_train::schedule::rendering_marching;
 use std::path::Path;
+
+/// Nodes along the longest edge of an index that a file tells.
+const NODES: u32 = 192;
 
 /// The verb.
 pub fn run(args: &EvalArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
-    let evaluation = evaluate(&args.run, args.split, show)?;
-    print(&evaluation, &args.run, args.split, Console::new(args.work.json))
+    let (evaluation, out) = match &args.index_from {
+        None => (evaluate(&args.run, args.split, show)?, folder(&args.run, args.split)),
+        Some(file) => {
+            let mut run = load_run(&args.run)?;
+            take_index(&mut run, &args.run, file)?;
+            let out = folder_of_index(&args.run, args.split);
+            let mut evaluation = evaluate_in(run, args.split, &out, show)?;
+            evaluation.run.index_from = Some(file.clone());
+            evaluation.write(&out)?;
+            (evaluation, out)
+        }
+    };
+    print(&evaluation, &out, args.split, Console::new(args.work.json))
+}
+
+/// Bends the rays of a run by the index of a file.
+fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failure> {
+    let refused = || format!("cannot bend the rays of {} by {}", folder.display(), file.display());
+    let (own, mut config) = (run.backend.refraction(), run.config.clone());
+    if let Some(&index) = own.mean_indices().first() {
+        config.index_guess = index as f32;
+    }
+    let index = recipe::stated(file, NODES, &config).with_context(refused).or_exit(Exit::BadInput)?;
+    let (regions, mirrors) = (own.medium.regions().len(), run.backend.reflection().mirrors.len());
+    if mirrors > 1 {
+        let error = anyhow!("the run mirrors at {regions} bodies apart, and the file tells of one region");
+        return Err(error).with_context(refused).or_exit(Exit::BadInput);
+    }
+    run.backend.set_refraction(index);
+    Ok(())
 }
 
 /// The name of a split in files.
@@ -48,7 +80,13 @@ pub fn split_views(data: &Dataset, split: SplitName) -> &[usize] {
 
 /// Renders and scores a split of a run; writes the pictures and metrics.json.
 pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evaluation, Failure> {
-    let mut run = load_run(run_folder)?;
+    let (run, out) = (load_run(run_folder)?, folder(run_folder, split));
+    let evaluation = evaluate_in(run, split, &out, show)?;
+    evaluation.write(&out)?;
+    Ok(evaluation)
+}
+
+fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Result<Evaluation, Failure> {
     let data = reopen(&run)?;
     let indices = split_views(&data, split).to_vec();
     if indices.is_empty() {
@@ -57,8 +95,7 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
         let error = anyhow!("{data} has no {split} images to evaluate; {advice}");
         return Err(Failure::new(Exit::BadInput, error));
     }
-    let out = folder(run_folder, split);
-    let (scores, truth_crc32) = render_and_score(&mut run, &data, &indices, &out, show)?;
+    let (scores, truth_crc32) = render_and_score(&mut run, &data, &indices, out, show)?;
     let field = run.backend.field();
     let evaluated = Evaluated {
         data: run.source.path.clone(),
@@ -68,16 +105,13 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
         voxels: field.map.voxels() as u64,
         resolution: field.domain.resolution,
         rays: Some(Rays::of(run.backend.refraction())),
+        index_from: None,
     };
-    let evaluation =
-        Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated };
-    evaluation.write(run_folder, split)?;
-    Ok(evaluation)
+    Ok(Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated })
 }
 
 /// Prints an evaluation and where its files are.
-pub fn print(evaluation: &Evaluation, run: &Path, split: SplitName, console: Console) -> Result<(), Failure> {
-    let out = folder(run, split);
+pub fn print(evaluation: &Evaluation, out: &Path, split: SplitName, console: Console) -> Result<(), Failure> {
     let text = format!(
         "{}\nprotocol: {}\npictures: {}, scores: {}",
         evaluation.text(split),

@@ -43,6 +43,9 @@ pub struct Evaluated {
     /// How its rays go; absent in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rays: Option<Rays>,
+    /// The file whose index bent the rays, if not the run's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index_from: Option<PathBuf>,
 }
 
 /// How the rays of a run go.
@@ -74,11 +77,16 @@ pub fn folder(run: &Path, split: SplitName) -> PathBuf {
     run.join("eval").join(split_name(split))
 }
 
+/// The folder of renderings whose rays were bent by the index of a file.
+pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
+    run.join("eval").join(format!("{}-index", split_name(split)))
+}
+
 impl Evaluation {
-    /// Writes the document for a split.
-    pub fn write(&self, run: &Path, split: SplitName) -> Result<(), Failure> {
+    /// Writes the document into the folder of its renderings.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
-        Ok(write_atomic(&folder(run, split).join("metrics.json"), |f| f.write_all(text.as_bytes()))?)
+        Ok(write_atomic(&folder.join("metrics.json"), |f| f.write_all(text.as_bytes()))?)
     }
 
     /// Reads it back; `None` when the split was not evaluated.
@@ -158,6 +166,7 @@ mod tests {
             voxels: 64,
             resolution: [4; 3],
             rays: Some(Rays::Bent),
+            index_from: None,
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
         Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), run }
@@ -166,8 +175,9 @@ mod tests {
     #[test]
     fn document_round_trips_with_the_scores_at_its_top() {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::create_dir_all(super::folder(folder.path(), SplitName::Test)).unwrap();
-        evaluation().write(folder.path(), SplitName::Test).unwrap();
+        let scores = super::folder(folder.path(), SplitName::Test);
+        std::fs::create_dir_all(&scores).unwrap();
+        evaluation().write(&scores).unwrap();
         assert_eq!(Evaluation::of_test(folder.path()).unwrap(), evaluation());
         let text = std::fs::read_to_string(folder.path().join("eval/test/metrics.json")).unwrap();
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -32,7 +32,8 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     let show = Show::suited(args.work.quiet || args.work.json);
     train(args, show)?;
     let evaluation = evaluate(&args.out, SplitName::Test, show)?;
-    super::eval::print(&evaluation, &args.out, SplitName::Test, Console::new(args.work.json))
+    let out = super::evaluation::folder(&args.out, SplitName::Test);
+    super::eval::print(&evaluation, &out, SplitName::Test, Console::new(args.work.json))
 }
 
 /// Trains to the end and saves; an interruption is a failure, after saving.
