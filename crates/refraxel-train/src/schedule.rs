@@ -129,6 +129,12 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
     }
 }
 
+/// Least share of rays inside masks in a batch. It falls to none: at first shape and index must be found, in the end every
+/// pixel counts the same.
+pub fn inside_share(config: &Config, progress: Progress) -> f64 {
+    config.inside_share * (1.0 - progress.0).max(0.0)
+}
+
 /// Share of the time with bent rays that is over.
 fn bent_share(progress: Progress, since: f64) -> f32 {
     ((progress.0 - since) / (1.0 - since).max(f64::EPSILON)).clamp(0.0, 1.0) as f32
@@ -217,5 +223,11 @@ mod tests {
         let view = |view_warm_up, p| view_share(&Config { view_warm_up, ..bent.clone() }, p);
         assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
         assert_eq!(view_share(&c, 0.0), 1.0, "straight");
+    }
+
+    #[test]
+    fn in_the_end_every_pixel_counts_the_same() {
+        let c = Config { inside_share: 0.4, ..Config::default() };
+        assert_eq!([0.0, 0.5, 1.0, 1.1].map(|p| inside_share(&c, Progress(p))), [0.4, 0.2, 0.0, 0.0]);
     }
 }

@@ -12,7 +12,9 @@ use crate::recipe::{self, RecipeError};
 use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::refraction::Refraction;
 use crate::run::State;
-use crate::schedule::{Act, Progress, is_time_to_bend, objective_of, stage_domain, training_marching};
+use crate::schedule::{
+    Act, Progress, inside_share, is_time_to_bend, objective_of, stage_domain, training_marching,
+};
 use refraxel_core::radiance::gloss::Gloss;
 use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
@@ -262,7 +264,7 @@ impl Trainer {
             _ if self.config.refraction == Bending::Off => Selection::All,
             Act::Straight => Selection::Outside,
             Act::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
-            Act::Joint => Selection::Inside(self.config.inside_share),
+            Act::Joint => Selection::Inside(inside_share(&self.config, self.progress())),
         }
     }
 

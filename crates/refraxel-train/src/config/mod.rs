@@ -90,7 +90,7 @@ pub struct Config {
     pub straight_steps: u64,
     /// Share of the run that then learns the index alone.
     pub index_share: f64,
-    /// Least share of in-mask rays in a batch once rays bend.
+    /// Least share of in-mask rays in a batch when rays begin to bend; it falls to none at the end of the run.
     pub inside_share: f64,
     /// What the index looks like before it learns.
     pub index_shape: IndexShape,
