@@ -1,9 +1,10 @@
 //! What bends the rays of a model: its index of refraction, and how rays are traced through it.
 
+use crate::config::Config;
 use crate::initial::Gate;
 use crate::polyhedron::Polyhedron;
 use crate::soft::Soft;
-use refraxel_core::optics::{Options, Tracer};
+use refraxel_core::optics::{Options, Tracer, Weight};
 use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Path, Ray, Vec3};
 
 /// The refractive part of a model. Without regions, all rays are straight.
@@ -60,11 +61,21 @@ pub struct Optics {
     pub integrator: Integrator,
     /// Longest step [voxel of the index grid].
     pub step: f32,
+    /// What surfaces mirror.
+    pub weight: Weight,
+}
+
+impl Optics {
+    /// What options ask for.
+    pub fn of(config: &Config) -> Self {
+        let Config { index_stepping, index_step: step, reflection_weight, .. } = *config;
+        Self { integrator: index_stepping.into(), step, weight: reflection_weight.into() }
+    }
 }
 
 impl Default for Optics {
     fn default() -> Self {
-        Self { integrator: Integrator::default(), step: 0.5 }
+        Self { integrator: Integrator::default(), step: 0.5, weight: Weight::Whole }
     }
 }
 
@@ -111,6 +122,20 @@ impl Refraction {
             sine.dot(sine) > LEAST * p.dot(p)
         };
         path.segments.iter().any(|s| turned(s.momentum))
+    }
+
+    /// Whether most of the rays that turn meet something that mirrors, theory (7.1) and (7.11).
+    pub fn mirrors(&self, rays: &[Ray<f32>], domain: &Domain<f32>) -> bool {
+        let (mut path, mut found) = (Path::default(), Vec::new());
+        let (mut turned, mut mirrored) = (0, 0);
+        for ray in rays {
+            if self.turns(ray, domain, &mut path) {
+                self.tracer(domain, 0.0).partial_reflections(&path, &mut found);
+                turned += 1;
+                mirrored += usize::from(!found.is_empty());
+            }
+        }
+        2 * mirrored > turned
     }
 
     /// The index of refraction at a point.
@@ -185,8 +210,8 @@ impl Refraction {
     }
 
     fn tracer_of<'a>(&'a self, domain: &'a Domain<f32>, near: f32, max_segments: usize) -> Tracer<'a, f32> {
-        let Optics { integrator, step } = self.optics;
-        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments })
+        let Optics { integrator, step, weight } = self.optics;
+        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments, weight })
     }
 }
 
@@ -195,7 +220,7 @@ mod tests {
     use super::*;
     use refraxel_core::{Aabb, Interpolation, vec3};
 
-    fn of(grid: IndexGrid<f32>) -> Refraction {
+    fn of_grid(grid: IndexGrid<f32>) -> Refraction {
         let free = vec![true; grid.coefficients().len()];
         let medium = Medium::new(vec![grid]).unwrap();
         Refraction { medium, extras: vec![Extras { free, ..Extras::default() }], ..Refraction::none() }
@@ -209,7 +234,7 @@ mod tests {
         let sharp =
             IndexGrid::sharp(LevelSet::from_samples(cube, [33; 3], |x: Vec3<f32>| x.length() - 0.6), 1.5);
         let domain = Domain::with_longest(cube, refraxel_core::Extent::Bounded, 16);
-        for coarse in [of(smooth), of(sharp)] {
+        for coarse in [of_grid(smooth), of_grid(sharp)] {
             let fine = coarse.refined();
             for k in 0..20 {
                 let origin = vec3(-3.0, 0.028 * k as f32, 0.1);
@@ -222,11 +247,32 @@ mod tests {
     }
 
     #[test]
+    fn surfaces_mirror_and_a_lens_does_not() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let domain = Domain::with_longest(cube, refraxel_core::Extent::Bounded, 16);
+        let rays: Vec<Ray<f32>> = (0..20)
+            .map(|k| Ray { origin: vec3(-3.0, 0.04 * k as f32, 0.1), direction: vec3(1.0, 0.0, 0.0) })
+            .collect();
+        let smooth = |n: &dyn Fn(f32) -> f32| {
+            let of = |x: Vec3<f32>| n(x.length());
+            of_grid(IndexGrid::from_control_values(cube, [41; 3], Interpolation::CubicBSpline, of))
+        };
+        let lens = smooth(&|r| (2.0 - (r / 0.8).powi(2).min(1.0)).sqrt());
+        let ball = smooth(&|r| 1.25 - 0.25 * ((r - 0.6) / 0.04).tanh());
+        let sharp = of_grid(IndexGrid::sharp(
+            LevelSet::from_samples(cube, [33; 3], |x: Vec3<f32>| x.length() - 0.6),
+            1.5,
+        ));
+        assert!(ball.mirrors(&rays, &domain) && sharp.mirrors(&rays, &domain));
+        assert!(!lens.mirrors(&rays, &domain) && !Refraction::none().mirrors(&rays, &domain));
+    }
+
+    #[test]
     fn the_mean_index_of_a_body_is_its_index_whatever_its_size() {
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let ball = |x: Vec3<f32>| if x.length() < 0.5 { 1.4 } else { 1.0 };
         let smooth = IndexGrid::from_control_values(cube, [33; 3], Interpolation::CubicBSpline, ball);
-        assert!((of(smooth).mean_indices()[0] - 1.4).abs() < 1e-5);
+        assert!((of_grid(smooth).mean_indices()[0] - 1.4).abs() < 1e-5);
         assert!(Refraction::none().mean_indices().is_empty());
     }
 }

@@ -268,7 +268,7 @@ fn restore_refraction(
     h: &Header,
     file: &mut TensorFile,
 ) -> Result<(Refraction, Vec<IndexMoments>), CheckpointError> {
-    let optics = Optics { integrator: h.config.index_stepping.into(), step: h.config.index_step };
+    let optics = Optics::of(&h.config);
     let (mut grids, mut moments, mut extras) = (Vec::new(), Vec::new(), Vec::new());
     for (k, region) in h.regions.iter().enumerate() {
         let wrong = |what: &str| foreign(path, &format!("refractive region {k} {what}"));

@@ -129,10 +129,9 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
     }
 }
 
-/// Least share of rays inside masks in a batch. It falls to none: at first shape and index must be found, in the end every
-/// pixel counts the same.
+/// Least share of rays inside masks in a batch. It falls: at first shape and index must be found.
 pub fn inside_share(config: &Config, progress: Progress) -> f64 {
-    config.inside_share * (1.0 - progress.0).max(0.0)
+    config.inside_share * (1.0 + (config.inside_share_decay - 1.0) * progress.0.min(1.0))
 }
 
 /// Share of the time with bent rays that is over.
@@ -226,8 +225,11 @@ mod tests {
     }
 
     #[test]
-    fn in_the_end_every_pixel_counts_the_same() {
-        let c = Config { inside_share: 0.4, ..Config::default() };
-        assert_eq!([0.0, 0.5, 1.0, 1.1].map(|p| inside_share(&c, Progress(p))), [0.4, 0.2, 0.0, 0.0]);
+    fn rays_inside_masks_are_favoured_less_and_less() {
+        let c = Config { inside_share: 0.4, inside_share_decay: 0.5, ..Config::default() };
+        assert_eq!(
+            [0.0, 0.5, 1.0, 1.1].map(|p| (100.0 * inside_share(&c, Progress(p))).round()),
+            [40.0, 30.0, 20.0, 20.0]
+        );
     }
 }

@@ -10,7 +10,6 @@ use crate::model::{Plan, kept_bricks};
 use crate::rays::{Selection, Shots};
 use crate::recipe::{self, RecipeError};
 use crate::reflection::{ProbeLayout, Reflection, Source};
-use crate::refraction::Refraction;
 use crate::run::State;
 use crate::schedule::{
     Act, Progress, inside_share, is_time_to_bend, objective_of, stage_domain, training_marching,
@@ -25,6 +24,8 @@ use std::time::Instant;
 const PRUNING_RAYS: u64 = 600_000;
 /// Least share of rays inside masks while the index learns alone.
 const INDEX_INSIDE_SHARE: f64 = 0.7;
+/// Rays that say whether what is refractive has a surface.
+const RAYS_FOR_SURFACES: usize = 256;
 /// Steps between two records of the training error.
 const RECORD_EVERY: u64 = 25;
 /// Records of the validation score in a run.
@@ -290,11 +291,12 @@ impl Trainer {
         Ok(())
     }
 
-    /// Let sharp surfaces mirror what the field shows by now.
+    /// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
     fn begin_reflecting(&mut self) {
         let c = &self.config;
-        let is_sharp = |r: &Refraction| r.medium.regions().iter().any(|r| r.level_set().is_some());
-        if !c.reflection.is_on() || !is_sharp(self.backend.refraction()) {
+        let rays = self.shots.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
+        let domain = &self.backend.field().domain;
+        if !c.reflection.is_on() || !self.backend.refraction().mirrors(&rays, domain) {
             return;
         }
         let degree = ShDegree::new(c.reflection_degree).unwrap_or_default();

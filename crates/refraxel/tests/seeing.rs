@@ -16,6 +16,36 @@ fn known(folder: &Path, data: &Path, more: &[&str]) -> PathBuf {
     run
 }
 
+#[test]
+fn a_run_is_evaluated_with_the_index_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, &[]);
+    let own = std::fs::read(run.join("eval/test/metrics.json")).unwrap();
+    let eval = |file: &Path| refraxel(&["eval", path(&run), "--index-from", path(file), "--quiet", "--json"]);
+    let report = eval(&data.join("scene.json")).done().json();
+    // The run has the same shape on a coarser grid.
+    let (exact, of_run) =
+        (report["psnr_inside"].as_f64().unwrap(), json(&own)["psnr_inside"].as_f64().unwrap());
+    assert!((exact - of_run).abs() < 0.5, "{exact} {of_run}");
+    assert!(report["ior"]["mae_inside"].as_f64().unwrap() < 1e-4);
+    let document = json(&std::fs::read(run.join("eval/test-index/metrics.json")).unwrap());
+    assert_eq!(document, report);
+    assert!(document["run"]["index_from"].as_str().unwrap().ends_with("scene.json"));
+    assert_eq!(std::fs::read(run.join("eval/test/metrics.json")).unwrap(), own, "the run's own scores stay");
+    // Another body bends otherwise.
+    let water = folder.path().join("water.json");
+    let text = std::fs::read_to_string(data.join("scene.json")).unwrap();
+    std::fs::write(&water, text.replace("1.5", "1.2")).unwrap();
+    assert!(eval(&water).done().json()["psnr_inside"].as_f64().unwrap() != exact);
+    eval(&data.join("r_0.png")).refused(3, &["r_0.png"]);
+    eval(&folder.path().join("no.json")).refused(3, &["no.json"]);
+}
+
+fn json(bytes: &[u8]) -> Value {
+    serde_json::from_slice(bytes).unwrap()
+}
+
 fn render(run: &Path, out: &Path, more: &[&str]) -> Ran {
     refraxel(&[&["render", path(run), "--out", path(out), "--quiet"], more].concat())
 }

@@ -23,7 +23,7 @@ impl<T: Real> Tracer<'_, T> {
         self.vjp_with_reflections(ray, path, (d_segments, &[]), d_exit, grad)
     }
 
-    /// [`Self::vjp`] of a loss that also depends on [`Self::partial_reflections`], theory (7.3) and (7.4): `d_reflections`
+    /// [`Self::vjp`] of a loss that also depends on [`Self::partial_reflections`], theory (7.3), (7.4) and (7.11): `d_reflections`
     /// has one adjoint for each, or for the first of them.
     ///
     /// # Panics
@@ -38,6 +38,23 @@ impl<T: Real> Tracer<'_, T> {
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
         assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
+        if d_reflections.is_empty() || !self.has_smooth_regions() {
+            return self.events_vjp(ray, path, (d_segments, d_reflections), d_exit, grad);
+        }
+        let mut d_segments = d_segments.to_vec();
+        let sharp = self.gradual_vjp(path, d_reflections, &mut d_segments, grad);
+        self.events_vjp(ray, path, (&d_segments, &sharp), d_exit, grad)
+    }
+
+    /// [`Self::vjp_with_reflections`] where all that mirrors is sharp.
+    fn events_vjp(
+        &self,
+        ray: &Ray<T>,
+        path: &Path<T>,
+        (d_segments, d_reflections): (&[SegmentAdjoint<T>], &[PartialReflectionAdjoint<T>]),
+        d_exit: &RayAdjoint<T>,
+        grad: &mut impl IndexGradient<T>,
+    ) -> RayAdjoint<T> {
         let Some(mut d) = self.end(path).map(|p| exit_vjp(p, d_exit)) else { return *d_exit };
         let mut later = path.events().filter(|e| e.kind == EventKind::Refraction).count();
         assert!(d_reflections.len() <= later, "no more adjoints than partial reflections");

@@ -159,7 +159,7 @@ impl<T: Real> Tracer<'_, T> {
         let mirror = d_mirror.map(|d| {
             let (normal, before, after, from_inside) =
                 (turn.normal, turn.before, turn.after, event.from_inside);
-            Arrival { p: p2, normal, before, after, w, from_inside }.vjp(d)
+            Arrival { p: p2, normal, before, after, w, from_inside }.vjp(d, self.options.weight)
         });
 
         // forward: p3 = p2 + (s − a) m with a = p2 · m, s = s(a, D), m = ∇φ/|∇φ|

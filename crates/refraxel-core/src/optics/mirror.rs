@@ -1,14 +1,16 @@
 //! What the surfaces on a path mirror beside what they let pass, theory (7.1)–(7.4), and its transpose.
 
-use super::fresnel::Incidence;
-use super::{Event, EventKind, Path, Step, Tracer};
+use super::fresnel::{Incidence, Weight};
+use super::gradual::Surface;
+use super::{Event, Path, Step, Tracer};
 use crate::index::VACUUM;
 use crate::radiance::Segment;
 use crate::{Real, Vec3};
 
 /// The share of the light that a surface on a path mirrors, and where it comes from, theory (7.1) and (7.2).
 ///
-/// One for each refraction. Total reflection has none: there the path itself is what is mirrored.
+/// One for each refraction at a sharp surface, and for each passage of a transition of a few voxels, theory (7.11). Total
+/// reflection has none: there the path itself is what is mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialReflection<T> {
     /// Which segment of the path ends here.
@@ -21,9 +23,9 @@ pub struct PartialReflection<T> {
     pub position: Vec3<T>,
     /// Unit direction of the mirrored ray.
     pub direction: Vec3<T>,
-    /// ∇φ/|∇φ|.
+    /// Unit normal outwards: ∇φ/|∇φ|, or −∇w/|∇w|.
     pub normal: Vec3<T>,
-    /// Unpolarised reflectance R ∈ [0, 1].
+    /// Unpolarised reflectance R ∈ [0, 1], or what [`Weight`] makes of it.
     pub reflectance: T,
 }
 
@@ -91,8 +93,8 @@ impl<T: Real> Arrival<T> {
     }
 
     /// Transpose of reflectance and mirrored direction, theory (7.3) and (7.4).
-    pub(super) fn vjp(&self, d: &PartialReflectionAdjoint<T>) -> MirrorAdjoint<T> {
-        let by = self.incidence().reflectance_vjp(d.reflectance);
+    pub(super) fn vjp(&self, d: &PartialReflectionAdjoint<T>, weight: Weight) -> MirrorAdjoint<T> {
+        let by = self.incidence().share_vjp(weight, d.reflectance);
         let (u, size) = self.mirrored();
         // forward: u = q/|q|, q = p − 2 a m
         let d_q = (d.direction - u * u.dot(d.direction)) / size;
@@ -109,22 +111,30 @@ impl<T: Real> Arrival<T> {
 }
 
 impl<T: Real> Tracer<'_, T> {
-    /// What the surfaces on a path mirror, from the camera on, into memory that is used again.
+    /// What the surfaces on a path mirror, sharp ones and transitions of some voxels, from the camera on, into memory that is
+    /// used again.
     pub fn partial_reflections(&self, path: &Path<T>, out: &mut Vec<PartialReflection<T>>) {
         out.clear();
-        for (segment, (step, of)) in path.steps.iter().zip(&path.segments).enumerate() {
-            if let Some(event) = step.event.filter(|e| e.kind == EventKind::Refraction) {
-                let (position, arrival) = self.arrival((step, &event), of);
-                out.push(PartialReflection {
-                    segment,
-                    region: step.region,
-                    from_inside: event.from_inside,
-                    position,
-                    direction: arrival.mirrored().0,
-                    normal: arrival.normal,
-                    reflectance: arrival.incidence().reflectance(),
-                });
-            }
+        self.surfaces(path, |surface| {
+            out.push(match surface {
+                Surface::Sharp(segment) => self.at_event(path, segment),
+                Surface::Smooth(passage) => passage.reflection(self.options.weight),
+            })
+        });
+    }
+
+    fn at_event(&self, path: &Path<T>, segment: usize) -> PartialReflection<T> {
+        let (step, of) = (&path.steps[segment], &path.segments[segment]);
+        let event = step.event.unwrap_or_else(|| unreachable!("a surface is met here"));
+        let (position, arrival) = self.arrival((step, &event), of);
+        PartialReflection {
+            segment,
+            region: step.region,
+            from_inside: event.from_inside,
+            position,
+            direction: arrival.mirrored().0,
+            normal: arrival.normal,
+            reflectance: arrival.incidence().share(self.options.weight),
         }
     }
 

@@ -82,7 +82,7 @@ mod trace;
 mod tests;
 
 pub use event::{Event, EventKind, GRAZING};
-pub use gradual::GradualReflection;
+pub use fresnel::Weight;
 pub use mirror::{PartialReflection, PartialReflectionAdjoint};
 pub use reversal::{Kept, Visit};
 
@@ -116,11 +116,19 @@ pub struct Options<T> {
     pub near: T,
     /// A path of this many segments ends where it is.
     pub max_segments: usize,
+    /// What surfaces mirror.
+    pub weight: Weight,
 }
 
 impl<T: Real> Default for Options<T> {
     fn default() -> Self {
-        Self { integrator: Integrator::default(), step: T::of(0.5), near: T::zero(), max_segments: 4096 }
+        Self {
+            integrator: Integrator::default(),
+            step: T::of(0.5),
+            near: T::zero(),
+            max_segments: 4096,
+            weight: Weight::Whole,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What an opaque thing under a clear coat mirrors, theory (7.12)–(7.15).
+//! What an opaque thing under a clear coat mirrors, theory (7.13)–(7.16).
 //!
 //! A voxel field has no surfaces, but an opaque thing has an edge where light ends: the mean of the density gradient over what
 //! a ray sees is its normal. One look into a radiance cache along the mirrored ray stands for all that the coat reflects.
@@ -15,7 +15,7 @@ const LEAST_SLOPE: f64 = 0.25;
 /// Cosine at which half of the reflection is there: beyond, the mean of the normals in a pixel says nothing.
 const LEAST_COSINE: f64 = 0.05;
 
-/// The surface that a ray ends at: sums over its samples with weights w = T a, theory (7.12).
+/// The surface that a ray ends at: sums over its samples with weights w = T a, theory (7.13).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing<T> {
     /// Σ w: how opaque it is.
@@ -60,7 +60,7 @@ impl<T: Real> Facing<T> {
         })
     }
 
-    /// What a coat of index `ior` mirrors of a ray in the unit direction `d`, theory (7.13); `None` where the surface faces
+    /// What a coat of index `ior` mirrors of a ray in the unit direction `d`, theory (7.14); `None` where the surface faces
     /// away.
     #[inline(always)]
     pub fn coat(&self, d: Vec3<T>, ior: T) -> Option<Coat<T>> {
@@ -103,7 +103,7 @@ impl<T: Real> Facing<T> {
         (own, d_direction - normal * d_cosine)
     }
 
-    /// dLoss/dw of a sample at `x` with h ∇θ = `slope`, given dLoss/d(self), theory (7.15).
+    /// dLoss/dw of a sample at `x` with h ∇θ = `slope`, given dLoss/d(self), theory (7.16).
     #[inline(always)]
     pub fn worth(&self, d: &Self, x: Vec3<T>, slope: Vec3<T>) -> T {
         d.opacity + d.position.dot(x - self.position) / self.opacity - d.slope.dot(slope)

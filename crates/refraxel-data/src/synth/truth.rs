@@ -5,8 +5,10 @@ use super::medium::{Index, Medium};
 use super::scene::{Body, Environment, Matter, Scene};
 use super::shape::Shape;
 use super::texture::Texture;
+use crate::{DataError, json};
 use refraxel_core::{Aabb, Vec3};
 use serde_json::{Map, Value, json};
+use std::path::Path;
 
 /// The refractive index of a scene as a function of position.
 ///
@@ -17,6 +19,14 @@ pub struct IndexTruth {
 }
 
 impl IndexTruth {
+    /// Read a `scene.json`; `None` where it has no such list as [`IndexTruth::from_scene_json`] understands.
+    ///
+    /// Errors: the file cannot be read, is too large, or is not JSON (`NaN` and `Infinity`, which Python writes, are
+    /// understood).
+    pub fn read(path: &Path) -> Result<Option<IndexTruth>, DataError> {
+        Ok(Self::from_scene_json(&json::read(path)?))
+    }
+
     /// Read the list `refractive` (and `opaque`, where there is one) of a `scene.json`.
     ///
     /// Understands our own entries (keys `region` and `index`) and those of the path-traced scenes: `shape` sphere
@@ -201,6 +211,19 @@ mod tests {
     use super::super::scenes::{SceneOptions, scene, scene_list};
     use super::*;
     use refraxel_core::vec3;
+
+    #[test]
+    fn a_file_may_hold_the_infinities_that_python_writes() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("scene.json");
+        let lens = r#"{"shape": "luneburg", "center": [0, 0, 0], "radius": 0.5}"#;
+        std::fs::write(&file, format!(r#"{{"psnr": Infinity, "refractive": [{lens}]}}"#)).unwrap();
+        let truth = IndexTruth::read(&file).unwrap().unwrap();
+        assert!((truth.n(vec3(0.0, 0.0, 0.0)) - 2.0_f64.sqrt()).abs() < 1e-12);
+        std::fs::write(&file, "{}").unwrap();
+        assert!(IndexTruth::read(&file).unwrap().is_none());
+        assert!(IndexTruth::read(&folder.path().join("none.json")).is_err());
+    }
 
     #[test]
     fn truth_read_from_json_is_the_index_that_was_traced() {

@@ -2,6 +2,7 @@
 
 use crate::reflection::Source;
 use refraxel_core::index::priors::Penalty;
+use refraxel_core::optics::Weight;
 use refraxel_core::{Integrator, Interpolation};
 use serde::{Deserialize, Serialize};
 
@@ -85,6 +86,26 @@ impl From<ReflectionCache> for Source {
             ReflectionCache::Learned => Self::Learned,
             ReflectionCache::Baked => Self::Baked,
             ReflectionCache::Exact => Self::Exact,
+        }
+    }
+}
+
+/// How much of the light surfaces mirror.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReflectionWeight {
+    /// Fresnel's reflectance.
+    #[default]
+    Whole,
+    /// The plain product of Fresnel's reflectance and the gradient of the index along the path, for comparison.
+    Gradient,
+}
+
+impl From<ReflectionWeight> for Weight {
+    fn from(choice: ReflectionWeight) -> Self {
+        match choice {
+            ReflectionWeight::Whole => Self::Whole,
+            ReflectionWeight::Gradient => Self::Gradient,
         }
     }
 }

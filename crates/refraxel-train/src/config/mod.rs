@@ -3,7 +3,8 @@
 mod choices;
 
 pub use choices::{
-    Bending, IndexInterpolation, IndexPenalty, IndexShape, ReflectionCache, Stepping, Surface, Switch,
+    Bending, IndexInterpolation, IndexPenalty, IndexShape, ReflectionCache, ReflectionWeight, Stepping,
+    Surface, Switch,
 };
 use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
@@ -90,8 +91,10 @@ pub struct Config {
     pub straight_steps: u64,
     /// Share of the run that then learns the index alone.
     pub index_share: f64,
-    /// Least share of in-mask rays in a batch when rays begin to bend; it falls to none at the end of the run.
+    /// Least share of in-mask rays in a batch when rays begin to bend.
     pub inside_share: f64,
+    /// Factor on it that is reached, evenly, at the end of the run.
+    pub inside_share_decay: f64,
     /// What the index looks like before it learns.
     pub index_shape: IndexShape,
     /// What the surface of the shape is.
@@ -168,8 +171,10 @@ pub struct Config {
     pub bent_tv: f32,
     /// Raw density inside the refractive shape when rays begin to bend.
     pub contents_density: f32,
-    /// Whether sharp surfaces mirror the share of the light that they do not let pass.
+    /// Whether surfaces mirror the share of the light that they do not let pass.
     pub reflection: Switch,
+    /// How much that is.
+    pub reflection_weight: ReflectionWeight,
     /// Where the mirrored light comes from.
     pub reflection_cache: ReflectionCache,
     /// Radiance probes along the longest edge of a refractive region.
@@ -234,6 +239,7 @@ impl Default for Config {
             straight_steps: 300,
             index_share: 0.02,
             inside_share: 0.4,
+            inside_share_decay: 0.5,
             index_shape: IndexShape::Hull,
             index_surface: Surface::Auto,
             index_from: String::new(),
@@ -272,6 +278,7 @@ impl Default for Config {
             bent_tv: 5.0,
             contents_density: -5.0,
             reflection: Switch::On,
+            reflection_weight: ReflectionWeight::Whole,
             reflection_cache: ReflectionCache::Learned,
             reflection_probes: 8,
             reflection_degree: 3,
@@ -464,6 +471,7 @@ impl Config {
         };
         within("index_share", self.index_share, 0.0, 0.7, "0 to 0.7")?;
         within("inside_share", self.inside_share, 0.0, 1.0, "0 to 1")?;
+        within("inside_share_decay", self.inside_share_decay, 0.0, 1.0, "0 to 1")?;
         within("index_guess", self.index_guess.into(), 1.0, 4.0, "1 to 4")?;
         within("index_largest", self.index_largest.into(), 1.0, 5.0, "1 to 5")?;
         within("index_vote", self.index_vote.into(), 0.5, 1.0, "0.5 to 1")?;

@@ -4,13 +4,15 @@ use super::CpuBackend;
 use super::trace::render_chunk;
 use super::{CHUNK, Scene, colour, with_blocks};
 use crate::backend::Marching;
+use crate::index_edit::typical_index;
 use crate::reflection::{Reflection, Source};
 use crate::refraction::Refraction;
 use fearless_simd::dispatch;
 use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::radiance::{Pixel, probes::even_direction};
-use refraxel_core::{LevelSet, Path, Ray, Vec3};
+use refraxel_core::{Domain, IndexGrid, LevelSet, Path, Ray, Vec3};
+use std::borrow::Cow;
 
 /// Directions in which a probe looks: 16 per coefficient of degree 3.
 const DIRECTIONS: usize = 256;
@@ -144,7 +146,8 @@ impl CpuBackend {
         let mut out = Vec::new();
         let regions = self.refraction.medium.regions().iter().zip(&self.reflection.mirrors).enumerate();
         for (region, (grid, mirror)) in regions {
-            let Some(level) = grid.level_set() else { continue };
+            let Some(level) = level_of(grid) else { continue };
+            let level = &*level;
             let cache = mirror.cache(inner);
             let last = cache.resolution().map(|n| (n - 1) as f32);
             let extent = cache.bounds().extent();
@@ -160,6 +163,18 @@ impl CpuBackend {
         }
         out
     }
+}
+
+/// The surface of a body, or where n is half-way between vacuum and the inside of what has a soft edge.
+fn level_of(grid: &IndexGrid<f32>) -> Option<Cow<'_, LevelSet<f32>>> {
+    if let Some(level) = grid.level_set() {
+        return Some(Cow::Borrowed(level));
+    }
+    let middle = 0.5 * (1.0 + typical_index(grid)?);
+    let Domain { bounds, resolution, .. } = *grid.domain();
+    let mut level = LevelSet::from_samples(bounds, resolution, |x| middle - grid.index(x));
+    level.redistance();
+    Some(Cow::Owned(level))
 }
 
 /// A point just inside the surface near `x`, along the gradient of φ.

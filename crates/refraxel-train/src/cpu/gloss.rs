@@ -1,4 +1,4 @@
-//! Coats of opaque things, theory (7.12)–(7.15): a glimpse before all samples of a straight ray, from the surface at which
+//! Coats of opaque things, theory (7.13)–(7.16): a glimpse before all samples of a straight ray, from the surface at which
 //! it ends, and the way back to the samples.
 
 use super::Scene;

@@ -13,7 +13,7 @@ pub(super) type SecondScratch = (Vec<Sample>, Vec<Arm>, Path<f32>);
 
 /// Distance from the surface at which a secondary ray begins [voxel of the field]: it must not meet where it comes from.
 const LIFT: f32 = 1e-2;
-/// The same where an opaque thing ends, whose edge is some voxels wide [voxel of the field].
+/// The same where an opaque thing ends or the index changes gradually, over some voxels [voxel of the field or the index].
 const OUT_OF_THE_EDGE: f32 = 2.0;
 
 impl View<'_> {
@@ -33,8 +33,11 @@ impl View<'_> {
             let of = &glimpse.of;
             let side = match of.region {
                 COAT => OUT_OF_THE_EDGE * self.scene.field.domain.voxel(),
-                _ if of.from_inside => -lift,
-                _ => lift,
+                region => {
+                    let grid = &self.scene.refraction.medium.regions()[usize::from(region)];
+                    let away = if grid.level_set().is_some() { lift } else { OUT_OF_THE_EDGE * grid.voxel() };
+                    if of.from_inside { -away } else { away }
+                }
             };
             let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
             samples.clear();

@@ -122,7 +122,7 @@ pub fn stated(path: &Path, nodes: u32, config: &Config) -> Result<Refraction, Re
 fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refraction {
     let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
-    let optics = Optics { integrator: config.index_stepping.into(), step: config.index_step };
+    let optics = Optics::of(config);
     let extras = regions.iter().zip(starts).map(|(r, s)| r.extras(s)).collect();
     Refraction { medium, optics, extras }
 }

@@ -237,12 +237,9 @@ fn read(path: &Path, config: &Config) -> Result<Given, RecipeError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     Ok(match extension.as_str() {
         "json" => {
-            let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
-            let json = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
-            let truth = IndexTruth::from_scene_json(&json);
-            Given::Truth(
-                truth.ok_or_else(|| wrong("it has no list `refractive` of known shapes".to_owned()))?,
-            )
+            let truth = IndexTruth::read(path).map_err(|e| wrong(e.to_string()))?;
+            let none = || wrong("it has no list `refractive` of known shapes".to_owned());
+            Given::Truth(truth.ok_or_else(none)?)
         }
         "npz" | "npy" => {
             let bounds = config.bounds_of_box().map(|b| b.cast());

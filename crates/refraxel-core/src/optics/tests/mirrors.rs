@@ -120,18 +120,20 @@ fn the_first_adjoints_stand_for_all_where_the_rest_is_zero() {
     assert_eq!(gradient(&f.reflections), gradient(&f.reflections[..1]));
 }
 
-/// Shares of entering and of leaving a slab of n = 1.5 whose faces are `width` wide, at `sine` of incidence.
-fn of_slab(width: f64, nodes: u32, step: f64, sine: f64) -> [f64; 2] {
+/// A slab of n = 1.5 whose faces are `width` wide.
+fn soft_slab(width: f64, nodes: u32) -> Medium<f64> {
     let n = |x: Vec3<f64>| 1.0 + 0.5 * ramp(x.x.abs() - 0.5, width);
     let bounds = Aabb::new(vec3(-1.5, -4.0, -1.0), vec3(1.5, 4.0, 1.0));
     let grid = IndexGrid::from_control_values(bounds, [nodes, 24, 16], Interpolation::CubicBSpline, n);
-    let medium = Medium::new(vec![grid]).unwrap();
+    Medium::new(vec![grid]).unwrap()
+}
+
+/// What entering and leaving that slab at `sine` of incidence mirrors.
+fn of_slab(width: f64, nodes: u32, step: f64, sine: f64) -> Vec<PartialReflection<f64>> {
+    let (medium, domain) = (soft_slab(width, nodes), domain());
     let direction = vec3((1.0 - sine * sine).sqrt(), sine, 0.0);
-    let ray = Ray { origin: -direction * 1.9, direction };
-    let domain = domain();
     let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, step));
-    let shares = tracer.gradual_reflections(&tracer.trace(&ray));
-    [-1.0, 1.0].map(|side| shares.iter().filter(|s| s.position.x * side > 0.0).map(|s| s.share).sum())
+    mirrors(&tracer, &tracer.trace(&Ray { origin: -direction * 1.9, direction }))
 }
 
 #[test]
@@ -140,19 +142,68 @@ fn a_smooth_transition_mirrors_one_reflectance_whatever_its_width_and_the_step()
         let (before, after) = ((1.0 - sine * sine).sqrt(), (2.25 - sine * sine).sqrt());
         let exact = crate::optics::fresnel::Incidence { before, after, w_before: 0.5, w_after: 1.125 };
         for (width, nodes, step) in [(0.08, 97, 0.5), (0.08, 193, 0.5), (0.04, 193, 0.5), (0.08, 97, 0.25)] {
-            for found in of_slab(width, nodes, step, sine) {
-                let off = found / exact.reflectance() - 1.0;
+            let [front, back] = &of_slab(width, nodes, step, sine)[..] else { panic!("two faces") };
+            for found in [front, back] {
+                let off = found.reflectance / exact.reflectance() - 1.0;
                 assert!(off.abs() < 0.01, "{sine} {width} {nodes} {step}: {off}");
             }
+            assert!(!front.from_inside && back.from_inside);
+            assert!((front.position.x + 0.5).abs() < 0.03 && (back.position.x - 0.5).abs() < 0.03);
+            assert!((front.normal - vec3(-1.0, 0.0, 0.0)).length() < 1e-9);
+            assert!((front.direction - vec3(-before, sine, 0.0)).length() < 0.01, "{:?}", front.direction);
+            let inside = vec3(-after, sine, 0.0) / 1.5;
+            assert!((back.direction - inside).length() < 0.01, "{:?} {inside:?}", back.direction);
         }
     }
 }
 
 #[test]
-fn a_constant_medium_mirrors_nothing() {
-    let medium = medium(1.0, 24, Interpolation::CubicBSpline, |_| 1.0);
-    let domain = domain();
+fn a_constant_medium_and_a_lens_mirror_nothing() {
+    let luneburg = |x: Vec3<f64>| (2.0 - (x.dot(x) / 0.64).min(1.0)).sqrt();
+    for index in [&(|_| 1.0) as &dyn Fn(Vec3<f64>) -> f64, &luneburg] {
+        let medium = medium(1.0, 48, Interpolation::CubicBSpline, index);
+        let domain = domain();
+        let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+        let ray = Ray { origin: vec3(-1.5, 0.2, 0.1), direction: vec3(1.0, 0.0, 0.0) };
+        assert!(mirrors(&tracer, &tracer.trace(&ray)).is_empty());
+    }
+}
+
+#[test]
+fn total_reflection_in_a_smooth_transition_is_left_to_the_path() {
+    let (medium, domain) = (soft_slab(0.08, 97), domain());
     let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
-    let ray = Ray { origin: vec3(-1.5, 0.2, 0.1), direction: vec3(1.0, 0.0, 0.0) };
-    assert!(tracer.gradual_reflections(&tracer.trace(&ray)).is_empty());
+    for sine in [0.75_f64, 0.8, 0.9] {
+        // From inside, beyond the critical angle.
+        let direction = vec3((1.0 - sine * sine).sqrt(), sine, 0.0);
+        let path = tracer.trace(&Ray { origin: vec3(0.0, -2.5, 0.0), direction });
+        assert!(path.segments.iter().any(|s| s.momentum.x < 0.0), "it turns round");
+        // Far from the end of the slab.
+        let found: Vec<_> =
+            mirrors(&tracer, &path).into_iter().filter(|m| m.position.y.abs() < 2.0).collect();
+        assert!(found.is_empty(), "{sine}: {found:?}");
+    }
+}
+
+#[test]
+fn gradients_of_what_smooth_transitions_mirror_match_central_differences() {
+    let mut seen = 0;
+    for seed in 1..4 {
+        let mut r = Sequence(seed);
+        let (axes, tilt) = (vec3(1.0 + 0.2 * r.next(), 1.0 + 0.2 * r.next(), 1.0), r.vector() * 0.05);
+        let n =
+            |x: Vec3<f64>| 1.0 + (0.6 + tilt.dot(x)) * ramp(x.zip(axes, |a, b| a * b).length() - 0.55, 0.09);
+        let mut medium = medium(1.0, 36, Interpolation::CubicBSpline, n);
+        for _ in 0..6 {
+            let origin = r.vector().normalized() * 1.8;
+            let ray = Ray { origin, direction: (r.vector() * 0.25 - origin).normalized() };
+            let path = tracer(&medium, &domain()).trace(&ray);
+            let count = mirrors(&tracer(&medium, &domain()), &path).len();
+            seen += count;
+            let f = Mirrored::random(&path, count, &mut r);
+            let worst = mirror_errors(&mut medium, (&ray, &path), &f);
+            assert!(worst.iter().all(|e| *e < TOLERANCE), "index, ray: {worst:?}");
+        }
+    }
+    assert!(seen > 30, "{seen}");
 }
