@@ -86,6 +86,14 @@ with glass_ball "its rate rises over 30 % of the run" view_warm_up=0.3
 with glass_ball "its rate rises over the whole run (default)"
 with glass_ball "never: degree 0" sh_degree=0
 
+for name in glass_ball water_tank; do
+    table "Rays inside masks ($name)"
+    with $name "no more than pixels" inside_share=0
+    with $name "40 % at first, falling to none" inside_share_decay=0
+    with $name "40 % at first, falling to 20 % (default)"
+    with $name "40 % at all times" inside_share_decay=1
+done
+
 table "Reflection (glass ball)"
 with glass_ball "none" reflection=off
 with glass_ball "learned cache, degree 1" reflection_degree=1
@@ -95,6 +103,10 @@ with glass_ball "learned cache, 4 probes along the region" reflection_probes=4
 with glass_ball "learned cache, 16 probes" reflection_probes=16
 with glass_ball "baked cache" reflection_cache=baked
 with glass_ball "second rays instead of a cache" reflection_cache=exact
+with glass_ball "plain product of gradient and Fresnel" reflection_weight=gradient
+with glass_ball "smooth transitions, none" $SMOOTH reflection=off
+with glass_ball "smooth transitions, learned cache" $SMOOTH
+with glass_ball "smooth transitions, plain product" $SMOOTH reflection_weight=gradient
 
 scene prism
 for name in water_tank prism; do

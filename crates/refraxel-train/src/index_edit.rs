@@ -64,6 +64,11 @@ pub fn typical_index(grid: &IndexGrid<f32>) -> Option<f32> {
     })
 }
 
+/// Half-way in n between vacuum and [`typical_index`]: where a soft edge is.
+pub fn half_way_index(grid: &IndexGrid<f32>) -> Option<f32> {
+    typical_index(grid).map(|n| 0.5 * (1.0 + n))
+}
+
 /// Smallest and largest n of all regions and of the vacuum around them.
 pub fn index_range(refraction: &Refraction) -> [f32; 2] {
     let all = refraction.medium.regions().iter().flat_map(indices);

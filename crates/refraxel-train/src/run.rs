@@ -2,6 +2,7 @@
 
 mod gloss;
 mod mirrors;
+mod probes;
 
 use crate::backend::Backend;
 use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};

@@ -129,9 +129,10 @@ pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f6
     }
 }
 
-/// Least share of rays inside masks in a batch. It falls: at first shape and index must be found.
-pub fn inside_share(config: &Config, progress: Progress) -> f64 {
-    config.inside_share * (1.0 + (config.inside_share_decay - 1.0) * progress.0.min(1.0))
+/// Least share of rays inside masks in a batch, where rays bend since `since`. It falls: at first shape and index must be found.
+pub fn inside_share(config: &Config, (progress, since): (Progress, f64)) -> f64 {
+    let over = f64::from(bent_share(progress, since));
+    config.inside_share * (1.0 + (config.inside_share_decay - 1.0) * over)
 }
 
 /// Share of the time with bent rays that is over.
@@ -227,9 +228,7 @@ mod tests {
     #[test]
     fn rays_inside_masks_are_favoured_less_and_less() {
         let c = Config { inside_share: 0.4, inside_share_decay: 0.5, ..Config::default() };
-        assert_eq!(
-            [0.0, 0.5, 1.0, 1.1].map(|p| (100.0 * inside_share(&c, Progress(p))).round()),
-            [40.0, 30.0, 20.0, 20.0]
-        );
+        let share = |p| (100.0 * inside_share(&c, (Progress(p), 0.2))).round();
+        assert_eq!([0.2, 0.6, 1.0, 1.1].map(share), [40.0, 30.0, 20.0, 20.0]);
     }
 }

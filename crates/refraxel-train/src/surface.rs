@@ -1,6 +1,6 @@
 //! The surfaces of what is refractive as closed meshes.
 
-use crate::index_edit::typical_index;
+use crate::index_edit::{half_way_index, typical_index};
 use refraxel_core::{IndexGrid, Mesh};
 
 /// The boundary of one region.
@@ -30,7 +30,7 @@ impl Surface {
     /// The surface of a region, with `detail` ≥ 1 cells per voxel and axis; `None` where the region is vacuum.
     pub fn of(grid: &IndexGrid<f32>, detail: u32) -> Option<Self> {
         let index = typical_index(grid)?;
-        let (wide, middle) = (grid.cast::<f64>(), 0.5 * (1.0 + f64::from(index)));
+        let (wide, middle) = (grid.cast::<f64>(), f64::from(half_way_index(grid)?));
         let Some(level) = wide.level_set() else {
             let side = if index > 1.0 { 1.0 } else { -1.0 };
             let above = |x| {

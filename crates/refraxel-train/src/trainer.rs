@@ -245,7 +245,11 @@ impl Trainer {
         }
         self.coat_if_due(progress);
         self.bake_if_due();
-        let batch = self.shots.batch(self.state.step, self.config.batch as usize, self.selection(act));
+        let batch = self.shots.batch(
+            self.state.step,
+            self.config.batch as usize,
+            self.selection(act, (progress, since)),
+        );
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
         }
@@ -260,12 +264,12 @@ impl Trainer {
         Ok(if due { Some(self.record()?) } else { None })
     }
 
-    fn selection(&self, act: Act) -> Selection {
+    fn selection(&self, act: Act, at: (Progress, f64)) -> Selection {
         match act {
             _ if self.config.refraction == Bending::Off => Selection::All,
             Act::Straight => Selection::Outside,
             Act::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
-            Act::Joint => Selection::Inside(inside_share(&self.config, self.progress())),
+            Act::Joint => Selection::Inside(inside_share(&self.config, at)),
         }
     }
 
@@ -294,9 +298,7 @@ impl Trainer {
     /// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
     fn begin_reflecting(&mut self) {
         let c = &self.config;
-        let rays = self.shots.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
-        let domain = &self.backend.field().domain;
-        if !c.reflection.is_on() || !self.backend.refraction().mirrors(&rays, domain) {
+        if !c.reflection.is_on() || !self.has_surfaces() {
             return;
         }
         let degree = ShDegree::new(c.reflection_degree).unwrap_or_default();
@@ -309,6 +311,14 @@ impl Trainer {
         if c.reflection_cache != ReflectionCache::Exact {
             self.backend.bake_reflection(&training_marching(c, self.plan.near));
         }
+    }
+
+    /// Something refractive has a sharp surface, or transitions that most rays through it meet.
+    fn has_surfaces(&self) -> bool {
+        let (refraction, domain) = (self.backend.refraction(), &self.backend.field().domain);
+        let is_sharp = refraction.medium.regions().iter().any(|r| r.level_set().is_some());
+        let rays = || self.shots.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
+        is_sharp || refraction.mirrors(&rays(), domain)
     }
 
     /// Coat opaque things once it is time, with what the field shows by now.

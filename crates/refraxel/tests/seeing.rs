@@ -37,7 +37,8 @@ fn a_run_is_evaluated_with_the_index_of_a_file() {
     let water = folder.path().join("water.json");
     let text = std::fs::read_to_string(data.join("scene.json")).unwrap();
     std::fs::write(&water, text.replace("1.5", "1.2")).unwrap();
-    assert!(eval(&water).done().json()["psnr_inside"].as_f64().unwrap() != exact);
+    let as_water = eval(&water).done().json()["psnr_inside"].as_f64().unwrap();
+    assert!(as_water < exact - 1.0, "{as_water} {exact}");
     eval(&data.join("r_0.png")).refused(3, &["r_0.png"]);
     eval(&folder.path().join("no.json")).refused(3, &["no.json"]);
 }

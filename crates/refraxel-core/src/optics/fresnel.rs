@@ -2,14 +2,14 @@
 
 use crate::Real;
 
-/// How a transition's share of mirrored light follows from Fresnel's reflectance R.
+/// How the share of light that a surface mirrors, sharp or smooth, follows from Fresnel's reflectance R.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weight {
     /// It is R.
     #[default]
     Whole,
-    /// It is R ∫ |∇n| ds over the transition, the plain product of gradient and Fresnel coefficient, at most 1. Since dp/ds = ∇n the
-    /// integral is |after − before|, theory (7.17). For comparison: it conserves no energy.
+    /// It is R ∫ |∇n| ds through the surface, the plain product of gradient and Fresnel coefficient, at most 1. Since dp/ds = ∇n
+    /// the integral is |after − before|. For comparison: it conserves no energy.
     Gradient,
 }
 

@@ -9,7 +9,7 @@ use crate::{Real, Vec3};
 
 /// The share of the light that a surface on a path mirrors, and where it comes from, theory (7.1) and (7.2).
 ///
-/// One for each refraction at a sharp surface, and for each passage of a transition of a few voxels, theory (7.11). Total
+/// One for each refraction at a sharp surface, and for each passage of a transition that is no lens, theory (7.11). Total
 /// reflection has none: there the path itself is what is mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialReflection<T> {
@@ -111,7 +111,7 @@ impl<T: Real> Arrival<T> {
 }
 
 impl<T: Real> Tracer<'_, T> {
-    /// What the surfaces on a path mirror, sharp ones and transitions of some voxels, from the camera on, into memory that is
+    /// What the surfaces on a path mirror, sharp ones and transitions, from the camera on, into memory that is
     /// used again.
     pub fn partial_reflections(&self, path: &Path<T>, out: &mut Vec<PartialReflection<T>>) {
         out.clear();

@@ -4,7 +4,7 @@ use super::CpuBackend;
 use super::trace::render_chunk;
 use super::{CHUNK, Scene, colour, with_blocks};
 use crate::backend::Marching;
-use crate::index_edit::typical_index;
+use crate::index_edit::half_way_index;
 use crate::reflection::{Reflection, Source};
 use crate::refraction::Refraction;
 use fearless_simd::dispatch;
@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::radiance::{Pixel, probes::even_direction};
 use refraxel_core::{Domain, IndexGrid, LevelSet, Path, Ray, Vec3};
-use std::borrow::Cow;
 
 /// Directions in which a probe looks: 16 per coefficient of degree 3.
 const DIRECTIONS: usize = 256;
@@ -53,8 +52,11 @@ impl CpuBackend {
     /// bodies were not there, those of the inner caches along bent ones that begin inside.
     pub fn bake_reflection(&mut self, marching: &Marching) {
         let marching = Marching { near: 0.0, ..*marching };
+        let regions = self.refraction.medium.regions();
+        let of_mirrors = regions.iter().zip(&self.reflection.mirrors);
+        let levels: Vec<Option<LevelSet<f32>>> = of_mirrors.map(|(region, _)| level_of(region)).collect();
         for inner in [false, true] {
-            let lookouts = self.lookouts(inner);
+            let lookouts = self.lookouts(&levels, inner);
             let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
             let escapes = self.escapes(&rays, inner);
             let free: Vec<Ray<f32>> =
@@ -142,12 +144,11 @@ impl CpuBackend {
         out
     }
 
-    fn lookouts(&self, inner: bool) -> Vec<Lookout> {
+    /// The probes near the surface of each region that look, and from where.
+    fn lookouts(&self, levels: &[Option<LevelSet<f32>>], inner: bool) -> Vec<Lookout> {
         let mut out = Vec::new();
-        let regions = self.refraction.medium.regions().iter().zip(&self.reflection.mirrors).enumerate();
-        for (region, (grid, mirror)) in regions {
-            let Some(level) = level_of(grid) else { continue };
-            let level = &*level;
+        for (region, (level, mirror)) in levels.iter().zip(&self.reflection.mirrors).enumerate() {
+            let Some(level) = level else { continue };
             let cache = mirror.cache(inner);
             let last = cache.resolution().map(|n| (n - 1) as f32);
             let extent = cache.bounds().extent();
@@ -166,15 +167,15 @@ impl CpuBackend {
 }
 
 /// The surface of a body, or where n is half-way between vacuum and the inside of what has a soft edge.
-fn level_of(grid: &IndexGrid<f32>) -> Option<Cow<'_, LevelSet<f32>>> {
+fn level_of(grid: &IndexGrid<f32>) -> Option<LevelSet<f32>> {
     if let Some(level) = grid.level_set() {
-        return Some(Cow::Borrowed(level));
+        return Some(level.clone());
     }
-    let middle = 0.5 * (1.0 + typical_index(grid)?);
+    let middle = half_way_index(grid)?;
     let Domain { bounds, resolution, .. } = *grid.domain();
     let mut level = LevelSet::from_samples(bounds, resolution, |x| middle - grid.index(x));
     level.redistance();
-    Some(Cow::Owned(level))
+    Some(level)
 }
 
 /// A point just inside the surface near `x`, along the gradient of φ.

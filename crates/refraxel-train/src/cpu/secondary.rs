@@ -31,14 +31,14 @@ impl View<'_> {
         let lift = LIFT * self.scene.field.domain.voxel();
         for glimpse in glimpses {
             let of = &glimpse.of;
-            let side = match of.region {
+            let away = match of.region {
                 COAT => OUT_OF_THE_EDGE * self.scene.field.domain.voxel(),
                 region => {
                     let grid = &self.scene.refraction.medium.regions()[usize::from(region)];
-                    let away = if grid.level_set().is_some() { lift } else { OUT_OF_THE_EDGE * grid.voxel() };
-                    if of.from_inside { -away } else { away }
+                    if grid.level_set().is_some() { lift } else { OUT_OF_THE_EDGE * grid.voxel() }
                 }
             };
+            let side = away * of.direction.dot(of.normal).signum();
             let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
             samples.clear();
             arms.clear();

@@ -4,7 +4,7 @@ use super::facets::{Face, faces, fills};
 use super::support::{plane, widened};
 use super::{Profile, RecipeError, Start};
 use crate::backend::{Backend, Marching};
-use crate::config::{Config, IndexShape};
+use crate::config::{Config, IndexShape, Stepping, Switch};
 use crate::cpu::CpuBackend;
 use crate::initial::{Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid};
 use crate::polyhedron::{Plane, Polyhedron};
@@ -225,10 +225,11 @@ pub(super) fn stated(path: &Path, nodes: u32, config: &Config) -> Result<(Region
     let given = read(path, config)?;
     let (bounds, resolution) = region_grid(&given.bounds(), Spacing::Longest(nodes));
     let site = Site { bounds, resolution, interpolation: config.index_interpolation.into() };
-    // Nothing is blurred: it need not learn.
-    let config = &Config { index_smooth: 0.0, ..config.clone() };
-    let region = Region::given(site, &given, config);
-    let profile = if region.has_one_index() { Profile::Sharp } else { Profile::Smooth };
+    // It need not learn: nothing is blurred, and all that is not vacuum bends.
+    let config = &Config { index_smooth: 0.0, index_gate: Switch::Off, ..config.clone() };
+    let region = Region { free: Vec::new(), ..Region::given(site, &given, config) };
+    let is_sharp = region.has_one_index() && config.index_stepping == Stepping::Leapfrog;
+    let profile = if is_sharp { Profile::Sharp } else { Profile::Smooth };
     Ok((region, Start { profile, index: config.index_guess, wall: 1.0, searched: false }))
 }
 
@@ -356,6 +357,11 @@ impl Region {
                 let most = n.iter().copied().fold(1.0, f32::max);
                 let surface = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
                 let mut region = Self::new(site, surface, config);
+                // A lens bends rays beyond the surface at which it has half its contrast.
+                let bends: Vec<bool> = n.iter().map(|n| (n - 1.0).abs() > 0.01 * (most - 1.0)).collect();
+                let share: Vec<f32> = bends.iter().map(|b| f32::from(u8::from(*b))).collect();
+                region.gate = region.gate.map(|_| Gate::new(site.domain(), &share));
+                region.free.iter_mut().zip(&bends).for_each(|(free, bends)| *free |= bends);
                 region.known = Some(n);
                 region
             }

@@ -1,6 +1,7 @@
 //! What a checkpoint keeps of the coat of opaque things.
 
-use crate::checkpoint::{CheckpointError, Tensor, TensorData};
+use super::probes;
+use crate::checkpoint::{CheckpointError, Tensor};
 use crate::cpu::{CpuBackend, GlossMoments};
 use refraxel_core::radiance::{ProbeGrid, gloss::Gloss};
 use refraxel_core::{Aabb, ShDegree};
@@ -28,33 +29,28 @@ pub(super) fn gloss_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
     let moments = &backend.moments().gloss;
     let (strength, radiance) = (&gloss.strength.coefficients, &gloss.radiance.coefficients);
     let values = [strength, radiance, &moments.strength, &moments.radiance];
-    let tensor = |v: &Vec<f32>| Tensor { shape: vec![v.len()], data: TensorData::F32(v.clone()) };
-    NAMES.iter().zip(values).map(|(name, v)| ((*name).to_owned(), tensor(v))).collect()
+    probes::tensors(NAMES.map(str::to_owned), values).into()
 }
 
 /// The coat of a checkpoint, and its moments; `read` takes a tensor by name and length.
 pub(super) fn restore_gloss(
     stored: &Option<StoredGloss>,
     bounds: Aabb<f32>,
-    mut read: impl FnMut(&str, usize) -> Result<Vec<f32>, CheckpointError>,
+    read: impl FnMut(&str, usize) -> Result<Vec<f32>, CheckpointError>,
     wrong: impl Fn(&str) -> CheckpointError,
 ) -> Result<(Option<Gloss<f32>>, GlossMoments), CheckpointError> {
     let Some(s) = stored else { return Ok((None, GlossMoments::default())) };
-    let degree = ShDegree::new(s.degree).filter(|_| s.resolution.iter().all(|n| (2..=256).contains(n)));
+    let degree = probes::degree(s.degree, s.resolution);
     let degree = degree.ok_or_else(|| wrong("its coat has no valid degree or resolution"))?;
     if !(1.0..=4.0).contains(&s.ior) {
         return Err(wrong("the index of its coat is not 1 to 4"));
     }
     let strength = ProbeGrid::grey(bounds, s.resolution, ShDegree::new(0).unwrap_or_default());
     let radiance = ProbeGrid::grey(bounds, s.resolution, degree);
-    let probes = strength.probes();
-    let lengths = [strength.coefficients.len(), radiance.coefficients.len(), probes, probes];
-    let mut values = Vec::new();
-    for (name, length) in NAMES.iter().zip(lengths) {
-        values.push(read(name, length)?);
-    }
+    let count = strength.probes();
+    let lengths = [strength.coefficients.len(), radiance.coefficients.len(), count, count];
     let [of_strength, of_radiance, strength_moment, radiance_moment] =
-        values.try_into().unwrap_or_else(|_| unreachable!("four were read"));
+        probes::read_tensors((NAMES.map(str::to_owned), lengths), read)?;
     let filled = |grid: ProbeGrid<f32>, values| {
         grid.with_coefficients(values).ok_or_else(|| wrong("its coat is not finite"))
     };

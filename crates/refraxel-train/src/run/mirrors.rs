@@ -1,10 +1,10 @@
 //! What a checkpoint keeps of the mirrors.
 
-use crate::checkpoint::{CheckpointError, Tensor, TensorData};
+use super::probes;
+use crate::checkpoint::{CheckpointError, Tensor};
 use crate::cpu::{CpuBackend, MirrorMoments};
 use crate::reflection::{Mirror, Reflection, Source};
 use crate::refraction::Refraction;
-use refraxel_core::ShDegree;
 use refraxel_core::radiance::ProbeGrid;
 use serde::{Deserialize, Serialize};
 
@@ -26,8 +26,8 @@ struct StoredMirror {
 /// Tensors of a mirror: both caches, and the moments of their probes.
 const NAMES: [&str; 4] = ["outer", "inner", "outer_moment", "inner_moment"];
 
-fn name(region: usize, part: &str) -> String {
-    format!("reflection.{region}.{part}")
+fn names(region: usize) -> [String; 4] {
+    NAMES.map(|part| format!("reflection.{region}.{part}"))
 }
 
 pub(super) fn stored_reflection(backend: &CpuBackend) -> StoredReflection {
@@ -46,12 +46,7 @@ pub(super) fn reflection_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> 
     let of = |(k, (mirror, moments)): (usize, (&Mirror, &MirrorMoments))| {
         let (outer, inner) = (&mirror.outer.coefficients, &mirror.inner.coefficients);
         let values = [outer, inner, &moments.outer, &moments.inner];
-        std::array::from_fn::<_, 4, _>(|i| {
-            (
-                name(k, NAMES[i]),
-                Tensor { shape: vec![values[i].len()], data: TensorData::F32(values[i].clone()) },
-            )
-        })
+        probes::tensors(names(k), values)
     };
     mirrors.flat_map(of).collect()
 }
@@ -70,20 +65,16 @@ pub(super) fn restore_reflection(
     let (mut reflection, mut moments) =
         (Reflection { source: stored.source, mirrors: Vec::new() }, Vec::new());
     for (k, (s, region)) in stored.mirrors.iter().zip(regions).enumerate() {
-        let degree = ShDegree::new(s.degree).filter(|_| s.resolution.iter().all(|n| (2..=256).contains(n)));
+        let degree = probes::degree(s.degree, s.resolution);
         let degree = degree.ok_or_else(|| wrong("a radiance cache has no valid degree or resolution"))?;
         if !(0.0..=1.0).contains(&s.strength) {
             return Err(wrong("a mirror's strength is not 0 to 1"));
         }
         let grey = ProbeGrid::grey(region.domain().bounds, s.resolution, degree);
-        let (coefficients, probes) = (grey.coefficients.len(), grey.probes());
-        let lengths = [coefficients, coefficients, probes, probes];
-        let mut values = Vec::new();
-        for (part, length) in NAMES.iter().zip(lengths) {
-            values.push(read(&name(k, part), length)?);
-        }
+        let (coefficients, count) = (grey.coefficients.len(), grey.probes());
+        let lengths = [coefficients, coefficients, count, count];
         let [outer, inner, outer_moment, inner_moment] =
-            values.try_into().unwrap_or_else(|_| unreachable!("four were read"));
+            probes::read_tensors((names(k), lengths), &mut read)?;
         let cache = |values| {
             let cache = grey.clone().with_coefficients(values);
             cache.ok_or_else(|| wrong("a radiance cache is not finite"))

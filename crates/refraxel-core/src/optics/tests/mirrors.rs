@@ -3,7 +3,7 @@
 use super::sharp_gradients::{Functional, errors, rays, scene, tracer};
 use super::*;
 use crate::index::LevelSet;
-use crate::optics::{PartialReflection, PartialReflectionAdjoint};
+use crate::optics::{PartialReflection, PartialReflectionAdjoint, Weight};
 
 /// Central differences in f64 as for paths, with one more division by a sine.
 const TOLERANCE: f64 = 1e-6;
@@ -164,8 +164,29 @@ fn a_constant_medium_and_a_lens_mirror_nothing() {
         let medium = medium(1.0, 48, Interpolation::CubicBSpline, index);
         let domain = domain();
         let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
-        let ray = Ray { origin: vec3(-1.5, 0.2, 0.1), direction: vec3(1.0, 0.0, 0.0) };
-        assert!(mirrors(&tracer, &tracer.trace(&ray)).is_empty());
+        for impact in [0.1, 0.3, 0.5, 0.6, 0.7, 0.76] {
+            let ray = Ray { origin: vec3(-1.5, impact, 0.01), direction: vec3(1.0, 0.0, 0.0) };
+            assert!(mirrors(&tracer, &tracer.trace(&ray)).is_empty(), "{impact}");
+        }
+    }
+}
+
+#[test]
+fn from_water_into_glass_light_is_mirrored_inside() {
+    // A plate of glass behind water, without air between.
+    let n =
+        |x: Vec3<f64>| 1.0 + 0.33 * ramp(x.x.abs() - 0.6, 0.05) + 0.27 * ramp((x.x - 0.3).abs() - 0.3, 0.05);
+    let bounds = Aabb::new(vec3(-1.5, -4.0, -1.0), vec3(1.5, 4.0, 1.0));
+    let grid = IndexGrid::from_control_values(bounds, [97, 24, 16], Interpolation::CubicBSpline, n);
+    let (medium, domain) = (Medium::new(vec![grid]).unwrap(), domain());
+    let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.5));
+    let ray = Ray { origin: vec3(-1.9, 0.1, 0.0), direction: vec3(1.0, 0.0, 0.0) };
+    let [water, glass, air] = &mirrors(&tracer, &tracer.trace(&ray))[..] else { panic!("three surfaces") };
+    assert_eq!([water, glass, air].map(|m| m.from_inside), [false, true, true]);
+    let share = |a: f64, b: f64| ((a - b) / (a + b)).powi(2);
+    for (found, exact) in [(water, share(1.0, 1.33)), (glass, share(1.33, 1.6)), (air, share(1.6, 1.0))] {
+        assert!((found.reflectance / exact - 1.0).abs() < 0.03, "{} {exact}", found.reflectance);
+        assert!((found.direction - vec3(-1.0, 0.0, 0.0)).length() < 1e-6);
     }
 }
 
@@ -206,4 +227,68 @@ fn gradients_of_what_smooth_transitions_mirror_match_central_differences() {
         }
     }
     assert!(seen > 30, "{seen}");
+}
+
+/// A soft ball beside a sharp one.
+fn mixed() -> Medium<f64> {
+    let soft = Aabb::new(vec3(0.05, -0.5, -0.5), vec3(1.05, 0.5, 0.5));
+    let n = |x: Vec3<f64>| 1.0 + 0.5 * ramp((x - vec3(0.55, 0.0, 0.0)).length() - 0.3, 0.04);
+    let soft = IndexGrid::from_control_values(soft, [36; 3], Interpolation::CubicBSpline, n);
+    let sharp = Aabb::new(vec3(-1.05, -0.5, -0.5), vec3(-0.05, 0.5, 0.5));
+    let sharp =
+        LevelSet::from_samples(sharp, [24; 3], |x: Vec3<f64>| (x - vec3(-0.55, 0.0, 0.0)).length() - 0.3);
+    Medium::new(vec![soft, IndexGrid::sharp(sharp, 1.5)]).unwrap()
+}
+
+#[test]
+fn sharp_and_smooth_surfaces_mirror_on_one_path() {
+    let (mut medium, domain) = (mixed(), domain());
+    let mut r = Sequence(8);
+    for (origin, y) in [(-1.9, 0.06), (1.9, -0.05), (-1.9, 0.02)] {
+        let direction = vec3(-f64::signum(origin), 0.01, 0.02).normalized();
+        let ray = Ray { origin: vec3(origin, y, 0.03), direction };
+        let path = tracer(&medium, &domain).trace(&ray);
+        let found = mirrors(&tracer(&medium, &domain), &path);
+        assert_eq!(found.len(), 4, "{found:?}");
+        assert!(found.is_sorted_by_key(|m| m.segment));
+        assert_eq!(found.iter().map(|m| m.from_inside).collect::<Vec<_>>(), [false, true, false, true]);
+        let f = Mirrored::random(&path, 4, &mut r);
+        let [_, index, by_ray] = mirror_errors(&mut medium, (&ray, &path), &f);
+        assert!(index < TOLERANCE && by_ray < TOLERANCE, "{index} {by_ray}");
+    }
+}
+
+#[test]
+fn the_plain_product_has_its_own_adjoint() {
+    let (medium, domain) = (mixed(), domain());
+    let plain = Options { weight: Weight::Gradient, ..options(Integrator::Leapfrog, 0.5) };
+    let tracer = Tracer::new(&medium, &domain, plain);
+    let ray = Ray { origin: vec3(-1.9, 0.06, 0.03), direction: vec3(1.0, 0.01, 0.02).normalized() };
+    let path = tracer.trace(&ray);
+    let count = mirrors(&tracer, &path).len();
+    let f = Mirrored::random(&path, count, &mut Sequence(3));
+    let d_path = (&f.path.segments[..], &f.reflections[..]);
+    let mut grad = medium.zero_gradient();
+    let d = tracer.vjp_with_reflections(&ray, &path, d_path, &f.path.exit, &mut grad);
+    for axis in 0..3 {
+        let along = |e: f64| {
+            let mut moved = ray;
+            moved.direction[axis] += e;
+            f.of(&tracer, &moved, &path)
+        };
+        let fd = (along(1e-6) - along(-1e-6)) / 2e-6;
+        assert!((fd - d.direction[axis]).abs() < 1e-6 * d.direction.length(), "{fd} {}", d.direction[axis]);
+    }
+}
+
+#[test]
+#[should_panic(expected = "no more adjoints than partial reflections")]
+fn more_adjoints_than_reflections_are_a_mistake() {
+    let (medium, domain) = (mixed(), domain());
+    let tracer = tracer(&medium, &domain);
+    let ray = Ray { origin: vec3(-1.9, 0.06, 0.03), direction: vec3(1.0, 0.01, 0.02).normalized() };
+    let path = tracer.trace(&ray);
+    let f = Mirrored::random(&path, 5, &mut Sequence(3));
+    let d_path = (&f.path.segments[..], &f.reflections[..]);
+    tracer.vjp_with_reflections(&ray, &path, d_path, &f.path.exit, &mut medium.zero_gradient());
 }

@@ -87,7 +87,7 @@ impl Mirrored {
         self.tracer().partial_reflections(&path, &mut reflections);
         let mut seen = self.background.radiance(path.exit.origin, path.exit.direction);
         for segment in (0..path.segments.len()).rev() {
-            if let Some(r) = reflections.iter().find(|r| r.segment == segment) {
+            for r in reflections.iter().filter(|r| r.segment == segment).rev() {
                 seen = self.mirror(r, seen);
             }
             let own: Vec<QuadraturePoint<f64>> =
@@ -116,15 +116,15 @@ impl Mirrored {
 
 #[test]
 fn mirroring_agrees_with_the_reference() {
-    agrees_with_the_reference(&backend());
+    agrees_with_the_reference(&backend(), 50);
 }
 
 #[test]
 fn soft_edges_mirror_as_the_reference_does() {
-    agrees_with_the_reference(&soft_backend());
+    agrees_with_the_reference(&soft_backend(), 40);
 }
 
-fn agrees_with_the_reference(backend: &CpuBackend) {
+fn agrees_with_the_reference(backend: &CpuBackend, at_least: usize) {
     let (reference, b) = (Mirrored::new(backend), batch(300));
     let silent = backend.render_transmitted(&b.rays, &objective().marching);
     let mut changed = 0;
@@ -138,7 +138,7 @@ fn agrees_with_the_reference(backend: &CpuBackend) {
             assert!((got - want[c]).abs() < 2e-3, "{got} {}", want[c]);
         }
     }
-    assert!(changed > 40, "only {changed} rays show a reflection");
+    assert!(changed > at_least, "only {changed} rays show a reflection");
 }
 
 const E: f64 = 1e-5;
