@@ -89,12 +89,13 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
 fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f32>) {
     let (region, (d_value, d_gradient)) = (kick.region as usize, kick.d);
     let grid = &medium.regions()[region];
-    // What a smooth transition mirrors depends on w itself.
-    let of_value = if grid.level_set().is_none() { d_value.abs() * grid.voxel() } else { 0.0 };
-    let size = d_gradient.length().max(of_value);
-    if !(size.is_finite() && d_value.is_finite()) {
+    let slope = d_gradient.length();
+    if !(slope.is_finite() && d_value.is_finite()) {
         return; // a path so chaotic that its derivative overflowed says nothing
     }
+    // What a smooth transition mirrors depends on w itself.
+    let of_value = if grid.level_set().is_none() { d_value.abs() * grid.voxel() } else { 0.0 };
+    let size = slope.max(of_value);
     let scale = if size > clip { clip / size } else { 1.0 };
     let (d_value, d_gradient) = (d_value * scale, d_gradient * scale);
     match grid.level_set().filter(|_| kick.surface) {
