@@ -38,23 +38,16 @@ impl<T: Real> Tracer<'_, T> {
     ) -> RayAdjoint<T> {
         assert!(self.options.integrator != Integrator::RungeKutta4, "Runge–Kutta has no adjoint");
         assert_eq!(d_segments.len(), path.segments.len(), "one adjoint per segment");
-        if d_reflections.is_empty() || !self.has_smooth_regions() {
-            return self.events_vjp(ray, path, (d_segments, d_reflections), d_exit, grad);
-        }
-        let mut d_segments = d_segments.to_vec();
-        let sharp = self.gradual_vjp(path, d_reflections, &mut d_segments, grad);
-        self.events_vjp(ray, path, (&d_segments, &sharp), d_exit, grad)
-    }
-
-    /// [`Self::vjp_with_reflections`] where all that mirrors is sharp.
-    fn events_vjp(
-        &self,
-        ray: &Ray<T>,
-        path: &Path<T>,
-        (d_segments, d_reflections): (&[SegmentAdjoint<T>], &[PartialReflectionAdjoint<T>]),
-        d_exit: &RayAdjoint<T>,
-        grad: &mut impl IndexGradient<T>,
-    ) -> RayAdjoint<T> {
+        let has_gradual = !d_reflections.is_empty() && self.has_smooth_regions();
+        let with_gradual = has_gradual.then(|| {
+            let mut d_segments = d_segments.to_vec();
+            let sharp = self.gradual_vjp(path, d_reflections, &mut d_segments, grad);
+            (d_segments, sharp)
+        });
+        let (d_segments, d_reflections) = match &with_gradual {
+            Some((d_segments, sharp)) => (&d_segments[..], &sharp[..]),
+            None => (d_segments, d_reflections),
+        };
         let Some(mut d) = self.end(path).map(|p| exit_vjp(p, d_exit)) else { return *d_exit };
         let mut later = path.events().filter(|e| e.kind == EventKind::Refraction).count();
         assert!(d_reflections.len() <= later, "no more adjoints than partial reflections");

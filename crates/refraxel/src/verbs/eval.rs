@@ -51,9 +51,9 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
         config.index_guess = index as f32;
     }
     let index = recipe::stated(file, NODES, &config).with_context(refused).or_exit(Exit::BadInput)?;
-    let (regions, mirrors) = (own.medium.regions().len(), run.backend.reflection().mirrors.len());
+    let mirrors = run.backend.reflection().mirrors.len();
     if mirrors > 1 {
-        let error = anyhow!("the run mirrors at {regions} bodies apart, and the file tells of one region");
+        let error = anyhow!("the run mirrors at {mirrors} bodies apart, and the file tells of one region");
         return Err(error).with_context(refused).or_exit(Exit::BadInput);
     }
     run.backend.set_refraction(index);

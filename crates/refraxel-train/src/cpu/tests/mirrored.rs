@@ -167,10 +167,9 @@ fn compare<P>(
     }
 }
 
-#[test]
-fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences() {
-    let backend = backend();
-    let (reference, b) = (Mirrored::new(&backend), batch(100));
+/// Compares what all mirroring bodies have; the gradient, the reference and the batch for what only some have.
+fn compare_what_all_have(backend: &CpuBackend) -> (BatchGradient, Mirrored, Batch) {
+    let (reference, b) = (Mirrored::new(backend), batch(100));
     let index = IndexObjective { clip: f32::INFINITY, most_events: 8, ..bent::index_objective() };
     let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
     let at = (&reference, &b);
@@ -178,12 +177,19 @@ fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differe
     compare(at, (&got.reflection[0].inner, 2e-3), 12, |m| &mut m.caches[1].coefficients);
     compare(at, (&[got.reflection[0].strength as f32], 1e-3), 1, |m| std::slice::from_mut(&mut m.strength));
     compare(at, (&got.field.density, 2e-3), 12, |m| &mut m.field.density);
-    compare(at, (&got.field.colour, 2e-3), 12, |m| &mut m.field.colour);
     // Rounding of bent paths in single precision, as for paths without mirrors.
+    compare(at, (&got.medium.index[0], 2e-2), 12, |m| m.medium.region_mut(0).coefficients_mut());
+    (got, reference, b)
+}
+
+#[test]
+fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences() {
+    let (got, reference, b) = compare_what_all_have(&backend());
+    let at = (&reference, &b);
+    compare(at, (&got.field.colour, 2e-3), 12, |m| &mut m.field.colour);
     compare(at, (&got.medium.level_set[0], 2e-2), 12, |m| {
         m.medium.region_mut(0).level_set_mut().unwrap().coefficients_mut()
     });
-    compare(at, (&got.medium.index[0], 2e-2), 12, |m| m.medium.region_mut(0).coefficients_mut());
     let texels = got.background.as_flattened();
     compare(at, (texels, 2e-3), 12, |m| match &mut m.background {
         Background::Environment(map) => map.texels.as_flattened_mut(),
@@ -193,16 +199,7 @@ fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differe
 
 #[test]
 fn gradients_of_soft_edges_that_mirror_match_central_differences() {
-    let backend = soft_backend();
-    let (reference, b) = (Mirrored::new(&backend), batch(100));
-    let index = IndexObjective { clip: f32::INFINITY, most_events: 8, ..bent::index_objective() };
-    let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
-    let at = (&reference, &b);
-    compare(at, (&got.reflection[0].outer, 2e-3), 12, |m| &mut m.caches[0].coefficients);
-    compare(at, (&got.reflection[0].inner, 2e-3), 12, |m| &mut m.caches[1].coefficients);
-    compare(at, (&[got.reflection[0].strength as f32], 1e-3), 1, |m| std::slice::from_mut(&mut m.strength));
-    compare(at, (&got.field.density, 2e-3), 12, |m| &mut m.field.density);
-    compare(at, (&got.medium.index[0], 2e-2), 12, |m| m.medium.region_mut(0).coefficients_mut());
+    compare_what_all_have(&soft_backend());
 }
 
 #[test]
