@@ -1,8 +1,8 @@
 //! From what the files state to a dataset: images are looked up, poses and sizes checked, masks, split and backdrop
 //! decided.
 
-use crate::draft::{Draft, Frame, Origin};
 use crate::error::Size;
+use crate::parsed::{Frame, Origin, ParsedDataset};
 use crate::photo::{self, Header};
 use crate::{
     Backdrop, DataError, Dataset, Format, NamedCamera, OpenOptions, Problem, View, json, masks, pose, split,
@@ -16,42 +16,46 @@ use std::path::Path;
 /// Fewest views that a scene can be reconstructed from.
 const MIN_VIEWS: usize = 3;
 
-/// Checks and completes a draft.
-pub(crate) fn assemble(path: &Path, mut draft: Draft, options: &OpenOptions) -> Result<Dataset, DataError> {
-    leave_out_missing(path, &mut draft)?;
-    if draft.frames.len() < MIN_VIEWS {
-        return Err(DataError::TooFewViews { path: path.to_owned(), found: draft.frames.len() });
+/// Checks and completes a parsed.
+pub(crate) fn assemble(
+    path: &Path,
+    mut parsed: ParsedDataset,
+    options: &OpenOptions,
+) -> Result<Dataset, DataError> {
+    leave_out_missing(path, &mut parsed)?;
+    if parsed.frames.len() < MIN_VIEWS {
+        return Err(DataError::TooFewViews { path: path.to_owned(), found: parsed.frames.len() });
     }
-    refuse_duplicates(&draft.frames)?;
-    let split = split::decide(&mut draft, options)?;
-    let truth = truth(&mut draft);
-    let headers: Vec<Header> = draft.frames.par_iter().map(header).collect::<Result<_, _>>()?;
-    let mut views = cameras(&mut draft, &headers)?;
-    check_distinct_poses(path, &views, &mut draft.problems)?;
-    name_views(&draft, &mut views);
-    masks::attach(&mut draft, &mut views, truth.as_ref(), options)?;
-    let backdrop = backdrop(&draft, &headers, truth.as_ref(), options)?;
-    let Draft { root, format, stated_box, points, depth_range, problems, .. } = draft;
+    refuse_duplicates(&parsed.frames)?;
+    let split = split::decide(&mut parsed, options)?;
+    let truth = truth(&mut parsed);
+    let headers: Vec<Header> = parsed.frames.par_iter().map(header).collect::<Result<_, _>>()?;
+    let mut views = cameras(&mut parsed, &headers)?;
+    check_distinct_poses(path, &views, &mut parsed.problems)?;
+    name_views(&parsed, &mut views);
+    masks::attach(&mut parsed, &mut views, truth.as_ref(), options)?;
+    let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;
+    let ParsedDataset { root, format, stated_box, points, depth_range, problems, .. } = parsed;
     let root = root.folder().to_owned();
     Ok(Dataset { root, format, views, split, backdrop, stated_box, points, depth_range, truth, problems })
 }
 
 /// Drops frames without an image: one warning with their number and first names.
-fn leave_out_missing(path: &Path, draft: &mut Draft) -> Result<(), DataError> {
-    let count = draft.frames.len();
+fn leave_out_missing(path: &Path, parsed: &mut ParsedDataset) -> Result<(), DataError> {
+    let count = parsed.frames.len();
     let missing: Vec<String> =
-        draft.frames.iter().filter(|f| f.image.is_none()).map(|f| f.file.clone()).collect();
+        parsed.frames.iter().filter(|f| f.image.is_none()).map(|f| f.file.clone()).collect();
     let Some(first) = missing.first() else { return Ok(()) };
     if missing.len() == count {
         return Err(DataError::AllImagesMissing { path: path.to_owned(), count, first: first.clone() });
     }
     let names = missing.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
     let more = if missing.len() > 3 { ", …" } else { "" };
-    draft.problems.push(Problem::warning(format!(
+    parsed.problems.push(Problem::warning(format!(
         "{} of {count} views are left out because their image does not exist: {names}{more}",
         missing.len()
     )));
-    draft.frames.retain(|frame| frame.image.is_some());
+    parsed.frames.retain(|frame| frame.image.is_some());
     Ok(())
 }
 
@@ -77,10 +81,10 @@ fn header(frame: &Frame) -> Result<Header, DataError> {
 }
 
 /// Views with checked poses and intrinsics at the real image size, still named by their stated path.
-fn cameras(draft: &mut Draft, headers: &[Header]) -> Result<Vec<View>, DataError> {
+fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<View>, DataError> {
     let mut views = Vec::with_capacity(headers.len());
     let (mut repaired, mut resized) = (Vec::new(), Vec::new());
-    for (frame, header) in draft.frames.iter().zip(headers) {
+    for (frame, header) in parsed.frames.iter().zip(headers) {
         let Origin { path, key } = &frame.origin;
         let checked = pose::check(&frame.pose).map_err(|fault| DataError::Pose {
             path: path.to_path_buf(),
@@ -98,25 +102,25 @@ fn cameras(draft: &mut Draft, headers: &[Header]) -> Result<Vec<View>, DataError
             camera: frame.intrinsics.camera(size, checked.pose, &frame.origin)?,
         });
     }
-    report_repairs(&mut draft.problems, &repaired, &resized);
+    report_repairs(&mut parsed.problems, &repaired, &resized);
     if headers.iter().any(|h| h.turned) {
-        draft.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
+        parsed.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
     }
     Ok(views)
 }
 
-/// The checked cameras of a draft, whether their images exist or not.
-pub(crate) fn named_cameras(path: &Path, draft: Draft) -> Result<Vec<NamedCamera>, DataError> {
-    if draft.frames.is_empty() {
+/// The checked cameras of a parsed, whether their images exist or not.
+pub(crate) fn named_cameras(path: &Path, parsed: ParsedDataset) -> Result<Vec<NamedCamera>, DataError> {
+    if parsed.frames.is_empty() {
         return Err(DataError::NoCameras { path: path.to_owned() });
     }
     let stem = |f: &Frame| {
         let file = f.file.replace('\\', "/");
         Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
     };
-    let stems: Vec<String> = draft.frames.iter().map(stem).collect();
+    let stems: Vec<String> = parsed.frames.iter().map(stem).collect();
     let unique = stems.iter().collect::<HashSet<_>>().len() == stems.len();
-    let named = draft.frames.iter().zip(&stems).map(|(frame, stem)| {
+    let named = parsed.frames.iter().zip(&stems).map(|(frame, stem)| {
         let file = frame.file.replace('\\', "/");
         let folders = Path::new(file.trim_start_matches("./")).with_file_name(stem);
         let long = folders.to_string_lossy().replace('/', "_");
@@ -197,12 +201,12 @@ fn check_distinct_poses(path: &Path, views: &[View], problems: &mut Vec<Problem>
 }
 
 /// Names each view by its image file; where folders hold files of one name, the folders join the name.
-fn name_views(draft: &Draft, views: &mut [View]) {
+fn name_views(parsed: &ParsedDataset, views: &mut [View]) {
     let mut count = std::collections::HashMap::new();
     let short =
         |view: &View| view.image.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let keys: Vec<_> =
-        draft.frames.iter().zip(&*views).map(|(f, v)| (f.part.map(|p| p as u8), short(v))).collect();
+        parsed.frames.iter().zip(&*views).map(|(f, v)| (f.part.map(|p| p as u8), short(v))).collect();
     for key in &keys {
         *count.entry(key.clone()).or_insert(0) += 1;
     }
@@ -213,19 +217,19 @@ fn name_views(draft: &Draft, views: &mut [View]) {
 }
 
 /// `scene.json` beside the data; unreadable truth is only a warning.
-fn truth(draft: &mut Draft) -> Option<Value> {
-    let file = draft.root.folder().join("scene.json");
-    if !file.is_file() || !draft.root.contains(&file) {
+fn truth(parsed: &mut ParsedDataset) -> Option<Value> {
+    let file = parsed.root.folder().join("scene.json");
+    if !file.is_file() || !parsed.root.contains(&file) {
         return None;
     }
     let read = json::read(&file);
-    read.map_err(|error| draft.problems.push(Problem::warning(format!("the truth is not used: {error}"))))
+    read.map_err(|error| parsed.problems.push(Problem::warning(format!("the truth is not used: {error}"))))
         .ok()
 }
 
 /// The user's word, alpha, the description's word, the truth's word, or what fits the kind of images.
 fn backdrop(
-    draft: &Draft,
+    parsed: &ParsedDataset,
     headers: &[Header],
     truth: Option<&Value>,
     options: &OpenOptions,
@@ -234,7 +238,7 @@ fn backdrop(
         return Ok(chosen);
     }
     let with_alpha: Vec<&Frame> =
-        draft.frames.iter().zip(headers).filter(|(_, h)| h.alpha).map(|(f, _)| f).collect();
+        parsed.frames.iter().zip(headers).filter(|(_, h)| h.alpha).map(|(f, _)| f).collect();
     // An image wholly inside the object may be opaque; three of them hardly are.
     for i in [0, with_alpha.len() / 2, with_alpha.len().saturating_sub(1)] {
         if let Some(image) = with_alpha.get(i).and_then(|frame| frame.image.as_deref())
@@ -243,9 +247,9 @@ fn backdrop(
             return Ok(Backdrop::Transparent);
         }
     }
-    let white = draft.format == Format::Nsvf || draft.synthetic;
+    let white = parsed.format == Format::Nsvf || parsed.synthetic;
     let otherwise = if white { Backdrop::Color([1.0; 3]) } else { Backdrop::Surroundings };
-    Ok(draft.backdrop.or_else(|| truth_background(truth?)).unwrap_or(otherwise))
+    Ok(parsed.backdrop.or_else(|| truth_background(truth?)).unwrap_or(otherwise))
 }
 
 /// `background_srgb8` of `scene.json`.

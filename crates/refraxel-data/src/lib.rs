@@ -6,7 +6,6 @@
 mod assemble;
 mod bytes;
 pub mod dataset;
-mod draft;
 mod error;
 mod formats;
 pub mod image;
@@ -16,6 +15,7 @@ pub mod limits;
 mod masks;
 mod mesh_file;
 mod open;
+mod parsed;
 mod photo;
 mod pose;
 mod region;

@@ -1,7 +1,7 @@
 //! Finding masks and deciding what their white means.
 
-use crate::draft::{Draft, StatedMask};
 use crate::error::Size;
+use crate::parsed::{ParsedDataset, StatedMask};
 use crate::{DataError, Format, MaskMeaning, OpenOptions, Problem, View, photo};
 use rayon::prelude::*;
 use serde_json::Value;
@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 
 /// Gives each view its mask and says in a note what was concluded.
 pub(crate) fn attach(
-    draft: &mut Draft,
+    parsed: &mut ParsedDataset,
     views: &mut [View],
     truth: Option<&Value>,
     options: &OpenOptions,
 ) -> Result<(), DataError> {
     let refractive =
         truth.and_then(|t| t.get("refractive")).and_then(Value::as_array).is_some_and(|l| !l.is_empty());
-    for (frame, view) in draft.frames.iter().zip(&mut *views) {
-        let found = frame.mask.clone().or_else(|| find(draft, &view.image));
+    for (frame, view) in parsed.frames.iter().zip(&mut *views) {
+        let found = frame.mask.clone().or_else(|| find(parsed, &view.image));
         let Some((path, stated)) = found else { continue };
-        let split_folder = draft.format == Format::Blender && stated == StatedMask::Open;
+        let split_folder = parsed.format == Format::Blender && stated == StatedMask::Open;
         let concluded = match stated {
             StatedMask::Known(meaning) => meaning,
             StatedMask::Open if refractive || split_folder => MaskMeaning::Refractive,
@@ -37,13 +37,13 @@ pub(crate) fn attach(
         None => Ok(()),
     };
     views.par_iter().map(check).collect::<Result<Vec<()>, _>>()?;
-    draft.problems.extend(summary(views));
+    parsed.problems.extend(summary(views));
     Ok(())
 }
 
 /// The mask that lies where the conventions put it.
-fn find(draft: &Draft, image: &Path) -> Option<(PathBuf, StatedMask)> {
-    let root = draft.root.folder();
+fn find(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
+    let root = parsed.root.folder();
     let inside = image.strip_prefix(root).unwrap_or(Path::new(image.file_name()?));
     let below_first: PathBuf = inside.components().skip(1).collect();
     let (folder, stem) = (image.parent()?, image.file_stem()?.to_str()?);
@@ -58,7 +58,7 @@ fn find(draft: &Draft, image: &Path) -> Option<(PathBuf, StatedMask)> {
     let candidates = open.chain(beside.map(|n| folder.join(n))).map(|path| (path, StatedMask::Open));
     let dynamic = folder.join(format!("dynamic_mask_{stem}.png"));
     let ignore = std::iter::once((dynamic, StatedMask::Known(MaskMeaning::Ignore)));
-    candidates.chain(ignore).find(|(path, _)| path != image && path.is_file() && draft.root.contains(path))
+    candidates.chain(ignore).find(|(path, _)| path != image && path.is_file() && parsed.root.contains(path))
 }
 
 fn summary(views: &[View]) -> Option<Problem> {

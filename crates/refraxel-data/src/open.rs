@@ -1,7 +1,7 @@
 //! Opening a dataset: find the format, let its importer read it, check and complete the result.
 
-use crate::draft::Draft;
 use crate::formats::{colmap, llff, nsvf, transforms};
+use crate::parsed::ParsedDataset;
 use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
 use refraxel_core::Camera;
 use std::path::Path;
@@ -26,8 +26,8 @@ impl Dataset {
     /// are left out with a warning in [`Dataset::problems`].
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Dataset, DataError> {
         let path = path.as_ref();
-        let draft = import(path, options)?;
-        assemble::assemble(path, draft, options)
+        let parsed = import(path, options)?;
+        assemble::assemble(path, parsed, options)
     }
 }
 
@@ -48,7 +48,7 @@ pub fn open_cameras(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Vec
     assemble::named_cameras(path, import(path, options)?)
 }
 
-fn import(path: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
+fn import(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     if path.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
         return transforms::read_single(path, options);
     }

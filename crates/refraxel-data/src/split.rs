@@ -1,6 +1,6 @@
 //! Which views train and which are held out.
 
-use crate::draft::{Draft, Frame, Part};
+use crate::parsed::{Frame, ParsedDataset, Part};
 use crate::{DataError, OpenOptions, Problem, Split, limits};
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,28 +10,28 @@ const DEFAULT_HOLDOUT: usize = 8;
 
 /// Decides the split: lists in the file, then `{train,val,test}_list.txt`, then the format's own, then every n-th view
 /// of the list sorted by name, starting with the first. Writes the parts to the frames too.
-pub(crate) fn decide(draft: &mut Draft, options: &OpenOptions) -> Result<Split, DataError> {
-    let mut lists = std::mem::take(&mut draft.split_lists);
+pub(crate) fn decide(parsed: &mut ParsedDataset, options: &OpenOptions) -> Result<Split, DataError> {
+    let mut lists = std::mem::take(&mut parsed.split_lists);
     let mut rule = "lists of file names in the dataset's file".to_owned();
     if lists.is_empty() {
-        lists = text_lists(draft.root.folder())?;
+        lists = text_lists(parsed.root.folder())?;
         rule = "train_list.txt, val_list.txt, test_list.txt".to_owned();
     }
     if !lists.is_empty() {
-        apply_lists(draft, &lists);
-    } else if let Some(stated) = draft.split_rule.clone() {
+        apply_lists(parsed, &lists);
+    } else if let Some(stated) = parsed.split_rule.clone() {
         rule = stated;
     } else {
         let every = options.holdout.unwrap_or(DEFAULT_HOLDOUT);
-        rule = hold_out(&mut draft.frames, every);
-        return Ok(collect(&draft.frames, rule));
+        rule = hold_out(&mut parsed.frames, every);
+        return Ok(collect(&parsed.frames, rule));
     }
     if options.holdout.is_some() {
-        draft.problems.push(Problem::warning(format!(
+        parsed.problems.push(Problem::warning(format!(
             "the hold-out option is ignored: the dataset states its split ({rule})"
         )));
     }
-    Ok(collect(&draft.frames, rule))
+    Ok(collect(&parsed.frames, rule))
 }
 
 fn collect(frames: &[Frame], rule: String) -> Split {
@@ -67,12 +67,12 @@ fn text_lists(folder: &Path) -> Result<Vec<(Part, Vec<String>)>, DataError> {
 }
 
 /// Assigns parts by name. Without a train list, everything unlisted trains; with one, it is unused.
-fn apply_lists(draft: &mut Draft, lists: &[(Part, Vec<String>)]) {
+fn apply_lists(parsed: &mut ParsedDataset, lists: &[(Part, Vec<String>)]) {
     let stated: HashMap<String, Part> =
         lists.iter().flat_map(|(part, names)| names.iter().map(|name| (plain(name), *part))).collect();
     let unlisted = lists.iter().all(|(part, _)| *part != Part::Train).then_some(Part::Train);
     let mut unused = 0;
-    for frame in &mut draft.frames {
+    for frame in &mut parsed.frames {
         let path = plain(&frame.file);
         let name = path.rsplit('/').next().unwrap_or_default();
         let listed = [path.as_str(), name, stem(&path), stem(name)].iter().find_map(|key| stated.get(*key));
@@ -80,7 +80,7 @@ fn apply_lists(draft: &mut Draft, lists: &[(Part, Vec<String>)]) {
         unused += usize::from(frame.part.is_none());
     }
     if unused > 0 {
-        draft
+        parsed
             .problems
             .push(Problem::note(format!("{unused} views are in no list of the split and are not used")));
     }

@@ -4,7 +4,7 @@ use crate::cpu::MirrorGradient;
 use crate::refraction::Refraction;
 use refraxel_core::index::MediumGradient;
 use refraxel_core::index::priors::Penalty;
-use refraxel_core::radiance::{Pixel, gloss::GlossGradient};
+use refraxel_core::radiance::{Pixel, clearcoat::ClearcoatGradient};
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray, Vec3, VoxelField};
 
 /// How densely and how far rays are marched.
@@ -76,8 +76,8 @@ pub struct ReflectionObjective {
     pub rate: f32,
     /// Learning rate of the strengths.
     pub rate_strength: f32,
-    /// Learning rate of the strength of coats of opaque things.
-    pub rate_gloss: f32,
+    /// Learning rate of the strength of clearcoats of opaque things.
+    pub rate_clearcoat: f32,
 }
 
 /// How the index of refraction and its surfaces learn, theory (4.14): Adam on the blurred gradient.
@@ -87,7 +87,7 @@ pub struct IndexObjective {
     pub rate: f32,
     /// Standard deviation of the blur of its gradient [voxel of the index grid].
     pub blur: f32,
-    /// Bound on |dLoss/dp| of a kick; infinite for none.
+    /// Bound on |dLoss/dp| of a index_sample; infinite for none.
     pub clip: f32,
     /// Weight and penalty of the variation of n, theory (2.20).
     pub variation: (f32, Penalty<f32>),
@@ -140,9 +140,9 @@ pub struct BatchGradient {
     pub medium: MediumGradient<f32>,
     /// With respect to what surfaces mirror, per region.
     pub reflection: Vec<MirrorGradient>,
-    /// With respect to the coat of opaque things.
-    pub gloss: Option<GlossGradient<f32>>,
-    /// With respect to each ray's (origin, direction). What coats of opaque things mirror is in it only in part.
+    /// With respect to the clearcoat of opaque things.
+    pub clearcoat: Option<ClearcoatGradient<f32>>,
+    /// With respect to each ray's (origin, direction). What clearcoats of opaque things mirror is in it only in part.
     pub rays: Vec<(Vec3<f32>, Vec3<f32>)>,
     /// The outcome of the forward pass.
     pub outcome: StepOutcome,

@@ -180,7 +180,8 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
 fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
     let period = index.map_or(1, |_| Config::default().index_period);
     let mut samples = 0;
-    let reflection = index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7, rate_gloss: 0.0 });
+    let reflection =
+        index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7, rate_clearcoat: 0.0 });
     let mut round = || {
         for step in 0..period {
             let index = index.filter(|_| step == 0);

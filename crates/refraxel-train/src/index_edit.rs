@@ -129,7 +129,7 @@ mod tests {
     fn refraction(grid: IndexGrid<f32>) -> Refraction {
         let mut r = Refraction::none();
         r.medium = Medium::new(vec![grid]).unwrap();
-        r.extras = vec![Default::default()];
+        r.states = vec![Default::default()];
         r
     }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 type Directions = Arc<Vec<Vec3<f32>>>;
 
 /// A photograph with everything needed to draw rays from it.
-struct Shot {
+struct PosedPhoto {
     camera: Camera,
     directions: Option<Directions>,
     photo: Photo,
@@ -31,11 +31,11 @@ pub enum Selection {
 }
 
 /// The photographs that rays are drawn from.
-pub struct Shots {
-    shots: Vec<Shot>,
-    /// Pixels inside refractive masks: (shot, pixel).
+pub struct RaySampler {
+    sampler: Vec<PosedPhoto>,
+    /// Pixels inside refractive masks: (posed, pixel).
     inside: Vec<(u32, u32)>,
-    /// Pixels before each shot, and in all.
+    /// Pixels before each posed, and in all.
     first: Vec<u64>,
     transparent: bool,
     random: Random,
@@ -46,7 +46,7 @@ const KEPT_LENSES: usize = 8;
 /// Pixels that must not be used are drawn again this often before the ray is given up.
 const REDRAWS: u64 = 32;
 
-impl Shots {
+impl RaySampler {
     /// Photographs to draw from.
     ///
     /// # Panics
@@ -54,33 +54,33 @@ impl Shots {
     pub fn new(views: Vec<View>, photos: Vec<Photo>, backdrop: Backdrop, seed: u64) -> Self {
         assert_eq!(views.len(), photos.len(), "one photo per view");
         let mut kept: Vec<(Camera, Directions)> = Vec::new();
-        let mut shots = Vec::with_capacity(views.len());
+        let mut sampler = Vec::with_capacity(views.len());
         for (view, photo) in views.into_iter().zip(photos) {
             let directions = directions_of(&view.camera, &mut kept);
-            shots.push(Shot { camera: view.camera, directions, photo, meaning: view.mask_meaning });
+            sampler.push(PosedPhoto { camera: view.camera, directions, photo, meaning: view.mask_meaning });
         }
         let mut first = vec![0];
-        for s in &shots {
+        for s in &sampler {
             first.push(first[first.len() - 1] + s.photo.image.len() as u64);
         }
         let inside =
-            shots.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
+            sampler.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
         let (inside, transparent) = (inside.collect(), backdrop == Backdrop::Transparent);
-        Self { shots, inside, first, transparent, random: Random::new(seed) }
+        Self { sampler, inside, first, transparent, random: Random::new(seed) }
     }
 
     /// Cameras and coverage of the refractive masks there are.
     pub fn silhouettes(&self) -> impl Iterator<Item = (&Camera, &Mask)> {
-        self.shots.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
+        self.sampler.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
     }
 
     /// Size of a pixel at a point, the median over the cameras [scene unit].
     pub fn pixel_size(&self, at: Vec3<f32>) -> f32 {
-        let size = |s: &Shot| {
+        let size = |s: &PosedPhoto| {
             let distance = (s.camera.world_from_camera.translation - at.cast()).length();
             distance / s.camera.focal[0].max(s.camera.focal[1])
         };
-        let mut sizes: Vec<f64> = self.shots.iter().map(size).collect();
+        let mut sizes: Vec<f64> = self.sampler.iter().map(size).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).map_or(1.0, |&s| s as f32)
     }
@@ -121,22 +121,22 @@ impl Shots {
             Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
             _ => false,
         };
-        let (shot, pixel, ray) = (0..REDRAWS).find_map(|k| {
+        let (posed, pixel, ray) = (0..REDRAWS).find_map(|k| {
             let below = |n: u64| self.random.below(n, step, lane(8 + k));
-            let (shot, pixel) = if from_inside {
-                let (shot, pixel) = self.inside[below(self.inside.len() as u64) as usize];
-                (shot as usize, pixel as usize)
+            let (posed, pixel) = if from_inside {
+                let (posed, pixel) = self.inside[below(self.inside.len() as u64) as usize];
+                (posed as usize, pixel as usize)
             } else {
                 let at = below(self.pixels());
-                let shot = self.first.partition_point(|&f| f <= at) - 1;
-                (shot, (at - self.first[shot]) as usize)
+                let posed = self.first.partition_point(|&f| f <= at) - 1;
+                (posed, (at - self.first[posed]) as usize)
             };
-            let of = &self.shots[shot];
+            let of = &self.sampler[posed];
             let ray = of.ray(pixel)?;
             let selected = selection != Selection::Outside || of.clearly_outside(pixel);
-            (of.used(pixel) && selected).then_some((shot, pixel, ray))
+            (of.used(pixel) && selected).then_some((posed, pixel, ray))
         })?;
-        let [r, g, b, alpha] = self.shots[shot].photo.image.rgba(pixel);
+        let [r, g, b, alpha] = self.sampler[posed].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
         let over =
             |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
@@ -156,14 +156,14 @@ impl Shots {
         let stride = (n / count.max(1)).max(1) | 1;
         let rays = (0..n.div_ceil(stride)).into_par_iter().filter_map(|k| {
             let at = k * stride;
-            let shot = self.first.partition_point(|&f| f <= at) - 1;
-            self.shots[shot].ray((at - self.first[shot]) as usize)
+            let posed = self.first.partition_point(|&f| f <= at) - 1;
+            self.sampler[posed].ray((at - self.first[posed]) as usize)
         });
         rays.collect()
     }
 }
 
-impl Shot {
+impl PosedPhoto {
     /// The ray through a pixel's centre.
     fn ray(&self, pixel: usize) -> Option<Ray<f32>> {
         let Some(directions) = &self.directions else { return pixel_ray(&self.camera, pixel) };
@@ -248,7 +248,7 @@ mod tests {
     use refraxel_data::{Image, Pixels};
     use std::path::PathBuf;
 
-    fn shot(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
+    fn posed(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
         let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
         camera.lens = lens;
         let (image, mask_meaning) = (PathBuf::new(), meaning);
@@ -258,18 +258,18 @@ mod tests {
         (view, Photo { image, mask: mask.map(|coverage| Mask { width: 4, height: 2, coverage }) })
     }
 
-    fn shots(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> Shots {
-        let (view, photo) = shot(lens, meaning, mask);
-        Shots::new(vec![view], vec![photo], Backdrop::Transparent, 5)
+    fn sampler(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> RaySampler {
+        let (view, photo) = posed(lens, meaning, mask);
+        RaySampler::new(vec![view], vec![photo], Backdrop::Transparent, 5)
     }
 
     #[test]
     fn tables_of_directions_give_the_cameras_rays() {
         let lens = Lens::OpenCv { k: [0.05, -0.01, 0.0, 0.0], p: [0.001, 0.0] };
-        let s = shots(lens, MaskMeaning::Keep, None);
+        let s = sampler(lens, MaskMeaning::Keep, None);
         for pixel in 0..8 {
             let (table, exact) =
-                (s.shots[0].ray(pixel).unwrap(), pixel_ray(&s.shots[0].camera, pixel).unwrap());
+                (s.sampler[0].ray(pixel).unwrap(), pixel_ray(&s.sampler[0].camera, pixel).unwrap());
             assert!((table.direction - exact.direction).length() < 1e-6);
         }
     }
@@ -277,8 +277,8 @@ mod tests {
     #[test]
     fn masked_pixels_are_never_drawn() {
         let mask = vec![255, 0, 0, 255, 0, 0, 0, 0];
-        let s = shots(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
-        let allowed = [0, 3].map(|p| pixel_ray(&s.shots[0].camera, p).unwrap());
+        let s = sampler(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
+        let allowed = [0, 3].map(|p| pixel_ray(&s.sampler[0].camera, p).unwrap());
         let batch = s.batch(0, 200, Selection::All);
         assert!(batch.rays.len() > 190 && batch.rays.iter().all(|r| allowed.contains(r)));
     }
@@ -286,9 +286,9 @@ mod tests {
     #[test]
     fn rays_can_be_drawn_outside_or_mostly_inside_refractive_masks() {
         let mask = vec![255, 0, 0, 0, 255, 20, 0, 0];
-        let s = shots(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
+        let s = sampler(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
         let of = |pixels: &[usize], batch: &Batch| {
-            let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.shots[0].camera, p).unwrap()).collect();
+            let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.sampler[0].camera, p).unwrap()).collect();
             batch.rays.iter().filter(|r| rays.contains(r)).count() as f64 / batch.rays.len() as f64
         };
         assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside)), 1.0);
@@ -298,10 +298,10 @@ mod tests {
 
     #[test]
     fn transparent_pixels_show_the_random_background() {
-        let batch = shots(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
+        let batch = sampler(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
         assert_eq!(batch.behind.len(), batch.rays.len());
         // Pixel 0 has alpha 24/255: mostly background.
-        let first = pixel_ray(&shots(Lens::Pinhole, MaskMeaning::Keep, None).shots[0].camera, 0).unwrap();
+        let first = pixel_ray(&sampler(Lens::Pinhole, MaskMeaning::Keep, None).sampler[0].camera, 0).unwrap();
         let k = batch.rays.iter().position(|r| *r == first).unwrap();
         let a = 24.0 / 255.0;
         assert!((batch.target[k][0] - batch.behind[k][0] * (1.0 - a)).abs() < 1e-6);
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_batch_is_a_function_of_seed_and_step() {
-        let s = shots(Lens::Pinhole, MaskMeaning::Keep, None);
+        let s = sampler(Lens::Pinhole, MaskMeaning::Keep, None);
         assert_eq!(s.batch(4, 50, Selection::All).rays, s.batch(4, 50, Selection::All).rays);
         assert_ne!(s.batch(4, 50, Selection::All).offset, s.batch(5, 50, Selection::All).offset);
     }

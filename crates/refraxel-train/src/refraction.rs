@@ -13,14 +13,14 @@ pub struct Refraction {
     /// The index of refraction.
     pub medium: Medium<f32>,
     /// One per region.
-    pub extras: Vec<Extras>,
+    pub states: Vec<RegionState>,
     /// How rays are traced.
     pub optics: Optics,
 }
 
 /// What a region has besides its index.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Extras {
+pub struct RegionState {
     /// Per node: whether the index may be learned there; empty for everywhere.
     pub free: Vec<bool>,
     /// Which rays bend; absent for all that meet the region's box.
@@ -33,14 +33,14 @@ pub struct Extras {
     pub solid: Option<Polyhedron>,
 }
 
-impl Extras {
+impl RegionState {
     /// The nodes where the index may be learned; `None` for all.
     pub fn free(&self) -> Option<&[bool]> {
         Some(&self.free[..]).filter(|free| !free.is_empty())
     }
 
     /// Which nodes of a finer grid lie next to free nodes of the old one.
-    fn refined_free(&self, old: &IndexGrid<f32>, new: &IndexGrid<f32>) -> Vec<bool> {
+    fn refined_trainable(&self, old: &IndexGrid<f32>, new: &IndexGrid<f32>) -> Vec<bool> {
         if self.free.is_empty() || new.level_set().is_some() {
             return Vec::new();
         }
@@ -89,7 +89,7 @@ impl Refraction {
     /// Straight rays.
     pub fn none() -> Self {
         let medium = Medium::new(Vec::new()).unwrap_or_else(|_| unreachable!("no two regions overlap"));
-        Self { medium, extras: Vec::new(), optics: Optics::default() }
+        Self { medium, states: Vec::new(), optics: Optics::default() }
     }
 
     /// True when all rays are straight.
@@ -101,7 +101,7 @@ impl Refraction {
     #[inline]
     pub fn admits(&self, ray: &Ray<f32>) -> bool {
         self.medium.regions().iter().enumerate().any(|(k, region)| {
-            match self.extras.get(k).and_then(|e| e.gate.as_ref()) {
+            match self.states.get(k).and_then(|e| e.gate.as_ref()) {
                 Some(gate) => gate.admits(ray),
                 None => region.domain().bounds.clip(ray).is_some(),
             }
@@ -146,7 +146,7 @@ impl Refraction {
     /// Find again which cells rays can hop over: flat ones that are not to be learned.
     pub fn find_flat_cells(&mut self) {
         for region in 0..self.medium.regions().len() {
-            let free = self.extras.get(region).and_then(Extras::free);
+            let free = self.states.get(region).and_then(RegionState::free);
             self.medium.region_mut(region).find_flat_cells(free);
         }
     }
@@ -169,13 +169,13 @@ impl Refraction {
         let bodies: Vec<IndexGrid<f32>> = (0..self.medium.regions().len()).map(|k| self.body(k)).collect();
         let medium = Medium::new(bodies.iter().map(grid).collect());
         let medium = medium.unwrap_or_else(|e| unreachable!("the boxes are those of before: {e}"));
-        let extras = self.extras.iter().zip(medium.regions()).zip(&bodies);
-        let extras = extras.map(|((extras, new), old)| Extras {
-            free: extras.refined_free(old, new),
+        let states = self.states.iter().zip(medium.regions()).zip(&bodies);
+        let states = states.map(|((states, new), old)| RegionState {
+            free: states.refined_trainable(old, new),
             soft: None,
-            ..extras.clone()
+            ..states.clone()
         });
-        let mut refined = Self { extras: extras.collect(), medium, optics: self.optics };
+        let mut refined = Self { states: states.collect(), medium, optics: self.optics };
         refined.find_flat_cells();
         refined.set_width(self.width());
         refined
@@ -223,7 +223,11 @@ mod tests {
     fn of_grid(grid: IndexGrid<f32>) -> Refraction {
         let free = vec![true; grid.coefficients().len()];
         let medium = Medium::new(vec![grid]).unwrap();
-        Refraction { medium, extras: vec![Extras { free, ..Extras::default() }], ..Refraction::none() }
+        Refraction {
+            medium,
+            states: vec![RegionState { free, ..RegionState::default() }],
+            ..Refraction::none()
+        }
     }
 
     #[test]

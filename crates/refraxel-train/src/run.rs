@@ -1,6 +1,6 @@
 //! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
 
-mod gloss;
+mod clearcoat;
 mod mirrors;
 mod probes;
 
@@ -11,9 +11,9 @@ use crate::cpu::{AdamMoments, CpuBackend, IndexMoments, Moments};
 use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
 use crate::polyhedron::{Plane, Polyhedron};
-use crate::refraction::{Extras, Optics, Refraction};
-use crate::schedule::Act;
-use gloss::{StoredGloss, gloss_tensors, restore_gloss, stored_gloss};
+use crate::refraction::{Optics, Refraction, RegionState};
+use crate::schedule::Phase;
+use clearcoat::{StoredClearcoat, clearcoat_tensors, restore_clearcoat, stored_clearcoat};
 use mirrors::{StoredReflection, reflection_tensors, restore_reflection, stored_reflection};
 use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, ShDegree,
@@ -36,7 +36,7 @@ pub struct State {
     pub stage: u32,
     /// What the run is busy with.
     #[serde(default)]
-    pub act: Act,
+    pub phase: Phase,
     /// Share of the run after which rays bent, once they do.
     #[serde(default)]
     pub bends_since: Option<f64>,
@@ -45,7 +45,7 @@ pub struct State {
     /// Validation scores recorded.
     pub validations: u32,
     /// Factor on the learning rates after overflows.
-    pub caution: f32,
+    pub rate_scale: f32,
     /// Overflows since the last good state.
     pub rollbacks: u32,
 }
@@ -55,11 +55,11 @@ impl Default for State {
         Self {
             step: 0,
             stage: 0,
-            act: Act::Straight,
+            phase: Phase::Straight,
             bends_since: None,
             seconds: 0.0,
             validations: 0,
-            caution: 1.0,
+            rate_scale: 1.0,
             rollbacks: 0,
         }
     }
@@ -116,9 +116,9 @@ struct Header {
     /// What their surfaces mirror; tensors `reflection.K.outer` and `.inner`, K as in the regions.
     #[serde(default)]
     reflection: StoredReflection,
-    /// The coat of opaque things; tensors `gloss.strength` and `gloss.radiance`.
+    /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    gloss: Option<StoredGloss>,
+    clearcoat: Option<StoredClearcoat>,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     world_from_model: String,
 }
@@ -191,7 +191,7 @@ pub fn save_run(
         background,
         regions: stored_regions(backend),
         reflection: stored_reflection(backend),
-        gloss: backend.gloss().map(stored_gloss),
+        clearcoat: backend.clearcoat().map(stored_clearcoat),
         world_from_model: "identity".to_owned(),
     };
     let header = serde_json::to_value(header).map_err(|e| foreign(folder, &e.to_string()))?;
@@ -199,7 +199,7 @@ pub fn save_run(
     let (bricks, per_voxel, per_channel) = ([field.map.bricks().len(), 3], [voxels], [voxels, stride]);
     let texel_shape = [texels.len() / 3, 3];
     let slots = [field.map.slots()];
-    let of_index = [index_tensors(backend), reflection_tensors(backend), gloss_tensors(backend)].concat();
+    let of_index = [index_tensors(backend), reflection_tensors(backend), clearcoat_tensors(backend)].concat();
     let mut tensors = vec![
         ("bricks", TensorView::new(&bricks, DataView::U32(field.map.bricks().as_flattened()))),
         ("occupied", TensorView::new(&slots, DataView::U64(backend.occupied()))),
@@ -225,10 +225,10 @@ fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
         let bounds = [bounds.min.to_array(), bounds.max.to_array()];
         let surface_resolution = region.level_set().map(|l| l.domain().resolution);
         let moment_steps = [moments.index.steps, moments.surface.steps];
-        let extras = refraction.extras.get(k);
-        let searched = extras.and_then(|e| e.searched);
-        let soft_width = extras.and_then(|e| e.soft.as_ref()).map_or(0.0, |s| s.width);
-        let solid = extras.and_then(|e| e.solid.clone());
+        let states = refraction.states.get(k);
+        let searched = states.and_then(|e| e.searched);
+        let soft_width = states.and_then(|e| e.soft.as_ref()).map_or(0.0, |s| s.width);
+        let solid = states.and_then(|e| e.solid.clone());
         StoredRegion { bounds, resolution, surface_resolution, searched, soft_width, solid, moment_steps }
     });
     stored.collect()
@@ -253,9 +253,9 @@ fn index_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
             put(".surface_first_moment", TensorData::F32(moments.surface.first.clone()), n);
             put(".surface_second_moment", TensorData::F32(moments.surface.second.clone()), n);
         }
-        let extras = refraction.extras.get(k);
-        let free: Vec<u8> = extras.map_or(Vec::new(), |e| e.free.iter().map(|&f| u8::from(f)).collect());
-        let gate = extras.and_then(|e| e.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
+        let states = refraction.states.get(k);
+        let free: Vec<u8> = states.map_or(Vec::new(), |e| e.free.iter().map(|&f| u8::from(f)).collect());
+        let gate = states.and_then(|e| e.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
         let (free_len, gate_len) = (free.len(), gate.len());
         put(".free", TensorData::U8(free), free_len);
         put(".gate", TensorData::U8(gate), gate_len);
@@ -270,7 +270,7 @@ fn restore_refraction(
     file: &mut TensorFile,
 ) -> Result<(Refraction, Vec<IndexMoments>), CheckpointError> {
     let optics = Optics::of(&h.config);
-    let (mut grids, mut moments, mut extras) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut grids, mut moments, mut states) = (Vec::new(), Vec::new(), Vec::new());
     for (k, region) in h.regions.iter().enumerate() {
         let wrong = |what: &str| foreign(path, &format!("refractive region {k} {what}"));
         if !region.resolution.iter().all(|n| (7..=2048).contains(n)) || !is_box(region.bounds) {
@@ -339,10 +339,10 @@ fn restore_refraction(
             return Err(wrong("has more faces than its surface has room for"));
         }
         let searched = region.searched;
-        extras.push(Extras { free, gate: gate.transpose()?, searched, soft: None, solid });
+        states.push(RegionState { free, gate: gate.transpose()?, searched, soft: None, solid });
     }
     let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
-    let mut refraction = Refraction { medium, optics, extras };
+    let mut refraction = Refraction { medium, optics, states };
     refraction.find_flat_cells();
     let width = h.regions.iter().map(|r| r.soft_width).fold(0.0, f32::max);
     if width > 0.0 {
@@ -408,7 +408,7 @@ fn restore(
         background: texel_moments.as_chunks().0.to_vec(),
         index: Vec::new(),
         reflection: Vec::new(),
-        gloss: Default::default(),
+        clearcoat: Default::default(),
     };
     let background = match h.background {
         StoredBackground::Constant(c) => Background::Constant(c),
@@ -436,8 +436,8 @@ fn restore(
     )?;
     backend.restore_reflection(reflection, mirror_moments);
     let read = |name: &str, n| f32s(path, &mut file, name, n).map(|v| v.to_vec());
-    let (gloss, gloss_moments) = restore_gloss(&h.gloss, domain.bounds, read, wrong)?;
-    backend.restore_gloss(gloss, gloss_moments);
+    let (clearcoat, clearcoat_moments) = restore_clearcoat(&h.clearcoat, domain.bounds, read, wrong)?;
+    backend.restore_clearcoat(clearcoat, clearcoat_moments);
     Ok((backend, finest))
 }
 

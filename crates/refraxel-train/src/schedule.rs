@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What a run is busy with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Act {
+pub enum Phase {
     /// Rays are straight. If they shall bend later: what lies outside the masks is learned.
     #[default]
     Straight,
@@ -28,12 +28,12 @@ impl Progress {
         (0..config.stages).rev().find(|&s| self.0 >= stage_start(config, s)).unwrap_or(0)
     }
 
-    /// The act that this point belongs to, where rays bend since `bends_since`.
-    pub fn act(self, config: &Config, bends_since: Option<f64>) -> Act {
+    /// The phase that this point belongs to, where rays bend since `bends_since`.
+    pub fn phase(self, config: &Config, bends_since: Option<f64>) -> Phase {
         match bends_since {
-            None => Act::Straight,
-            Some(since) if self.0 < since + config.index_share => Act::Index,
-            Some(_) => Act::Joint,
+            None => Phase::Straight,
+            Some(since) if self.0 < since + config.index_share => Phase::Index,
+            Some(_) => Phase::Joint,
         }
     }
 }
@@ -102,24 +102,29 @@ fn view_share(config: &Config, progress: f32) -> f32 {
     if delayed { (progress / config.view_warm_up).min(1.0) } else { 1.0 }
 }
 
-/// The objective of an act: [`objective`] with what bends switched on, and what is held fixed at rate 0.
+/// The objective of an phase: [`objective`] with what bends switched on, and what is held fixed at rate 0.
 /// Rays bend since `since`.
-pub fn objective_of(config: &Config, near: f32, (progress, since): (Progress, f64), act: Act) -> Objective {
+pub fn objective_of(
+    config: &Config,
+    near: f32,
+    (progress, since): (Progress, f64),
+    phase: Phase,
+) -> Objective {
     let usual = objective(config, near, progress);
     let over = bent_share(progress, since);
     // A soft edge narrows even where nothing else learns.
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0 || config.surface_width > 0.0;
     let index = Some(index_objective(config, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
-    match act {
-        Act::Straight => {
-            let reflection = config.gloss.is_on().then(|| reflection_objective(config, progress, 0.0));
+    match phase {
+        Phase::Straight => {
+            let reflection = config.clearcoat.is_on().then(|| reflection_objective(config, progress, 0.0));
             Objective { reflection, ..usual }
         }
-        Act::Index => Objective { index, ..still },
-        Act::Joint => Objective {
+        Phase::Index => Objective { index, ..still },
+        Phase::Joint => Objective {
             index,
-            reflection: (config.reflection.is_on() || config.gloss.is_on())
+            reflection: (config.reflection.is_on() || config.clearcoat.is_on())
                 .then(|| reflection_objective(config, progress, over)),
             rate_density: usual.rate_density * config.bent_rates,
             rate_colour: usual.rate_colour * config.bent_rates,
@@ -146,14 +151,14 @@ fn surface_width(config: &Config, over: f32) -> f32 {
     if over >= share { 0.0 } else { config.surface_width * (1.0 - over / share) }
 }
 
-/// Mirrors have been there for the share `over` of the time with bent rays, coats for most of the run.
+/// Mirrors have been there for the share `over` of the time with bent rays, clearcoats for most of the run.
 fn reflection_objective(config: &Config, progress: Progress, over: f32) -> ReflectionObjective {
     let decay = config.rate_decay.powf(over);
     let learned = config.reflection_cache == ReflectionCache::Learned;
     ReflectionObjective {
         rate: if learned { config.rate_reflection * decay } else { 0.0 },
         rate_strength: config.rate_strength * decay,
-        rate_gloss: config.rate_gloss * config.rate_decay.powf(progress.0 as f32),
+        rate_clearcoat: config.rate_clearcoat * config.rate_decay.powf(progress.0 as f32),
     }
 }
 
@@ -208,9 +213,9 @@ mod tests {
         let bends = |step, p| is_time_to_bend(&c, step, Progress(p));
         assert!(!bends(49, 0.2) && bends(50, 0.01) && bends(3, 0.25));
         assert!(!is_time_to_bend(&Config::default(), 9999, Progress(0.9)), "without refraction they do not");
-        let act = |p| Progress(p).act(&c, Some(0.2));
-        assert_eq!([act(0.2), act(0.29), act(0.31)], [Act::Index, Act::Index, Act::Joint]);
-        assert_eq!(Progress(0.9).act(&c, None), Act::Straight);
+        let phase = |p| Progress(p).phase(&c, Some(0.2));
+        assert_eq!([phase(0.2), phase(0.29), phase(0.31)], [Phase::Index, Phase::Index, Phase::Joint]);
+        assert_eq!(Progress(0.9).phase(&c, None), Phase::Straight);
     }
 
     #[test]

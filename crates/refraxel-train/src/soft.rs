@@ -71,7 +71,7 @@ impl Refraction {
     /// Trace all bodies of one index with an edge of this width [voxel] from now on, or their surfaces where it is less than
     /// [`LEAST_WIDTH`].
     pub fn set_width(&mut self, width: f32) {
-        for region in 0..self.extras.len() {
+        for region in 0..self.states.len() {
             let body = self.body(region);
             let Some((surface, index)) = body.level_set().cloned().zip(body.interior_index()) else {
                 continue;
@@ -79,19 +79,19 @@ impl Refraction {
             let interpolation = body.interpolation();
             let soft = (width >= LEAST_WIDTH).then_some(Soft { surface, index, width });
             *self.medium.region_mut(region) = soft.as_ref().map_or(body, |s| s.grid(interpolation));
-            self.extras[region].soft = soft;
+            self.states[region].soft = soft;
         }
     }
 
     /// A region as what it will be: a body with its surface, also while it has a soft edge.
     pub fn body(&self, region: usize) -> IndexGrid<f32> {
-        let soft = self.extras.get(region).and_then(|e| e.soft.as_ref());
+        let soft = self.states.get(region).and_then(|e| e.soft.as_ref());
         soft.map_or_else(|| self.medium.regions()[region].clone(), Soft::body)
     }
 
     /// Width of the soft edges [voxel]; 0 where all surfaces are sharp.
     pub fn width(&self) -> f32 {
-        self.extras.iter().filter_map(|e| e.soft.as_ref()).map(|s| s.width).fold(0.0, f32::max)
+        self.states.iter().filter_map(|e| e.soft.as_ref()).map(|s| s.width).fold(0.0, f32::max)
     }
 }
 
@@ -140,7 +140,7 @@ mod tests {
     fn a_body_returns_from_behind_its_soft_edge() {
         let mut r = Refraction::none();
         r.medium = Medium::new(vec![ball(0.0).body()]).unwrap();
-        r.extras = vec![Default::default()];
+        r.states = vec![Default::default()];
         let before = r.clone();
         r.set_width(3.0);
         assert!((r.width(), r.medium.regions()[0].level_set().is_none()) == (3.0, true));
@@ -150,7 +150,7 @@ mod tests {
         assert!((middle - (1.0_f32 + 0.625).sqrt()).abs() < 0.03, "{middle}");
         assert_eq!(r.body(0).coefficients(), before.medium.regions()[0].coefficients());
         r.set_width(0.1);
-        assert_eq!((r.width(), &r.extras), (0.0, &before.extras));
+        assert_eq!((r.width(), &r.states), (0.0, &before.states));
         assert_eq!(r.medium.regions()[0].level_set(), before.medium.regions()[0].level_set());
     }
 }

@@ -7,14 +7,14 @@ use crate::cpu::CpuBackend;
 use crate::evaluate::{render, score};
 use crate::metrics::MetricsError;
 use crate::model::{Plan, kept_bricks};
-use crate::rays::{Selection, Shots};
+use crate::rays::{RaySampler, Selection};
 use crate::recipe::{self, RecipeError};
 use crate::reflection::{ProbeLayout, Reflection, Source};
 use crate::run::State;
 use crate::schedule::{
-    Act, Progress, inside_share, is_time_to_bend, objective_of, stage_domain, training_marching,
+    Phase, Progress, inside_share, is_time_to_bend, objective_of, stage_domain, training_marching,
 };
-use refraxel_core::radiance::gloss::Gloss;
+use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, ShDegree};
 use refraxel_data::{Dataset, Photo, View};
 use serde::{Deserialize, Serialize};
@@ -57,13 +57,13 @@ pub struct Record {
     pub krays_per_s: f64,
     /// What the run is busy with.
     #[serde(default)]
-    pub act: Act,
+    pub phase: Phase,
     /// Mean index of refraction where it is above 1, per region.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub index: Vec<f64>,
     /// What happened since the last record, in sentences.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub news: Vec<String>,
+    pub events: Vec<String>,
 }
 
 /// Why training stopped early.
@@ -100,7 +100,7 @@ pub enum TrainError {
 pub struct Trainer {
     config: Config,
     plan: Plan,
-    shots: Shots,
+    sampler: RaySampler,
     validation: Option<(View, Photo)>,
     backend: CpuBackend,
     state: State,
@@ -108,7 +108,7 @@ pub struct Trainer {
     good: Option<Box<Saved>>,
     clock: Instant,
     since: Tally,
-    news: Vec<String>,
+    events: Vec<String>,
 }
 
 /// What a rollback restores.
@@ -154,18 +154,18 @@ impl Trainer {
         (data, photos, validation): (&Dataset, Vec<Photo>, Option<(View, Photo)>),
     ) -> Self {
         let views = data.split.train.iter().map(|&i| data.views[i].clone()).collect();
-        let shots = Shots::new(views, photos, data.backdrop, config.seed);
+        let sampler = RaySampler::new(views, photos, data.backdrop, config.seed);
         let mut trainer = Self {
             config,
             plan,
-            shots,
+            sampler,
             validation,
             backend,
             state,
             good: None,
             clock: Instant::now(),
             since: Tally::new(),
-            news: Vec::new(),
+            events: Vec::new(),
         };
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
@@ -224,31 +224,31 @@ impl Trainer {
         if self.state.bends_since.is_none() && is_time_to_bend(&self.config, self.state.step, progress) {
             self.begin_bending()?;
         }
-        let act = progress.act(&self.config, self.state.bends_since);
-        self.state.act = act;
+        let phase = progress.phase(&self.config, self.state.bends_since);
+        self.state.phase = phase;
         let since = self.state.bends_since.unwrap_or(0.0);
-        let mut objective = objective_of(&self.config, self.plan.near, (progress, since), act);
-        objective.rate_density *= self.state.caution;
-        objective.rate_colour *= self.state.caution;
-        objective.rate_background *= self.state.caution;
-        if act == Act::Joint && !self.state.step.is_multiple_of(self.config.index_period.into()) {
+        let mut objective = objective_of(&self.config, self.plan.near, (progress, since), phase);
+        objective.rate_density *= self.state.rate_scale;
+        objective.rate_colour *= self.state.rate_scale;
+        objective.rate_background *= self.state.rate_scale;
+        if phase == Phase::Joint && !self.state.step.is_multiple_of(self.config.index_period.into()) {
             objective.index = None;
         }
         if let Some(index) = &mut objective.index {
-            index.rate *= self.state.caution;
-            index.surface_rate *= self.state.caution;
+            index.rate *= self.state.rate_scale;
+            index.surface_rate *= self.state.rate_scale;
         }
         if let Some(reflection) = &mut objective.reflection {
-            reflection.rate *= self.state.caution;
-            reflection.rate_strength *= self.state.caution;
-            reflection.rate_gloss *= self.state.caution;
+            reflection.rate *= self.state.rate_scale;
+            reflection.rate_strength *= self.state.rate_scale;
+            reflection.rate_clearcoat *= self.state.rate_scale;
         }
-        self.coat_if_due(progress);
+        self.clearcoat_if_due(progress);
         self.bake_if_due();
-        let batch = self.shots.batch(
+        let batch = self.sampler.batch(
             self.state.step,
             self.config.batch as usize,
-            self.selection(act, (progress, since)),
+            self.selection(phase, (progress, since)),
         );
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
@@ -264,12 +264,12 @@ impl Trainer {
         Ok(if due { Some(self.record()?) } else { None })
     }
 
-    fn selection(&self, act: Act, at: (Progress, f64)) -> Selection {
-        match act {
+    fn selection(&self, phase: Phase, at: (Progress, f64)) -> Selection {
+        match phase {
             _ if self.config.refraction == Bending::Off => Selection::All,
-            Act::Straight => Selection::Outside,
-            Act::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
-            Act::Joint => Selection::Inside(inside_share(&self.config, at)),
+            Phase::Straight => Selection::Outside,
+            Phase::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
+            Phase::Joint => Selection::Inside(inside_share(&self.config, at)),
         }
     }
 
@@ -278,15 +278,15 @@ impl Trainer {
         let marching = training_marching(&self.config, self.plan.near);
         self.good = None;
         self.backend.refresh_occupancy(&marching);
-        match recipe::begin(&mut self.backend, &self.shots, &self.config, self.plan.near) {
-            Ok(news) => {
-                self.news.extend(news);
+        match recipe::begin(&mut self.backend, &self.sampler, &self.config, self.plan.near) {
+            Ok(events) => {
+                self.events.extend(events);
                 self.begin_reflecting();
                 self.state.bends_since = Some(self.progress().0); // the search took its time
             }
             Err(problem @ RecipeError::Locate(_)) => {
                 // A scene without bent rays is better than none.
-                self.news.push(format!("rays stay straight: {problem}"));
+                self.events.push(format!("rays stay straight: {problem}"));
                 self.config.refraction = Bending::Off;
             }
             Err(problem) => return Err(problem.into()),
@@ -317,33 +317,37 @@ impl Trainer {
     fn has_surfaces(&self) -> bool {
         let (refraction, domain) = (self.backend.refraction(), &self.backend.field().domain);
         let is_sharp = refraction.medium.regions().iter().any(|r| r.level_set().is_some());
-        let rays = || self.shots.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
+        let rays = || self.sampler.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
         is_sharp || refraction.mirrors(&rays(), domain)
     }
 
-    /// Coat opaque things once it is time, with what the field shows by now.
-    fn coat_if_due(&mut self, progress: Progress) {
+    /// ClearcoatReflection opaque things once it is time, with what the field shows by now.
+    fn clearcoat_if_due(&mut self, progress: Progress) {
         let c = &self.config;
-        // The search for the index compares straight rays with bent ones, which see no coat.
+        // The search for the index compares straight rays with bent ones, which see no clearcoat.
         let waits = c.refraction == Bending::On && self.state.bends_since.is_none();
-        if !c.gloss.is_on() || waits || progress.0 < c.gloss_start || self.backend.gloss().is_some() {
+        if !c.clearcoat.is_on()
+            || waits
+            || progress.0 < c.clearcoat_start
+            || self.backend.clearcoat().is_some()
+        {
             return;
         }
         let bounds = self.plan.finest.bounds;
         let probes = |degree: u8| {
             let degree = ShDegree::new(degree).unwrap_or_default();
-            ProbeLayout { longest: c.gloss_probes, degree }.probes(bounds)
+            ProbeLayout { longest: c.clearcoat_probes, degree }.probes(bounds)
         };
         let (strength, radiance) = (probes(0), probes(c.reflection_degree));
         if self.backend.reflection().is_none() {
             let source = self.config.reflection_cache.into();
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
-        self.backend.set_gloss(Gloss { ior: c.gloss_index, strength, radiance });
+        self.backend.set_clearcoat(Clearcoat { ior: c.clearcoat_index, strength, radiance });
         if self.config.reflection_cache != ReflectionCache::Exact {
-            self.backend.bake_gloss(&training_marching(&self.config, self.plan.near));
+            self.backend.bake_clearcoat(&training_marching(&self.config, self.plan.near));
         }
-        self.news.push("opaque things have a coat that mirrors".to_owned());
+        self.events.push("opaque things have a clearcoat that mirrors".to_owned());
     }
 
     /// Baked probes look at the field again.
@@ -351,7 +355,7 @@ impl Trainer {
         let due = self.state.step.is_multiple_of(self.config.reflection_bake);
         if due && self.backend.reflection().source == Source::Baked {
             let marching = training_marching(&self.config, self.plan.near);
-            self.backend.bake_gloss(&marching);
+            self.backend.bake_clearcoat(&marching);
             self.backend.bake_reflection(&marching);
         }
     }
@@ -376,9 +380,9 @@ impl Trainer {
             voxels: self.backend.field().map.voxels() as u64,
             samples_per_ray: tally.samples as f64 / rays,
             krays_per_s: rays / 1e3 / tally.start.elapsed().as_secs_f64(),
-            act: self.state.act,
+            phase: self.state.phase,
             index: self.backend.refraction().mean_indices(),
-            news: std::mem::take(&mut self.news),
+            events: std::mem::take(&mut self.events),
         };
         if progress.0 * VALIDATIONS >= f64::from(self.state.validations + 1) {
             self.state.validations = (progress.0 * VALIDATIONS) as u32;
@@ -405,14 +409,14 @@ impl Trainer {
         let marching = training_marching(&self.config, self.plan.near);
         self.good = None; // no copy while two grids are alive
         self.backend.refresh_occupancy(&marching);
-        let peak = self.backend.peak_weights(&self.shots.spread(PRUNING_RAYS), &marching);
+        let peak = self.backend.peak_weights(&self.sampler.spread(PRUNING_RAYS), &marching);
         let domain = stage_domain(&self.config, &self.plan.finest, stage);
         let map = kept_bricks(self.backend.field(), &peak, self.config.prune_weight, &domain);
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
         // The last stages of the index coincide with the last of the field.
-        if self.state.act > Act::Straight && stage + self.config.index_stages > self.config.stages {
+        if self.state.phase > Phase::Straight && stage + self.config.index_stages > self.config.stages {
             self.backend.set_refraction(self.backend.refraction().refined());
         }
         self.backend.refresh_occupancy(&marching);
@@ -430,7 +434,8 @@ impl Trainer {
         backend.restore_refraction(self.backend.refraction().clone(), self.backend.moments().index.clone());
         let moments = self.backend.moments().reflection.clone();
         backend.restore_reflection(self.backend.reflection().clone(), moments);
-        backend.restore_gloss(self.backend.gloss().cloned(), self.backend.moments().gloss.clone());
+        backend
+            .restore_clearcoat(self.backend.clearcoat().cloned(), self.backend.moments().clearcoat.clone());
         self.good = Some(Box::new(Saved { state: self.state.clone(), backend }));
         self.state.rollbacks = 0;
     }
@@ -441,7 +446,7 @@ impl Trainer {
         if rollbacks > MAX_ROLLBACKS {
             return Err(TrainError::Diverged { step, rollbacks: rollbacks - 1 });
         }
-        let caution = 0.5 * self.state.caution;
+        let rate_scale = 0.5 * self.state.rate_scale;
         match self.good.take() {
             Some(saved) => {
                 self.backend = saved.backend;
@@ -455,7 +460,7 @@ impl Trainer {
         self.keep_good_state();
         self.state.step += 1;
         self.state.rollbacks = rollbacks;
-        self.state.caution = caution;
+        self.state.rate_scale = rate_scale;
         Ok(())
     }
 }

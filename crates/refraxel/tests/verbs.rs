@@ -263,15 +263,23 @@ fn a_soft_edge_goes_on_where_it_was_and_ends_as_a_surface() {
 fn a_coat_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
-    let coated =
-        ["--refraction", "off", "--gloss", "on", "--set", "gloss_probes=4", "--set", "gloss_start=0.2"];
+    let coated = [
+        "--refraction",
+        "off",
+        "--clearcoat",
+        "on",
+        "--set",
+        "clearcoat_probes=4",
+        "--set",
+        "clearcoat_start=0.2",
+    ];
     let [whole, halted] = ["whole", "halted"].map(|name| folder.path().join(name));
     train(&data, &whole, &coated).done();
     train(&data, &halted, &[&coated[..], &["--set", "stop_after=20"]].concat()).refused(130, &[]);
-    assert_eq!(content(&halted).1["gloss"]["degree"], 3);
+    assert_eq!(content(&halted).1["clearcoat"]["degree"], 3);
     train(&data, &halted, &["--resume"]).done();
     assert!(content(&halted) == content(&whole));
-    train(&data, &halted, &["--resume", "--gloss", "off"]).refused(3, &["`gloss`"]);
+    train(&data, &halted, &["--resume", "--clearcoat", "off"]).refused(3, &["`clearcoat`"]);
 }
 
 #[test]

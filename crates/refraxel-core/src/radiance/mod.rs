@@ -3,7 +3,7 @@
 //! A path may be one straight ray or the many segments of a bent one: nothing here knows which. Forward and adjoint are
 //! the same loop, read forwards and backwards.
 
-pub mod gloss;
+pub mod clearcoat;
 mod light;
 pub mod probes;
 

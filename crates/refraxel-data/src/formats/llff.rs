@@ -1,7 +1,7 @@
 //! LLFF `poses_bounds.npy`: one row per image of `images/`, sorted by name.
 
 use super::npy::{self, Matrix};
-use crate::draft::{Draft, Focal, Frame, Intrinsics, Origin};
+use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3};
@@ -12,8 +12,8 @@ use std::sync::Arc;
 ///
 /// Each row is [R | t | (H, W, f)ᵀ] row-major with camera axes (down, right, backwards), then near and far. H, W and f
 /// belong to the original images; the images may be smaller.
-pub(crate) fn read(folder: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
-    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Llff);
+pub(crate) fn read(folder: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
+    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Llff);
     let path = folder.join("poses_bounds.npy");
     let poses = npy::read(&path)?;
     limits::frames(&path, poses.rows)?;
@@ -43,13 +43,13 @@ pub(crate) fn read(folder: &Path, options: &OpenOptions) -> Result<Draft, DataEr
     for (i, (name, row)) in names.iter().zip(poses.values.chunks_exact(poses.columns)).enumerate() {
         let origin = Origin { path: path.clone(), key: format!("row {i}") };
         let image =
-            draft.root.find_below(&image_folder, name, Statement { path: &path, key: &origin.key })?;
+            parsed.root.find_below(&image_folder, name, Statement { path: &path, key: &origin.key })?;
         let (pose, intrinsics) = camera(row, shared.as_ref(), &origin)?;
         let file = format!("{image_folder}/{name}");
-        draft.frames.push(Frame { origin, file, image, mask: None, part: None, intrinsics, pose });
+        parsed.frames.push(Frame { origin, file, image, mask: None, part: None, intrinsics, pose });
     }
-    draft.depth_range = depth_range(&poses);
-    Ok(draft)
+    parsed.depth_range = depth_range(&poses);
+    Ok(parsed)
 }
 
 /// Pose and intrinsics of one row.

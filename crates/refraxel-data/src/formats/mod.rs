@@ -1,4 +1,4 @@
-//! Importers: one module per file format, each from its files to a [`Draft`](crate::draft::Draft).
+//! Importers: one module per file format, each from its files to a [`ParsedDataset`](crate::parsed::ParsedDataset).
 
 pub(crate) mod colmap;
 pub(crate) mod llff;

@@ -1,6 +1,6 @@
 //! NSVF: `pose/NAME.txt` (camera to world, OpenCV axes), `rgb/NAME.png`, `intrinsics.txt`, `bbox.txt`.
 
-use crate::draft::{Draft, Focal, Frame, Intrinsics, Origin, Part};
+use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset, Part};
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, limits, pose};
 use refraxel_core::{Aabb, Lens, vec3};
@@ -17,8 +17,8 @@ pub(crate) fn pose_folder(folder: &Path) -> Option<PathBuf> {
 }
 
 /// Reads the folder whose poses are in `poses`.
-pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
-    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Nsvf);
+pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
+    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Nsvf);
     let intrinsics = intrinsics(&folder.join("intrinsics.txt"))?;
     let images =
         ["rgb", "images", "image"].into_iter().find(|name| folder.join(name).is_dir()).unwrap_or("rgb");
@@ -31,13 +31,13 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
         let rows = numbers(&path)?;
         let rows = matrix(&rows).ok_or_else(|| wrong(&path, "a 4x4 matrix (camera to world)", rows.len()))?;
         let origin = Origin { path: Arc::new(path), key: "matrix".into() };
-        let image = draft.root.find_below(images, stem, Statement { path: &origin.path, key: "name" })?;
+        let image = parsed.root.find_below(images, stem, Statement { path: &origin.path, key: "name" })?;
         let (file, pose) = (format!("{images}/{stem}"), pose::from_opencv(rows));
-        draft.frames.push(Frame { origin, file, image, mask: None, part: None, intrinsics, pose });
+        parsed.frames.push(Frame { origin, file, image, mask: None, part: None, intrinsics, pose });
     }
-    draft.split_rule = Some(split(&mut draft.frames));
-    draft.stated_box = stated_box(&folder.join("bbox.txt"))?;
-    Ok(draft)
+    parsed.split_rule = Some(split(&mut parsed.frames));
+    parsed.stated_box = stated_box(&folder.join("bbox.txt"))?;
+    Ok(parsed)
 }
 
 /// Prefixes 0_, 1_, 2_ mean train, val, test; without 2_ the validation views are the test; without any, every 16th.

@@ -187,16 +187,16 @@ pub struct Config {
     pub rate_reflection: f32,
     /// Learning rate of how strongly a surface mirrors.
     pub rate_strength: f32,
-    /// Whether opaque things have a coat that mirrors.
-    pub gloss: Switch,
-    /// Index of refraction of the coat.
-    pub gloss_index: f32,
-    /// Share of the run after which the coat is there: surfaces must be known before they mirror.
-    pub gloss_start: f64,
-    /// Probes of the coat along the longest edge of the scene.
-    pub gloss_probes: u32,
-    /// Learning rate of how strongly the coat mirrors.
-    pub rate_gloss: f32,
+    /// Whether opaque things have a clearcoat that mirrors.
+    pub clearcoat: Switch,
+    /// Index of refraction of the clearcoat.
+    pub clearcoat_index: f32,
+    /// Share of the run after which the clearcoat is there: surfaces must be known before they mirror.
+    pub clearcoat_start: f64,
+    /// Probes of the clearcoat along the longest edge of the scene.
+    pub clearcoat_probes: u32,
+    /// Learning rate of how strongly the clearcoat mirrors.
+    pub rate_clearcoat: f32,
 }
 
 impl Default for Config {
@@ -285,11 +285,11 @@ impl Default for Config {
             reflection_bake: 250,
             rate_reflection: 0.01,
             rate_strength: 0.003,
-            gloss: Switch::Off,
-            gloss_index: 1.5,
-            gloss_start: 0.15,
-            gloss_probes: 16,
-            rate_gloss: 0.02,
+            clearcoat: Switch::Off,
+            clearcoat_index: 1.5,
+            clearcoat_start: 0.15,
+            clearcoat_probes: 16,
+            rate_clearcoat: 0.02,
         }
     }
 }
@@ -531,17 +531,17 @@ impl Config {
         let (probes, degree) = (self.reflection_probes, self.reflection_degree);
         range((2..=64).contains(&probes), "reflection_probes", probes.to_string(), "2 to 64")?;
         range(degree <= 3, "reflection_degree", degree.to_string(), "0, 1, 2 or 3")?;
-        let probes = self.gloss_probes;
-        range((2..=64).contains(&probes), "gloss_probes", probes.to_string(), "2 to 64")?;
-        let (index, start) = (self.gloss_index, self.gloss_start);
-        range((1.0..=4.0).contains(&index), "gloss_index", index.to_string(), "1 to 4")?;
-        range((0.0..=1.0).contains(&start), "gloss_start", start.to_string(), "0 to 1")?;
+        let probes = self.clearcoat_probes;
+        range((2..=64).contains(&probes), "clearcoat_probes", probes.to_string(), "2 to 64")?;
+        let (index, start) = (self.clearcoat_index, self.clearcoat_start);
+        range((1.0..=4.0).contains(&index), "clearcoat_index", index.to_string(), "1 to 4")?;
+        range((0.0..=1.0).contains(&start), "clearcoat_start", start.to_string(), "0 to 1")?;
         let bake = self.reflection_bake;
         range(bake > 0, "reflection_bake", bake.to_string(), "at least 1 step")?;
         for (key, rate) in [
             ("rate_reflection", self.rate_reflection),
             ("rate_strength", self.rate_strength),
-            ("rate_gloss", self.rate_gloss),
+            ("rate_clearcoat", self.rate_clearcoat),
         ] {
             range((0.0..=1.0).contains(&rate), key, rate.to_string(), "0 to 1")?;
         }

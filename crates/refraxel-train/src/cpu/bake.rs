@@ -20,7 +20,7 @@ const MARGIN: f32 = 1.0;
 /// Probes farther from a surface than this are asked by no ray [distance of neighbouring probes]: the diagonal of a cell.
 const REACH: f32 = 1.8;
 
-/// Probes of a coat that look at the same time: bounds the memory of their rays.
+/// Probes of a clearcoat that look at the same time: bounds the memory of their rays.
 const PORTION: usize = 256;
 
 /// A probe of a region, and from where it looks.
@@ -75,22 +75,22 @@ impl CpuBackend {
         }
     }
 
-    /// Let the probes of a coat look at the field as it is, along straight rays.
-    pub fn bake_gloss(&mut self, marching: &Marching) {
-        let Some(mut gloss) = self.gloss.take() else { return };
+    /// Let the probes of a clearcoat look at the field as it is, along straight rays.
+    pub fn bake_clearcoat(&mut self, marching: &Marching) {
+        let Some(mut clearcoat) = self.clearcoat.take() else { return };
         let marching = Marching { near: 0.0, ..*marching };
-        let at = |probe| Lookout { region: 0, probe, position: gloss.radiance.position(probe) };
-        let lookouts: Vec<Lookout> = (0..gloss.radiance.probes()).map(at).collect();
+        let at = |probe| Lookout { region: 0, probe, position: clearcoat.radiance.position(probe) };
+        let lookouts: Vec<Lookout> = (0..clearcoat.radiance.probes()).map(at).collect();
         for lookouts in lookouts.chunks(PORTION) {
             let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
             let seen = self.seen_from_surfaces(&rays, false, &marching);
             let of_probes = rays.chunks_exact(DIRECTIONS).zip(seen.chunks_exact(DIRECTIONS));
             for (lookout, (rays, seen)) in lookouts.iter().zip(of_probes) {
                 let views = rays.iter().zip(seen).map(|(ray, pixel)| (ray.direction, pixel.colour));
-                gloss.radiance.project(lookout.probe, views);
+                clearcoat.radiance.project(lookout.probe, views);
             }
         }
-        self.gloss = Some(gloss);
+        self.clearcoat = Some(clearcoat);
     }
 
     /// Which rays find out of all bodies. The others see nothing in particular.
@@ -119,7 +119,7 @@ impl CpuBackend {
 
     /// What rays show if no surface mirrors but totally.
     pub fn render_transmitted(&self, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
-        let scene = Scene { reflection: &Reflection::none(), gloss: None, ..self.scene() };
+        let scene = Scene { reflection: &Reflection::none(), clearcoat: None, ..self.scene() };
         self.render_scene(&scene, rays, marching)
     }
 
@@ -127,7 +127,7 @@ impl CpuBackend {
     fn seen_from_surfaces(&self, rays: &[Ray<f32>], bent: bool, marching: &Marching) -> Vec<Pixel<f32>> {
         let (straight, silent) = (Refraction::none(), Reflection::none());
         let refraction = if bent { &self.refraction } else { &straight };
-        let scene = Scene { refraction, reflection: &silent, gloss: None, ..self.scene() };
+        let scene = Scene { refraction, reflection: &silent, clearcoat: None, ..self.scene() };
         self.render_scene(&scene, rays, marching)
     }
 

@@ -1,10 +1,10 @@
-//! The index and its surfaces learn: kicks are scattered to the grids, their gradients are blurred, and Adam takes a step.
+//! The index and its surfaces learn: index_samples are scattered to the grids, their gradients are blurred, and Adam takes a step.
 
-use super::tape::{Kick, Tape, sum_in_parts};
+use super::tape::{IndexSample, Tape, sum_in_parts};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::polyhedron::Polyhedron;
-use crate::refraction::{Extras, Refraction};
+use crate::refraction::{Refraction, RegionState};
 use crate::soft::Soft;
 use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors, shape};
@@ -72,10 +72,10 @@ impl IndexMoments {
     }
 }
 
-/// dLoss/dcoefficients from the kicks of all tapes, each bounded by `clip`.
+/// dLoss/dcoefficients from the index_samples of all tapes, each bounded by `clip`.
 pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> MediumGradient<f32> {
     let scatter = |sums: &mut MediumGradient<f32>, tape: &Tape| {
-        tape.kicks.iter().for_each(|kick| add(medium, kick, clip, sums));
+        tape.index_samples.iter().for_each(|index_sample| add(medium, index_sample, clip, sums));
     };
     let merge = |total: &mut MediumGradient<f32>, part: MediumGradient<f32>| {
         let arrays = total.index.iter_mut().chain(&mut total.level_set);
@@ -86,8 +86,8 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
     sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
-fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f32>) {
-    let (region, (d_value, d_gradient)) = (kick.region as usize, kick.d);
+fn add(medium: &Medium<f32>, index_sample: &IndexSample, clip: f32, sums: &mut MediumGradient<f32>) {
+    let (region, (d_value, d_gradient)) = (index_sample.region as usize, index_sample.d);
     let grid = &medium.regions()[region];
     let slope = d_gradient.length();
     if !(slope.is_finite() && d_value.is_finite()) {
@@ -98,9 +98,9 @@ fn add(medium: &Medium<f32>, kick: &Kick, clip: f32, sums: &mut MediumGradient<f
     let size = slope.max(of_value);
     let scale = if size > clip { clip / size } else { 1.0 };
     let (d_value, d_gradient) = (d_value * scale, d_gradient * scale);
-    match grid.level_set().filter(|_| kick.surface) {
-        Some(level) => level.scatter(kick.x, d_value, d_gradient, &mut sums.level_set[region]),
-        None => grid.scatter(kick.x, d_value, d_gradient, &mut sums.index[region]),
+    match grid.level_set().filter(|_| index_sample.surface) {
+        Some(level) => level.scatter(index_sample.x, d_value, d_gradient, &mut sums.level_set[region]),
+        None => grid.scatter(index_sample.x, d_value, d_gradient, &mut sums.index[region]),
     }
 }
 
@@ -114,12 +114,12 @@ pub(super) fn update(
     let grads = gradient(&refraction.medium, tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
-        let extras = refraction.extras.get_mut(region);
-        let searched = extras.as_ref().and_then(|e| e.searched);
+        let states = refraction.states.get_mut(region);
+        let searched = states.as_ref().and_then(|e| e.searched);
         let mut solid = None;
-        if let Some(extras) = extras {
-            solid = extras.solid.as_mut();
-            if let Some(soft) = &mut extras.soft {
+        if let Some(states) = states {
+            solid = states.solid.as_mut();
+            if let Some(soft) = &mut states.soft {
                 learn_behind((soft, solid), searched, moments, (&grad, rays as f32), objective);
                 continue;
             }
@@ -127,7 +127,7 @@ pub(super) fn update(
         if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
             learn_surface((level, solid), &mut moments.surface, (&mut surface, rays as f32), objective);
         }
-        let free = refraction.extras.get(region).and_then(Extras::free);
+        let free = refraction.states.get(region).and_then(RegionState::free);
         let grid = refraction.medium.region_mut(region);
         if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
             descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
@@ -314,7 +314,7 @@ mod tests {
         let mut moments = [IndexMoments::zero(&grid)];
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![grid]).unwrap();
-        refraction.extras = vec![Default::default()];
+        refraction.states = vec![Default::default()];
         (0..steps).for_each(|step| update(&mut refraction, &mut moments, (&[], 64, step), objective));
         refraction.medium.regions()[0].level_set().unwrap().clone()
     }
@@ -339,15 +339,22 @@ mod tests {
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let grid = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
         let medium = Medium::new(vec![grid]).unwrap();
-        let kick =
-            |d: f32| Kick { region: 0, surface: false, x: Vec3::zero(), d: (0.0, Vec3::new(d, 0.0, 1.0)) };
-        let of = |kicks: &[Kick]| {
+        let index_sample = |d: f32| IndexSample {
+            region: 0,
+            surface: false,
+            x: Vec3::zero(),
+            d: (0.0, Vec3::new(d, 0.0, 1.0)),
+        };
+        let of = |index_samples: &[IndexSample]| {
             let mut tape = Tape::default();
-            tape.kicks.extend_from_slice(kicks);
+            tape.index_samples.extend_from_slice(index_samples);
             gradient(&medium, &[tape], 1.0).index[0].clone()
         };
-        assert!(of(&[kick(2.0)]).iter().any(|g| *g != 0.0));
-        assert_eq!(of(&[kick(2.0), kick(f32::INFINITY), kick(f32::NAN)]), of(&[kick(2.0)]));
+        assert!(of(&[index_sample(2.0)]).iter().any(|g| *g != 0.0));
+        assert_eq!(
+            of(&[index_sample(2.0), index_sample(f32::INFINITY), index_sample(f32::NAN)]),
+            of(&[index_sample(2.0)])
+        );
     }
 
     #[test]

@@ -20,8 +20,8 @@ pub(super) struct Sample {
     /// The same, as cell and position within it.
     pub cell: Cell,
     pub fraction: Vec3<f32>,
-    /// Which arm of the packet it lies on, and the midpoint's parameter there [scene unit].
-    pub arm: u32,
+    /// Which marched_segment of the packet it lies on, and the midpoint's parameter there [scene unit].
+    pub segment: u32,
     pub t: f32,
     /// Optical depth τ, dτ/dθ, opacity 1 − e^(−τ), and the transmittance in front.
     pub tau: f32,
@@ -31,7 +31,7 @@ pub(super) struct Sample {
     /// Colour; filled by shading.
     pub colour: [f32; 3],
     /// dLoss/d(T a) beyond what the colour explains.
-    pub worth: f32,
+    pub d_weight: f32,
 }
 
 /// World to node coordinates, with everything that does not depend on the point worked out.
@@ -161,14 +161,14 @@ const BLANK: Sample = Sample {
     weights: [0.0; 8],
     cell: Cell { slot: 0, local: 0 },
     fraction: Vec3 { x: 0.0, y: 0.0, z: 0.0 },
-    arm: 0,
+    segment: 0,
     t: 0.0,
     tau: 0.0,
     slope: 0.0,
     alpha: 0.0,
     before: 0.0,
     colour: [0.0; 3],
-    worth: 0.0,
+    d_weight: 0.0,
 };
 
 impl Marcher {
@@ -210,7 +210,7 @@ impl Marcher {
         &self,
         simd: S,
         field: &VoxelField<f32>,
-        (segment, arm): (&Segment<f32>, u32),
+        (segment, marched_segment): (&Segment<f32>, u32),
         marching: &Marching,
         (front, out): (&mut Front, &mut Vec<Sample>),
     ) -> bool {
@@ -241,7 +241,7 @@ impl Marcher {
                             let t = t + dt * LANE[lane & 15];
                             any = true;
                             front.push(
-                                Sample { corners, cell, fraction, arm, t, ..BLANK },
+                                Sample { corners, cell, fraction, segment: marched_segment, t, ..BLANK },
                                 density,
                                 self.density_scale * step * growth,
                                 out,

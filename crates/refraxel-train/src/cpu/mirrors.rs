@@ -1,7 +1,7 @@
-//! Mirrors learn: queries of the caches are scattered to their probes, and these and the strengths take a step.
+//! Mirrors learn: lookups of the caches are scattered to their probes, and these and the strengths take a step.
 
-use super::gloss::COAT;
-use super::tape::{Query, Tape, sum_in_parts};
+use super::clearcoat::CLEARCOAT;
+use super::tape::{CacheLookup, Tape, sum_in_parts};
 use super::update::RULE;
 use crate::backend::ReflectionObjective;
 use crate::reflection::{Mirror, Reflection};
@@ -46,14 +46,14 @@ impl MirrorGradient {
         Self { strength: 0.0, outer: zeros(&mirror.outer), inner: zeros(&mirror.inner) }
     }
 
-    fn add(&mut self, mirror: &Mirror, query: &Query) {
-        self.strength += f64::from(query.d_strength);
-        let cache = mirror.cache(query.inner);
-        let stencil = cache.stencil(query.x, query.direction);
+    fn add(&mut self, mirror: &Mirror, lookup: &CacheLookup) {
+        self.strength += f64::from(lookup.d_strength);
+        let cache = mirror.cache(lookup.inner);
+        let stencil = cache.stencil(lookup.x, lookup.direction);
         cache.scatter(
             &stencil,
-            query.d_radiance,
-            if query.inner { &mut self.inner } else { &mut self.outer },
+            lookup.d_radiance,
+            if lookup.inner { &mut self.inner } else { &mut self.outer },
         );
     }
 
@@ -64,13 +64,13 @@ impl MirrorGradient {
     }
 }
 
-/// The gradient of all mirrors from the queries of all tapes.
+/// The gradient of all mirrors from the lookups of all tapes.
 pub(super) fn gradient(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
     let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
     let add = |sums: &mut Vec<MirrorGradient>, tape: &Tape| {
-        for query in tape.queries.iter().filter(|q| q.region != u32::from(COAT)) {
-            let region = query.region as usize;
-            sums[region].add(&reflection.mirrors[region], query);
+        for lookup in tape.lookups.iter().filter(|q| q.region != u32::from(CLEARCOAT)) {
+            let region = lookup.region as usize;
+            sums[region].add(&reflection.mirrors[region], lookup);
         }
     };
     sum_in_parts(tapes, zero, add, |total, part| total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b)))

@@ -6,8 +6,8 @@
 //! nothing is locked, and the result does not depend on the number of threads.
 
 mod bake;
+mod clearcoat;
 mod colour;
-mod gloss;
 mod index;
 mod march;
 mod mirrors;
@@ -24,16 +24,16 @@ mod update;
 use crate::backend::{Backend, Batch, BatchGradient, Marching, Objective, StepOutcome};
 use crate::reflection::Reflection;
 use crate::refraction::Refraction;
+pub use clearcoat::ClearcoatMoments;
 use colour::Layout;
 use fearless_simd::{Level, dispatch};
-pub use gloss::GlossMoments;
 pub use index::{AdamMoments, IndexMoments};
 use march::Marcher;
 pub use mirrors::{MirrorGradient, MirrorMoments};
 use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::optimiser::RmsProp;
-use refraxel_core::radiance::{Pixel, gloss::Gloss};
+use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
 use refraxel_core::{
     AlignedVec, Background, BrickMap, Domain, EnvironmentMap, FieldGradient, Ray, Vec3, VoxelField,
 };
@@ -53,7 +53,7 @@ struct Scene<'a> {
     background: &'a Background<f32>,
     refraction: &'a Refraction,
     reflection: &'a Reflection,
-    gloss: Option<&'a Gloss<f32>>,
+    clearcoat: Option<&'a Clearcoat<f32>>,
     layout: &'a Layout,
     marcher: &'a Marcher,
 }
@@ -65,7 +65,7 @@ pub struct CpuBackend {
     background: Background<f32>,
     refraction: Refraction,
     reflection: Reflection,
-    gloss: Option<Gloss<f32>>,
+    clearcoat: Option<Clearcoat<f32>>,
     moments: Moments,
     layout: Layout,
     marcher: Marcher,
@@ -87,8 +87,8 @@ pub struct Moments {
     pub index: Vec<IndexMoments>,
     /// Of what surfaces mirror, per region.
     pub reflection: Vec<MirrorMoments>,
-    /// Of the coat of opaque things; empty without one.
-    pub gloss: GlossMoments,
+    /// Of the clearcoat of opaque things; empty without one.
+    pub clearcoat: ClearcoatMoments,
 }
 
 /// Run a kernel that is generic over the number of 16-lane blocks of a voxel.
@@ -112,7 +112,7 @@ impl Moments {
             background: vec![[0.0; 3]; texels_of(background)],
             index: Vec::new(),
             reflection: Vec::new(),
-            gloss: GlossMoments::default(),
+            clearcoat: ClearcoatMoments::default(),
         }
     }
 }
@@ -146,7 +146,7 @@ impl CpuBackend {
             marcher: Marcher::new(&field),
             refraction: Refraction::none(),
             reflection: Reflection::none(),
-            gloss: None,
+            clearcoat: None,
             tapes: Vec::new(),
             pool: GradientPool::new(field.degree.stride()),
             field,
@@ -197,21 +197,21 @@ impl CpuBackend {
         self.moments.reflection = moments;
     }
 
-    /// The coat of opaque things.
-    pub fn gloss(&self) -> Option<&Gloss<f32>> {
-        self.gloss.as_ref()
+    /// The clearcoat of opaque things.
+    pub fn clearcoat(&self) -> Option<&Clearcoat<f32>> {
+        self.clearcoat.as_ref()
     }
 
-    /// Coat opaque things; the coat has no moments yet.
-    pub fn set_gloss(&mut self, gloss: Gloss<f32>) {
-        self.moments.gloss = GlossMoments::zero(&gloss);
-        self.gloss = Some(gloss);
+    /// ClearcoatReflection opaque things; the clearcoat has no moments yet.
+    pub fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>) {
+        self.moments.clearcoat = ClearcoatMoments::zero(&clearcoat);
+        self.clearcoat = Some(clearcoat);
     }
 
-    /// Coat opaque things, and go on with these moments.
-    pub fn restore_gloss(&mut self, gloss: Option<Gloss<f32>>, moments: GlossMoments) {
-        self.gloss = gloss;
-        self.moments.gloss = moments;
+    /// ClearcoatReflection opaque things, and go on with these moments.
+    pub fn restore_clearcoat(&mut self, clearcoat: Option<Clearcoat<f32>>, moments: ClearcoatMoments) {
+        self.clearcoat = clearcoat;
+        self.moments.clearcoat = moments;
     }
 
     /// Set the raw density of all voxels whose world position is chosen; their moments start anew.
@@ -264,7 +264,7 @@ impl CpuBackend {
             background: &self.background,
             refraction: &self.refraction,
             reflection: &self.reflection,
-            gloss: self.gloss.as_ref(),
+            clearcoat: self.clearcoat.as_ref(),
             layout: &self.layout,
             marcher: &self.marcher,
         }
@@ -452,9 +452,9 @@ impl Backend for CpuBackend {
             self.update_background(&tapes, objective.rate_background);
             if let Some(objective) = &objective.reflection {
                 mirrors::update(&mut self.reflection, &mut self.moments.reflection, &tapes, objective);
-                if let Some(gloss) = &mut self.gloss {
+                if let Some(clearcoat) = &mut self.clearcoat {
                     let seen = (self.reflection.source, &tapes[..]);
-                    gloss::update(gloss, &mut self.moments.gloss, seen, objective);
+                    clearcoat::update(clearcoat, &mut self.moments.clearcoat, seen, objective);
                 }
             }
         }
@@ -486,7 +486,10 @@ impl Backend for CpuBackend {
             background: self.background_gradient(&tapes),
             medium,
             reflection,
-            gloss: self.gloss.as_ref().map(|g| gloss::gradient(g, self.reflection.source, &tapes)),
+            clearcoat: self
+                .clearcoat
+                .as_ref()
+                .map(|g| clearcoat::gradient(g, self.reflection.source, &tapes)),
             rays,
             outcome,
         }
@@ -522,7 +525,7 @@ impl Backend for CpuBackend {
             background: std::mem::take(&mut self.moments.background),
             index: std::mem::take(&mut self.moments.index),
             reflection: std::mem::take(&mut self.moments.reflection),
-            gloss: std::mem::take(&mut self.moments.gloss),
+            clearcoat: std::mem::take(&mut self.moments.clearcoat),
             ..Moments::zero(&self.field, &Background::Constant([0.0; 3]))
         };
         self.marcher = Marcher::new(&self.field);

@@ -3,8 +3,8 @@
 use super::Scene;
 use super::colour::{shade_vjp, voxels};
 use super::march::Sample;
-use super::tape::{Kick, Record};
-use super::trace::Arm;
+use super::tape::{IndexSample, Record};
+use super::trace::MarchedSegment;
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
 use refraxel_core::optics::{PartialReflectionAdjoint, RayAdjoint, Tracer};
@@ -19,7 +19,7 @@ pub(super) struct PathAdjoint<'a> {
     pub ray: &'a Ray<f32>,
     /// dLoss/d(direction) of the exit ray, tangential.
     pub d_exit: Vec3<f32>,
-    /// All samples count. Otherwise those before the first kick are left out: no index moves them.
+    /// All samples count. Otherwise those before the first index_sample are left out: no index moves them.
     pub all: bool,
     /// The index learns from the path: it meets surfaces seldom enough.
     pub counts: bool,
@@ -28,15 +28,15 @@ pub(super) struct PathAdjoint<'a> {
 }
 
 impl PathAdjoint<'_> {
-    /// dLoss/d(origin, direction) of the ray, theory (3.14); what kicks receive is noted, theory (2.16).
+    /// dLoss/d(origin, direction) of the ray, theory (3.14); what index_samples receive is noted, theory (2.16).
     #[inline(always)]
     pub(super) fn run<S: Simd, const BLOCKS: usize>(
         &self,
         simd: S,
         scene: &Scene,
-        (samples, records, arms): (&[Sample], &[Record], &[Arm]),
+        (samples, records, marched): (&[Sample], &[Record], &[MarchedSegment]),
         bent: Option<(&Tracer<f32>, &Path<f32>)>,
-        (sums, kicks): (&mut SegmentSums, &mut Vec<Kick>),
+        (sums, index_samples): (&mut SegmentSums, &mut Vec<IndexSample>),
     ) -> (Vec3<f32>, Vec3<f32>) {
         let segments = bent.map_or(1, |(_, path)| path.segments.len());
         let fixed = if self.all { 0 } else { 1 };
@@ -44,52 +44,53 @@ impl PathAdjoint<'_> {
         sums.resize(segments, (Vec3::zero(), Vec3::zero()));
         let colour = voxels::<BLOCKS>(&scene.field.colour);
         for (s, r) in samples.iter().zip(records) {
-            let arm = &arms[s.arm as usize];
-            if (arm.place as usize) < fixed {
+            let marched_segment = &marched[s.segment as usize];
+            if (marched_segment.place as usize) < fixed {
                 continue;
             }
             let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
             let sample = (&s.corners, &s.weights, s.fraction);
-            let (d_node, d_basis) = shade_vjp(simd, colour, sample, (scene.layout, &arm.basis), r.d_colour);
+            let (d_node, d_basis) =
+                shade_vjp(simd, colour, sample, (scene.layout, &marched_segment.basis), r.d_colour);
             let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
-            let d_x = scene.field.domain.node_vjp(arm.segment.at(s.t), d_node);
-            let d_unit = scene.layout.basis_vjp(arm.unit, &d_basis);
+            let d_x = scene.field.domain.node_vjp(marched_segment.segment.at(s.t), d_node);
+            let d_unit = scene.layout.basis_vjp(marched_segment.unit, &d_basis);
             // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
             let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
-            let tangent = d_unit - arm.unit * arm.unit.dot(d_unit);
-            let sum = &mut sums[arm.place as usize];
+            let tangent = d_unit - marched_segment.unit * marched_segment.unit.dot(d_unit);
+            let sum = &mut sums[marched_segment.place as usize];
             sum.0 += d_x;
-            sum.1 += d_x * s.t + (arm.unit * (d_tau * s.tau) + tangent) / arm.speed;
+            sum.1 += d_x * s.t + (marched_segment.unit * (d_tau * s.tau) + tangent) / marched_segment.speed;
         }
         let Some((tracer, path)) = bent else {
             return (sums[0].0, sums[0].1 + self.d_exit);
         };
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
-        let mut kicks = Kicks { list: kicks, wanted: self.counts };
+        let mut index_samples = IndexSampleTape { list: index_samples, wanted: self.counts };
         let d_path = (&sums[..], self.d_reflections);
-        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut kicks);
+        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut index_samples);
         (d.origin, d.direction)
     }
 }
 
-/// Notes kicks for a later scatter.
-struct Kicks<'a> {
-    list: &'a mut Vec<Kick>,
+/// Notes index_samples for a later scatter.
+struct IndexSampleTape<'a> {
+    list: &'a mut Vec<IndexSample>,
     /// The path counts.
     wanted: bool,
 }
 
-impl IndexGradient<f32> for Kicks<'_> {
+impl IndexGradient<f32> for IndexSampleTape<'_> {
     #[inline(always)]
     fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
         if self.wanted {
-            self.list.push(Kick { region: region as u32, surface: false, x, d });
+            self.list.push(IndexSample { region: region as u32, surface: false, x, d });
         }
     }
     #[inline(always)]
     fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
         if self.wanted {
-            self.list.push(Kick { region: region as u32, surface: true, x, d });
+            self.list.push(IndexSample { region: region as u32, surface: true, x, d });
         }
     }
 }

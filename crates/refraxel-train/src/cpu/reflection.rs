@@ -4,8 +4,8 @@
 //! surface adds the light that it mirrors.
 
 use super::march::Sample;
-use super::tape::{Query, Tape};
-use super::trace::Arm;
+use super::tape::{CacheLookup, Tape};
+use super::trace::MarchedSegment;
 use crate::reflection::{Reflection, Source};
 use refraxel_core::Path;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
@@ -14,7 +14,7 @@ use std::ops::Range;
 
 /// A partial reflection of a ray of the packet.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Glimpse {
+pub(super) struct MirroredSample {
     pub of: PartialReflection<f32>,
     /// The packet's samples up to here lie before it.
     pub samples: usize,
@@ -32,7 +32,7 @@ pub(super) struct Glimpse {
     d_share: f32,
 }
 
-impl Glimpse {
+impl MirroredSample {
     pub(super) fn new(of: PartialReflection<f32>, samples: usize, share: f32, mirrored: [f32; 3]) -> Self {
         let zero = [0.0; 3];
         Self {
@@ -59,15 +59,15 @@ impl Glimpse {
 pub(super) fn find(
     reflection: &Reflection,
     (tracer, path): (&Tracer<f32>, &Path<f32>),
-    (samples, arms, range): (&[Sample], &[Arm], Range<usize>),
+    (samples, marched, range): (&[Sample], &[MarchedSegment], Range<usize>),
     opaque: bool,
-    (found, out): (&mut Vec<PartialReflection<f32>>, &mut Vec<Glimpse>),
+    (found, out): (&mut Vec<PartialReflection<f32>>, &mut Vec<MirroredSample>),
 ) {
     tracer.partial_reflections(path, found);
     let own = &samples[range.clone()];
     for of in found.iter() {
         let mirror = &reflection.mirrors[usize::from(of.region)];
-        let before = own.partition_point(|s| arms[s.arm as usize].place as usize <= of.segment);
+        let before = own.partition_point(|s| marched[s.segment as usize].place as usize <= of.segment);
         if opaque && before == own.len() {
             break;
         }
@@ -78,7 +78,7 @@ pub(super) fn find(
             }
             Source::Exact | Source::Black => [0.0; 3],
         };
-        out.push(Glimpse::new(*of, range.start + before, mirror.strength * of.reflectance, mirrored));
+        out.push(MirroredSample::new(*of, range.start + before, mirror.strength * of.reflectance, mirrored));
     }
 }
 
@@ -97,11 +97,11 @@ fn over(samples: &[Sample], mut behind: [f32; 3]) -> [f32; 3] {
 pub(super) fn composite(
     samples: &[Sample],
     range: Range<usize>,
-    glimpses: &mut [Glimpse],
+    mirrored_samples: &mut [MirroredSample],
     behind: [f32; 3],
 ) -> [f32; 3] {
     let (mut seen, mut end) = (behind, range.end);
-    for g in glimpses.iter_mut().rev() {
+    for g in mirrored_samples.iter_mut().rev() {
         g.behind = over(&samples[g.samples..end], seen);
         g.shown = mix(g.share, g.mirrored, g.behind);
         (seen, end) = (g.shown, g.samples);
@@ -113,19 +113,19 @@ pub(super) fn composite(
 /// Notes what the caches and strengths receive.
 pub(super) fn look_back(
     (samples, first): (&[Sample], usize),
-    glimpses: &mut [Glimpse],
+    mirrored_samples: &mut [MirroredSample],
     d_colour: [f32; 3],
     tape: &mut Tape,
 ) -> [f32; 3] {
     let mut d_seen = d_colour;
-    for g in glimpses {
+    for g in mirrored_samples {
         let before = samples[first..g.samples].last().map_or(1.0, |s| s.before * (1.0 - s.alpha));
         let d = mix_vjp(g.share, g.mirrored, g.behind, d_seen);
         g.d_shown = d_seen;
         g.d_mirrored = d.mirrored.map(|v| before * v);
         g.d_share = before * d.share;
         d_seen = d.behind;
-        tape.queries.push(Query {
+        tape.lookups.push(CacheLookup {
             region: g.of.region.into(),
             inner: g.of.from_inside,
             x: g.of.position,
@@ -147,27 +147,27 @@ pub(super) struct Section {
 /// The sections of a ray, from the back.
 pub(super) fn sections<'a>(
     range: Range<usize>,
-    glimpses: &'a [Glimpse],
+    mirrored_samples: &'a [MirroredSample],
     (d_exit, behind): ([f32; 3], [f32; 3]),
     d_colour: [f32; 3],
 ) -> impl Iterator<Item = Section> + 'a {
-    let n = glimpses.len();
+    let n = mirrored_samples.len();
     (0..=n).rev().map(move |k| Section {
-        samples: if k == 0 { range.start } else { glimpses[k - 1].samples }
-            ..glimpses.get(k).map_or(range.end, |g| g.samples),
-        d_colour: glimpses.get(k).map_or(if n == 0 { d_colour } else { d_exit }, |g| g.d_shown),
-        behind: glimpses.get(k).map_or(behind, |g| g.shown),
+        samples: if k == 0 { range.start } else { mirrored_samples[k - 1].samples }
+            ..mirrored_samples.get(k).map_or(range.end, |g| g.samples),
+        d_colour: mirrored_samples.get(k).map_or(if n == 0 { d_colour } else { d_exit }, |g| g.d_shown),
+        behind: mirrored_samples.get(k).map_or(behind, |g| g.shown),
     })
 }
 
 /// dLoss/d(partial reflections) of a ray, theory (7.4): what the path's adjoint starts from.
 pub(super) fn reflection_adjoints(
     reflection: &Reflection,
-    glimpses: &[Glimpse],
+    mirrored_samples: &[MirroredSample],
     out: &mut Vec<PartialReflectionAdjoint<f32>>,
 ) {
     out.clear();
-    for g in glimpses {
+    for g in mirrored_samples {
         let mirror = &reflection.mirrors[usize::from(g.of.region)];
         let mut d =
             PartialReflectionAdjoint { reflectance: g.d_share * mirror.strength, ..Default::default() };

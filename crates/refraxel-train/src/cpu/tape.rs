@@ -16,14 +16,14 @@ pub(super) const BUCKET_SLOTS: usize = 64;
 pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
 
 /// The basis of a record of the density gradient at a sample: `d_colour` is dLoss/d(∇θ) [node].
-pub(super) const TILT: u32 = u32::MAX;
+pub(super) const DENSITY_GRADIENT: u32 = u32::MAX;
 
 /// The adjoint of one sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
     pub cell: Cell,
     pub fraction: Vec3<f32>,
-    /// Which of the tape's bases (directions of segments) coloured it; or [`TILT`].
+    /// Which of the tape's bases (directions of segments) coloured it; or [`DENSITY_GRADIENT`].
     pub basis: u32,
     /// dLoss/dθ at the sample; in the pass that looks for what to prune, the sample's weight T a instead.
     pub d_theta: f32,
@@ -32,7 +32,7 @@ pub(super) struct Record {
 
 /// The adjoint of one evaluation of the index, or of a surface, on a bent path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Kick {
+pub(super) struct IndexSample {
     pub region: u32,
     /// Of the level set φ; else of w.
     pub surface: bool,
@@ -43,7 +43,7 @@ pub(super) struct Kick {
 
 /// The adjoint of one look into a radiance cache.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Query {
+pub(super) struct CacheLookup {
     pub region: u32,
     /// Of the inner cache, else of the outer one.
     pub inner: bool,
@@ -60,10 +60,10 @@ pub(super) struct Tape {
     pub records: Vec<Record>,
     /// SH bases of the directions of the chunk's segments.
     pub bases: Vec<Lanes>,
-    /// Kicks of the chunk's bent paths.
-    pub kicks: Vec<Kick>,
-    /// Queries of the chunk's radiance caches.
-    pub queries: Vec<Query>,
+    /// IndexSampleTape of the chunk's bent paths.
+    pub index_samples: Vec<IndexSample>,
+    /// Look-ups of the chunk's radiance caches.
+    pub lookups: Vec<CacheLookup>,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
@@ -137,8 +137,8 @@ impl Tape {
     pub(super) fn clear(&mut self) {
         self.records.clear();
         self.bases.clear();
-        self.kicks.clear();
-        self.queries.clear();
+        self.index_samples.clear();
+        self.lookups.clear();
         self.texels.clear();
     }
 

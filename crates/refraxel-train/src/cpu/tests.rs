@@ -8,7 +8,7 @@ use refraxel_core::sh::ShDegree;
 use refraxel_core::{Aabb, Extent, vec3};
 
 mod bent;
-mod glossy;
+mod clearcoated;
 mod mirrored;
 
 /// f32 epsilon 6e-8 × about 30 samples × up to 16 terms each, with a margin of 3.

@@ -1,11 +1,11 @@
 //! The fused pass over a chunk of rays: trace, march, shade, compare, and march back while everything is in the cache.
 
 use super::Scene;
+use super::clearcoat::{self, CLEARCOAT};
 use super::colour::{Lanes, prefetch_corners, shade, voxels};
-use super::gloss::{self, COAT};
 use super::march::Sample;
 use super::path_adjoint::{PathAdjoint, SegmentSums};
-use super::reflection::{self, Glimpse, Section};
+use super::reflection::{self, MirroredSample, Section};
 use super::secondary::SecondScratch;
 use super::tape::{Record, Tape};
 use crate::backend::{Batch, Marching, Objective, StepOutcome};
@@ -25,7 +25,7 @@ const AHEAD: usize = 4;
 
 /// A segment that has samples.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arm {
+pub(super) struct MarchedSegment {
     pub segment: Segment<f32>,
     /// Which segment of its path.
     pub place: u32,
@@ -44,7 +44,7 @@ pub(super) struct Found {
     /// End of its samples in the packet's.
     samples: usize,
     /// End of its partial reflections in the packet's.
-    glimpses: usize,
+    mirrored_samples: usize,
     /// Transmittance at its end.
     pub left: f32,
     /// The path bends.
@@ -57,16 +57,16 @@ pub(super) struct Found {
 #[derive(Default)]
 pub(super) struct Scratch {
     samples: Vec<Sample>,
-    pub arms: Vec<Arm>,
+    pub marched: Vec<MarchedSegment>,
     found: Vec<Found>,
     /// The bent paths, one per ray of the packet.
     paths: [Path<f32>; PACKET],
     sums: SegmentSums,
-    glimpses: Vec<Glimpse>,
+    mirrored_samples: Vec<MirroredSample>,
     reflections: Vec<PartialReflection<f32>>,
     d_reflections: Vec<PartialReflectionAdjoint<f32>>,
     second: SecondScratch,
-    tilts: Vec<Record>,
+    density_gradients: Vec<Record>,
 }
 
 /// How a chunk traces its rays.
@@ -91,11 +91,21 @@ impl<'a> View<'a> {
         self.tracer.as_ref().filter(|_| !self.scene.reflection.is_none())
     }
 
-    /// What a straight ray sees in the coat of what it ends at.
+    /// What a straight ray sees in the clearcoat of what it ends at.
     #[inline(always)]
-    fn coat(&self, ray: &Ray<f32>, bent: bool, seen: (&[Sample], &[Arm], Range<usize>)) -> Option<Glimpse> {
-        let gloss = self.scene.gloss.filter(|_| !bent)?;
-        gloss::glimpse((self.scene, self.marching.min_optical_depth), gloss, ray.direction, seen)
+    fn reflection(
+        &self,
+        ray: &Ray<f32>,
+        bent: bool,
+        seen: (&[Sample], &[MarchedSegment], Range<usize>),
+    ) -> Option<MirroredSample> {
+        let clearcoat = self.scene.clearcoat.filter(|_| !bent)?;
+        clearcoat::mirrored_sample(
+            (self.scene, self.marching.min_optical_depth),
+            clearcoat,
+            ray.direction,
+            seen,
+        )
     }
 
     /// The samples of one ray, appended; where it bends, its path.
@@ -105,7 +115,7 @@ impl<'a> View<'a> {
         simd: S,
         (ray, offset): (&Ray<f32>, f32),
         path: &mut Path<f32>,
-        (samples, arms): (&mut Vec<Sample>, &mut Vec<Arm>),
+        (samples, marched): (&mut Vec<Sample>, &mut Vec<MarchedSegment>),
     ) -> Found {
         let (scene, marcher) = (self.scene, self.scene.marcher);
         let mut front = marcher.start(offset, self.marching, samples);
@@ -127,12 +137,19 @@ impl<'a> View<'a> {
         for (place, segment) in segments.iter().enumerate() {
             let speed = segment.momentum.length();
             if segment.range[0] < segment.range[1] {
-                let arm = arms.len() as u32;
+                let marched_segment = marched.len() as u32;
                 let out = (&mut front, &mut *samples);
-                if marcher.march(simd, scene.field, (segment, arm), self.marching, out) {
+                if marcher.march(simd, scene.field, (segment, marched_segment), self.marching, out) {
                     let unit = segment.momentum / speed;
                     let basis = scene.layout.basis(unit);
-                    arms.push(Arm { segment: *segment, place: place as u32, unit, speed, arc, basis });
+                    marched.push(MarchedSegment {
+                        segment: *segment,
+                        place: place as u32,
+                        unit,
+                        speed,
+                        arc,
+                        basis,
+                    });
                 }
                 if front.opaque {
                     break;
@@ -142,7 +159,7 @@ impl<'a> View<'a> {
         }
         marcher.finish(simd, &scene.field.density, self.marching, (&mut front, samples));
         let (samples, left) = (samples.len(), front.transmittance);
-        Found { samples, glimpses: 0, left, bent: bending.is_some(), exit }
+        Found { samples, mirrored_samples: 0, left, bent: bending.is_some(), exit }
     }
 
     /// March and shade a packet of rays.
@@ -153,37 +170,46 @@ impl<'a> View<'a> {
         (rays, offsets): (&[Ray<f32>], &[f32]),
         scratch: &mut Scratch,
     ) {
-        let Scratch { samples, arms, found, paths, glimpses, reflections, .. } = scratch;
+        let Scratch { samples, marched, found, paths, mirrored_samples, reflections, .. } = scratch;
         samples.clear();
-        arms.clear();
+        marched.clear();
         found.clear();
-        glimpses.clear();
+        mirrored_samples.clear();
         for ((i, ray), path) in rays.iter().enumerate().zip(paths) {
             let (offset, first) = (offsets.get(i).copied().unwrap_or(0.5), samples.len());
-            let mut of_ray = self.march(simd, (ray, offset), path, (samples, arms));
+            let mut of_ray = self.march(simd, (ray, offset), path, (samples, marched));
             if let Some(tracer) = self.mirroring().filter(|_| of_ray.bent) {
                 let opaque = of_ray.left < self.marching.min_transmittance;
-                let seen = (&samples[..], &arms[..], first..samples.len());
+                let seen = (&samples[..], &marched[..], first..samples.len());
                 reflection::find(
                     self.scene.reflection,
                     (tracer, path),
                     seen,
                     opaque,
-                    (reflections, glimpses),
+                    (reflections, mirrored_samples),
                 );
             }
-            glimpses.extend(self.coat(ray, of_ray.bent, (samples, arms, first..samples.len())));
-            of_ray.glimpses = glimpses.len();
+            mirrored_samples.extend(self.reflection(
+                ray,
+                of_ray.bent,
+                (samples, marched, first..samples.len()),
+            ));
+            of_ray.mirrored_samples = mirrored_samples.len();
             found.push(of_ray);
         }
-        self.shade_all::<S, BLOCKS>(simd, samples, arms);
+        self.shade_all::<S, BLOCKS>(simd, samples, marched);
         if self.scene.reflection.source == Source::Exact {
-            self.look_exactly::<S, BLOCKS>(simd, &mut scratch.second, &mut scratch.glimpses);
+            self.look_exactly::<S, BLOCKS>(simd, &mut scratch.second, &mut scratch.mirrored_samples);
         }
     }
 
     #[inline(always)]
-    pub fn shade_all<S: Simd, const BLOCKS: usize>(&self, simd: S, samples: &mut [Sample], arms: &[Arm]) {
+    pub fn shade_all<S: Simd, const BLOCKS: usize>(
+        &self,
+        simd: S,
+        samples: &mut [Sample],
+        marched: &[MarchedSegment],
+    ) {
         let colour = voxels::<BLOCKS>(&self.scene.field.colour);
         for s in samples.iter().take(AHEAD) {
             prefetch_corners(colour, &s.corners);
@@ -193,7 +219,7 @@ impl<'a> View<'a> {
                 prefetch_corners(colour, &next.corners);
             }
             let s = &mut samples[k];
-            let basis = &arms[s.arm as usize].basis;
+            let basis = &marched[s.segment as usize].basis;
             s.colour = shade::<S, BLOCKS>(simd, colour, &s.corners, &s.weights, (self.scene.layout, basis));
         }
     }
@@ -201,15 +227,15 @@ impl<'a> View<'a> {
 
 /// C = Σ T a c over the samples of one ray, theory (3.9).
 #[inline(always)]
-pub(super) fn composite(samples: &[Sample], arms: &[Arm], transmittance: f32) -> Pixel<f32> {
+pub(super) fn composite(samples: &[Sample], marched: &[MarchedSegment], transmittance: f32) -> Pixel<f32> {
     let mut pixel = Pixel { colour: [0.0; 3], transmittance, depth: 0.0 };
     for s in samples {
         let weight = s.before * s.alpha;
         for c in 0..3 {
             pixel.colour[c] += weight * s.colour[c];
         }
-        let arm = &arms[s.arm as usize];
-        pixel.depth += weight * (arm.arc + arm.speed * s.t);
+        let marched_segment = &marched[s.segment as usize];
+        pixel.depth += weight * (marched_segment.arc + marched_segment.speed * s.t);
     }
     pixel
 }
@@ -226,13 +252,13 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
     let (view, mut scratch) = (View::new(scene, marching), Scratch::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
         view.march_packet::<S, BLOCKS>(simd, (rays, &[]), &mut scratch);
-        let (mut first, mut glimpse) = (0, 0);
+        let (mut first, mut mirrored_sample) = (0, 0);
         for (found, out) in scratch.found.iter().zip(out) {
-            *out = composite(&scratch.samples[first..found.samples], &scratch.arms, found.left);
+            *out = composite(&scratch.samples[first..found.samples], &scratch.marched, found.left);
             let behind = scene.background.radiance(found.exit.origin, found.exit.direction);
-            let glimpses = &mut scratch.glimpses[glimpse..found.glimpses];
-            out.colour = shown(&scratch.samples, first..found.samples, glimpses, (out, behind));
-            (first, glimpse) = (found.samples, found.glimpses);
+            let mirrored_samples = &mut scratch.mirrored_samples[mirrored_sample..found.mirrored_samples];
+            out.colour = shown(&scratch.samples, first..found.samples, mirrored_samples, (out, behind));
+            (first, mirrored_sample) = (found.samples, found.mirrored_samples);
         }
     }
 }
@@ -246,11 +272,11 @@ pub(super) fn weigh_chunk<S: Simd, const BLOCKS: usize>(
     marching: &Marching,
 ) -> Tape {
     let (view, mut scratch, mut tape) = (View::new(scene, marching), Scratch::default(), Tape::default());
-    let Scratch { samples, arms, paths: [path, ..], .. } = &mut scratch;
+    let Scratch { samples, marched, paths: [path, ..], .. } = &mut scratch;
     for ray in rays {
         samples.clear();
-        arms.clear();
-        view.march(simd, (ray, 0.5), path, (samples, arms));
+        marched.clear();
+        view.march(simd, (ray, 0.5), path, (samples, marched));
         tape.records.extend(samples.iter().map(|s| Record {
             cell: s.cell,
             fraction: s.fraction,
@@ -283,30 +309,56 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
         let rays = (&batch.rays[packet.clone()], &batch.offset[packet.clone()]);
         view.march_packet::<S, BLOCKS>(simd, rays, &mut scratch);
         outcome.samples += scratch.samples.len() as u64;
-        let Scratch { samples: all, arms, found, paths, sums, glimpses, d_reflections, tilts, .. } =
-            &mut scratch;
-        let (mut first, mut glimpse) = (0, 0);
+        let Scratch {
+            samples: all,
+            marched,
+            found,
+            paths,
+            sums,
+            mirrored_samples,
+            d_reflections,
+            density_gradients,
+            ..
+        } = &mut scratch;
+        let (mut first, mut mirrored_sample) = (0, 0);
         for ((ray, found), path) in packet.clone().zip(found).zip(paths) {
-            let (own, glimpses) = (first..found.samples, &mut glimpses[glimpse..found.glimpses]);
-            (first, glimpse) = (found.samples, found.glimpses);
-            let pixel = composite(&all[own.clone()], arms, found.left);
-            let seen = (&all[..], own.clone(), &mut *glimpses);
+            let (own, mirrored_samples) =
+                (first..found.samples, &mut mirrored_samples[mirrored_sample..found.mirrored_samples]);
+            (first, mirrored_sample) = (found.samples, found.mirrored_samples);
+            let pixel = composite(&all[own.clone()], marched, found.left);
+            let seen = (&all[..], own.clone(), &mut *mirrored_samples);
             let d = compare(scene, (batch, ray), seen, (pixel, &found.exit), objective, tape);
             outcome.squared_error += d.squared_error;
             let records = tape.records.len();
-            tilts.clear();
-            if let (Some(gloss), Some(g)) = (scene.gloss, glimpses.first().filter(|g| g.of.region == COAT)) {
-                let d = gloss::adjoint((gloss, scene.reflection.source), &g.of, g.d());
-                let coat = (gloss, batch.rays[ray].direction);
+            density_gradients.clear();
+            if let (Some(clearcoat), Some(g)) =
+                (scene.clearcoat, mirrored_samples.first().filter(|g| g.of.region == CLEARCOAT))
+            {
+                let d = clearcoat::adjoint((clearcoat, scene.reflection.source), &g.of, g.d());
+                let clearcoat = (clearcoat, batch.rays[ray].direction);
                 let least = objective.marching.min_optical_depth;
-                gloss::look_back((scene, least), coat, &d, (&mut all[own.clone()], arms), tilts);
+                clearcoat::look_back(
+                    (scene, least),
+                    clearcoat,
+                    &d,
+                    (&mut all[own.clone()], marched),
+                    density_gradients,
+                );
             }
-            for section in reflection::sections(own.clone(), glimpses, (d.at_exit, d.behind), d.colour) {
+            for section in
+                reflection::sections(own.clone(), mirrored_samples, (d.at_exit, d.behind), d.colour)
+            {
                 let left = (d.last, d.transmittance);
-                march_back((&all[section.samples.clone()], arms), &section, left, objective.sparsity, tape);
+                march_back(
+                    (&all[section.samples.clone()], marched),
+                    &section,
+                    left,
+                    objective.sparsity,
+                    tape,
+                );
             }
             tape.records[records..].reverse();
-            tape.records.append(tilts);
+            tape.records.append(density_gradients);
             let wanted = ray_gradients.get_mut(ray - range.start);
             let bent = view.tracer.as_ref().filter(|_| found.bent).map(|t| (t, &*path));
             let counts = bent.is_some_and(|(_, path)| path.events().count() <= most_events);
@@ -314,13 +366,13 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
                 continue;
             }
             let d_exit = background_vjp(scene, batch, &found.exit, &d);
-            let made = (&all[own], &tape.records[records..], &arms[..]);
+            let made = (&all[own], &tape.records[records..], &marched[..]);
             if bent.is_some() {
-                reflection::reflection_adjoints(scene.reflection, glimpses, d_reflections);
+                reflection::reflection_adjoints(scene.reflection, mirrored_samples, d_reflections);
             }
             let (ray, all) = (&batch.rays[ray], wanted.is_some());
             let adjoint = PathAdjoint { ray, d_exit, all, counts, d_reflections };
-            let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.kicks));
+            let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, made, bent, (sums, &mut tape.index_samples));
             if let Some(wanted) = wanted {
                 *wanted = d_ray;
             }
@@ -346,11 +398,11 @@ struct PixelAdjoint {
 pub(super) fn shown(
     samples: &[Sample],
     range: Range<usize>,
-    glimpses: &mut [Glimpse],
+    mirrored_samples: &mut [MirroredSample],
     (pixel, behind): (&Pixel<f32>, [f32; 3]),
 ) -> [f32; 3] {
-    if !glimpses.is_empty() {
-        return reflection::composite(samples, range, glimpses, behind);
+    if !mirrored_samples.is_empty() {
+        return reflection::composite(samples, range, mirrored_samples, behind);
     }
     [0, 1, 2].map(|c| pixel.colour[c] + pixel.transmittance * behind[c])
 }
@@ -360,7 +412,7 @@ pub(super) fn shown(
 fn compare(
     scene: &Scene,
     (batch, ray): (&Batch, usize),
-    (samples, range, glimpses): (&[Sample], Range<usize>, &mut [Glimpse]),
+    (samples, range, mirrored_samples): (&[Sample], Range<usize>, &mut [MirroredSample]),
     (pixel, exit): (Pixel<f32>, &Ray<f32>),
     objective: &Objective,
     tape: &mut Tape,
@@ -370,13 +422,13 @@ fn compare(
     let behind = given.copied().unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
     let (mut colour, mut squared_error) = ([0.0; 3], 0.0);
     let first = range.start;
-    let shown = shown(samples, range, glimpses, (&pixel, behind));
+    let shown = shown(samples, range, mirrored_samples, (&pixel, behind));
     for c in 0..3 {
         let error = shown[c] - target[c];
         squared_error += f64::from(error * error);
         colour[c] = 2.0 * error;
     }
-    let at_exit = reflection::look_back((samples, first), glimpses, colour, tape);
+    let at_exit = reflection::look_back((samples, first), mirrored_samples, colour, tape);
     if let (None, Background::Environment(map)) = (given, scene.background) {
         let stencil = map.stencil(exit.direction);
         for k in 0..4 {
@@ -392,21 +444,21 @@ fn compare(
 /// The sweep from the back: one record per sample, from the last on, theory (3.10)–(3.13). The twin of [`composite`].
 #[inline(always)]
 fn march_back(
-    (samples, arms): (&[Sample], &[Arm]),
+    (samples, marched): (&[Sample], &[MarchedSegment]),
     d: &Section,
     (last, d_transmittance): (f32, f32),
     sparsity: f32,
     tape: &mut Tape,
 ) {
-    let mut arm = u32::MAX;
-    let (mut behind, d_colour_ray, mut worth_behind) = (d.behind, d.d_colour, 0.0);
+    let mut marched_segment = u32::MAX;
+    let (mut behind, d_colour_ray, mut d_weight_behind) = (d.behind, d.d_colour, 0.0);
     for s in samples.iter().rev() {
-        if s.arm != arm {
-            arm = s.arm;
-            tape.bases.push(arms[arm as usize].basis);
+        if s.segment != marched_segment {
+            marched_segment = s.segment;
+            tape.bases.push(marched[marched_segment as usize].basis);
         }
-        let mut contrast = s.worth - worth_behind;
-        worth_behind += s.alpha * contrast;
+        let mut contrast = s.d_weight - d_weight_behind;
+        d_weight_behind += s.alpha * contrast;
         let mut d_colour = [0.0; 3];
         for c in 0..3 {
             contrast += d_colour_ray[c] * (s.colour[c] - behind[c]);

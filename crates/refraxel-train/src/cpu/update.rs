@@ -1,7 +1,7 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
-use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, TILT, Tape};
+use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, DENSITY_GRADIENT, Tape};
 use crate::backend::Objective;
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
@@ -85,8 +85,8 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
     for tape in tapes {
         for r in tape.of_bucket(bucket) {
             let corners = field.map.corners(r.cell);
-            let tilt = r.basis == TILT;
-            let weights = if tilt {
+            let of_gradient = r.basis == DENSITY_GRADIENT;
+            let weights = if of_gradient {
                 trilinear::gradient_vjp(r.fraction, Vec3::from(r.d_colour))
             } else {
                 trilinear::weights(r.fraction)
@@ -101,7 +101,7 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
                 grad.density[voxel] += weight * r.d_theta;
                 grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
             }
-            if tilt {
+            if of_gradient {
                 continue;
             }
             let basis = (field.layout, &tape.bases[r.basis as usize]);

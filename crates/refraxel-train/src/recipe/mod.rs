@@ -11,15 +11,15 @@
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
 mod facets;
+mod ground;
 mod regions;
 mod search;
-mod support;
 
 use crate::backend::Backend;
 use crate::config::{Bending, Config};
 use crate::cpu::CpuBackend;
 use crate::initial::LocateError;
-use crate::rays::Shots;
+use crate::rays::RaySampler;
 use crate::refraction::{Optics, Refraction};
 use crate::schedule::training_marching;
 use refraxel_core::Medium;
@@ -54,7 +54,7 @@ pub fn check(config: &Config, masked: bool) -> Result<(), RecipeError> {
     if config.refraction == Bending::Off {
         return Ok(());
     }
-    let named = regions::given(config)?.is_some() || config.bounds_of_box().is_some();
+    let named = regions::index_source(config)?.is_some() || config.bounds_of_box().is_some();
     if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
 }
 
@@ -83,17 +83,17 @@ struct Start {
 /// Let rays bend from now on; says what was found.
 pub fn begin(
     backend: &mut CpuBackend,
-    shots: &Shots,
+    sampler: &RaySampler,
     config: &Config,
     near: f32,
 ) -> Result<Vec<String>, RecipeError> {
-    let regions = regions::find(backend, shots, config, near)?;
-    let mut news: Vec<String> = regions.iter().enumerate().map(|(k, r)| r.describe(k)).collect();
+    let regions = regions::find(backend, sampler, config, near)?;
+    let mut events: Vec<String> = regions.iter().enumerate().map(|(k, r)| r.describe(k)).collect();
     backend.set_density(config.contents_density, |x| regions.iter().any(|r| r.is_inside(x)));
     backend.refresh_occupancy(&training_marching(config, near));
-    let judge = Judge::new(shots, config, near);
-    let (starts, told) = search::starts(backend, &regions, &judge, config);
-    news.extend(told);
+    let judge = Judge::new(sampler, config, near);
+    let (starts, said) = search::starts(backend, &regions, &judge, config);
+    events.extend(said);
     let mut found = refraction(&regions, &starts, config);
     for (k, (region, start)) in regions.iter().zip(&starts).enumerate() {
         let grid = found.medium.region_mut(k);
@@ -106,7 +106,7 @@ pub fn begin(
         found.set_width(config.surface_width);
     }
     backend.set_refraction(found);
-    Ok(news)
+    Ok(events)
 }
 
 /// What a file (scene.json, volume, mesh) says of the index, on a grid with about this many nodes along its longest edge. A body
@@ -123,6 +123,6 @@ fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refracti
     let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
     let optics = Optics::of(config);
-    let extras = regions.iter().zip(starts).map(|(r, s)| r.extras(s)).collect();
-    Refraction { medium, optics, extras }
+    let states = regions.iter().zip(starts).map(|(r, s)| r.states(s)).collect();
+    Refraction { medium, optics, states }
 }

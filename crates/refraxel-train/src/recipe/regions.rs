@@ -1,15 +1,15 @@
 //! Where refractive things are, and their shapes.
 
 use super::facets::{Face, faces, fills};
-use super::support::{plane, widened};
+use super::ground::{plane, widened};
 use super::{Profile, RecipeError, Start};
 use crate::backend::{Backend, Marching};
 use crate::config::{Config, IndexShape, Stepping, Switch};
 use crate::cpu::CpuBackend;
 use crate::initial::{Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid};
 use crate::polyhedron::{Plane, Polyhedron};
-use crate::rays::{Selection, Shots, pixel_ray};
-use crate::refraction::Extras;
+use crate::rays::{RaySampler, Selection, pixel_ray};
+use crate::refraction::RegionState;
 use crate::schedule::training_marching;
 use refraxel_core::{Aabb, Camera, Domain, Extent, IndexGrid, LevelSet, Ray, Vec3};
 use refraxel_data::synth::{IndexTruth, Shape};
@@ -54,7 +54,7 @@ pub(super) struct Region {
 }
 
 /// What `index_from` names.
-pub(super) enum Given {
+pub(super) enum IndexSource {
     Truth(IndexTruth),
     Volume(IndexVolume),
     Mesh(Shape),
@@ -63,35 +63,35 @@ pub(super) enum Given {
 /// The regions and their shapes.
 pub(super) fn find(
     backend: &CpuBackend,
-    shots: &Shots,
+    sampler: &RaySampler,
     config: &Config,
     near: f32,
 ) -> Result<Vec<Region>, RecipeError> {
     let scene = backend.field().domain.bounds;
-    let given = given(config)?;
-    let spacing = |bounds: &Aabb<f32>| Spacing::Voxel(voxel(shots, config, bounds));
+    let index_source = index_source(config)?;
+    let spacing = |bounds: &Aabb<f32>| Spacing::Voxel(voxel(sampler, config, bounds));
     let site = |bounds: &Aabb<f32>| {
         let (bounds, resolution) = region_grid(bounds, spacing(bounds));
         Site { bounds, resolution, interpolation: config.index_interpolation.into() }
     };
-    let stated = config.bounds_of_box().or_else(|| given.as_ref().map(Given::bounds));
-    if let Some(given) = &given {
+    let stated = config.bounds_of_box().or_else(|| index_source.as_ref().map(IndexSource::bounds));
+    if let Some(index_source) = &index_source {
         let bounds = stated.unwrap_or(scene);
-        return Ok(vec![Region::given(site(&bounds), given, config)]);
+        return Ok(vec![Region::index_source(site(&bounds), index_source, config)]);
     }
     match (config.index_shape, stated) {
         (IndexShape::Uniform, bounds) => Ok(vec![Region::uniform(site(&bounds.unwrap_or(scene)))]),
         (IndexShape::Block, Some(b)) => Ok(vec![Region::body(site(&b), |x| block_distance(&b, x), config)]),
         (IndexShape::Ball, Some(b)) => Ok(vec![Region::body(site(&b), |x| ball_distance(&b, x), config)]),
         (shape, stated) => {
-            let silhouettes = silhouettes(backend, shots, config, near);
+            let silhouettes = silhouettes(backend, sampler, config, near);
             let outlines = Outlines::new(&silhouettes);
             let ground = Ground::new(&silhouettes, backend.field().domain.voxel());
             if outlines.is_empty() {
                 let bounds = stated.ok_or(RecipeError::Nowhere)?;
                 return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), config)]);
             }
-            let rays = shots.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
+            let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
             let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), config);
             let boxes = match stated {
                 Some(bounds) => vec![bounds],
@@ -111,14 +111,14 @@ pub(super) fn find(
 }
 
 /// Edge length of a region's voxels [scene unit].
-fn voxel(shots: &Shots, config: &Config, bounds: &Aabb<f32>) -> f32 {
+fn voxel(sampler: &RaySampler, config: &Config, bounds: &Aabb<f32>) -> f32 {
     let longest = bounds.extent().max_element();
     // Each later stage of the index doubles the resolution.
     let coarser = (1 << (config.index_stages.min(config.stages) - 1)) as f32;
     if config.index_resolution > 0 {
         return coarser * longest / config.index_resolution as f32;
     }
-    let pixel = shots.pixel_size(bounds.center());
+    let pixel = sampler.pixel_size(bounds.center());
     coarser * (pixel / config.index_voxels_per_pixel as f32).max(longest / 160.0)
 }
 
@@ -148,10 +148,10 @@ fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, config: &Con
 }
 
 /// Cameras and masks, with what hides refractive things: the opaque surfaces that straight rays have learned.
-fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) -> Vec<Silhouette> {
+fn silhouettes(backend: &CpuBackend, sampler: &RaySampler, config: &Config, near: f32) -> Vec<Silhouette> {
     // A ray that ends there tells the depth of what stands in front, however blurred, not of a wall far behind it.
     let marching = Marching { min_transmittance: 1.0 - OPAQUE, ..training_marching(config, near) };
-    let pixels: usize = shots.silhouettes().map(|(c, _)| (c.width * c.height) as usize).sum();
+    let pixels: usize = sampler.silhouettes().map(|(c, _)| (c.width * c.height) as usize).sum();
     let stride = (pixels as f64 / OCCLUDER_RAYS).sqrt().ceil().max(1.0) as u32;
     let opaque = |camera: &Camera| {
         let small = [camera.width.div_ceil(stride), camera.height.div_ceil(stride)];
@@ -175,7 +175,7 @@ fn silhouettes(backend: &CpuBackend, shots: &Shots, config: &Config, near: f32) 
         mask: mask.clone(),
         occluded_beyond: Some(opaque(camera)),
     };
-    shots.silhouettes().map(silhouette).collect()
+    sampler.silhouettes().map(silhouette).collect()
 }
 
 /// The opaque surfaces that straight rays have learned.
@@ -215,38 +215,38 @@ impl Ground {
 }
 
 /// What `index_from` names, if the shape comes from there.
-pub(super) fn given(config: &Config) -> Result<Option<Given>, RecipeError> {
+pub(super) fn index_source(config: &Config) -> Result<Option<IndexSource>, RecipeError> {
     let from_file = config.index_shape == IndexShape::File;
     from_file.then(|| read(Path::new(&config.index_from), config)).transpose()
 }
 
 /// A region as a file tells it, with about this many nodes along its longest edge, and its start.
 pub(super) fn stated(path: &Path, nodes: u32, config: &Config) -> Result<(Region, Start), RecipeError> {
-    let given = read(path, config)?;
-    let (bounds, resolution) = region_grid(&given.bounds(), Spacing::Longest(nodes));
+    let index_source = read(path, config)?;
+    let (bounds, resolution) = region_grid(&index_source.bounds(), Spacing::Longest(nodes));
     let site = Site { bounds, resolution, interpolation: config.index_interpolation.into() };
     // It need not learn: nothing is blurred, and all that is not vacuum bends.
     let config = &Config { index_smooth: 0.0, index_gate: Switch::Off, ..config.clone() };
-    let region = Region { free: Vec::new(), ..Region::given(site, &given, config) };
+    let region = Region { free: Vec::new(), ..Region::index_source(site, &index_source, config) };
     let is_sharp = region.has_one_index() && config.index_stepping == Stepping::Leapfrog;
     let profile = if is_sharp { Profile::Sharp } else { Profile::Smooth };
     Ok((region, Start { profile, index: config.index_guess, wall: 1.0, searched: false }))
 }
 
-fn read(path: &Path, config: &Config) -> Result<Given, RecipeError> {
+fn read(path: &Path, config: &Config) -> Result<IndexSource, RecipeError> {
     let wrong = |problem: String| RecipeError::File { path: path.display().to_string(), problem };
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     Ok(match extension.as_str() {
         "json" => {
             let truth = IndexTruth::read(path).map_err(|e| wrong(e.to_string()))?;
             let none = || wrong("it has no list `refractive` of known shapes".to_owned());
-            Given::Truth(truth.ok_or_else(none)?)
+            IndexSource::Truth(truth.ok_or_else(none)?)
         }
         "npz" | "npy" => {
             let bounds = config.bounds_of_box().map(|b| b.cast());
-            Given::Volume(IndexVolume::read(path, bounds).map_err(|e| wrong(e.to_string()))?)
+            IndexSource::Volume(IndexVolume::read(path, bounds).map_err(|e| wrong(e.to_string()))?)
         }
-        "ply" | "obj" => Given::Mesh(Shape::Mesh(read_mesh(path).map_err(|e| wrong(e.to_string()))?)),
+        "ply" | "obj" => IndexSource::Mesh(Shape::Mesh(read_mesh(path).map_err(|e| wrong(e.to_string()))?)),
         _ => {
             return Err(wrong(
                 "expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)".to_owned(),
@@ -255,7 +255,7 @@ fn read(path: &Path, config: &Config) -> Result<Given, RecipeError> {
     })
 }
 
-impl Given {
+impl IndexSource {
     fn bounds(&self) -> Aabb<f32> {
         match self {
             Self::Truth(truth) => truth.bounding_box().cast(),
@@ -343,16 +343,16 @@ impl Region {
     }
 
     /// What a file says.
-    fn given(site: Site, given: &Given, config: &Config) -> Self {
+    fn index_source(site: Site, index_source: &IndexSource, config: &Config) -> Self {
         let known = |grid: &IndexGrid<f32>| grid.coefficients().iter().map(|c| (2.0 * c).sqrt()).collect();
-        match given {
-            Given::Truth(truth) => {
+        match index_source {
+            IndexSource::Truth(truth) => {
                 let distance = |x: Vec3<f32>| truth.signed_distance_like(x.cast()) as f32;
                 let mut region = Self::body(site, distance, config);
                 region.known = Some(known(&site.truth(truth)));
                 region
             }
-            Given::Volume(volume) => {
+            IndexSource::Volume(volume) => {
                 let n: Vec<f32> = known(&site.volume(volume));
                 let most = n.iter().copied().fold(1.0, f32::max);
                 let surface = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
@@ -365,7 +365,7 @@ impl Region {
                 region.known = Some(n);
                 region
             }
-            Given::Mesh(shape) => {
+            IndexSource::Mesh(shape) => {
                 let solid = known(&site.shape(shape, 2.0));
                 let surface = site.distance(shape, &half_full(&site, |j| solid[j] - 1.0));
                 Self::new(site, surface, config)
@@ -487,16 +487,21 @@ impl Region {
     }
 
     /// What goes with the start.
-    pub(super) fn extras(&self, start: &Start) -> Extras {
+    pub(super) fn states(&self, start: &Start) -> RegionState {
         let searched = start.searched.then_some(start.index);
         match start.profile {
             // Rays that miss a sharp surface do not bend: no gate is needed, and the surface may move.
             Profile::Sharp => {
                 // A hollow body has surfaces inside.
                 let solid = self.solid.clone().filter(|_| start.wall >= 1.0);
-                Extras { searched, solid, ..Extras::default() }
+                RegionState { searched, solid, ..RegionState::default() }
             }
-            _ => Extras { free: self.free.clone(), gate: self.gate.clone(), searched, ..Extras::default() },
+            _ => RegionState {
+                free: self.free.clone(),
+                gate: self.gate.clone(),
+                searched,
+                ..RegionState::default()
+            },
         }
     }
 }
@@ -525,7 +530,7 @@ mod tests {
         }
         assert!(learning(&usual, 0.2).is_none(), "a thin wall");
         let held = Config { rate_surface: 0.0, ..usual.clone() };
-        let told = Config { index_shape: IndexShape::File, ..usual };
-        assert!(learning(&held, 1.0).is_none() && learning(&told, 1.0).is_none());
+        let said = Config { index_shape: IndexShape::File, ..usual };
+        assert!(learning(&held, 1.0).is_none() && learning(&said, 1.0).is_none());
     }
 }

@@ -5,7 +5,7 @@ use super::{Profile, Start, refraction};
 use crate::backend::{Backend, Batch, Marching};
 use crate::config::{Config, Surface};
 use crate::cpu::CpuBackend;
-use crate::rays::{Selection, Shots};
+use crate::rays::{RaySampler, Selection};
 use crate::schedule::training_marching;
 
 /// Rays that judge an index.
@@ -39,9 +39,9 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    pub(super) fn new(shots: &Shots, config: &Config, near: f32) -> Self {
+    pub(super) fn new(sampler: &RaySampler, config: &Config, near: f32) -> Self {
         // No step of a run has this number: the judge has rays of its own.
-        let batch = shots.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
+        let batch = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
         Self { batch, marching: training_marching(config, near) }
     }
 
@@ -71,19 +71,19 @@ pub(super) fn starts(
         profiles.dedup();
     }
     let mut best: Option<(f64, Vec<Start>)> = None;
-    let mut news = Vec::new();
+    let mut events = Vec::new();
     let straight = {
         backend.set_refraction(crate::refraction::Refraction::none());
         judge.error(backend)
     };
     for profile in profiles {
         let (error, found) = search(backend, regions, judge, config, profile);
-        let told = found.iter().map(|s| match s.wall {
+        let said = found.iter().map(|s| match s.wall {
             1.0 => format!("{:.3}", s.index),
             wall => format!("{:.3} (hollow: the wall is {:.0} % of the depth)", s.index, 100.0 * wall),
         });
-        let indices: Vec<String> = told.collect();
-        news.push(format!("{}: index {} fits best, misfit {error:.3}", profile.name(), indices.join(", ")));
+        let indices: Vec<String> = said.collect();
+        events.push(format!("{}: index {} fits best, misfit {error:.3}", profile.name(), indices.join(", ")));
         if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
             best = Some((error, found));
         }
@@ -91,15 +91,15 @@ pub(super) fn starts(
     let (error, mut best) = best.unwrap_or_default();
     if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
         let n = config.index_guess;
-        news.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
+        events.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
         best.iter_mut()
             .for_each(|s| *s = Start { profile: Profile::Sharp, index: n, wall: 1.0, searched: false });
         if config.index_surface != Surface::Auto {
             best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
         }
     }
-    news.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
-    (best, news)
+    events.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
+    (best, events)
 }
 
 fn profile_of(surface: Surface) -> Profile {
@@ -120,7 +120,7 @@ fn search(
 ) -> (f64, Vec<Start>) {
     let mut error = |starts: &[Start]| {
         backend.set_refraction(refraction(regions, starts, config));
-        judge.error(backend) * surprise(starts)
+        judge.error(backend) * index_prior(starts)
     };
     let all = |index: f32| vec![Start { profile, index, wall: 1.0, searched: true }; regions.len()];
     let mut starts = all(config.index_guess);
@@ -158,7 +158,7 @@ fn search(
 }
 
 /// Factor on the error of unusual indices.
-fn surprise(starts: &[Start]) -> f64 {
+fn index_prior(starts: &[Start]) -> f64 {
     let away = |s: &Start| ((f64::from(s.index) - USUAL[0]) / USUAL[1]).powi(2);
     1.0 + UNUSUAL * starts.iter().map(away).sum::<f64>() / starts.len().max(1) as f64
 }

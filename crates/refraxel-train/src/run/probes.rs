@@ -1,4 +1,4 @@
-//! What mirrors and coats keep alike in a checkpoint: two grids of probes and their moments, four tensors.
+//! What mirrors and clearcoats keep alike in a checkpoint: two grids of probes and their moments, four tensors.
 
 use crate::checkpoint::{CheckpointError, Tensor, TensorData};
 use refraxel_core::ShDegree;

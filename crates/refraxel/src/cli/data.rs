@@ -98,9 +98,9 @@ pub struct TrainArgs {
     /// Whether sharp refractive surfaces also mirror their surroundings
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub reflection: Option<super::scene::Switch>,
-    /// Whether opaque things have a clear coat that mirrors
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub gloss: Option<super::scene::Switch>,
+    /// Whether opaque things have a clearcoat that mirrors
+    #[arg(long, alias = "gloss", value_enum, value_name = "WHETHER")]
+    pub clearcoat: Option<super::scene::Switch>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
     /// What a scene.json tells is exact and is held fixed; --set rate_surface=0.08 and --set rate_index=0.001 let it learn.

@@ -95,7 +95,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         refraction,
         reflection: None,
         refraction_box: None,
-        gloss: None,
+        clearcoat: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),
         config: None,

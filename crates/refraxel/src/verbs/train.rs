@@ -15,7 +15,7 @@ use refraxel_data::{Dataset, MaskMeaning, Photo, View, scene_region};
 use refraxel_train::checkpoint::{remove_leftovers, write_atomic};
 use refraxel_train::config::{Bending, IndexShape, Switch};
 use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
-use refraxel_train::schedule::Act;
+use refraxel_train::schedule::Phase;
 use refraxel_train::trainer::Record;
 use refraxel_train::{Config, TrainError, Trainer, recipe};
 use std::num::NonZeroU64;
@@ -66,11 +66,11 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
 
 /// Whether rays bend: as asked for, or where something says what is refractive.
 fn bending(args: &TrainArgs, data: &Dataset) -> Bending {
-    let told = args.refraction_box.is_some() || args.index_from.is_some();
+    let said = args.refraction_box.is_some() || args.index_from.is_some();
     match args.refraction {
         Refraction::Off => Bending::Off,
         Refraction::On => Bending::On,
-        Refraction::Auto if told || is_masked(data) => Bending::On,
+        Refraction::Auto if said || is_masked(data) => Bending::On,
         Refraction::Auto => Bending::Off,
     }
 }
@@ -117,7 +117,7 @@ fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
     }
     let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
     config.reflection = args.reflection.map_or(config.reflection, switch);
-    config.gloss = args.gloss.map_or(config.gloss, switch);
+    config.clearcoat = args.clearcoat.map_or(config.clearcoat, switch);
     if let Some(bounds) = &args.refraction_box {
         config.refraction_box.clone_from(bounds);
     }
@@ -189,7 +189,7 @@ fn learn(
     while !trainer.finished() && !interrupted() && trainer.state().step < stop_after {
         if let Some(record) = trainer.step().map_err(train_failure)? {
             log.write(&record)?;
-            record.news.iter().for_each(|news| progress.say(news));
+            record.events.iter().for_each(|events| progress.say(events));
             last = Some(record);
         }
         let note = last.as_ref().map(note).unwrap_or_default();
@@ -207,15 +207,15 @@ fn learn(
 }
 
 fn note(r: &Record) -> String {
-    let act = match r.act {
-        Act::Straight => "straight".to_owned(),
-        Act::Index => "index alone".to_owned(),
-        Act::Joint => "all together".to_owned(),
+    let phase = match r.phase {
+        Phase::Straight => "straight".to_owned(),
+        Phase::Index => "index alone".to_owned(),
+        Phase::Joint => "all together".to_owned(),
     };
     let index: Vec<String> = r.index.iter().take(3).map(|n| format!("{n:.3}")).collect();
     let index = if index.is_empty() { String::new() } else { format!("  n {}", index.join(" ")) };
     let (size, psnr, speed) = (r.resolution, r.train_psnr, r.krays_per_s);
-    format!("{act}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s")
+    format!("{phase}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s")
 }
 
 fn save(trainer: &mut Trainer, out: &Path, source: &Source) -> Result<(), Failure> {

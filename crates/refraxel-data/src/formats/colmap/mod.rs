@@ -6,8 +6,8 @@ mod binary;
 mod models;
 mod text;
 
-use crate::draft::{Draft, Frame, Origin};
 use crate::error::PoseFault;
+use crate::parsed::{Frame, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, Problem, formats, limits, pose};
 use models::Calibration;
@@ -63,9 +63,14 @@ fn is_binary(path: &Path) -> bool {
 }
 
 /// Reads the model with the most images.
-pub(crate) fn read(folder: &Path, candidates: &[PathBuf], options: &OpenOptions) -> Result<Draft, DataError> {
-    let mut draft = Draft::new(Root::new(&dataset_folder(folder), options.allow_outside)?, Format::Colmap);
-    let (model, images) = largest(candidates, &mut draft.problems)?;
+pub(crate) fn read(
+    folder: &Path,
+    candidates: &[PathBuf],
+    options: &OpenOptions,
+) -> Result<ParsedDataset, DataError> {
+    let mut parsed =
+        ParsedDataset::new(Root::new(&dataset_folder(folder), options.allow_outside)?, Format::Colmap);
+    let (model, images) = largest(candidates, &mut parsed.problems)?;
     limits::frames(&model, images.len())?;
     let cameras_file = file(&model, "cameras").unwrap_or_default();
     let calibrations = match is_binary(&cameras_file) {
@@ -73,22 +78,22 @@ pub(crate) fn read(folder: &Path, candidates: &[PathBuf], options: &OpenOptions)
         false => text::cameras(&cameras_file, &limits::read_text(&cameras_file)?)?,
     };
     let path = Arc::new(file(&model, "images").unwrap_or_default());
-    let image_folder = image_folder(&draft.root, &path, &images)?;
+    let image_folder = image_folder(&parsed.root, &path, &images)?;
     for image in &images {
         let origin = Origin { path: path.clone(), key: image.key.clone() };
-        draft.frames.push(frame(&draft.root, &image_folder, image, &calibrations, origin)?);
+        parsed.frames.push(frame(&parsed.root, &image_folder, image, &calibrations, origin)?);
     }
-    let total = count_images(&draft.root.folder().join(&image_folder), 0).max(images.len());
-    draft
+    let total = count_images(&parsed.root.folder().join(&image_folder), 0).max(images.len());
+    parsed
         .problems
         .push(Problem::note(format!("{} of {total} images are registered by COLMAP", images.len())));
     if let Some(points) = file(&model, "points3D") {
-        draft.points = match is_binary(&points) {
+        parsed.points = match is_binary(&points) {
             true => binary::points(&points, &limits::read(&points, limits::BINARY_BYTES)?)?,
             false => text::points(&points, &limits::read_text(&points)?)?,
         };
     }
-    Ok(draft)
+    Ok(parsed)
 }
 
 /// The images of the model that has most of them, and a note when there were several.

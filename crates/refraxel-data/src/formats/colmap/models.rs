@@ -1,7 +1,7 @@
 //! COLMAP's camera models and how they map to lenses.
 
 use crate::DataError;
-use crate::draft::{Focal, Intrinsics};
+use crate::parsed::{Focal, Intrinsics};
 use refraxel_core::Lens;
 use std::path::PathBuf;
 

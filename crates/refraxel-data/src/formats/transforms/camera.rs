@@ -1,8 +1,8 @@
 //! Intrinsics keys of `transforms.json`.
 
 use crate::DataError;
-use crate::draft::{Focal, Intrinsics};
 use crate::json::Object;
+use crate::parsed::{Focal, Intrinsics};
 use refraxel_core::Lens;
 use std::f64::consts::PI;
 

@@ -5,8 +5,8 @@
 mod camera;
 mod region;
 
-use crate::draft::{Draft, Frame, Origin, Part, StatedMask};
 use crate::formats::ply;
+use crate::parsed::{Frame, Origin, ParsedDataset, Part, StatedMask};
 use crate::root::{Root, Statement};
 use crate::{
     Backdrop, DataError, Format, MaskMeaning, OpenOptions, Problem, json, json::Object, limits, pose,
@@ -17,92 +17,92 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Reads one file that holds all views.
-pub(crate) fn read_single(file: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
+pub(crate) fn read_single(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let folder = file.parent().unwrap_or(Path::new(""));
-    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
-    add_file(&mut draft, file, None)?;
-    Ok(draft)
+    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
+    add_file(&mut parsed, file, None)?;
+    Ok(parsed)
 }
 
 /// Reads `transforms_{train,val,test}.json` of a folder, as far as they exist.
-pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<Draft, DataError> {
-    let mut draft = Draft::new(Root::new(folder, options.allow_outside)?, Format::Blender);
-    draft.synthetic = true;
+pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
+    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Blender);
+    parsed.synthetic = true;
     let mut names = Vec::new();
     for (part, name) in [(Part::Train, "train"), (Part::Val, "val"), (Part::Test, "test")] {
         let file = folder.join(format!("transforms_{name}.json"));
         if file.is_file() {
-            let calibrated = add_file(&mut draft, &file, Some(part))?;
-            draft.synthetic &= !calibrated;
+            let calibrated = add_file(&mut parsed, &file, Some(part))?;
+            parsed.synthetic &= !calibrated;
             names.push(name);
         }
     }
     if names.len() > 1 {
-        draft.split_rule = Some(format!("transforms_{{{}}}.json", names.join(",")));
+        parsed.split_rule = Some(format!("transforms_{{{}}}.json", names.join(",")));
     }
-    Ok(draft)
+    Ok(parsed)
 }
 
 /// Adds the frames of one file. True when the file carries a calibration, as photographs have and renderings lack.
-fn add_file(draft: &mut Draft, file: &Path, part: Option<Part>) -> Result<bool, DataError> {
+fn add_file(parsed: &mut ParsedDataset, file: &Path, part: Option<Part>) -> Result<bool, DataError> {
     let value = json::read(file)?;
     let top = Object::new(file, "", &value)?;
     let frames = top.get("frames").and_then(Value::as_array);
     let frames = frames.ok_or_else(|| top.wrong("frames", "a list of frames [{\"file_path\": …}]"))?;
-    limits::frames(file, draft.frames.len() + frames.len())?;
-    read_file_keys(draft, &top)?;
+    limits::frames(file, parsed.frames.len() + frames.len())?;
+    read_file_keys(parsed, &top)?;
     let path = Arc::new(file.to_owned());
     let mut disagreements = Vec::new();
     for (i, frame) in frames.iter().enumerate() {
         let key = format!("frames[{i}]");
         let object = Object::new(file, &key, frame)?.within(&top);
         let (frame, disagreement) =
-            read_frame(&draft.root, object, Origin { path: path.clone(), key: key.clone() })?;
+            read_frame(&parsed.root, object, Origin { path: path.clone(), key: key.clone() })?;
         disagreements.extend(disagreement);
-        draft.frames.push(Frame { part, ..frame });
+        parsed.frames.push(Frame { part, ..frame });
     }
     if let Some(first) = disagreements.first() {
         let count = disagreements.len();
-        draft.problems.push(Problem::warning(format!("{} ({count} frames): {first}", file.display())));
+        parsed.problems.push(Problem::warning(format!("{} ({count} frames): {first}", file.display())));
     }
     Ok(["fl_x", "cx", "k1", "aabb_scale", "camera_model"].iter().any(|key| top.get(key).is_some()))
 }
 
 /// Keys of the whole file: backdrop, region, split lists, points and the transform that made its coordinates.
-fn read_file_keys(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
-    if draft.backdrop.is_none() {
-        draft.backdrop = backdrop(top)?;
+fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError> {
+    if parsed.backdrop.is_none() {
+        parsed.backdrop = backdrop(top)?;
     }
-    if draft.stated_box.is_none() {
-        draft.stated_box = region::stated_box(top)?;
+    if parsed.stated_box.is_none() {
+        parsed.stated_box = region::stated_box(top)?;
     }
     for (part, key) in
         [(Part::Train, "train_filenames"), (Part::Val, "val_filenames"), (Part::Test, "test_filenames")]
     {
         if let Some(names) = top.texts(key)? {
-            draft.split_lists.push((part, names.into_iter().map(str::to_owned).collect()));
+            parsed.split_lists.push((part, names.into_iter().map(str::to_owned).collect()));
         }
     }
-    read_points(draft, top)?;
+    read_points(parsed, top)?;
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
                        cameras; they are kept as they stand";
-        draft.problems.push(Problem::note(format!("{}: {message}", top.path().display())));
+        parsed.problems.push(Problem::note(format!("{}: {message}", top.path().display())));
     }
     Ok(())
 }
 
 /// The points of `ply_file_path`. They only help to place the region, so a broken file is a warning.
-fn read_points(draft: &mut Draft, top: &Object) -> Result<(), DataError> {
+fn read_points(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError> {
     let Some(stated) = top.text("ply_file_path")? else { return Ok(()) };
-    let found = draft.root.find(stated, Statement { path: top.path(), key: "ply_file_path" })?;
+    let found = parsed.root.find(stated, Statement { path: top.path(), key: "ply_file_path" })?;
     let Some(path) = found else {
-        draft.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
+        parsed.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
         return Ok(());
     };
     match limits::read(&path, limits::BINARY_BYTES).and_then(|content| ply::points(&path, &content)) {
-        Ok(points) => draft.points = points,
-        Err(error) => draft.problems.push(Problem::warning(format!("the points are not used: {error}"))),
+        Ok(points) => parsed.points = points,
+        Err(error) => parsed.problems.push(Problem::warning(format!("the points are not used: {error}"))),
     }
     Ok(())
 }

@@ -208,7 +208,8 @@ fn mirrors_learn_the_same_with_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut backend = backend();
-            let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_gloss: 0.01 });
+            let reflection =
+                Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 });
             let o = Objective { reflection, ..objective() };
             (0..4).for_each(|step| _ = backend.learn(&batch(700), &o, step));
             backend.bake_reflection(&o.marching);

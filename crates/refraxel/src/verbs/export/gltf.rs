@@ -93,7 +93,7 @@ impl Content {
             "asset": {
                 "version": "2.0",
                 "generator": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
-                "extras": { "coordinates": "world coordinates of the dataset, not turned to y up" },
+                "states": { "coordinates": "world coordinates of the dataset, not turned to y up" },
             },
             "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume"],
             "scene": 0,
@@ -120,7 +120,7 @@ fn material(region: usize, index: f32, thickness: f64) -> Value {
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
             "KHR_materials_volume": { "thicknessFactor": thickness },
         },
-        "extras": { "index": index },
+        "states": { "index": index },
     });
     // The extension knows no body that is thinner than its surroundings.
     if index >= 1.0 {

@@ -200,7 +200,7 @@ mod tests {
         let surface = LevelSet::from_samples(cube, [41; 3], |x: Vec3<f32>| x.length() - 0.7);
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)]).unwrap();
-        refraction.extras = vec![Default::default()];
+        refraction.states = vec![Default::default()];
         let domain = Domain::with_longest(cube, Extent::Bounded, 32);
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.5, [8, 8]);
         (refraction, domain, camera)

@@ -147,7 +147,7 @@ mod tests {
     fn view(grid: IndexGrid<f32>) -> (Refractive, Camera) {
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![grid]).unwrap();
-        refraction.extras = vec![Default::default()];
+        refraction.states = vec![Default::default()];
         let domain = Domain::with_longest(cube(), Extent::Bounded, 32);
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.5, [31, 31]);
         (Refractive::of(&refraction, &domain, 0.0, &camera), camera)

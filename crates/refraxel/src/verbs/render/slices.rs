@@ -93,7 +93,7 @@ mod tests {
         let surface = LevelSet::from_samples(bounds, [41; 3], |x: Vec3<f32>| (x - ball).length() - 0.25);
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)]).unwrap();
-        refraction.extras = vec![Default::default()];
+        refraction.states = vec![Default::default()];
         let entry = json!({ "shape": "sphere", "center": ball.to_array(), "radius": 0.25, "ior": 1.5 });
         let truth = IndexTruth::from_scene_json(&json!({ "refractive": [entry] })).unwrap();
         let sheet = sheet(&refraction, Some(&truth));

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A dataset as its files state it.
-pub(crate) struct Draft {
+pub(crate) struct ParsedDataset {
     pub root: Root,
     pub format: Format,
     pub frames: Vec<Frame>,
     /// The rule behind [`Frame::part`], where the format states a split.
     pub split_rule: Option<String>,
-    /// Lists of image names in the files, which precede [`Draft::split_rule`].
+    /// Lists of image names in the files, which precede [`ParsedDataset::split_rule`].
     pub split_lists: Vec<(Part, Vec<String>)>,
     pub backdrop: Option<Backdrop>,
     /// Computer-generated images: without alpha they stand before white.
@@ -24,8 +24,8 @@ pub(crate) struct Draft {
     pub problems: Vec<Problem>,
 }
 
-impl Draft {
-    /// A draft without frames.
+impl ParsedDataset {
+    /// A parsed without frames.
     pub fn new(root: Root, format: Format) -> Self {
         Self {
             root,

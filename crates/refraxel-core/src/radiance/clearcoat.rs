@@ -1,7 +1,7 @@
-//! What an opaque thing under a clear coat mirrors, theory (7.13)–(7.16).
+//! What an opaque thing under a clearcoat mirrors, theory (7.13)–(7.16).
 //!
 //! A voxel field has no surfaces, but an opaque thing has an edge where light ends: the mean of the density gradient over what
-//! a ray sees is its normal. One look into a radiance cache along the mirrored ray stands for all that the coat reflects.
+//! a ray sees is its normal. One look into a radiance cache along the mirrored ray stands for all that the clearcoat reflects.
 
 use super::probes::ProbeGrid;
 use super::{QuadraturePoint, Segment, mix, mix_vjp};
@@ -26,9 +26,9 @@ pub struct Facing<T> {
     pub slope: Vec3<T>,
 }
 
-/// What a coat does to a ray.
+/// What a clearcoat does to a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coat<T> {
+pub struct ClearcoatReflection<T> {
     /// Share of the light that is mirrored, for a strength of 1.
     pub share: T,
     /// Unit direction of the mirrored ray.
@@ -60,24 +60,24 @@ impl<T: Real> Facing<T> {
         })
     }
 
-    /// What a coat of index `ior` mirrors of a ray in the unit direction `d`, theory (7.14); `None` where the surface faces
+    /// What a clearcoat of index `ior` mirrors of a ray in the unit direction `d`, theory (7.14); `None` where the surface faces
     /// away.
     #[inline(always)]
-    pub fn coat(&self, d: Vec3<T>, ior: T) -> Option<Coat<T>> {
+    pub fn reflection(&self, d: Vec3<T>, ior: T) -> Option<ClearcoatReflection<T>> {
         let square = self.slope.dot(self.slope);
         let normal = self.slope / square.sqrt();
         let cosine = -d.dot(normal);
         (square > T::zero() && cosine > T::zero()).then(|| {
             let share = self.opacity * there(square, LEAST_SLOPE).0 * there(cosine * cosine, LEAST_COSINE).0;
             let share = share * incidence(cosine, ior).reflectance();
-            Coat { share, direction: d + normal * (T::of(2.0) * cosine), normal }
+            ClearcoatReflection { share, direction: d + normal * (T::of(2.0) * cosine), normal }
         })
     }
 
-    /// Transpose of the derivative of [`Self::coat`]: dLoss/d(self) but for the position, and dLoss/dd, given dLoss/dshare and
+    /// Transpose of the derivative of [`Self::clearcoat`]: dLoss/d(self) but for the position, and dLoss/dd, given dLoss/dshare and
     /// dLoss/ddirection.
     #[inline(always)]
-    pub fn coat_vjp(&self, d: Vec3<T>, ior: T, d_share: T, d_direction: Vec3<T>) -> (Self, Vec3<T>) {
+    pub fn reflection_vjp(&self, d: Vec3<T>, ior: T, d_share: T, d_direction: Vec3<T>) -> (Self, Vec3<T>) {
         let two = T::of(2.0);
         let square = self.slope.dot(self.slope);
         let length = square.sqrt();
@@ -105,7 +105,7 @@ impl<T: Real> Facing<T> {
 
     /// dLoss/dw of a sample at `x` with h ∇θ = `slope`, given dLoss/d(self), theory (7.16).
     #[inline(always)]
-    pub fn worth(&self, d: &Self, x: Vec3<T>, slope: Vec3<T>) -> T {
+    pub fn d_weight(&self, d: &Self, x: Vec3<T>, slope: Vec3<T>) -> T {
         d.opacity + d.position.dot(x - self.position) / self.opacity - d.slope.dot(slope)
     }
 }
@@ -129,10 +129,10 @@ fn incidence<T: Real>(cosine: T, ior: T) -> Incidence<T> {
     }
 }
 
-/// The coat of everything opaque in a scene.
+/// The clearcoat of everything opaque in a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gloss<T> {
-    /// Index of the coat.
+pub struct Clearcoat<T> {
+    /// Index of the clearcoat.
     pub ior: T,
     /// Red, read as 0 to 1: the share ρ of Fresnel's reflectance that is really seen at a place. Of degree 0.
     pub strength: ProbeGrid<T>,
@@ -140,7 +140,7 @@ pub struct Gloss<T> {
     pub radiance: ProbeGrid<T>,
 }
 
-impl<T: Real> Gloss<T> {
+impl<T: Real> Clearcoat<T> {
     /// ρ at a place.
     #[inline]
     pub fn strength_at(&self, x: Vec3<T>) -> T {
@@ -184,10 +184,10 @@ const UP: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
 
 /// dLoss/d(everything that [`shown`] depends on) but the field.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GlossGradient<T> {
-    /// With respect to the coefficients of [`Gloss::strength`].
+pub struct ClearcoatGradient<T> {
+    /// With respect to the coefficients of [`Clearcoat::strength`].
     pub strength: Vec<T>,
-    /// With respect to the coefficients of [`Gloss::radiance`].
+    /// With respect to the coefficients of [`Clearcoat::radiance`].
     pub radiance: Vec<T>,
 }
 
@@ -231,58 +231,59 @@ fn over<T: Real>(samples: &[Seen<T>], mut behind: [T; 3]) -> [T; 3] {
     behind
 }
 
-/// What a straight ray shows before `behind` where opaque things are glossy: the reference for fast backends.
+/// What a straight ray shows before `behind` where opaque things are clearcoated: the reference for fast backends.
 pub fn shown<T: Real>(
     field: &VoxelField<T>,
     (ray, points): (&Ray<T>, &[QuadraturePoint<T>]),
-    gloss: &Gloss<T>,
+    clearcoat: &Clearcoat<T>,
     behind: [T; 3],
 ) -> [T; 3] {
     let Some(segment) = Segment::straight(ray, &field.domain, T::zero()) else { return behind };
     let samples = samples(field, &segment, points);
     let plain = over(&samples, behind);
-    let coat = facing(&samples).and_then(|f| Some((f, f.coat(ray.direction, gloss.ior)?)));
-    let Some((facing, coat)) = coat else { return plain };
-    let mirrored = gloss.radiance.radiance(&gloss.radiance.stencil(facing.position, coat.direction));
-    mix(gloss.strength_at(facing.position) * coat.share, mirrored, plain)
+    let coating = facing(&samples).and_then(|f| Some((f, f.reflection(ray.direction, clearcoat.ior)?)));
+    let Some((facing, coating)) = coating else { return plain };
+    let mirrored =
+        clearcoat.radiance.radiance(&clearcoat.radiance.stencil(facing.position, coating.direction));
+    mix(clearcoat.strength_at(facing.position) * coating.share, mirrored, plain)
 }
 
-/// Transpose of the derivative of [`shown`] by the field and the gloss: adds to both gradients. The points are held fixed.
+/// Transpose of the derivative of [`shown`] by the field and the clearcoat: adds to both gradients. The points are held fixed.
 pub fn shown_vjp<T: Real>(
     field: &VoxelField<T>,
     (ray, points): (&Ray<T>, &[QuadraturePoint<T>]),
-    gloss: &Gloss<T>,
+    clearcoat: &Clearcoat<T>,
     (behind, d_shown): ([T; 3], [T; 3]),
-    (grad, d_gloss): (&mut FieldGradient<T>, &mut GlossGradient<T>),
+    (grad, d_clearcoat): (&mut FieldGradient<T>, &mut ClearcoatGradient<T>),
 ) {
     let Some(segment) = Segment::straight(ray, &field.domain, T::zero()) else { return };
     let (samples, d) = (samples(field, &segment, points), ray.direction);
     let y = sh::basis(field.degree, d);
-    let coat = facing(&samples).and_then(|f| Some((f, f.coat(d, gloss.ior)?)));
+    let coating = facing(&samples).and_then(|f| Some((f, f.reflection(d, clearcoat.ior)?)));
     let (mut d_plain, mut d_facing) = (d_shown, None);
-    if let Some((f, coat)) = coat {
-        let stencil = gloss.radiance.stencil(f.position, coat.direction);
-        let (mirrored, rho) = (gloss.radiance.radiance(&stencil), gloss.strength_at(f.position));
-        let m = mix_vjp(rho * coat.share, mirrored, over(&samples, behind), d_shown);
+    if let Some((f, coating)) = coating {
+        let stencil = clearcoat.radiance.stencil(f.position, coating.direction);
+        let (mirrored, rho) = (clearcoat.radiance.radiance(&stencil), clearcoat.strength_at(f.position));
+        let m = mix_vjp(rho * coating.share, mirrored, over(&samples, behind), d_shown);
         d_plain = m.behind;
-        gloss.radiance.scatter(&stencil, m.mirrored, &mut d_gloss.radiance);
-        gloss.scatter_strength(f.position, m.share * coat.share, &mut d_gloss.strength);
-        let (d_x, d_direction) = gloss.radiance.radiance_vjp(&stencil, coat.direction, m.mirrored);
-        let mut own = f.coat_vjp(d, gloss.ior, m.share * rho, d_direction).0;
-        own.position = d_x + gloss.strength_vjp(f.position, m.share * coat.share);
+        clearcoat.radiance.scatter(&stencil, m.mirrored, &mut d_clearcoat.radiance);
+        clearcoat.scatter_strength(f.position, m.share * coating.share, &mut d_clearcoat.strength);
+        let (d_x, d_direction) = clearcoat.radiance.radiance_vjp(&stencil, coating.direction, m.mirrored);
+        let mut own = f.reflection_vjp(d, clearcoat.ior, m.share * rho, d_direction).0;
+        own.position = d_x + clearcoat.strength_vjp(f.position, m.share * coating.share);
         d_facing = Some((f, own));
     }
     let (mut behind, mut behind_worth) = (behind, T::zero());
     for s in samples.iter().rev() {
-        let worth = d_facing.map_or(T::zero(), |(f, own)| f.worth(&own, s.x, s.slope));
-        let mut contrast = worth - behind_worth;
+        let d_weight = d_facing.map_or(T::zero(), |(f, own)| f.d_weight(&own, s.x, s.slope));
+        let mut contrast = d_weight - behind_worth;
         let mut d_colour = [T::zero(); 3];
         for c in 0..3 {
             contrast += d_plain[c] * (s.colour[c] - behind[c]);
             d_colour[c] = d_plain[c] * s.before * s.alpha;
             behind[c] += s.alpha * (s.colour[c] - behind[c]);
         }
-        behind_worth += s.alpha * (worth - behind_worth);
+        behind_worth += s.alpha * (d_weight - behind_worth);
         let d_tau = s.before * (T::one() - s.alpha) * contrast;
         let matter = crate::field::Matter { density: d_tau * s.ds, colour: d_colour };
         field.at_vjp(s.x, &y, &matter, grad);
@@ -311,8 +312,8 @@ mod tests {
         grid
     }
 
-    /// Rough matter, and a coat on it.
-    fn scene(extent: Extent) -> (VoxelField<f64>, Gloss<f64>) {
+    /// Rough matter, and a clearcoat on it.
+    fn scene(extent: Extent) -> (VoxelField<f64>, Clearcoat<f64>) {
         let bounds = Aabb::new(vec3(-1.0, -1.2, -0.8), vec3(1.0, 1.2, 0.8));
         let domain = Domain::with_longest(bounds, extent, 11);
         let map = BrickMap::new(domain.resolution, |b| b != [1, 1, 1]);
@@ -321,7 +322,7 @@ mod tests {
         f.density.iter_mut().for_each(|v| *v = 2.0 * r.next() - 2.0);
         f.colour.iter_mut().for_each(|v| *v = 0.2 * r.next());
         f.clear_empty_brick();
-        (f, Gloss { ior: 1.5, strength: probes(bounds, 3, 0, 7), radiance: probes(bounds, 4, 2, 9) })
+        (f, Clearcoat { ior: 1.5, strength: probes(bounds, 3, 0, 7), radiance: probes(bounds, 4, 2, 9) })
     }
 
     fn rays() -> Vec<Ray<f64>> {
@@ -333,9 +334,13 @@ mod tests {
         (0..40).map(ray).collect()
     }
 
-    fn loss(f: &VoxelField<f64>, gloss: &Gloss<f64>, rays: &[(Ray<f64>, Vec<QuadraturePoint<f64>>)]) -> f64 {
+    fn loss(
+        f: &VoxelField<f64>,
+        clearcoat: &Clearcoat<f64>,
+        rays: &[(Ray<f64>, Vec<QuadraturePoint<f64>>)],
+    ) -> f64 {
         let of = |(ray, points): &(Ray<f64>, Vec<_>)| {
-            let shown = shown(f, (ray, points), gloss, BEHIND);
+            let shown = shown(f, (ray, points), clearcoat, BEHIND);
             (0..3).map(|c| WEIGHTS[c] * shown[c]).sum::<f64>()
         };
         rays.iter().map(of).sum()
@@ -344,7 +349,7 @@ mod tests {
     #[test]
     fn gradients_match_central_differences() {
         for extent in [Extent::Bounded, Extent::Contracted] {
-            let (mut f, mut gloss) = scene(extent);
+            let (mut f, mut clearcoat) = scene(extent);
             let points = |ray: Ray<f64>| {
                 let path = Segment::straight(&ray, &f.domain, 0.0);
                 (ray, path.map_or(Vec::new(), |s| quadrature(&f.domain, &[s], 0.05, 0.3)))
@@ -352,10 +357,12 @@ mod tests {
             let rays: Vec<_> = rays().into_iter().map(points).collect();
             let mut grad = f.zero_gradient();
             let zeros = |g: &ProbeGrid<f64>| vec![0.0; g.coefficients.len()];
-            let mut of_gloss =
-                GlossGradient { strength: zeros(&gloss.strength), radiance: zeros(&gloss.radiance) };
+            let mut of_clearcoat = ClearcoatGradient {
+                strength: zeros(&clearcoat.strength),
+                radiance: zeros(&clearcoat.radiance),
+            };
             for (ray, points) in &rays {
-                shown_vjp(&f, (ray, points), &gloss, (BEHIND, WEIGHTS), (&mut grad, &mut of_gloss));
+                shown_vjp(&f, (ray, points), &clearcoat, (BEHIND, WEIGHTS), (&mut grad, &mut of_clearcoat));
             }
             let size = |g: &[f64]| g.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let e = 1e-6;
@@ -364,31 +371,31 @@ mod tests {
             for j in (64..f.density.len()).step_by(7) {
                 let mut at = |d: f64| {
                     f.density[j] += d;
-                    let l = loss(&f, &gloss, &rays);
+                    let l = loss(&f, &clearcoat, &rays);
                     f.density[j] -= d;
                     l
                 };
                 close((at(e) - at(-e)) / (2.0 * e), grad.density[j], size(&grad.density));
             }
-            for j in 0..gloss.strength.coefficients.len() {
+            for j in 0..clearcoat.strength.coefficients.len() {
                 let mut at = |d: f64| {
-                    gloss.strength.coefficients[j] += d;
-                    let l = loss(&f, &gloss, &rays);
-                    gloss.strength.coefficients[j] -= d;
+                    clearcoat.strength.coefficients[j] += d;
+                    let l = loss(&f, &clearcoat, &rays);
+                    clearcoat.strength.coefficients[j] -= d;
                     l
                 };
-                close((at(e) - at(-e)) / (2.0 * e), of_gloss.strength[j], size(&of_gloss.strength));
+                close((at(e) - at(-e)) / (2.0 * e), of_clearcoat.strength[j], size(&of_clearcoat.strength));
             }
-            for j in (0..gloss.radiance.coefficients.len()).step_by(11) {
+            for j in (0..clearcoat.radiance.coefficients.len()).step_by(11) {
                 let mut at = |d: f64| {
-                    gloss.radiance.coefficients[j] += d;
-                    let l = loss(&f, &gloss, &rays);
-                    gloss.radiance.coefficients[j] -= d;
+                    clearcoat.radiance.coefficients[j] += d;
+                    let l = loss(&f, &clearcoat, &rays);
+                    clearcoat.radiance.coefficients[j] -= d;
                     l
                 };
-                close((at(e) - at(-e)) / (2.0 * e), of_gloss.radiance[j], size(&of_gloss.radiance));
+                close((at(e) - at(-e)) / (2.0 * e), of_clearcoat.radiance[j], size(&of_clearcoat.radiance));
             }
-            assert!(size(&of_gloss.strength) > 1e-3 && size(&of_gloss.radiance) > 1e-3);
+            assert!(size(&of_clearcoat.strength) > 1e-3 && size(&of_clearcoat.radiance) > 1e-3);
         }
     }
 
@@ -427,7 +434,7 @@ mod tests {
                 assert!((facing.opacity - 1.0).abs() < 1e-3);
                 let sine = aside.length() / facing.position.length();
                 let exact = incidence((1.0 - sine * sine).sqrt(), 1.5).reflectance();
-                sum += facing.coat(d, 1.5).unwrap().share / exact / 200.0;
+                sum += facing.reflection(d, 1.5).unwrap().share / exact / 200.0;
             }
             assert!((sum - 1.0).abs() < 0.01, "{nodes} nodes, edge of {edge} voxels: {sum}");
         }
@@ -443,13 +450,13 @@ mod tests {
         let s = Segment::straight(&ray, &domain, 0.0).unwrap();
         let points = quadrature(&domain, &[s], 0.05, 0.5);
         let facing = facing(&samples(&fog, &s, &points)).unwrap();
-        assert!(facing.opacity > 0.99 && facing.coat(ray.direction, 1.5).is_none());
-        // Between equal lights a coat is invisible.
+        assert!(facing.opacity > 0.99 && facing.reflection(ray.direction, 1.5).is_none());
+        // Between equal lights a clearcoat is invisible.
         let mut grey = ball(32, 2.0);
         grey.colour = AlignedVec::filled(grey.colour.len(), 0.0);
         let even = |degree: u8| ProbeGrid::grey(cube, [2; 3], ShDegree::new(degree).unwrap());
-        let gloss = Gloss { ior: 1.5, strength: even(0), radiance: even(1) };
-        let shown = shown(&grey, (&ray, &quadrature(&grey.domain, &[s], 0.02, 0.5)), &gloss, [0.5; 3]);
+        let clearcoat = Clearcoat { ior: 1.5, strength: even(0), radiance: even(1) };
+        let shown = shown(&grey, (&ray, &quadrature(&grey.domain, &[s], 0.02, 0.5)), &clearcoat, [0.5; 3]);
         assert!(shown.iter().all(|v| (v - 0.5).abs() < 1e-6), "{shown:?}");
     }
 }

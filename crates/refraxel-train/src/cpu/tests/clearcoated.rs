@@ -4,7 +4,7 @@ use super::*;
 use crate::backend::ReflectionObjective;
 use crate::reflection::Source;
 use refraxel_core::radiance::ProbeGrid;
-use refraxel_core::radiance::gloss::{Gloss, GlossGradient, shown, shown_vjp};
+use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, shown, shown_vjp};
 
 fn probes(longest: u32, degree: u8, seed: u64) -> ProbeGrid<f32> {
     let bounds = field(0, Extent::Bounded).domain.bounds;
@@ -14,29 +14,33 @@ fn probes(longest: u32, degree: u8, seed: u64) -> ProbeGrid<f32> {
     grid
 }
 
-fn glossy(extent: Extent) -> CpuBackend {
+fn clearcoated(extent: Extent) -> CpuBackend {
     let mut backend = CpuBackend::new(field(2, extent), environment());
-    backend.set_gloss(Gloss { ior: 1.5, strength: probes(4, 0, 3), radiance: probes(3, 2, 4) });
+    backend.set_clearcoat(Clearcoat { ior: 1.5, strength: probes(4, 0, 3), radiance: probes(3, 2, 4) });
     backend
 }
 
-fn wide(gloss: &Gloss<f32>) -> Gloss<f64> {
+fn wide(clearcoat: &Clearcoat<f32>) -> Clearcoat<f64> {
     let grid = |g: &ProbeGrid<f32>| {
         let values = g.coefficients.iter().map(|&v| f64::from(v)).collect();
         ProbeGrid::grey(g.bounds().cast(), g.resolution(), g.degree()).with_coefficients(values).unwrap()
     };
-    Gloss { ior: gloss.ior.into(), strength: grid(&gloss.strength), radiance: grid(&gloss.radiance) }
+    Clearcoat {
+        ior: clearcoat.ior.into(),
+        strength: grid(&clearcoat.strength),
+        radiance: grid(&clearcoat.radiance),
+    }
 }
 
 #[test]
 fn coats_and_their_gradients_agree_with_the_reference() {
     for extent in [Extent::Bounded, Extent::Contracted] {
-        let (backend, b) = (glossy(extent), batch(200));
-        let (reference, gloss) = (Oracle::new(&backend), wide(backend.gloss().unwrap()));
+        let (backend, b) = (clearcoated(extent), batch(200));
+        let (reference, clearcoat) = (Oracle::new(&backend), wide(backend.clearcoat().unwrap()));
         let mut grad = reference.field.zero_gradient();
         let zeros = |g: &ProbeGrid<f64>| vec![0.0; g.coefficients.len()];
-        let mut d_gloss =
-            GlossGradient { strength: zeros(&gloss.strength), radiance: zeros(&gloss.radiance) };
+        let mut d_clearcoat =
+            ClearcoatGradient { strength: zeros(&clearcoat.strength), radiance: zeros(&clearcoat.radiance) };
         let (mut squared, mut changed) = (0.0, 0);
         let plain = backend.render_transmitted(&b.rays, &objective().marching);
         let seen = backend.render(&b.rays, &objective().marching);
@@ -46,10 +50,16 @@ fn coats_and_their_gradients_agree_with_the_reference() {
             };
             let ray = Ray { origin: segment.start, direction: segment.momentum };
             let behind = reference.background.radiance(ray.origin, ray.direction);
-            let own = shown(&reference.field, (&ray, &points), &gloss, behind);
+            let own = shown(&reference.field, (&ray, &points), &clearcoat, behind);
             let d = [0, 1, 2].map(|c| 2.0 * (own[c] - f64::from(b.target[k][c])));
             squared += d.iter().map(|d| 0.25 * d * d).sum::<f64>();
-            shown_vjp(&reference.field, (&ray, &points), &gloss, (behind, d), (&mut grad, &mut d_gloss));
+            shown_vjp(
+                &reference.field,
+                (&ray, &points),
+                &clearcoat,
+                (behind, d),
+                (&mut grad, &mut d_clearcoat),
+            );
             changed += usize::from((seen[k].colour[0] - plain[k].colour[0]).abs() > 1e-3);
         }
         assert!(changed > 50, "only {changed} rays show a reflection");
@@ -60,12 +70,12 @@ fn coats_and_their_gradients_agree_with_the_reference() {
             got.outcome.squared_error
         );
         // Normals are sums of slopes that nearly cancel in this rough field.
-        let of_gloss = got.gloss.unwrap();
+        let of_clearcoat = got.clearcoat.unwrap();
         let errors = [
             relative(&got.field.density, &grad.density),
             relative(&got.field.colour, &grad.colour),
-            relative(&of_gloss.strength, &d_gloss.strength),
-            relative(&of_gloss.radiance, &d_gloss.radiance),
+            relative(&of_clearcoat.strength, &d_clearcoat.strength),
+            relative(&of_clearcoat.radiance, &d_clearcoat.radiance),
         ];
         assert!(errors.iter().all(|e| *e < 5e-3), "{errors:?}");
     }
@@ -73,14 +83,14 @@ fn coats_and_their_gradients_agree_with_the_reference() {
 
 #[test]
 fn a_coat_learns_and_its_pictures_come_nearer() {
-    let (mut backend, b) = (glossy(Extent::Bounded), batch(256));
-    let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.0, rate_gloss: 0.01 });
+    let (mut backend, b) = (clearcoated(Extent::Bounded), batch(256));
+    let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.0, rate_clearcoat: 0.01 });
     let still =
         Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, reflection, ..objective() };
-    let before = backend.gloss().cloned();
+    let before = backend.clearcoat().cloned();
     let errors: Vec<f64> = (0..20).map(|k| backend.learn(&b, &still, k).squared_error).collect();
     assert!(errors[19] < 0.99 * errors[0], "{errors:?}");
-    assert_ne!(backend.gloss().cloned(), before);
+    assert_ne!(backend.clearcoat().cloned(), before);
 }
 
 /// An opaque grey ball before grey.
@@ -91,7 +101,7 @@ fn furnace(source: Source) -> CpuBackend {
     backend.set_density(-10.0, |_| true);
     backend.set_density(8.0, |x| x.length() < 0.5);
     backend.set_reflection(Reflection { source, ..Reflection::none() });
-    backend.set_gloss(Gloss { ior: 1.5, strength: probes(4, 0, 3), radiance: probes(3, 2, 4) });
+    backend.set_clearcoat(Clearcoat { ior: 1.5, strength: probes(4, 0, 3), radiance: probes(3, 2, 4) });
     backend
 }
 
@@ -105,7 +115,7 @@ fn between_equal_lights_a_coat_is_invisible_and_in_the_dark_it_is_not() {
     };
     for source in [Source::Baked, Source::Exact, Source::Black] {
         let mut backend = furnace(source);
-        backend.bake_gloss(&marching);
+        backend.bake_clearcoat(&marching);
         let off = far(&backend);
         assert_eq!(off < 1e-3, source != Source::Black, "{source:?}: {off}");
     }
@@ -125,20 +135,20 @@ fn a_second_ray_from_a_coat_starts_outside_of_what_it_coats() {
 #[test]
 fn a_silent_coat_can_come_back() {
     let mut backend = furnace(Source::Learned);
-    let mut gloss = backend.gloss().unwrap().clone();
-    gloss.strength.coefficients.fill(-9.0);
-    gloss.bound_strength(1e-3);
-    backend.set_gloss(gloss);
-    let strength = |backend: &CpuBackend| backend.gloss().unwrap().strength_at(vec3(0.5, 0.0, 0.0));
+    let mut clearcoat = backend.clearcoat().unwrap().clone();
+    clearcoat.strength.coefficients.fill(-9.0);
+    clearcoat.bound_strength(1e-3);
+    backend.set_clearcoat(clearcoat);
+    let strength = |backend: &CpuBackend| backend.clearcoat().unwrap().strength_at(vec3(0.5, 0.0, 0.0));
     let before = strength(&backend);
     let mut b = batch(256);
     let lit = furnace(Source::Learned);
     b.target = lit.render(&b.rays, &objective().marching).iter().map(|p| p.colour).collect();
-    let reflection = Some(ReflectionObjective { rate: 0.0, rate_strength: 0.0, rate_gloss: 0.02 });
+    let reflection = Some(ReflectionObjective { rate: 0.0, rate_strength: 0.0, rate_clearcoat: 0.02 });
     let still =
         Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, reflection, ..objective() };
-    backend.moments.gloss = GlossMoments::zero(backend.gloss().unwrap());
-    backend.gloss.as_mut().unwrap().radiance = lit.gloss().unwrap().radiance.clone();
+    backend.moments.clearcoat = ClearcoatMoments::zero(backend.clearcoat().unwrap());
+    backend.clearcoat.as_mut().unwrap().radiance = lit.clearcoat().unwrap().radiance.clone();
     (0..30).for_each(|step| _ = backend.learn(&b, &still, step));
     assert!(before < 0.002 && strength(&backend) > 0.05, "{before} {}", strength(&backend));
 }
@@ -148,12 +158,17 @@ fn coats_learn_the_same_with_any_number_of_threads() {
     let learned = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut backend = glossy(Extent::Bounded);
-            let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_gloss: 0.01 });
+            let mut backend = clearcoated(Extent::Bounded);
+            let reflection =
+                Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 });
             let o = Objective { reflection, ..objective() };
             (0..4).for_each(|step| _ = backend.learn(&batch(700), &o, step));
-            backend.bake_gloss(&o.marching);
-            (backend.field().density.to_vec(), backend.gloss().cloned(), backend.moments().gloss.clone())
+            backend.bake_clearcoat(&o.marching);
+            (
+                backend.field().density.to_vec(),
+                backend.clearcoat().cloned(),
+                backend.moments().clearcoat.clone(),
+            )
         })
     };
     let one = learned(1);
