@@ -103,10 +103,6 @@ pub struct IndexObjective {
     pub surface_blur: f32,
     /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].
     pub surface_smooth: f32,
-    /// Weight of the bending energy of surfaces, theory (2.31), per ray.
-    pub surface_bending: f32,
-    /// Width that the soft edges of sharp bodies have from now on [voxel of the level set].
-    pub surface_width: f32,
     /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
     pub most_events: u32,
 }

@@ -176,20 +176,13 @@ fn rate((samples, seconds): (u64, f64)) -> f64 {
     samples as f64 / seconds / 1e6
 }
 
-/// Samples of a step and seconds of the best of `n` rounds of steps, of which the first moves the index.
+/// Samples of a step and seconds of the best of `n` steps.
 fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
-    let period = index.map_or(1, |_| Config::default().index_period);
     let mut samples = 0;
     let reflection =
         index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7, rate_clearcoat: 0.0 });
-    let mut round = || {
-        for step in 0..period {
-            let index = index.filter(|_| step == 0);
-            let objective = Objective { index, reflection, ..objective() };
-            samples = backend.learn(batch, &objective, 1).samples;
-        }
-    };
-    let seconds = best(n, &mut round) / f64::from(period);
+    let objective = Objective { index, reflection, ..objective() };
+    let seconds = best(n, || samples = backend.learn(batch, &objective, 1).samples);
     (samples, seconds)
 }
 

@@ -20,7 +20,6 @@ pub mod reflection;
 pub mod refraction;
 pub mod run;
 pub mod schedule;
-pub mod soft;
 pub mod surface;
 pub mod trainer;
 

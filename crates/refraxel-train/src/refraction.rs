@@ -3,9 +3,8 @@
 use crate::config::Config;
 use crate::initial::Gate;
 use crate::polyhedron::Polyhedron;
-use crate::soft::Soft;
 use refraxel_core::optics::{Options, Tracer, Weight};
-use refraxel_core::{Domain, IndexGrid, Integrator, LevelSet, Medium, Path, Ray, Vec3};
+use refraxel_core::{Domain, IndexGrid, Integrator, Medium, Path, Ray, Vec3};
 
 /// The refractive part of a model. Without regions, all rays are straight.
 #[derive(Clone, Debug)]
@@ -27,8 +26,6 @@ pub struct RegionState {
     pub gate: Option<Gate>,
     /// The index that a search found for the whole body, where it found one.
     pub searched: Option<f32>,
-    /// The body behind the region's field, while that is only its soft edge.
-    pub soft: Option<Soft>,
     /// The planes of a body whose faces are all flat: they learn, and not the nodes of its surface.
     pub solid: Option<Polyhedron>,
 }
@@ -37,20 +34,6 @@ impl RegionState {
     /// The nodes where the index may be learned; `None` for all.
     pub fn free(&self) -> Option<&[bool]> {
         Some(&self.free[..]).filter(|free| !free.is_empty())
-    }
-
-    /// Which nodes of a finer grid lie next to free nodes of the old one.
-    fn refined_trainable(&self, old: &IndexGrid<f32>, new: &IndexGrid<f32>) -> Vec<bool> {
-        if self.free.is_empty() || new.level_set().is_some() {
-            return Vec::new();
-        }
-        let n = old.domain().resolution.map(|n| n as usize);
-        let of = |node: usize| {
-            let at = old.domain().node(new.position(node));
-            let at = [0, 1, 2].map(|a| (at[a].round() as usize).min(n[a] - 1));
-            self.free[at[0] + n[0] * (at[1] + n[1] * at[2])]
-        };
-        (0..new.coefficients().len()).map(of).collect()
     }
 }
 
@@ -151,36 +134,6 @@ impl Refraction {
         }
     }
 
-    /// The same field and surfaces on grids of twice the resolution; gates stay.
-    pub fn refined(&self) -> Self {
-        let twice = |n: [u32; 3]| n.map(|n| 2 * n - 1);
-        let grid = |old: &IndexGrid<f32>| {
-            let Domain { bounds, resolution, .. } = *old.domain();
-            let Some(level) = old.level_set() else {
-                let samples = |x| old.index(x);
-                return IndexGrid::from_samples(bounds, twice(resolution), old.interpolation(), samples);
-            };
-            let level = LevelSet::from_samples(bounds, twice(level.domain().resolution), |x| level.value(x));
-            match old.interior_index() {
-                Some(n) => IndexGrid::sharp(level, n),
-                None => old.clone().with_level_set(level),
-            }
-        };
-        let bodies: Vec<IndexGrid<f32>> = (0..self.medium.regions().len()).map(|k| self.body(k)).collect();
-        let medium = Medium::new(bodies.iter().map(grid).collect());
-        let medium = medium.unwrap_or_else(|e| unreachable!("the boxes are those of before: {e}"));
-        let states = self.states.iter().zip(medium.regions()).zip(&bodies);
-        let states = states.map(|((states, new), old)| RegionState {
-            free: states.refined_trainable(old, new),
-            soft: None,
-            ..states.clone()
-        });
-        let mut refined = Self { states: states.collect(), medium, optics: self.optics };
-        refined.find_flat_cells();
-        refined.set_width(self.width());
-        refined
-    }
-
     /// Mean index where it is above 1, weighted by how much, per region: the index of a homogeneous body whatever its size.
     pub fn mean_indices(&self) -> Vec<f64> {
         let mean = |grid: &IndexGrid<f32>| {
@@ -218,7 +171,7 @@ impl Refraction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Interpolation, vec3};
+    use refraxel_core::{Aabb, Interpolation, LevelSet, vec3};
 
     fn of_grid(grid: IndexGrid<f32>) -> Refraction {
         let free = vec![true; grid.coefficients().len()];
@@ -227,26 +180,6 @@ mod tests {
             medium,
             states: vec![RegionState { free, ..RegionState::default() }],
             ..Refraction::none()
-        }
-    }
-
-    #[test]
-    fn refined_fields_and_surfaces_bend_the_same_rays() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
-        let soft = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.6) / 0.1).tanh();
-        let smooth = IndexGrid::from_control_values(cube, [33; 3], Interpolation::CubicBSpline, soft);
-        let sharp =
-            IndexGrid::sharp(LevelSet::from_samples(cube, [33; 3], |x: Vec3<f32>| x.length() - 0.6), 1.5);
-        let domain = Domain::with_longest(cube, refraxel_core::Extent::Bounded, 16);
-        for coarse in [of_grid(smooth), of_grid(sharp)] {
-            let fine = coarse.refined();
-            for k in 0..20 {
-                let origin = vec3(-3.0, 0.028 * k as f32, 0.1);
-                let ray = Ray { origin, direction: vec3(1.0, 0.0, 0.0) };
-                let exit = |r: &Refraction| r.tracer(&domain, 0.0).trace(&ray).exit.direction;
-                let turned = (exit(&coarse) - exit(&fine)).length();
-                assert!(turned < 4e-3, "{k}: {turned}");
-            }
         }
     }
 

@@ -146,9 +146,6 @@ struct StoredRegion {
     surface_resolution: Option<[u32; 3]>,
     /// The index that a search found.
     searched: Option<f32>,
-    /// Width of its soft edge [voxel], while its surface is not traced itself.
-    #[serde(default)]
-    soft_width: f32,
     /// The planes of its faces, where all are flat.
     #[serde(default)]
     solid: Option<Polyhedron>,
@@ -220,16 +217,15 @@ pub fn save_run(
 fn stored_regions(backend: &CpuBackend) -> Vec<StoredRegion> {
     let refraction = backend.refraction();
     let stored = backend.moments().index.iter().enumerate().map(|(k, moments)| {
-        let region = refraction.body(k);
+        let region = &refraction.medium.regions()[k];
         let Domain { bounds, resolution, .. } = *region.domain();
         let bounds = [bounds.min.to_array(), bounds.max.to_array()];
         let surface_resolution = region.level_set().map(|l| l.domain().resolution);
         let moment_steps = [moments.index.steps, moments.surface.steps];
         let states = refraction.states.get(k);
         let searched = states.and_then(|e| e.searched);
-        let soft_width = states.and_then(|e| e.soft.as_ref()).map_or(0.0, |s| s.width);
         let solid = states.and_then(|e| e.solid.clone());
-        StoredRegion { bounds, resolution, surface_resolution, searched, soft_width, solid, moment_steps }
+        StoredRegion { bounds, resolution, surface_resolution, searched, solid, moment_steps }
     });
     stored.collect()
 }
@@ -239,7 +235,7 @@ fn index_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
     let refraction = backend.refraction();
     let mut out = Vec::new();
     for (k, moments) in backend.moments().index.iter().enumerate() {
-        let region = refraction.body(k);
+        let region = &refraction.medium.regions()[k];
         let mut put = |name: &str, data: TensorData, len: usize| {
             out.push((format!("index.{k}{name}"), Tensor { shape: vec![len], data }));
         };
@@ -339,15 +335,11 @@ fn restore_refraction(
             return Err(wrong("has more faces than its surface has room for"));
         }
         let searched = region.searched;
-        states.push(RegionState { free, gate: gate.transpose()?, searched, soft: None, solid });
+        states.push(RegionState { free, gate: gate.transpose()?, searched, solid });
     }
     let medium = Medium::new(grids).map_err(|e| foreign(path, &e.to_string()))?;
     let mut refraction = Refraction { medium, optics, states };
     refraction.find_flat_cells();
-    let width = h.regions.iter().map(|r| r.soft_width).fold(0.0, f32::max);
-    if width > 0.0 {
-        refraction.set_width(width.min(crate::config::WIDEST_EDGE));
-    }
     Ok((refraction, moments))
 }
 

@@ -112,8 +112,7 @@ pub fn objective_of(
 ) -> Objective {
     let usual = objective(config, near, progress);
     let over = bent_share(progress, since);
-    // A soft edge narrows even where nothing else learns.
-    let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0 || config.surface_width > 0.0;
+    let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
     let index = Some(index_objective(config, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match phase {
@@ -126,8 +125,6 @@ pub fn objective_of(
             index,
             reflection: (config.reflection.is_on() || config.clearcoat.is_on())
                 .then(|| reflection_objective(config, progress, over)),
-            rate_density: usual.rate_density * config.bent_rates,
-            rate_colour: usual.rate_colour * config.bent_rates,
             tv_density: usual.tv_density * config.bent_tv,
             ..usual
         },
@@ -143,12 +140,6 @@ pub fn inside_share(config: &Config, (progress, since): (Progress, f64)) -> f64 
 /// Share of the time with bent rays that is over.
 fn bent_share(progress: Progress, since: f64) -> f32 {
     ((progress.0 - since) / (1.0 - since).max(f64::EPSILON)).clamp(0.0, 1.0) as f32
-}
-
-/// Width of the soft edge of sharp bodies [voxel], theory (4.16).
-fn surface_width(config: &Config, over: f32) -> f32 {
-    let share = config.surface_width_share;
-    if over >= share { 0.0 } else { config.surface_width * (1.0 - over / share) }
 }
 
 /// Mirrors have been there for the share `over` of the time with bent rays, clearcoats for most of the run.
@@ -170,8 +161,6 @@ pub(crate) fn index_objective(config: &Config, over: f32) -> IndexObjective {
         surface_rate: config.rate_surface * decay,
         surface_blur: config.surface_blur,
         surface_smooth: config.surface_smooth * decay,
-        surface_bending: config.surface_bending,
-        surface_width: surface_width(config, over),
         most_events: config.surface_events,
         blur: config.index_blur,
         clip: config.index_clip,
@@ -196,15 +185,6 @@ mod tests {
         let finest = Domain::with_longest(bounds, Extent::Bounded, 129);
         assert_eq!(stage_domain(&c, &finest, c.stages - 1), finest);
         assert_eq!(stage_domain(&c, &finest, 0).resolution, [33; 3]);
-    }
-
-    #[test]
-    fn the_soft_edge_narrows_to_none_while_rays_bend() {
-        let c = Config { surface_width: 3.0, surface_width_share: 0.5, ..Config::default() };
-        let width = |over| surface_width(&c, over);
-        assert!(width(0.0) == 3.0 && width(0.3) < width(0.2) && width(0.6) == 0.0);
-        assert!((width(0.25) - 1.5).abs() < 1e-5);
-        assert_eq!(surface_width(&Config::default(), 0.1), 0.0);
     }
 
     #[test]

@@ -231,9 +231,6 @@ impl Trainer {
         objective.rate_density *= self.state.rate_scale;
         objective.rate_colour *= self.state.rate_scale;
         objective.rate_background *= self.state.rate_scale;
-        if phase == Phase::Joint && !self.state.step.is_multiple_of(self.config.index_period.into()) {
-            objective.index = None;
-        }
         if let Some(index) = &mut objective.index {
             index.rate *= self.state.rate_scale;
             index.surface_rate *= self.state.rate_scale;
@@ -415,10 +412,6 @@ impl Trainer {
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
-        // The last stages of the index coincide with the last of the field.
-        if self.state.phase > Phase::Straight && stage + self.config.index_stages > self.config.stages {
-            self.backend.set_refraction(self.backend.refraction().refined());
-        }
         self.backend.refresh_occupancy(&marching);
         self.state.stage = stage;
         self.keep_good_state();

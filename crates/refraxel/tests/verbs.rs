@@ -244,22 +244,6 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
 }
 
 #[test]
-fn a_soft_edge_goes_on_where_it_was_and_ends_as_a_surface() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let scene = data.join("scene.json");
-    let soft = ["--refraction", "on", "--index-from", path(&scene), "--set", "index_surface=sharp"];
-    let soft = [&soft[..], &["--set", "surface_width=3", "--set", "surface_width_share=0.6"]].concat();
-    let [whole, halted] = ["whole", "halted"].map(|name| folder.path().join(name));
-    train(&data, &whole, &soft).done();
-    train(&data, &halted, &[&soft[..], &["--set", "stop_after=14"]].concat()).refused(130, &[]);
-    let width = |run: &Path| content(run).1["regions"][0]["soft_width"].as_f64().unwrap();
-    assert!(width(&halted) > 1.0 && width(&whole) == 0.0, "{} {}", width(&halted), width(&whole));
-    train(&data, &halted, &["--resume"]).done();
-    assert!(content(&halted) == content(&whole));
-}
-
-#[test]
 fn a_coat_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());

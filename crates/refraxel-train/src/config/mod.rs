@@ -10,9 +10,6 @@ use refraxel_core::{Aabb, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-/// Widest soft edge of a sharp surface [voxel].
-pub const WIDEST_EDGE: f32 = 8.0;
-
 /// What training should do. Every field is a key of the configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -115,8 +112,6 @@ pub struct Config {
     pub index_resolution: u32,
     /// Index voxels per pixel at a region.
     pub index_voxels_per_pixel: f64,
-    /// Grids from coarse to fine on which the index learns; each doubles the resolution.
-    pub index_stages: u32,
     /// How the index is interpolated.
     pub index_interpolation: IndexInterpolation,
     /// How rays are integrated.
@@ -137,17 +132,8 @@ pub struct Config {
     pub surface_blur: f32,
     /// Smoothing of a sharp surface per step, 0 to 1; none where the surface is held fixed.
     pub surface_smooth: f32,
-    /// Weight of the bending energy of a sharp surface.
-    pub surface_bending: f32,
-    /// Width of the soft edge that a sharp surface has when rays begin to bend [voxel of the index grid]; 0: none.
-    pub surface_width: f32,
-    /// Share of the run with bent rays over which the soft edge narrows to none.
-    pub surface_width_share: f32,
     /// Sharp surfaces learn only from rays that meet them at most this often.
     pub surface_events: u32,
-    /// Once all learn, the index and its surfaces do so in one step in this many: they have few parameters, and the way
-    /// back along a path costs as much as the path.
-    pub index_period: u32,
     /// Blur of the gradient of the index [voxel of the index grid].
     pub index_blur: f32,
     /// Bound on the gradient of one kick.
@@ -165,8 +151,6 @@ pub struct Config {
     pub index_deviation: f32,
     /// Penalty of the deviation of the index from 1.
     pub index_deviation_penalty: IndexPenalty,
-    /// Factor on all rates but the index's once rays bend.
-    pub bent_rates: f32,
     /// Factor on `tv_density` once rays bend: what is seen through glass is seen from few sides.
     pub bent_tv: f32,
     /// Raw density inside the refractive shape when rays begin to bend.
@@ -250,7 +234,6 @@ impl Default for Config {
             index_smooth: 0.7,
             index_resolution: 0,
             index_voxels_per_pixel: 0.7,
-            index_stages: 1,
             index_interpolation: IndexInterpolation::Cubic,
             index_stepping: Stepping::Leapfrog,
             index_step: 0.5,
@@ -261,11 +244,7 @@ impl Default for Config {
             rate_surface: 0.08,
             surface_blur: 1.5,
             surface_smooth: 0.1,
-            surface_bending: 0.0,
-            surface_width: 0.0,
-            surface_width_share: 0.3,
             surface_events: 2,
-            index_period: 1,
             index_blur: 1.5,
             index_clip: 3.0,
             index_largest: 2.6,
@@ -274,7 +253,6 @@ impl Default for Config {
             index_variation_penalty: IndexPenalty::L1,
             index_deviation: 0.0,
             index_deviation_penalty: IndexPenalty::L1,
-            bent_rates: 1.0,
             bent_tv: 5.0,
             contents_density: -5.0,
             reflection: Switch::On,
@@ -485,16 +463,12 @@ impl Config {
         within("rate_surface", self.rate_surface.into(), 0.0, 1.0, "0 to 1 voxel")?;
         within("surface_blur", self.surface_blur.into(), 0.0, 8.0, "0 to 8 voxels")?;
         within("surface_smooth", self.surface_smooth.into(), 0.0, 1.0, "0 to 1")?;
-        within("surface_width", self.surface_width.into(), 0.0, WIDEST_EDGE.into(), "0 to 8 voxels")?;
-        within("surface_width_share", self.surface_width_share.into(), 0.0, 0.9, "0 to 0.9")?;
-        within("bent_rates", self.bent_rates.into(), 0.0, 10.0, "0 to 10")?;
         within("bent_tv", self.bent_tv.into(), 0.0, 1e3, "0 to 1000")?;
         within("contents_density", self.contents_density.into(), -12.0, 9.0, "-12 to 9")?;
         for (key, v) in [
             ("index_clip", self.index_clip),
             ("index_variation", self.index_variation),
             ("index_deviation", self.index_deviation),
-            ("surface_bending", self.surface_bending),
         ] {
             within(key, v.into(), 0.0, 1e6, "0 or more")?;
         }
@@ -506,10 +480,6 @@ impl Config {
             n.to_string(),
             "0 (automatic) or 16 to 512",
         )?;
-        let n = self.index_period;
-        range((1..=1 << 10).contains(&n), "index_period", n.to_string(), "1 to 1024")?;
-        let n = self.index_stages;
-        range((1..=4).contains(&n), "index_stages", n.to_string(), "1 to 4")?;
         range(
             self.bounds_of_box().is_some() || self.refraction_box.is_empty(),
             "refraction_box",

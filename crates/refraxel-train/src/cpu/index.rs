@@ -5,9 +5,8 @@ use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
 use crate::polyhedron::Polyhedron;
 use crate::refraction::{Refraction, RegionState};
-use crate::soft::Soft;
 use rayon::prelude::*;
-use refraxel_core::index::{MediumGradient, priors, shape};
+use refraxel_core::index::{MediumGradient, priors};
 use refraxel_core::{IndexGrid, LevelSet, Medium};
 
 /// Adam's decays: of the mean, and of the mean square.
@@ -104,7 +103,7 @@ fn add(medium: &Medium<f32>, index_sample: &IndexSample, clip: f32, sums: &mut M
     }
 }
 
-/// One step of every region. Bodies behind a soft edge take that of sharp ones.
+/// One step of every region.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
@@ -119,13 +118,9 @@ pub(super) fn update(
         let mut solid = None;
         if let Some(states) = states {
             solid = states.solid.as_mut();
-            if let Some(soft) = &mut states.soft {
-                learn_behind((soft, solid), searched, moments, (&grad, rays as f32), objective);
-                continue;
-            }
         }
         if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
-            learn_surface((level, solid), &mut moments.surface, (&mut surface, rays as f32), objective);
+            learn_surface((level, solid), &mut moments.surface, &mut surface, objective);
         }
         let free = refraction.states.get(region).and_then(RegionState::free);
         let grid = refraction.medium.region_mut(region);
@@ -140,33 +135,13 @@ pub(super) fn update(
             }
         }
     }
-    if refraction.width() > 0.0 {
-        refraction.set_width(objective.surface_width);
-    }
-}
-
-/// The step of a sharp body, by the gradient of its soft edge.
-fn learn_behind(
-    (soft, solid): (&mut Soft, Option<&mut Polyhedron>),
-    searched: Option<f32>,
-    moments: &mut IndexMoments,
-    (grad, rays): (&[f32], f32),
-    objective: &IndexObjective,
-) {
-    let mut surface = vec![0.0; soft.surface.coefficients().len()];
-    let d_index = soft.grid_vjp(grad, &mut surface);
-    learn_surface((&mut soft.surface, solid), &mut moments.surface, (&mut surface, rays), objective);
-    let mut body = soft.body();
-    // By dw = n dn.
-    descend_one(&mut body, (soft.index, searched), &mut moments.index, &[d_index / soft.index], objective);
-    soft.index = body.interior_index().unwrap_or(soft.index);
 }
 
 /// One step of a surface, unless it is held fixed.
 fn learn_surface(
     (level, solid): (&mut LevelSet<f32>, Option<&mut Polyhedron>),
     moments: &mut AdamMoments,
-    (grad, rays): (&mut [f32], f32),
+    grad: &mut [f32],
     objective: &IndexObjective,
 ) {
     if objective.surface_rate <= 0.0 {
@@ -176,10 +151,6 @@ fn learn_surface(
         descend_solid(level, solid, moments, grad, objective);
     } else {
         gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
-        if objective.surface_bending > 0.0 {
-            // Not blurred: the shortest waves are what it is for.
-            shape::bending_vjp(level, objective.surface_bending * rays, grad);
-        }
         descend_surface(level, moments, grad, objective);
     }
 }
@@ -297,8 +268,6 @@ mod tests {
         surface_rate: 0.05,
         surface_blur: 1.0,
         surface_smooth: 0.0,
-        surface_bending: 0.0,
-        surface_width: 0.0,
         most_events: 8,
     };
 
@@ -317,21 +286,6 @@ mod tests {
         refraction.states = vec![Default::default()];
         (0..steps).for_each(|step| update(&mut refraction, &mut moments, (&[], 64, step), objective));
         refraction.medium.regions()[0].level_set().unwrap().clone()
-    }
-
-    #[test]
-    fn the_bending_prior_takes_dents_out_and_leaves_the_ball() {
-        let (before, bends) = (dented(0, &OBJECTIVE), IndexObjective { surface_bending: 1.0, ..OBJECTIVE });
-        let after = dented(40, &bends);
-        let [rough, smooth] = [&before, &after].map(shape::bending);
-        assert!(smooth < 0.3 * rough, "{rough} to {smooth}");
-        let radius = (0..90).map(|k| {
-            let d = Vec3::new((k as f32 * 0.7).sin(), (k as f32 * 1.3).cos(), (k as f32 * 0.37).sin())
-                .normalized();
-            after.value(d * 0.6) / after.voxel()
-        });
-        let off = radius.sum::<f32>() / 90.0;
-        assert!(off.abs() < 0.1, "{off} voxels");
     }
 
     #[test]
@@ -359,8 +313,7 @@ mod tests {
 
     #[test]
     fn a_surface_without_a_rate_stays_bit_by_bit() {
-        let still =
-            IndexObjective { surface_rate: 0.0, surface_smooth: 0.1, surface_bending: 1.0, ..OBJECTIVE };
+        let still = IndexObjective { surface_rate: 0.0, surface_smooth: 0.1, ..OBJECTIVE };
         let learning = IndexObjective { rate: 0.01, ..still };
         assert_eq!(dented(5, &learning).coefficients(), dented(0, &learning).coefficients());
     }

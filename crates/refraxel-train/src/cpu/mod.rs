@@ -430,8 +430,7 @@ impl Backend for CpuBackend {
     }
 
     fn set_refraction(&mut self, refraction: Refraction) {
-        let regions = 0..refraction.medium.regions().len();
-        self.moments.index = regions.map(|k| IndexMoments::zero(&refraction.body(k))).collect();
+        self.moments.index = refraction.medium.regions().iter().map(IndexMoments::zero).collect();
         self.refraction = refraction;
     }
 

@@ -102,9 +102,6 @@ pub fn begin(
         }
     }
     found.find_flat_cells();
-    if config.surface_width > 0.0 {
-        found.set_width(config.surface_width);
-    }
     backend.set_refraction(found);
     Ok(events)
 }

@@ -113,13 +113,11 @@ pub(super) fn find(
 /// Edge length of a region's voxels [scene unit].
 fn voxel(sampler: &RaySampler, config: &Config, bounds: &Aabb<f32>) -> f32 {
     let longest = bounds.extent().max_element();
-    // Each later stage of the index doubles the resolution.
-    let coarser = (1 << (config.index_stages.min(config.stages) - 1)) as f32;
     if config.index_resolution > 0 {
-        return coarser * longest / config.index_resolution as f32;
+        return longest / config.index_resolution as f32;
     }
     let pixel = sampler.pixel_size(bounds.center());
-    coarser * (pixel / config.index_voxels_per_pixel as f32).max(longest / 160.0)
+    (pixel / config.index_voxels_per_pixel as f32).max(longest / 160.0)
 }
 
 /// Signed distance from the ellipsoid in a box, exact on its surface.

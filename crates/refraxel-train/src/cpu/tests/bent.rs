@@ -87,8 +87,6 @@ pub(super) fn index_objective() -> IndexObjective {
         surface_rate: 0.01,
         surface_blur: 3.0,
         surface_smooth: 0.01,
-        surface_bending: 0.01,
-        surface_width: 0.0,
         most_events: 8,
     }
 }
@@ -143,8 +141,6 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
         surface_rate: 0.01,
         surface_blur: 3.0,
         surface_smooth: 0.01,
-        surface_bending: 0.01,
-        surface_width: 0.0,
         most_events: 8,
     };
     let learned = |threads: usize| {
