@@ -38,6 +38,12 @@ impl<T: Copy> Clone for AlignedVec<T> {
     }
 }
 
+impl<T: PartialEq> PartialEq for AlignedVec<T> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
 impl<T> Deref for AlignedVec<T> {
     type Target = [T];
     #[inline(always)]

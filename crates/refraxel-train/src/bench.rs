@@ -3,12 +3,13 @@
 //! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
-use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective, ReflectionObjective};
-use crate::config::Config;
+use crate::backend::{
+    Backend, Batch, IndexObjective, Layers, Marching, Objective, ReflectionObjective, step,
+};
 use crate::cpu::CpuBackend;
+use crate::model::{MirrorSource, Model, ProbeLayout, Reflection, Refraction};
+use crate::options::Options;
 use crate::random::Random;
-use crate::reflection::{ProbeLayout, Reflection, Source};
-use crate::refraction::Refraction;
 use crate::schedule::index_objective;
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
@@ -86,9 +87,10 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
     let measured = |grid: IndexGrid<f32>, layout: Option<ProbeLayout>| {
         let mut backend = scene(options.resolution);
         let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
-        backend.set_refraction(Refraction { medium, ..Refraction::none() });
+        backend.set_medium(Refraction { medium, ..Refraction::none() });
         if let Some(layout) = &layout {
-            backend.set_reflection(Reflection::of(backend.refraction(), Source::Learned, layout));
+            let reflection = Reflection::of(backend.medium(), MirrorSource::Learned, layout);
+            backend.set_reflection(reflection);
         }
         throughput(backend, options, Some(index()))
     };
@@ -107,14 +109,14 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
 }
 
 fn throughput(mut backend: CpuBackend, options: &BenchOptions, index: Option<IndexObjective>) -> Throughput {
-    let learn = |backend: &mut CpuBackend, batch: &Batch, n: usize| learn(backend, batch, (n, index));
+    let learn = |backend: &mut CpuBackend, batch: &Batch, n: usize| learn(backend, batch, n, index);
     let (random, coherent) = (random_batch(options.rays), coherent_batch(options.rays));
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
     let n = options.repetitions;
-    let (samples, _) = learn(&mut backend, &random, 1);
+    let samples = learn(&mut backend, &random, 1).samples;
     let forward = |b: &CpuBackend, batch: &Batch| {
         let samples = samples_of(b, batch) as f64;
-        samples / best(n, || drop(b.render(&batch.rays, &MARCHING))) / 1e6
+        samples / best(n, || drop(b.render(&batch.rays, &MARCHING, Layers::All))) / 1e6
     };
     let single = one.install(|| {
         let coherent_forward = forward(&backend, &coherent);
@@ -122,7 +124,7 @@ fn throughput(mut backend: CpuBackend, options: &BenchOptions, index: Option<Ind
         let gradient = samples as f64 / best(n, || _ = samples_of(&backend, &random)) / 1e6;
         let train_random = learn(&mut backend, &random, n);
         let train_coherent = learn(&mut backend, &coherent, n);
-        (coherent_forward, random_forward, gradient, rate(train_random), rate(train_coherent))
+        (coherent_forward, random_forward, gradient, train_random.rate(), train_coherent.rate())
     });
     let all = learn(&mut backend, &random, n);
     Throughput {
@@ -131,11 +133,11 @@ fn throughput(mut backend: CpuBackend, options: &BenchOptions, index: Option<Ind
         gradient_random_msamples_per_s_per_core: single.2,
         train_msamples_per_s_per_core: single.3,
         train_coherent_msamples_per_s_per_core: single.4,
-        train_msamples_per_s: rate(all),
-        train_rays_per_s: options.rays as f64 / all.1,
+        train_msamples_per_s: all.rate(),
+        train_rays_per_s: options.rays as f64 / all.seconds,
         forward_msamples_per_s: forward(&backend, &coherent),
         threads: rayon::current_num_threads(),
-        thread_speedup: rate(all) / single.3,
+        thread_speedup: all.rate() / single.3,
     }
 }
 
@@ -149,7 +151,7 @@ const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0
 
 /// The index learns as by default, at rates so small that the scene stays what it is.
 fn index() -> IndexObjective {
-    let usual = index_objective(&Config::default(), 0.0);
+    let usual = index_objective(&Options::default(), 0.0);
     IndexObjective { rate: 1e-7, surface_rate: 1e-6, surface_smooth: 1e-4, ..usual }
 }
 
@@ -172,18 +174,28 @@ fn objective() -> Objective {
     }
 }
 
-fn rate((samples, seconds): (u64, f64)) -> f64 {
-    samples as f64 / seconds / 1e6
+/// Samples of a step, and its seconds.
+#[derive(Clone, Copy)]
+struct Timed {
+    samples: u64,
+    seconds: f64,
 }
 
-/// Samples of a step and seconds of the best of `n` steps.
-fn learn(backend: &mut CpuBackend, batch: &Batch, (n, index): (usize, Option<IndexObjective>)) -> (u64, f64) {
+impl Timed {
+    /// Million samples per second.
+    fn rate(self) -> f64 {
+        self.samples as f64 / self.seconds / 1e6
+    }
+}
+
+/// The best of `n` steps.
+fn learn(backend: &mut CpuBackend, batch: &Batch, n: usize, index: Option<IndexObjective>) -> Timed {
     let mut samples = 0;
     let reflection =
         index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7, rate_clearcoat: 0.0 });
     let objective = Objective { index, reflection, ..objective() };
-    let seconds = best(n, || samples = backend.learn(batch, &objective, 1).samples);
-    (samples, seconds)
+    let seconds = best(n, || samples = step(backend, batch, &objective, 1).samples);
+    Timed { samples, seconds }
 }
 
 fn samples_of(backend: &CpuBackend, batch: &Batch) -> u64 {
@@ -213,7 +225,7 @@ fn scene(resolution: u32) -> CpuBackend {
         *v = 0.2 * (i as f32 * 0.37).sin();
     }
     field.clear_empty_brick();
-    CpuBackend::new(field, Background::Constant([1.0; 3]))
+    CpuBackend::new(Model::straight(field, Background::Constant([1.0; 3])))
 }
 
 fn batch_of(rays: Vec<Ray<f32>>) -> Batch {

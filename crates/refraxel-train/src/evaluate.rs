@@ -1,11 +1,9 @@
 //! Rendering views and scoring them: the one function behind training curves, `eval` and `compare`.
 
-use crate::backend::{Backend, Marching};
-use crate::cpu::CpuBackend;
+use crate::backend::{Backend, Layers, Marching};
 use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
+use crate::model::{MirrorSource, Refraction};
 use crate::rays::{pixel_ray, ray_within};
-use crate::reflection::Source;
-use crate::refraction::Refraction;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Pixel, without};
 use refraxel_core::{Camera, Domain, Path, Ray, Vec3};
@@ -32,30 +30,32 @@ const WITHIN: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 
 
 /// Render a camera's whole image. Pixels that the lens does not see are black.
 pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(backend, camera, |rays| backend.render(rays, marching))
+    render_with(backend, camera, |rays| backend.render(rays, marching, Layers::All))
 }
 
 /// What the surfaces that a camera sees mirror, alone: its picture without what it would be if they mirrored blackness.
-pub fn render_reflection(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
+pub fn render_reflection(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
     render_with(backend, camera, |rays| {
-        let mut all = backend.render(rays, marching);
-        for (all, rest) in all.iter_mut().zip(backend.render_mirroring(rays, marching, Source::Black)) {
-            all.colour = without(all.colour, rest.colour);
+        let mut all = backend.render(rays, marching, Layers::All);
+        let black = backend.render(rays, marching, Layers::Mirroring(MirrorSource::Black));
+        for (all, black) in all.iter_mut().zip(black) {
+            all.colour = without(all.colour, black.colour);
         }
         all
     })
 }
 
 /// What a camera would see if no surface mirrored but totally.
-pub fn render_transmission(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(backend, camera, |rays| backend.render_transmitted(rays, marching))
+pub fn render_transmission(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
+    render_with(backend, camera, |rays| backend.render(rays, marching, Layers::Transmitted))
 }
 
 /// The rays of a pixel; none where the lens is blind.
 fn rays_of_pixel(
     camera: &Camera,
     pixel: usize,
-    (refraction, domain): (&Refraction, &Domain<f32>),
+    refraction: &Refraction,
+    domain: &Domain<f32>,
     path: &mut Path<f32>,
 ) -> Vec<Ray<f32>> {
     let Some(centre) = pixel_ray(camera, pixel) else { return Vec::new() };
@@ -72,9 +72,9 @@ fn render_with(
     pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f32>>,
 ) -> Rendering {
     let count = camera.width as usize * camera.height as usize;
-    let bending = (backend.refraction(), &backend.field().domain);
+    let (medium, domain) = (backend.medium(), backend.domain());
     let order = tiles(camera.width, camera.height);
-    let of_pixel = |path: &mut Path<f32>, &p: &usize| rays_of_pixel(camera, p, bending, path);
+    let of_pixel = |path: &mut Path<f32>, &p: &usize| rays_of_pixel(camera, p, medium, domain, path);
     let rays: Vec<Vec<Ray<f32>>> = order.par_iter().map_init(Path::default, of_pixel).collect();
     let mut out = Rendering {
         width: camera.width,
@@ -149,9 +149,6 @@ pub fn truth_checksum<'a>(truths: impl IntoIterator<Item = &'a [[u8; 3]]>) -> St
     }
     format!("{:08x}", hasher.finalize())
 }
-
-/// The colour behind transparent pictures in renderings and scores.
-pub const WHITE: [f32; 3] = [1.0; 3];
 
 /// Score a rendering against its photograph. Refractive masks give the scores inside and outside; other masks none.
 pub fn score(

@@ -2,29 +2,27 @@
 
 pub mod backend;
 pub mod bench;
+pub mod cancel;
 pub mod checkpoint;
-pub mod config;
 pub mod cpu;
 pub mod evaluate;
-pub mod index_edit;
+pub mod events;
 pub mod index_error;
 pub mod initial;
 pub mod memory;
 pub mod metrics;
 pub mod model;
-pub mod polyhedron;
+pub mod options;
+pub mod plan;
 pub mod random;
 pub mod rays;
 pub mod recipe;
-pub mod reflection;
-pub mod refraction;
 pub mod run;
 pub mod schedule;
-pub mod surface;
 pub mod trainer;
 
 pub use backend::Backend;
-pub use config::{Config, ConfigError};
 pub use cpu::CpuBackend;
-pub use refraction::Refraction;
+pub use model::{Model, Refraction, index_edit, polyhedron, reflection, refraction, surface};
+pub use options::{OptionError, Options};
 pub use trainer::{TrainError, Trainer};

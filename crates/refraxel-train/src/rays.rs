@@ -3,6 +3,7 @@
 use crate::backend::Batch;
 use crate::random::Random;
 use rayon::prelude::*;
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Lens, Ray, Vec3};
 use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View};
 use std::sync::Arc;
@@ -205,6 +206,20 @@ impl PosedPhoto {
         }
     }
 }
+
+/// |C − target|² of each ray of a batch, of what rays show over the model's own background. Where a batch brings its own
+/// radiance behind the field, the model's is white.
+pub fn squared_errors(pixels: &[Pixel<f32>], batch: &Batch) -> Vec<f64> {
+    let error = |(ray, (pixel, target)): (usize, (&Pixel<f32>, &[f32; 3]))| {
+        let behind: [f32; 3] = batch.behind.get(ray).map_or([0.0; 3], |b| [0, 1, 2].map(|c| b[c] - WHITE[c]));
+        let of = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - target[c];
+        (0..3).map(|c| f64::from(of(c)).powi(2)).sum()
+    };
+    pixels.iter().zip(&batch.target).enumerate().map(error).collect()
+}
+
+/// The colour behind transparent pictures in renderings and scores.
+pub const WHITE: [f32; 3] = [1.0; 3];
 
 /// The ray through the centre of pixel `row * width + column`.
 pub fn pixel_ray(camera: &Camera, pixel: usize) -> Option<Ray<f32>> {

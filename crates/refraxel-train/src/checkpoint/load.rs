@@ -13,7 +13,18 @@ impl TensorFile {
     ///
     /// Any file gives either exactly what was saved or an error; memory stays within a small multiple of the file's length.
     pub fn load(path: &Path) -> Result<Self, CheckpointError> {
-        let mut reader = Reader::open(path)?;
+        Self::from_reader(open(path)?)
+    }
+
+    /// Reads and verifies a checkpoint from anywhere, to the end of the stream; `name` stands for its path in messages.
+    pub fn read(mut from: impl Read, name: &Path) -> Result<Self, CheckpointError> {
+        let mut bytes = Vec::new();
+        let failed = |source| CheckpointError::Read { path: name.to_owned(), source };
+        from.read_to_end(&mut bytes).map_err(failed)?;
+        Self::from_reader(Reader { path: name, length: bytes.len() as u64, from: &bytes[..] })
+    }
+
+    fn from_reader(mut reader: Reader<impl Read>) -> Result<Self, CheckpointError> {
         let text = reader.header()?;
         let (layout, envelope) = reader.parse(&text)?;
         let end = 8 + text.len() as u64 + layout.data_len() as u64;
@@ -34,27 +45,25 @@ impl TensorFile {
 }
 
 /// A checkpoint that is being read front to back.
-struct Reader<'a> {
+struct Reader<'a, R> {
     path: &'a Path,
-    file: File,
-    /// Of the file [byte].
+    from: R,
+    /// Of all there is to read [byte].
     length: u64,
 }
 
-impl<'a> Reader<'a> {
-    fn open(path: &'a Path) -> Result<Self, CheckpointError> {
-        let failed = |source| CheckpointError::Read { path: path.to_owned(), source };
-        let file = File::open(path).map_err(failed)?;
-        let metadata = file.metadata().map_err(failed)?;
-        if !metadata.is_file() {
-            return Err(CheckpointError::Foreign {
-                path: path.to_owned(),
-                found: "it is not a regular file".to_owned(),
-            });
-        }
-        Ok(Self { path, file, length: metadata.len() })
+fn open(path: &Path) -> Result<Reader<'_, File>, CheckpointError> {
+    let failed = |source| CheckpointError::Read { path: path.to_owned(), source };
+    let file = File::open(path).map_err(failed)?;
+    let metadata = file.metadata().map_err(failed)?;
+    if !metadata.is_file() {
+        let found = "it is not a regular file".to_owned();
+        return Err(CheckpointError::Foreign { path: path.to_owned(), found });
     }
+    Ok(Reader { path, from: file, length: metadata.len() })
+}
 
+impl<R: Read> Reader<'_, R> {
     /// The safetensors header, its checksum verified.
     fn header(&mut self) -> Result<Vec<u8>, CheckpointError> {
         if self.length < 8 {
@@ -106,7 +115,7 @@ impl<'a> Reader<'a> {
 
     fn fill(&mut self, bytes: &mut [u8]) -> Result<(), CheckpointError> {
         let failed = |source| CheckpointError::Read { path: self.path.to_owned(), source };
-        self.file.read_exact(bytes).map_err(failed)
+        self.from.read_exact(bytes).map_err(failed)
     }
 
     fn damaged(&self, found: String) -> CheckpointError {

@@ -12,7 +12,7 @@ mod save;
 mod tensor;
 
 pub use atomic::{WriteError, remove_leftovers, write_atomic};
-pub use save::save;
+pub use save::{save, write};
 pub use tensor::{DataView, Tensor, TensorData, TensorFile, TensorView};
 
 use std::path::PathBuf;

@@ -1,4 +1,5 @@
 use std::collections::{BTreeMap, HashMap};
+use std::io::Write;
 use std::path::Path;
 
 use safetensors::tensor::{Metadata, TensorInfo};
@@ -17,19 +18,34 @@ pub fn save(
     header: &serde_json::Value,
     tensors: &[(&str, TensorView<'_>)],
 ) -> Result<(), CheckpointError> {
+    write_atomic(path, |writer| fill(writer, header, tensors))?;
+    Ok(())
+}
+
+/// Writes the same bytes anywhere.
+///
+/// # Panics
+/// As [`save`].
+pub fn write(
+    to: &mut dyn Write,
+    header: &serde_json::Value,
+    tensors: &[(&str, TensorView<'_>)],
+) -> Result<(), CheckpointError> {
+    let failed = |source| WriteError { path: "(a stream)".into(), action: "writing its content", source };
+    Ok(fill(to, header, tensors).map_err(failed)?)
+}
+
+fn fill(
+    to: &mut dyn Write,
+    header: &serde_json::Value,
+    tensors: &[(&str, TensorView<'_>)],
+) -> std::io::Result<()> {
     let mut ordered = tensors.to_vec();
     ordered.sort_by(|(a, x), (b, y)| y.dtype().cmp(&x.dtype()).then(a.cmp(b))); // widest first keeps all aligned
-    let text = header_text(header, &ordered).map_err(|source| WriteError {
-        path: path.to_owned(),
-        action: "encoding its header",
-        source,
-    })?;
-    write_atomic(path, |writer| {
-        writer.write_all(&(text.len() as u64).to_le_bytes())?;
-        writer.write_all(&text)?;
-        ordered.iter().try_for_each(|(_, tensor)| writer.write_all(tensor.bytes()))
-    })?;
-    Ok(())
+    let text = header_text(header, &ordered)?;
+    to.write_all(&(text.len() as u64).to_le_bytes())?;
+    to.write_all(&text)?;
+    ordered.iter().try_for_each(|(_, tensor)| to.write_all(tensor.bytes()))
 }
 
 impl TensorFile {

@@ -44,6 +44,12 @@ impl Layout {
         lanes
     }
 
+    /// The layout together with the basis of one direction.
+    #[inline(always)]
+    pub(super) fn with<'a>(&'a self, basis: &'a Lanes) -> Coloured<'a> {
+        Coloured { layout: self, basis }
+    }
+
     /// Lane values summed over the colours, per basis function.
     fn fold(&self, lanes: &Lanes) -> [f32; MAX_BASIS] {
         let nb = self.degree.basis();
@@ -58,6 +64,22 @@ impl Layout {
     pub(super) fn basis_vjp(&self, direction: Vec3<f32>, d_lanes: &Lanes) -> Vec3<f32> {
         sh::basis_vjp(self.degree, direction, &self.fold(d_lanes))
     }
+}
+
+/// How a direction weighs the channels of a voxel.
+#[derive(Clone, Copy)]
+pub(super) struct Coloured<'a> {
+    layout: &'a Layout,
+    /// As from [`Layout::basis`].
+    basis: &'a Lanes,
+}
+
+/// Where a sample lies: the voxels around it, their weights, and its position in the cell.
+#[derive(Clone, Copy)]
+pub(super) struct SampleStencil<'a> {
+    pub corners: &'a [u32; 8],
+    pub weights: &'a [f32; 8],
+    pub fraction: Vec3<f32>,
 }
 
 /// The channels of one voxel.
@@ -105,14 +127,14 @@ fn gather<S: Simd, const BLOCKS: usize>(
     sum
 }
 
-/// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample, theory (3.7); `basis` as from [`Layout::basis`].
+/// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample, theory (3.7).
 #[inline(always)]
 pub(super) fn shade<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[Voxel<BLOCKS>],
     corners: &[u32; 8],
     weights: &[f32; 8],
-    (layout, basis): (&Layout, &Lanes),
+    Coloured { layout, basis }: Coloured,
 ) -> [f32; 3] {
     let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
     let mut sum = [f32x16::splat(simd, 0.0); 3];
@@ -133,7 +155,7 @@ pub(super) fn shade<S: Simd, const BLOCKS: usize>(
 #[inline(always)]
 fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
     simd: S,
-    (layout, basis): (&Layout, &Lanes),
+    Coloured { layout, basis }: Coloured,
     d_colour: [f32; 3],
 ) -> [f32x16<S>; BLOCKS] {
     let mut out = [f32x16::splat(simd, 0.0); BLOCKS];
@@ -153,10 +175,10 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     simd: S,
     grad: &mut [Voxel<BLOCKS>],
     corners: &[(usize, f32)],
-    layout_basis: (&Layout, &Lanes),
+    coloured: Coloured,
     d_colour: [f32; 3],
 ) {
-    let g = coefficient_adjoint::<S, BLOCKS>(simd, layout_basis, d_colour);
+    let g = coefficient_adjoint::<S, BLOCKS>(simd, coloured, d_colour);
     for &(voxel, weight) in corners {
         let w = f32x16::splat(simd, weight);
         let voxel = &mut grad[voxel];
@@ -171,11 +193,12 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
 pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[Voxel<BLOCKS>],
-    (corners, weights, fraction): (&[u32; 8], &[f32; 8], Vec3<f32>),
-    (layout, basis): (&Layout, &Lanes),
+    at: SampleStencil,
+    coloured: Coloured,
     d_colour: [f32; 3],
 ) -> (Vec3<f32>, Lanes) {
-    let g = coefficient_adjoint::<S, BLOCKS>(simd, (layout, basis), d_colour);
+    let g = coefficient_adjoint::<S, BLOCKS>(simd, coloured, d_colour);
+    let (SampleStencil { corners, weights, fraction }, layout) = (at, coloured.layout);
     let mut at_corner = [0.0; 8];
     for k in 0..8 {
         let mut dot = f32x16::splat(simd, 0.0);

@@ -1,80 +1,31 @@
-//! The index and its surfaces learn: index_samples are scattered to the grids, their gradients are blurred, and Adam takes a step.
+//! The index and its surfaces learn: index samples are scattered to the grids, their gradients are blurred, and Adam takes a step.
 
-use super::tape::{IndexSample, Tape, sum_in_parts};
+use super::adam::{DECAY, adam};
+use super::record::IndexSample;
+use super::surface;
+use super::tape::{Tape, sum_in_parts};
 use crate::backend::IndexObjective;
 use crate::initial::gaussian_blur;
-use crate::polyhedron::Polyhedron;
-use crate::refraction::{Refraction, RegionState};
+use crate::model::{AdamMoments, IndexMoments, Refraction, RegionState};
 use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors};
-use refraxel_core::{IndexGrid, LevelSet, Medium};
+use refraxel_core::{IndexGrid, Medium};
 
-/// Adam's decays: of the mean, and of the mean square.
-const DECAY: [f32; 2] = [0.9, 0.99];
-/// The same of the nodes of a surface: each is met by few rays of a step, and trembles the less the longer it remembers.
-const DECAY_OF_NODES: [f32; 2] = [0.97, 0.99];
-/// Floor of Adam's denominator, as a share of the largest: voxels that hardly matter must not follow noise.
-const FLOOR: f32 = 0.1;
-/// Steps after which the rate of a surface has halved; from there on it falls with their number (Robbins & Monro 1951):
-/// colours cannot settle behind a surface that trembles. Nodes have further to go than planes.
-const HALF_OF_PLANES: f32 = 50.0;
-const HALF_OF_NODES: f32 = 150.0;
 /// Steps between two looks at what is flat.
 const REFRESH: u64 = 16;
 
-/// Adam's moments of one array of parameters, and how many steps they saw.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AdamMoments {
-    /// Mean of the gradient.
-    pub first: Vec<f32>,
-    /// Mean of its square.
-    pub second: Vec<f32>,
-    /// Steps taken.
-    pub steps: u32,
+/// What a step has learned from its rays.
+pub(super) struct Learned<'a> {
+    pub tapes: &'a [Tape],
+    /// Rays of the batch.
+    pub rays: usize,
+    pub step: u64,
 }
 
-/// The moments of one region.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct IndexMoments {
-    /// Of the coefficients of w.
-    pub index: AdamMoments,
-    /// Of the coefficients of φ; empty without a surface. The first are those of the planes' parameters where planes learn.
-    pub surface: AdamMoments,
-}
-
-impl AdamMoments {
-    fn zero(n: usize) -> Self {
-        Self { first: vec![0.0; n], second: vec![0.0; n], steps: 0 }
-    }
-
-    /// The change of each of the parameters `which`, for a learning rate of 1.
-    fn steps(&mut self, decay: [f32; 2], which: &[usize], grad: impl Fn(usize) -> f32) -> Vec<f32> {
-        self.steps += 1;
-        let unbias = decay.map(|d| (1.0 - d.powi(self.steps.min(1 << 20) as i32)).recip());
-        let mut largest = 0.0_f32;
-        for &j in which {
-            let g = grad(j);
-            self.first[j] += (1.0 - decay[0]) * (g - self.first[j]);
-            self.second[j] += (1.0 - decay[1]) * (g * g - self.second[j]);
-            largest = largest.max(self.second[j]);
-        }
-        let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
-        let step = |&j: &usize| -self.first[j] * unbias[0] / (self.second[j] * unbias[1]).sqrt().max(floor);
-        which.iter().map(step).collect()
-    }
-}
-
-impl IndexMoments {
-    pub(super) fn zero(grid: &IndexGrid<f32>) -> Self {
-        let surface = grid.level_set().map_or(0, |l| l.coefficients().len());
-        Self { index: AdamMoments::zero(grid.coefficients().len()), surface: AdamMoments::zero(surface) }
-    }
-}
-
-/// dLoss/dcoefficients from the index_samples of all tapes, each bounded by `clip`.
+/// dLoss/dcoefficients from the index samples of all tapes, each bounded by `clip`.
 pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> MediumGradient<f32> {
     let scatter = |sums: &mut MediumGradient<f32>, tape: &Tape| {
-        tape.index_samples.iter().for_each(|index_sample| add(medium, index_sample, clip, sums));
+        tape.index_samples.iter().for_each(|sample| add(medium, sample, clip, sums));
     };
     let merge = |total: &mut MediumGradient<f32>, part: MediumGradient<f32>| {
         let arrays = total.index.iter_mut().chain(&mut total.level_set);
@@ -85,8 +36,9 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
     sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
-fn add(medium: &Medium<f32>, index_sample: &IndexSample, clip: f32, sums: &mut MediumGradient<f32>) {
-    let (region, (d_value, d_gradient)) = (index_sample.region as usize, index_sample.d);
+fn add(medium: &Medium<f32>, sample: &IndexSample, clip: f32, sums: &mut MediumGradient<f32>) {
+    let IndexSample { x, d_value, d_gradient, .. } = *sample;
+    let region = sample.region as usize;
     let grid = &medium.regions()[region];
     let slope = d_gradient.length();
     if !(slope.is_finite() && d_value.is_finite()) {
@@ -97,9 +49,9 @@ fn add(medium: &Medium<f32>, index_sample: &IndexSample, clip: f32, sums: &mut M
     let size = slope.max(of_value);
     let scale = if size > clip { clip / size } else { 1.0 };
     let (d_value, d_gradient) = (d_value * scale, d_gradient * scale);
-    match grid.level_set().filter(|_| index_sample.surface) {
-        Some(level) => level.scatter(index_sample.x, d_value, d_gradient, &mut sums.level_set[region]),
-        None => grid.scatter(index_sample.x, d_value, d_gradient, &mut sums.index[region]),
+    match grid.level_set().filter(|_| sample.surface) {
+        Some(level) => level.scatter(x, d_value, d_gradient, &mut sums.level_set[region]),
+        None => grid.scatter(x, d_value, d_gradient, &mut sums.index[region]),
     }
 }
 
@@ -107,51 +59,30 @@ fn add(medium: &Medium<f32>, index_sample: &IndexSample, clip: f32, sums: &mut M
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
-    (tapes, rays, step): (&[Tape], usize, u64),
+    learned: &Learned,
     objective: &IndexObjective,
 ) {
-    let grads = gradient(&refraction.medium, tapes, objective.clip);
+    let grads = gradient(&refraction.medium, learned.tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
-    for (region, ((mut grad, mut surface), moments)) in arrays.zip(moments).enumerate() {
-        let states = refraction.states.get_mut(region);
-        let searched = states.as_ref().and_then(|e| e.searched);
-        let mut solid = None;
-        if let Some(states) = states {
-            solid = states.solid.as_mut();
-        }
+    for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
+        let state = refraction.states.get_mut(region);
+        let searched = state.as_ref().and_then(|s| s.searched);
+        let solid = state.and_then(|s| s.solid.as_mut());
         if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
-            learn_surface((level, solid), &mut moments.surface, &mut surface, objective);
+            surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
         }
-        let free = refraction.states.get(region).and_then(RegionState::free);
+        let trainable = refraction.states.get(region).and_then(RegionState::trainable);
         let grid = refraction.medium.region_mut(region);
-        if let (Some(n), Some(_)) = (grid.interior_index(), grid.level_set()) {
-            descend_one(grid, (n, searched), &mut moments.index, &grad, objective);
-        } else {
-            add_priors(grid, rays as f32, objective, &mut grad);
-            gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
-            descend(grid, free, &mut moments.index, &grad, objective);
-            if step.is_multiple_of(REFRESH) {
-                grid.find_flat_cells(free);
-            }
+        if grid.interior_index().is_some() && grid.level_set().is_some() {
+            descend_one(grid, searched, &mut moments.index, &grad, objective);
+            continue;
         }
-    }
-}
-
-/// One step of a surface, unless it is held fixed.
-fn learn_surface(
-    (level, solid): (&mut LevelSet<f32>, Option<&mut Polyhedron>),
-    moments: &mut AdamMoments,
-    grad: &mut [f32],
-    objective: &IndexObjective,
-) {
-    if objective.surface_rate <= 0.0 {
-        return;
-    }
-    if let Some(solid) = solid {
-        descend_solid(level, solid, moments, grad, objective);
-    } else {
-        gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
-        descend_surface(level, moments, grad, objective);
+        add_priors(grid, learned.rays as f32, objective, &mut grad);
+        gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
+        descend(grid, trainable, &mut moments.index, &grad, objective);
+        if learned.step.is_multiple_of(REFRESH) {
+            grid.find_flat_cells(trainable);
+        }
     }
 }
 
@@ -167,10 +98,10 @@ fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad
     }
 }
 
-/// Adam on n = √(2c) at the free nodes.
+/// Adam on n = √(2c) at the trainable nodes.
 fn descend(
     grid: &mut IndexGrid<f32>,
-    free: Option<&[bool]>,
+    trainable: Option<&[bool]>,
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
@@ -178,9 +109,9 @@ fn descend(
     if objective.rate <= 0.0 {
         return;
     }
-    let nodes: Vec<usize> = grid.parameters().filter(|&j| free.is_none_or(|f| f[j])).collect();
+    let nodes: Vec<usize> = grid.parameters().filter(|&j| trainable.is_none_or(|t| t[j])).collect();
     let coefficients = grid.coefficients_mut();
-    let steps = moments.steps(DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
+    let steps = adam(moments, DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
     for (&j, step) in nodes.iter().zip(steps) {
         let n = ((2.0 * coefficients[j]).sqrt() + objective.rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
@@ -190,64 +121,17 @@ fn descend(
 /// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'.
 fn descend_one(
     grid: &mut IndexGrid<f32>,
-    (n, searched): (f32, Option<f32>),
+    searched: Option<f32>,
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
 ) {
-    if objective.rate > 0.0 {
-        let d_n = n * grad.iter().sum::<f32>();
-        let step = moments.steps(DECAY, &[0], |_| d_n)[0];
-        let [low, high] =
-            searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
-        grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
-    }
-}
-
-/// The rate of a surface [scene unit], and how much less it is after so many steps, when it halves in `half`.
-fn surface_rate(
-    level: &LevelSet<f32>,
-    (moments, half): (&AdamMoments, f32),
-    objective: &IndexObjective,
-) -> [f32; 2] {
-    let slower = half / (half + moments.steps as f32);
-    [objective.surface_rate * slower * level.voxel(), slower]
-}
-
-/// Adam on the faces of a polyhedron.
-fn descend_solid(
-    level: &mut LevelSet<f32>,
-    solid: &mut Polyhedron,
-    moments: &mut AdamMoments,
-    grad: &[f32],
-    objective: &IndexObjective,
-) {
-    let [rate, _] = surface_rate(level, (moments, HALF_OF_PLANES), objective);
-    let grad = solid.vjp(level, grad);
-    let which: Vec<usize> = (0..grad.len()).collect();
-    let steps: Vec<f32> = moments.steps(DECAY, &which, |j| grad[j]).iter().map(|s| rate * s).collect();
-    solid.advance(level, &steps);
-    *level = solid.level_set(level.domain().bounds, level.domain().resolution);
-}
-
-/// Adam on φ, then a little smoothing: what one pixel wants must not become a dent.
-fn descend_surface(
-    level: &mut LevelSet<f32>,
-    moments: &mut AdamMoments,
-    grad: &[f32],
-    objective: &IndexObjective,
-) {
-    let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
-    let [rate, slower] = surface_rate(level, (moments, HALF_OF_NODES), objective);
-    let steps = moments.steps(DECAY_OF_NODES, &nodes, |j| grad[j]);
-    for (&j, step) in nodes.iter().zip(steps) {
-        level.coefficients_mut()[j] += rate * step;
-    }
-    if objective.surface_smooth > 0.0 {
-        level.smooth(objective.surface_smooth * slower);
-    } else {
-        level.find_surface();
-    }
+    let Some(n) = grid.interior_index().filter(|_| objective.rate > 0.0) else { return };
+    let d_n = n * grad.iter().sum::<f32>();
+    let step = adam(moments, DECAY, &[0], |_| d_n)[0];
+    let [low, high] =
+        searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
+    grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
 }
 
 #[cfg(test)]
@@ -255,7 +139,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use refraxel_core::index::priors::Penalty;
-    use refraxel_core::{Aabb, Vec3};
+    use refraxel_core::{Aabb, LevelSet, Vec3};
 
     const OBJECTIVE: IndexObjective = IndexObjective {
         rate: 0.0,
@@ -284,7 +168,9 @@ mod tests {
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![grid]).unwrap();
         refraction.states = vec![Default::default()];
-        (0..steps).for_each(|step| update(&mut refraction, &mut moments, (&[], 64, step), objective));
+        (0..steps).for_each(|step| {
+            update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective)
+        });
         refraction.medium.regions()[0].level_set().unwrap().clone()
     }
 
@@ -297,7 +183,8 @@ mod tests {
             region: 0,
             surface: false,
             x: Vec3::zero(),
-            d: (0.0, Vec3::new(d, 0.0, 1.0)),
+            d_value: 0.0,
+            d_gradient: Vec3::new(d, 0.0, 1.0),
         };
         let of = |index_samples: &[IndexSample]| {
             let mut tape = Tape::default();

@@ -1,10 +1,10 @@
 //! From the records of a path's samples back to the path: its ray, and the index that bent it.
 
-use super::Scene;
-use super::colour::{shade_vjp, voxels};
-use super::march::Sample;
-use super::tape::{IndexSample, Record};
-use super::trace::MarchedSegment;
+use super::colour::{SampleStencil, shade_vjp, voxels};
+use super::record::{IndexSample, Record};
+use super::sample::RaySamples;
+use super::scene::Scene;
+use crate::backend::RayGradient;
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
 use refraxel_core::optics::{PartialReflectionAdjoint, RayAdjoint, Tracer};
@@ -14,13 +14,25 @@ use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 /// dLoss/d(start, momentum) per segment of a path.
 pub(super) type SegmentSums = Vec<SegmentAdjoint<f32>>;
 
-/// What the adjoint of a path needs besides its samples.
+/// What the adjoint of a ray starts from.
 pub(super) struct PathAdjoint<'a> {
     pub ray: &'a Ray<f32>,
+    /// Its samples, and their records in the same order.
+    pub samples: RaySamples<'a>,
+    pub records: &'a [Record],
     /// dLoss/d(direction) of the exit ray, tangential.
     pub d_exit: Vec3<f32>,
-    /// All samples count. Otherwise those before the first index_sample are left out: no index moves them.
+    /// The path, where the ray bends.
+    pub bent: Option<BentPath<'a>>,
+    /// All samples count. Otherwise those before the first index sample are left out: no index moves them.
     pub all: bool,
+}
+
+/// A path that bends.
+#[derive(Clone, Copy)]
+pub(super) struct BentPath<'a> {
+    pub tracer: &'a Tracer<'a, f32>,
+    pub path: &'a Path<f32>,
     /// The index learns from the path: it meets surfaces seldom enough.
     pub counts: bool,
     /// dLoss/d(partial reflections) of the path, from the first on.
@@ -28,69 +40,76 @@ pub(super) struct PathAdjoint<'a> {
 }
 
 impl PathAdjoint<'_> {
-    /// dLoss/d(origin, direction) of the ray, theory (3.14); what index_samples receive is noted, theory (2.16).
+    /// dLoss/d(origin, direction) of the ray, theory (3.14); what index samples receive is noted, theory (2.16).
     #[inline(always)]
     pub(super) fn run<S: Simd, const BLOCKS: usize>(
         &self,
         simd: S,
         scene: &Scene,
-        (samples, records, marched): (&[Sample], &[Record], &[MarchedSegment]),
-        bent: Option<(&Tracer<f32>, &Path<f32>)>,
-        (sums, index_samples): (&mut SegmentSums, &mut Vec<IndexSample>),
-    ) -> (Vec3<f32>, Vec3<f32>) {
-        let segments = bent.map_or(1, |(_, path)| path.segments.len());
+        sums: &mut SegmentSums,
+        index_samples: &mut Vec<IndexSample>,
+    ) -> RayGradient {
+        self.add_samples::<S, BLOCKS>(simd, scene, sums);
+        let Some(BentPath { tracer, path, counts, d_reflections }) = self.bent else {
+            return RayGradient { origin: sums[0].0, direction: sums[0].1 + self.d_exit };
+        };
+        let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
+        let mut noted = IndexSamples { list: index_samples, wanted: counts };
+        let d_path = (&sums[..], d_reflections);
+        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut noted);
+        RayGradient { origin: d.origin, direction: d.direction }
+    }
+
+    /// dLoss/d(start, momentum) of the segments, from the samples on them.
+    #[inline(always)]
+    fn add_samples<S: Simd, const BLOCKS: usize>(&self, simd: S, scene: &Scene, sums: &mut SegmentSums) {
+        let segments = self.bent.map_or(1, |b| b.path.segments.len());
         let fixed = if self.all { 0 } else { 1 };
         sums.clear();
         sums.resize(segments, (Vec3::zero(), Vec3::zero()));
         let colour = voxels::<BLOCKS>(&scene.field.colour);
-        for (s, r) in samples.iter().zip(records) {
-            let marched_segment = &marched[s.segment as usize];
-            if (marched_segment.place as usize) < fixed {
+        for (s, r) in self.samples.samples.iter().zip(self.records) {
+            let on = self.samples.segment_of(s);
+            if (on.place as usize) < fixed {
                 continue;
             }
             let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
-            let sample = (&s.corners, &s.weights, s.fraction);
-            let (d_node, d_basis) =
-                shade_vjp(simd, colour, sample, (scene.layout, &marched_segment.basis), r.d_colour);
+            let stencil = SampleStencil { corners: &s.corners, weights: &s.weights, fraction: s.fraction };
+            let coloured = scene.layout.with(&on.basis);
+            let (d_node, d_basis) = shade_vjp(simd, colour, stencil, coloured, r.d_colour);
             let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
-            let d_x = scene.field.domain.node_vjp(marched_segment.segment.at(s.t), d_node);
-            let d_unit = scene.layout.basis_vjp(marched_segment.unit, &d_basis);
+            let d_x = scene.field.domain.node_vjp(on.segment.at(s.t), d_node);
+            let d_unit = scene.layout.basis_vjp(on.unit, &d_basis);
             // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
             let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
-            let tangent = d_unit - marched_segment.unit * marched_segment.unit.dot(d_unit);
-            let sum = &mut sums[marched_segment.place as usize];
+            let tangent = d_unit - on.unit * on.unit.dot(d_unit);
+            let sum = &mut sums[on.place as usize];
             sum.0 += d_x;
-            sum.1 += d_x * s.t + (marched_segment.unit * (d_tau * s.tau) + tangent) / marched_segment.speed;
+            sum.1 += d_x * s.t + (on.unit * (d_tau * s.tau) + tangent) / on.speed;
         }
-        let Some((tracer, path)) = bent else {
-            return (sums[0].0, sums[0].1 + self.d_exit);
-        };
-        let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
-        let mut index_samples = IndexSampleTape { list: index_samples, wanted: self.counts };
-        let d_path = (&sums[..], self.d_reflections);
-        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut index_samples);
-        (d.origin, d.direction)
     }
 }
 
-/// Notes index_samples for a later scatter.
-struct IndexSampleTape<'a> {
+/// Notes index samples for a later scatter.
+struct IndexSamples<'a> {
     list: &'a mut Vec<IndexSample>,
     /// The path counts.
     wanted: bool,
 }
 
-impl IndexGradient<f32> for IndexSampleTape<'_> {
+impl IndexGradient<f32> for IndexSamples<'_> {
     #[inline(always)]
     fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
         if self.wanted {
-            self.list.push(IndexSample { region: region as u32, surface: false, x, d });
+            let (region, (d_value, d_gradient)) = (region as u32, d);
+            self.list.push(IndexSample { region, surface: false, x, d_value, d_gradient });
         }
     }
     #[inline(always)]
     fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
         if self.wanted {
-            self.list.push(IndexSample { region: region as u32, surface: true, x, d });
+            let (region, (d_value, d_gradient)) = (region as u32, d);
+            self.list.push(IndexSample { region, surface: true, x, d_value, d_gradient });
         }
     }
 }

@@ -5,54 +5,15 @@
 
 use super::colour::Lanes;
 use super::prefetch::prefetch;
+use super::record::{CacheLookup, IndexSample, Record};
 use rayon::prelude::*;
 use refraxel_core::BrickMap;
-use refraxel_core::Vec3;
-use refraxel_core::grid::{BRICK_VOXELS, Cell, EMPTY_SLOT};
+use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT};
 
 /// Slots of a bucket: 64 × 64 voxels × 128 B of SH gradient = 512 KiB, half of a usual L2 cache.
 pub(super) const BUCKET_SLOTS: usize = 64;
 /// Voxels of a bucket.
 pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
-
-/// The basis of a record of the density gradient at a sample: `d_colour` is dLoss/d(∇θ) [node].
-pub(super) const DENSITY_GRADIENT: u32 = u32::MAX;
-
-/// The adjoint of one sample.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Record {
-    pub cell: Cell,
-    pub fraction: Vec3<f32>,
-    /// Which of the tape's bases (directions of segments) coloured it; or [`DENSITY_GRADIENT`].
-    pub basis: u32,
-    /// dLoss/dθ at the sample; in the pass that looks for what to prune, the sample's weight T a instead.
-    pub d_theta: f32,
-    pub d_colour: [f32; 3],
-}
-
-/// The adjoint of one evaluation of the index, or of a surface, on a bent path.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct IndexSample {
-    pub region: u32,
-    /// Of the level set φ; else of w.
-    pub surface: bool,
-    pub x: Vec3<f32>,
-    /// dLoss/dvalue and dLoss/dgradient at x.
-    pub d: (f32, Vec3<f32>),
-}
-
-/// The adjoint of one look into a radiance cache.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CacheLookup {
-    pub region: u32,
-    /// Of the inner cache, else of the outer one.
-    pub inner: bool,
-    pub x: Vec3<f32>,
-    pub direction: Vec3<f32>,
-    pub d_radiance: [f32; 3],
-    /// dLoss/d(strength of the mirror).
-    pub d_strength: f32,
-}
 
 /// Records of a chunk of rays.
 #[derive(Debug, Default)]
@@ -62,7 +23,7 @@ pub(super) struct Tape {
     pub bases: Vec<Lanes>,
     /// IndexSampleTape of the chunk's bent paths.
     pub index_samples: Vec<IndexSample>,
-    /// Look-ups of the chunk's radiance caches.
+    /// Look-ups in radiance caches.
     pub lookups: Vec<CacheLookup>,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,

@@ -1,7 +1,8 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
-use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, DENSITY_GRADIENT, Tape};
+use super::record::DENSITY_GRADIENT;
+use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
 use crate::backend::Objective;
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
@@ -104,8 +105,8 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
             if of_gradient {
                 continue;
             }
-            let basis = (field.layout, &tape.bases[r.basis as usize]);
-            scatter(simd, colour, &own[..n], basis, r.d_colour);
+            let coloured = field.layout.with(&tape.bases[r.basis as usize]);
+            scatter(simd, colour, &own[..n], coloured, r.d_colour);
         }
     }
 }
@@ -124,12 +125,14 @@ pub(super) struct BucketParameters<'a> {
     pub colour_moment: &'a mut [f32],
 }
 
-/// RMSProp, theory (4.7), on the touched voxels, whose colours have `channels` parameters; false when a parameter became NaN or infinite.
+/// RMSProp, theory (4.7), on the touched voxels, whose colours have `channels` parameters; false when a parameter became NaN
+/// or infinite.
 #[simd]
 pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     simd: S,
     p: &mut BucketParameters,
-    (grad, channels): (&BucketGradient, usize),
+    grad: &BucketGradient,
+    channels: usize,
     objective: &Objective,
 ) -> bool {
     let (gradients, colours) = (voxels::<BLOCKS>(&grad.colour), voxels_mut::<BLOCKS>(p.colour));
@@ -194,13 +197,9 @@ pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
                     grad.density[here] += scale * objective.tv_density * charbonnier_slope(d, TV_EPSILON);
                     if objective.tv_colour > 0.0 {
                         let weight = scale * objective.tv_colour;
-                        colour_variation::<S, BLOCKS>(
-                            simd,
-                            &field.colour,
-                            [voxel, other],
-                            weight,
-                            (here, grad),
-                        );
+                        let pair = [voxel, other];
+                        let to = &mut grad.colour[here * BLOCKS * LANES..(here + 1) * BLOCKS * LANES];
+                        colour_variation::<S, BLOCKS>(simd, &field.colour, pair, weight, to);
                     }
                 }
             }
@@ -211,14 +210,14 @@ pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
     }
 }
 
-/// weight · ψ'(v − other) for all lanes.
+/// Add weight · ψ'(v − other) for all lanes of a voxel to `grad`.
 #[inline(always)]
 fn colour_variation<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[f32],
     [voxel, other]: [u32; 2],
     weight: f32,
-    (here, grad): (usize, &mut BucketGradient),
+    grad: &mut [f32],
 ) {
     for b in 0..BLOCKS {
         let at = |v: u32| (v as usize * BLOCKS + b) * LANES;
@@ -226,8 +225,7 @@ fn colour_variation<S: Simd, const BLOCKS: usize>(
         let y = f32x16::from_slice(simd, &colour[at(other)..at(other) + LANES]);
         let d = x - y;
         let slope = d / (d * d + TV_EPSILON * TV_EPSILON).sqrt();
-        let to = (here * BLOCKS + b) * LANES;
-        let g = &mut grad.colour[to..to + LANES];
+        let g = &mut grad[b * LANES..(b + 1) * LANES];
         slope.mul_add(f32x16::splat(simd, weight), f32x16::from_slice(simd, g)).store_slice(g);
     }
 }

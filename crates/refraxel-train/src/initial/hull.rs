@@ -55,6 +55,9 @@ impl Outlines {
         let far = domain.bounds.extent().length();
         let mut distance = vec![far; n[0] * n[1] * n[2]];
         distance.par_chunks_exact_mut(n[0]).enumerate().for_each_init(Scratch::default, |s, (row, out)| {
+            if self.is_cancelled() {
+                return;
+            }
             s.points.clear();
             s.points.extend((0..n[0]).map(|x| domain.position(node_of(x, row, n))));
             self.ask(&s.points, vote.margin * voxel, &mut s.votes, |k, votes| {
@@ -70,6 +73,9 @@ impl Outlines {
         let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
         let mut fraction: Vec<f32> = distance.iter().map(|&d| if d <= 0.0 { 1.0 } else { 0.0 }).collect();
         fraction.par_chunks_exact_mut(n[0]).enumerate().for_each_init(Scratch::default, |s, (row, out)| {
+            if self.is_cancelled() {
+                return;
+            }
             s.points.clear();
             let near: Vec<usize> =
                 (0..n[0]).filter(|&x| may_be_cut(distance, n, row * n[0] + x, voxel)).collect();

@@ -30,7 +30,8 @@ impl Default for Search {
 const SPECK: f32 = 0.005;
 
 /// Why no refractive region was found.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
+#[serde(tag = "reason", rename_all = "snake_case")]
 pub enum LocateError {
     /// No silhouettes at all.
     #[error("no view has a refractive mask; give masks of the glass, or train with --refraction off")]

@@ -2,22 +2,22 @@
 //!
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
 //! visual [`Hull`] of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
-//! A [`Gate`] keeps rays straight that miss the object, and [`gaussian_blur`] smooths fields and their gradients.
+//! [`gaussian_blur`] smooths fields and their gradients.
 
 mod blur;
 mod contour;
 mod fields;
-mod gate;
 mod hull;
 mod inside;
 mod locate;
 mod outline;
+mod profile;
 mod region;
 
 pub use blur::gaussian_blur;
 pub use fields::Site;
-pub use gate::Gate;
 pub use hull::{Hull, Vote};
 pub use locate::{LocateError, Search};
 pub use outline::{Outlines, Silhouette};
+pub use profile::Profile;
 pub use region::{Spacing, region_grid};

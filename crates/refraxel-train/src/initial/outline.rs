@@ -1,6 +1,7 @@
 //! What one view says about where a refractive object can be.
 
 use super::contour::signed_distance;
+use crate::cancel::Cancel;
 use rayon::prelude::*;
 use refraxel_core::{Camera, Lens, Vec3};
 use refraxel_data::Mask;
@@ -21,6 +22,8 @@ pub struct Silhouette {
 #[derive(Clone, Debug)]
 pub struct Outlines {
     views: Vec<Outline>,
+    /// Once cancelled, hulls end early and mean nothing.
+    cancel: Cancel,
 }
 
 /// Longest edge of a distance map [sample]: larger masks are thinned, which costs nothing where distances are smooth.
@@ -50,9 +53,21 @@ impl Outlines {
         Self::with_maps(silhouettes, MAP_SIZE)
     }
 
+    /// The same outlines, whose hulls end early once somebody wishes to stop. What they return then means nothing.
+    #[must_use]
+    pub fn cancelled_by(self, cancel: &Cancel) -> Self {
+        Self { cancel: cancel.clone(), ..self }
+    }
+
+    /// True once nobody is interested in the result any more.
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
     /// [`Self::new`] with maps of at most `longest` samples along an edge.
     pub(super) fn with_maps(silhouettes: &[Silhouette], longest: usize) -> Self {
-        Self { views: silhouettes.par_iter().map(|s| Outline::new(s, longest)).collect() }
+        let views = silhouettes.par_iter().map(|s| Outline::new(s, longest)).collect();
+        Self { views, cancel: Cancel::new() }
     }
 
     /// Number of views.

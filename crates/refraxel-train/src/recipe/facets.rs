@@ -7,7 +7,7 @@
 //! Where such planes bound the whole body, it is a polyhedron, and what the hull lacks of it was cut out by something opaque
 //! in front that was not recognised.
 
-use crate::polyhedron::{Plane, Polyhedron};
+use crate::model::polyhedron::{Plane, Polyhedron};
 use refraxel_core::optics::Options;
 use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3};
 

@@ -3,10 +3,16 @@
 //! No silhouette shows the underside of a thing: below it every view still looks through its mask, and the visual hull
 //! grows a root into the ground. The ground is known, though, from around the thing.
 
-use crate::polyhedron::Plane;
+use crate::initial::Silhouette;
+use crate::model::polyhedron::Plane;
 use crate::random::Random;
-use refraxel_core::{Aabb, Vec3};
+use crate::rays::pixel_ray;
+use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
 
+/// Every so many pixels are looked at for the ground.
+const GROUND_STRIDE: usize = 7;
+/// How far around a body its ground is sought, in sizes of its box.
+const AROUND: f32 = 1.4;
 /// Planes tried.
 const TRIALS: u64 = 400;
 /// Least share of the points around that a plane must explain.
@@ -16,15 +22,46 @@ const ABOVE: f64 = 0.5;
 /// Points that decide; more are thinned.
 const POINTS: usize = 4000;
 
+/// The opaque surfaces that straight rays have learned.
+pub(super) struct Ground {
+    points: Vec<Vec3<f32>>,
+    /// Mean of the cameras.
+    eye: Vec3<f32>,
+    voxel: f32,
+}
+
+impl Ground {
+    pub(super) fn new(silhouettes: &[Silhouette], voxel: f32) -> Self {
+        let mut points = Vec::new();
+        let mut eye = Vec3::zero();
+        for s in silhouettes {
+            eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
+            let hidden = s.occluded_beyond.iter().flatten().enumerate();
+            points.extend(hidden.step_by(GROUND_STRIDE).filter(|(_, d)| d.is_finite()).filter_map(
+                |(pixel, &d)| {
+                    let ray: Ray<f32> = pixel_ray(&s.camera, pixel)?;
+                    Some(ray.at(d))
+                },
+            ));
+        }
+        Self { points, eye, voxel }
+    }
+
+    /// What a body stands on.
+    pub(super) fn under(&self, surface: &LevelSet<f32>) -> Option<Plane> {
+        let nodes = surface.coefficients();
+        let positions = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| surface.position(j));
+        let inside: Vec<Vec3<f32>> = positions.collect();
+        let near = widened(&surface.domain().bounds, AROUND);
+        let around: Vec<Vec3<f32>> = self.points.iter().filter(|x| near.contains(**x)).copied().collect();
+        plane(&around, &inside, self.eye, self.voxel)
+    }
+}
+
 /// The plane that most of the opaque points around a hull lie on and that the hull stands on: random samples of three
 /// points (Fischler & Bolles 1981), `tolerance` [scene unit]. `eye` is the mean of the cameras, which look from above;
 /// `inside` are points of the hull. `None` where no plane explains enough.
-pub(super) fn plane(
-    around: &[Vec3<f32>],
-    inside: &[Vec3<f32>],
-    eye: Vec3<f32>,
-    tolerance: f32,
-) -> Option<Plane> {
+fn plane(around: &[Vec3<f32>], inside: &[Vec3<f32>], eye: Vec3<f32>, tolerance: f32) -> Option<Plane> {
     let thinned: Vec<Vec3<f32>> =
         around.iter().step_by(around.len().div_ceil(POINTS).max(1)).copied().collect();
     if thinned.len() < 30 || inside.is_empty() {
@@ -41,7 +78,7 @@ pub(super) fn plane(
 }
 
 /// A box, `by` times as wide about its centre.
-pub(super) fn widened(bounds: &Aabb<f32>, by: f32) -> Aabb<f32> {
+fn widened(bounds: &Aabb<f32>, by: f32) -> Aabb<f32> {
     let (center, half) = (bounds.center(), bounds.extent() * (0.5 * by));
     Aabb::new(center - half, center + half)
 }
@@ -71,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_plane_or_with_the_hull_below_it_there_is_no_support() {
+    fn without_a_plane_or_with_the_hull_below_it_there_is_no_ground_plane() {
         let (around, inside) = table();
         let random = Random::new(4);
         let u = |i: u64, k: u64| random.uniform(i, k) as f32;

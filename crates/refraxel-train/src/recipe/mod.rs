@@ -2,7 +2,7 @@
 //! inside.
 //!
 //! At this point straight rays have learned everything that is seen beside the refractive things. Then:
-//! 1. Views say where refractive things can be (`regions`): the visual hull of the masks, a box, or a file.
+//! 1. Views say where refractive things can be (`find`): the visual hull of the masks, a box, or a known index.
 //! 2. One index per region is searched by the error of the rays inside the masks (`search`): the scene around is known by
 //!    now, so the right index shows it in the right places. The error has one minimum, which a gradient from n = 1 never
 //!    finds. The same error says whether the index jumps at the surface or rises towards the middle.
@@ -11,21 +11,27 @@
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
 mod facets;
+mod find;
 mod ground;
-mod regions;
+mod hull;
+mod known;
+mod region;
 mod search;
+mod silhouettes;
 
-use crate::backend::Backend;
-use crate::config::{Bending, Config};
-use crate::cpu::CpuBackend;
-use crate::initial::LocateError;
+pub use known::known_refraction;
+
+use crate::backend::{Backend, BrickMask};
+use crate::cancel::Cancelled;
+use crate::events::Watch;
+use crate::initial::{LocateError, Profile};
+use crate::model::Refraction;
+use crate::options::{Options, StartShape, Switch};
 use crate::rays::RaySampler;
-use crate::refraction::{Optics, Refraction};
 use crate::schedule::training_marching;
 use refraxel_core::Medium;
-use regions::Region;
-use search::Judge;
-use std::path::Path;
+use refraxel_data::IndexSource;
+use region::Region;
 
 /// Why nothing can bend.
 #[derive(Debug, thiserror::Error)]
@@ -36,37 +42,27 @@ pub enum RecipeError {
          --refraction-box x0,y0,z0,x1,y1,z1, or train with --refraction off"
     )]
     Nowhere,
+    /// The shape is to come from a file, and there is none.
+    #[error("option `shape.start` is `file`, but no index is given; name its file with --index-from")]
+    NoFile,
     /// Masks that lead nowhere.
     #[error(transparent)]
     Locate(#[from] LocateError),
-    /// A file that gives no index.
-    #[error("cannot start from {path}: {problem}")]
-    File {
-        /// The file.
-        path: String,
-        /// What is wrong.
-        problem: String,
-    },
+    /// Somebody wished to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Finds out before training whether something says what is refractive; `masked`: the dataset has masks of it.
-pub fn check(config: &Config, masked: bool) -> Result<(), RecipeError> {
-    if config.refraction == Bending::Off {
+pub fn check(options: &Options, masked: bool, index: Option<&IndexSource>) -> Result<(), RecipeError> {
+    if options.refraction.bend == Switch::Off {
         return Ok(());
     }
-    let named = regions::index_source(config)?.is_some() || config.bounds_of_box().is_some();
+    if options.shape.start == StartShape::File && index.is_none() {
+        return Err(RecipeError::NoFile);
+    }
+    let named = index.is_some() || options.refraction.aabb().is_some();
     if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
-}
-
-/// How the index of a region varies, before it learns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Profile {
-    /// One index, which jumps at the surface.
-    Sharp,
-    /// One index, with a transition of some voxels.
-    Smooth,
-    /// w = n²/2 rises from ½ at the surface to its largest value in the middle, as a parabola of the depth.
-    Graded,
 }
 
 /// A region with the profile and index that it starts from.
@@ -80,46 +76,44 @@ struct Start {
     searched: bool,
 }
 
-/// Let rays bend from now on; says what was found.
-pub fn begin(
-    backend: &mut CpuBackend,
-    sampler: &RaySampler,
-    config: &Config,
-    near: f32,
-) -> Result<Vec<String>, RecipeError> {
-    let regions = regions::find(backend, sampler, config, near)?;
-    let mut events: Vec<String> = regions.iter().enumerate().map(|(k, r)| r.describe(k)).collect();
-    backend.set_density(config.contents_density, |x| regions.iter().any(|r| r.is_inside(x)));
-    backend.refresh_occupancy(&training_marching(config, near));
-    let judge = Judge::new(sampler, config, near);
-    let (starts, said) = search::starts(backend, &regions, &judge, config);
-    events.extend(said);
-    let mut found = refraction(&regions, &starts, config);
+/// What is known when rays begin to bend.
+#[derive(Clone, Copy)]
+pub struct Known<'a> {
+    /// The photographs.
+    pub sampler: &'a RaySampler,
+    /// The options.
+    pub options: &'a Options,
+    /// Nothing nearer to a camera is seen [scene unit].
+    pub near: f32,
+    /// The index, where somebody knows it.
+    pub index: Option<&'a IndexSource>,
+}
+
+/// Let rays bend from now on. After an error the backend's model is half changed: load it again.
+pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> Result<(), RecipeError> {
+    let options = known.options;
+    let regions = find::find(backend, known, watch)?;
+    regions.iter().enumerate().for_each(|(k, r)| watch.tell(r.found(k)));
+    let inside = BrickMask::new(backend.domain(), backend.map(), |x| regions.iter().any(|r| r.is_inside(x)));
+    backend.set_density(options.refraction.contents_density, &inside);
+    backend.refresh_occupancy(&training_marching(options, known.near));
+    let starts = search::starts(backend, &regions, known, watch)?;
+    let mut found = refraction(&regions, &starts, options);
     for (k, (region, start)) in regions.iter().zip(&starts).enumerate() {
         let grid = found.medium.region_mut(k);
-        if let Some(coarser) = region.for_learning(start, grid, config) {
+        if let Some(coarser) = region.for_learning(start, grid, options) {
             *grid = coarser;
         }
     }
     found.find_flat_cells();
-    backend.set_refraction(found);
-    Ok(events)
-}
-
-/// What a file (scene.json, volume, mesh) says of the index, on a grid with about this many nodes along its longest edge. A body
-/// of one index has a sharp surface. Of a mesh, the index is `index_guess`.
-pub fn stated(path: &Path, nodes: u32, config: &Config) -> Result<Refraction, RecipeError> {
-    let (region, start) = regions::stated(path, nodes, config)?;
-    let mut stated = refraction(&[region], &[start], config);
-    stated.find_flat_cells();
-    Ok(stated)
+    backend.set_medium(found);
+    Ok(())
 }
 
 /// The refraction that regions start from.
-fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refraction {
-    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
+fn refraction(regions: &[Region], starts: &[Start], options: &Options) -> Refraction {
+    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, options)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
-    let optics = Optics::of(config);
-    let states = regions.iter().zip(starts).map(|(r, s)| r.states(s)).collect();
-    Refraction { medium, optics, states }
+    let states = regions.iter().zip(starts).map(|(r, s)| r.state(s)).collect();
+    Refraction { medium, optics: options.optics(), states }
 }

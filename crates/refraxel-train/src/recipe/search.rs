@@ -1,11 +1,14 @@
 //! The one index of each region, by the error of rays inside the masks.
 
-use super::regions::Region;
-use super::{Profile, Start, refraction};
-use crate::backend::{Backend, Batch, Marching};
-use crate::config::{Config, Surface};
-use crate::cpu::CpuBackend;
-use crate::rays::{RaySampler, Selection};
+use super::region::Region;
+use super::{Known, RecipeError, Start, refraction};
+use crate::backend::{Backend, Batch, Layers, Marching};
+use crate::cancel::Cancelled;
+use crate::events::{Event, FoundIndex, Task, Watch};
+use crate::initial::Profile;
+use crate::model::Refraction;
+use crate::options::{Options, SurfaceProfile};
+use crate::rays::{RaySampler, Selection, squared_errors};
 use crate::schedule::training_marching;
 
 /// Rays that judge an index.
@@ -39,30 +42,81 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    pub(super) fn new(sampler: &RaySampler, config: &Config, near: f32) -> Self {
+    pub(super) fn new(sampler: &RaySampler, options: &Options, near: f32) -> Self {
         // No step of a run has this number: the judge has rays of its own.
         let batch = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
-        Self { batch, marching: training_marching(config, near) }
+        Self { batch, marching: training_marching(options, near) }
     }
 
     /// Mean over the rays of e/(e + 0.01), e being the squared error (Geman & McClure 1985): rays that end at something
     /// unknown must not decide.
-    fn error(&self, backend: &CpuBackend) -> f64 {
-        let errors = backend.squared_errors(&self.batch, &self.marching);
+    fn error(&self, backend: &impl Backend) -> f64 {
+        let pixels = backend.render(&self.batch.rays, &self.marching, Layers::All);
+        let errors = squared_errors(&pixels, &self.batch);
         let robust = errors.iter().map(|e| e / (e + ROBUST));
         robust.sum::<f64>() / errors.len().max(1) as f64
     }
 }
 
-/// What each region starts from, and what there is to say about it.
-pub(super) fn starts(
-    backend: &mut CpuBackend,
+/// Starts that were tried, and their error.
+#[derive(Clone, Debug, Default)]
+struct Fit {
+    error: f64,
+    starts: Vec<Start>,
+}
+
+/// A search under way.
+struct Search<'a, 'w, B> {
+    backend: &'a mut B,
+    regions: &'a [Region],
+    options: &'a Options,
+    judge: Judge,
+    watch: &'a mut Watch<'w>,
+    /// Candidates judged, and how many there will be as far as is known.
+    done: u64,
+    total: u64,
+}
+
+/// What each region starts from.
+pub(super) fn starts<B: Backend>(
+    backend: &mut B,
     regions: &[Region],
-    judge: &Judge,
-    config: &Config,
-) -> (Vec<Start>, Vec<String>) {
-    let mut profiles = match config.index_surface {
-        Surface::Auto => vec![Profile::Sharp, Profile::Graded],
+    known: &Known,
+    watch: &mut Watch,
+) -> Result<Vec<Start>, RecipeError> {
+    let options = known.options;
+    let profiles = profiles(regions, options);
+    let judge = Judge::new(known.sampler, options, known.near);
+    backend.set_medium(Refraction::none());
+    let straight_misfit = judge.error(backend);
+    let mut search = Search { backend, regions, options, judge, watch, done: 0, total: 0 };
+    search.total = profiles.iter().map(|p| search.candidates(*p)).sum();
+    let mut best: Option<Fit> = None;
+    for profile in profiles {
+        let fit = search.best(profile)?;
+        let found = fit.starts.iter().map(|s| FoundIndex { index: s.index, wall: s.wall });
+        let (regions, misfit) = (found.collect(), fit.error);
+        search.watch.tell(Event::IndexSearched { profile, regions, misfit });
+        if best.as_ref().is_none_or(|b| fit.error < BETTER * b.error) {
+            best = Some(fit);
+        }
+    }
+    let mut best = best.unwrap_or_default();
+    if search.searches() && best.error > DECISIVE * straight_misfit {
+        let (index, profile) = (options.search.guess, profile_of(options.search.profile));
+        watch.tell(Event::IndexGuessed { straight_misfit, index });
+        best.starts.fill(Start { profile, index, wall: 1.0, searched: false });
+    }
+    if let Some(first) = best.starts.first() {
+        watch.tell(Event::RaysBend { profile: first.profile });
+    }
+    Ok(best.starts)
+}
+
+/// The profiles that are tried.
+fn profiles(regions: &[Region], options: &Options) -> Vec<Profile> {
+    let mut profiles = match options.search.profile {
+        SurfaceProfile::Auto => vec![Profile::Sharp, Profile::Graded],
         other => vec![profile_of(other)],
     };
     if regions.iter().any(Region::is_known) {
@@ -70,91 +124,88 @@ pub(super) fn starts(
         profiles.push(Profile::Smooth);
         profiles.dedup();
     }
-    let mut best: Option<(f64, Vec<Start>)> = None;
-    let mut events = Vec::new();
-    let straight = {
-        backend.set_refraction(crate::refraction::Refraction::none());
-        judge.error(backend)
-    };
-    for profile in profiles {
-        let (error, found) = search(backend, regions, judge, config, profile);
-        let said = found.iter().map(|s| match s.wall {
-            1.0 => format!("{:.3}", s.index),
-            wall => format!("{:.3} (hollow: the wall is {:.0} % of the depth)", s.index, 100.0 * wall),
-        });
-        let indices: Vec<String> = said.collect();
-        events.push(format!("{}: index {} fits best, misfit {error:.3}", profile.name(), indices.join(", ")));
-        if best.as_ref().is_none_or(|(b, _)| error < BETTER * b) {
-            best = Some((error, found));
-        }
-    }
-    let (error, mut best) = best.unwrap_or_default();
-    if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
-        let n = config.index_guess;
-        events.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
-        best.iter_mut()
-            .for_each(|s| *s = Start { profile: Profile::Sharp, index: n, wall: 1.0, searched: false });
-        if config.index_surface != Surface::Auto {
-            best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
-        }
-    }
-    events.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
-    (best, events)
+    profiles
 }
 
-fn profile_of(surface: Surface) -> Profile {
+fn profile_of(surface: SurfaceProfile) -> Profile {
     match surface {
-        Surface::Auto | Surface::Sharp => Profile::Sharp,
-        Surface::Smooth => Profile::Smooth,
-        Surface::Graded => Profile::Graded,
+        SurfaceProfile::Auto | SurfaceProfile::Sharp => Profile::Sharp,
+        SurfaceProfile::Smooth => Profile::Smooth,
+        SurfaceProfile::Graded => Profile::Graded,
     }
 }
 
-/// All regions together over the whole range, then each by itself, finer and finer.
-fn search(
-    backend: &mut CpuBackend,
-    regions: &[Region],
-    judge: &Judge,
-    config: &Config,
-    profile: Profile,
-) -> (f64, Vec<Start>) {
-    let mut error = |starts: &[Start]| {
-        backend.set_refraction(refraction(regions, starts, config));
-        judge.error(backend) * index_prior(starts)
-    };
-    let all = |index: f32| vec![Start { profile, index, wall: 1.0, searched: true }; regions.len()];
-    let mut starts = all(config.index_guess);
-    if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
-        starts.iter_mut().for_each(|s| s.searched = false);
-        return (error(&starts), starts);
+impl<B: Backend> Search<'_, '_, B> {
+    /// Whether an index is searched at all: it is not known, and a search is wanted.
+    fn searches(&self) -> bool {
+        self.options.search.enabled.is_on() && !self.regions.iter().all(Region::is_known)
     }
-    let coarse = (0..COARSE).map(|k| 1.0 + 0.075 * k as f32);
-    let (mut lowest, best) = least(coarse, |n| error(&all(n)));
-    starts = all(best);
-    for region in 0..if profile == Profile::Sharp { starts.len() } else { 0 } {
-        let with =
-            |(wall, index): (f32, f32)| changed(&starts, region, |s| (s.wall, s.index) = (wall, index));
-        let walls = WALLS.iter().flat_map(|&w| HOLLOW.map(|n| (w, n)));
-        let (found, hollow) = least(walls, |c| error(&with(c)));
-        if found < BETTER * lowest {
-            (lowest, starts) = (found, with(hollow));
+
+    /// Candidates of a profile whose regions are solid.
+    fn candidates(&self, profile: Profile) -> u64 {
+        if !self.searches() {
+            return 1;
         }
+        let walls = if profile == Profile::Sharp { WALLS.len() * HOLLOW.len() } else { 0 };
+        let of_region = walls + FINE.len() * (AROUND.len() + 1);
+        u64::from(COARSE) + (of_region * self.regions.len()) as u64
     }
-    for step in FINE {
-        for region in 0..starts.len() {
-            let Start { index, wall, .. } = starts[region];
-            let with = |n: f32| changed(&starts, region, |s| s.index = n);
-            let (_, index) = least(AROUND.map(|k| (index + k * step).max(1.0)), |n| error(&with(n)));
-            starts = with(index);
-            let thicker = if wall < 1.0 { &AROUND[..] } else { &[0.0] };
-            let with = |w: f32| changed(&starts, region, |s| s.wall = w);
-            let walls = thicker.iter().map(|k| (wall + k * step).clamp(0.02, 1.0));
-            let wall;
-            (lowest, wall) = least(walls, |w| error(&with(w)));
-            starts = with(wall);
+
+    /// Error of rays bent from these starts.
+    fn error(&mut self, starts: &[Start]) -> Result<f64, Cancelled> {
+        self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
+        self.done += 1;
+        self.backend.set_medium(refraction(self.regions, starts, self.options));
+        Ok(self.judge.error(self.backend) * index_prior(starts))
+    }
+
+    /// The candidate with the least error.
+    fn least(&mut self, candidates: impl IntoIterator<Item = Vec<Start>>) -> Result<Fit, Cancelled> {
+        let mut best: Option<Fit> = None;
+        for starts in candidates {
+            let error = self.error(&starts)?;
+            if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
+                best = Some(Fit { error, starts });
+            }
         }
+        Ok(best.unwrap_or_default())
     }
-    (lowest, starts)
+
+    /// All regions together over the whole range, then each by itself, finer and finer.
+    fn best(&mut self, profile: Profile) -> Result<Fit, Cancelled> {
+        let count = self.regions.len();
+        let all = |index: f32, searched: bool| vec![Start { profile, index, wall: 1.0, searched }; count];
+        if !self.searches() {
+            return self.least([all(self.options.search.guess, false)]);
+        }
+        let mut fit = self.least((0..COARSE).map(|k| all(1.0 + 0.075 * k as f32, true)))?;
+        for region in 0..if profile == Profile::Sharp { count } else { 0 } {
+            let solid = fit.starts.clone();
+            let hollow =
+                |wall: f32, index: f32| changed(&solid, region, |s| (s.wall, s.index) = (wall, index));
+            let walls = WALLS.iter().flat_map(|&wall| HOLLOW.map(|index| hollow(wall, index)));
+            let found = self.least(walls)?;
+            if found.error < BETTER * fit.error {
+                fit = found;
+            }
+        }
+        for step in FINE {
+            for region in 0..count {
+                fit = self.refined(&fit.starts, region, step)?;
+            }
+        }
+        Ok(fit)
+    }
+
+    /// A region's index, then its wall, some steps around what they are.
+    fn refined(&mut self, starts: &[Start], region: usize, step: f32) -> Result<Fit, Cancelled> {
+        let Start { index, wall, .. } = starts[region];
+        let around = AROUND.map(|k| (index + k * step).max(1.0));
+        let best = self.least(around.map(|n| changed(starts, region, |s| s.index = n)))?;
+        let thicker = if wall < 1.0 { &AROUND[..] } else { &[0.0] };
+        let walls = thicker.iter().map(|k| (wall + k * step).clamp(0.02, 1.0));
+        self.least(walls.map(|w| changed(&best.starts, region, |s| s.wall = w)))
+    }
 }
 
 /// Factor on the error of unusual indices.
@@ -168,21 +219,4 @@ fn changed(starts: &[Start], region: usize, change: impl FnOnce(&mut Start)) -> 
     let mut starts = starts.to_vec();
     change(&mut starts[region]);
     starts
-}
-
-/// The candidate with the least error, and that error.
-fn least<C: Copy>(candidates: impl IntoIterator<Item = C>, mut error: impl FnMut(C) -> f64) -> (f64, C) {
-    let judged = candidates.into_iter().map(|c| (error(c), c));
-    let best = judged.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.unwrap_or_else(|| unreachable!("there are candidates"))
-}
-
-impl Profile {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Sharp => "at a sharp surface",
-            Self::Smooth => "through a smooth transition",
-            Self::Graded => "in an index gradient",
-        }
-    }
 }

@@ -1,8 +1,8 @@
 //! What a checkpoint keeps of the clearcoat of opaque things.
 
-use super::probes;
+use super::tensors::{Tensors, probe_degree, row};
 use crate::checkpoint::{CheckpointError, Tensor};
-use crate::cpu::{ClearcoatMoments, CpuBackend};
+use crate::model::{ClearcoatMoments, Model, Optimiser};
 use refraxel_core::radiance::{ProbeGrid, clearcoat::Clearcoat};
 use refraxel_core::{Aabb, ShDegree};
 use serde::{Deserialize, Serialize};
@@ -15,46 +15,50 @@ pub(super) struct StoredClearcoat {
     degree: u8,
 }
 
-/// Tensors of the clearcoat, and the moments of its probes.
-const NAMES: [&str; 4] =
-    ["clearcoat.strength", "clearcoat.radiance", "clearcoat.strength_moment", "clearcoat.radiance_moment"];
-
-pub(super) fn stored_clearcoat(clearcoat: &Clearcoat<f32>) -> StoredClearcoat {
-    let (resolution, degree) = (clearcoat.radiance.resolution(), clearcoat.radiance.degree().get());
-    StoredClearcoat { ior: clearcoat.ior, resolution, degree }
+impl StoredClearcoat {
+    pub(super) fn of(clearcoat: &Clearcoat<f32>) -> Self {
+        let (resolution, degree) = (clearcoat.radiance.resolution(), clearcoat.radiance.degree().get());
+        Self { ior: clearcoat.ior, resolution, degree }
+    }
 }
 
-pub(super) fn clearcoat_tensors(backend: &CpuBackend) -> Vec<(String, Tensor)> {
-    let Some(clearcoat) = backend.clearcoat() else { return Vec::new() };
-    let moments = &backend.moments().clearcoat;
+/// Values and moments of both grids.
+const PARTS: [&str; 4] = ["strength", "radiance", "strength_moment", "radiance_moment"];
+/// What the name of such a tensor begins with, today and in checkpoints of earlier versions.
+const PREFIXES: [&str; 2] = ["clearcoat", "gloss"];
+
+pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
+    let Some(clearcoat) = &model.clearcoat else { return Vec::new() };
+    let moments = &optimiser.clearcoat;
     let (strength, radiance) = (&clearcoat.strength.coefficients, &clearcoat.radiance.coefficients);
     let values = [strength, radiance, &moments.strength, &moments.radiance];
-    probes::tensors(NAMES.map(str::to_owned), values).into()
+    PARTS.iter().zip(values).map(|(part, values)| row(format!("{}.{part}", PREFIXES[0]), values)).collect()
 }
 
-/// The clearcoat of a checkpoint, and its moments; `read` takes a tensor by name and length.
-pub(super) fn restore_clearcoat(
-    stored: &Option<StoredClearcoat>,
+/// The clearcoat of a checkpoint whose scene fills `bounds`, and its moments.
+pub(super) fn restore(
+    stored: Option<&StoredClearcoat>,
     bounds: Aabb<f32>,
-    read: impl FnMut(&str, usize) -> Result<Vec<f32>, CheckpointError>,
-    wrong: impl Fn(&str) -> CheckpointError,
+    file: &mut Tensors,
 ) -> Result<(Option<Clearcoat<f32>>, ClearcoatMoments), CheckpointError> {
     let Some(s) = stored else { return Ok((None, ClearcoatMoments::default())) };
-    let degree = probes::degree(s.degree, s.resolution);
-    let degree = degree.ok_or_else(|| wrong("its clearcoat has no valid degree or resolution"))?;
+    let degree = probe_degree(s.degree, s.resolution);
+    let degree = degree.ok_or_else(|| file.wrong("its clearcoat has no valid degree or resolution"))?;
     if !(1.0..=4.0).contains(&s.ior) {
-        return Err(wrong("the index of its clearcoat is not 1 to 4"));
+        return Err(file.wrong("the index of its clearcoat is not 1 to 4"));
     }
+    let prefix = PREFIXES.into_iter().find(|p| file.contains(&format!("{p}.{}", PARTS[0])));
+    let mut values =
+        |part: usize, len| file.f32s(&format!("{}.{}", prefix.unwrap_or(PREFIXES[0]), PARTS[part]), len);
     let strength = ProbeGrid::grey(bounds, s.resolution, ShDegree::new(0).unwrap_or_default());
     let radiance = ProbeGrid::grey(bounds, s.resolution, degree);
-    let count = strength.probes();
-    let lengths = [strength.coefficients.len(), radiance.coefficients.len(), count, count];
-    let [of_strength, of_radiance, strength_moment, radiance_moment] =
-        probes::read_tensors((NAMES.map(str::to_owned), lengths), read)?;
+    let probes = strength.probes();
+    let of_strength = values(0, strength.coefficients.len())?;
+    let of_radiance = values(1, radiance.coefficients.len())?;
+    let moments = ClearcoatMoments { strength: values(2, probes)?, radiance: values(3, probes)? };
     let filled = |grid: ProbeGrid<f32>, values| {
-        grid.with_coefficients(values).ok_or_else(|| wrong("its clearcoat is not finite"))
+        grid.with_coefficients(values).ok_or_else(|| file.wrong("its clearcoat is not finite"))
     };
     let (strength, radiance) = (filled(strength, of_strength)?, filled(radiance, of_radiance)?);
-    let moments = ClearcoatMoments { strength: strength_moment, radiance: radiance_moment };
     Ok((Some(Clearcoat { ior: s.ior, strength, radiance }), moments))
 }

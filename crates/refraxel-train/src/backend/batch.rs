@@ -1,0 +1,52 @@
+//! What goes into a step: rays with the colours that they should show, and how rays are marched.
+
+use refraxel_core::{Ray, Vec3};
+
+/// How densely and how far rays are marched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marching {
+    /// Quadrature step [voxel].
+    pub step: f32,
+    /// Nothing nearer to the camera than this is seen [scene unit].
+    pub near: f32,
+    /// Samples of smaller optical depth per voxel count as perfectly transparent and get no gradient.
+    pub min_optical_depth: f32,
+    /// A ray ends once its transmittance falls below this.
+    pub min_transmittance: f32,
+}
+
+impl Marching {
+    /// No cut-offs: every sample inside the grid is evaluated. For tests and benchmarks.
+    pub fn exhaustive(step: f32) -> Self {
+        Self { step, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 }
+    }
+}
+
+/// Rays with the colours that they should show.
+#[derive(Clone, Debug, Default)]
+pub struct Batch {
+    /// Rays in world coordinates.
+    pub rays: Vec<Ray<f32>>,
+    /// Observed colour per ray (sRGB-encoded).
+    pub target: Vec<[f32; 3]>,
+    /// Radiance behind the field per ray; empty: the model's own background.
+    pub behind: Vec<[f32; 3]>,
+    /// Shift of the quadrature points per ray, in [0, 1) steps.
+    pub offset: Vec<f32>,
+}
+
+/// dLoss/d(origin, direction) of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayGradient {
+    /// With respect to the origin [1 / scene unit].
+    pub origin: Vec3<f32>,
+    /// With respect to the unit direction.
+    pub direction: Vec3<f32>,
+}
+
+impl RayGradient {
+    /// No gradient.
+    pub fn zero() -> Self {
+        Self { origin: Vec3::zero(), direction: Vec3::zero() }
+    }
+}

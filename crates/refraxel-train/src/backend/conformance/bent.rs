@@ -1,0 +1,90 @@
+//! Bent rays against the tracer and the radiance of the reference.
+
+use super::Suite;
+use super::reference::Reference;
+use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
+use crate::backend::{Backend, Layers, Objective};
+use crate::model::{Model, Refraction};
+use refraxel_core::optics::RayAdjoint;
+use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
+use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, Medium, Vec3, vec3};
+
+/// Two balls of glass with soft edges beside each other.
+pub fn two_balls() -> Refraction {
+    let ball = |center: Vec3<f32>| {
+        let half = vec3(0.45, 0.45, 0.45);
+        let n = move |x: Vec3<f32>| 1.25 - 0.25 * (((x - center).length() - 0.25) / 0.05).tanh();
+        let bounds = Aabb::new(center - half, center + half);
+        IndexGrid::from_control_values(bounds, [25; 3], Interpolation::CubicBSpline, n)
+    };
+    let medium = Medium::new(vec![ball(vec3(-0.5, 0.0, 0.0)), ball(vec3(0.45, 0.1, 0.1))]).unwrap();
+    Refraction { medium, ..Refraction::none() }
+}
+
+/// The two balls in a smooth field.
+pub fn bent_model(extent: Extent) -> Model {
+    Model { refraction: two_balls(), ..Model::straight(smooth_field(extent), environment()) }
+}
+
+/// Colours and depths.
+pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    for extent in [Extent::Bounded, Extent::Contracted] {
+        let model = bent_model(extent);
+        let reference = Reference::new(&model);
+        let (backend, b) = (suite.backend(model), batch(200));
+        let mut turned = 0;
+        for (ray, got) in b.rays.iter().zip(backend.render(&b.rays, &objective().marching, Layers::All)) {
+            let marched = reference.march(ray, 0.5);
+            let exit = &marched.path.exit;
+            turned += usize::from(exit.direction.dot(ray.direction.cast()) < 0.999);
+            let want = render(&reference.field, &marched.path.segments, &marched.points);
+            let behind = reference.background.radiance(exit.origin, exit.direction);
+            for c in 0..3 {
+                let want = want.colour[c] + want.transmittance * behind[c];
+                let error = (f64::from(got.colour[c]) - want).abs();
+                assert!(error < suite.tolerances.bent, "{extent:?}: {} {want}", got.colour[c]);
+            }
+            let error = (f64::from(got.depth) - want.depth).abs();
+            assert!(error < 5.0 * suite.tolerances.bent * want.depth.max(1.0));
+        }
+        assert!(turned > 60, "only {turned} rays bend");
+    }
+}
+
+/// dLoss/d(density, colour, index, rays).
+pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    let model = bent_model(Extent::Bounded);
+    let reference = Reference::new(&model);
+    let (backend, b) = (suite.backend(model), batch(300));
+    let got = backend.gradient(&b, &Objective { index: Some(index_objective()), ..objective() });
+    let mut field = reference.field.zero_gradient();
+    let mut medium = reference.medium.zero_gradient();
+    let mut rays = Vec::new();
+    for (k, ray) in b.rays.iter().enumerate() {
+        let marched = reference.march(ray, b.offset[k]);
+        let (path, points) = (&marched.path, &marched.points);
+        let pixel = render(&reference.field, &path.segments, points);
+        let behind = reference.background.radiance(path.exit.origin, path.exit.direction);
+        let error = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - f64::from(b.target[k][c]);
+        let colour = [0, 1, 2].map(|c| 2.0 * error(c));
+        let d = PixelAdjoint { colour, transmittance: 0.0, behind };
+        let d_segments = render_vjp(&reference.field, &path.segments, points, &d, &mut field);
+        let Background::Environment(map) = &reference.background else { unreachable!() };
+        let d_background = colour.map(|g| g * pixel.transmittance);
+        let direction = map.radiance_vjp(path.exit.direction, d_background);
+        let d_exit = RayAdjoint { origin: Vec3::zero(), direction };
+        rays.push(reference.tracer().vjp(&ray.cast(), path, &d_segments, &d_exit, &mut medium));
+    }
+    let t = &suite.tolerances;
+    let want: Vec<f64> = rays.iter().flat_map(|d| d.origin.to_array()).collect();
+    let origins: Vec<f32> = got.rays.iter().flat_map(|d| d.origin.to_array()).collect();
+    for (name, error, tolerance) in [
+        ("density", relative(&got.field.density, &field.density), t.bent),
+        ("colour", relative(&got.field.colour, &field.colour), t.bent),
+        ("first index", relative(&got.medium.index[0], &medium.index[0]), t.index),
+        ("second index", relative(&got.medium.index[1], &medium.index[1]), t.index),
+        ("origins", relative(&origins, &want), t.index),
+    ] {
+        assert!(error < tolerance, "{name}: {error}");
+    }
+}

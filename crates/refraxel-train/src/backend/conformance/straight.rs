@@ -1,0 +1,204 @@
+//! Straight rays against the reference.
+
+use super::Suite;
+use super::reference::Reference;
+use super::scenes::{batch, environment, field, objective, relative, straight_model};
+use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
+use crate::cancel::Cancel;
+use crate::model::Model;
+use refraxel_core::field::Matter;
+use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
+use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
+use refraxel_core::sh::{self, ShDegree};
+use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
+
+/// Colours of straight rays, bounded and contracted, at every degree.
+pub fn rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    for (degree, extent) in
+        [(0, Extent::Bounded), (1, Extent::Bounded), (2, Extent::Contracted), (3, Extent::Bounded)]
+    {
+        let model = straight_model(degree, extent);
+        let reference = Reference::new(&model);
+        let (backend, b, marching) = (suite.backend(model), batch(64), objective().marching);
+        for (ray, got) in b.rays.iter().zip(backend.render(&b.rays, &marching, Layers::All)) {
+            let (s, points) = reference.straight(ray, 0.5).unwrap();
+            let want = render(&reference.field, &[s], &points);
+            let behind = reference.background.radiance(s.start, s.momentum);
+            for c in 0..3 {
+                let colour = want.colour[c] + want.transmittance * behind[c];
+                let error = (f64::from(got.colour[c]) - colour).abs();
+                assert!(error < suite.tolerances.straight, "degree {degree}: {error}");
+            }
+        }
+    }
+}
+
+/// What the reference says of the gradients of a batch.
+struct Expected {
+    field: FieldGradient<f64>,
+    texels: Vec<f64>,
+    rays: Vec<f64>,
+    /// The gradients of the backend for the same rays.
+    got_rays: Vec<f32>,
+}
+
+impl Expected {
+    fn of(reference: &Reference, b: &crate::backend::Batch, got: &BatchGradient) -> Self {
+        let mut e = Self {
+            field: reference.field.zero_gradient(),
+            texels: vec![0.0; 3 * got.background.len()],
+            rays: Vec::new(),
+            got_rays: Vec::new(),
+        };
+        for (k, ray) in b.rays.iter().enumerate() {
+            let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
+            let behind = reference.background.radiance(s.start, s.momentum);
+            let pixel = render(&reference.field, &[s], &points);
+            let error =
+                |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - f64::from(b.target[k][c]);
+            let colour = [0, 1, 2].map(|c| 2.0 * error(c));
+            let d = PixelAdjoint { colour, transmittance: 0.0, behind };
+            let path = render_vjp(&reference.field, &[s], &points, &d, &mut e.field);
+            let Background::Environment(map) = &reference.background else { unreachable!() };
+            let (stencil, left) = (map.stencil(s.momentum), pixel.transmittance);
+            for (i, w) in stencil.index.into_iter().zip(stencil.weight) {
+                (0..3).for_each(|c| e.texels[3 * i + c] += left * w * colour[c]);
+            }
+            let free = map.radiance_vjp(s.momentum, colour.map(|g| g * left));
+            let d_direction = path[0].1 + free - s.momentum * s.momentum.dot(free);
+            e.rays.extend([path[0].0, d_direction].iter().flat_map(|v| v.to_array()));
+            let got = &got.rays[k];
+            e.got_rays.extend([got.origin, got.direction].iter().flat_map(|v| v.to_array()));
+        }
+        e
+    }
+}
+
+/// dLoss/d(density, colour, background, rays) at every degree.
+pub fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    for degree in 0..=3 {
+        let model = straight_model(degree, Extent::Bounded);
+        let reference = Reference::new(&model);
+        let (backend, b) = (suite.backend(model), batch(300));
+        let got = backend.gradient(&b, &objective());
+        let want = Expected::of(&reference, &b, &got);
+        let t = &suite.tolerances;
+        for (name, error, tolerance) in [
+            ("density", relative(&got.field.density, &want.field.density), t.straight),
+            ("colour", relative(&got.field.colour, &want.field.colour), t.straight),
+            ("texels", relative(got.background.as_flattened(), &want.texels), t.straight),
+            ("rays", relative(&want.got_rays, &want.rays), t.ray),
+        ] {
+            assert!(error < tolerance, "{name}, degree {degree}: {error}");
+        }
+    }
+}
+
+/// The sparsity of samples and the opacity of rays.
+pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
+    let model = Model::straight(field(0, Extent::Bounded), Background::Constant([0.3; 3]));
+    let reference = Reference::new(&model);
+    let (backend, b) = (suite.backend(model), batch(100));
+    let o = Objective { sparsity: 0.7, opacity: 0.4, ..objective() };
+    let (with, without) = (backend.gradient(&b, &o), backend.gradient(&b, &objective()));
+    let mut grad = reference.field.zero_gradient();
+    for (k, ray) in b.rays.iter().enumerate() {
+        let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
+        let pixel = render(&reference.field, &[s], &points);
+        let transmittance = 0.4 * opacity_beta_slope(pixel.transmittance);
+        let d = PixelAdjoint { colour: [0.0; 3], transmittance, behind: [0.3; 3] };
+        render_vjp(&reference.field, &[s], &points, &d, &mut grad);
+        for q in points {
+            let y = sh::basis(reference.field.degree, s.momentum);
+            let Some(medium) = reference.field.at(s.at(q.t), &y) else { continue };
+            let d_tau = 0.7 * cauchy_slope(medium.density * q.dt);
+            let d = Matter { density: d_tau * q.dt, colour: [0.0; 3] };
+            reference.field.at_vjp(s.at(q.t), &y, &d, &mut grad);
+        }
+    }
+    let difference: Vec<f32> =
+        with.field.density.iter().zip(without.field.density.iter()).map(|(a, b)| a - b).collect();
+    let error = relative(&difference, &grad.density);
+    assert!(error < suite.tolerances.ray, "{error}");
+}
+
+/// What is skipped as transparent or hidden.
+pub fn cut_offs_change_a_picture_by_no_more_than_they_say<B: Backend>(suite: &Suite<B>) {
+    let (mut backend, b) = (suite.backend(straight_model(2, Extent::Bounded)), batch(200));
+    let exact = backend.render(&b.rays, &Marching::exhaustive(0.7), Layers::All);
+    let marching = Marching { min_optical_depth: 1e-4, min_transmittance: 1e-3, ..Marching::exhaustive(0.7) };
+    backend.refresh_occupancy(&marching);
+    let samples = 4.0 * 27.0 / 0.7;
+    for (a, b) in exact.iter().zip(backend.render(&b.rays, &marching, Layers::All)) {
+        let bound = (1e-4 * samples + 1e-3) * 2.0;
+        assert!((0..3).all(|c| (a.colour[c] - b.colour[c]).abs() < bound));
+    }
+}
+
+/// Leaps over empty bricks in a contracted space.
+pub fn skipping_never_jumps_over_matter_in_flat_contracted_boxes<B: Backend>(suite: &Suite<B>) {
+    let bounds = Aabb::new(vec3(-4.0, -4.0, -0.4), vec3(4.0, 4.0, 0.4));
+    let domain = Domain::with_longest(bounds, Extent::Contracted, 80);
+    let map = BrickMap::new(domain.resolution, |b| (b[0] * 7 + b[1] * 5 + b[2] * 3) % 11 == 0);
+    let mut f = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -1.0);
+    f.clear_empty_brick();
+    let model = Model::straight(f, Background::Constant([0.2; 3]));
+    let reference = Reference::new(&model);
+    let (backend, mut b) = (suite.backend(model), batch(300));
+    b.rays.iter_mut().for_each(|r| r.origin *= 2.0);
+    for (ray, got) in b.rays.iter().zip(backend.render(&b.rays, &objective().marching, Layers::All)) {
+        let (s, points) = reference.straight(ray, 0.5).unwrap();
+        let want = render(&reference.field, &[s], &points);
+        let error = (f64::from(got.transmittance) - want.transmittance).abs();
+        assert!(error < suite.tolerances.ray, "{ray:?}");
+    }
+}
+
+/// Steps on one batch.
+pub fn learning_lowers_the_loss<B: Backend>(suite: &Suite<B>) {
+    let mut backend = suite.backend(straight_model(1, Extent::Bounded));
+    let (b, o) = (batch(500), objective());
+    let losses: Vec<f64> = (0..30).map(|k| step(&mut backend, &b, &o, k).squared_error).collect();
+    assert!(losses[29] < 0.3 * losses[0], "{losses:?}");
+}
+
+/// A field that trilinear interpolation keeps exactly.
+pub fn resampling_to_a_finer_grid_keeps_the_picture<B: Backend>(suite: &Suite<B>) {
+    let domain = field(1, Extent::Bounded).domain;
+    let map = BrickMap::dense(domain.resolution);
+    let mut smooth = VoxelField::uniform(domain, map.clone(), ShDegree::new(1).unwrap(), -3.0);
+    for node in refraxel_core::grid::bricks::coordinates(domain.resolution) {
+        // Linear in the coordinates, so that trilinear interpolation is exact.
+        smooth.density[map.voxel(node)] = -3.0 + 0.02 * node[0] as f32 - 0.01 * node[2] as f32;
+    }
+    let mut backend = suite.backend(Model::straight(smooth, Background::Constant([1.0; 3])));
+    let b = batch(100);
+    let before = backend.render(&b.rays, &Marching::exhaustive(0.5), Layers::All);
+    let fine = Domain { resolution: domain.resolution.map(|n| 2 * n - 1), ..domain };
+    backend.resample(fine, BrickMap::dense(fine.resolution));
+    assert_eq!((backend.domain(), backend.map().resolution()), (&fine, fine.resolution));
+    // Twice as many nodes: a step of one voxel is as long as half a voxel was.
+    for (a, b) in before.iter().zip(backend.render(&b.rays, &Marching::exhaustive(1.0), Layers::All)) {
+        assert!((a.transmittance - b.transmittance).abs() < 1e-4, "{} {}", a.transmittance, b.transmittance);
+    }
+}
+
+/// One voxel and one ray through it.
+pub fn peak_weights_mark_what_rays_see<B: Backend>(suite: &Suite<B>) {
+    let mut f = field(0, Extent::Bounded);
+    f.density.fill(-8.0);
+    let node = [13, 16, 10];
+    let voxel = f.map.voxel(node);
+    assert!(voxel >= 64);
+    f.density[voxel] = 6.0;
+    let at = f.domain.position(Vec3::from(node.map(|n| n as f32)));
+    let backend = suite.backend(Model::straight(f, environment()));
+    let origin = at + vec3(3.0, 0.0, 0.0);
+    let ray = Ray { origin, direction: (at - origin).normalized() };
+    let peak = backend.peak_weights(&[ray], &Marching::exhaustive(0.5), &Cancel::new()).unwrap();
+    assert!(peak[voxel] > 0.3, "{}", peak[voxel]);
+    assert!(peak.iter().filter(|&&p| p > 0.1).count() < 30);
+    let cancelled = Cancel::new();
+    cancelled.cancel();
+    assert!(backend.peak_weights(&[ray], &Marching::exhaustive(0.5), &cancelled).is_err());
+}

@@ -1,0 +1,147 @@
+//! What a machine offers to those who train, render and evaluate.
+//!
+//! A [`Backend`] takes a [`Model`], renders it, learns from batches of rays, and gives the model back. How parameters lie in
+//! its memory is its own affair. What many ask for and what is small stays on the host as a mirror image: the grid of the
+//! field without its values, the medium, and whether anything mirrors.
+
+mod batch;
+pub mod conformance;
+mod gradient;
+mod mask;
+mod objective;
+
+pub use batch::{Batch, Marching, RayGradient};
+pub use gradient::{BatchGradient, MirrorGradient};
+pub use mask::BrickMask;
+pub use objective::{IndexObjective, Objective, ReflectionObjective};
+
+use crate::cancel::{Cancel, Cancelled};
+use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};
+use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
+use refraxel_core::{BrickMap, Domain, Ray};
+use std::borrow::Cow;
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepOutcome {
+    /// The number that the step was submitted with.
+    pub step: u64,
+    /// Rays of the batch.
+    pub rays: u64,
+    /// Σ over rays of |C − target|², without priors.
+    pub squared_error: f64,
+    /// Samples whose colour was evaluated.
+    pub samples: u64,
+    /// False when the squared error or a parameter was NaN or infinite.
+    pub finite: bool,
+}
+
+/// Which parts of the light a rendering shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layers {
+    /// What a camera sees.
+    #[default]
+    All,
+    /// The same if surfaces mirrored light of another source.
+    Mirroring(MirrorSource),
+    /// The same if no surface mirrored anything, except by total reflection.
+    Transmitted,
+}
+
+/// Which radiance caches look at the field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caches {
+    /// Those of refractive surfaces.
+    Reflection,
+    /// Those of the clearcoat of opaque things.
+    Clearcoat,
+}
+
+/// What a model mirrors, without the values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mirroring {
+    /// Where mirrored light comes from.
+    pub source: MirrorSource,
+    /// Refractive regions whose surfaces mirror.
+    pub regions: usize,
+    /// Opaque things have a clearcoat.
+    pub clearcoat: bool,
+}
+
+/// A model and the state of its optimiser at one moment; borrowed where the backend's memory is the host's.
+#[derive(Clone, Debug)]
+pub struct Snapshot<'a> {
+    /// The parameters.
+    pub model: Cow<'a, Model>,
+    /// Moments and occupied cells.
+    pub optimiser: Cow<'a, Optimiser>,
+}
+
+/// A machine that renders a model and learns its parameters.
+///
+/// **Steps may lag.** [`submit`](Self::submit) may return before the step is done; [`outcomes`](Self::outcomes) tells later
+/// what came of it. All other methods behave as if every submitted step had been done.
+///
+/// **Failure.** After a step whose outcome is not finite, no step changes anything until the next [`load`](Self::load).
+pub trait Backend: Send {
+    /// Go on from this model: at the start, after a resumption, for a fork, or back from a failure. Without an optimiser's
+    /// state, moments start at zero and every stored cell may hold matter. Forgets outcomes that nobody asked for.
+    ///
+    /// # Panics
+    /// If the optimiser's state [does not fit](Optimiser::fits) the model.
+    fn load(&mut self, model: Model, optimiser: Option<Optimiser>);
+    /// The model and the optimiser's state as they are now.
+    fn snapshot(&self) -> Snapshot<'_>;
+
+    /// Where the grid of the field lies, and its resolution.
+    fn domain(&self) -> &Domain<f32>;
+    /// Which bricks of the grid are stored.
+    fn map(&self) -> &BrickMap;
+    /// What bends the rays.
+    fn medium(&self) -> &Refraction;
+    /// What mirrors.
+    fn mirroring(&self) -> Mirroring;
+
+    /// Bend the rays otherwise; the moments of the index start at zero.
+    fn set_medium(&mut self, medium: Refraction);
+    /// Mirror otherwise; the moments of mirrors start at zero.
+    fn set_reflection(&mut self, reflection: Reflection);
+    /// Give opaque things a clearcoat; its moments start at zero.
+    fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>);
+    /// Set the raw density of the voxels `inside`; their moments start at zero.
+    fn set_density(&mut self, value: f32, inside: &BrickMask);
+    /// Move the field to another domain over the same box and another set of bricks by interpolation; the moments of the
+    /// field start at zero, and every stored cell may hold matter.
+    fn resample(&mut self, domain: Domain<f32>, map: BrickMap);
+    /// Find out again which cells may hold matter at these cut-offs.
+    fn refresh_occupancy(&mut self, marching: &Marching);
+    /// Let radiance probes look at the field as it is, theory (7.9). When cancelled, nothing has changed.
+    fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled>;
+
+    /// Render rays over the background.
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>>;
+    /// Begin a step: render a batch, compare, accumulate gradients, add priors, update the parameters. `step` counts from 0.
+    fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64);
+    /// The outcomes of submitted steps that were not asked for yet and are known by now, in order; with `wait`, of all.
+    fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome>;
+    /// The gradient of the batch's loss without total variation; changes nothing.
+    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient;
+    /// Largest rendering weight T a that any of the rays gives to the samples around each voxel, theory (4.11).
+    fn peak_weights(
+        &self,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+        cancel: &Cancel,
+    ) -> Result<Vec<f32>, Cancelled>;
+}
+
+/// The one outcome of a step that is waited for.
+///
+/// # Panics
+/// If the backend gives none or several: outcomes of earlier steps were not asked for.
+pub fn step(backend: &mut impl Backend, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
+    backend.submit(batch, objective, step);
+    let outcomes = backend.outcomes(true);
+    assert_eq!(outcomes.len(), 1, "one outcome per step");
+    outcomes[0]
+}

@@ -1,0 +1,94 @@
+//! What a step minimises, and how fast the parameters move.
+
+use super::Marching;
+use refraxel_core::index::priors::Penalty;
+
+/// What a step minimises, theory (4.1): the sum over rays of |C − target|² plus the priors; and how fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Objective {
+    /// How rays are marched.
+    pub marching: Marching,
+    /// Weight of the Cauchy sparsity of each sample's optical depth.
+    pub sparsity: f32,
+    /// Weight of the opacity prior on each ray's transmittance.
+    pub opacity: f32,
+    /// Weight of total variation of raw density, per edge.
+    pub tv_density: f32,
+    /// Weight of total variation of SH coefficients, per edge.
+    pub tv_colour: f32,
+    /// Every `tv_period`-th bucket of voxels feels total variation in one step, with `tv_period` times the weight.
+    pub tv_period: u32,
+    /// Learning rate of raw density.
+    pub rate_density: f32,
+    /// Learning rate of SH coefficients.
+    pub rate_colour: f32,
+    /// Factor on it for coefficients of degree 1 and above: what depends on the direction.
+    pub rate_view: f32,
+    /// Learning rate of the background's texels.
+    pub rate_background: f32,
+    /// How the index learns; `None`: it is held fixed.
+    pub index: Option<IndexObjective>,
+    /// How mirrors learn; `None`: they are held fixed.
+    pub reflection: Option<ReflectionObjective>,
+}
+
+/// How what surfaces mirror learns, theory (7.10).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReflectionObjective {
+    /// Learning rate of the coefficients of the radiance caches.
+    pub rate: f32,
+    /// Learning rate of the strengths.
+    pub rate_strength: f32,
+    /// Learning rate of the strength of clearcoats of opaque things.
+    pub rate_clearcoat: f32,
+}
+
+/// How the index of refraction and its surfaces learn, theory (4.14): Adam on the blurred gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IndexObjective {
+    /// Learning rate of n at a node [1].
+    pub rate: f32,
+    /// Standard deviation of the blur of its gradient [voxel of the index grid].
+    pub blur: f32,
+    /// Bound on |dLoss/dp| of an index sample; infinite for none.
+    pub clip: f32,
+    /// Weight and penalty of the variation of n, theory (2.20).
+    pub variation: (f32, Penalty<f32>),
+    /// Weight and penalty of the deviation of n from 1, theory (2.21).
+    pub deviation: (f32, Penalty<f32>),
+    /// n stays within [1, this].
+    pub largest: f32,
+    /// The one index of a body stays this near to what a search found.
+    pub trust: f32,
+    /// Learning rate of φ at a node [voxel of the level set].
+    pub surface_rate: f32,
+    /// Standard deviation of the blur of the gradient of φ [voxel of the level set].
+    pub surface_blur: f32,
+    /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].
+    pub surface_smooth: f32,
+    /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
+    pub most_events: u32,
+}
+
+impl Objective {
+    /// Slow everything down, or speed it up.
+    pub fn scale_rates(&mut self, factor: f32) {
+        self.rate_density *= factor;
+        self.rate_colour *= factor;
+        self.rate_background *= factor;
+        if let Some(index) = &mut self.index {
+            index.rate *= factor;
+            index.surface_rate *= factor;
+        }
+        if let Some(reflection) = &mut self.reflection {
+            reflection.rate *= factor;
+            reflection.rate_strength *= factor;
+            reflection.rate_clearcoat *= factor;
+        }
+    }
+
+    /// False when density and colour are held fixed.
+    pub fn moves_field(&self) -> bool {
+        self.rate_density > 0.0 || self.rate_colour > 0.0
+    }
+}

@@ -1,0 +1,29 @@
+//! Adam's step on an array of parameters.
+
+use crate::model::AdamMoments;
+
+/// Decays of the mean and of the mean square.
+pub(super) const DECAY: [f32; 2] = [0.9, 0.99];
+/// Floor of the denominator, as a share of the largest: voxels that hardly matter must not follow noise.
+const FLOOR: f32 = 0.1;
+
+/// The change of each of the parameters `which`, for a learning rate of 1: Adam (Kingma & Ba 2015).
+pub(super) fn adam(
+    moments: &mut AdamMoments,
+    decay: [f32; 2],
+    which: &[usize],
+    grad: impl Fn(usize) -> f32,
+) -> Vec<f32> {
+    moments.steps += 1;
+    let unbias = decay.map(|d| (1.0 - d.powi(moments.steps.min(1 << 20) as i32)).recip());
+    let mut largest = 0.0_f32;
+    for &j in which {
+        let g = grad(j);
+        moments.first[j] += (1.0 - decay[0]) * (g - moments.first[j]);
+        moments.second[j] += (1.0 - decay[1]) * (g * g - moments.second[j]);
+        largest = largest.max(moments.second[j]);
+    }
+    let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
+    let step = |&j: &usize| -moments.first[j] * unbias[0] / (moments.second[j] * unbias[1]).sqrt().max(floor);
+    which.iter().map(step).collect()
+}

@@ -1,0 +1,415 @@
+//! The backend itself: a step is a half over rays and a half over voxels.
+
+use super::bake::Look;
+use super::caches::{clearcoat_gradient, mirror_gradients, update_clearcoat, update_mirrors};
+use super::colour::{LANES, Layout};
+use super::index::{self, Learned};
+use super::march::refresh;
+use super::render::{CHUNK, Renderer, with_blocks};
+use super::resample::resampled;
+use super::scene::Scene;
+use super::tape::{BUCKET_VOXELS, Tape, buckets};
+use super::trace::{Lesson, learn_chunk, weigh_chunk};
+use super::update::{
+    BucketGradient, BucketParameters, GradientPool, RULE, VoxelFieldView, accumulate, descend,
+    total_variation,
+};
+use crate::backend::{
+    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
+    ReflectionObjective, Snapshot, StepOutcome,
+};
+use crate::cancel::{Cancel, Cancelled};
+use crate::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction};
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+use refraxel_core::radiance::Pixel;
+use refraxel_core::radiance::clearcoat::Clearcoat;
+use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray};
+use std::borrow::Cow;
+
+/// Steps between two looks at which cells are still occupied: a cell that rises above the cut-off is seen that late.
+const REFRESH: u64 = 32;
+/// Chunks whose tapes exist at the same time while peak weights are sought.
+const PORTION: usize = 64;
+
+/// Parameters, moments and search structures on the CPU.
+pub struct CpuBackend {
+    level: Level,
+    model: Model,
+    optimiser: Optimiser,
+    layout: Layout,
+    /// Memory of the last step, to be written over by the next.
+    tapes: Vec<Tape>,
+    pool: GradientPool,
+    /// Outcomes that nobody asked for yet.
+    outcomes: Vec<StepOutcome>,
+    /// A step was not finite: nothing changes until the next load.
+    failed: bool,
+}
+
+impl CpuBackend {
+    /// A backend with a model that has not learned yet.
+    pub fn new(model: Model) -> Self {
+        let optimiser = Optimiser::new(&model);
+        Self {
+            level: Level::new(),
+            layout: Layout::new(model.field.degree),
+            tapes: Vec::new(),
+            pool: GradientPool::new(model.field.degree.stride()),
+            outcomes: Vec::new(),
+            failed: false,
+            model,
+            optimiser,
+        }
+    }
+
+    /// Forward and adjoint of a batch without summing gradients; the number of samples, for benchmarks.
+    pub fn gradient_tapes(&self, batch: &Batch, objective: &Objective) -> u64 {
+        self.trace(batch, objective, &mut [], Vec::new()).1.samples
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene::new(&self.model, &self.optimiser.occupied, &self.layout)
+    }
+
+    fn renderer(&self) -> Renderer<'_> {
+        Renderer { level: self.level, scene: self.scene() }
+    }
+
+    fn stride(&self) -> usize {
+        self.model.field.degree.stride()
+    }
+
+    /// Forward and adjoint of a batch: one tape per chunk, written over `tapes` of an earlier batch.
+    fn trace(
+        &self,
+        batch: &Batch,
+        objective: &Objective,
+        ray_gradients: &mut [RayGradient],
+        mut tapes: Vec<Tape>,
+    ) -> (Vec<Tape>, StepOutcome) {
+        let (scene, n) = (self.scene(), batch.rays.len());
+        let lesson = Lesson { batch, objective };
+        tapes.resize_with(n.div_ceil(CHUNK), Tape::default);
+        let chunk = |k: usize, tape: &mut Tape, gradients: &mut [RayGradient]| {
+            let range = k * CHUNK..((k + 1) * CHUNK).min(n);
+            with_blocks!(self.level, self.stride(), simd, learn_chunk(&scene, lesson, range, tape, gradients))
+        };
+        let outcomes: Vec<StepOutcome> = if ray_gradients.is_empty() {
+            tapes.par_iter_mut().enumerate().map(|(k, tape)| chunk(k, tape, &mut [])).collect()
+        } else {
+            let parts = tapes.par_iter_mut().zip(ray_gradients.par_chunks_mut(CHUNK)).enumerate();
+            parts.map(|(k, (tape, gradients))| chunk(k, tape, gradients)).collect()
+        };
+        let mut total = StepOutcome { rays: n as u64, finite: true, ..Default::default() };
+        for outcome in outcomes {
+            total.squared_error += outcome.squared_error;
+            total.samples += outcome.samples;
+        }
+        total.finite = total.squared_error.is_finite();
+        (tapes, total)
+    }
+
+    /// Total variation of the buckets whose turn it is.
+    fn variation(&self, objective: &Objective, step: u64) -> Vec<Option<BucketGradient>> {
+        let active = objective.tv_density > 0.0 || objective.tv_colour > 0.0;
+        let period = u64::from(objective.tv_period.max(1));
+        let turn = |b: usize| active && (b as u64 + step).is_multiple_of(period);
+        let field = &self.model.field;
+        (0..buckets(&field.map))
+            .into_par_iter()
+            .map(|bucket| {
+                turn(bucket).then(|| {
+                    let mut grad = self.pool.take();
+                    with_blocks!(
+                        self.level,
+                        self.stride(),
+                        simd,
+                        total_variation(field, bucket, objective, &mut grad)
+                    );
+                    grad
+                })
+            })
+            .collect()
+    }
+
+    /// Second half of a step: buckets add up, feel their priors and move. False when a parameter left the finite numbers.
+    fn update_field(
+        &mut self,
+        tapes: &[Tape],
+        objective: &Objective,
+        variation: Vec<Option<BucketGradient>>,
+    ) -> bool {
+        let stride = self.stride();
+        let (level, pool) = (self.level, &self.pool);
+        let field = &mut self.model.field;
+        let channels = 3 * field.degree.basis();
+        let view = VoxelFieldView { map: &field.map, layout: &self.layout };
+        let buckets = field
+            .density
+            .par_chunks_mut(BUCKET_VOXELS)
+            .zip(self.optimiser.density.par_chunks_mut(BUCKET_VOXELS))
+            .zip(field.colour.par_chunks_mut(BUCKET_VOXELS * stride))
+            .zip(self.optimiser.colour.par_chunks_mut(BUCKET_VOXELS))
+            .zip(variation)
+            .enumerate();
+        let finite =
+            buckets.map(|(bucket, ((((density, density_moment), colour), colour_moment), prior))| {
+                let mut parameters = BucketParameters { density, density_moment, colour, colour_moment };
+                let mut grad = prior.unwrap_or_else(|| pool.take());
+                macro_rules! run {
+                    ($n:literal) => {
+                        dispatch!(level, simd => {
+                            accumulate::<_, $n>(simd, &view, bucket, tapes, &mut grad);
+                            descend::<_, $n>(simd, &mut parameters, &grad, channels, objective)
+                        })
+                    };
+                }
+                let finite = match stride / LANES {
+                    1 => run!(1),
+                    2 => run!(2),
+                    _ => run!(3),
+                };
+                pool.give(grad);
+                finite
+            });
+        finite.reduce(|| true, |a, b| a & b)
+    }
+
+    /// The field, and beside it the index: much of the index's step is serial.
+    fn update_all(&mut self, learned: &Learned, objective: &Objective) -> bool {
+        let mut refraction = std::mem::replace(&mut self.model.refraction, Refraction::none());
+        let mut moments = std::mem::take(&mut self.optimiser.index);
+        let learn_index = || {
+            if let Some(objective) = &objective.index {
+                index::update(&mut refraction, &mut moments, learned, objective);
+            }
+        };
+        let learn_field = || {
+            let variation = objective.moves_field().then(|| self.variation(objective, learned.step));
+            variation.is_none_or(|variation| self.update_field(learned.tapes, objective, variation))
+        };
+        let (finite, ()) = rayon::join(learn_field, learn_index);
+        (self.model.refraction, self.optimiser.index) = (refraction, moments);
+        finite
+    }
+
+    /// Dense gradient of the background's texels, summed in the order of the rays.
+    fn background_gradient(&self, tapes: &[Tape]) -> Vec<[f32; 3]> {
+        let mut grad = vec![[0.0; 3]; self.optimiser.background.len()];
+        for &(texel, g) in tapes.iter().flat_map(|t| &t.texels) {
+            for c in 0..3 {
+                grad[texel as usize][c] += g[c];
+            }
+        }
+        grad
+    }
+
+    fn update_background(&mut self, tapes: &[Tape], rate: f32) {
+        let grad = self.background_gradient(tapes);
+        let Background::Environment(map) = &mut self.model.background else { return };
+        for ((texel, moment), g) in map.texels.iter_mut().zip(&mut self.optimiser.background).zip(&grad) {
+            for c in (0..3).filter(|&c| g[c] != 0.0) {
+                texel[c] += RULE.step(g[c], &mut moment[c], rate);
+            }
+        }
+    }
+
+    fn update_reflection(&mut self, tapes: &[Tape], objective: &ReflectionObjective) {
+        let (model, optimiser) = (&mut self.model, &mut self.optimiser);
+        update_mirrors(&mut model.reflection, &mut optimiser.reflection, tapes, objective);
+        if let Some(clearcoat) = &mut model.clearcoat {
+            let grad = clearcoat_gradient(clearcoat, model.reflection.source, tapes);
+            update_clearcoat(clearcoat, &mut optimiser.clearcoat, &grad, objective);
+        }
+    }
+
+    /// One step, all or nothing as far as the loss goes: a loss that is not finite changes nothing.
+    fn learn(&mut self, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
+        if step.is_multiple_of(REFRESH) {
+            self.refresh_occupancy(&objective.marching);
+        }
+        let tapes = std::mem::take(&mut self.tapes);
+        let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
+        outcome.step = step;
+        if outcome.finite {
+            let learned = Learned { tapes: &tapes, rays: batch.rays.len(), step };
+            outcome.finite = self.update_all(&learned, objective);
+        }
+        if outcome.finite {
+            self.update_background(&tapes, objective.rate_background);
+            if let Some(objective) = &objective.reflection {
+                self.update_reflection(&tapes, objective);
+            }
+        }
+        self.tapes = tapes;
+        outcome
+    }
+
+    /// The gradient of the field's parameters, summed from the tapes.
+    fn field_gradient(&self, tapes: &[Tape]) -> FieldGradient<f32> {
+        let (field, stride) = (&self.model.field, self.stride());
+        let mut sum = field.zero_gradient();
+        let view = VoxelFieldView { map: &field.map, layout: &self.layout };
+        let parts =
+            sum.density.par_chunks_mut(BUCKET_VOXELS).zip(sum.colour.par_chunks_mut(BUCKET_VOXELS * stride));
+        parts.enumerate().for_each(|(bucket, (density, colour))| {
+            let mut grad = self.pool.take();
+            with_blocks!(self.level, stride, simd, accumulate(&view, bucket, tapes, &mut grad));
+            density.copy_from_slice(&grad.density[..density.len()]);
+            colour.copy_from_slice(&grad.colour[..colour.len()]);
+            self.pool.give(grad);
+        });
+        sum
+    }
+}
+
+impl Backend for CpuBackend {
+    fn load(&mut self, model: Model, optimiser: Option<Optimiser>) {
+        let optimiser = optimiser.unwrap_or_else(|| Optimiser::new(&model));
+        assert!(optimiser.fits(&model), "the optimiser's state is that of another model");
+        if model.field.degree != self.model.field.degree {
+            self.layout = Layout::new(model.field.degree);
+            self.pool = GradientPool::new(model.field.degree.stride());
+        }
+        (self.model, self.optimiser) = (model, optimiser);
+        self.outcomes.clear();
+        self.failed = false;
+    }
+
+    fn snapshot(&self) -> Snapshot<'_> {
+        Snapshot { model: Cow::Borrowed(&self.model), optimiser: Cow::Borrowed(&self.optimiser) }
+    }
+
+    fn domain(&self) -> &Domain<f32> {
+        &self.model.field.domain
+    }
+
+    fn map(&self) -> &BrickMap {
+        &self.model.field.map
+    }
+
+    fn medium(&self) -> &Refraction {
+        &self.model.refraction
+    }
+
+    fn mirroring(&self) -> Mirroring {
+        let Model { reflection, clearcoat, .. } = &self.model;
+        let (source, regions) = (reflection.source, reflection.mirrors.len());
+        Mirroring { source, regions, clearcoat: clearcoat.is_some() }
+    }
+
+    fn set_medium(&mut self, medium: Refraction) {
+        self.optimiser.index = medium.medium.regions().iter().map(IndexMoments::zero).collect();
+        self.model.refraction = medium;
+    }
+
+    fn set_reflection(&mut self, reflection: Reflection) {
+        self.optimiser.reflection = reflection.mirrors.iter().map(MirrorMoments::zero).collect();
+        self.model.reflection = reflection;
+    }
+
+    fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>) {
+        self.optimiser.clearcoat = ClearcoatMoments::zero(&clearcoat);
+        self.model.clearcoat = Some(clearcoat);
+    }
+
+    fn set_density(&mut self, value: f32, inside: &BrickMask) {
+        for voxel in inside.voxels() {
+            self.model.field.density[voxel] = value;
+            self.optimiser.density[voxel] = 0.0;
+            self.optimiser.colour[voxel] = 0.0;
+        }
+    }
+
+    fn resample(&mut self, domain: Domain<f32>, map: BrickMap) {
+        self.model.field = resampled(&self.model.field, domain, map);
+        self.optimiser.forget_field(&self.model.field);
+    }
+
+    fn refresh_occupancy(&mut self, marching: &Marching) {
+        refresh(&mut self.optimiser.occupied, &self.model.field, marching);
+    }
+
+    fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
+        let look = Look { from: self.renderer(), marching: *marching, cancel };
+        match (caches, &self.model.clearcoat) {
+            (Caches::Reflection, _) => self.model.reflection = look.reflection()?,
+            (Caches::Clearcoat, Some(clearcoat)) => self.model.clearcoat = Some(look.clearcoat(clearcoat)?),
+            (Caches::Clearcoat, None) => {}
+        }
+        Ok(())
+    }
+
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>> {
+        let scene = self.scene();
+        let (level, silent) = (self.level, Reflection::none());
+        match layers {
+            Layers::All => Renderer { level, scene }.render(rays, marching),
+            Layers::Mirroring(source) => {
+                let reflection = &Reflection { source, ..self.model.reflection.clone() };
+                Renderer { level, scene: Scene { reflection, ..scene } }.render(rays, marching)
+            }
+            Layers::Transmitted => {
+                let scene = Scene { reflection: &silent, clearcoat: None, ..scene };
+                Renderer { level, scene }.render(rays, marching)
+            }
+        }
+    }
+
+    fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
+        if self.failed {
+            return;
+        }
+        let outcome = self.learn(batch, objective, step);
+        self.failed = !outcome.finite;
+        self.outcomes.push(outcome);
+    }
+
+    fn outcomes(&mut self, _wait: bool) -> Vec<StepOutcome> {
+        std::mem::take(&mut self.outcomes)
+    }
+
+    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
+        let mut rays = vec![RayGradient::zero(); batch.rays.len()];
+        let (tapes, outcome) = self.trace(batch, objective, &mut rays, Vec::new());
+        let Model { refraction, reflection, clearcoat, .. } = &self.model;
+        let of_clearcoat = |c| clearcoat_gradient(c, reflection.source, &tapes);
+        BatchGradient {
+            field: self.field_gradient(&tapes),
+            background: self.background_gradient(&tapes),
+            medium: index::gradient(&refraction.medium, &tapes, f32::INFINITY),
+            reflection: mirror_gradients(reflection, &tapes),
+            clearcoat: clearcoat.as_ref().map(of_clearcoat),
+            rays,
+            outcome,
+        }
+    }
+
+    fn peak_weights(
+        &self,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+        cancel: &Cancel,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let (scene, map) = (self.scene(), &self.model.field.map);
+        let mut peak = vec![0.0_f32; map.voxels()];
+        for portion in rays.chunks(PORTION * CHUNK) {
+            cancel.check()?;
+            let weigh =
+                |rays| with_blocks!(self.level, self.stride(), simd, weigh_chunk(&scene, rays, marching));
+            let tapes: Vec<Tape> = portion.par_chunks(CHUNK).map(weigh).collect();
+            peak.par_chunks_mut(BUCKET_VOXELS).enumerate().for_each(|(bucket, peak)| {
+                let first = (bucket * BUCKET_VOXELS) as u32;
+                for record in tapes.iter().flat_map(|t| t.of_bucket(bucket)) {
+                    for v in map.corners(record.cell) {
+                        if let Some(p) = v.checked_sub(first).and_then(|v| peak.get_mut(v as usize)) {
+                            *p = p.max(record.d_theta);
+                        }
+                    }
+                }
+            });
+        }
+        Ok(peak)
+    }
+}

@@ -1,0 +1,103 @@
+//! Radiance caches learn: look-ups are scattered to the probes, and these and the strengths take a step.
+
+use super::mirrored::reads_caches;
+use super::record::{CLEARCOAT, CacheLookup};
+use super::tape::{Tape, sum_in_parts};
+use super::update::RULE;
+use crate::backend::{MirrorGradient, ReflectionObjective};
+use crate::model::{ClearcoatMoments, Mirror, MirrorMoments, MirrorSource, Reflection};
+use refraxel_core::radiance::ProbeGrid;
+use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient};
+
+fn add(sum: &mut MirrorGradient, mirror: &Mirror, lookup: &CacheLookup) {
+    sum.strength += f64::from(lookup.d_strength);
+    let cache = mirror.cache(lookup.inner);
+    let stencil = cache.stencil(lookup.x, lookup.direction);
+    let side = if lookup.inner { &mut sum.inner } else { &mut sum.outer };
+    cache.scatter(&stencil, lookup.d_radiance, side);
+}
+
+/// The gradient of all mirrors from the look-ups of all tapes.
+pub(super) fn mirror_gradients(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
+    let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
+    let scatter = |sums: &mut Vec<MirrorGradient>, tape: &Tape| {
+        for lookup in tape.lookups.iter().filter(|l| l.region != CLEARCOAT) {
+            let region = usize::from(lookup.region);
+            add(&mut sums[region], &reflection.mirrors[region], lookup);
+        }
+    };
+    sum_in_parts(tapes, zero, scatter, |total, part| {
+        total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b))
+    })
+}
+
+/// One step of every mirror, theory (7.10).
+pub(super) fn update_mirrors(
+    reflection: &mut Reflection,
+    moments: &mut [MirrorMoments],
+    tapes: &[Tape],
+    objective: &ReflectionObjective,
+) {
+    let grads = mirror_gradients(reflection, tapes);
+    for ((mirror, moments), grad) in reflection.mirrors.iter_mut().zip(moments).zip(&grads) {
+        if grad.strength != 0.0 {
+            let step = RULE.step(grad.strength as f32, &mut moments.strength, objective.rate_strength);
+            mirror.strength = (mirror.strength + step).clamp(0.0, 1.0);
+        }
+        descend(&mut mirror.outer, &mut moments.outer, &grad.outer, objective.rate);
+        descend(&mut mirror.inner, &mut moments.inner, &grad.inner, objective.rate);
+    }
+}
+
+/// The gradient of a clearcoat from the look-ups of all tapes; that of its probes only where they are looked at.
+pub(super) fn clearcoat_gradient(
+    clearcoat: &Clearcoat<f32>,
+    source: MirrorSource,
+    tapes: &[Tape],
+) -> ClearcoatGradient<f32> {
+    let zero = || ClearcoatGradient {
+        strength: vec![0.0; clearcoat.strength.coefficients.len()],
+        radiance: vec![0.0; clearcoat.radiance.coefficients.len()],
+    };
+    let scatter = |sums: &mut ClearcoatGradient<f32>, tape: &Tape| {
+        for l in tape.lookups.iter().filter(|l| l.region == CLEARCOAT) {
+            clearcoat.scatter_strength(l.x, l.d_strength, &mut sums.strength);
+            if reads_caches(source) {
+                let stencil = clearcoat.radiance.stencil(l.x, l.direction);
+                clearcoat.radiance.scatter(&stencil, l.d_radiance, &mut sums.radiance);
+            }
+        }
+    };
+    sum_in_parts(tapes, zero, scatter, |total, part| {
+        total.strength.iter_mut().zip(&part.strength).for_each(|(t, p)| *t += p);
+        total.radiance.iter_mut().zip(&part.radiance).for_each(|(t, p)| *t += p);
+    })
+}
+
+/// Strengths of clearcoats stay this far from 0 and 1: beyond, they would learn nothing any more.
+const MARGIN: f32 = 1e-3;
+
+/// One step of a clearcoat along its gradient.
+pub(super) fn update_clearcoat(
+    clearcoat: &mut Clearcoat<f32>,
+    moments: &mut ClearcoatMoments,
+    grad: &ClearcoatGradient<f32>,
+    objective: &ReflectionObjective,
+) {
+    descend(&mut clearcoat.strength, &mut moments.strength, &grad.strength, objective.rate_clearcoat);
+    clearcoat.bound_strength(MARGIN);
+    descend(&mut clearcoat.radiance, &mut moments.radiance, &grad.radiance, objective.rate);
+}
+
+/// RMSProp with one second moment per probe, as for the colours of voxels.
+fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) {
+    let stride = cache.stride();
+    let probes = cache.coefficients.chunks_exact_mut(stride).zip(grad.chunks_exact(stride)).zip(moments);
+    for ((coefficients, grad), moment) in probes {
+        let square = grad.iter().map(|g| g * g).sum::<f32>() / stride as f32;
+        if square > 0.0 && rate > 0.0 {
+            let scale = RULE.scale(square, moment, rate);
+            coefficients.iter_mut().zip(grad).for_each(|(c, g)| *c += scale * g);
+        }
+    }
+}

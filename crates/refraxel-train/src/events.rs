@@ -1,0 +1,175 @@
+//! What happens in a run: typed events for whoever follows it, and how it is stopped.
+
+use crate::cancel::{Cancel, Cancelled};
+use crate::initial::{LocateError, Profile};
+use crate::schedule::Phase;
+use serde::{Deserialize, Serialize};
+
+/// Something that happened in a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Event {
+    /// The field moved to another grid.
+    Stage {
+        /// Number of the stage, from 0.
+        stage: u32,
+        /// Nodes of the grid per axis.
+        resolution: [u32; 3],
+        /// Voxels that are stored.
+        voxels: u64,
+    },
+    /// The run is busy with something else from now on.
+    Phase {
+        /// What it is.
+        phase: Phase,
+    },
+    /// Something refractive was found.
+    RegionFound {
+        /// Number of the region, from 0.
+        region: usize,
+        /// Middle of its box [scene unit].
+        center: [f32; 3],
+        /// Edges of its box [scene unit].
+        extent: [f32; 3],
+        /// Nodes of its grid per axis.
+        nodes: [u32; 3],
+        /// Number of its faces, where it is bounded by planes.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        faces: Option<usize>,
+    },
+    /// The best index of each region was searched under an assumption of how it varies.
+    IndexSearched {
+        /// The assumption.
+        profile: Profile,
+        /// What fits best, per region.
+        regions: Vec<FoundIndex>,
+        /// How badly it fits: the mean of e / (e + 0.01) over rays inside the masks, e being the squared error.
+        misfit: f64,
+    },
+    /// The search tells nothing, since straight rays fit as well: the index is guessed.
+    IndexGuessed {
+        /// Misfit of straight rays, as in [`Event::IndexSearched`].
+        straight_misfit: f64,
+        /// The index that rays bend by at first.
+        index: f32,
+    },
+    /// Rays bend from now on.
+    RaysBend {
+        /// How the index varies at first.
+        profile: Profile,
+    },
+    /// Rays were to bend, but stay straight.
+    RaysStayStraight {
+        /// Why.
+        why: LocateError,
+    },
+    /// Opaque things have a clearcoat from now on.
+    ClearcoatAdded,
+    /// A step overflowed; the run went back to its last good state.
+    RolledBack {
+        /// The step that overflowed.
+        step: u64,
+        /// Factor on all learning rates from now on.
+        rate_scale: f32,
+    },
+    /// How far a piece of work has come that takes a while. Not stored in logs.
+    Progress {
+        /// The work.
+        task: Task,
+        /// Parts done.
+        done: u64,
+        /// Parts in all, as far as is known.
+        total: u64,
+    },
+    /// One line of the training log.
+    Record(Record),
+}
+
+/// One line of the training log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Steps done.
+    pub step: u64,
+    /// Share of the run that is done.
+    pub progress: f64,
+    /// Seconds spent training, over all resumptions.
+    pub seconds: f64,
+    /// PSNR of the training rays since the last record [dB].
+    pub train_psnr: f64,
+    /// PSNR of a validation view [dB], where one was rendered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub val_psnr: Option<f64>,
+    /// Nodes along the longest edge.
+    pub resolution: u32,
+    /// Stored voxels.
+    pub voxels: u64,
+    /// Samples shaded per ray.
+    pub samples_per_ray: f64,
+    /// Thousand rays per second since the last record.
+    pub krays_per_s: f64,
+    /// What the run is busy with.
+    #[serde(default, alias = "act")]
+    pub phase: Phase,
+    /// Mean index of refraction where it is above 1, per region.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub index: Vec<f64>,
+    /// What happened since the last record, apart from progress.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
+}
+
+/// The index of one region that a search found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundIndex {
+    /// The index.
+    pub index: f32,
+    /// Thickness of the wall of a hollow body, as a share of its depth; 1 for a solid one.
+    pub wall: f32,
+}
+
+/// A piece of work inside of a run that takes a while.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Task {
+    /// Looking for what hides refractive things, view by view.
+    FindingOccluders,
+    /// Carving shapes out of silhouettes.
+    Carving,
+    /// Searching the index: one part per index that is tried.
+    SearchingIndex,
+    /// Letting radiance probes look at the field.
+    Baking,
+    /// Finding out which voxels no ray sees, and moving to a finer grid.
+    Pruning,
+    /// Rendering and scoring views.
+    Evaluating,
+}
+
+/// Whoever follows a run: is told what happens, and may stop it.
+pub struct Watch<'a> {
+    cancel: &'a Cancel,
+    observer: &'a mut dyn FnMut(Event),
+}
+
+impl<'a> Watch<'a> {
+    /// Tells an observer, and stops as soon as somebody wishes so.
+    pub fn new(cancel: &'a Cancel, observer: &'a mut dyn FnMut(Event)) -> Self {
+        Self { cancel, observer }
+    }
+
+    /// Something happened.
+    pub fn tell(&mut self, event: Event) {
+        (self.observer)(event);
+    }
+
+    /// A piece of work goes on, unless somebody wishes to stop.
+    pub fn progress(&mut self, task: Task, done: u64, total: u64) -> Result<(), Cancelled> {
+        self.tell(Event::Progress { task, done, total });
+        self.cancel.check()
+    }
+
+    /// The wish to stop.
+    pub fn cancel(&self) -> &'a Cancel {
+        self.cancel
+    }
+}

@@ -1,0 +1,119 @@
+//! Where refractive things are.
+
+use super::ground::Ground;
+use super::hull::Views;
+use super::region::Region;
+use super::silhouettes::{silhouettes, vote};
+use super::{Known, RecipeError};
+use crate::backend::Backend;
+use crate::events::{Task, Watch};
+use crate::initial::{Outlines, Search, Site, Spacing, region_grid};
+use crate::options::StartShape;
+use crate::rays::Selection;
+use refraxel_core::{Aabb, Vec3};
+
+/// Rays inside masks that say what a hull covers.
+const RAYS: usize = 16_384;
+
+/// What regions are made of, and how finely.
+struct Sites<'a> {
+    known: &'a Known<'a>,
+}
+
+impl Sites<'_> {
+    /// Grids of about `shape.voxels_per_pixel`, or of `shape.resolution` nodes.
+    fn spacing(&self, bounds: &Aabb<f32>) -> Spacing {
+        let (shape, longest) = (&self.known.options.shape, bounds.extent().max_element());
+        if shape.resolution > 0 {
+            return Spacing::Voxel(longest / shape.resolution as f32);
+        }
+        let pixel = self.known.sampler.pixel_size(bounds.center());
+        Spacing::Voxel((pixel / shape.voxels_per_pixel as f32).max(longest / 160.0))
+    }
+
+    /// The grid around a box.
+    fn site(&self, bounds: &Aabb<f32>) -> Site {
+        let (bounds, resolution) = region_grid(bounds, self.spacing(bounds));
+        Site { bounds, resolution, interpolation: self.known.options.index.interpolation.into() }
+    }
+
+    /// The ellipsoid in a box.
+    fn ball(&self, b: &Aabb<f32>) -> Region {
+        Region::body(self.site(b), |x| ball_distance(b, x), self.known.options)
+    }
+
+    /// The box itself.
+    fn block(&self, b: &Aabb<f32>) -> Region {
+        Region::body(self.site(b), |x| block_distance(b, x), self.known.options)
+    }
+}
+
+/// The regions and their shapes.
+pub(super) fn find(
+    backend: &impl Backend,
+    known: &Known,
+    watch: &mut Watch,
+) -> Result<Vec<Region>, RecipeError> {
+    let (options, scene, sites) = (known.options, backend.domain().bounds, Sites { known });
+    let stated = options.refraction.aabb();
+    if let Some(source) = known.index {
+        let site = sites.site(&stated.unwrap_or_else(|| source.bounds().cast()));
+        return Ok(vec![Region::of_known(site, source, options)]);
+    }
+    match (options.shape.start, stated) {
+        (StartShape::Uniform, bounds) => Ok(vec![Region::uniform(sites.site(&bounds.unwrap_or(scene)))]),
+        (StartShape::Block, Some(b)) => Ok(vec![sites.block(&b)]),
+        (StartShape::Ball, Some(b)) => Ok(vec![sites.ball(&b)]),
+        (_, stated) => from_masks(backend, &sites, stated, watch),
+    }
+}
+
+/// Regions where masks, and a box if there is one, say that something is.
+fn from_masks(
+    backend: &impl Backend,
+    sites: &Sites,
+    stated: Option<Aabb<f32>>,
+    watch: &mut Watch,
+) -> Result<Vec<Region>, RecipeError> {
+    let Known { sampler, options, .. } = *sites.known;
+    let scene = backend.domain().bounds;
+    let silhouettes = silhouettes(backend, sites.known, watch)?;
+    watch.progress(Task::Carving, 0, 3)?;
+    let outlines = Outlines::new(&silhouettes).cancelled_by(watch.cancel());
+    let ground = Ground::new(&silhouettes, backend.domain().voxel());
+    if outlines.is_empty() {
+        return Ok(vec![sites.ball(&stated.ok_or(RecipeError::Nowhere)?)]);
+    }
+    let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
+    let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
+    watch.progress(Task::Carving, 1, 3)?;
+    let boxes = match stated {
+        Some(bounds) => Ok(vec![bounds]),
+        None => {
+            let search = Search { vote, spacing: sites.spacing(&scene), ..Search::default() };
+            outlines.locate(&scene, &search)
+        }
+    };
+    watch.progress(Task::Carving, 2, 3)?;
+    let views = Views { outlines: &outlines, vote, rays: &rays };
+    let region = |bounds: &Aabb<f32>| match options.shape.start {
+        StartShape::Block => sites.block(bounds),
+        StartShape::Ball => sites.ball(bounds),
+        _ => Region::hull(sites.site(bounds), &views, |s| ground.under(s), options),
+    };
+    let regions = boxes?.iter().map(region).collect();
+    watch.progress(Task::Carving, 3, 3)?;
+    Ok(regions)
+}
+
+/// Signed distance from the ellipsoid in a box, exact on its surface.
+fn ball_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
+    let half = bounds.extent() * 0.5;
+    ((x - bounds.center()).zip(half, |x, h| x / h).length() - 1.0) * half.min_element()
+}
+
+/// Signed distance from a box.
+fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
+    let q = (x - bounds.center()).map(f32::abs) - bounds.extent() * 0.5;
+    q.map(|v| v.max(0.0)).length() + q.max_element().min(0.0)
+}

@@ -1,0 +1,93 @@
+//! What a checkpoint keeps of the field and the background.
+
+use super::RunRef;
+use super::header::{Header, StoredBackground, bounds_of, is_box};
+use super::tensors::Tensors;
+use crate::checkpoint::{CheckpointError, DataView, TensorView};
+use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
+
+/// The shapes of the tensors, slowest axis first.
+pub(super) struct Shapes {
+    bricks: [usize; 2],
+    slots: [usize; 1],
+    voxels: [usize; 1],
+    channels: [usize; 2],
+    texels: [usize; 2],
+}
+
+impl Shapes {
+    pub(super) fn of(run: &RunRef) -> Self {
+        let field = &run.model.field;
+        let voxels = field.map.voxels();
+        Self {
+            bricks: [field.map.bricks().len(), 3],
+            slots: [field.map.slots()],
+            voxels: [voxels],
+            channels: [voxels, field.degree.stride()],
+            texels: [texels(&run.model.background).len() / 3, 3],
+        }
+    }
+
+    /// Bricks, occupied cells, density, colour, background, and their moments: straight from memory.
+    pub(super) fn tensors<'a>(&'a self, run: &RunRef<'a>) -> Vec<(&'static str, TensorView<'a>)> {
+        let (field, optimiser) = (&run.model.field, run.optimiser);
+        let real = |shape, values| TensorView::new(shape, DataView::F32(values));
+        vec![
+            ("bricks", TensorView::new(&self.bricks, DataView::U32(field.map.bricks().as_flattened()))),
+            ("occupied", TensorView::new(&self.slots, DataView::U64(&optimiser.occupied))),
+            ("density", real(&self.voxels, &field.density)),
+            ("colour", real(&self.channels, &field.colour)),
+            ("density_moment", real(&self.voxels, &optimiser.density)),
+            ("colour_moment", real(&self.voxels, &optimiser.colour)),
+            ("background", real(&self.texels, texels(&run.model.background))),
+            ("background_moment", real(&self.texels, optimiser.background.as_flattened())),
+        ]
+    }
+}
+
+fn texels(background: &Background<f32>) -> &[f32] {
+    match background {
+        Background::Constant(_) => &[],
+        Background::Environment(map) => map.texels.as_flattened(),
+    }
+}
+
+/// The field of a checkpoint.
+pub(super) fn restore(h: &Header, file: &mut Tensors) -> Result<VoxelField<f32>, CheckpointError> {
+    let degree = ShDegree::new(h.sh_degree).ok_or_else(|| file.wrong("its SH degree is not 0 to 3"))?;
+    // 2048³ nodes already need a table of half a gigabyte.
+    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=2048).contains(n));
+    if !valid(&h.resolution) || !valid(&h.finest_resolution) {
+        return Err(file.wrong("its resolution is not 2 to 2048 per axis"));
+    }
+    if !is_box(h.bounds) || !(0.0..f32::MAX).contains(&h.near) {
+        return Err(file.wrong("its box or near limit is not a finite size"));
+    }
+    let extent = if h.contracted { Extent::Contracted } else { Extent::Bounded };
+    let domain = Domain { bounds: bounds_of(h.bounds), extent, resolution: h.resolution };
+    let map = BrickMap::with_bricks(h.resolution, file.triples("bricks")?)
+        .ok_or_else(|| file.wrong("a brick lies outside the grid or occurs twice"))?;
+    let (voxels, channels) = (map.voxels(), map.voxels() * degree.stride());
+    let (density, colour) = (file.aligned("density", voxels)?, file.aligned("colour", channels)?);
+    Ok(VoxelField { domain, map, degree, density, colour })
+}
+
+/// The background of a checkpoint, and the moments of its texels.
+pub(super) fn restore_background(
+    h: &Header,
+    file: &mut Tensors,
+) -> Result<(Background<f32>, Vec<[f32; 3]>), CheckpointError> {
+    let rows = if let StoredBackground::EnvironmentRows(n) = h.background { n } else { 0 };
+    if rows > 2048 {
+        return Err(file.wrong("its panorama has more than 2048 rows"));
+    }
+    let texels = file.colours("background", 2 * rows * rows)?;
+    let moments = file.colours("background_moment", 2 * rows * rows)?;
+    let background = match h.background {
+        StoredBackground::Constant(c) => Background::Constant(c),
+        StoredBackground::EnvironmentRows(n) => Background::Environment(
+            EnvironmentMap::from_texels(n, texels).ok_or_else(|| file.wrong("its panorama has no rows"))?,
+        ),
+    };
+    Ok((background, moments))
+}

@@ -1,0 +1,110 @@
+//! The description of a run in the header of its checkpoint.
+
+use super::clearcoat::StoredClearcoat;
+use super::reflection::StoredReflection;
+use super::refraction::{self, StoredRegion};
+use super::{RunRef, Source, State};
+use crate::options::Options;
+use refraxel_core::{Aabb, Background, Extent, Vec3};
+use refraxel_data::Backdrop;
+use serde::{Deserialize, Serialize};
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Header {
+    pub program: String,
+    #[serde(alias = "config")]
+    pub options: Options,
+    pub state: State,
+    pub source: Source,
+    pub bounds: [[f32; 3]; 2],
+    pub contracted: bool,
+    pub resolution: [u32; 3],
+    pub finest_resolution: [u32; 3],
+    pub sh_degree: u8,
+    pub near: f32,
+    pub backdrop: StoredBackdrop,
+    pub background: StoredBackground,
+    /// Refractive regions; their tensors are called `index.K`, K from 0.
+    #[serde(default)]
+    pub regions: Vec<StoredRegion>,
+    /// What their surfaces mirror; tensors `reflection.K.outer` and `.inner`, K as in the regions.
+    #[serde(default)]
+    pub reflection: StoredReflection,
+    /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
+    #[serde(default, alias = "gloss", skip_serializing_if = "Option::is_none")]
+    pub clearcoat: Option<StoredClearcoat>,
+    /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
+    pub world_from_model: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum StoredBackdrop {
+    Transparent,
+    Color([f32; 3]),
+    Surroundings,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum StoredBackground {
+    Constant([f32; 3]),
+    EnvironmentRows(usize),
+}
+
+impl Header {
+    pub(super) fn of(run: &RunRef) -> Self {
+        let field = &run.model.field;
+        Self {
+            program: concat!("refraxel ", env!("CARGO_PKG_VERSION")).to_owned(),
+            options: run.options.clone(),
+            state: run.state.clone(),
+            source: run.source.clone(),
+            bounds: [field.domain.bounds.min.to_array(), field.domain.bounds.max.to_array()],
+            contracted: field.domain.extent == Extent::Contracted,
+            resolution: field.domain.resolution,
+            finest_resolution: run.plan.finest.resolution,
+            sh_degree: field.degree.get(),
+            near: run.plan.near,
+            backdrop: run.plan.backdrop.into(),
+            background: match &run.model.background {
+                Background::Constant(c) => StoredBackground::Constant(*c),
+                Background::Environment(map) => StoredBackground::EnvironmentRows(map.height()),
+            },
+            regions: refraction::stored(run.model, run.optimiser),
+            reflection: StoredReflection::of(&run.model.reflection, &run.optimiser.reflection),
+            clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
+            world_from_model: "identity".to_owned(),
+        }
+    }
+}
+
+impl From<Backdrop> for StoredBackdrop {
+    fn from(backdrop: Backdrop) -> Self {
+        match backdrop {
+            Backdrop::Transparent => Self::Transparent,
+            Backdrop::Color(c) => Self::Color(c),
+            Backdrop::Surroundings => Self::Surroundings,
+        }
+    }
+}
+
+impl From<StoredBackdrop> for Backdrop {
+    fn from(backdrop: StoredBackdrop) -> Self {
+        match backdrop {
+            StoredBackdrop::Transparent => Self::Transparent,
+            StoredBackdrop::Color(c) => Self::Color(c),
+            StoredBackdrop::Surroundings => Self::Surroundings,
+        }
+    }
+}
+
+/// A box from its corners.
+pub(super) fn bounds_of(corners: [[f32; 3]; 2]) -> Aabb<f32> {
+    Aabb::new(Vec3::from(corners[0]), Vec3::from(corners[1]))
+}
+
+/// Whether corners are those of a box of finite size.
+pub(super) fn is_box([low, high]: [[f32; 3]; 2]) -> bool {
+    (0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
+}

@@ -1,0 +1,215 @@
+//! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
+
+mod clearcoat;
+mod field;
+mod header;
+mod reflection;
+mod refraction;
+mod tensors;
+
+use crate::checkpoint::{self, CheckpointError, TensorFile};
+use crate::model::{Model, Optimiser};
+use crate::options::Options;
+use crate::plan::Plan;
+use crate::schedule::Phase;
+use field::Shapes;
+use header::Header;
+use refraxel_core::Domain;
+use serde::{Deserialize, Serialize};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use tensors::Tensors;
+
+/// Name of the checkpoint in the folder of a run.
+pub const CHECKPOINT: &str = "checkpoint.safetensors";
+
+/// Where a run stands. The random numbers are a function of the seed and the step, so this is all their state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// Steps done.
+    pub step: u64,
+    /// Stage of the schedule.
+    pub stage: u32,
+    /// What the run is busy with.
+    #[serde(default, alias = "act")]
+    pub phase: Phase,
+    /// Share of the run after which rays bent, once they do.
+    #[serde(default)]
+    pub bends_since: Option<f64>,
+    /// Rays were to bend, but nothing refractive was found: they stay straight.
+    #[serde(default)]
+    pub stays_straight: bool,
+    /// Seconds spent training.
+    pub seconds: f64,
+    /// Validation scores recorded.
+    pub validations: u32,
+    /// Factor on the learning rates after overflows.
+    #[serde(alias = "caution")]
+    pub rate_scale: f32,
+    /// Overflows since the last good state.
+    pub rollbacks: u32,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            step: 0,
+            stage: 0,
+            phase: Phase::Straight,
+            bends_since: None,
+            stays_straight: false,
+            seconds: 0.0,
+            validations: 0,
+            rate_scale: 1.0,
+            rollbacks: 0,
+        }
+    }
+}
+
+/// Which data a run was trained on, and how they were read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// Folder or file of the dataset, as given; absent where the data were in memory.
+    pub path: Option<PathBuf>,
+    /// `--holdout`.
+    pub holdout: Option<usize>,
+    /// `--mask-meaning`: "refractive", "keep" or "ignore".
+    pub mask_meaning: Option<String>,
+    /// `--allow-outside`.
+    pub allow_outside: bool,
+    /// `--index-from`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index_from: Option<PathBuf>,
+    /// Names of the views trained on and of those held out.
+    pub train: Vec<String>,
+    /// Names of the views held out.
+    pub test: Vec<String>,
+}
+
+impl Source {
+    /// How the data are called in messages.
+    pub fn name(&self) -> String {
+        self.path.as_ref().map_or_else(|| "data in memory".to_owned(), |p| p.display().to_string())
+    }
+}
+
+/// A run: everything needed to render it or to go on training.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Its options.
+    pub options: Options,
+    /// Its plan.
+    pub plan: Plan,
+    /// Where it stands.
+    pub state: State,
+    /// What it was trained on.
+    pub source: Source,
+    /// Its parameters.
+    pub model: Model,
+    /// The state of its optimiser.
+    pub optimiser: Optimiser,
+}
+
+/// A run that somebody else holds: saving copies nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct RunRef<'a> {
+    /// See [`Run`].
+    pub options: &'a Options,
+    /// See [`Run`].
+    pub plan: &'a Plan,
+    /// See [`Run`].
+    pub state: &'a State,
+    /// See [`Run`].
+    pub source: &'a Source,
+    /// See [`Run`].
+    pub model: &'a Model,
+    /// See [`Run`].
+    pub optimiser: &'a Optimiser,
+}
+
+impl RunRef<'_> {
+    /// Save the run in a folder, atomically: an earlier checkpoint there is whole until the new one is.
+    pub fn save(&self, folder: &Path) -> Result<(), CheckpointError> {
+        let path = folder.join(CHECKPOINT);
+        self.with_tensors(&path, |header, tensors| checkpoint::save(&path, header, tensors))
+    }
+
+    /// Write the same bytes anywhere.
+    pub fn write(&self, to: &mut dyn Write) -> Result<(), CheckpointError> {
+        let path = PathBuf::from("(a stream)");
+        self.with_tensors(&path, |header, tensors| checkpoint::write(to, header, tensors))
+    }
+
+    fn with_tensors(
+        &self,
+        path: &Path,
+        write: impl FnOnce(&serde_json::Value, &[(&str, checkpoint::TensorView)]) -> Result<(), CheckpointError>,
+    ) -> Result<(), CheckpointError> {
+        let header = serde_json::to_value(Header::of(self));
+        let header =
+            header.map_err(|e| CheckpointError::Foreign { path: path.to_owned(), found: e.to_string() })?;
+        let (model, optimiser) = (self.model, self.optimiser);
+        let small = [
+            refraction::tensors(model, optimiser),
+            reflection::tensors(model, optimiser),
+            clearcoat::tensors(model, optimiser),
+        ]
+        .concat();
+        let shapes = Shapes::of(self);
+        let mut tensors = shapes.tensors(self);
+        tensors.extend(small.iter().map(|(name, tensor)| (name.as_str(), tensor.view())));
+        write(&header, &tensors)
+    }
+}
+
+impl Run {
+    /// Read a run back from its folder.
+    pub fn load(folder: &Path) -> Result<Self, CheckpointError> {
+        let path = folder.join(CHECKPOINT);
+        Self::restore(Tensors::new(TensorFile::load(&path)?, path))
+    }
+
+    /// Read a run back from anywhere; the stream is read to its end.
+    pub fn read(from: impl Read) -> Result<Self, CheckpointError> {
+        let path = PathBuf::from("(a stream)");
+        Self::restore(Tensors::new(TensorFile::read(from, &path)?, path))
+    }
+
+    /// The run without its ownership.
+    pub fn view(&self) -> RunRef<'_> {
+        let Self { options, plan, state, source, model, optimiser } = self;
+        RunRef { options, plan, state, source, model, optimiser }
+    }
+
+    fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
+        let header: Header = serde_json::from_value(file.header())
+            .map_err(|e| file.wrong(&format!("its header does not fit: {e}")))?;
+        let options = header.options.clone().checked();
+        options.map_err(|e| file.wrong(&format!("its options make no sense: {e}")))?;
+        let field = field::restore(&header, &mut file)?;
+        let (background, texel_moments) = field::restore_background(&header, &mut file)?;
+        let (refraction, index) = refraction::restore(&header.regions, &header.options, &mut file)?;
+        let (reflection, mirrors) = reflection::restore(&header.reflection, &refraction, &mut file)?;
+        let (coat, coat_moments) =
+            clearcoat::restore(header.clearcoat.as_ref(), field.domain.bounds, &mut file)?;
+        let voxels = field.map.voxels();
+        let optimiser = Optimiser {
+            density: file.aligned("density_moment", voxels)?,
+            colour: file.aligned("colour_moment", voxels)?,
+            background: texel_moments,
+            index,
+            reflection: mirrors,
+            clearcoat: coat_moments,
+            occupied: file.u64s("occupied")?,
+        };
+        let finest = Domain { resolution: header.finest_resolution, ..field.domain };
+        let model = Model { field, background, refraction, reflection, clearcoat: coat };
+        if !optimiser.fits(&model) {
+            return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
+        }
+        let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
+        let Header { options, state, source, .. } = header;
+        Ok(Self { options, plan, state, source, model, optimiser })
+    }
+}

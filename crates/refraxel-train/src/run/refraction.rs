@@ -1,0 +1,179 @@
+//! What a checkpoint keeps of the index of refraction: per region its grid, its surface, and what belongs to them.
+
+use super::header::{bounds_of, is_box};
+use super::tensors::{Tensors, row};
+use crate::checkpoint::{CheckpointError, Tensor, TensorData};
+use crate::model::polyhedron::{Plane, Polyhedron};
+use crate::model::{AdamMoments, Gate, IndexMoments, Model, Optimiser, Refraction, RegionState};
+use crate::options::Options;
+use refraxel_core::{Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium};
+use serde::{Deserialize, Serialize};
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct StoredRegion {
+    bounds: [[f32; 3]; 2],
+    resolution: [u32; 3],
+    /// Nodes of its level set, where it has a surface.
+    surface_resolution: Option<[u32; 3]>,
+    /// The index that a search found.
+    searched: Option<f32>,
+    /// The planes of its faces, where all are flat.
+    #[serde(default)]
+    solid: Option<Polyhedron>,
+    /// Steps that the moments of its index and of its surface saw.
+    moment_steps: [u32; 2],
+}
+
+pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> {
+    let refraction = &model.refraction;
+    let regions = refraction.medium.regions().iter().zip(&optimiser.index).enumerate();
+    let stored = regions.map(|(k, (region, moments))| {
+        let Domain { bounds, resolution, .. } = *region.domain();
+        let state = refraction.states.get(k);
+        StoredRegion {
+            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+            resolution,
+            surface_resolution: region.level_set().map(|l| l.domain().resolution),
+            searched: state.and_then(|s| s.searched),
+            solid: state.and_then(|s| s.solid.clone()),
+            moment_steps: [moments.index.steps, moments.surface.steps],
+        }
+    });
+    stored.collect()
+}
+
+/// Per region: coefficients of w, both moments, the same of the surface, and what is trainable and gated; the last two are
+/// empty where there is none.
+pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
+    let mut out = Vec::new();
+    let regions = model.refraction.medium.regions().iter().zip(&optimiser.index).enumerate();
+    for (k, (region, moments)) in regions {
+        let mut put = |name: &str, values: &[f32]| out.push(row(format!("index.{k}{name}"), values));
+        put("", region.coefficients());
+        put(".first_moment", &moments.index.first);
+        put(".second_moment", &moments.index.second);
+        if let Some(level) = region.level_set() {
+            put(".surface", level.coefficients());
+            put(".surface_first_moment", &moments.surface.first);
+            put(".surface_second_moment", &moments.surface.second);
+        }
+        let state = model.refraction.states.get(k);
+        let trainable = state.map_or(Vec::new(), |s| s.trainable.iter().map(|&t| u8::from(t)).collect());
+        let gate = state.and_then(|s| s.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
+        for (name, bytes) in [(".free", trainable), (".gate", gate)] {
+            let tensor = Tensor { shape: vec![bytes.len()], data: TensorData::U8(bytes) };
+            out.push((format!("index.{k}{name}"), tensor));
+        }
+    }
+    out
+}
+
+/// The refraction of a checkpoint, and the moments of its index.
+pub(super) fn restore(
+    regions: &[StoredRegion],
+    options: &Options,
+    file: &mut Tensors,
+) -> Result<(Refraction, Vec<IndexMoments>), CheckpointError> {
+    let interpolation = options.index.interpolation.into();
+    let (mut grids, mut moments, mut states) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, stored) in regions.iter().enumerate() {
+        let mut region = RegionFile { stored, k, file };
+        let (grid, of_region) = region.grid(interpolation)?;
+        states.push(region.state(of_region.surface.first.len())?);
+        grids.push(grid);
+        moments.push(of_region);
+    }
+    let medium = Medium::new(grids).map_err(|e| file.wrong(&e.to_string()))?;
+    let mut refraction = Refraction { medium, optics: options.optics(), states };
+    refraction.find_flat_cells();
+    Ok((refraction, moments))
+}
+
+/// One region and where its tensors are.
+struct RegionFile<'a> {
+    stored: &'a StoredRegion,
+    k: usize,
+    file: &'a mut Tensors,
+}
+
+fn count(resolution: [u32; 3]) -> usize {
+    resolution.map(|n| n as usize).iter().product()
+}
+
+fn is_valid(resolution: [u32; 3]) -> bool {
+    resolution.iter().all(|n| (7..=2048).contains(n))
+}
+
+impl RegionFile<'_> {
+    fn wrong(&self, what: &str) -> CheckpointError {
+        self.file.wrong(&format!("refractive region {} {what}", self.k))
+    }
+
+    fn values(&mut self, part: &str, n: usize) -> Result<Vec<f32>, CheckpointError> {
+        self.file.f32s(&format!("index.{}{part}", self.k), n)
+    }
+
+    fn bytes(&mut self, part: &str) -> Result<Vec<u8>, CheckpointError> {
+        self.file.u8s(&format!("index.{}{part}", self.k))
+    }
+
+    fn domain(&self) -> Domain<f32> {
+        let StoredRegion { bounds, resolution, .. } = *self.stored;
+        Domain { bounds: bounds_of(bounds), extent: Extent::Bounded, resolution }
+    }
+
+    /// The index, with its surface where it has one, and the moments of both.
+    fn grid(
+        &mut self,
+        interpolation: Interpolation,
+    ) -> Result<(IndexGrid<f32>, IndexMoments), CheckpointError> {
+        if !is_valid(self.stored.resolution) || !is_box(self.stored.bounds) {
+            return Err(self.wrong("has no valid box or resolution"));
+        }
+        let (Domain { bounds, resolution, .. }, nodes) = (self.domain(), count(self.stored.resolution));
+        let coefficients = self.values("", nodes)?;
+        let [steps, surface_steps] = self.stored.moment_steps;
+        let (first, second) = (self.values(".first_moment", nodes)?, self.values(".second_moment", nodes)?);
+        let index = AdamMoments { first, second, steps };
+        let Some(surface_resolution) = self.stored.surface_resolution else {
+            let grid = IndexGrid::from_coefficients(bounds, resolution, interpolation, coefficients);
+            let grid =
+                grid.ok_or_else(|| self.wrong("has an index that is not finite, or not 1 at its border"))?;
+            return Ok((grid, IndexMoments { index, surface: AdamMoments::default() }));
+        };
+        if !is_valid(surface_resolution) || !coefficients.iter().all(|c| *c > 0.0) {
+            return Err(self.wrong("has a surface of no valid resolution, or an index below 0"));
+        }
+        let n = count(surface_resolution);
+        let level = LevelSet::from_coefficients(bounds, surface_resolution, self.values(".surface", n)?);
+        let level = level.ok_or_else(|| self.wrong("has a surface that is not finite"))?;
+        let mut grid = IndexGrid::vacuum(bounds, resolution, interpolation).with_level_set(level);
+        grid.coefficients_mut().copy_from_slice(&coefficients);
+        grid.find_flat_cells(None);
+        let first = self.values(".surface_first_moment", n)?;
+        let second = self.values(".surface_second_moment", n)?;
+        let surface = AdamMoments { first, second, steps: surface_steps };
+        Ok((grid, IndexMoments { index, surface }))
+    }
+
+    /// What belongs to the region besides its index; its surface has `surface_nodes` nodes.
+    fn state(&mut self, surface_nodes: usize) -> Result<RegionState, CheckpointError> {
+        let trainable: Vec<bool> = self.bytes(".free")?.into_iter().map(|f| f > 0).collect();
+        let gate = Some(self.bytes(".gate")?).filter(|g| !g.is_empty());
+        let gate = gate.map(|g| {
+            Gate::from_values(self.domain(), g).ok_or_else(|| self.wrong("has a gate of another size"))
+        });
+        if !trainable.is_empty() && trainable.len() != count(self.stored.resolution) {
+            return Err(self.wrong("has free nodes of another size"));
+        }
+        let solid = self.stored.solid.clone();
+        let is_unit = |p: &Plane| (p.normal().length() - 1.0).abs() < 1e-3 && p.offset().is_finite();
+        if !solid.iter().flat_map(Polyhedron::planes).all(is_unit) {
+            return Err(self.wrong("has faces that are no planes"));
+        }
+        if solid.as_ref().is_some_and(|s| s.parameters() > surface_nodes) {
+            return Err(self.wrong("has more faces than its surface has room for"));
+        }
+        Ok(RegionState { trainable, gate: gate.transpose()?, searched: self.stored.searched, solid })
+    }
+}

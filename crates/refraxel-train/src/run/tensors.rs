@@ -1,0 +1,92 @@
+//! Tensors of a checkpoint, taken by name, type and length.
+
+use crate::checkpoint::{CheckpointError, Tensor, TensorData, TensorFile};
+use refraxel_core::{AlignedVec, ShDegree};
+use std::path::PathBuf;
+
+/// The tensors of a checkpoint that are still to be read, and how it is called in messages.
+pub(super) struct Tensors {
+    file: TensorFile,
+    path: PathBuf,
+}
+
+impl Tensors {
+    pub(super) fn new(file: TensorFile, path: PathBuf) -> Self {
+        Self { file, path }
+    }
+
+    /// The error of a checkpoint that is sound but makes no sense.
+    pub(super) fn wrong(&self, found: &str) -> CheckpointError {
+        CheckpointError::Foreign { path: self.path.clone(), found: found.to_owned() }
+    }
+
+    /// The caller's header.
+    pub(super) fn header(&mut self) -> serde_json::Value {
+        std::mem::take(&mut self.file.header)
+    }
+
+    fn take(&mut self, name: &str) -> Result<TensorData, CheckpointError> {
+        let tensor = self.file.tensors.remove(name);
+        tensor.map(|t| t.data).ok_or_else(|| self.wrong(&format!("tensor `{name}` is missing")))
+    }
+
+    /// `len` real numbers.
+    pub(super) fn f32s(&mut self, name: &str, len: usize) -> Result<Vec<f32>, CheckpointError> {
+        match self.take(name)? {
+            TensorData::F32(v) if v.len() == len => Ok(v),
+            TensorData::F32(v) => {
+                Err(self.wrong(&format!("tensor `{name}` has {} values, expected {len}", v.len())))
+            }
+            _ => Err(self.wrong(&format!("tensor `{name}` is not of type F32"))),
+        }
+    }
+
+    /// The same, aligned for SIMD.
+    pub(super) fn aligned(&mut self, name: &str, len: usize) -> Result<AlignedVec<f32>, CheckpointError> {
+        self.f32s(name, len).map(|v| AlignedVec::from_slice(&v))
+    }
+
+    /// `len` colours.
+    pub(super) fn colours(&mut self, name: &str, len: usize) -> Result<Vec<[f32; 3]>, CheckpointError> {
+        self.f32s(name, 3 * len).map(|v| v.as_chunks().0.to_vec())
+    }
+
+    /// Triples of whole numbers.
+    pub(super) fn triples(&mut self, name: &str) -> Result<Vec<[u32; 3]>, CheckpointError> {
+        match self.take(name)? {
+            TensorData::U32(v) if v.len().is_multiple_of(3) => Ok(v.as_chunks().0.to_vec()),
+            _ => Err(self.wrong(&format!("tensor `{name}` is not a list of U32 triples"))),
+        }
+    }
+
+    /// Bytes.
+    pub(super) fn u8s(&mut self, name: &str) -> Result<Vec<u8>, CheckpointError> {
+        match self.take(name)? {
+            TensorData::U8(v) => Ok(v),
+            _ => Err(self.wrong(&format!("tensor `{name}` is not of type U8"))),
+        }
+    }
+
+    /// 64-bit words.
+    pub(super) fn u64s(&mut self, name: &str) -> Result<Vec<u64>, CheckpointError> {
+        match self.take(name)? {
+            TensorData::U64(v) => Ok(v),
+            _ => Err(self.wrong(&format!("tensor `{name}` is not of type U64"))),
+        }
+    }
+
+    /// Whether there is a tensor of this name.
+    pub(super) fn contains(&self, name: &str) -> bool {
+        self.file.tensors.contains_key(name)
+    }
+}
+
+/// A named tensor of real numbers in one row.
+pub(super) fn row(name: String, values: &[f32]) -> (String, Tensor) {
+    (name, Tensor { shape: vec![values.len()], data: TensorData::F32(values.to_vec()) })
+}
+
+/// The degree of probes on a grid of this resolution, if both make sense.
+pub(super) fn probe_degree(stored: u8, resolution: [u32; 3]) -> Option<ShDegree> {
+    ShDegree::new(stored).filter(|_| resolution.iter().all(|n| (2..=256).contains(n)))
+}

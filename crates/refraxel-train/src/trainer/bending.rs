@@ -1,0 +1,136 @@
+//! When rays begin to bend, and when things begin to mirror.
+
+use super::{TrainError, Trainer};
+use crate::backend::{Backend, Caches};
+use crate::cancel::Cancelled;
+use crate::events::{Event, Task, Watch};
+use crate::model::{MirrorSource, ProbeLayout, Reflection};
+use crate::rays::Selection;
+use crate::recipe::{self, Known, RecipeError};
+use crate::schedule::{Progress, training_marching};
+use refraxel_core::ShDegree;
+use refraxel_core::radiance::clearcoat::Clearcoat;
+
+/// Rays that say whether what is refractive has a surface.
+const RAYS_FOR_SURFACES: usize = 256;
+
+impl<B: Backend> Trainer<B> {
+    /// Find what is refractive, give it an index to start from, and let rays bend from now on.
+    pub(super) fn begin_bending(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        self.good = None; // the copy made here takes its place
+        let before = self.copy();
+        let mut events = Vec::new();
+        match self.try_to_bend(&mut events, watch) {
+            Ok(()) => self.state.bends_since = Some(self.progress().0), // the search took its time
+            Err(RecipeError::Locate(why)) => {
+                // A scene without bent rays is better than none.
+                self.state.stays_straight = true;
+                events.push(Event::RaysStayStraight { why: why.clone() });
+                watch.tell(Event::RaysStayStraight { why });
+            }
+            Err(problem) => {
+                self.return_to(before);
+                return Err(problem.into());
+            }
+        }
+        self.events.append(&mut events);
+        self.keep_good_state();
+        Ok(())
+    }
+
+    /// Notes what happens in `events`, and tells it too.
+    fn try_to_bend(&mut self, events: &mut Vec<Event>, watch: &mut Watch) -> Result<(), RecipeError> {
+        let (options, near) = (&self.options, self.plan.near);
+        self.backend.refresh_occupancy(&training_marching(options, near));
+        let cancel = watch.cancel();
+        let mut told = |event: Event| {
+            if !matches!(event, Event::Progress { .. }) {
+                events.push(event.clone());
+            }
+            watch.tell(event);
+        };
+        let known = Known { sampler: &self.sampler, options, near, index: self.index.as_ref() };
+        recipe::begin(&mut self.backend, &known, &mut Watch::new(cancel, &mut told))?;
+        Ok(self.begin_reflecting(watch)?)
+    }
+
+    /// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
+    fn begin_reflecting(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
+        let c = &self.options.reflection;
+        if !c.enabled.is_on() || !self.has_surfaces() {
+            return Ok(());
+        }
+        let degree = ShDegree::new(c.degree).unwrap_or_default();
+        let (source, layout) = (c.cache, ProbeLayout { longest: c.probes, degree });
+        self.backend.set_reflection(Reflection::of(self.backend.medium(), source, &layout));
+        if source != MirrorSource::Exact {
+            self.bake(Caches::Reflection, watch)?;
+        }
+        Ok(())
+    }
+
+    fn bake(&mut self, caches: Caches, watch: &mut Watch) -> Result<(), Cancelled> {
+        watch.progress(Task::Baking, 0, 1)?;
+        let marching = training_marching(&self.options, self.plan.near);
+        self.backend.bake(caches, &marching, watch.cancel())
+    }
+
+    /// Something refractive has a sharp surface, or transitions that most rays through it meet.
+    fn has_surfaces(&self) -> bool {
+        let (refraction, domain) = (self.backend.medium(), self.backend.domain());
+        let is_sharp = refraction.medium.regions().iter().any(|r| r.level_set().is_some());
+        let rays = || self.sampler.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
+        is_sharp || refraction.mirrors(&rays(), domain)
+    }
+
+    /// Give opaque things a clearcoat once it is time, which mirrors what the field shows by now.
+    pub(super) fn add_clearcoat_if_due(
+        &mut self,
+        progress: Progress,
+        watch: &mut Watch,
+    ) -> Result<(), Cancelled> {
+        let c = &self.options.clearcoat;
+        // The search for the index compares straight rays with bent ones, which see no clearcoat.
+        let waits = self.bends() && self.state.bends_since.is_none();
+        let is_there = self.backend.mirroring().clearcoat;
+        if !c.enabled.is_on() || waits || progress.0 < c.start || is_there {
+            return Ok(());
+        }
+        let before = self.copy();
+        if let Err(cancelled) = self.add_clearcoat(watch) {
+            self.return_to(before);
+            return Err(cancelled);
+        }
+        self.note(Event::ClearcoatAdded, watch);
+        Ok(())
+    }
+
+    fn add_clearcoat(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
+        let c = &self.options.clearcoat;
+        let (bounds, source) = (self.plan.finest.bounds, self.options.reflection.cache);
+        let probes = |degree: u8| {
+            let degree = ShDegree::new(degree).unwrap_or_default();
+            ProbeLayout { longest: c.probes, degree }.probes(bounds)
+        };
+        let (strength, radiance) = (probes(0), probes(self.options.reflection.degree));
+        let clearcoat = Clearcoat { ior: c.index, strength, radiance };
+        if self.backend.mirroring().regions == 0 {
+            self.backend.set_reflection(Reflection { source, ..Reflection::none() });
+        }
+        self.backend.set_clearcoat(clearcoat);
+        if source != MirrorSource::Exact {
+            self.bake(Caches::Clearcoat, watch)?;
+        }
+        Ok(())
+    }
+
+    /// Baked probes look at the field again.
+    pub(super) fn bake_if_due(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
+        let due = self.state.step.is_multiple_of(self.options.reflection.bake_period);
+        if due && self.backend.mirroring().source == MirrorSource::Baked {
+            self.bake(Caches::Clearcoat, watch)?;
+            self.bake(Caches::Reflection, watch)?;
+        }
+        Ok(())
+    }
+}

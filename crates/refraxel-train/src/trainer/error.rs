@@ -1,0 +1,48 @@
+//! Why training stops early.
+
+use crate::cancel::Cancelled;
+use crate::checkpoint::CheckpointError;
+use crate::metrics::MetricsError;
+use crate::recipe::RecipeError;
+
+/// Why training stopped early.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainError {
+    /// The numbers overflowed again and again.
+    #[error(
+        "the loss became infinite or NaN at step {step} and again after {rollbacks} returns to the last good state with \
+         lower learning rates; lower `field.rate_density` and `field.rate_colour`, or look for damaged images with `inspect`"
+    )]
+    Diverged {
+        /// Step of the last failure.
+        step: u64,
+        /// Returns tried.
+        rollbacks: u32,
+    },
+    /// No pixel may be used.
+    #[error(
+        "no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)"
+    )]
+    NoPixels,
+    /// What is refractive could not be found.
+    #[error(transparent)]
+    Recipe(RecipeError),
+    /// A checkpoint could not be read or written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// A picture could not be scored.
+    #[error(transparent)]
+    Metrics(#[from] MetricsError),
+    /// Somebody wished to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<RecipeError> for TrainError {
+    fn from(error: RecipeError) -> Self {
+        match error {
+            RecipeError::Cancelled(c) => Self::Cancelled(c),
+            other => Self::Recipe(other),
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! The training loop: draw rays, let the backend learn from them, follow the schedule, watch for trouble.
+
+mod bending;
+mod error;
+mod recovery;
+mod tally;
+
+pub use error::TrainError;
+
+use crate::backend::{Backend, StepOutcome};
+use crate::cancel::Cancelled;
+use crate::evaluate::{render, score};
+use crate::events::{Event, Record, Task, Watch};
+use crate::options::Options;
+use crate::plan::{Plan, kept_bricks};
+use crate::rays::{RaySampler, Selection};
+use crate::run::State;
+use crate::schedule::{
+    Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain, training_marching,
+};
+use recovery::Good;
+use refraxel_core::BrickMap;
+use refraxel_data::{Backdrop, IndexSource, Photo, View};
+use std::time::Instant;
+use tally::Tally;
+
+/// Rays that decide what is pruned.
+const PRUNING_RAYS: u64 = 600_000;
+/// Least share of rays inside masks while the index learns alone.
+const INDEX_INSIDE_SHARE: f64 = 0.7;
+/// Steps between two records of the training error.
+const RECORD_EVERY: u64 = 25;
+/// Records of the validation score in a run.
+const VALIDATIONS: f64 = 20.0;
+
+/// What a run learns from.
+pub struct Lessons {
+    /// The views trained on.
+    pub views: Vec<View>,
+    /// Their photographs, in the same order.
+    pub photos: Vec<Photo>,
+    /// What lies behind.
+    pub backdrop: Backdrop,
+    /// A view that is looked at now and then, to see how well the run generalises.
+    pub validation: Option<(View, Photo)>,
+    /// The index of refraction, where somebody knows it.
+    pub index: Option<IndexSource>,
+}
+
+/// A run in progress.
+pub struct Trainer<B> {
+    options: Options,
+    plan: Plan,
+    sampler: RaySampler,
+    validation: Option<(View, Photo)>,
+    index: Option<IndexSource>,
+    backend: B,
+    state: State,
+    /// The last state known to be good, to return to after an overflow.
+    good: Option<Box<Good>>,
+    clock: Instant,
+    since: Tally,
+    /// What happened since the last record.
+    events: Vec<Event>,
+}
+
+impl<B: Backend> Trainer<B> {
+    /// A run that goes on from `state` with what the backend holds; [`State::default`] and [`Plan::start`] for a fresh one.
+    ///
+    /// # Panics
+    /// If the lessons have not one photo per view.
+    pub fn new(options: Options, plan: Plan, lessons: Lessons, backend: B, state: State) -> Self {
+        let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
+        let mut trainer = Self {
+            options,
+            plan,
+            sampler,
+            validation: lessons.validation,
+            index: lessons.index,
+            backend,
+            state,
+            good: None,
+            clock: Instant::now(),
+            since: Tally::new(),
+            events: Vec::new(),
+        };
+        if trainer.state.step > 0 {
+            trainer.keep_good_state(); // else an overflow would start from nothing again
+        }
+        trainer
+    }
+
+    /// The model as it is now, and who renders it.
+    pub fn backend(&self) -> &B {
+        &self.backend
+    }
+    /// What does not change.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+    /// The options.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+    /// Where the run stands.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Train for another time budget [minute] or number of steps than before.
+    pub fn set_length(&mut self, minutes: f64, steps: u64) {
+        (self.options.run.minutes, self.options.run.steps) = (minutes, steps);
+    }
+
+    /// Share of the run that is done: of the time where there is a budget, of the steps otherwise.
+    pub fn progress(&self) -> Progress {
+        if self.options.run.minutes > 0.0 {
+            Progress((self.seconds() / (60.0 * self.options.run.minutes)).min(1.0))
+        } else {
+            Progress(self.state.step as f64 / self.options.run.steps as f64)
+        }
+    }
+
+    /// Seconds spent training, over all resumptions.
+    pub fn seconds(&self) -> f64 {
+        self.state.seconds + self.clock.elapsed().as_secs_f64()
+    }
+
+    /// The clock starts to run: time between now and an earlier pause does not count.
+    pub fn start_clock(&mut self) {
+        self.clock = Instant::now();
+        self.since.restart();
+    }
+
+    /// Note the time spent, before saving or pausing.
+    pub fn settle_clock(&mut self) {
+        self.state.seconds = self.seconds();
+        self.clock = Instant::now();
+    }
+
+    /// True when the run has reached its end.
+    pub fn finished(&self) -> bool {
+        self.progress().0 >= 1.0
+    }
+
+    /// One step. Records of the log and whatever else happens is told. After [`TrainError::Cancelled`] the run stands where
+    /// it stood before the step.
+    pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        let progress = self.progress();
+        if progress.stage(&self.options) > self.state.stage {
+            self.next_stage(watch)?;
+        }
+        let bends = self.bends();
+        let waits = bends && self.state.bends_since.is_none();
+        if waits && is_time_to_bend(&self.options, self.state.step, progress) {
+            self.begin_bending(watch)?;
+        }
+        let moment = Moment { progress, bends_since: self.state.bends_since, bends: self.bends() };
+        self.enter(moment.phase(&self.options), watch);
+        self.add_clearcoat_if_due(progress, watch)?;
+        self.bake_if_due(watch)?;
+        let mut objective = objective(&self.options, self.plan.near, moment);
+        objective.scale_rates(self.state.rate_scale);
+        let size = self.options.run.batch as usize;
+        let batch = self.sampler.batch(self.state.step, size, self.selection(moment));
+        if batch.rays.is_empty() {
+            return Err(TrainError::NoPixels);
+        }
+        self.backend.submit(&batch, &objective, self.state.step);
+        self.state.step += 1;
+        let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
+        let outcomes = self.backend.outcomes(due);
+        if self.take(&outcomes, watch)? && due {
+            let record = self.record()?;
+            watch.tell(Event::Record(record));
+        }
+        Ok(())
+    }
+
+    /// Rays bend now, or will.
+    fn bends(&self) -> bool {
+        self.options.refraction.bend.is_on() && !self.state.stays_straight
+    }
+
+    /// Something happened that stays in the log.
+    fn note(&mut self, event: Event, watch: &mut Watch) {
+        self.events.push(event.clone());
+        watch.tell(event);
+    }
+
+    fn enter(&mut self, phase: Phase, watch: &mut Watch) {
+        if phase != self.state.phase {
+            self.state.phase = phase;
+            self.note(Event::Phase { phase }, watch);
+        }
+    }
+
+    fn selection(&self, moment: Moment) -> Selection {
+        match moment.phase(&self.options) {
+            _ if !moment.bends => Selection::All,
+            Phase::Straight => Selection::Outside,
+            Phase::Index => {
+                Selection::Inside(self.options.refraction.mask_ray_fraction.max(INDEX_INSIDE_SHARE))
+            }
+            Phase::Joint => Selection::Inside(mask_ray_fraction(&self.options, moment)),
+        }
+    }
+
+    /// Takes note of what steps have done; false when one failed and the run went back.
+    fn take(&mut self, outcomes: &[StepOutcome], watch: &mut Watch) -> Result<bool, TrainError> {
+        for outcome in outcomes {
+            if !outcome.finite {
+                self.roll_back(outcome.step, watch)?;
+                return Ok(false);
+            }
+            self.since.add(outcome);
+        }
+        Ok(true)
+    }
+
+    fn record(&mut self) -> Result<Record, TrainError> {
+        let progress = self.progress();
+        let tally = std::mem::replace(&mut self.since, Tally::new());
+        let mut record = Record {
+            step: self.state.step,
+            progress: progress.0,
+            seconds: self.seconds(),
+            train_psnr: tally.psnr(),
+            val_psnr: None,
+            resolution: self.backend.domain().resolution.into_iter().max().unwrap_or(0),
+            voxels: self.backend.map().voxels() as u64,
+            samples_per_ray: tally.samples_per_ray(),
+            krays_per_s: tally.krays_per_s(),
+            phase: self.state.phase,
+            index: self.backend.medium().mean_indices(),
+            events: std::mem::take(&mut self.events),
+        };
+        if progress.0 * VALIDATIONS >= f64::from(self.state.validations + 1) {
+            self.state.validations = (progress.0 * VALIDATIONS) as u32;
+            record.val_psnr = self.validate()?;
+            self.since = Tally::new();
+            self.keep_good_state();
+        }
+        Ok(record)
+    }
+
+    /// PSNR of the validation view.
+    fn validate(&mut self) -> Result<Option<f64>, TrainError> {
+        let Some((view, photo)) = &self.validation else { return Ok(None) };
+        let marching = training_marching(&self.options, self.plan.near);
+        let rendering = render(&self.backend, &view.camera, &marching);
+        Ok(Some(score(&rendering, view, photo, self.plan.backdrop)?.psnr))
+    }
+
+    /// Prune what no ray sees and move to the next, finer grid.
+    fn next_stage(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
+        let stage = self.progress().stage(&self.options);
+        let marching = training_marching(&self.options, self.plan.near);
+        watch.progress(Task::Pruning, 0, 2)?;
+        self.backend.refresh_occupancy(&marching);
+        let rays = self.sampler.spread(PRUNING_RAYS);
+        let peak = self.backend.peak_weights(&rays, &marching, watch.cancel())?;
+        watch.progress(Task::Pruning, 1, 2)?;
+        self.good = None; // no copy while two grids are alive
+        let domain = stage_domain(&self.options, &self.plan.finest, stage);
+        let map = kept_bricks(self.backend.map(), &peak, self.options.grid.prune_weight, &domain);
+        // A field that shows nothing yet must not lose all it could still become.
+        let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
+        self.backend.resample(domain, map);
+        self.backend.refresh_occupancy(&marching);
+        self.state.stage = stage;
+        self.keep_good_state();
+        let (resolution, voxels) = (domain.resolution, self.backend.map().voxels() as u64);
+        self.note(Event::Stage { stage, resolution, voxels }, watch);
+        Ok(())
+    }
+}

@@ -1,0 +1,59 @@
+//! Going back: to the last good state after an overflow, and to where a run stood before a phase that was stopped.
+
+use super::{TrainError, Trainer};
+use crate::backend::Backend;
+use crate::events::{Event, Watch};
+use crate::model::{Model, Optimiser};
+use crate::run::State;
+
+/// Failed steps in a row after which training gives up.
+const MAX_ROLLBACKS: u32 = 4;
+
+/// What going back restores.
+pub(super) struct Good {
+    state: State,
+    model: Model,
+    optimiser: Optimiser,
+}
+
+impl<B: Backend> Trainer<B> {
+    /// A copy of where the run stands.
+    pub(super) fn copy(&self) -> Good {
+        let snapshot = self.backend.snapshot();
+        let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
+        Good { state: self.state.clone(), model, optimiser }
+    }
+
+    /// Stand where a copy was made.
+    pub(super) fn return_to(&mut self, good: Good) {
+        self.backend.load(good.model, Some(good.optimiser));
+        self.state = State { seconds: self.state.seconds, ..good.state };
+    }
+
+    pub(super) fn keep_good_state(&mut self) {
+        self.good = None; // at most one copy at a time
+        self.good = Some(Box::new(self.copy()));
+        self.state.rollbacks = 0;
+    }
+
+    /// Return to the last good state with half the learning rates, and draw other rays from there on.
+    pub(super) fn roll_back(&mut self, failed: u64, watch: &mut Watch) -> Result<(), TrainError> {
+        let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
+        if rollbacks > MAX_ROLLBACKS {
+            return Err(TrainError::Diverged { step: failed, rollbacks: rollbacks - 1 });
+        }
+        let rate_scale = 0.5 * self.state.rate_scale;
+        match self.good.take() {
+            Some(good) => self.return_to(*good),
+            None => {
+                self.backend.load(self.plan.start(&self.options), None);
+                self.state = State { seconds: self.state.seconds, ..State::default() };
+            }
+        }
+        self.state.step = step;
+        self.keep_good_state();
+        (self.state.rollbacks, self.state.rate_scale) = (rollbacks, rate_scale);
+        self.note(Event::RolledBack { step: failed, rate_scale }, watch);
+        Ok(())
+    }
+}
