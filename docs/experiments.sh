@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The tables of docs/ablations.md: trains one scene with one option changed at a time.
-# usage: docs/ablations.sh OUT [STEPS]      (OUT: folder for data and runs; a run of 600 steps takes about a quarter of a minute)
+# The tables of protocol A in docs/experiments.md: trains one scene with one option changed at a time.
+# usage: docs/experiments.sh OUT [STEPS]      (OUT: folder for data and runs; a run of 600 steps takes about a quarter of a minute)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 OUT=$1 STEPS=${2:-600}
