@@ -2,7 +2,8 @@
 //!
 //! [`Dataset::open`] reads a folder of any supported [`Format`], [`Dataset::in_memory`] takes arrays;
 //! [`Dataset::load_photos`] gives the pixels of both. Every importer converts to the one camera frame of
-//! [`refraxel_core::Camera`]; world coordinates are kept as they are.
+//! [`refraxel_core::Camera`]; world coordinates are kept as they are. An [`IndexSource`] is a refractive index that is
+//! known: the truth of a scene, a volume, or a mesh.
 
 mod assemble;
 mod bytes;
@@ -11,6 +12,7 @@ pub mod dataset;
 mod error;
 mod formats;
 pub mod image;
+pub mod index_source;
 pub mod inspect;
 mod json;
 pub mod limits;
@@ -33,6 +35,7 @@ pub use dataset::{
 };
 pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
 pub use image::{Image, Mask, Pixels};
+pub use index_source::{IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};
 pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
