@@ -89,10 +89,19 @@ pub(crate) enum Part {
 pub(crate) enum Focal {
     /// (fx, fy) [pixel of the stated size].
     Pixels([f64; 2]),
-    /// Full field of view [rad] across the width and, if stated, the height.
-    Angles(f64, Option<f64>),
+    /// Full field of view.
+    Angles(FieldOfView),
     /// The whole sphere across the image.
     Panorama,
+}
+
+/// Full fields of view as stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FieldOfView {
+    /// Across the width [rad].
+    pub x: f64,
+    /// Across the height [rad], if stated.
+    pub y: Option<f64>,
 }
 
 /// Intrinsics as stated, for an image size that may differ from the real one.
@@ -113,7 +122,7 @@ impl Intrinsics {
         let [w, h] = self.size.unwrap_or(real);
         let focal = match self.focal {
             Focal::Pixels(focal) => focal,
-            Focal::Angles(x, y) => {
+            Focal::Angles(FieldOfView { x, y }) => {
                 let fx = 0.5 * w / (0.5 * x).tan();
                 [fx, y.map_or(fx, |y| 0.5 * h / (0.5 * y).tan())]
             }
