@@ -1,22 +1,22 @@
-//! From what the files state to a dataset: images are looked up, poses and sizes checked, masks, split and backdrop
+//! From a parsed dataset to a dataset: image headers are read, poses and sizes checked, and masks, split and backdrop
 //! decided.
 
+use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
 use crate::error::Size;
+use crate::masks::MaskFile;
 use crate::parsed::{Frame, Origin, ParsedDataset};
 use crate::photo::{self, Header};
 use crate::{
-    Backdrop, DataError, Dataset, Format, NamedCamera, OpenOptions, Problem, View, json, masks, pose, split,
+    Backdrop, DataError, Dataset, Format, MaskMeaning, NamedCamera, OpenOptions, PhotoSource, Problem, View,
+    json, masks, pose, split,
 };
 use rayon::prelude::*;
 use refraxel_core::Camera;
 use serde_json::Value;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Fewest views that a scene can be reconstructed from.
-const MIN_VIEWS: usize = 3;
-
-/// Checks and completes a parsed.
+/// Checks a parsed dataset and completes it.
 pub(crate) fn assemble(
     path: &Path,
     mut parsed: ParsedDataset,
@@ -30,13 +30,14 @@ pub(crate) fn assemble(
     let split = split::decide(&mut parsed, options)?;
     let truth = truth(&mut parsed);
     let headers: Vec<Header> = parsed.frames.par_iter().map(header).collect::<Result<_, _>>()?;
-    let mut views = cameras(&mut parsed, &headers)?;
-    check_distinct_poses(path, &views, &mut parsed.problems)?;
-    name_views(&parsed, &mut views);
-    masks::attach(&mut parsed, &mut views, truth.as_ref(), options)?;
+    let cameras = cameras(&mut parsed, &headers)?;
+    check_distinct_poses(path, &cameras, &mut parsed.problems)?;
+    let masks = masks::find_all(&parsed, &cameras, truth.as_ref(), options)?;
+    let views = views(&parsed.frames, cameras, masks);
+    parsed.problems.extend(masks::summary(&views));
     let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;
     let ParsedDataset { root, format, stated_box, points, depth_range, problems, .. } = parsed;
-    let root = root.folder().to_owned();
+    let root = Some(root.folder().to_owned());
     Ok(Dataset { root, format, views, split, backdrop, stated_box, points, depth_range, truth, problems })
 }
 
@@ -62,9 +63,7 @@ fn leave_out_missing(path: &Path, parsed: &mut ParsedDataset) -> Result<(), Data
 fn refuse_duplicates(frames: &[Frame]) -> Result<(), DataError> {
     let mut seen = HashSet::new();
     for frame in frames {
-        if let Some(image) =
-            frame.image.as_ref().filter(|image| !seen.insert((*image, frame.part.map(|p| p as u8))))
-        {
+        if let Some(image) = frame.image.as_ref().filter(|image| !seen.insert((*image, frame.part))) {
             let Origin { path, key } = &frame.origin;
             return Err(DataError::DuplicateFrame {
                 path: path.to_path_buf(),
@@ -80,9 +79,9 @@ fn header(frame: &Frame) -> Result<Header, DataError> {
     photo::header(frame.image.as_deref().unwrap_or(Path::new("")))
 }
 
-/// Views with checked poses and intrinsics at the real image size, still named by their stated path.
-fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<View>, DataError> {
-    let mut views = Vec::with_capacity(headers.len());
+/// Cameras with checked poses and with intrinsics at the real image size.
+fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<Camera>, DataError> {
+    let mut cameras = Vec::with_capacity(headers.len());
     let (mut repaired, mut resized) = (Vec::new(), Vec::new());
     for (frame, header) in parsed.frames.iter().zip(headers) {
         let Origin { path, key } = &frame.origin;
@@ -91,25 +90,33 @@ fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<View>, 
             key: key.clone(),
             fault,
         })?;
-        let size = real_size(header, frame.intrinsics.size);
+        let real = real_size(header, frame.intrinsics.size);
         repaired.extend(checked.repaired);
-        resized.extend(frame.intrinsics.size.filter(|s| differs(*s, size)).map(|stated| (stated, size)));
-        views.push(View {
-            name: frame.file.replace('\\', "/"),
-            image: frame.image.clone().unwrap_or_default(),
-            mask: None,
-            mask_meaning: crate::MaskMeaning::Keep,
-            camera: frame.intrinsics.camera(size, checked.pose, &frame.origin)?,
-        });
+        let stated = frame.intrinsics.size.filter(|stated| differs(*stated, real));
+        resized.extend(stated.map(|stated| Resized { stated, real }));
+        cameras.push(frame.intrinsics.camera(real, checked.pose, &frame.origin)?);
     }
-    report_repairs(&mut parsed.problems, &repaired, &resized);
+    parsed.problems.extend(repairs(&repaired));
+    parsed.problems.extend(resizes(&resized));
     if headers.iter().any(|h| h.turned) {
         parsed.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
     }
-    Ok(views)
+    Ok(cameras)
 }
 
-/// The checked cameras of a parsed, whether their images exist or not.
+/// One view per frame.
+fn views(frames: &[Frame], cameras: Vec<Camera>, masks: Vec<Option<MaskFile>>) -> Vec<View> {
+    let view = |frame: &Frame, name: String, camera: Camera, mask: Option<MaskFile>| {
+        let mask_meaning = mask.as_ref().map_or(MaskMeaning::Keep, |m| m.meaning);
+        let image = frame.image.clone().unwrap_or_default();
+        let source = PhotoSource::Files { image, mask: mask.map(|m| m.path) };
+        View { name, source, mask_meaning, camera }
+    };
+    let parts = frames.iter().zip(names(frames)).zip(cameras.into_iter().zip(masks));
+    parts.map(|((frame, name), (camera, mask))| view(frame, name, camera, mask)).collect()
+}
+
+/// The checked cameras of a parsed dataset, whether their images exist or not.
 pub(crate) fn named_cameras(path: &Path, parsed: ParsedDataset) -> Result<Vec<NamedCamera>, DataError> {
     if parsed.frames.is_empty() {
         return Err(DataError::NoCameras { path: path.to_owned() });
@@ -164,15 +171,15 @@ fn differs(stated: [f64; 2], real: Size) -> bool {
     (stated[0] - f64::from(real.width)).abs() > 0.5 || (stated[1] - f64::from(real.height)).abs() > 0.5
 }
 
-fn report_repairs(problems: &mut Vec<Problem>, repaired: &[f64], resized: &[([f64; 2], Size)]) {
-    if !repaired.is_empty() {
-        let worst = repaired.iter().copied().fold(0.0, f64::max);
-        let count = repaired.len();
-        problems.push(Problem::note(format!(
-            "{count} rotations were up to {worst:.1e} away from orthonormal and were repaired"
-        )));
-    }
-    let Some(([w, h], real)) = resized.first() else { return };
+/// An image that has another size than its camera states.
+struct Resized {
+    stated: [f64; 2],
+    real: Size,
+}
+
+/// A note or warning about all such images.
+fn resizes(resized: &[Resized]) -> Option<Problem> {
+    let Resized { stated: [w, h], real } = resized.first()?;
     let count = resized.len();
     let message = format!(
         "{count} images have another size than their camera states ({w}x{h} stated, {real} found first); focal length and \
@@ -180,40 +187,42 @@ fn report_repairs(problems: &mut Vec<Problem>, repaired: &[f64], resized: &[([f6
     );
     let stretch = (f64::from(real.width) / w) / (f64::from(real.height) / h);
     let same_shape = (stretch - 1.0).abs() < 0.01;
-    problems.push(if same_shape {
+    Some(if same_shape {
         Problem::note(message)
     } else {
         Problem::warning(format!("{message}; the shape differs too"))
-    });
+    })
 }
 
-fn check_distinct_poses(path: &Path, views: &[View], problems: &mut Vec<Problem>) -> Result<(), DataError> {
-    let first = &views[0].camera.world_from_camera;
-    let same_place = |v: &View| (v.camera.world_from_camera.translation - first.translation).length() == 0.0;
-    if !views.iter().all(same_place) {
-        return Ok(());
+fn check_distinct_poses(
+    path: &Path,
+    cameras: &[Camera],
+    problems: &mut Vec<Problem>,
+) -> Result<(), DataError> {
+    match coincidence(cameras.iter()) {
+        Some(Coincidence::Pose) => {
+            return Err(DataError::SamePose { path: path.to_owned(), count: cameras.len() });
+        }
+        Some(Coincidence::Place) => problems.push(one_place()),
+        None => {}
     }
-    if views.iter().all(|v| v.camera.world_from_camera == *first) {
-        return Err(DataError::SamePose { path: path.to_owned(), count: views.len() });
-    }
-    problems.push(Problem::warning("all views are taken from one point: depth cannot be reconstructed"));
     Ok(())
 }
 
 /// Names each view by its image file; where folders hold files of one name, the folders join the name.
-fn name_views(parsed: &ParsedDataset, views: &mut [View]) {
-    let mut count = std::collections::HashMap::new();
-    let short =
-        |view: &View| view.image.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let keys: Vec<_> =
-        parsed.frames.iter().zip(&*views).map(|(f, v)| (f.part.map(|p| p as u8), short(v))).collect();
+fn names(frames: &[Frame]) -> Vec<String> {
+    let file = |frame: &Frame| {
+        let name = frame.image.as_deref().and_then(Path::file_name);
+        name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+    };
+    let keys: Vec<_> = frames.iter().map(|f| (f.part, file(f))).collect();
+    let mut count: HashMap<_, usize> = HashMap::new();
     for key in &keys {
-        *count.entry(key.clone()).or_insert(0) += 1;
+        *count.entry(key).or_default() += 1;
     }
-    for (view, key) in views.iter_mut().zip(keys) {
-        view.name =
-            if count[&key] == 1 { key.1 } else { view.name.trim_start_matches("./").replace('/', "_") };
-    }
+    let with_folders = |f: &Frame| f.file.replace('\\', "/").trim_start_matches("./").replace('/', "_");
+    let named = frames.iter().zip(&keys);
+    named.map(|(f, key)| if count[key] == 1 { key.1.clone() } else { with_folders(f) }).collect()
 }
 
 /// `scene.json` beside the data; unreadable truth is only a warning.

@@ -1,15 +1,19 @@
-//! What every importer produces: posed views, their split, and what is known or wrong about them.
+//! Posed views, their split, and what is known or wrong about them: the same whether they come from files or from
+//! memory.
 
 use crate::image::{Image, Mask};
 use refraxel_core::{Aabb, Camera, Vec3};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A set of posed photographs in the world coordinates of the user's data.
+///
+/// [`Dataset::open`] reads one from files, [`Dataset::in_memory`] makes one of arrays.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    /// Folder (or file) that was opened.
-    pub root: PathBuf,
-    /// Which importer read it.
+    /// The dataset's folder; `None` for a dataset in memory.
+    pub root: Option<PathBuf>,
+    /// The format of the files, or [`Format::Memory`].
     pub format: Format,
     /// All views of all splits, in file order.
     pub views: Vec<View>,
@@ -32,25 +36,72 @@ pub struct Dataset {
 /// One posed photograph.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// File name of the image with its extension, e.g. `r_0.png`; unique within a split.
+    /// The file name of the image with its extension, e.g. `r_0.png`, or any name that a file can have. It is unique
+    /// within a part of the split.
     pub name: String,
-    /// The image file.
-    pub image: PathBuf,
-    /// The mask file, where there is one.
-    pub mask: Option<PathBuf>,
+    /// Where the image and the mask are.
+    pub source: PhotoSource,
     /// What the mask's white means.
     pub mask_meaning: MaskMeaning,
     /// Pose, intrinsics and lens.
     pub camera: Camera,
 }
 
-/// A view's decoded pixels.
+/// Where the pixels of a view are. [`load_photo`](crate::load_photo) gives them for both.
 #[derive(Clone, Debug)]
+pub enum PhotoSource {
+    /// In files, which are decoded anew each time.
+    Files {
+        /// The image.
+        image: PathBuf,
+        /// The mask, where there is one.
+        mask: Option<PathBuf>,
+    },
+    /// In memory.
+    Memory(Photo),
+}
+
+impl View {
+    /// A view of an image file without a mask; it is named by its file.
+    pub fn of_file(image: impl Into<PathBuf>, camera: Camera) -> Self {
+        let image = image.into();
+        let name = image.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let source = PhotoSource::Files { image, mask: None };
+        Self { name, source, mask_meaning: MaskMeaning::Keep, camera }
+    }
+
+    /// True where the view has a mask.
+    pub fn has_mask(&self) -> bool {
+        match &self.source {
+            PhotoSource::Files { mask, .. } => mask.is_some(),
+            PhotoSource::Memory(photo) => photo.mask.is_some(),
+        }
+    }
+}
+
+/// The pixels of a view. A clone shares them.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Photo {
-    /// Colour and, where the file has it, alpha.
-    pub image: Image,
-    /// Mask as in the file; see [`View::mask_meaning`].
-    pub mask: Option<Mask>,
+    /// Colour and, where there is one, alpha.
+    pub image: Arc<Image>,
+    /// The mask as it was stated; [`View::mask_meaning`] says what its white means.
+    pub mask: Option<Arc<Mask>>,
+}
+
+impl Photo {
+    /// A photo of pixels in memory. Nothing is checked before [`Dataset::in_memory`].
+    pub fn new(image: Image, mask: Option<Mask>) -> Self {
+        Self { image: Arc::new(image), mask: mask.map(Arc::new) }
+    }
+}
+
+/// A posed camera and the name of its picture without folder or extension.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// The stem of the picture's file; with its folders where two pictures share a stem.
+    pub name: String,
+    /// Pose, intrinsics and lens.
+    pub camera: Camera,
 }
 
 /// Indices into [`Dataset::views`].
@@ -62,7 +113,7 @@ pub struct Split {
     pub val: Vec<usize>,
     /// Held-out views.
     pub test: Vec<usize>,
-    /// The rule that made the split, for people.
+    /// The rule that made the split, for people. [`Dataset::in_memory`] replaces an empty one by "as given".
     pub rule: String,
 }
 
@@ -88,7 +139,7 @@ pub enum Backdrop {
     Surroundings,
 }
 
-/// The file format of a dataset.
+/// Where a dataset comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `transforms_{train,val,test}.json` of NeRF-synthetic.
@@ -101,6 +152,8 @@ pub enum Format {
     Llff,
     /// NSVF `pose/`, `rgb/`, `intrinsics.txt`.
     Nsvf,
+    /// Arrays in memory.
+    Memory,
 }
 
 /// Something that was repaired, left out, or that the user should know.

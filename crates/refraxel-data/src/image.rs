@@ -9,14 +9,15 @@ pub enum Pixels {
     F32(Vec<f32>),
 }
 
-/// An image of 3 (RGB) or 4 (RGB + straight alpha) interleaved channels, rows from the top.
+/// An image of 3 (RGB) or 4 (RGB + straight alpha) interleaved channels, rows from the top: the shape is
+/// (height, width, channels), and channels run fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Width [pixel].
     pub width: u32,
     /// Height [pixel].
     pub height: u32,
-    /// 3 or 4; runs fastest in `pixels`.
+    /// 3 or 4.
     pub channels: u32,
     /// `height * width * channels` values.
     pub pixels: Pixels,
@@ -45,13 +46,31 @@ impl Image {
     }
 }
 
-/// A coverage mask, 0..=255, rows from the top.
+/// A pixel whose value is NaN or infinite.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BadPixel {
+    /// Column from the left.
+    pub column: u32,
+    /// Row from the top.
+    pub row: u32,
+    /// NaN, inf or -inf.
+    pub value: f32,
+}
+
+/// The first pixel of an image of `width` columns and `channels` interleaved channels that has such a value.
+pub(crate) fn not_finite(values: &[f32], width: u32, channels: u32) -> Option<BadPixel> {
+    let at = values.iter().position(|v| !v.is_finite())?;
+    let (pixel, width) = (at / channels as usize, width as usize);
+    Some(BadPixel { column: (pixel % width) as u32, row: (pixel / width) as u32, value: values[at] })
+}
+
+/// A coverage mask, 0..=255, rows from the top: the shape is (height, width), and columns run fastest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     /// Width [pixel].
     pub width: u32,
     /// Height [pixel].
     pub height: u32,
-    /// `height * width` coverages.
+    /// `height * width` coverages; 255 = white.
     pub coverage: Vec<u8>,
 }

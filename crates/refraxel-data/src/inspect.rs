@@ -9,9 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// What [`report`] found. Lengths are in the scene's own units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inspection {
-    /// The dataset's folder.
-    pub root: String,
-    /// File format.
+    /// The dataset's folder; `None` for a dataset in memory.
+    pub root: Option<String>,
+    /// File format, or `memory`.
     pub format: &'static str,
     /// How many views, in which part.
     pub views: ViewCounts,
@@ -107,7 +107,7 @@ pub fn report(data: &Dataset) -> Inspection {
     let corners = |b: &Aabb<f64>| [b.min.to_array(), b.max.to_array()];
     let refractive = data.truth.as_ref().and_then(|t| t.get("refractive")).and_then(|r| r.as_array());
     Inspection {
-        root: data.root.display().to_string(),
+        root: data.root.as_ref().map(|folder| folder.display().to_string()),
         format: data.format.name(),
         views: ViewCounts {
             total: data.views.len(),
@@ -145,6 +145,7 @@ impl Format {
             Format::Colmap => "COLMAP",
             Format::Llff => "LLFF",
             Format::Nsvf => "NSVF",
+            Format::Memory => "memory",
         }
     }
 }
@@ -221,7 +222,7 @@ fn backdrop(backdrop: Backdrop) -> String {
 
 /// The meaning of the first mask stands for all; mixed meanings are a problem note of their own.
 fn masks(data: &Dataset) -> Option<MaskSummary> {
-    let masked = || data.views.iter().filter(|v| v.mask.is_some());
+    let masked = || data.views.iter().filter(|v| v.has_mask());
     let meaning = match masked().next()?.mask_meaning {
         MaskMeaning::Refractive => "refractive",
         MaskMeaning::Keep => "keep",

@@ -1,21 +1,26 @@
 //! Posed photographs: importers, images, masks, splits and what is wrong with them.
 //!
-//! [`Dataset::open`] reads a folder of any supported [`Format`]; [`Dataset::load_photos`] decodes its images. Every
-//! importer converts to the one camera frame of [`refraxel_core::Camera`]; world coordinates are kept as they are.
+//! [`Dataset::open`] reads a folder of any supported [`Format`], [`Dataset::in_memory`] takes arrays;
+//! [`Dataset::load_photos`] gives the pixels of both. Every importer converts to the one camera frame of
+//! [`refraxel_core::Camera`]; world coordinates are kept as they are. An [`IndexSource`] is a refractive index that is
+//! known: the truth of a scene, a volume, or a mesh.
 
 mod assemble;
 mod bytes;
+mod camera;
 pub mod dataset;
 mod error;
 mod formats;
 pub mod image;
-mod index_source;
+pub mod index_source;
 pub mod inspect;
 mod json;
 pub mod limits;
 mod masks;
+mod memory;
 mod mesh_file;
 mod open;
+mod options;
 mod parsed;
 mod photo;
 mod pose;
@@ -25,13 +30,17 @@ mod split;
 pub mod synth;
 mod volume;
 
-pub use dataset::{Backdrop, Dataset, Format, MaskMeaning, Photo, Problem, Severity, Split, View};
-pub use error::{DataError, PoseFault, Size};
+pub use dataset::{
+    Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split, View,
+};
+pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
 pub use image::{Image, Mask, Pixels};
 pub use index_source::{IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};
+pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
-pub use open::{NamedCamera, OpenOptions, open_cameras};
+pub use open::open_cameras;
+pub use options::OpenOptions;
 pub use photo::load_photo;
 pub use region::{Region, scene_region};
 pub use volume::IndexVolume;

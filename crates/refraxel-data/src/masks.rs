@@ -1,48 +1,50 @@
-//! Finding masks and deciding what their white means.
+//! Masks of parsed datasets: where they are, and what their white means.
 
 use crate::error::Size;
-use crate::parsed::{ParsedDataset, StatedMask};
+use crate::parsed::{Frame, ParsedDataset, StatedMask};
 use crate::{DataError, Format, MaskMeaning, OpenOptions, Problem, View, photo};
 use rayon::prelude::*;
+use refraxel_core::Camera;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Gives each view its mask and says in a note what was concluded.
-pub(crate) fn attach(
-    parsed: &mut ParsedDataset,
-    views: &mut [View],
+/// A mask and what its white means.
+pub(crate) struct MaskFile {
+    pub path: PathBuf,
+    pub meaning: MaskMeaning,
+}
+
+/// The mask of each frame of a parsed dataset, if it has one; `cameras` has one entry per frame.
+///
+/// Errors: a mask is not of its image's size, or its header cannot be read.
+pub(crate) fn find_all(
+    parsed: &ParsedDataset,
+    cameras: &[Camera],
     truth: Option<&Value>,
     options: &OpenOptions,
-) -> Result<(), DataError> {
+) -> Result<Vec<Option<MaskFile>>, DataError> {
     let refractive =
         truth.and_then(|t| t.get("refractive")).and_then(Value::as_array).is_some_and(|l| !l.is_empty());
-    for (frame, view) in parsed.frames.iter().zip(&mut *views) {
-        let found = frame.mask.clone().or_else(|| find(parsed, &view.image));
-        let Some((path, stated)) = found else { continue };
+    let find = |(frame, camera): (&Frame, &Camera)| {
+        let Some(image) = &frame.image else { return Ok(None) };
+        let Some((path, stated)) = frame.mask.clone().or_else(|| in_usual_place(parsed, image)) else {
+            return Ok(None);
+        };
+        photo::check_mask_size(&path, image, Size { width: camera.width, height: camera.height })?;
         let split_folder = parsed.format == Format::Blender && stated == StatedMask::Open;
         let concluded = match stated {
             StatedMask::Known(meaning) => meaning,
             StatedMask::Open if refractive || split_folder => MaskMeaning::Refractive,
             StatedMask::Open => MaskMeaning::Keep,
         };
-        view.mask_meaning = options.mask_meaning.unwrap_or(concluded);
-        view.mask = Some(path);
-    }
-    let check = |view: &View| match &view.mask {
-        Some(mask) => {
-            let size = Size { width: view.camera.width, height: view.camera.height };
-            photo::check_mask_size(mask, &view.image, size)
-        }
-        None => Ok(()),
+        Ok(Some(MaskFile { path, meaning: options.mask_meaning.unwrap_or(concluded) }))
     };
-    views.par_iter().map(check).collect::<Result<Vec<()>, _>>()?;
-    parsed.problems.extend(summary(views));
-    Ok(())
+    parsed.frames.par_iter().zip(cameras).map(find).collect()
 }
 
 /// The mask that lies where the conventions put it.
-fn find(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
+fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
     let root = parsed.root.folder();
     let inside = image.strip_prefix(root).unwrap_or(Path::new(image.file_name()?));
     let below_first: PathBuf = inside.components().skip(1).collect();
@@ -61,9 +63,10 @@ fn find(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
     candidates.chain(ignore).find(|(path, _)| path != image && path.is_file() && parsed.root.contains(path))
 }
 
-fn summary(views: &[View]) -> Option<Problem> {
+/// A note about the masks of all views: how many there are and what their white means.
+pub(crate) fn summary(views: &[View]) -> Option<Problem> {
     let mut counts = BTreeMap::new();
-    for view in views.iter().filter(|v| v.mask.is_some()) {
+    for view in views.iter().filter(|v| v.has_mask()) {
         let meaning = match view.mask_meaning {
             MaskMeaning::Refractive => "white = refractive object",
             MaskMeaning::Keep => "white = use, black = ignore",

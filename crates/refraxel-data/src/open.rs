@@ -2,22 +2,8 @@
 
 use crate::formats::{colmap, llff, nsvf, transforms};
 use crate::parsed::ParsedDataset;
-use crate::{Backdrop, DataError, Dataset, MaskMeaning, assemble};
-use refraxel_core::Camera;
+use crate::{DataError, Dataset, NamedCamera, OpenOptions, assemble};
 use std::path::Path;
-
-/// What the user may decide about a dataset.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct OpenOptions {
-    /// Hold out every n-th view (sorted by name, from the first) of datasets that state no split; default 8, 0 = none.
-    pub holdout: Option<usize>,
-    /// Allow files outside the dataset's folder (absolute paths, `..`, symbolic links).
-    pub allow_outside: bool,
-    /// What lies behind the scene, instead of what the files say.
-    pub backdrop: Option<Backdrop>,
-    /// What the masks mean, instead of what was concluded.
-    pub mask_meaning: Option<MaskMeaning>,
-}
 
 impl Dataset {
     /// Opens a dataset folder or description file of any supported [`Format`](crate::Format).
@@ -29,15 +15,6 @@ impl Dataset {
         let parsed = import(path, options)?;
         assemble::assemble(path, parsed, options)
     }
-}
-
-/// A posed camera and the name of its picture without folder or extension.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NamedCamera {
-    /// The stem of the picture's file; with its folders where two pictures share a stem.
-    pub name: String,
-    /// Pose, intrinsics and lens.
-    pub camera: Camera,
 }
 
 /// Reads the cameras of a dataset whose pictures may be missing, as for new views along a path.

@@ -1,22 +1,24 @@
-//! What an importer hands over: everything its files state, before images are looked at and poses are checked.
+//! What an importer reads: everything that the files of a dataset state, before images are looked at and poses are
+//! checked.
 
+use crate::camera::{has_center, has_focal};
 use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, error::Size, root::Root};
 use refraxel_core::{Aabb, Camera, Lens, Pose, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A dataset as its files state it.
+/// A dataset as its files state it. [`assemble`](crate::assemble) makes a [`Dataset`](crate::Dataset) of it.
 pub(crate) struct ParsedDataset {
     pub root: Root,
     pub format: Format,
     pub frames: Vec<Frame>,
     /// The rule behind [`Frame::part`], where the format states a split.
     pub split_rule: Option<String>,
-    /// Lists of image names in the files, which precede [`ParsedDataset::split_rule`].
+    /// Lists of image names in the files; they override [`ParsedDataset::split_rule`].
     pub split_lists: Vec<(Part, Vec<String>)>,
     pub backdrop: Option<Backdrop>,
-    /// Computer-generated images: without alpha they stand before white.
+    /// The images are computer-generated: without alpha they stand before white.
     pub synthetic: bool,
     pub stated_box: Option<Aabb<f64>>,
     pub points: Vec<Vec3<f64>>,
@@ -25,7 +27,7 @@ pub(crate) struct ParsedDataset {
 }
 
 impl ParsedDataset {
-    /// A parsed without frames.
+    /// A dataset without frames, to which an importer adds what it reads.
     pub fn new(root: Root, format: Format) -> Self {
         Self {
             root,
@@ -43,10 +45,10 @@ impl ParsedDataset {
     }
 }
 
-/// One stated view.
+/// One view as its file states it.
 pub(crate) struct Frame {
     pub origin: Origin,
-    /// Image name as stated.
+    /// The image's name as stated.
     pub file: String,
     /// The image, if it exists.
     pub image: Option<PathBuf>,
@@ -75,7 +77,7 @@ pub(crate) enum StatedMask {
 }
 
 /// A part of the split.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Part {
     Train,
     Val,
@@ -87,10 +89,19 @@ pub(crate) enum Part {
 pub(crate) enum Focal {
     /// (fx, fy) [pixel of the stated size].
     Pixels([f64; 2]),
-    /// Full field of view [rad] across the width and, if stated, the height.
-    Angles(f64, Option<f64>),
+    /// Full field of view.
+    Angles(FieldOfView),
     /// The whole sphere across the image.
     Panorama,
+}
+
+/// Full fields of view as stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FieldOfView {
+    /// Across the width [rad].
+    pub x: f64,
+    /// Across the height [rad], if stated.
+    pub y: Option<f64>,
 }
 
 /// Intrinsics as stated, for an image size that may differ from the real one.
@@ -111,7 +122,7 @@ impl Intrinsics {
         let [w, h] = self.size.unwrap_or(real);
         let focal = match self.focal {
             Focal::Pixels(focal) => focal,
-            Focal::Angles(x, y) => {
+            Focal::Angles(FieldOfView { x, y }) => {
                 let fx = 0.5 * w / (0.5 * x).tan();
                 [fx, y.map_or(fx, |y| 0.5 * h / (0.5 * y).tan())]
             }
@@ -139,10 +150,10 @@ fn check_intrinsics(camera: &Camera, origin: &Origin) -> Result<(), DataError> {
         found: format!("{}, {}", found[0], found[1]),
         expected,
     };
-    if !camera.focal.iter().all(|f| f.is_finite() && *f > 0.0) {
+    if !has_focal(camera) {
         return Err(fault("focal length [pixel]", camera.focal, "positive, finite focal lengths"));
     }
-    if !camera.center.iter().all(|c| c.is_finite()) {
+    if !has_center(camera) {
         return Err(fault("principal point [pixel]", camera.center, "a finite principal point"));
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! Image files to pixels: PNG, JPEG and EXR, colour, alpha and masks.
 
 use crate::error::Size;
-use crate::{DataError, Dataset, Image, Mask, Photo, Pixels, View, limits};
+use crate::image::{BadPixel, not_finite};
+use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, limits};
 use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 use rayon::prelude::*;
@@ -20,23 +21,28 @@ pub(crate) struct Header {
     pub alpha: bool,
 }
 
-/// Decodes the image of a view and its mask.
+/// The pixels of a view: those in memory as they are, shared, or those of its files, decoded.
 ///
-/// An EXIF orientation is obeyed, except where the camera has the size of the stored, unturned pixels. EXR is linear and
-/// premultiplied by definition; it is divided by its alpha and sRGB-encoded.
+/// Of files, an EXIF orientation is obeyed, except where the camera has the size of the stored, unturned pixels. EXR is
+/// linear and premultiplied by definition; it is divided by its alpha and sRGB-encoded.
 pub fn load_photo(view: &View) -> Result<Photo, DataError> {
+    let (path, mask) = match &view.source {
+        PhotoSource::Memory(photo) => return Ok(photo.clone()),
+        PhotoSource::Files { image, mask } => (image, mask),
+    };
     let expected = Size { width: view.camera.width, height: view.camera.height };
-    let decoded = decode(&view.image, Some(expected))?;
+    let decoded = decode(path, Some(expected))?;
     let found = Size { width: decoded.width(), height: decoded.height() };
     if found != expected {
-        return Err(DataError::ImageSize { path: view.image.clone(), found, expected });
+        return Err(DataError::ImageSize { path: path.clone(), found, expected });
     }
-    let mask = view.mask.as_deref().map(|path| load_mask(path, &view.image, expected)).transpose()?;
-    Ok(Photo { image: to_image(&view.image, decoded)?, mask })
+    let mask = mask.as_deref().map(|mask| load_mask(mask, path, expected)).transpose()?;
+    Ok(Photo::new(to_image(path, decoded)?, mask))
 }
 
 impl Dataset {
-    /// Decodes the views `indices` on all threads, in the order given. `on_loaded` is told each index when it is done.
+    /// Loads the photos of the views `indices` on all threads, in the order given. `on_loaded` is called with each index
+    /// when its photo is there.
     ///
     /// # Panics
     /// When an index is not one of [`Dataset::views`].
@@ -153,15 +159,13 @@ fn to_image(path: &Path, decoded: DynamicImage) -> Result<Image, DataError> {
 fn encode_linear(
     path: &Path,
     width: u32,
-    channels: usize,
+    channels: u32,
     mut values: Vec<f32>,
 ) -> Result<Vec<f32>, DataError> {
-    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
-        let (pixel, value) = ((i / channels) as u32, values[i]);
-        let (column, row) = (pixel % width, pixel / width);
+    if let Some(BadPixel { column, row, value }) = not_finite(&values, width, channels) {
         return Err(DataError::NotFinite { path: path.to_owned(), column, row, value });
     }
-    for pixel in values.chunks_exact_mut(channels) {
+    for pixel in values.chunks_exact_mut(channels as usize) {
         let alpha = pixel.get(3).copied().unwrap_or(1.0);
         for c in &mut pixel[..3] {
             *c = srgb_encode(if alpha > 0.0 { *c / alpha } else { *c });

@@ -1,9 +1,9 @@
-//! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is named.
+//! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is refused with its reason.
 
 use crate::error::PoseFault;
 use refraxel_core::{Mat3, Pose, Vec3};
 
-/// Largest |RᵀR − 1| taken as a rotation without a word: single precision with some digits lost in text.
+/// Largest |RᵀR − 1| that is repaired without a note: single precision with some digits lost in text.
 const EXACT: f64 = 1e-5;
 /// Largest |RᵀR − 1| that is repaired.
 const REPAIRABLE: f64 = 1e-2;
@@ -12,7 +12,9 @@ const REPAIRABLE: f64 = 1e-2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CheckedPose {
     pub pose: Pose,
-    /// The error that was repaired, where it was worth a word.
+    /// Largest entry of |RᵀR − 1| before it was removed.
+    pub error: f64,
+    /// The same where it is worth a note.
     pub repaired: Option<f64>,
 }
 
@@ -33,7 +35,7 @@ pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
         });
     }
     let repaired = (error > EXACT).then_some(error);
-    Ok(CheckedPose { pose: Pose { rotation: orthonormal(rotation), ..*pose }, repaired })
+    Ok(CheckedPose { pose: Pose { rotation: orthonormal(rotation), ..*pose }, error, repaired })
 }
 
 /// Largest entry of |RᵀR − 1|.

@@ -5,14 +5,13 @@ mod fixture;
 use fixture::*;
 use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
 use refraxel_core::{Camera, vec3};
-use refraxel_data::{DataError, MaskMeaning, Photo, Pixels, View, load_photo};
+use refraxel_data::{DataError, Photo, PhotoSource, Pixels, View, load_photo};
 use std::path::Path;
 
 fn view(folder: &Path, name: &str, width: u32, height: u32) -> View {
     let camera =
         Camera::look_at(vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 0.7, [width, height]);
-    let image = folder.join(name);
-    View { name: name.into(), image, mask: None, mask_meaning: MaskMeaning::Keep, camera }
+    View::of_file(folder.join(name), camera)
 }
 
 fn load(image: &DynamicImage, name: &str) -> Result<Photo, DataError> {
@@ -25,7 +24,7 @@ fn load(image: &DynamicImage, name: &str) -> Result<Photo, DataError> {
 fn eight_bit_images_keep_their_bytes_and_grey_becomes_rgb() {
     let rgba = RgbaImage::from_fn(3, 2, |x, y| Rgba([x as u8, y as u8, 7, 128]));
     let photo = load(&rgba.clone().into(), "a.png").unwrap();
-    assert_eq!((photo.image.channels, photo.image.pixels), (4, Pixels::U8(rgba.into_raw())));
+    assert_eq!((photo.image.channels, &photo.image.pixels), (4, &Pixels::U8(rgba.into_raw())));
     let grey = DynamicImage::ImageLuma8(ImageBuffer::from_pixel(2, 1, image::Luma([9])));
     assert_eq!(load(&grey, "g.png").unwrap().image.pixels, Pixels::U8(vec![9; 6]));
 }
@@ -33,8 +32,8 @@ fn eight_bit_images_keep_their_bytes_and_grey_becomes_rgb() {
 #[test]
 fn sixteen_bit_images_keep_their_precision() {
     let deep = DynamicImage::ImageRgb16(ImageBuffer::from_pixel(1, 1, image::Rgb([0, 257, 65535])));
-    let Pixels::F32(values) = load(&deep, "a.png").unwrap().image.pixels else { panic!("expected floats") };
-    assert_eq!(values, [0.0, 257.0 / 65535.0, 1.0]);
+    let expected = vec![0.0, 257.0 / 65535.0, 1.0];
+    assert_eq!(load(&deep, "a.png").unwrap().image.pixels, Pixels::F32(expected));
 }
 
 #[test]
@@ -87,7 +86,8 @@ fn a_mask_of_another_size_names_both_sizes() {
     write_image(folder.path(), "a.png", 4, 3);
     write_image(folder.path(), "m.png", 5, 3);
     let mut with_mask = view(folder.path(), "a.png", 4, 3);
-    with_mask.mask = Some(folder.path().join("m.png"));
+    let (image, mask) = (folder.path().join("a.png"), Some(folder.path().join("m.png")));
+    with_mask.source = PhotoSource::Files { image, mask };
     let message = load_photo(&with_mask).unwrap_err().to_string();
     assert!(message.contains("the mask is 5x3") && message.contains("is 4x3"), "{message}");
 }

@@ -19,7 +19,7 @@ fn the_glass_ball_has_masks_truth_and_a_white_backdrop() {
     let Some(data) = open("glass_ball") else { return };
     assert_eq!((data.format, data.backdrop), (Format::Blender, Backdrop::Color([1.0; 3])));
     assert_eq!((data.split.train.len(), data.split.test.len()), (100, 40));
-    assert!(data.views.iter().all(|v| v.mask.is_some() && v.mask_meaning == MaskMeaning::Refractive));
+    assert!(data.views.iter().all(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive));
     assert_eq!(data.truth.as_ref().unwrap()["refractive"][0]["ior"], 1.5);
     assert_eq!(data.stated_box, None, "the truth's box is not a statement of the dataset");
     let photos = data.load_photos(&data.split.test[..4], |_| {}).unwrap();
@@ -44,7 +44,7 @@ fn the_masks_of_the_glass_ball_cover_the_projection_of_its_centre() {
 fn the_opaque_scene_is_transparent_behind_its_things() {
     let Some(data) = open("opaque") else { return };
     assert_eq!(data.backdrop, Backdrop::Transparent);
-    assert!(data.views.iter().all(|v| v.mask.is_none()));
+    assert!(data.views.iter().all(|v| !v.has_mask()));
     let photo = refraxel_data::load_photo(&data.views[0]).unwrap();
     assert_eq!(photo.image.channels, 4);
     assert!(matches!(photo.image.pixels, Pixels::U8(_)));

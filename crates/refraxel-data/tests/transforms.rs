@@ -209,7 +209,7 @@ fn masks_are_found_by_key_and_by_place_and_their_meaning_is_stated() {
     write_image(folder.path(), "images/dynamic_mask_r_2.png", WIDTH, HEIGHT);
     let meanings = |data: &Dataset| data.views.iter().map(|v| v.mask_meaning).collect::<Vec<_>>();
     let data = open(&folder).unwrap();
-    assert!(data.views.iter().all(|v| v.mask.is_some()));
+    assert!(data.views.iter().all(|v| v.has_mask()));
     assert_eq!(meanings(&data), [MaskMeaning::Keep, MaskMeaning::Keep, MaskMeaning::Ignore]);
     assert!(reports(&data, "2 masks, white = use, black = ignore"), "{:?}", data.problems);
     write_file(folder.path(), "scene.json", r#"{"refractive": [{"shape": "sphere"}]}"#);

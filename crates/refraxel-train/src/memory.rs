@@ -63,7 +63,7 @@ fn photo_bytes(data: &Dataset) -> u64 {
     let views = data.split.train.iter().map(|&i| &data.views[i]);
     let bytes = views.map(|v| {
         let pixels = u64::from(v.camera.width) * u64::from(v.camera.height);
-        pixels * (4 + u64::from(v.mask.is_some()))
+        pixels * (4 + u64::from(v.has_mask()))
     });
     bytes.sum()
 }
@@ -77,8 +77,8 @@ mod tests {
     #[test]
     fn a_deep_coarse_to_fine_run_peaks_at_its_last_stage_and_a_shallow_one_at_its_dense_grid() {
         let data = Dataset {
-            root: "x".into(),
-            format: Format::Transforms,
+            root: None,
+            format: Format::Memory,
             views: Vec::new(),
             split: Split::default(),
             backdrop: Backdrop::Transparent,

@@ -161,13 +161,7 @@ mod tests {
             0.69,
             [200, 200],
         );
-        let view = View {
-            name: "a".into(),
-            image: "a".into(),
-            mask: None,
-            mask_meaning: refraxel_data::MaskMeaning::Keep,
-            camera,
-        };
+        let view = View::of_file("a", camera);
         let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
         let mut one_each = Options::default();

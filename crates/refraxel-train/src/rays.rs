@@ -177,7 +177,7 @@ impl PosedPhoto {
 
     /// The mask of what is refractive.
     fn refractive(&self) -> Option<&Mask> {
-        self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
+        self.photo.mask.as_deref().filter(|_| self.meaning == MaskMeaning::Refractive)
     }
 
     /// Pixels mostly inside the refractive mask.
@@ -261,16 +261,14 @@ mod tests {
     use super::*;
     use refraxel_core::vec3;
     use refraxel_data::{Image, Pixels};
-    use std::path::PathBuf;
 
     fn posed(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
         let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
         camera.lens = lens;
-        let (image, mask_meaning) = (PathBuf::new(), meaning);
-        let view = View { name: "a.png".into(), image, mask: None, mask_meaning, camera };
+        let view = View { mask_meaning: meaning, ..View::of_file("a.png", camera) };
         let pixels = Pixels::U8((0..32).map(|v| v * 8).collect());
         let image = Image { width: 4, height: 2, channels: 4, pixels };
-        (view, Photo { image, mask: mask.map(|coverage| Mask { width: 4, height: 2, coverage }) })
+        (view, Photo::new(image, mask.map(|coverage| Mask { width: 4, height: 2, coverage })))
     }
 
     fn sampler(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> RaySampler {

@@ -23,8 +23,15 @@ enum Encoding {
 struct Header {
     encoding: Encoding,
     count: u64,
-    /// Size [byte], kind and name of each property.
-    properties: Vec<(usize, Kind, String)>,
+    properties: Vec<Property>,
+}
+
+/// A number of a vertex.
+struct Property {
+    /// Size [byte].
+    size: usize,
+    kind: Kind,
+    name: String,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -57,9 +64,7 @@ fn open<'a>(path: &'a Path, content: &'a [u8]) -> Result<(Bytes<'a>, Header, Str
 
 /// Positions of all vertices; of an ASCII file this takes all bytes that are left.
 fn vertices(bytes: &mut Bytes, header: &Header) -> Result<Vec<Vec3<f64>>, DataError> {
-    let column = |axis: &str| {
-        header.properties.iter().position(|(_, kind, name)| name == axis && *kind == Kind::Float)
-    };
+    let column = |axis: &str| header.properties.iter().position(|p| p.name == axis && p.kind == Kind::Float);
     let (Some(x), Some(y), Some(z)) = (column("x"), column("y"), column("z")) else {
         return Err(bytes.damaged("no x, y, z".into(), EXPECTED));
     };
@@ -87,8 +92,8 @@ fn header(text: &str) -> Option<Header> {
     Some(Header { encoding, count, properties })
 }
 
-/// Size, kind and name of `property TYPE NAME`.
-fn property(line: &str) -> Option<(usize, Kind, String)> {
+/// The property of a line `property TYPE NAME`.
+fn property(line: &str) -> Option<Property> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let &[_, kind, name] = words.as_slice() else { return None };
     let (size, kind) = match kind {
@@ -99,7 +104,7 @@ fn property(line: &str) -> Option<(usize, Kind, String)> {
         "double" | "float64" => (8, Kind::Float),
         _ => return None,
     };
-    Some((size, kind, name.to_owned()))
+    Some(Property { size, kind, name: name.to_owned() })
 }
 
 fn ascii(bytes: &mut Bytes, header: &Header, columns: [usize; 3]) -> Result<Vec<Vec3<f64>>, DataError> {
@@ -119,8 +124,8 @@ fn ascii(bytes: &mut Bytes, header: &Header, columns: [usize; 3]) -> Result<Vec<
 }
 
 fn binary(bytes: &mut Bytes, header: &Header, columns: [usize; 3]) -> Result<Vec<Vec3<f64>>, DataError> {
-    let start = |c: usize| header.properties[..c].iter().map(|(size, ..)| size).sum::<usize>();
-    let places = columns.map(|c| start(c)..start(c) + header.properties[c].0);
+    let start = |c: usize| header.properties[..c].iter().map(|p| p.size).sum::<usize>();
+    let places = columns.map(|c| start(c)..start(c) + header.properties[c].size);
     let stride = start(header.properties.len());
     bytes.check_count(header.count, stride, EXPECTED)?;
     let mut points = Vec::new();

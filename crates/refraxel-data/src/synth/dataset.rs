@@ -118,9 +118,29 @@ impl DatasetOptions {
         cameras(self.cameras, part.count(&self.views), mix(self.seed, 100 + part as u64), self.size)
     }
 
-    /// The number that the jitter of a view depends on; a twin has that of its view.
-    pub(super) fn view_number(part: Part, index: usize) -> u64 {
-        (part as u64) << 32 | index as u64
+    /// All views, twins apart, split by split.
+    pub(super) fn planned_views(&self) -> Vec<PlannedView> {
+        let of_part = |part| {
+            let cameras = self.split_cameras(part).into_iter().enumerate();
+            cameras.map(move |(index, camera)| PlannedView { part, index, camera })
+        };
+        Part::ALL.into_iter().flat_map(of_part).collect()
+    }
+}
+
+/// A view that is to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlannedView {
+    pub part: Part,
+    /// Its place in its split.
+    pub index: usize,
+    pub camera: Camera,
+}
+
+impl PlannedView {
+    /// The number that the jitter of the view depends on; its twin has the same.
+    pub fn number(&self) -> u64 {
+        (self.part as u64) << 32 | self.index as u64
     }
 }
 
@@ -200,13 +220,10 @@ pub(super) fn background_of(scene: &Scene) -> Option<[u8; 3]> {
 pub fn render_dataset(scene: &Scene, options: &DatasetOptions) -> SynthDataset {
     let start = Instant::now();
     let twin = (options.twins && refracts(scene)).then(|| scene.without_refraction());
-    let all: Vec<(Part, usize, Camera)> = Part::ALL
-        .into_iter()
-        .flat_map(|part| options.split_cameras(part).into_iter().enumerate().map(move |(i, c)| (part, i, c)))
-        .collect();
-    let rendered: Vec<(SynthView, Cost)> = all
+    let rendered: Vec<(SynthView, Cost)> = options
+        .planned_views()
         .into_par_iter()
-        .map(|(part, i, camera)| view_of(scene, twin.as_ref(), options, (part, i, camera)))
+        .map(|planned| view_of(scene, twin.as_ref(), options, &planned))
         .collect();
     let mut cost = rendered.iter().fold(Cost::default(), |sum, (_, c)| sum.plus(*c));
     cost.seconds = start.elapsed().as_secs_f64();
@@ -225,16 +242,16 @@ fn view_of(
     scene: &Scene,
     twin: Option<&Scene>,
     options: &DatasetOptions,
-    (part, i, camera): (Part, usize, Camera),
+    planned: &PlannedView,
 ) -> (SynthView, Cost) {
-    let number = DatasetOptions::view_number(part, i);
-    let frame = render_view(scene, &camera, number, &options.sampling());
+    let PlannedView { part, index, camera } = *planned;
+    let frame = render_view(scene, &camera, planned.number(), &options.sampling());
     let twin = twin.filter(|_| part == Part::Test);
-    let twin = twin.map(|twin| render_view(twin, &camera, number, &options.sampling()));
+    let twin = twin.map(|twin| render_view(twin, &camera, planned.number(), &options.sampling()));
     let cost = twin.iter().map(Cost::of_frame).fold(Cost::of_frame(&frame), Cost::plus);
     let view = SynthView {
         part,
-        name: format!("r_{i}.png"),
+        name: format!("r_{index}.png"),
         camera,
         image: frame.image(),
         mask: frame.mask(),

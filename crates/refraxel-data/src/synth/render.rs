@@ -148,7 +148,7 @@ impl<'a> PixelRenderer<'a> {
         let beam = Beam { ray, inside: self.start.inside };
         if self.hidden {
             let covered = scene.first_visible(&ray, beam.inside).is_some_and(|h| is_refractive(h.body));
-            return (self.tracer.gather(&beam, 1.0, 0, tally), covered);
+            return (self.tracer.gather_from(&beam, tally).0, covered);
         }
         let (color, first) = self.tracer.gather_from(&beam, tally);
         (color, first.is_some_and(is_refractive))

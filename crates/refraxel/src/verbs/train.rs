@@ -78,7 +78,7 @@ fn bending(args: &TrainArgs, data: &Dataset) -> Bending {
 /// Some training view has a mask of what is refractive.
 fn is_masked(data: &Dataset) -> bool {
     let views = data.split.train.iter().map(|&i| &data.views[i]);
-    views.into_iter().any(|v| v.mask.is_some() && v.mask_meaning == MaskMeaning::Refractive)
+    views.into_iter().any(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive)
 }
 
 /// The options: those of `base`, then the file, then `--set`, then the flags of their own.

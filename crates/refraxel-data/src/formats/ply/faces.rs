@@ -7,11 +7,18 @@ use refraxel_core::Vec3;
 use std::path::Path;
 
 /// One property of a face.
-enum Property {
-    /// Bytes of a scalar.
+enum FaceProperty {
+    /// A number of this size [byte].
     Scalar(usize),
-    /// Bytes of the count and of each number of a list, and whether these are the vertices.
-    List(usize, usize, bool),
+    /// A count and as many numbers.
+    List {
+        /// Size of the count [byte].
+        count: usize,
+        /// Size of each number [byte].
+        number: usize,
+        /// True where the numbers are the vertices of the face.
+        is_corners: bool,
+    },
 }
 
 const EXPECTED: &str =
@@ -38,14 +45,16 @@ pub(crate) fn mesh(path: &Path, content: &[u8]) -> Result<(Vec<Vec3<f64>>, Vec<[
                 .collect::<Vec<_>>();
             Numbers::Words(start, words.into_iter())
         }
-        encoding => Numbers::Binary(bytes, encoding == Encoding::Big),
+        encoding => Numbers::Binary(bytes, encoding),
     };
     let mut triangles = Vec::new();
     for _ in 0..count {
         for property in &properties {
             let (length, size, is_corners) = match *property {
-                Property::Scalar(size) => (1, size, false),
-                Property::List(count, size, is_corners) => (numbers.next(count)?, size, is_corners),
+                FaceProperty::Scalar(size) => (1, size, false),
+                FaceProperty::List { count, number, is_corners } => {
+                    (numbers.next(count)?, number, is_corners)
+                }
             };
             if length > MOST_CORNERS || (is_corners && length < 3) {
                 return Err(start.damaged(format!("a face of {length} corners"), EXPECTED));
@@ -61,17 +70,17 @@ pub(crate) fn mesh(path: &Path, content: &[u8]) -> Result<(Vec<Vec3<f64>>, Vec<[
 }
 
 /// Count and properties of the element `face`, which must be the second.
-fn faces_of(header: &str) -> Option<(u64, Vec<Property>)> {
+fn faces_of(header: &str) -> Option<(u64, Vec<FaceProperty>)> {
     let mut lines = header.lines().map(str::trim).skip_while(|l| !l.starts_with("element vertex")).skip(1);
     let count =
         lines.find(|l| l.starts_with("element"))?.strip_prefix("element face ")?.trim().parse().ok()?;
     let properties = lines.filter(|l| !l.starts_with("comment")).take_while(|l| l.starts_with("property"));
-    let properties: Vec<Property> = properties.map(property).collect::<Option<_>>()?;
-    let is_corners = |p: &&Property| matches!(p, Property::List(_, _, true));
+    let properties: Vec<FaceProperty> = properties.map(property).collect::<Option<_>>()?;
+    let is_corners = |p: &&FaceProperty| matches!(p, FaceProperty::List { is_corners: true, .. });
     (properties.iter().filter(is_corners).count() == 1).then_some((count, properties))
 }
 
-fn property(line: &str) -> Option<Property> {
+fn property(line: &str) -> Option<FaceProperty> {
     let size = |kind: &str| {
         Some(match kind {
             "char" | "uchar" | "int8" | "uint8" => 1,
@@ -82,12 +91,12 @@ fn property(line: &str) -> Option<Property> {
         })
     };
     match *line.split_whitespace().collect::<Vec<_>>().as_slice() {
-        [_, "list", count, kind, name] => Some(Property::List(
-            size(count)?,
-            size(kind)?,
-            ["vertex_indices", "vertex_index"].contains(&name),
-        )),
-        [_, kind, _] => Some(Property::Scalar(size(kind)?)),
+        [_, "list", count, kind, name] => Some(FaceProperty::List {
+            count: size(count)?,
+            number: size(kind)?,
+            is_corners: ["vertex_indices", "vertex_index"].contains(&name),
+        }),
+        [_, kind, _] => Some(FaceProperty::Scalar(size(kind)?)),
         _ => None,
     }
 }
@@ -95,8 +104,7 @@ fn property(line: &str) -> Option<Property> {
 /// Whole numbers, one after the other. Floating-point ones are passed over; their value does not matter.
 enum Numbers<'a> {
     Words(Bytes<'a>, std::vec::IntoIter<String>),
-    /// The flag says big-endian.
-    Binary(Bytes<'a>, bool),
+    Binary(Bytes<'a>, Encoding),
 }
 
 impl Numbers<'_> {
@@ -109,10 +117,14 @@ impl Numbers<'_> {
                 let value = word.parse::<f64>().ok().filter(|v| *v >= 0.0 || size > 4);
                 value.map(|v| v as u64).ok_or_else(|| start.damaged(format!("{word:?}"), EXPECTED))
             }
-            Numbers::Binary(bytes, big) => {
+            Numbers::Binary(bytes, encoding) => {
                 let raw = bytes.take(size, EXPECTED)?;
                 let fold = |n: u64, b: &u8| n << 8 | u64::from(*b);
-                Ok(if *big { raw.iter().fold(0, fold) } else { raw.iter().rev().fold(0, fold) })
+                Ok(if *encoding == Encoding::Big {
+                    raw.iter().fold(0, fold)
+                } else {
+                    raw.iter().rev().fold(0, fold)
+                })
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::DataError;
 use crate::json::Object;
-use crate::parsed::{Focal, Intrinsics};
+use crate::parsed::{FieldOfView, Focal, Intrinsics};
 use refraxel_core::Lens;
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ pub(super) fn intrinsics(frame: &Object) -> Result<(Intrinsics, Option<String>),
     };
     let focal = match (pixels, angles) {
         (Some(pixels), _) => Focal::Pixels(pixels),
-        (None, Some((x, y))) => Focal::Angles(x, y),
+        (None, Some(angles)) => Focal::Angles(angles),
         (None, None) => return Err(frame.wrong("fl_x", "fl_x [pixel] or camera_angle_x [radian]")),
     };
     let intrinsics = Intrinsics { size, focal, center: pair(frame, "cx", "cy")?, lens };
@@ -58,7 +58,7 @@ fn focal(frame: &Object) -> Result<Option<[f64; 2]>, DataError> {
 }
 
 /// Full fields of view [rad] from `x_fov`, `y_fov` [degree] or `camera_angle_x`, `camera_angle_y` [rad].
-fn field_of_view(frame: &Object) -> Result<Option<(f64, Option<f64>)>, DataError> {
+fn field_of_view(frame: &Object) -> Result<Option<FieldOfView>, DataError> {
     let angle = |degrees: &str, radians: &str| -> Result<Option<f64>, DataError> {
         let (key, value) = match frame.number(degrees)? {
             Some(value) => (degrees, Some(value.to_radians())),
@@ -70,16 +70,16 @@ fn field_of_view(frame: &Object) -> Result<Option<(f64, Option<f64>)>, DataError
         Ok(value)
     };
     let y = angle("y_fov", "camera_angle_y")?;
-    Ok(angle("x_fov", "camera_angle_x")?.map(|x| (x, y)))
+    Ok(angle("x_fov", "camera_angle_x")?.map(|x| FieldOfView { x, y }))
 }
 
 fn disagreement(
     size: Option<[f64; 2]>,
     pixels: Option<[f64; 2]>,
-    angles: Option<(f64, Option<f64>)>,
+    angles: Option<FieldOfView>,
 ) -> Option<String> {
-    let ([w, _], [fx, _], (angle, _)) = (size?, pixels?, angles?);
-    let from_angle = 0.5 * w / (0.5 * angle).tan();
+    let ([w, _], [fx, _], angles) = (size?, pixels?, angles?);
+    let from_angle = 0.5 * w / (0.5 * angles.x).tan();
     ((from_angle / fx - 1.0).abs() > 1e-3)
         .then(|| format!("fl_x is {fx:.3}, but the field of view says {from_angle:.3} [pixel]; fl_x is used"))
 }

@@ -15,13 +15,17 @@
 //! manifest.json                      parameters and state of the run
 //! ```
 
+mod contact;
 mod files;
 mod manifest;
 mod npz;
+mod options;
 mod pictures;
 mod synthesize;
 
+pub use contact::contact_sheet;
 #[cfg(test)]
 pub(crate) use npz::npz_of_index;
+pub use options::SynthOptions;
 pub use pictures::DEPTH_UNIT;
-pub use synthesize::{Progress, Summary, SynthOptions, contact_sheet, synthesize};
+pub use synthesize::{Progress, Summary, synthesize};

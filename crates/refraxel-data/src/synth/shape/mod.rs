@@ -3,10 +3,12 @@
 mod convex;
 mod implicit;
 mod mesh;
+mod primitive;
 
 pub use convex::{Cuboid, Cylinder, Plane, Polyhedron, Sphere};
-pub use implicit::{Implicit, Primitive};
+pub use implicit::Implicit;
 pub use mesh::{MeshError, TriangleMesh};
+pub use primitive::Primitive;
 
 use super::vector;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};

@@ -62,7 +62,7 @@ impl Report {
     fn text(&self) -> String {
         let i = &self.inspection;
         let mut lines = vec![
-            format!("{}: {}", i.root, i.format),
+            format!("{}: {}", i.root.as_deref().unwrap_or("in memory"), i.format),
             format!(
                 "views      {}: {} training, {} validation, {} test ({})",
                 i.views.total, i.views.train, i.views.val, i.views.test, i.split_rule

@@ -1,5 +1,9 @@
 //! What can be wrong with a dataset. Each message says which file and key, what was found, what was expected, what to do.
 
+mod memory;
+
+pub use memory::{MemoryError, ViewFault};
+
 use std::path::PathBuf;
 
 /// A dataset or one of its files cannot be used.
@@ -215,6 +219,9 @@ pub enum DataError {
         /// NaN, inf or -inf.
         value: f32,
     },
+    /// Arrays in memory do not make a dataset.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
 }
 
 /// Why a matrix is not a camera pose.

@@ -1,0 +1,133 @@
+//! The options of a run that writes a dataset.
+
+use super::files::io;
+use crate::synth::cameras::CameraSet;
+use crate::synth::dataset::{DatasetOptions, ViewCounts};
+use crate::synth::error::SynthError;
+use crate::synth::scene::Scene;
+use crate::synth::scenes::{SceneOptions, scene};
+use crate::synth::shape::TriangleMesh;
+use crate::synth::trace::{Limits, Reflection};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// What `refraxel synth` is asked for.
+#[derive(Clone, Debug)]
+pub struct SynthOptions {
+    /// Name of the scene, see [`scene_list`](crate::synth::scene_list).
+    pub scene: String,
+    /// Folder of the dataset; created when missing.
+    pub out: PathBuf,
+    /// Edge of the square pictures [pixel].
+    pub size: u32,
+    /// Views per split.
+    pub views: ViewCounts,
+    /// Choice of textures, cameras and jitter.
+    pub seed: u64,
+    /// Index of the main refractive body; `None`: the scene's default.
+    pub ior: Option<f64>,
+    /// Whether interfaces reflect.
+    pub reflection: Reflection,
+    /// From where the scene is seen.
+    pub cameras: CameraSet,
+    /// Samples per pixel, rounded up to a square number.
+    pub spp: u32,
+    /// Samples per pixel where the first ones differ; 0 or at most `spp`: none.
+    pub detail_spp: u32,
+    /// Also write linear float pictures.
+    pub exr: bool,
+    /// Cells along the longest edge of the index field; 0: no field.
+    pub index_resolution: u32,
+    /// Wavefront OBJ file whose mesh takes the place of the knot in `glass_mesh`.
+    pub mesh: Option<PathBuf>,
+    /// Threads; `None`: those of the current rayon pool.
+    pub threads: Option<usize>,
+}
+
+impl SynthOptions {
+    /// The usual dataset of a scene: 100 + 10 + 40 views of 200² from the upper hemisphere.
+    pub fn new(scene: &str, out: impl Into<PathBuf>) -> SynthOptions {
+        SynthOptions {
+            scene: scene.into(),
+            out: out.into(),
+            size: 200,
+            views: ViewCounts::default(),
+            seed: 0,
+            ior: None,
+            reflection: Reflection::On,
+            cameras: CameraSet::Upper,
+            spp: 16,
+            detail_spp: 64,
+            exr: false,
+            index_resolution: 128,
+            mesh: None,
+            threads: None,
+        }
+    }
+
+    /// The same without files.
+    pub(super) fn dataset(&self) -> DatasetOptions {
+        DatasetOptions {
+            size: [self.size; 2],
+            views: self.views,
+            cameras: self.cameras,
+            seed: self.seed,
+            spp: self.spp,
+            detail_spp: self.detail_spp,
+            limits: Limits { reflection: self.reflection, ..Limits::default() },
+            twins: true,
+        }
+    }
+
+    /// Refuses numbers out of range.
+    pub(super) fn check(&self) -> Result<(), SynthError> {
+        let within = |option, value: u64, low: u64, high: u64| {
+            let expected = format!("a whole number from {low} to {high}");
+            let error = SynthError::Range { option, found: value.to_string(), expected };
+            if (low..=high).contains(&value) { Ok(()) } else { Err(error) }
+        };
+        within("--size", self.size.into(), 1, 8192)?;
+        within("--views", self.views.total() as u64, 1, 100_000)?;
+        within("--spp", self.spp.into(), 1, 65_536)?;
+        within("--detail-spp", self.detail_spp.into(), 0, 65_536)?;
+        within("--index-resolution", self.index_resolution.into(), 0, 1024)?;
+        within("--threads", self.threads.unwrap_or(1) as u64, 1, 1024)?;
+        if self.mesh.is_some() && self.scene != "glass_mesh" {
+            let expected = format!("nothing: only glass_mesh takes a mesh, not {}", self.scene);
+            return Err(SynthError::Range { option: "--mesh", found: "a file".into(), expected });
+        }
+        Ok(())
+    }
+
+    /// The scene, with the mesh where one is given.
+    pub(super) fn scene(&self) -> Result<Scene, SynthError> {
+        let mesh = match &self.mesh {
+            None => None,
+            Some(path) => {
+                let text = std::fs::read_to_string(path).map_err(io("read", path))?;
+                let bad = |source| SynthError::Mesh { path: path.clone(), source };
+                Some(TriangleMesh::from_obj(&text).map_err(bad)?)
+            }
+        };
+        scene(&self.scene, &SceneOptions { seed: self.seed, ior: self.ior, mesh })
+    }
+
+    /// Everything that the bytes of the pictures depend on; `truth` are the refractive bodies.
+    pub(super) fn parameters(&self, truth: &Value) -> Value {
+        let cameras = if self.cameras == CameraSet::Upper { "upper" } else { "full" };
+        json!({
+            "program": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
+            "scene": self.scene,
+            "size": self.size,
+            "views": [self.views.train, self.views.val, self.views.test],
+            "seed": self.seed,
+            "reflection": self.reflection == Reflection::On,
+            "cameras": cameras,
+            "spp": self.spp,
+            "detail_spp": self.detail_spp,
+            "exr": self.exr,
+            "index_resolution": self.index_resolution,
+            "bodies": truth,
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! What a dataset says beside its pictures: cameras, shapes, indices and the protocol.
+
+use super::Run;
+use crate::synth::cameras::opengl_matrix;
+use crate::synth::dataset::{ANGLE, Part, background_of};
+use crate::synth::error::SynthError;
+use crate::synth::output::contact::contact_sheet;
+use crate::synth::output::files::write_whole;
+use crate::synth::output::npz::npz_of_index;
+use crate::synth::output::pictures::{DEPTH_UNIT, color_png};
+use crate::synth::scene::Environment;
+use crate::synth::trace::Reflection;
+use crate::synth::truth::{IndexTruth, opaque_json, refractive_json};
+use refraxel_core::Camera;
+use serde_json::{Value, json};
+use std::path::Path;
+
+impl Run<'_> {
+    /// Everything but the pictures; `transforms_*.json` last, so that only whole datasets have them.
+    pub(super) fn write_truth(&self) -> Result<(), SynthError> {
+        let out = &self.options.out;
+        let mut scene = self.scene_json();
+        if let Some(truth) = IndexTruth::of_scene(&self.scene).filter(|_| self.options.index_resolution > 0) {
+            scene["index_field"] = self.write_index(&truth)?;
+        }
+        write_json(&out.join("scene.json"), &scene)?;
+        let path = out.join("contact.png");
+        let cameras = self.dataset.split_cameras(Part::Test);
+        write_whole(
+            &path,
+            &color_png(&path, &contact_sheet(&self.scene, &cameras, &self.dataset.sampling()))?,
+        )?;
+        for part in Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0) {
+            let name = part.folder();
+            write_json(&out.join(format!("transforms_{name}.json")), &self.transforms(part, name))?;
+        }
+        if self.twin.is_some() && self.options.views.test > 0 {
+            write_json(&out.join("transforms_test_bg.json"), &self.transforms(Part::Test, "test_bg"))?;
+        }
+        Ok(())
+    }
+
+    fn write_index(&self, truth: &IndexTruth) -> Result<Value, SynthError> {
+        let (bounds, longest) = (self.scene.bounds, self.options.index_resolution);
+        let e = bounds.extent();
+        let cells =
+            e.to_array().map(|l| ((l / e.max_element() * f64::from(longest)).round() as usize).max(1));
+        let n = truth.voxels(&bounds, cells);
+        let bytes = npz_of_index(&bounds, cells, &n);
+        write_whole(&self.options.out.join("index.npz"), &bytes)?;
+        Ok(json!({
+            "file": "index.npz",
+            "cells": cells,
+            "layout": "n[x, y, z] float32 at cell centres min + (i + 1/2) (max - min) / cells; z runs fastest",
+        }))
+    }
+
+    fn transforms(&self, part: Part, folder: &str) -> Value {
+        let frame = |(i, camera): (usize, &Camera)| json!({ "file_path": format!("./{folder}/r_{i}"), "transform_matrix": opengl_matrix(camera) });
+        let frames: Vec<Value> = self.dataset.split_cameras(part).iter().enumerate().map(frame).collect();
+        let size = self.options.size;
+        let mut all = json!({ "camera_angle_x": ANGLE, "w": size, "h": size });
+        if let Some(background) = background_of(&self.scene) {
+            all["background"] = json!(background);
+        }
+        all["frames"] = Value::Array(frames);
+        all
+    }
+
+    fn scene_json(&self) -> Value {
+        let (o, b) = (self.options, self.scene.bounds);
+        let linear = match self.scene.environment {
+            Environment::Constant(c) => json!(c),
+            Environment::Sky { .. } => Value::Null,
+        };
+        json!({
+            "name": self.scene.name,
+            "note": self.scene.shows,
+            "renderer": concat!("refraxel ", env!("CARGO_PKG_VERSION"), " exact tracer, float64"),
+            "resolution": [o.size, o.size],
+            "spp": o.spp,
+            "detail_spp": o.detail_spp,
+            "seed": o.seed,
+            "reflection": if o.reflection == Reflection::On { "fresnel" } else { "off" },
+            "energy_cut": self.dataset.limits.energy_cut,
+            "camera_angle_x": ANGLE,
+            "pixel_filter": "box, averaged in linear light then sRGB-encoded",
+            "up_axis": "z",
+            "near": 2.0,
+            "far": 6.5,
+            "aabb": [b.min.to_array(), b.max.to_array()],
+            "image_mode": "RGB",
+            "background_srgb8": background_of(&self.scene),
+            "background_linear": linear,
+            "lighting": "emissive textures only (opaque surfaces without glaze_ior look the same from everywhere); colours are basic radiance L/n^2",
+            "refractive": refractive_json(&self.scene),
+            "opaque": opaque_json(&self.scene),
+            "files": {
+                "masks": "8-bit coverage (0..255) of the refractive object as first thing seen",
+                "test_bg": "same cameras as test, refractive objects removed",
+                "depth": format!("16-bit, {DEPTH_UNIT} scene units along the optical axis at the pixel centre, 0 = background"),
+                "normals": "16-bit, 65535 (n + 1) / 2, world axes, facing the camera, 0 = background",
+            },
+        })
+    }
+}
+
+fn write_json(path: &Path, value: &Value) -> Result<(), SynthError> {
+    // Serialising a Value cannot fail: its keys are strings and its numbers finite.
+    let text = serde_json::to_string_pretty(value).unwrap_or_default();
+    write_whole(path, text.as_bytes())
+}
