@@ -4,10 +4,10 @@
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
 use crate::backend::{Backend, Batch, IndexObjective, Marching, Objective, ReflectionObjective};
-use crate::config::Config;
 use crate::cpu::CpuBackend;
+use crate::options::Options;
 use crate::random::Random;
-use crate::reflection::{ProbeLayout, Reflection, Source};
+use crate::reflection::{MirrorSource, ProbeLayout, Reflection};
 use crate::refraction::Refraction;
 use crate::schedule::index_objective;
 use refraxel_core::sh::ShDegree;
@@ -88,7 +88,7 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
         let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
         backend.set_refraction(Refraction { medium, ..Refraction::none() });
         if let Some(layout) = &layout {
-            backend.set_reflection(Reflection::of(backend.refraction(), Source::Learned, layout));
+            backend.set_reflection(Reflection::of(backend.refraction(), MirrorSource::Learned, layout));
         }
         throughput(backend, options, Some(index()))
     };
@@ -149,7 +149,7 @@ const MARCHING: Marching = Marching { step: 1.0, near: 0.0, min_optical_depth: 0
 
 /// The index learns as by default, at rates so small that the scene stays what it is.
 fn index() -> IndexObjective {
-    let usual = index_objective(&Config::default(), 0.0);
+    let usual = index_objective(&Options::default(), 0.0);
     IndexObjective { rate: 1e-7, surface_rate: 1e-6, surface_smooth: 1e-4, ..usual }
 }
 

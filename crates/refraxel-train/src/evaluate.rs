@@ -4,7 +4,7 @@ use crate::backend::{Backend, Marching};
 use crate::cpu::CpuBackend;
 use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
 use crate::rays::{pixel_ray, ray_within};
-use crate::reflection::Source;
+use crate::reflection::MirrorSource;
 use crate::refraction::Refraction;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Pixel, without};
@@ -39,7 +39,7 @@ pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> R
 pub fn render_reflection(backend: &CpuBackend, camera: &Camera, marching: &Marching) -> Rendering {
     render_with(backend, camera, |rays| {
         let mut all = backend.render(rays, marching);
-        for (all, rest) in all.iter_mut().zip(backend.render_mirroring(rays, marching, Source::Black)) {
+        for (all, rest) in all.iter_mut().zip(backend.render_mirroring(rays, marching, MirrorSource::Black)) {
             all.colour = without(all.colour, rest.colour);
         }
         all

@@ -3,7 +3,6 @@
 pub mod backend;
 pub mod bench;
 pub mod checkpoint;
-pub mod config;
 pub mod cpu;
 pub mod evaluate;
 pub mod index_edit;
@@ -12,6 +11,7 @@ pub mod initial;
 pub mod memory;
 pub mod metrics;
 pub mod model;
+pub mod options;
 pub mod polyhedron;
 pub mod random;
 pub mod rays;
@@ -24,7 +24,7 @@ pub mod surface;
 pub mod trainer;
 
 pub use backend::Backend;
-pub use config::{Config, ConfigError};
 pub use cpu::CpuBackend;
+pub use options::{OptionError, Options};
 pub use refraction::Refraction;
 pub use trainer::{TrainError, Trainer};

@@ -1,7 +1,7 @@
 //! How much memory training will take, before it starts.
 
-use crate::config::Config;
 use crate::model::{TYPICAL_OCCUPANCY, bytes_per_voxel};
+use crate::options::Options;
 use crate::schedule::stage_domain;
 use refraxel_core::{Domain, Extent, ShDegree};
 use refraxel_data::Dataset;
@@ -29,13 +29,13 @@ pub struct Forecast {
     pub peak: u64,
 }
 
-/// Forecasts a run with `config` that ends on the grid `finest`; decodes no pixels.
-pub fn forecast(config: &Config, finest: &Domain<f32>, data: &Dataset) -> Forecast {
-    let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
+/// Forecasts a run with `options` that ends on the grid `finest`; decodes no pixels.
+pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset) -> Forecast {
+    let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
     let per_voxel = bytes_per_voxel(degree);
-    let stages: Vec<f64> = (0..config.stages)
+    let stages: Vec<f64> = (0..options.grid.stages)
         .map(|stage| {
-            let domain = stage_domain(config, finest, stage);
+            let domain = stage_domain(options, finest, stage);
             let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
             // The first grid is dense, later ones keep what was seen.
             let kept = if stage == 0 { 1.0 } else { TYPICAL_OCCUPANCY };
@@ -46,7 +46,7 @@ pub fn forecast(config: &Config, finest: &Domain<f32>, data: &Dataset) -> Foreca
     let steady = stages.iter().map(|s| 2.0 * s);
     let changing = stages.windows(2).map(|w| w[0] + w[1]);
     let photos = photo_bytes(data);
-    let step = f64::from(config.batch) * STEP_BYTES_PER_RAY;
+    let step = f64::from(options.run.batch) * STEP_BYTES_PER_RAY;
     Forecast {
         resolution: finest.resolution,
         contracted: finest.extent == Extent::Contracted,
@@ -89,7 +89,11 @@ mod tests {
             problems: Vec::new(),
         };
         let finest = Domain::with_longest(bounds_of([[0.0; 3], [1.0; 3]]), Extent::Bounded, 65);
-        let of = |stages| forecast(&Config { stages, batch: 1, ..Config::default() }, &finest, &data);
+        let of = |stages| {
+            let mut options = Options::default();
+            (options.grid.stages, options.run.batch) = (stages, 1);
+            forecast(&options, &finest, &data)
+        };
         let (deep, shallow) = (of(3), of(1));
         let nodes = 65_u64.pow(3);
         assert_eq!(shallow.model, nodes * shallow.bytes_per_voxel);

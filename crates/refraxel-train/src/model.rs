@@ -1,7 +1,7 @@
 //! From a dataset to the model that a run starts with: box, resolution, background, memory.
 
-use crate::config::Config;
 use crate::cpu::CpuBackend;
+use crate::options::Options;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Vec3, VoxelField};
@@ -44,22 +44,22 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
     region.bounds.extent().max_element() / footprint
 }
 
-/// The grid that a configuration and a dataset ask for, within the memory allowed.
-pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domain<f32> {
+/// The grid that options and a dataset ask for, within the memory allowed.
+pub fn finest_domain(options: &Options, region: &Region, views: &[&View]) -> Domain<f32> {
     let extent = if region.unbounded { Extent::Contracted } else { Extent::Bounded };
     // A contracted grid gives half its nodes to the box.
     let share = if region.unbounded { 2.0 } else { 1.0 };
-    let wanted = match config.resolution {
-        0 => (share * config.voxels_per_pixel * matching_resolution(region, views))
-            .min(f64::from(config.max_resolution)),
+    let wanted = match options.grid.resolution {
+        0 => (share * options.grid.voxels_per_pixel * matching_resolution(region, views))
+            .min(f64::from(options.grid.max_resolution)),
         n => f64::from(n),
     };
-    let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
+    let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
     let mut longest = (wanted.round() as u32).clamp(8, 1024);
     let bounds = region.bounds.cast::<f32>();
     loop {
         let domain = Domain::with_longest(bounds, extent, longest);
-        if longest <= 16 || forecast(config, &domain, degree) <= config.memory * (1_u64 << 30) as f64 {
+        if longest <= 16 || forecast(options, &domain, degree) <= options.run.memory * (1_u64 << 30) as f64 {
             return domain;
         }
         longest = longest * 9 / 10;
@@ -67,36 +67,37 @@ pub fn finest_domain(config: &Config, region: &Region, views: &[&View]) -> Domai
 }
 
 /// Bytes of parameters and moments of the last stage: pruned by then, dense if it is also the first.
-pub fn forecast(config: &Config, domain: &Domain<f32>, degree: ShDegree) -> f64 {
+pub fn forecast(options: &Options, domain: &Domain<f32>, degree: ShDegree) -> f64 {
     let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
-    let stored = if config.stages > 1 { TYPICAL_OCCUPANCY } else { 1.0 };
+    let stored = if options.grid.stages > 1 { TYPICAL_OCCUPANCY } else { 1.0 };
     nodes * stored * bytes_per_voxel(degree) as f64
 }
 
 impl Plan {
     /// The plan for a dataset, whose training photographs are `photos`.
-    pub fn new(config: &Config, data: &Dataset, photos: &[Photo]) -> Self {
+    pub fn new(options: &Options, data: &Dataset, photos: &[Photo]) -> Self {
         let region = refraxel_data::scene_region(data);
         let region =
             if region.unbounded { region } else { region.around_content(data, &data.split.train, photos) };
         let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
-        let finest = finest_domain(config, &region, &views);
-        let near = crate::evaluate::near_limit(&views, region.bounds.center(), config.near);
+        let finest = finest_domain(options, &region, &views);
+        let near = crate::evaluate::near_limit(&views, region.bounds.center(), options.march.near);
         Self { finest, near, backdrop: data.backdrop }
     }
 
     /// The untrained model.
-    pub fn start(&self, config: &Config) -> CpuBackend {
-        let domain = stage_domain(config, &self.finest, Progress(0.0).stage(config));
+    pub fn start(&self, options: &Options) -> CpuBackend {
+        let domain = stage_domain(options, &self.finest, Progress(0.0).stage(options));
         let map = BrickMap::dense(domain.resolution);
-        let degree = ShDegree::new(config.sh_degree).unwrap_or_default();
-        let field = VoxelField::uniform(domain, map, degree, config.initial_density);
+        let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
+        let field = VoxelField::uniform(domain, map, degree, options.field.initial_density);
         let background = match self.backdrop {
             Backdrop::Transparent => Background::Constant(crate::evaluate::WHITE),
             Backdrop::Color(c) => Background::Constant(c),
-            Backdrop::Surroundings => {
-                Background::Environment(EnvironmentMap::uniform(config.environment_rows as usize, [0.5; 3]))
-            }
+            Backdrop::Surroundings => Background::Environment(EnvironmentMap::uniform(
+                options.field.background_rows as usize,
+                [0.5; 3],
+            )),
         };
         CpuBackend::new(field, background)
     }
@@ -173,11 +174,13 @@ mod tests {
         };
         let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
-        let one_each = Config { voxels_per_pixel: 1.0, ..Config::default() };
+        let mut one_each = Options::default();
+        one_each.grid.voxels_per_pixel = 1.0;
         let full = finest_domain(&one_each, &region, &[&view]);
         // 200 pixels see 2 × 4 tan(0.345) = 2.87 units: 139 pixels across the box.
         assert!(full.resolution[0].abs_diff(139) <= 1, "{:?}", full.resolution);
-        let tight = Config { memory: 0.01, ..Config::default() };
+        let mut tight = Options::default();
+        tight.run.memory = 0.01;
         assert!(finest_domain(&tight, &region, &[&view]).resolution[0] < 80);
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reflection {
     /// Where the mirrored light comes from.
-    pub source: Source,
+    pub source: MirrorSource,
     /// One per refractive region.
     pub mirrors: Vec<Mirror>,
 }
@@ -18,7 +18,7 @@ pub struct Reflection {
 /// Where mirrored light comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Source {
+pub enum MirrorSource {
     /// Probes that learn from the pictures, and begin with what the field shows them.
     #[default]
     Learned,
@@ -29,6 +29,9 @@ pub enum Source {
     /// Nothing: surfaces mirror blackness. For pictures of what is transmitted alone.
     Black,
 }
+
+/// The former name, until all users have changed.
+pub use MirrorSource as Source;
 
 /// The surface of one region.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +74,7 @@ impl Reflection {
     }
 
     /// Mirrors of full strength, whose probes are still grey, for all regions.
-    pub fn of(refraction: &Refraction, source: Source, layout: &ProbeLayout) -> Self {
+    pub fn of(refraction: &Refraction, source: MirrorSource, layout: &ProbeLayout) -> Self {
         let mirror = |bounds: Aabb<f32>| {
             let probes = layout.probes(bounds);
             Mirror { strength: 1.0, outer: probes.clone(), inner: probes }

@@ -1,6 +1,5 @@
 //! What bends the rays of a model: its index of refraction, and how rays are traced through it.
 
-use crate::config::Config;
 use crate::initial::Gate;
 use crate::polyhedron::Polyhedron;
 use refraxel_core::optics::{Options, Tracer, Weight};
@@ -46,14 +45,6 @@ pub struct Optics {
     pub step: f32,
     /// What surfaces mirror.
     pub weight: Weight,
-}
-
-impl Optics {
-    /// What options ask for.
-    pub fn of(config: &Config) -> Self {
-        let Config { index_stepping, index_step: step, reflection_weight, .. } = *config;
-        Self { integrator: index_stepping.into(), step, weight: reflection_weight.into() }
-    }
 }
 
 impl Default for Optics {

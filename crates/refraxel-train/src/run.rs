@@ -6,12 +6,12 @@ mod probes;
 
 use crate::backend::Backend;
 use crate::checkpoint::{CheckpointError, DataView, Tensor, TensorData, TensorFile, TensorView, save};
-use crate::config::Config;
 use crate::cpu::{AdamMoments, CpuBackend, IndexMoments, Moments};
 use crate::initial::Gate;
 use crate::model::{Plan, bounds_of};
+use crate::options::Options;
 use crate::polyhedron::{Plane, Polyhedron};
-use crate::refraction::{Optics, Refraction, RegionState};
+use crate::refraction::{Refraction, RegionState};
 use crate::schedule::Phase;
 use clearcoat::{StoredClearcoat, clearcoat_tensors, restore_clearcoat, stored_clearcoat};
 use mirrors::{StoredReflection, reflection_tensors, restore_reflection, stored_reflection};
@@ -85,7 +85,7 @@ pub struct Source {
 /// A run read back from its checkpoint.
 pub struct Loaded {
     /// Its options.
-    pub config: Config,
+    pub options: Options,
     /// Its plan.
     pub plan: Plan,
     /// Where it stands.
@@ -99,7 +99,8 @@ pub struct Loaded {
 #[derive(Serialize, Deserialize)]
 struct Header {
     program: String,
-    config: Config,
+    #[serde(alias = "config")]
+    options: Options,
     state: State,
     source: Source,
     bounds: [[f32; 3]; 2],
@@ -156,7 +157,7 @@ struct StoredRegion {
 /// Save a run, atomically.
 pub fn save_run(
     folder: &Path,
-    config: &Config,
+    options: &Options,
     plan: &Plan,
     state: &State,
     source: &Source,
@@ -171,7 +172,7 @@ pub fn save_run(
     };
     let header = Header {
         program: concat!("refraxel ", env!("CARGO_PKG_VERSION")).to_owned(),
-        config: config.clone(),
+        options: options.clone(),
         state: state.clone(),
         source: source.clone(),
         bounds: [field.domain.bounds.min.to_array(), field.domain.bounds.max.to_array()],
@@ -265,7 +266,7 @@ fn restore_refraction(
     h: &Header,
     file: &mut TensorFile,
 ) -> Result<(Refraction, Vec<IndexMoments>), CheckpointError> {
-    let optics = Optics::of(&h.config);
+    let optics = h.options.optics();
     let (mut grids, mut moments, mut states) = (Vec::new(), Vec::new(), Vec::new());
     for (k, region) in h.regions.iter().enumerate() {
         let wrong = |what: &str| foreign(path, &format!("refractive region {k} {what}"));
@@ -285,7 +286,7 @@ fn restore_refraction(
         let adam = |first, second, steps| AdamMoments { first, second, steps };
         let index =
             adam(values(".first_moment", nodes)?, values(".second_moment", nodes)?, region.moment_steps[0]);
-        let interpolation = h.config.index_interpolation.into();
+        let interpolation = h.options.index.interpolation.into();
         let (grid, surface) = match region.surface_resolution {
             None => {
                 let grid = IndexGrid::from_coefficients(
@@ -353,8 +354,8 @@ pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
     let mut file = TensorFile::load(&path)?;
     let header: Header = serde_json::from_value(std::mem::take(&mut file.header))
         .map_err(|e| foreign(&path, &format!("its header does not fit: {e}")))?;
-    let config = header.config.clone().checked();
-    config.map_err(|e| foreign(&path, &format!("its options make no sense: {e}")))?;
+    let options = header.options.clone().checked();
+    options.map_err(|e| foreign(&path, &format!("its options make no sense: {e}")))?;
     let (backend, finest) = restore(&path, &header, file)?;
     let backdrop = match header.backdrop {
         StoredBackdrop::Transparent => Backdrop::Transparent,
@@ -362,7 +363,7 @@ pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
         StoredBackdrop::Surroundings => Backdrop::Surroundings,
     };
     let plan = Plan { finest, near: header.near, backdrop };
-    Ok(Loaded { config: header.config, plan, state: header.state, source: header.source, backend })
+    Ok(Loaded { options: header.options, plan, state: header.state, source: header.source, backend })
 }
 
 fn restore(

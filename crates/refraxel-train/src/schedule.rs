@@ -1,7 +1,8 @@
 //! What changes during training: resolution, learning rates, priors.
 
 use crate::backend::{IndexObjective, Marching, Objective, ReflectionObjective};
-use crate::config::{Bending, Config, ReflectionCache};
+use crate::options::{Options, Switch};
+use crate::reflection::MirrorSource;
 use refraxel_core::Domain;
 use serde::{Deserialize, Serialize};
 
@@ -24,15 +25,15 @@ pub struct Progress(pub f64);
 
 impl Progress {
     /// The stage (from 0) that this point belongs to.
-    pub fn stage(self, config: &Config) -> u32 {
-        (0..config.stages).rev().find(|&s| self.0 >= stage_start(config, s)).unwrap_or(0)
+    pub fn stage(self, options: &Options) -> u32 {
+        (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(options, s)).unwrap_or(0)
     }
 
     /// The phase that this point belongs to, where rays bend since `bends_since`.
-    pub fn phase(self, config: &Config, bends_since: Option<f64>) -> Phase {
+    pub fn phase(self, options: &Options, bends_since: Option<f64>) -> Phase {
         match bends_since {
             None => Phase::Straight,
-            Some(since) if self.0 < since + config.index_share => Phase::Index,
+            Some(since) if self.0 < since + options.refraction.index_alone_share => Phase::Index,
             Some(_) => Phase::Joint,
         }
     }
@@ -43,98 +44,101 @@ const MOST_STRAIGHT: f64 = 0.25;
 
 /// Whether straight rays have learned enough for rays to bend. A number of steps, not a share of the run: what is learned
 /// beyond it gets in the way of bent rays.
-pub fn is_time_to_bend(config: &Config, step: u64, progress: Progress) -> bool {
-    config.refraction != Bending::Off && (step >= config.straight_steps || progress.0 >= MOST_STRAIGHT)
+pub fn is_time_to_bend(options: &Options, step: u64, progress: Progress) -> bool {
+    options.refraction.bend != Switch::Off
+        && (step >= options.refraction.straight_steps || progress.0 >= MOST_STRAIGHT)
 }
 
 /// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.
-fn stage_start(config: &Config, stage: u32) -> f64 {
-    1.0 - (1.0 - config.stage_share).powi(stage as i32)
+fn stage_start(options: &Options, stage: u32) -> f64 {
+    1.0 - (1.0 - options.grid.stage_share).powi(stage as i32)
 }
 
 /// The domain of a stage: the final one coarsened by 2 per stage that is still to come.
-pub fn stage_domain(config: &Config, finest: &Domain<f32>, stage: u32) -> Domain<f32> {
-    let divisor = 1 << (config.stages - 1 - stage.min(config.stages - 1));
+pub fn stage_domain(options: &Options, finest: &Domain<f32>, stage: u32) -> Domain<f32> {
+    let divisor = 1 << (options.grid.stages - 1 - stage.min(options.grid.stages - 1));
     let resolution = finest.resolution.map(|n| ((n - 1).div_ceil(divisor) + 1).max(4));
     Domain { resolution, ..*finest }
 }
 
 /// How rays are marched while training; `near` [scene unit].
-pub fn training_marching(config: &Config, near: f32) -> Marching {
+pub fn training_marching(options: &Options, near: f32) -> Marching {
     Marching {
-        step: config.train_step,
+        step: options.march.step,
         near,
-        min_optical_depth: config.min_optical_depth,
-        min_transmittance: config.min_transmittance,
+        min_optical_depth: options.march.min_optical_depth,
+        min_transmittance: options.march.min_transmittance,
     }
 }
 
 /// How final pictures are marched.
-pub fn rendering_marching(config: &Config, near: f32) -> Marching {
-    Marching { step: config.render_step, ..training_marching(config, near) }
+pub fn rendering_marching(options: &Options, near: f32) -> Marching {
+    Marching { step: options.march.render_step, ..training_marching(options, near) }
 }
 
 /// The objective at a point of the run, theory (4.8).
-pub fn objective(config: &Config, near: f32, progress: Progress) -> Objective {
+pub fn objective(options: &Options, near: f32, progress: Progress) -> Objective {
     let p = progress.0.clamp(0.0, 1.0) as f32;
-    let warm = if config.warm_up > 0.0 { (0.1 + 0.9 * p / config.warm_up).min(1.0) } else { 1.0 };
-    let decay = warm * config.rate_decay.powf(p);
-    let tv = config.tv_decay.powf(p);
+    let warm =
+        if options.field.warm_up > 0.0 { (0.1 + 0.9 * p / options.field.warm_up).min(1.0) } else { 1.0 };
+    let decay = warm * options.field.rate_decay.powf(p);
+    let tv = options.field.tv_decay.powf(p);
     Objective {
-        marching: training_marching(config, near),
-        sparsity: config.sparsity,
-        opacity: config.opacity,
-        tv_density: config.tv_density * tv,
-        tv_colour: config.tv_colour * tv,
-        tv_period: config.tv_period,
-        rate_density: config.rate_density * decay,
-        rate_colour: config.rate_colour * decay,
-        rate_view: view_share(config, p),
-        rate_background: config.rate_background * decay,
+        marching: training_marching(options, near),
+        sparsity: options.field.sparsity,
+        opacity: options.field.opacity,
+        tv_density: options.field.tv_density * tv,
+        tv_colour: options.field.tv_colour * tv,
+        tv_period: options.field.tv_period,
+        rate_density: options.field.rate_density * decay,
+        rate_colour: options.field.rate_colour * decay,
+        rate_view: view_share(options, p),
+        rate_background: options.field.rate_background * decay,
         index: None,
         reflection: None,
     }
 }
 
 /// Share of its rate at which the view-dependent part of colour learns. Straight rays do not need the delay.
-fn view_share(config: &Config, progress: f32) -> f32 {
-    let delayed = config.refraction != Bending::Off && config.view_warm_up > 0.0;
-    if delayed { (progress / config.view_warm_up).min(1.0) } else { 1.0 }
+fn view_share(options: &Options, progress: f32) -> f32 {
+    let delayed = options.refraction.bend != Switch::Off && options.field.view_warm_up > 0.0;
+    if delayed { (progress / options.field.view_warm_up).min(1.0) } else { 1.0 }
 }
 
 /// The objective of an phase: [`objective`] with what bends switched on, and what is held fixed at rate 0.
 /// Rays bend since `since`.
 pub fn objective_of(
-    config: &Config,
+    options: &Options,
     near: f32,
     (progress, since): (Progress, f64),
     phase: Phase,
 ) -> Objective {
-    let usual = objective(config, near, progress);
+    let usual = objective(options, near, progress);
     let over = bent_share(progress, since);
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
-    let index = Some(index_objective(config, over)).filter(learns);
+    let index = Some(index_objective(options, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
     match phase {
         Phase::Straight => {
-            let reflection = config.clearcoat.is_on().then(|| reflection_objective(config, progress, 0.0));
+            let reflection =
+                options.clearcoat.enabled.is_on().then(|| reflection_objective(options, progress, 0.0));
             Objective { reflection, ..usual }
         }
         Phase::Index => Objective { index, ..still },
         Phase::Joint => Objective {
             index,
-            reflection: (config.reflection.is_on() || config.clearcoat.is_on())
-                .then(|| reflection_objective(config, progress, over)),
-            tv_density: usual.tv_density * config.bent_tv,
+            reflection: (options.reflection.enabled.is_on() || options.clearcoat.enabled.is_on())
+                .then(|| reflection_objective(options, progress, over)),
+            tv_density: usual.tv_density * options.field.tv_density_refractive,
             ..usual
         },
     }
 }
 
-/// Least share of rays inside masks in a batch, where rays bend since `since`. It falls: at first shape and index must be found.
-pub fn inside_share(config: &Config, (progress, since): (Progress, f64)) -> f64 {
+/// Least fraction of rays inside masks in a batch, where rays bend since `since`. It falls: at first shape and index must be found.
+pub fn mask_ray_fraction(options: &Options, (progress, since): (Progress, f64)) -> f64 {
     let over = f64::from(bent_share(progress, since));
-    config.inside_share * (1.0 + (config.inside_share_decay - 1.0) * over)
+    options.refraction.mask_ray_fraction * (1.0 + (options.refraction.mask_ray_decay - 1.0) * over)
 }
 
 /// Share of the time with bent rays that is over.
@@ -143,31 +147,31 @@ fn bent_share(progress: Progress, since: f64) -> f32 {
 }
 
 /// Mirrors have been there for the share `over` of the time with bent rays, clearcoats for most of the run.
-fn reflection_objective(config: &Config, progress: Progress, over: f32) -> ReflectionObjective {
-    let decay = config.rate_decay.powf(over);
-    let learned = config.reflection_cache == ReflectionCache::Learned;
+fn reflection_objective(options: &Options, progress: Progress, over: f32) -> ReflectionObjective {
+    let decay = options.field.rate_decay.powf(over);
+    let learned = options.reflection.cache == MirrorSource::Learned;
     ReflectionObjective {
-        rate: if learned { config.rate_reflection * decay } else { 0.0 },
-        rate_strength: config.rate_strength * decay,
-        rate_clearcoat: config.rate_clearcoat * config.rate_decay.powf(progress.0 as f32),
+        rate: if learned { options.reflection.rate * decay } else { 0.0 },
+        rate_strength: options.reflection.rate_strength * decay,
+        rate_clearcoat: options.clearcoat.rate * options.field.rate_decay.powf(progress.0 as f32),
     }
 }
 
 /// How the index learns when this share of the time with bent rays is over.
-pub(crate) fn index_objective(config: &Config, over: f32) -> IndexObjective {
-    let decay = config.rate_decay.powf(over);
+pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
+    let decay = options.field.rate_decay.powf(over);
     IndexObjective {
-        rate: config.rate_index * decay,
-        surface_rate: config.rate_surface * decay,
-        surface_blur: config.surface_blur,
-        surface_smooth: config.surface_smooth * decay,
-        most_events: config.surface_events,
-        blur: config.index_blur,
-        clip: config.index_clip,
-        variation: (config.index_variation, config.index_variation_penalty.into()),
-        deviation: (config.index_deviation, config.index_deviation_penalty.into()),
-        largest: config.index_largest,
-        trust: config.index_trust,
+        rate: options.index.rate * decay,
+        surface_rate: options.surface.rate * decay,
+        surface_blur: options.surface.blur,
+        surface_smooth: options.surface.smooth * decay,
+        most_events: options.surface.events,
+        blur: options.index.blur,
+        clip: options.index.clip,
+        variation: (options.index.variation, options.index.variation_penalty.into()),
+        deviation: (options.index.deviation, options.index.deviation_penalty.into()),
+        largest: options.index.largest,
+        trust: options.index.trust,
     }
 }
 
@@ -178,21 +182,28 @@ mod tests {
 
     #[test]
     fn stages_follow_each_other_and_the_last_has_the_final_resolution() {
-        let c = Config::default();
+        let c = Options::default();
         let stages: Vec<u32> = (0..=100).map(|k| Progress(f64::from(k) / 100.0).stage(&c)).collect();
-        assert!(stages.is_sorted() && stages[0] == 0 && stages[100] == c.stages - 1);
+        assert!(stages.is_sorted() && stages[0] == 0 && stages[100] == c.grid.stages - 1);
         let bounds = Aabb::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
         let finest = Domain::with_longest(bounds, Extent::Bounded, 129);
-        assert_eq!(stage_domain(&c, &finest, c.stages - 1), finest);
+        assert_eq!(stage_domain(&c, &finest, c.grid.stages - 1), finest);
         assert_eq!(stage_domain(&c, &finest, 0).resolution, [33; 3]);
+    }
+
+    fn bent() -> Options {
+        let mut options = Options::default();
+        options.refraction.bend = Switch::On;
+        options
     }
 
     #[test]
     fn rays_bend_after_some_steps_or_a_share_of_short_runs_then_the_index_learns_first() {
-        let c = Config { refraction: Bending::On, straight_steps: 50, index_share: 0.1, ..Config::default() };
+        let mut c = bent();
+        (c.refraction.straight_steps, c.refraction.index_alone_share) = (50, 0.1);
         let bends = |step, p| is_time_to_bend(&c, step, Progress(p));
         assert!(!bends(49, 0.2) && bends(50, 0.01) && bends(3, 0.25));
-        assert!(!is_time_to_bend(&Config::default(), 9999, Progress(0.9)), "without refraction they do not");
+        assert!(!is_time_to_bend(&Options::default(), 9999, Progress(0.9)), "without refraction they do not");
         let phase = |p| Progress(p).phase(&c, Some(0.2));
         assert_eq!([phase(0.2), phase(0.29), phase(0.31)], [Phase::Index, Phase::Index, Phase::Joint]);
         assert_eq!(Progress(0.9).phase(&c, None), Phase::Straight);
@@ -200,20 +211,24 @@ mod tests {
 
     #[test]
     fn rates_rise_then_fall_to_the_decay() {
-        let c = Config::default();
+        let c = Options::default();
         let rate = |p| objective(&c, 0.0, Progress(p)).rate_density;
-        assert!(rate(0.0) < 0.2 * c.rate_density && rate(0.02) > 0.8 * c.rate_density);
-        assert!((rate(1.0) / c.rate_density - c.rate_decay).abs() < 1e-6);
-        let bent = Config { refraction: Bending::On, ..c.clone() };
-        let view = |view_warm_up, p| view_share(&Config { view_warm_up, ..bent.clone() }, p);
+        assert!(rate(0.0) < 0.2 * c.field.rate_density && rate(0.02) > 0.8 * c.field.rate_density);
+        assert!((rate(1.0) / c.field.rate_density - c.field.rate_decay).abs() < 1e-6);
+        let view = |view_warm_up, p| {
+            let mut bent = bent();
+            bent.field.view_warm_up = view_warm_up;
+            view_share(&bent, p)
+        };
         assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
         assert_eq!(view_share(&c, 0.0), 1.0, "straight");
     }
 
     #[test]
     fn rays_inside_masks_are_favoured_less_and_less() {
-        let c = Config { inside_share: 0.4, inside_share_decay: 0.5, ..Config::default() };
-        let share = |p| (100.0 * inside_share(&c, (Progress(p), 0.2))).round();
+        let mut c = Options::default();
+        (c.refraction.mask_ray_fraction, c.refraction.mask_ray_decay) = (0.4, 0.5);
+        let share = |p| (100.0 * mask_ray_fraction(&c, (Progress(p), 0.2))).round();
         assert_eq!([0.2, 0.6, 1.0, 1.1].map(share), [40.0, 30.0, 20.0, 20.0]);
     }
 }

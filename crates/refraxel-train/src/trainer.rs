@@ -2,17 +2,17 @@
 
 use crate::backend::{Backend, StepOutcome};
 use crate::checkpoint::CheckpointError;
-use crate::config::{Bending, Config, ReflectionCache};
 use crate::cpu::CpuBackend;
 use crate::evaluate::{render, score};
 use crate::metrics::MetricsError;
 use crate::model::{Plan, kept_bricks};
+use crate::options::{Options, Switch};
 use crate::rays::{RaySampler, Selection};
 use crate::recipe::{self, RecipeError};
-use crate::reflection::{ProbeLayout, Reflection, Source};
+use crate::reflection::{MirrorSource, ProbeLayout, Reflection};
 use crate::run::State;
 use crate::schedule::{
-    Phase, Progress, inside_share, is_time_to_bend, objective_of, stage_domain, training_marching,
+    Phase, Progress, is_time_to_bend, mask_ray_fraction, objective_of, stage_domain, training_marching,
 };
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, ShDegree};
@@ -23,7 +23,7 @@ use std::time::Instant;
 /// Rays that decide what is pruned.
 const PRUNING_RAYS: u64 = 600_000;
 /// Least share of rays inside masks while the index learns alone.
-const INDEX_INSIDE_SHARE: f64 = 0.7;
+const INDEX_MASK_RAY_FRACTION: f64 = 0.7;
 /// Rays that say whether what is refractive has a surface.
 const RAYS_FOR_SURFACES: usize = 256;
 /// Steps between two records of the training error.
@@ -98,7 +98,7 @@ pub enum TrainError {
 
 /// A run in progress.
 pub struct Trainer {
-    config: Config,
+    options: Options,
     plan: Plan,
     sampler: RaySampler,
     validation: Option<(View, Photo)>,
@@ -135,28 +135,28 @@ impl Tally {
 impl Trainer {
     /// A fresh run on the training photographs of a dataset; `validation` is looked at now and then.
     pub fn new(
-        config: Config,
+        options: Options,
         data: &Dataset,
         photos: Vec<Photo>,
         validation: Option<(View, Photo)>,
     ) -> Self {
-        let plan = Plan::new(&config, data, &photos);
-        let backend = plan.start(&config);
-        Self::resumed(config, plan, backend, State::default(), (data, photos, validation))
+        let plan = Plan::new(&options, data, &photos);
+        let backend = plan.start(&options);
+        Self::resumed(options, plan, backend, State::default(), (data, photos, validation))
     }
 
     /// A run that goes on from a checkpoint.
     pub fn resumed(
-        config: Config,
+        options: Options,
         plan: Plan,
         backend: CpuBackend,
         state: State,
         (data, photos, validation): (&Dataset, Vec<Photo>, Option<(View, Photo)>),
     ) -> Self {
         let views = data.split.train.iter().map(|&i| data.views[i].clone()).collect();
-        let sampler = RaySampler::new(views, photos, data.backdrop, config.seed);
+        let sampler = RaySampler::new(views, photos, data.backdrop, options.run.seed);
         let mut trainer = Self {
-            config,
+            options,
             plan,
             sampler,
             validation,
@@ -182,8 +182,8 @@ impl Trainer {
         &self.plan
     }
     /// The options.
-    pub fn config(&self) -> &Config {
-        &self.config
+    pub fn options(&self) -> &Options {
+        &self.options
     }
     /// Where the run stands.
     pub fn state(&self) -> &State {
@@ -192,10 +192,10 @@ impl Trainer {
 
     /// Share of the run that is done: of the time where there is a budget, of the steps otherwise.
     pub fn progress(&self) -> Progress {
-        if self.config.minutes > 0.0 {
-            Progress((self.seconds() / (60.0 * self.config.minutes)).min(1.0))
+        if self.options.run.minutes > 0.0 {
+            Progress((self.seconds() / (60.0 * self.options.run.minutes)).min(1.0))
         } else {
-            Progress(self.state.step as f64 / self.config.steps as f64)
+            Progress(self.state.step as f64 / self.options.run.steps as f64)
         }
     }
 
@@ -218,16 +218,16 @@ impl Trainer {
     /// One step; a record of the log when one is due.
     pub fn step(&mut self) -> Result<Option<Record>, TrainError> {
         let progress = self.progress();
-        if progress.stage(&self.config) > self.state.stage {
+        if progress.stage(&self.options) > self.state.stage {
             self.next_stage();
         }
-        if self.state.bends_since.is_none() && is_time_to_bend(&self.config, self.state.step, progress) {
+        if self.state.bends_since.is_none() && is_time_to_bend(&self.options, self.state.step, progress) {
             self.begin_bending()?;
         }
-        let phase = progress.phase(&self.config, self.state.bends_since);
+        let phase = progress.phase(&self.options, self.state.bends_since);
         self.state.phase = phase;
         let since = self.state.bends_since.unwrap_or(0.0);
-        let mut objective = objective_of(&self.config, self.plan.near, (progress, since), phase);
+        let mut objective = objective_of(&self.options, self.plan.near, (progress, since), phase);
         objective.rate_density *= self.state.rate_scale;
         objective.rate_colour *= self.state.rate_scale;
         objective.rate_background *= self.state.rate_scale;
@@ -244,7 +244,7 @@ impl Trainer {
         self.bake_if_due();
         let batch = self.sampler.batch(
             self.state.step,
-            self.config.batch as usize,
+            self.options.run.batch as usize,
             self.selection(phase, (progress, since)),
         );
         if batch.rays.is_empty() {
@@ -263,19 +263,21 @@ impl Trainer {
 
     fn selection(&self, phase: Phase, at: (Progress, f64)) -> Selection {
         match phase {
-            _ if self.config.refraction == Bending::Off => Selection::All,
+            _ if self.options.refraction.bend == Switch::Off => Selection::All,
             Phase::Straight => Selection::Outside,
-            Phase::Index => Selection::Inside(self.config.inside_share.max(INDEX_INSIDE_SHARE)),
-            Phase::Joint => Selection::Inside(inside_share(&self.config, at)),
+            Phase::Index => {
+                Selection::Inside(self.options.refraction.mask_ray_fraction.max(INDEX_MASK_RAY_FRACTION))
+            }
+            Phase::Joint => Selection::Inside(mask_ray_fraction(&self.options, at)),
         }
     }
 
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
     fn begin_bending(&mut self) -> Result<(), TrainError> {
-        let marching = training_marching(&self.config, self.plan.near);
+        let marching = training_marching(&self.options, self.plan.near);
         self.good = None;
         self.backend.refresh_occupancy(&marching);
-        match recipe::begin(&mut self.backend, &self.sampler, &self.config, self.plan.near) {
+        match recipe::begin(&mut self.backend, &self.sampler, &self.options, self.plan.near) {
             Ok(events) => {
                 self.events.extend(events);
                 self.begin_reflecting();
@@ -284,7 +286,7 @@ impl Trainer {
             Err(problem @ RecipeError::Locate(_)) => {
                 // A scene without bent rays is better than none.
                 self.events.push(format!("rays stay straight: {problem}"));
-                self.config.refraction = Bending::Off;
+                self.options.refraction.bend = Switch::Off;
             }
             Err(problem) => return Err(problem.into()),
         }
@@ -294,18 +296,14 @@ impl Trainer {
 
     /// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
     fn begin_reflecting(&mut self) {
-        let c = &self.config;
-        if !c.reflection.is_on() || !self.has_surfaces() {
+        let c = &self.options;
+        if !c.reflection.enabled.is_on() || !self.has_surfaces() {
             return;
         }
-        let degree = ShDegree::new(c.reflection_degree).unwrap_or_default();
-        let layout = ProbeLayout { longest: c.reflection_probes, degree };
-        self.backend.set_reflection(Reflection::of(
-            self.backend.refraction(),
-            c.reflection_cache.into(),
-            &layout,
-        ));
-        if c.reflection_cache != ReflectionCache::Exact {
+        let degree = ShDegree::new(c.reflection.degree).unwrap_or_default();
+        let layout = ProbeLayout { longest: c.reflection.probes, degree };
+        self.backend.set_reflection(Reflection::of(self.backend.refraction(), c.reflection.cache, &layout));
+        if c.reflection.cache != MirrorSource::Exact {
             self.backend.bake_reflection(&training_marching(c, self.plan.near));
         }
     }
@@ -320,12 +318,12 @@ impl Trainer {
 
     /// ClearcoatReflection opaque things once it is time, with what the field shows by now.
     fn clearcoat_if_due(&mut self, progress: Progress) {
-        let c = &self.config;
+        let c = &self.options;
         // The search for the index compares straight rays with bent ones, which see no clearcoat.
-        let waits = c.refraction == Bending::On && self.state.bends_since.is_none();
-        if !c.clearcoat.is_on()
+        let waits = c.refraction.bend == Switch::On && self.state.bends_since.is_none();
+        if !c.clearcoat.enabled.is_on()
             || waits
-            || progress.0 < c.clearcoat_start
+            || progress.0 < c.clearcoat.start
             || self.backend.clearcoat().is_some()
         {
             return;
@@ -333,25 +331,25 @@ impl Trainer {
         let bounds = self.plan.finest.bounds;
         let probes = |degree: u8| {
             let degree = ShDegree::new(degree).unwrap_or_default();
-            ProbeLayout { longest: c.clearcoat_probes, degree }.probes(bounds)
+            ProbeLayout { longest: c.clearcoat.probes, degree }.probes(bounds)
         };
-        let (strength, radiance) = (probes(0), probes(c.reflection_degree));
+        let (strength, radiance) = (probes(0), probes(c.reflection.degree));
         if self.backend.reflection().is_none() {
-            let source = self.config.reflection_cache.into();
+            let source = self.options.reflection.cache;
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
-        self.backend.set_clearcoat(Clearcoat { ior: c.clearcoat_index, strength, radiance });
-        if self.config.reflection_cache != ReflectionCache::Exact {
-            self.backend.bake_clearcoat(&training_marching(&self.config, self.plan.near));
+        self.backend.set_clearcoat(Clearcoat { ior: c.clearcoat.index, strength, radiance });
+        if self.options.reflection.cache != MirrorSource::Exact {
+            self.backend.bake_clearcoat(&training_marching(&self.options, self.plan.near));
         }
         self.events.push("opaque things have a clearcoat that mirrors".to_owned());
     }
 
     /// Baked probes look at the field again.
     fn bake_if_due(&mut self) {
-        let due = self.state.step.is_multiple_of(self.config.reflection_bake);
-        if due && self.backend.reflection().source == Source::Baked {
-            let marching = training_marching(&self.config, self.plan.near);
+        let due = self.state.step.is_multiple_of(self.options.reflection.bake_period);
+        if due && self.backend.reflection().source == MirrorSource::Baked {
+            let marching = training_marching(&self.options, self.plan.near);
             self.backend.bake_clearcoat(&marching);
             self.backend.bake_reflection(&marching);
         }
@@ -393,7 +391,7 @@ impl Trainer {
     /// PSNR of the validation view.
     fn validate(&mut self) -> Result<Option<f64>, TrainError> {
         let Some((view, photo)) = self.validation.take() else { return Ok(None) };
-        let marching = training_marching(&self.config, self.plan.near);
+        let marching = training_marching(&self.options, self.plan.near);
         let rendering = render(&self.backend, &view.camera, &marching);
         let psnr = score(&rendering, &view, &photo, self.plan.backdrop)?.psnr;
         self.validation = Some((view, photo));
@@ -402,13 +400,13 @@ impl Trainer {
 
     /// Prune what no ray sees and move to the next, finer grid.
     fn next_stage(&mut self) {
-        let stage = self.progress().stage(&self.config);
-        let marching = training_marching(&self.config, self.plan.near);
+        let stage = self.progress().stage(&self.options);
+        let marching = training_marching(&self.options, self.plan.near);
         self.good = None; // no copy while two grids are alive
         self.backend.refresh_occupancy(&marching);
         let peak = self.backend.peak_weights(&self.sampler.spread(PRUNING_RAYS), &marching);
-        let domain = stage_domain(&self.config, &self.plan.finest, stage);
-        let map = kept_bricks(self.backend.field(), &peak, self.config.prune_weight, &domain);
+        let domain = stage_domain(&self.options, &self.plan.finest, stage);
+        let map = kept_bricks(self.backend.field(), &peak, self.options.grid.prune_weight, &domain);
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
@@ -446,7 +444,7 @@ impl Trainer {
                 self.state = State { step, seconds: self.state.seconds, ..saved.state };
             }
             None => {
-                self.backend = self.plan.start(&self.config);
+                self.backend = self.plan.start(&self.options);
                 self.state = State { step, seconds: self.state.seconds, ..State::default() };
             }
         }

@@ -16,11 +16,11 @@ mod regions;
 mod search;
 
 use crate::backend::Backend;
-use crate::config::{Bending, Config};
 use crate::cpu::CpuBackend;
 use crate::initial::LocateError;
+use crate::options::{Options, Switch};
 use crate::rays::RaySampler;
-use crate::refraction::{Optics, Refraction};
+use crate::refraction::Refraction;
 use crate::schedule::training_marching;
 use refraxel_core::Medium;
 use regions::Region;
@@ -50,11 +50,11 @@ pub enum RecipeError {
 }
 
 /// Finds out before training whether something says what is refractive; `masked`: the dataset has masks of it.
-pub fn check(config: &Config, masked: bool) -> Result<(), RecipeError> {
-    if config.refraction == Bending::Off {
+pub fn check(options: &Options, masked: bool) -> Result<(), RecipeError> {
+    if options.refraction.bend == Switch::Off {
         return Ok(());
     }
-    let named = regions::index_source(config)?.is_some() || config.bounds_of_box().is_some();
+    let named = regions::index_source(options)?.is_some() || options.refraction.aabb().is_some();
     if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
 }
 
@@ -84,20 +84,20 @@ struct Start {
 pub fn begin(
     backend: &mut CpuBackend,
     sampler: &RaySampler,
-    config: &Config,
+    options: &Options,
     near: f32,
 ) -> Result<Vec<String>, RecipeError> {
-    let regions = regions::find(backend, sampler, config, near)?;
+    let regions = regions::find(backend, sampler, options, near)?;
     let mut events: Vec<String> = regions.iter().enumerate().map(|(k, r)| r.describe(k)).collect();
-    backend.set_density(config.contents_density, |x| regions.iter().any(|r| r.is_inside(x)));
-    backend.refresh_occupancy(&training_marching(config, near));
-    let judge = Judge::new(sampler, config, near);
-    let (starts, said) = search::starts(backend, &regions, &judge, config);
+    backend.set_density(options.refraction.contents_density, |x| regions.iter().any(|r| r.is_inside(x)));
+    backend.refresh_occupancy(&training_marching(options, near));
+    let judge = Judge::new(sampler, options, near);
+    let (starts, said) = search::starts(backend, &regions, &judge, options);
     events.extend(said);
-    let mut found = refraction(&regions, &starts, config);
+    let mut found = refraction(&regions, &starts, options);
     for (k, (region, start)) in regions.iter().zip(&starts).enumerate() {
         let grid = found.medium.region_mut(k);
-        if let Some(coarser) = region.for_learning(start, grid, config) {
+        if let Some(coarser) = region.for_learning(start, grid, options) {
             *grid = coarser;
         }
     }
@@ -108,18 +108,18 @@ pub fn begin(
 
 /// What a file (scene.json, volume, mesh) says of the index, on a grid with about this many nodes along its longest edge. A body
 /// of one index has a sharp surface. Of a mesh, the index is `index_guess`.
-pub fn stated(path: &Path, nodes: u32, config: &Config) -> Result<Refraction, RecipeError> {
-    let (region, start) = regions::stated(path, nodes, config)?;
-    let mut stated = refraction(&[region], &[start], config);
+pub fn stated(path: &Path, nodes: u32, options: &Options) -> Result<Refraction, RecipeError> {
+    let (region, start) = regions::stated(path, nodes, options)?;
+    let mut stated = refraction(&[region], &[start], options);
     stated.find_flat_cells();
     Ok(stated)
 }
 
 /// The refraction that regions start from.
-fn refraction(regions: &[Region], starts: &[Start], config: &Config) -> Refraction {
-    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, config)).collect();
+fn refraction(regions: &[Region], starts: &[Start], options: &Options) -> Refraction {
+    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, options)).collect();
     let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
-    let optics = Optics::of(config);
+    let optics = options.optics();
     let states = regions.iter().zip(starts).map(|(r, s)| r.states(s)).collect();
     Refraction { medium, optics, states }
 }

@@ -4,9 +4,9 @@ use super::facets::{Face, faces, fills};
 use super::ground::{plane, widened};
 use super::{Profile, RecipeError, Start};
 use crate::backend::{Backend, Marching};
-use crate::config::{Config, IndexShape, Stepping, Switch};
 use crate::cpu::CpuBackend;
 use crate::initial::{Gate, Outlines, Search, Silhouette, Site, Spacing, Vote, gaussian_blur, region_grid};
+use crate::options::{IndexIntegrator, Options, StartShape, Switch};
 use crate::polyhedron::{Plane, Polyhedron};
 use crate::rays::{RaySampler, Selection, pixel_ray};
 use crate::refraction::RegionState;
@@ -64,35 +64,35 @@ pub(super) enum IndexSource {
 pub(super) fn find(
     backend: &CpuBackend,
     sampler: &RaySampler,
-    config: &Config,
+    options: &Options,
     near: f32,
 ) -> Result<Vec<Region>, RecipeError> {
     let scene = backend.field().domain.bounds;
-    let index_source = index_source(config)?;
-    let spacing = |bounds: &Aabb<f32>| Spacing::Voxel(voxel(sampler, config, bounds));
+    let index_source = index_source(options)?;
+    let spacing = |bounds: &Aabb<f32>| Spacing::Voxel(voxel(sampler, options, bounds));
     let site = |bounds: &Aabb<f32>| {
         let (bounds, resolution) = region_grid(bounds, spacing(bounds));
-        Site { bounds, resolution, interpolation: config.index_interpolation.into() }
+        Site { bounds, resolution, interpolation: options.index.interpolation.into() }
     };
-    let stated = config.bounds_of_box().or_else(|| index_source.as_ref().map(IndexSource::bounds));
+    let stated = options.refraction.aabb().or_else(|| index_source.as_ref().map(IndexSource::bounds));
     if let Some(index_source) = &index_source {
         let bounds = stated.unwrap_or(scene);
-        return Ok(vec![Region::index_source(site(&bounds), index_source, config)]);
+        return Ok(vec![Region::index_source(site(&bounds), index_source, options)]);
     }
-    match (config.index_shape, stated) {
-        (IndexShape::Uniform, bounds) => Ok(vec![Region::uniform(site(&bounds.unwrap_or(scene)))]),
-        (IndexShape::Block, Some(b)) => Ok(vec![Region::body(site(&b), |x| block_distance(&b, x), config)]),
-        (IndexShape::Ball, Some(b)) => Ok(vec![Region::body(site(&b), |x| ball_distance(&b, x), config)]),
+    match (options.shape.start, stated) {
+        (StartShape::Uniform, bounds) => Ok(vec![Region::uniform(site(&bounds.unwrap_or(scene)))]),
+        (StartShape::Block, Some(b)) => Ok(vec![Region::body(site(&b), |x| block_distance(&b, x), options)]),
+        (StartShape::Ball, Some(b)) => Ok(vec![Region::body(site(&b), |x| ball_distance(&b, x), options)]),
         (shape, stated) => {
-            let silhouettes = silhouettes(backend, sampler, config, near);
+            let silhouettes = silhouettes(backend, sampler, options, near);
             let outlines = Outlines::new(&silhouettes);
             let ground = Ground::new(&silhouettes, backend.field().domain.voxel());
             if outlines.is_empty() {
                 let bounds = stated.ok_or(RecipeError::Nowhere)?;
-                return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), config)]);
+                return Ok(vec![Region::body(site(&bounds), |x| ball_distance(&bounds, x), options)]);
             }
             let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
-            let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), config);
+            let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
             let boxes = match stated {
                 Some(bounds) => vec![bounds],
                 None => {
@@ -101,9 +101,9 @@ pub(super) fn find(
                 }
             };
             let region = |bounds: &Aabb<f32>| match shape {
-                IndexShape::Block => Region::body(site(bounds), |x| block_distance(bounds, x), config),
-                IndexShape::Ball => Region::body(site(bounds), |x| ball_distance(bounds, x), config),
-                _ => Region::hull(site(bounds), (&outlines, &vote, &rays), |s| ground.under(s), config),
+                StartShape::Block => Region::body(site(bounds), |x| block_distance(bounds, x), options),
+                StartShape::Ball => Region::body(site(bounds), |x| ball_distance(bounds, x), options),
+                _ => Region::hull(site(bounds), (&outlines, &vote, &rays), |s| ground.under(s), options),
             };
             Ok(boxes.iter().map(region).collect())
         }
@@ -111,13 +111,13 @@ pub(super) fn find(
 }
 
 /// Edge length of a region's voxels [scene unit].
-fn voxel(sampler: &RaySampler, config: &Config, bounds: &Aabb<f32>) -> f32 {
+fn voxel(sampler: &RaySampler, options: &Options, bounds: &Aabb<f32>) -> f32 {
     let longest = bounds.extent().max_element();
-    if config.index_resolution > 0 {
-        return longest / config.index_resolution as f32;
+    if options.shape.resolution > 0 {
+        return longest / options.shape.resolution as f32;
     }
     let pixel = sampler.pixel_size(bounds.center());
-    (pixel / config.index_voxels_per_pixel as f32).max(longest / 160.0)
+    (pixel / options.shape.voxels_per_pixel as f32).max(longest / 160.0)
 }
 
 /// Signed distance from the ellipsoid in a box, exact on its surface.
@@ -133,8 +133,8 @@ fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
 }
 
 /// The strictest share of views that must not find a place hidden whose hull still covers what the masks show.
-fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, config: &Config) -> Vote {
-    let vote = |least: f32| Vote { share: config.index_vote, least, ..Vote::default() };
+fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, options: &Options) -> Vote {
+    let vote = |least: f32| Vote { share: options.shape.vote, least, ..Vote::default() };
     let domain = Domain::with_longest(*bounds, Extent::Bounded, 64);
     let covered = |least: f32| {
         let gate = Gate::new(domain, &outlines.hull(&domain, &vote(least)).fraction);
@@ -146,9 +146,9 @@ fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, config: &Con
 }
 
 /// Cameras and masks, with what hides refractive things: the opaque surfaces that straight rays have learned.
-fn silhouettes(backend: &CpuBackend, sampler: &RaySampler, config: &Config, near: f32) -> Vec<Silhouette> {
+fn silhouettes(backend: &CpuBackend, sampler: &RaySampler, options: &Options, near: f32) -> Vec<Silhouette> {
     // A ray that ends there tells the depth of what stands in front, however blurred, not of a wall far behind it.
-    let marching = Marching { min_transmittance: 1.0 - OPAQUE, ..training_marching(config, near) };
+    let marching = Marching { min_transmittance: 1.0 - OPAQUE, ..training_marching(options, near) };
     let pixels: usize = sampler.silhouettes().map(|(c, _)| (c.width * c.height) as usize).sum();
     let stride = (pixels as f64 / OCCLUDER_RAYS).sqrt().ceil().max(1.0) as u32;
     let opaque = |camera: &Camera| {
@@ -213,25 +213,26 @@ impl Ground {
 }
 
 /// What `index_from` names, if the shape comes from there.
-pub(super) fn index_source(config: &Config) -> Result<Option<IndexSource>, RecipeError> {
-    let from_file = config.index_shape == IndexShape::File;
-    from_file.then(|| read(Path::new(&config.index_from), config)).transpose()
+pub(super) fn index_source(options: &Options) -> Result<Option<IndexSource>, RecipeError> {
+    let from_file = options.shape.start == StartShape::File;
+    from_file.then(|| read(Path::new(&options.shape.file), options)).transpose()
 }
 
 /// A region as a file tells it, with about this many nodes along its longest edge, and its start.
-pub(super) fn stated(path: &Path, nodes: u32, config: &Config) -> Result<(Region, Start), RecipeError> {
-    let index_source = read(path, config)?;
+pub(super) fn stated(path: &Path, nodes: u32, options: &Options) -> Result<(Region, Start), RecipeError> {
+    let index_source = read(path, options)?;
     let (bounds, resolution) = region_grid(&index_source.bounds(), Spacing::Longest(nodes));
-    let site = Site { bounds, resolution, interpolation: config.index_interpolation.into() };
+    let site = Site { bounds, resolution, interpolation: options.index.interpolation.into() };
     // It need not learn: nothing is blurred, and all that is not vacuum bends.
-    let config = &Config { index_smooth: 0.0, index_gate: Switch::Off, ..config.clone() };
-    let region = Region { free: Vec::new(), ..Region::index_source(site, &index_source, config) };
-    let is_sharp = region.has_one_index() && config.index_stepping == Stepping::Leapfrog;
+    let mut options = options.clone();
+    (options.shape.smooth, options.shape.gate) = (0.0, Switch::Off);
+    let region = Region { free: Vec::new(), ..Region::index_source(site, &index_source, &options) };
+    let is_sharp = region.has_one_index() && options.index.integrator == IndexIntegrator::Leapfrog;
     let profile = if is_sharp { Profile::Sharp } else { Profile::Smooth };
-    Ok((region, Start { profile, index: config.index_guess, wall: 1.0, searched: false }))
+    Ok((region, Start { profile, index: options.search.guess, wall: 1.0, searched: false }))
 }
 
-fn read(path: &Path, config: &Config) -> Result<IndexSource, RecipeError> {
+fn read(path: &Path, options: &Options) -> Result<IndexSource, RecipeError> {
     let wrong = |problem: String| RecipeError::File { path: path.display().to_string(), problem };
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     Ok(match extension.as_str() {
@@ -241,7 +242,7 @@ fn read(path: &Path, config: &Config) -> Result<IndexSource, RecipeError> {
             IndexSource::Truth(truth.ok_or_else(none)?)
         }
         "npz" | "npy" => {
-            let bounds = config.bounds_of_box().map(|b| b.cast());
+            let bounds = options.refraction.aabb().map(|b| b.cast());
             IndexSource::Volume(IndexVolume::read(path, bounds).map_err(|e| wrong(e.to_string()))?)
         }
         "ply" | "obj" => IndexSource::Mesh(Shape::Mesh(read_mesh(path).map_err(|e| wrong(e.to_string()))?)),
@@ -292,9 +293,9 @@ impl Region {
     }
 
     /// A body by its signed distance.
-    fn body(site: Site, distance: impl Fn(Vec3<f32>) -> f32, config: &Config) -> Self {
+    fn body(site: Site, distance: impl Fn(Vec3<f32>) -> f32, options: &Options) -> Self {
         let surface = LevelSet::from_samples(site.bounds, site.resolution, distance);
-        Self::new(site, surface, config)
+        Self::new(site, surface, options)
     }
 
     /// The visual hull down to what it stands on, with flat faces where it may have some, its surface smoothed.
@@ -302,7 +303,7 @@ impl Region {
         site: Site,
         (outlines, vote, rays): (&Outlines, &Vote, &[Ray<f32>]),
         ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
-        config: &Config,
+        options: &Options,
     ) -> Self {
         let distance = outlines.hull(&site.domain(), vote).distance;
         // Far from the surface the estimate is rough; only its sign counts there.
@@ -313,7 +314,7 @@ impl Region {
         surface.redistance();
         let ground = ground(&surface);
         let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
-        let faces = if config.index_faces.is_on() {
+        let faces = if options.shape.faces.is_on() {
             // Without what it has grown into the ground.
             faces(&Polyhedron { faces: Vec::new(), base }.cut(&surface), rays, base.as_ref())
         } else {
@@ -330,23 +331,23 @@ impl Region {
         let solid = body(&|_| true);
         if fills(&solid.cut(&surface), &solid) {
             let surface = solid.level_set(site.bounds, site.resolution);
-            return Self { solid: Some(solid), ..Self::new(site, surface, config) };
+            return Self { solid: Some(solid), ..Self::new(site, surface, options) };
         }
         let bounds = body(&|f| f.large);
         if bounds.planes().next().is_some() {
             surface = bounds.cut(&surface);
         }
         surface.redistance();
-        Self::new(site, surface, config)
+        Self::new(site, surface, options)
     }
 
     /// What a file says.
-    fn index_source(site: Site, index_source: &IndexSource, config: &Config) -> Self {
+    fn index_source(site: Site, index_source: &IndexSource, options: &Options) -> Self {
         let known = |grid: &IndexGrid<f32>| grid.coefficients().iter().map(|c| (2.0 * c).sqrt()).collect();
         match index_source {
             IndexSource::Truth(truth) => {
                 let distance = |x: Vec3<f32>| truth.signed_distance_like(x.cast()) as f32;
-                let mut region = Self::body(site, distance, config);
+                let mut region = Self::body(site, distance, options);
                 region.known = Some(known(&site.truth(truth)));
                 region
             }
@@ -354,7 +355,7 @@ impl Region {
                 let n: Vec<f32> = known(&site.volume(volume));
                 let most = n.iter().copied().fold(1.0, f32::max);
                 let surface = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
-                let mut region = Self::new(site, surface, config);
+                let mut region = Self::new(site, surface, options);
                 // A lens bends rays beyond the surface at which it has half its contrast.
                 let bends: Vec<bool> = n.iter().map(|n| (n - 1.0).abs() > 0.01 * (most - 1.0)).collect();
                 let share: Vec<f32> = bends.iter().map(|b| f32::from(u8::from(*b))).collect();
@@ -366,19 +367,19 @@ impl Region {
             IndexSource::Mesh(shape) => {
                 let solid = known(&site.shape(shape, 2.0));
                 let surface = site.distance(shape, &half_full(&site, |j| solid[j] - 1.0));
-                Self::new(site, surface, config)
+                Self::new(site, surface, options)
             }
         }
     }
 
-    fn new(site: Site, surface: LevelSet<f32>, config: &Config) -> Self {
+    fn new(site: Site, surface: LevelSet<f32>, options: &Options) -> Self {
         let nodes = surface.coefficients().len();
         let distance: Vec<f32> = (0..nodes).map(|j| surface.value(surface.position(j))).collect();
         let voxel = site.domain().voxel();
         let mut occupancy: Vec<f32> = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
-        let gate = config.index_gate.is_on().then(|| Gate::new(site.domain(), &occupancy));
-        gaussian_blur(&mut occupancy, site.resolution, config.index_smooth);
-        let free = if config.index_interior.is_on() {
+        let gate = options.shape.gate.is_on().then(|| Gate::new(site.domain(), &occupancy));
+        gaussian_blur(&mut occupancy, site.resolution, options.shape.smooth);
+        let free = if options.shape.interior.is_on() {
             distance.iter().map(|&d| d < 2.0 * voxel).collect()
         } else {
             Vec::new()
@@ -428,7 +429,7 @@ impl Region {
     }
 
     /// The grid to start from. A known index stays as it is.
-    pub(super) fn grid(&self, start: &Start, config: &Config) -> IndexGrid<f32> {
+    pub(super) fn grid(&self, start: &Start, options: &Options) -> IndexGrid<f32> {
         let Start { profile, index, wall, .. } = *start;
         match (profile, &self.surface, &self.known) {
             (Profile::Sharp, Some(surface), None) if wall < 1.0 => {
@@ -444,7 +445,7 @@ impl Region {
             }
             (_, _, Some(known)) => {
                 let mut n = known.clone();
-                gaussian_blur(&mut n, self.site.resolution, config.index_smooth);
+                gaussian_blur(&mut n, self.site.resolution, options.shape.smooth);
                 self.site.from_nodes(&n)
             }
             (Profile::Graded, Some(_), None) => {
@@ -466,15 +467,15 @@ impl Region {
         &self,
         start: &Start,
         grid: &IndexGrid<f32>,
-        config: &Config,
+        options: &Options,
     ) -> Option<IndexGrid<f32>> {
         let (level, index) = (grid.level_set()?, grid.interior_index()?);
-        let held = config.rate_surface == 0.0 || config.index_shape == IndexShape::File;
+        let held = options.surface.rate == 0.0 || options.shape.start == StartShape::File;
         if start.wall < 1.0 || self.solid.is_some() || held {
             return None;
         }
         let Domain { bounds, resolution, .. } = *level.domain();
-        let coarser = resolution.map(|n| ((n - 1) as f32 / config.surface_coarsening).round() as u32 + 1);
+        let coarser = resolution.map(|n| ((n - 1) as f32 / options.surface.coarsening).round() as u32 + 1);
         let body = || IndexGrid::sharp(LevelSet::from_samples(bounds, coarser, |x| level.value(x)), index);
         (coarser != resolution).then(body)
     }
@@ -511,15 +512,18 @@ mod tests {
     #[test]
     fn a_body_learns_on_a_coarser_grid_unless_it_is_told_or_held() {
         let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
-        let site =
-            Site { bounds, resolution: [57; 3], interpolation: Config::default().index_interpolation.into() };
-        let region = |config: &Config| Region::body(site, |x| x.length() - 0.6, config);
-        let start = |wall| Start { profile: Profile::Sharp, index: 1.5, wall, searched: true };
-        let learning = |config: &Config, wall: f32| {
-            let (region, start) = (region(config), start(wall));
-            region.for_learning(&start, &region.grid(&start, config), config)
+        let site = Site {
+            bounds,
+            resolution: [57; 3],
+            interpolation: Options::default().index.interpolation.into(),
         };
-        let usual = Config::default();
+        let region = |options: &Options| Region::body(site, |x| x.length() - 0.6, options);
+        let start = |wall| Start { profile: Profile::Sharp, index: 1.5, wall, searched: true };
+        let learning = |options: &Options, wall: f32| {
+            let (region, start) = (region(options), start(wall));
+            region.for_learning(&start, &region.grid(&start, options), options)
+        };
+        let usual = Options::default();
         let coarser = learning(&usual, 1.0).unwrap();
         let level = coarser.level_set().unwrap();
         assert_eq!((level.domain().resolution, coarser.interior_index()), ([41; 3], Some(1.5)));
@@ -527,8 +531,9 @@ mod tests {
             assert!(level.value(x).abs() < 0.01 * level.voxel(), "{}", level.value(x));
         }
         assert!(learning(&usual, 0.2).is_none(), "a thin wall");
-        let held = Config { rate_surface: 0.0, ..usual.clone() };
-        let said = Config { index_shape: IndexShape::File, ..usual };
+        let (mut held, mut said) = (usual.clone(), usual);
+        held.surface.rate = 0.0;
+        said.shape.start = StartShape::File;
         assert!(learning(&held, 1.0).is_none() && learning(&said, 1.0).is_none());
     }
 }

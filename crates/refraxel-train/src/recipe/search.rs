@@ -3,8 +3,8 @@
 use super::regions::Region;
 use super::{Profile, Start, refraction};
 use crate::backend::{Backend, Batch, Marching};
-use crate::config::{Config, Surface};
 use crate::cpu::CpuBackend;
+use crate::options::{Options, SurfaceProfile};
 use crate::rays::{RaySampler, Selection};
 use crate::schedule::training_marching;
 
@@ -39,10 +39,10 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    pub(super) fn new(sampler: &RaySampler, config: &Config, near: f32) -> Self {
+    pub(super) fn new(sampler: &RaySampler, options: &Options, near: f32) -> Self {
         // No step of a run has this number: the judge has rays of its own.
         let batch = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
-        Self { batch, marching: training_marching(config, near) }
+        Self { batch, marching: training_marching(options, near) }
     }
 
     /// Mean over the rays of e/(e + 0.01), e being the squared error (Geman & McClure 1985): rays that end at something
@@ -59,10 +59,10 @@ pub(super) fn starts(
     backend: &mut CpuBackend,
     regions: &[Region],
     judge: &Judge,
-    config: &Config,
+    options: &Options,
 ) -> (Vec<Start>, Vec<String>) {
-    let mut profiles = match config.index_surface {
-        Surface::Auto => vec![Profile::Sharp, Profile::Graded],
+    let mut profiles = match options.search.profile {
+        SurfaceProfile::Auto => vec![Profile::Sharp, Profile::Graded],
         other => vec![profile_of(other)],
     };
     if regions.iter().any(Region::is_known) {
@@ -77,7 +77,7 @@ pub(super) fn starts(
         judge.error(backend)
     };
     for profile in profiles {
-        let (error, found) = search(backend, regions, judge, config, profile);
+        let (error, found) = search(backend, regions, judge, options, profile);
         let said = found.iter().map(|s| match s.wall {
             1.0 => format!("{:.3}", s.index),
             wall => format!("{:.3} (hollow: the wall is {:.0} % of the depth)", s.index, 100.0 * wall),
@@ -89,24 +89,25 @@ pub(super) fn starts(
         }
     }
     let (error, mut best) = best.unwrap_or_default();
-    if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && config.index_scan.is_on() {
-        let n = config.index_guess;
+    if error > DECISIVE * straight && !regions.iter().all(Region::is_known) && options.search.enabled.is_on()
+    {
+        let n = options.search.guess;
         events.push(format!("straight rays fit as well (misfit {straight:.3}): starting from index {n}"));
         best.iter_mut()
             .for_each(|s| *s = Start { profile: Profile::Sharp, index: n, wall: 1.0, searched: false });
-        if config.index_surface != Surface::Auto {
-            best.iter_mut().for_each(|s| s.profile = profile_of(config.index_surface));
+        if options.search.profile != SurfaceProfile::Auto {
+            best.iter_mut().for_each(|s| s.profile = profile_of(options.search.profile));
         }
     }
     events.push(format!("rays bend: {}", best.first().map_or("nowhere", |s| s.profile.name())));
     (best, events)
 }
 
-fn profile_of(surface: Surface) -> Profile {
+fn profile_of(surface: SurfaceProfile) -> Profile {
     match surface {
-        Surface::Auto | Surface::Sharp => Profile::Sharp,
-        Surface::Smooth => Profile::Smooth,
-        Surface::Graded => Profile::Graded,
+        SurfaceProfile::Auto | SurfaceProfile::Sharp => Profile::Sharp,
+        SurfaceProfile::Smooth => Profile::Smooth,
+        SurfaceProfile::Graded => Profile::Graded,
     }
 }
 
@@ -115,16 +116,16 @@ fn search(
     backend: &mut CpuBackend,
     regions: &[Region],
     judge: &Judge,
-    config: &Config,
+    options: &Options,
     profile: Profile,
 ) -> (f64, Vec<Start>) {
     let mut error = |starts: &[Start]| {
-        backend.set_refraction(refraction(regions, starts, config));
+        backend.set_refraction(refraction(regions, starts, options));
         judge.error(backend) * index_prior(starts)
     };
     let all = |index: f32| vec![Start { profile, index, wall: 1.0, searched: true }; regions.len()];
-    let mut starts = all(config.index_guess);
-    if !config.index_scan.is_on() || regions.iter().all(Region::is_known) {
+    let mut starts = all(options.search.guess);
+    if !options.search.enabled.is_on() || regions.iter().all(Region::is_known) {
         starts.iter_mut().for_each(|s| s.searched = false);
         return (error(&starts), starts);
     }

@@ -3,14 +3,14 @@
 use super::probes;
 use crate::checkpoint::{CheckpointError, Tensor};
 use crate::cpu::{CpuBackend, MirrorMoments};
-use crate::reflection::{Mirror, Reflection, Source};
+use crate::reflection::{Mirror, MirrorSource, Reflection};
 use crate::refraction::Refraction;
 use refraxel_core::radiance::ProbeGrid;
 use serde::{Deserialize, Serialize};
 
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct StoredReflection {
-    source: Source,
+    source: MirrorSource,
     mirrors: Vec<StoredMirror>,
 }
 

@@ -1,0 +1,19 @@
+//! Sharp refractive surfaces: how they learn.
+
+use super::section::section;
+
+section! {
+    /// Sharp refractive surfaces: how they learn.
+    pub struct SurfaceOptions "surface" {
+        /// Learning rate of a sharp surface [voxel of its grid]; 0 holds it fixed.
+        rate: f32 = 0.08, in 0.0..=1.0, "voxels";
+        /// Standard deviation of the blur of its gradient [voxel of the index grid].
+        blur: f32 = 1.5, in 0.0..=8.0, "voxels";
+        /// Smoothing of the surface per step; a surface that is held fixed is not smoothed.
+        smooth: f32 = 0.1, in 0.0..=1.0;
+        /// Edge length of the voxels on which a surface learns, divided by that of the voxels on which it was found.
+        coarsening: f32 = 1.4, in 1.0..=1.5;
+        /// Surfaces learn only from rays that meet them at most this often.
+        events: u32 = 2;
+    }
+}

@@ -1,0 +1,190 @@
+use super::former::{FORMER, REMOVED};
+use super::*;
+use serde_json::{Value, json};
+
+fn set(key: &str, value: &str) -> Result<Options, OptionError> {
+    let mut options = Options::default();
+    options.set(key, value)?;
+    Ok(options)
+}
+
+fn refusal(key: &str, value: &str) -> String {
+    set(key, value).unwrap_err().to_string()
+}
+
+fn read(tree: Value) -> Result<Options, String> {
+    serde_json::from_value(tree).map_err(|e| e.to_string())
+}
+
+/// A run of the time when options were one flat list.
+fn flat() -> Value {
+    json!({
+        "steps": 700, "resolution": 96, "refraction": "on", "inside_share": 0.3, "index_surface": "sharp",
+        "rate_surface": 0.07999999821186066, "reflection": "off", "gloss": "on", "bent_tv": 2.0, "bent_rates": 1.0,
+        "surface_width": 0.0, "surface_width_share": 0.30000001192092896, "index_period": 1,
+    })
+}
+
+#[test]
+fn settings_change_options_and_the_last_one_counts() {
+    let mut options = Options::default();
+    for (key, value) in [("run.steps", "7"), ("rate_density", "0.5"), ("steps", "9")] {
+        assert_eq!(options.set(key, value), Ok(None));
+    }
+    assert_eq!((options.run.steps, options.field.rate_density), (9, 0.5));
+}
+
+#[test]
+fn every_default_is_allowed_and_survives_a_round_trip() {
+    let usual = Options::default().checked().unwrap();
+    let mut options = Options::default();
+    for (option, value) in Options::definitions().iter().zip(usual.values()) {
+        assert_eq!(options.set(option.name, &value), Ok(None));
+    }
+    assert_eq!(options, usual);
+    let stored = serde_json::to_value(Options::suited_to(true)).unwrap();
+    assert_eq!(stored["field"]["tv_colour"].as_f64().map(|v| v as f32), Some(1e-4));
+    assert_eq!(read(stored), Ok(Options::suited_to(true)));
+}
+
+#[test]
+fn every_word_survives_a_round_trip() {
+    let words = |option: &Definition| match option.allowed {
+        Allowed::Words(words) => words.iter().map(|w| w.word).collect(),
+        _ => Vec::new(),
+    };
+    let mut found = 0;
+    for option in Options::definitions() {
+        for word in words(&option) {
+            let options = set(option.name, word).unwrap();
+            assert_eq!(read(serde_json::to_value(&options).unwrap()), Ok(options));
+            found += 1;
+        }
+    }
+    assert!(found > 30, "{found}");
+}
+
+#[test]
+fn mistakes_are_named() {
+    for (key, value, message) in [
+        ("run.steps", "7.5", "option `run.steps` is `7.5`, expected a whole number, 1 or more"),
+        ("steps", "0", "option `run.steps` is `0`, expected a whole number, 1 or more"),
+        ("sh_degree", "4", "option `field.sh_degree` is `4`, expected a whole number, 0 to 3"),
+        ("rate_density", "NaN", "option `field.rate_density` is `NaN`, expected a number, 0 to 100"),
+        ("march.step", "0", "option `march.step` is `0`, expected a number, 0.05 to 4 voxels"),
+        ("seed", "x", "option `run.seed` is `x`, expected a whole number"),
+        (
+            "profile",
+            "soft",
+            "`search.profile` is `soft`, expected one of `auto`, `sharp`, `smooth`, `graded`",
+        ),
+        ("reflection.cache", "black", "`black`, expected one of `learned`, `baked`, `exact`"),
+        ("refraction.bounds", "0,0,0,1,1", "expected x0,y0,z0,x1,y1,z1 with x0 < x1"),
+    ] {
+        let refusal = refusal(key, value);
+        assert!(refusal.contains(message), "{refusal}");
+    }
+}
+
+#[test]
+fn unknown_names_get_a_suggestion_and_ambiguous_ones_a_choice() {
+    assert!(refusal("surface.blurr", "1").contains("(did you mean `surface.blur`?)"));
+    assert!(refusal("stepz", "7").starts_with("unknown option `stepz` (did you mean `run.steps`?)"));
+    assert!(refusal("training.steps", "7").contains("did you mean `run.steps`?"));
+    assert!(!refusal("xyzzy", "7").contains("did you mean"));
+    let rate = refusal("rate", "1");
+    assert!(rate.contains("`index.rate`, `surface.rate`, `reflection.rate`, `clearcoat.rate`"), "{rate}");
+}
+
+#[test]
+fn options_must_fit_together() {
+    let mut options = set("shape.start", "file").unwrap();
+    let message = options.clone().checked().unwrap_err().to_string();
+    assert!(message.contains("`shape.start`") && message.contains("`shape.file`"), "{message}");
+    options.shape.file = "scene.json".to_owned();
+    assert!(options.clone().checked().is_ok());
+    options.surface.blur = 9.0;
+    assert!(options.checked().unwrap_err().to_string().contains("`surface.blur` is `9`"));
+}
+
+#[test]
+fn every_former_name_is_an_option_today() {
+    for former in FORMER {
+        let Some(k) = Options::definitions().iter().position(|o| o.name == former.now) else {
+            panic!("{} is no option", former.now);
+        };
+        let value = &Options::default().values()[k];
+        let renamed = Options::default().set(former.name, value).unwrap();
+        assert_eq!(renamed, Some(Renamed { former: former.name.to_owned(), now: former.now }));
+    }
+}
+
+#[test]
+fn former_and_removed_names_are_no_options_today() {
+    let names: Vec<&str> = Options::definitions().iter().map(|o| o.name).collect();
+    let mut former: Vec<&str> = FORMER.iter().map(|f| f.name).chain(REMOVED.iter().map(|r| r.name)).collect();
+    assert!(former.iter().all(|name| !names.contains(name)));
+    former.sort_unstable();
+    assert!(former.windows(2).all(|pair| pair[0] != pair[1]), "{former:?}");
+}
+
+#[test]
+fn a_flat_list_of_a_stored_run_is_read() {
+    let options = read(flat()).unwrap();
+    let mut expected = Options::default();
+    (expected.run.steps, expected.grid.resolution) = (700, 96);
+    (expected.refraction.bend, expected.refraction.mask_ray_fraction) = (Switch::On, 0.3);
+    expected.search.profile = SurfaceProfile::Sharp;
+    (expected.reflection.enabled, expected.clearcoat.enabled) = (Switch::Off, Switch::On);
+    expected.field.tv_density_refractive = 2.0;
+    assert_eq!(options, expected);
+}
+
+#[test]
+fn removed_options_are_refused_unless_a_stored_run_did_not_use_them() {
+    for removed in REMOVED {
+        let refusal = refusal(removed.name, removed.idle);
+        assert!(refusal.contains(removed.name) && refusal.contains("train a run that had"), "{refusal}");
+        assert_eq!(
+            read(json!({ removed.name: removed.idle.parse::<f32>().unwrap() })),
+            Ok(Options::default())
+        );
+        assert_eq!(read(json!({ removed.name: 2 })), Err(refusal));
+    }
+}
+
+#[test]
+fn tables_and_full_names_say_the_same() {
+    let bounds = json!([-0.5, -0.5, 0, 0.5, 0.5, 1]);
+    let nested =
+        json!({ "surface": { "blur": 2.0 }, "refraction": { "bounds": bounds, "bend": "on" }, "steps": 5 });
+    let mut options = Options::default();
+    assert_eq!(options.set_tree(&nested), Ok(Vec::new()));
+    let dotted = json!({
+        "surface.blur": 2, "refraction.bounds": "-0.5,-0.5,0,0.5,0.5,1", "refraction.bend": "on", "run.steps": 5,
+    });
+    let mut same = Options::default();
+    same.set_tree(&dotted).unwrap();
+    assert_eq!(options, same);
+    assert_eq!(options.refraction.aabb().unwrap().max.z, 1.0);
+    let former = Options::default().set_tree(&json!({ "gloss": "on" })).unwrap();
+    assert_eq!(former, [Renamed { former: "gloss".to_owned(), now: "clearcoat.enabled" }]);
+    assert!(options.set_tree(&json!(3)).is_err());
+}
+
+#[test]
+fn differences_name_the_option_and_both_values() {
+    let here = set("surface.blur", "2").unwrap();
+    let difference = Difference { name: "surface.blur", here: "2".to_owned(), there: "1.5".to_owned() };
+    assert_eq!(here.differences(&Options::default()), [difference]);
+}
+
+#[test]
+fn every_option_is_listed_with_a_sentence() {
+    let listed = list();
+    assert_eq!(listed.len(), Options::definitions().len());
+    for option in &listed {
+        assert!(option.meaning.ends_with('.') && !option.range.is_empty(), "{option:?}");
+        assert!(text().contains(option.name) && markdown().contains(&option.meaning));
+    }
+}
