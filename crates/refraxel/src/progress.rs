@@ -32,6 +32,13 @@ impl Show {
             Self::Lines
         }
     }
+
+    /// Shows one line where no progress is shown yet.
+    pub fn say(self, text: &str) {
+        if self != Self::Nothing {
+            let _ = writeln!(io::stderr(), "{text}"); // as below
+        }
+    }
 }
 
 /// The progress of one piece of work; a bar vanishes when this is dropped before [`Progress::finish`].

@@ -129,21 +129,22 @@ fn wrong_options() {
     let data = photographs(4, |_| {});
     let out = data.path().join("run");
     let toml = data.path().join("options.toml");
-    train(data.path(), &out, &["--set", "stepz=3"]).refused(2, &["unknown option `stepz`", "steps"]);
-    train(data.path(), &out, &["--set", "steps=-3"]).refused(2, &["`steps` is `-3`"]);
+    train(data.path(), &out, &["--set", "stepz=3"]).refused(2, &["unknown option `stepz`", "`run.steps`"]);
+    train(data.path(), &out, &["--set", "steps=-3"]).refused(2, &["`run.steps` is `-3`"]);
     train(data.path(), &out, &["--refraction", "on"]).refused(3, &["no masks", "--refraction-box"]);
     train(data.path(), &out, &["--refraction-box", "0,0,0,1,1"]).refused(2, &["x0,y0,z0,x1,y1,z1"]);
     train(data.path(), &out, &["--index-from", "no/scene.json"]).refused(3, &["no/scene.json"]);
     train(data.path(), &out, &["--index-from", path(&data.path().join("r_0.png"))])
         .refused(3, &["scene.json", "mesh"]);
-    train(data.path(), &out, &["--set", "index_surface=soft"]).refused(2, &["`index_surface`", "`sharp`"]);
+    train(data.path(), &out, &["--set", "search.profile=soft"])
+        .refused(2, &["`search.profile` is `soft`", "`sharp`"]);
     let with = |content: &str| {
         std::fs::write(&toml, content).unwrap();
         train(data.path(), &out, &["--config", path(&toml)])
     };
     with("steps = = 3").refused(3, &["options.toml", "not a TOML file"]);
     with("stepz = 3").refused(3, &["options.toml", "unknown option `stepz`"]);
-    with("[training]\nsteps = 3").refused(3, &["options.toml", "unknown option `training`"]);
+    with("[training]\nsteps = 3").refused(3, &["options.toml", "unknown option `training.steps`"]);
     train(data.path(), &out, &["--config", "/no/such.toml"]).refused(3, &["/no/such.toml"]);
     assert!(!out.exists());
 }

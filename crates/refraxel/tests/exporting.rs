@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 /// A run on the ball whose index and shape come from a file and stay.
 fn known(folder: &Path, data: &Path, name: &str, file: &Path) -> PathBuf {
     let run = folder.join(name);
-    let fixed = ["--refraction", "on", "--index-from", path(file), "--set", "rate_index=0"];
-    let fixed = [&fixed[..], &["--set", "rate_surface=0", "--set", "surface_smooth=0"]].concat();
+    let fixed = ["--refraction", "on", "--index-from", path(file), "--set", "index.rate=0"];
+    let fixed = [&fixed[..], &["--set", "surface.rate=0", "--set", "surface.smooth=0"]].concat();
     train(
         data,
         &run,
-        &[&fixed[..], &["--set", "index_surface=sharp", "--set", "index_resolution=24"]].concat(),
+        &[&fixed[..], &["--set", "search.profile=sharp", "--set", "shape.resolution=24"]].concat(),
     )
     .done();
     run

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// A run on the ball whose index and shape were given.
 fn known(folder: &Path, data: &Path, more: &[&str]) -> PathBuf {
     let (run, scene) = (folder.join("bent"), data.join("scene.json"));
-    let fixed = ["--refraction", "on", "--index-from", path(&scene), "--set", "rate_index=0"];
-    train(data, &run, &[&fixed[..], &["--set", "rate_surface=0"], more].concat()).done();
+    let fixed = ["--refraction", "on", "--index-from", path(&scene), "--set", "index.rate=0"];
+    train(data, &run, &[&fixed[..], &["--set", "surface.rate=0"], more].concat()).done();
     run
 }
 
@@ -114,7 +114,7 @@ fn slices_need_no_views_and_no_dataset() {
 fn the_index_that_a_run_has_changes_no_pixel_and_the_run_stays_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
-    let run = known(folder.path(), &data, &["--set", "index_surface=sharp"]);
+    let run = known(folder.path(), &data, &["--set", "search.profile=sharp"]);
     let checkpoint = || std::fs::read(run.join(refraxel_train::run::CHECKPOINT)).unwrap();
     let (before, cameras) = (checkpoint(), data.join("transforms_test.json"));
     let picture = |name: &str, more: &[&str]| {
@@ -145,7 +145,7 @@ fn ball_of(folder: &Path, ior: f64) -> PathBuf {
 fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
     let folder = tempfile::tempdir().unwrap();
     let (glass, thin) = (ball_of(folder.path(), 1.5), ball_of(folder.path(), 1.1));
-    let more = ["--set", "steps=250", "--set", "resolution=40", "--set", "batch=1024"];
+    let more = ["--set", "steps=250", "--set", "grid.resolution=40", "--set", "batch=1024"];
     let (run, cameras) = (known(folder.path(), &glass, &more), thin.join("transforms_test.json"));
     let error = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);

@@ -142,7 +142,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
         "--set",
         "steps=400",
         "--set",
-        "resolution=40",
+        "grid.resolution=40",
         "--set",
         "batch=1024",
         "--set",
@@ -165,9 +165,9 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let folder = tempfile::tempdir().unwrap();
     let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let options = ["steps=100", "resolution=32", "straight_steps=20", "reflection_bake=20"];
+    let options = ["steps=100", "grid.resolution=32", "straight_steps=20", "reflection.bake_period=20"];
     for cache in ["learned", "baked"] {
-        let cache = format!("reflection_cache={cache}");
+        let cache = format!("reflection.cache={cache}");
         let mut words = vec!["--reflection", "on", "--set", &cache];
         words.extend(options.iter().flat_map(|o| ["--set", o]));
         train(&data, &whole, &words).done();
@@ -188,7 +188,8 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let data = refractive(folder.path(), "prism", 60, 100);
     let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
-    let options = ["steps=400", "straight_steps=100", "resolution=72", "batch=2048", "index_scan=off"];
+    let options =
+        ["steps=400", "straight_steps=100", "grid.resolution=72", "batch=2048", "search.enabled=off"];
     let words: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
     let until = |out: &Path, stop: &str, more: &[&str]| {
         train(&data, out, &[&words[..], &["--set", stop], more].concat()).refused(130, &[]);
@@ -233,12 +234,12 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
         let run = train(&data, &run, &[more, &["--json"]].concat()).done().json();
         run["ior"]["mean_inside"].as_f64().unwrap()
     };
-    let fixed = ["--set", "rate_index=0", "--set", "rate_surface=0", "--set", "index_shape=ball"];
-    let of_box = ["--refraction-box", "-0.5,-0.5,-0.7,0.5,0.5,0.3", "--set", "index_scan=off"];
-    let boxed = inside(&[&fixed[..], &of_box, &["--set", "index_guess=1.25"]].concat());
+    let fixed = ["--set", "index.rate=0", "--set", "surface.rate=0", "--set", "shape.start=ball"];
+    let of_box = ["--refraction-box", "-0.5,-0.5,-0.7,0.5,0.5,0.3", "--set", "search.enabled=off"];
+    let boxed = inside(&[&fixed[..], &of_box, &["--set", "search.guess=1.25"]].concat());
     assert!((1.1..=1.25).contains(&boxed), "{boxed}");
     let scene = data.join("scene.json");
-    let truth = ["--index-from", path(&scene), "--set", "index_surface=sharp"];
+    let truth = ["--index-from", path(&scene), "--set", "search.profile=sharp"];
     let truth = inside(&[&truth[..], &fixed[..4]].concat());
     assert!((truth - 1.5).abs() < 0.02, "{truth}");
 }
@@ -253,9 +254,9 @@ fn a_coat_goes_on_where_it_was() {
         "--clearcoat",
         "on",
         "--set",
-        "clearcoat_probes=4",
+        "clearcoat.probes=4",
         "--set",
-        "clearcoat_start=0.2",
+        "clearcoat.start=0.2",
     ];
     let [whole, halted] = ["whole", "halted"].map(|name| folder.path().join(name));
     train(&data, &whole, &coated).done();
@@ -263,7 +264,7 @@ fn a_coat_goes_on_where_it_was() {
     assert_eq!(content(&halted).1["clearcoat"]["degree"], 3);
     train(&data, &halted, &["--resume"]).done();
     assert!(content(&halted) == content(&whole));
-    train(&data, &halted, &["--resume", "--clearcoat", "off"]).refused(3, &["`clearcoat`"]);
+    train(&data, &halted, &["--resume", "--clearcoat", "off"]).refused(3, &["`clearcoat.enabled` is off"]);
 }
 
 #[test]
@@ -271,8 +272,9 @@ fn resume_refuses_other_options_and_other_images() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     train(&data, &run, &["--set", "stop_after=5"]).refused(130, &[]);
-    train(&data, &run, &["--resume", "--set", "batch=64"]).refused(3, &["`batch` is 64", "trained with 256"]);
-    train(&data, &run, &["--resume", "--seed", "3"]).refused(3, &["`seed` is 3"]);
+    train(&data, &run, &["--resume", "--set", "batch=64"])
+        .refused(3, &["`run.batch` is 64", "trained with 256"]);
+    train(&data, &run, &["--resume", "--seed", "3"]).refused(3, &["`run.seed` is 3"]);
     let other = photographs(4, |_| {});
     train(other.path(), &run, &["--resume"]).refused(3, &["trained on other images"]);
 }
@@ -284,7 +286,7 @@ fn an_interrupt_saves_and_resume_goes_on() {
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     let words =
         ["train", path(&data), "--out", path(&run), "--quiet", "--set", "steps=1000000", "--set", "batch=64"];
-    let words = [&words[..], &["--set", "resolution=16"]].concat();
+    let words = [&words[..], &["--set", "grid.resolution=16"]].concat();
     let stderr = std::process::Stdio::piped();
     let child = command(&words).stderr(stderr).stdout(std::process::Stdio::null()).spawn().unwrap();
     let start = Instant::now();

@@ -79,16 +79,29 @@ pub enum Refraction {
   refraxel train my_photos --out run
   refraxel train glass --out run --refraction on --minutes 10
   refraxel train glass --out run --refraction-box -0.5,-0.5,0,0.5,0.5,1
-  refraxel train glass --out run --config quick.toml --set steps=2000 --set sh_degree=1
+  refraxel train glass --out run --config quick.toml --set run.steps=2000 --set field.sh_degree=1
+  refraxel train --options
 
 Ctrl-C saves a checkpoint; the same command with --resume goes on from it.")]
 pub struct TrainArgs {
     /// The dataset's folder or file
-    #[arg(value_name = "DATA")]
+    // Empty where options are only listed.
+    #[arg(value_name = "DATA", required_unless_present = "options", default_value_if("options", "true", ""))]
     pub data: PathBuf,
     /// Folder for the checkpoint, scores and pictures
-    #[arg(long, value_name = "RUN")]
+    #[arg(
+        long,
+        value_name = "RUN",
+        required_unless_present = "options",
+        default_value_if("options", "true", "")
+    )]
     pub out: PathBuf,
+    /// Print all training options with their defaults, ranges and meanings, and do nothing else
+    #[arg(long)]
+    pub options: bool,
+    /// With --options: print them as the page docs/options.md
+    #[arg(long, requires = "options", conflicts_with = "json")]
+    pub markdown: bool,
     /// Whether rays bend
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
     pub refraction: Refraction,
@@ -103,10 +116,10 @@ pub struct TrainArgs {
     pub clearcoat: Option<super::scene::Switch>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
-    /// What a scene.json tells is exact and is held fixed; --set rate_surface=0.08 and --set rate_index=0.001 let it learn.
+    /// What a scene.json tells is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,
-    /// Change one training option; may be repeated, the last one counts
+    /// Change one training option (--options lists them); may be repeated, the last one counts
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
     /// Read training options from a TOML file; --set overrides it

@@ -21,7 +21,7 @@ const VIEWS: ViewCounts = ViewCounts { train: 80, val: 2, test: 8 };
 /// Samples per pixel: edges stay smooth and the dataset is ready in seconds.
 const SAMPLES: u32 = 9;
 /// Options of both runs; a fixed number of steps, so that the same seed gives the same figures on every machine.
-const SETTINGS: [(&str, &str); 2] = [("steps", "540"), ("resolution", "96")];
+const SETTINGS: [(&str, &str); 2] = [("run.steps", "540"), ("grid.resolution", "96")];
 
 #[derive(Serialize)]
 struct Report {
@@ -98,6 +98,8 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         clearcoat: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),
+        options: false,
+        markdown: false,
         config: None,
         resume: false,
         minutes: None,

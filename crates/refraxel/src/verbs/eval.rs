@@ -46,11 +46,11 @@ pub fn run(args: &EvalArgs) -> Result<(), Failure> {
 /// Bends the rays of a run by the index of a file.
 fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failure> {
     let refused = || format!("cannot bend the rays of {} by {}", folder.display(), file.display());
-    let (own, mut config) = (run.backend.refraction(), run.config.clone());
+    let (own, mut options) = (run.backend.refraction(), run.options.clone());
     if let Some(&index) = own.mean_indices().first() {
-        config.index_guess = index as f32;
+        options.search.guess = index as f32;
     }
-    let index = recipe::stated(file, NODES, &config).with_context(refused).or_exit(Exit::BadInput)?;
+    let index = recipe::stated(file, NODES, &options).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.reflection().mirrors.len();
     if mirrors > 1 {
         let error = anyhow!("the run mirrors at {mirrors} bodies apart, and the file tells of one region");
@@ -136,7 +136,7 @@ fn render_and_score(
     out: &Path,
     show: Show,
 ) -> Result<(Scores, String), Failure> {
-    let marching = rendering_marching(&run.config, run.plan.near);
+    let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let photos = load_photos(data, indices, show)?;
     create_folder(out)?;

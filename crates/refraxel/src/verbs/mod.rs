@@ -7,6 +7,7 @@ pub mod eval;
 pub mod evaluation;
 pub mod export;
 pub mod inspect;
+pub mod options;
 pub mod render;
 pub mod sheet;
 pub mod synth;

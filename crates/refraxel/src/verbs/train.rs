@@ -2,10 +2,10 @@
 
 use super::eval::evaluate;
 use super::{
-    create_folder, data_failure, interrupted, load_photos, open_options, set_threads, source_of,
+    create_folder, data_failure, interrupted, load_photos, open_options, options, set_threads, source_of,
     watch_for_interrupts,
 };
-use crate::cli::{self, Refraction, SplitName, TrainArgs};
+use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::plot::{Plot, Series};
@@ -13,11 +13,11 @@ use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
 use refraxel_data::{Dataset, MaskMeaning, Photo, View, scene_region};
 use refraxel_train::checkpoint::{remove_leftovers, write_atomic};
-use refraxel_train::config::{Bending, IndexShape, Switch};
+use refraxel_train::options::Switch;
 use refraxel_train::run::{CHECKPOINT, Loaded, Source, load_run, save_run};
 use refraxel_train::schedule::Phase;
 use refraxel_train::trainer::Record;
-use refraxel_train::{Config, TrainError, Trainer, recipe};
+use refraxel_train::{Options, TrainError, Trainer, recipe};
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -27,6 +27,9 @@ const SAVE_EVERY: Duration = Duration::from_secs(60);
 
 /// The verb.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
+    if args.options {
+        return options::print(args);
+    }
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
@@ -39,20 +42,20 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 /// Trains to the end and saves; an interruption is a failure, after saving.
 pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     // Everything that can be wrong with the input is found before the first file is written.
-    let options = open_options(&args.reading);
-    let data = Dataset::open(&args.data, &options).map_err(data_failure)?;
-    let usual = Config::suited_to(scene_region(&data).unbounded);
-    let config = configuration(args, Config { refraction: bending(args, &data), ..usual })?;
-    recipe::check(&config, is_masked(&data)).or_exit(Exit::BadInput)?;
-    let source = source_of(&args.data, &options, &data);
-    let saved = if args.resume { Some(saved(args, &source)?) } else { None };
+    let reading = open_options(&args.reading);
+    let data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
+    let source = source_of(&args.data, &reading, &data);
+    let saved = if args.resume { Some(saved(args, &source, show)?) } else { None };
+    let options = match &saved {
+        Some(run) => run.options.clone(),
+        None => options::read(args, usual_options(args, &data), show)?,
+    };
+    recipe::check(&options, is_masked(&data)).or_exit(Exit::BadInput)?;
     let photos = load_photos(&data, &data.split.train, show)?;
     let validation = validation_view(&data)?;
     let trainer = match saved {
-        Some(run) => {
-            Trainer::resumed(run.config, run.plan, run.backend, run.state, (&data, photos, validation))
-        }
-        None => Trainer::new(config, &data, photos, validation),
+        Some(run) => Trainer::resumed(options, run.plan, run.backend, run.state, (&data, photos, validation)),
+        None => Trainer::new(options, &data, photos, validation),
     };
     create_folder(&args.out)?;
     let mut log = Log::open(&args.out, trainer.state().step)?;
@@ -64,14 +67,21 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The defaults for a dataset.
+fn usual_options(args: &TrainArgs, data: &Dataset) -> Options {
+    let mut options = Options::suited_to(scene_region(data).unbounded);
+    options.refraction.bend = bending(args, data);
+    options
+}
+
 /// Whether rays bend: as asked for, or where something says what is refractive.
-fn bending(args: &TrainArgs, data: &Dataset) -> Bending {
+fn bending(args: &TrainArgs, data: &Dataset) -> Switch {
     let said = args.refraction_box.is_some() || args.index_from.is_some();
     match args.refraction {
-        Refraction::Off => Bending::Off,
-        Refraction::On => Bending::On,
-        Refraction::Auto if said || is_masked(data) => Bending::On,
-        Refraction::Auto => Bending::Off,
+        Refraction::Off => Switch::Off,
+        Refraction::On => Switch::On,
+        Refraction::Auto if said || is_masked(data) => Switch::On,
+        Refraction::Auto => Switch::Off,
     }
 }
 
@@ -81,56 +91,8 @@ fn is_masked(data: &Dataset) -> bool {
     views.into_iter().any(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive)
 }
 
-/// The options: those of `base`, then the file, then `--set`, then the flags of their own.
-fn configuration(args: &TrainArgs, base: Config) -> Result<Config, Failure> {
-    let mut config = base;
-    let is_json = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    let exact = args.index_from.as_ref().is_some_and(is_json);
-    if exact && !args.resume {
-        // It tells exactly; what an image of 200 pixels says of a surface does not.
-        (config.rate_surface, config.rate_index) = (0.0, 0.0);
-    }
-    if let Some(path) = &args.config {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("cannot read the configuration {}", path.display()))
-            .or_exit(Exit::BadInput)?;
-        let table: toml::Table = text
-            .parse()
-            .with_context(|| format!("{} is not a TOML file of `key = value` lines", path.display()))
-            .or_exit(Exit::BadInput)?;
-        let pairs: Vec<(String, String)> =
-            table.into_iter().map(|(k, v)| (k, v.to_string().trim_matches('"').to_owned())).collect();
-        let within = || format!("the configuration {} is refused", path.display());
-        config = config
-            .with(pairs.iter().map(|(k, v)| (k.as_str(), v.as_str())))
-            .with_context(within)
-            .or_exit(Exit::BadInput)?;
-    }
-    let settings = args.settings.iter().map(|s| (s.key.as_str(), s.value.as_str()));
-    config = config.with(settings).or_exit(Exit::Usage)?;
-    config.seed = args.seed.unwrap_or(config.seed);
-    config.minutes = args.minutes.unwrap_or(config.minutes);
-    match args.refraction {
-        Refraction::Off => config.refraction = Bending::Off,
-        Refraction::On => config.refraction = Bending::On,
-        Refraction::Auto => {}
-    }
-    let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
-    config.reflection = args.reflection.map_or(config.reflection, switch);
-    config.clearcoat = args.clearcoat.map_or(config.clearcoat, switch);
-    if let Some(bounds) = &args.refraction_box {
-        config.refraction_box.clone_from(bounds);
-    }
-    if let Some(path) = &args.index_from {
-        config.index_shape = IndexShape::File;
-        config.index_scan = Switch::Off;
-        config.index_from = path.display().to_string();
-    }
-    config.checked().or_exit(Exit::Usage)
-}
-
 /// The run to go on with, if its data and options are still the same.
-fn saved(args: &TrainArgs, source: &Source) -> Result<Loaded, Failure> {
+fn saved(args: &TrainArgs, source: &Source, show: Show) -> Result<Loaded, Failure> {
     let mut run = load_run(&args.out)?;
     if run.source.train != source.train {
         let (out, was) = (args.out.display(), run.source.train.len());
@@ -141,26 +103,8 @@ fn saved(args: &TrainArgs, source: &Source) -> Result<Loaded, Failure> {
         );
         return Err(Failure::new(Exit::BadInput, error));
     }
-    let stored = Config { stop_after: 0, ..run.config };
-    run.config = configuration(args, stored.clone())?;
-    let free = Config { minutes: stored.minutes, stop_after: 0, ..run.config.clone() };
-    if let Some((key, was, wanted)) = first_difference(&stored, &free) {
-        let error = anyhow!(
-            "option `{key}` is {wanted}, but {} was trained with {was}; --resume goes on with the same options (only \
-             `minutes` and `stop_after` may change), so leave it out or start a new run",
-            args.out.display()
-        );
-        return Err(Failure::new(Exit::BadInput, error));
-    }
+    run.options = options::resumed(args, run.options, show)?;
     Ok(run)
-}
-
-/// The first option in which two configurations differ, with both values.
-fn first_difference(a: &Config, b: &Config) -> Option<(String, String, String)> {
-    let values = |c: &Config| serde_json::to_value(c).ok()?.as_object().cloned();
-    let (a, b) = (values(a)?, values(b)?);
-    let (key, value) = a.iter().find(|(key, value)| b.get(*key) != Some(value))?;
-    Some((key.clone(), value.to_string(), b.get(key)?.to_string()))
 }
 
 /// The first validation view, or the first test view of a dataset without any.
@@ -181,11 +125,11 @@ fn learn(
     // Leftovers of killed saves; failing to remove them harms nobody.
     let _ = remove_leftovers(&out.join(CHECKPOINT));
     // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
-    let parts = if trainer.config().minutes > 0.0 { 1000 } else { trainer.config().steps };
+    let parts = if trainer.options().run.minutes > 0.0 { 1000 } else { trainer.options().run.steps };
     let mut progress = Progress::new(show, "training", parts);
     let mut saved = Instant::now();
     let mut last: Option<Record> = None;
-    let stop_after = NonZeroU64::new(trainer.config().stop_after).map_or(u64::MAX, u64::from);
+    let stop_after = NonZeroU64::new(trainer.options().run.stop_after).map_or(u64::MAX, u64::from);
     while !trainer.finished() && !interrupted() && trainer.state().step < stop_after {
         if let Some(record) = trainer.step().map_err(train_failure)? {
             log.write(&record)?;
@@ -220,8 +164,8 @@ fn note(r: &Record) -> String {
 
 fn save(trainer: &mut Trainer, out: &Path, source: &Source) -> Result<(), Failure> {
     trainer.settle_clock();
-    let (config, plan, state) = (trainer.config().clone(), trainer.plan().clone(), trainer.state().clone());
-    Ok(save_run(out, &config, &plan, &state, source, trainer.backend())?)
+    let (options, plan, state) = (trainer.options().clone(), trainer.plan().clone(), trainer.state().clone());
+    Ok(save_run(out, &options, &plan, &state, source, trainer.backend())?)
 }
 
 fn train_failure(error: TrainError) -> Failure {

@@ -13,7 +13,7 @@ pub const TINY: [&str; 10] = [
     "--set",
     "steps=40",
     "--set",
-    "resolution=16",
+    "grid.resolution=16",
     "--set",
     "batch=256",
     "--set",

@@ -8,7 +8,7 @@ use crate::table::{bytes, count};
 use crate::verbs::{data_failure, load_photos, open_options};
 use refraxel_core::Aabb;
 use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
-use refraxel_train::Config;
+use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
 use refraxel_train::model::finest_domain;
 use serde::Serialize;
@@ -30,14 +30,14 @@ struct Report {
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let data = Dataset::open(&args.path, &open_options(&args.reading)).map_err(data_failure)?;
     let region = content_region(&data, Show::suited(args.json))?;
-    let config = Config::suited_to(region.unbounded);
+    let options = Options::suited_to(region.unbounded);
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
-    let finest = finest_domain(&config, &region, &views);
+    let finest = finest_domain(&options, &region, &views);
     let report = Report {
         kind: "dataset",
         inspection: report(&data),
         content_box: corners(&region.bounds),
-        forecast: forecast(&config, &finest, &data),
+        forecast: forecast(&options, &finest, &data),
     };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }

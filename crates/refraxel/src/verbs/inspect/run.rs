@@ -8,7 +8,7 @@ use crate::verbs::evaluation::Evaluation;
 use anyhow::Context;
 use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source, load_run};
-use refraxel_train::{Backend, Config};
+use refraxel_train::{Backend, Options};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ struct Report {
     unbounded: bool,
     voxels: u64,
     file_bytes: u64,
-    config: Config,
+    options: Options,
     source: Source,
     /// How strongly the surface of each refractive region mirrors, 1 being Fresnel's law; empty where none does.
     reflection_strengths: Vec<f32>,
@@ -56,7 +56,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         unbounded: field.domain.extent == Extent::Contracted,
         voxels: field.map.voxels() as u64,
         file_bytes: size,
-        config: run.config,
+        options: run.options,
         reflection_strengths: run.backend.reflection().mirrors.iter().map(|m| m.strength).collect(),
         source: run.source,
         evaluation: Evaluation::read(folder, SplitName::Test)?,
@@ -67,7 +67,11 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
 impl Report {
     fn text(&self) -> String {
         let [x, y, z] = self.resolution;
-        let of = if self.config.minutes > 0.0 { String::new() } else { format!(" of {}", self.config.steps) };
+        let of = if self.options.run.minutes > 0.0 {
+            String::new()
+        } else {
+            format!(" of {}", self.options.run.steps)
+        };
         let mut lines = vec![
             format!("{}: a run", self.run.display()),
             format!("trained    {} steps{of}, {:.1} minutes", self.step, self.seconds / 60.0),
@@ -77,7 +81,7 @@ impl Report {
                 count(self.voxels),
                 bytes(self.file_bytes)
             ),
-            format!("options    {}", changed_options(&self.config, self.unbounded)),
+            format!("options    {}", changed_options(&self.options, self.unbounded)),
         ];
         if !self.reflection_strengths.is_empty() {
             let strengths: Vec<String> =
@@ -96,14 +100,8 @@ impl Report {
 }
 
 /// The options that are not the defaults.
-fn changed_options(config: &Config, unbounded: bool) -> String {
-    let values =
-        |c: &Config| serde_json::to_value(c).ok().and_then(|v| v.as_object().cloned()).unwrap_or_default();
-    let (mine, usual) = (values(config), values(&Config::suited_to(unbounded)));
-    let changed: Vec<String> = mine
-        .iter()
-        .filter(|(key, v)| usual.get(*key) != Some(v))
-        .map(|(key, v)| format!("{key}={v}"))
-        .collect();
+fn changed_options(options: &Options, unbounded: bool) -> String {
+    let differences = options.differences(&Options::suited_to(unbounded));
+    let changed: Vec<String> = differences.iter().map(|d| format!("{}={}", d.name, d.here)).collect();
     if changed.is_empty() { "the defaults".to_owned() } else { changed.join(" ") }
 }

@@ -42,7 +42,7 @@ pub fn render_all(
     depth: Depth,
     show: Show,
 ) -> Result<(), Failure> {
-    let marching = rendering_marching(&run.config, run.plan.near);
+    let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
     let (with_index, index_range) = (layers.iter().any(|&l| is_refractive(l)), index_range(refraction));

@@ -1,0 +1,95 @@
+//! The options of `refraxel train`: where they come from, and the list of all of them.
+
+use crate::cli::{self, Refraction, TrainArgs};
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::Show;
+use anyhow::{Context, anyhow};
+use refraxel_train::Options;
+use refraxel_train::options::{Renamed, StartShape, Switch, list, markdown, text};
+use std::path::Path;
+
+/// Options that a resumed run may change.
+const FREE: [&str; 2] = ["run.minutes", "run.stop_after"];
+
+/// `refraxel train --options`.
+pub fn print(args: &TrainArgs) -> Result<(), Failure> {
+    let page = if args.markdown { markdown().trim_end().to_owned() } else { text() };
+    Console::new(args.work.json).result(&page, &list()).or_exit(Exit::Io)
+}
+
+/// The options of a run: those of `base`, then of the file, then of `--set`, then of the flags of their own.
+pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Failure> {
+    let mut options = base;
+    let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    if args.index_from.as_deref().is_some_and(is_json) && !args.resume {
+        // A scene.json is exact; images of 200 pixels know less of a surface.
+        (options.surface.rate, options.index.rate) = (0.0, 0.0);
+    }
+    let mut renamed = Vec::new();
+    if let Some(path) = &args.config {
+        let refused = || format!("the options of {} are refused", path.display());
+        renamed = options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
+        options = options.checked().with_context(refused).or_exit(Exit::BadInput)?;
+    }
+    for setting in &args.settings {
+        renamed.extend(options.set(&setting.key, &setting.value).or_exit(Exit::Usage)?);
+    }
+    for Renamed { former, now } in renamed {
+        show.say(&format!("note: option `{former}` is now `{now}`"));
+    }
+    set_flags(args, &mut options);
+    options.checked().or_exit(Exit::Usage)
+}
+
+/// A TOML file as a tree of values.
+fn table(path: &Path) -> Result<serde_json::Value, Failure> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the options in {}", path.display()))
+        .or_exit(Exit::BadInput)?;
+    let table: toml::Table = text
+        .parse()
+        .with_context(|| format!("{} is not a TOML file of `key = value` lines", path.display()))
+        .or_exit(Exit::BadInput)?;
+    serde_json::to_value(table).or_exit(Exit::BadInput)
+}
+
+/// Flags of the command line that are short for options.
+fn set_flags(args: &TrainArgs, options: &mut Options) {
+    let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
+    options.run.seed = args.seed.unwrap_or(options.run.seed);
+    options.run.minutes = args.minutes.unwrap_or(options.run.minutes);
+    match args.refraction {
+        Refraction::Off => options.refraction.bend = Switch::Off,
+        Refraction::On => options.refraction.bend = Switch::On,
+        Refraction::Auto => {}
+    }
+    options.reflection.enabled = args.reflection.map_or(options.reflection.enabled, switch);
+    options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
+    if let Some(bounds) = &args.refraction_box {
+        options.refraction.bounds.clone_from(bounds);
+    }
+    if let Some(path) = &args.index_from {
+        options.shape.start = StartShape::File;
+        options.shape.file = path.display().to_string();
+        options.search.enabled = Switch::Off;
+    }
+}
+
+/// The options with which a stored run goes on: its own, of which only [`FREE`] may change.
+pub fn resumed(args: &TrainArgs, stored: Options, show: Show) -> Result<Options, Failure> {
+    let mut base = stored.clone();
+    base.run.stop_after = 0;
+    let options = read(args, base, show)?;
+    let changed = options.differences(&stored).into_iter().find(|d| !FREE.contains(&d.name));
+    let Some(changed) = changed else { return Ok(options) };
+    let (out, free) = (args.out.display(), FREE.join("` and `"));
+    let error = anyhow!(
+        "option `{}` is {}, but {out} was trained with {}; --resume goes on with the same options (only `{free}` may \
+         change), so leave it out or start a new run",
+        changed.name,
+        changed.here,
+        changed.there,
+    );
+    Err(Failure::new(Exit::BadInput, error))
+}
