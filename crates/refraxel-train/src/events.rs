@@ -131,6 +131,8 @@ pub struct FoundIndex {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Task {
+    /// Decoding photographs.
+    LoadingPhotos,
     /// Looking for what hides refractive things, view by view.
     FindingOccluders,
     /// Carving shapes out of silhouettes.

@@ -30,7 +30,7 @@ use crate::options::{Options, StartShape, Switch};
 use crate::rays::RaySampler;
 use crate::schedule::training_marching;
 use refraxel_core::Medium;
-use refraxel_data::IndexSource;
+use refraxel_data::{Dataset, IndexSource, MaskMeaning};
 use region::Region;
 
 /// Why nothing can bend.
@@ -63,6 +63,12 @@ pub fn check(options: &Options, masked: bool, index: Option<&IndexSource>) -> Re
     }
     let named = index.is_some() || options.refraction.aabb().is_some();
     if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
+}
+
+/// Whether some training view has a mask of what is refractive.
+pub fn has_masks(data: &Dataset) -> bool {
+    let mut views = data.split.train.iter().map(|&i| &data.views[i]);
+    views.any(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive)
 }
 
 /// A region with the profile and index that it starts from.

@@ -15,6 +15,7 @@ use crate::schedule::Phase;
 use field::Shapes;
 use header::Header;
 use refraxel_core::Domain;
+use refraxel_data::Dataset;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -88,6 +89,12 @@ pub struct Source {
 }
 
 impl Source {
+    /// What there is to know of data in memory.
+    pub fn of(data: &Dataset) -> Self {
+        let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
+        Self { train: names(&data.split.train), test: names(&data.split.test), ..Self::default() }
+    }
+
     /// How the data are called in messages.
     pub fn name(&self) -> String {
         self.path.as_ref().map_or_else(|| "data in memory".to_owned(), |p| p.display().to_string())
@@ -129,6 +136,18 @@ pub struct RunRef<'a> {
 }
 
 impl RunRef<'_> {
+    /// A copy.
+    pub fn to_owned(&self) -> Run {
+        Run {
+            options: self.options.clone(),
+            plan: self.plan.clone(),
+            state: self.state.clone(),
+            source: self.source.clone(),
+            model: self.model.clone(),
+            optimiser: self.optimiser.clone(),
+        }
+    }
+
     /// Save the run in a folder, atomically: an earlier checkpoint there is whole until the new one is.
     pub fn save(&self, folder: &Path) -> Result<(), CheckpointError> {
         let path = folder.join(CHECKPOINT);

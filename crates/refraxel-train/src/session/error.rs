@@ -1,0 +1,49 @@
+//! Why a session cannot go on.
+
+use crate::cancel::Cancelled;
+use crate::evaluation::EvaluateError;
+use crate::options::OptionError;
+use crate::recipe::RecipeError;
+use crate::trainer::TrainError;
+use refraxel_data::DataError;
+
+/// Why a session cannot start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// Nothing to learn from.
+    #[error(
+        "the dataset has no training images; name some in its training split, or hold out fewer with --holdout"
+    )]
+    NoTrainingViews,
+    /// A saved run was trained on something else.
+    #[error(
+        "the run was trained on other images ({was} of them) than {data} offers now ({found}); resume with the same dataset \
+         and split, or start a new run"
+    )]
+    OtherViews {
+        /// The data.
+        data: String,
+        /// Training images of the run.
+        was: usize,
+        /// Training images of the data.
+        found: usize,
+    },
+    /// Options make no sense.
+    #[error(transparent)]
+    Options(#[from] OptionError),
+    /// Photographs cannot be used.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// Nothing says what is refractive.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    /// Training failed.
+    #[error(transparent)]
+    Train(#[from] TrainError),
+    /// An evaluation failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// Somebody wished to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

@@ -1,0 +1,311 @@
+//! A run that a library user holds: open data, configure, train, watch, stop, look, save, go on.
+//!
+//! ```no_run
+//! use refraxel_train::session::{Session, Setup, Until};
+//! use refraxel_train::{CpuBackend, Options};
+//! # fn data() -> refraxel_data::Dataset { unimplemented!() }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let setup = Setup::new(data(), Options::default());
+//! let mut session = Session::start(setup, CpuBackend::new, &mut |_| {})?;
+//! session.run(Until::finished(), &mut |event| println!("{event:?}"))?;
+//! # Ok(()) }
+//! ```
+
+mod error;
+mod handle;
+
+pub use error::SessionError;
+pub use handle::Handle;
+
+use crate::backend::Backend;
+use crate::cancel::Cancel;
+use crate::checkpoint::CheckpointError;
+use crate::cpu::CpuBackend;
+use crate::evaluate::{Rendering, render};
+use crate::evaluation::{Evaluation, Part, evaluate};
+use crate::events::{Event, Task, Watch};
+use crate::model::Model;
+use crate::options::{Options, StartShape, Switch};
+use crate::plan::Plan;
+use crate::recipe;
+use crate::run::{Run, RunRef, Source, State};
+use crate::schedule::rendering_marching;
+use crate::trainer::{Lessons, TrainError, Trainer};
+use handle::Requests;
+use refraxel_core::Camera;
+use refraxel_data::{Dataset, IndexSource, Photo, View, load_photo};
+use std::io::Write;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// What a session is made of.
+pub struct Setup {
+    /// The photographs, in files or in memory.
+    pub data: Dataset,
+    /// What training should do.
+    pub options: Options,
+    /// The index of refraction, where somebody knows it. It is held as `shape.start = file` says.
+    pub index: Option<IndexSource>,
+    /// Where the data come from, for the record.
+    pub source: Source,
+    /// A wish to stop, which holds from the first photograph on.
+    pub cancel: Cancel,
+}
+
+impl Setup {
+    /// Data and options, and nothing else known.
+    pub fn new(data: Dataset, options: Options) -> Self {
+        let source = Source::of(&data);
+        Self { data, options, index: None, source, cancel: Cancel::new() }
+    }
+
+    /// Refuses what cannot lead to a result, before any work is done.
+    pub fn check(&self) -> Result<(), SessionError> {
+        if self.data.split.train.is_empty() {
+            return Err(SessionError::NoTrainingViews);
+        }
+        self.options.clone().checked()?;
+        let options = self.effective_options();
+        Ok(recipe::check(&options, recipe::has_masks(&self.data), self.index.as_ref())?)
+    }
+
+    /// The options, with what a known index implies.
+    fn effective_options(&self) -> Options {
+        let mut options = self.options.clone();
+        if self.index.is_some() {
+            (options.shape.start, options.search.enabled) = (StartShape::File, Switch::Off);
+        }
+        options
+    }
+
+    /// Decodes photographs, with progress.
+    fn photos(&self, observer: &mut dyn FnMut(Event)) -> Result<Vec<Photo>, SessionError> {
+        let mut watch = Watch::new(&self.cancel, observer);
+        let (all, mut photos) = (&self.data.split.train, Vec::new());
+        for part in all.chunks(2 * rayon::current_num_threads()) {
+            watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
+            photos.extend(self.data.load_photos(part, |_| {})?);
+        }
+        watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
+        Ok(photos)
+    }
+
+    /// What the trainer learns from.
+    fn lessons(&self, photos: Vec<Photo>) -> Result<Lessons, SessionError> {
+        let views: Vec<View> = self.data.split.train.iter().map(|&i| self.data.views[i].clone()).collect();
+        let validation = self.data.split.val.first().map(|&i| &self.data.views[i]);
+        let validation = validation.map(|view| load_photo(view).map(|photo| (view.clone(), photo)));
+        let (backdrop, index) = (self.data.backdrop, self.index.clone());
+        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index })
+    }
+}
+
+/// How long to train. Whatever comes first ends a [`Session::run`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Until {
+    /// So many steps are done, over all resumptions.
+    pub step: Option<u64>,
+    /// So much time has passed since the call.
+    pub elapsed: Option<Duration>,
+}
+
+impl Until {
+    /// Until the run has reached the end that its options state.
+    pub fn finished() -> Self {
+        Self::default()
+    }
+
+    /// Until so many steps are done, over all resumptions.
+    pub fn step(step: u64) -> Self {
+        Self { step: Some(step), ..Self::default() }
+    }
+
+    /// For so long.
+    pub fn elapsed(elapsed: Duration) -> Self {
+        Self { elapsed: Some(elapsed), ..Self::default() }
+    }
+}
+
+/// Why a [`Session::run`] ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The run has reached its end.
+    Finished,
+    /// What it was asked to train until is reached.
+    Reached,
+    /// Somebody wished to stop. The wish is fulfilled: the next call goes on.
+    Cancelled,
+}
+
+/// A run under way.
+pub struct Session<B: Backend = CpuBackend> {
+    data: Dataset,
+    source: Source,
+    trainer: Trainer<B>,
+    cancel: Cancel,
+    requests: Requests,
+}
+
+impl<B: Backend> Session<B> {
+    /// Start a run: decode the photographs and plan the model; `make` gives a backend with a model, such as
+    /// [`CpuBackend::new`].
+    pub fn start(
+        setup: Setup,
+        make: impl FnOnce(Model) -> B,
+        observer: &mut dyn FnMut(Event),
+    ) -> Result<Self, SessionError> {
+        setup.check()?;
+        let (options, photos) = (setup.effective_options(), setup.photos(observer)?);
+        let plan = Plan::new(&options, &setup.data, &photos);
+        let backend = make(plan.start(&options));
+        let lessons = setup.lessons(photos)?;
+        let trainer = Trainer::new(options, plan, lessons, backend, State::default());
+        Ok(Self::of(setup, trainer))
+    }
+
+    /// Go on with a run that was saved. Its options count, but for the length of the run, `run.minutes` and `run.steps`,
+    /// which are those of the setup.
+    pub fn resume(
+        setup: Setup,
+        run: Run,
+        make: impl FnOnce(Model) -> B,
+        observer: &mut dyn FnMut(Event),
+    ) -> Result<Self, SessionError> {
+        let names: Vec<String> = Source::of(&setup.data).train;
+        if run.source.train != names {
+            let (was, found) = (run.source.train.len(), names.len());
+            return Err(SessionError::OtherViews { data: setup.source.name(), was, found });
+        }
+        let lessons = setup.lessons(setup.photos(observer)?)?;
+        let mut backend = make(run.model.clone());
+        backend.load(run.model, Some(run.optimiser));
+        let mut options = run.options;
+        options.run = setup.options.run.clone();
+        let trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
+        Ok(Self::of(setup, trainer))
+    }
+
+    fn of(setup: Setup, trainer: Trainer<B>) -> Self {
+        let Setup { data, source, cancel, .. } = setup;
+        Self { data, source, trainer, cancel, requests: Requests::new() }
+    }
+
+    /// For other threads: stops the run, and asks for copies of it while it goes on.
+    pub fn handle(&self) -> Handle {
+        Handle::new(self.cancel.clone(), &self.requests)
+    }
+
+    /// Train. Whatever happens is told to the observer, between steps and inside long phases.
+    pub fn run(&mut self, until: Until, observer: &mut dyn FnMut(Event)) -> Result<Stop, SessionError> {
+        let start = Instant::now();
+        self.trainer.start_clock();
+        let stop = loop {
+            self.serve_requests();
+            if self.trainer.finished() {
+                break Stop::Finished;
+            }
+            if self.cancel.is_cancelled() {
+                break Stop::Cancelled;
+            }
+            let is_late = until.elapsed.is_some_and(|limit| start.elapsed() >= limit);
+            if is_late || until.step.is_some_and(|limit| self.trainer.state().step >= limit) {
+                break Stop::Reached;
+            }
+            match self.trainer.step(&mut Watch::new(&self.cancel, observer)) {
+                Ok(()) => {}
+                Err(TrainError::Cancelled(_)) => break Stop::Cancelled,
+                Err(error) => return Err(error.into()),
+            }
+        };
+        self.trainer.settle_clock();
+        if stop == Stop::Cancelled {
+            self.cancel.reset();
+        }
+        Ok(stop)
+    }
+
+    fn serve_requests(&self) {
+        while let Some(request) = self.requests.next() {
+            // Whoever asked may be gone.
+            let _ = request.send(self.snapshot());
+        }
+    }
+
+    /// The run as it is now, without its ownership.
+    fn with_run<T>(&self, f: impl FnOnce(RunRef) -> T) -> T {
+        let snapshot = self.backend().snapshot();
+        f(RunRef {
+            options: self.trainer.options(),
+            plan: self.trainer.plan(),
+            state: self.trainer.state(),
+            source: &self.source,
+            model: &snapshot.model,
+            optimiser: &snapshot.optimiser,
+        })
+    }
+
+    /// A copy of the run as it is now.
+    pub fn snapshot(&self) -> Run {
+        self.with_run(|run| run.to_owned())
+    }
+
+    /// Save the run in a folder, atomically. The time that this takes counts as time of the run.
+    pub fn save(&mut self, folder: &Path) -> Result<(), CheckpointError> {
+        self.trainer.start_clock();
+        let saved = self.with_run(|run| run.save(folder));
+        self.trainer.settle_clock();
+        saved
+    }
+
+    /// Write the same bytes anywhere; [`Run::read`] reads them.
+    pub fn write(&self, to: &mut dyn Write) -> Result<(), CheckpointError> {
+        self.with_run(|run| run.write(to))
+    }
+
+    /// Render and score a part of the data; `each` is told of every view.
+    pub fn evaluate(
+        &self,
+        part: Part,
+        observer: &mut dyn FnMut(Event),
+        each: &mut dyn FnMut(&View, &Rendering),
+    ) -> Result<Evaluation, SessionError> {
+        let marching = rendering_marching(self.trainer.options(), self.trainer.plan().near);
+        let mut watch = Watch::new(&self.cancel, observer);
+        let mut each = |view: &View, rendering: &Rendering, _: &_| {
+            each(view, rendering);
+            Ok::<(), SessionError>(())
+        };
+        evaluate(self.backend(), &self.data, part, &marching, &mut watch, &mut each)
+    }
+
+    /// What a camera sees.
+    pub fn render(&self, camera: &Camera) -> Rendering {
+        let marching = rendering_marching(self.trainer.options(), self.trainer.plan().near);
+        render(self.backend(), camera, &marching)
+    }
+
+    /// The backend, to look at the model.
+    pub fn backend(&self) -> &B {
+        self.trainer.backend()
+    }
+
+    /// Where the run stands.
+    pub fn state(&self) -> &State {
+        self.trainer.state()
+    }
+
+    /// Its options.
+    pub fn options(&self) -> &Options {
+        self.trainer.options()
+    }
+
+    /// Share of the run that is done, 0 to 1.
+    pub fn progress(&self) -> f64 {
+        self.trainer.progress().0
+    }
+
+    /// The data.
+    pub fn data(&self) -> &Dataset {
+        &self.data
+    }
+}
