@@ -39,6 +39,23 @@ impl Progress {
     }
 }
 
+/// A point of a run whose rays bend since another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// The point.
+    pub progress: Progress,
+    /// Share of the run after which rays bent; 0 where they do not.
+    pub bends_since: f64,
+}
+
+impl Moment {
+    /// Share of the time with bent rays that is over.
+    fn bent_share(self) -> f32 {
+        let (now, since) = (self.progress.0, self.bends_since);
+        ((now - since) / (1.0 - since).max(f64::EPSILON)).clamp(0.0, 1.0) as f32
+    }
+}
+
 /// Straight rays have at most this share of a run.
 const MOST_STRAIGHT: f64 = 0.25;
 
@@ -106,15 +123,10 @@ fn view_share(options: &Options, progress: f32) -> f32 {
 }
 
 /// The objective of an phase: [`objective`] with what bends switched on, and what is held fixed at rate 0.
-/// Rays bend since `since`.
-pub fn objective_of(
-    options: &Options,
-    near: f32,
-    (progress, since): (Progress, f64),
-    phase: Phase,
-) -> Objective {
+pub fn objective_of(options: &Options, near: f32, moment: Moment, phase: Phase) -> Objective {
+    let progress = moment.progress;
     let usual = objective(options, near, progress);
-    let over = bent_share(progress, since);
+    let over = moment.bent_share();
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
     let index = Some(index_objective(options, over)).filter(learns);
     let still = Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..usual };
@@ -135,15 +147,10 @@ pub fn objective_of(
     }
 }
 
-/// Least fraction of rays inside masks in a batch, where rays bend since `since`. It falls: at first shape and index must be found.
-pub fn mask_ray_fraction(options: &Options, (progress, since): (Progress, f64)) -> f64 {
-    let over = f64::from(bent_share(progress, since));
+/// Least fraction of rays inside masks in a batch. It falls: at first, shape and index must be found.
+pub fn mask_ray_fraction(options: &Options, moment: Moment) -> f64 {
+    let over = f64::from(moment.bent_share());
     options.refraction.mask_ray_fraction * (1.0 + (options.refraction.mask_ray_decay - 1.0) * over)
-}
-
-/// Share of the time with bent rays that is over.
-fn bent_share(progress: Progress, since: f64) -> f32 {
-    ((progress.0 - since) / (1.0 - since).max(f64::EPSILON)).clamp(0.0, 1.0) as f32
 }
 
 /// Mirrors have been there for the share `over` of the time with bent rays, clearcoats for most of the run.
@@ -228,7 +235,8 @@ mod tests {
     fn rays_inside_masks_are_favoured_less_and_less() {
         let mut c = Options::default();
         (c.refraction.mask_ray_fraction, c.refraction.mask_ray_decay) = (0.4, 0.5);
-        let share = |p| (100.0 * mask_ray_fraction(&c, (Progress(p), 0.2))).round();
+        let share =
+            |p| (100.0 * mask_ray_fraction(&c, Moment { progress: Progress(p), bends_since: 0.2 })).round();
         assert_eq!([0.2, 0.6, 1.0, 1.1].map(share), [40.0, 30.0, 20.0, 20.0]);
     }
 }

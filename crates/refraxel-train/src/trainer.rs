@@ -12,7 +12,8 @@ use crate::recipe::{self, RecipeError};
 use crate::reflection::{MirrorSource, ProbeLayout, Reflection};
 use crate::run::State;
 use crate::schedule::{
-    Phase, Progress, is_time_to_bend, mask_ray_fraction, objective_of, stage_domain, training_marching,
+    Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective_of, stage_domain,
+    training_marching,
 };
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, ShDegree};
@@ -226,8 +227,8 @@ impl Trainer {
         }
         let phase = progress.phase(&self.options, self.state.bends_since);
         self.state.phase = phase;
-        let since = self.state.bends_since.unwrap_or(0.0);
-        let mut objective = objective_of(&self.options, self.plan.near, (progress, since), phase);
+        let moment = Moment { progress, bends_since: self.state.bends_since.unwrap_or(0.0) };
+        let mut objective = objective_of(&self.options, self.plan.near, moment, phase);
         objective.rate_density *= self.state.rate_scale;
         objective.rate_colour *= self.state.rate_scale;
         objective.rate_background *= self.state.rate_scale;
@@ -245,7 +246,7 @@ impl Trainer {
         let batch = self.sampler.batch(
             self.state.step,
             self.options.run.batch as usize,
-            self.selection(phase, (progress, since)),
+            self.selection(phase, moment),
         );
         if batch.rays.is_empty() {
             return Err(TrainError::NoPixels);
@@ -261,14 +262,14 @@ impl Trainer {
         Ok(if due { Some(self.record()?) } else { None })
     }
 
-    fn selection(&self, phase: Phase, at: (Progress, f64)) -> Selection {
+    fn selection(&self, phase: Phase, moment: Moment) -> Selection {
         match phase {
             _ if self.options.refraction.bend == Switch::Off => Selection::All,
             Phase::Straight => Selection::Outside,
             Phase::Index => {
                 Selection::Inside(self.options.refraction.mask_ray_fraction.max(INDEX_MASK_RAY_FRACTION))
             }
-            Phase::Joint => Selection::Inside(mask_ray_fraction(&self.options, at)),
+            Phase::Joint => Selection::Inside(mask_ray_fraction(&self.options, moment)),
         }
     }
 

@@ -5,7 +5,7 @@ use super::trace::render_chunk;
 use super::{CHUNK, Scene, colour, with_blocks};
 use crate::backend::Marching;
 use crate::index_edit::half_way_index;
-use crate::reflection::{Reflection, Source};
+use crate::reflection::{MirrorSource, Reflection};
 use crate::refraction::Refraction;
 use fearless_simd::dispatch;
 use rayon::prelude::*;
@@ -111,7 +111,7 @@ impl CpuBackend {
         &self,
         rays: &[Ray<f32>],
         marching: &Marching,
-        source: Source,
+        source: MirrorSource,
     ) -> Vec<Pixel<f32>> {
         let reflection = Reflection { source, ..self.reflection.clone() };
         self.render_scene(&Scene { reflection: &reflection, ..self.scene() }, rays, marching)

@@ -8,7 +8,7 @@ use super::reflection::MirroredSample;
 use super::tape::{CacheLookup, DENSITY_GRADIENT, Record, Tape, sum_in_parts};
 use super::trace::MarchedSegment;
 use crate::backend::ReflectionObjective;
-use crate::reflection::Source;
+use crate::reflection::MirrorSource;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint};
 use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, Facing};
 use refraxel_core::{Vec3, grid::trilinear};
@@ -68,8 +68,8 @@ pub(super) fn mirrored_sample(
     let coating = facing.reflection(d, clearcoat.ior)?;
     let (position, direction) = (facing.position, coating.direction);
     let mirrored = match scene.reflection.source {
-        Source::Exact | Source::Black => [0.0; 3],
-        Source::Learned | Source::Baked => {
+        MirrorSource::Exact | MirrorSource::Black => [0.0; 3],
+        MirrorSource::Learned | MirrorSource::Baked => {
             clearcoat.radiance.radiance(&clearcoat.radiance.stencil(position, direction))
         }
     };
@@ -87,11 +87,11 @@ pub(super) fn mirrored_sample(
 
 /// dLoss/d(the mirrored_sample's own) from what it has shown: dLoss/dmirrored and dLoss/dshare.
 pub(super) fn adjoint(
-    (clearcoat, source): (&Clearcoat<f32>, Source),
+    (clearcoat, source): (&Clearcoat<f32>, MirrorSource),
     of: &PartialReflection<f32>,
     (d_mirrored, d_share): ([f32; 3], f32),
 ) -> PartialReflectionAdjoint<f32> {
-    let (d_x, direction) = if matches!(source, Source::Learned | Source::Baked) {
+    let (d_x, direction) = if matches!(source, MirrorSource::Learned | MirrorSource::Baked) {
         let stencil = clearcoat.radiance.stencil(of.position, of.direction);
         clearcoat.radiance.radiance_vjp(&stencil, of.direction, d_mirrored)
     } else {
@@ -140,8 +140,12 @@ fn of_clearcoats(tape: &Tape) -> impl Iterator<Item = &CacheLookup> {
 }
 
 /// The gradient of a clearcoat from the lookups of all tapes; that of its probes only where they are looked at.
-pub(super) fn gradient(clearcoat: &Clearcoat<f32>, source: Source, tapes: &[Tape]) -> ClearcoatGradient<f32> {
-    let read = matches!(source, Source::Learned | Source::Baked);
+pub(super) fn gradient(
+    clearcoat: &Clearcoat<f32>,
+    source: MirrorSource,
+    tapes: &[Tape],
+) -> ClearcoatGradient<f32> {
+    let read = matches!(source, MirrorSource::Learned | MirrorSource::Baked);
     let zero = || ClearcoatGradient {
         strength: vec![0.0; clearcoat.strength.coefficients.len()],
         radiance: vec![0.0; clearcoat.radiance.coefficients.len()],
@@ -168,7 +172,7 @@ const MARGIN: f32 = 1e-3;
 pub(super) fn update(
     clearcoat: &mut Clearcoat<f32>,
     moments: &mut ClearcoatMoments,
-    (source, tapes): (Source, &[Tape]),
+    (source, tapes): (MirrorSource, &[Tape]),
     objective: &ReflectionObjective,
 ) {
     let grad = gradient(clearcoat, source, tapes);

@@ -6,7 +6,7 @@
 use super::march::Sample;
 use super::tape::{CacheLookup, Tape};
 use super::trace::MarchedSegment;
-use crate::reflection::{Reflection, Source};
+use crate::reflection::{MirrorSource, Reflection};
 use refraxel_core::Path;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
 use refraxel_core::radiance::{mix, mix_vjp};
@@ -72,11 +72,11 @@ pub(super) fn find(
             break;
         }
         let mirrored = match reflection.source {
-            Source::Learned | Source::Baked => {
+            MirrorSource::Learned | MirrorSource::Baked => {
                 let cache = mirror.cache(of.from_inside);
                 cache.radiance(&cache.stencil(of.position, of.direction))
             }
-            Source::Exact | Source::Black => [0.0; 3],
+            MirrorSource::Exact | MirrorSource::Black => [0.0; 3],
         };
         out.push(MirroredSample::new(*of, range.start + before, mirror.strength * of.reflectance, mirrored));
     }
@@ -171,7 +171,7 @@ pub(super) fn reflection_adjoints(
         let mirror = &reflection.mirrors[usize::from(g.of.region)];
         let mut d =
             PartialReflectionAdjoint { reflectance: g.d_share * mirror.strength, ..Default::default() };
-        if matches!(reflection.source, Source::Learned | Source::Baked) {
+        if matches!(reflection.source, MirrorSource::Learned | MirrorSource::Baked) {
             let (cache, direction) = (mirror.cache(g.of.from_inside), g.of.direction);
             let stencil = cache.stencil(g.of.position, direction);
             (d.position, d.direction) = cache.radiance_vjp(&stencil, direction, g.d_mirrored);

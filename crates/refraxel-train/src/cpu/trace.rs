@@ -9,7 +9,7 @@ use super::reflection::{self, MirroredSample, Section};
 use super::secondary::SecondScratch;
 use super::tape::{Record, Tape};
 use crate::backend::{Batch, Marching, Objective, StepOutcome};
-use crate::reflection::Source;
+use crate::reflection::MirrorSource;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
@@ -198,7 +198,7 @@ impl<'a> View<'a> {
             found.push(of_ray);
         }
         self.shade_all::<S, BLOCKS>(simd, samples, marched);
-        if self.scene.reflection.source == Source::Exact {
+        if self.scene.reflection.source == MirrorSource::Exact {
             self.look_exactly::<S, BLOCKS>(simd, &mut scratch.second, &mut scratch.mirrored_samples);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::backend::ReflectionObjective;
-use crate::reflection::Source;
+use crate::reflection::MirrorSource;
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, shown, shown_vjp};
 
@@ -94,7 +94,7 @@ fn a_coat_learns_and_its_pictures_come_nearer() {
 }
 
 /// An opaque grey ball before grey.
-fn furnace(source: Source) -> CpuBackend {
+fn furnace(source: MirrorSource) -> CpuBackend {
     let mut field = field(0, Extent::Bounded);
     field.colour.fill(0.0);
     let mut backend = CpuBackend::new(field, Background::Constant([0.5; 3]));
@@ -113,17 +113,17 @@ fn between_equal_lights_a_coat_is_invisible_and_in_the_dark_it_is_not() {
         let pixels = backend.render(&rays, &marching);
         pixels.iter().flat_map(|p| p.colour).map(|c| (c - 0.5).abs()).fold(0.0, f32::max)
     };
-    for source in [Source::Baked, Source::Exact, Source::Black] {
+    for source in [MirrorSource::Baked, MirrorSource::Exact, MirrorSource::Black] {
         let mut backend = furnace(source);
         backend.bake_clearcoat(&marching);
         let off = far(&backend);
-        assert_eq!(off < 1e-3, source != Source::Black, "{source:?}: {off}");
+        assert_eq!(off < 1e-3, source != MirrorSource::Black, "{source:?}: {off}");
     }
 }
 
 #[test]
 fn a_second_ray_from_a_coat_starts_outside_of_what_it_coats() {
-    let mut backend = furnace(Source::Exact);
+    let mut backend = furnace(MirrorSource::Exact);
     backend.background = Background::Constant([1.0; 3]);
     let ray = Ray { origin: vec3(3.0, 0.0, 0.0), direction: vec3(-1.0, 0.0, 0.0) };
     let seen = backend.render(&[ray], &objective().marching)[0].colour[0];
@@ -134,7 +134,7 @@ fn a_second_ray_from_a_coat_starts_outside_of_what_it_coats() {
 
 #[test]
 fn a_silent_coat_can_come_back() {
-    let mut backend = furnace(Source::Learned);
+    let mut backend = furnace(MirrorSource::Learned);
     let mut clearcoat = backend.clearcoat().unwrap().clone();
     clearcoat.strength.coefficients.fill(-9.0);
     clearcoat.bound_strength(1e-3);
@@ -142,7 +142,7 @@ fn a_silent_coat_can_come_back() {
     let strength = |backend: &CpuBackend| backend.clearcoat().unwrap().strength_at(vec3(0.5, 0.0, 0.0));
     let before = strength(&backend);
     let mut b = batch(256);
-    let lit = furnace(Source::Learned);
+    let lit = furnace(MirrorSource::Learned);
     b.target = lit.render(&b.rays, &objective().marching).iter().map(|p| p.colour).collect();
     let reflection = Some(ReflectionObjective { rate: 0.0, rate_strength: 0.0, rate_clearcoat: 0.02 });
     let still =

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::backend::ReflectionObjective;
-use crate::reflection::{ProbeLayout, Reflection, Source};
+use crate::reflection::{MirrorSource, ProbeLayout, Reflection};
 use refraxel_core::optics::{Options, PartialReflection};
 use refraxel_core::radiance::{ProbeGrid, mix};
 use refraxel_core::{IndexGrid, Interpolation, LevelSet, Medium, Path, Tracer};
@@ -34,7 +34,7 @@ fn backend_with(ball: IndexGrid<f32>) -> CpuBackend {
     let mut backend = CpuBackend::new(field, environment());
     backend.set_refraction(Refraction { medium, ..Refraction::none() });
     let layout = ProbeLayout { longest: 4, degree: ShDegree::new(2).unwrap() };
-    let mut reflection = Reflection::of(backend.refraction(), Source::Learned, &layout);
+    let mut reflection = Reflection::of(backend.refraction(), MirrorSource::Learned, &layout);
     let (mirror, mut r) = (&mut reflection.mirrors[0], Sequence(5));
     let coefficients = mirror.outer.coefficients.iter_mut().chain(&mut mirror.inner.coefficients);
     coefficients.for_each(|c| *c = 0.15 * r.next());
@@ -237,7 +237,7 @@ fn without_strength_a_picture_is_that_of_transmission() {
 }
 
 /// A field of nothing before a background of one colour.
-fn furnace(source: Source) -> CpuBackend {
+fn furnace(source: MirrorSource) -> CpuBackend {
     let mut furnace = backend();
     let mut field = furnace.field().clone();
     field.density.fill(-40.0);
@@ -250,10 +250,10 @@ fn furnace(source: Source) -> CpuBackend {
 
 #[test]
 fn a_furnace_shows_one_colour_whatever_is_mirrored() {
-    for source in [Source::Baked, Source::Exact] {
+    for source in [MirrorSource::Baked, MirrorSource::Exact] {
         let mut backend = furnace(source);
         let marching = objective().marching;
-        if source == Source::Baked {
+        if source == MirrorSource::Baked {
             backend.bake_reflection(&marching);
         }
         for pixel in backend.render(&batch(200).rays, &marching) {
@@ -267,12 +267,12 @@ fn a_furnace_shows_one_colour_whatever_is_mirrored() {
 #[test]
 fn secondary_rays_see_what_a_camera_at_the_surface_sees() {
     let mut backend = backend();
-    backend.reflection.source = Source::Exact;
+    backend.reflection.source = MirrorSource::Exact;
     backend.reflection.mirrors[0].strength = 1.0;
     // Against the normal: 4 % of what lies behind the camera, as far as the front face is concerned.
     let ray = Ray { origin: vec3(-0.9, 0.0, 0.0), direction: vec3(1.0, 0.0, 0.0) };
     let marching = objective().marching;
-    let [all, black] =
-        [Source::Exact, Source::Black].map(|s| backend.render_mirroring(&[ray], &marching, s)[0].colour);
+    let [all, black] = [MirrorSource::Exact, MirrorSource::Black]
+        .map(|s| backend.render_mirroring(&[ray], &marching, s)[0].colour);
     assert!((0..3).all(|c| all[c] > black[c]), "{all:?} {black:?}");
 }
