@@ -138,6 +138,11 @@ fn wrong_options() {
         .refused(3, &["scene.json", "mesh"]);
     train(data.path(), &out, &["--set", "search.profile=soft"])
         .refused(2, &["`search.profile` is `soft`", "`sharp`"]);
+    train(data.path(), &out, &["--set", "rate=1"]).refused(2, &["`surface.rate`", "`index.rate`"]);
+    train(data.path(), &out, &["--set", "index_period=2"]).refused(2, &["does not exist any more", "again"]);
+    let loud =
+        ["train", path(data.path()), "--out", path(&out), "--set", "bent_tv=2", "--refraction-box", "0"];
+    refraxel(&loud).refused(2, &["note: option `bent_tv` is now `field.tv_density_refractive`"]);
     let with = |content: &str| {
         std::fs::write(&toml, content).unwrap();
         train(data.path(), &out, &["--config", path(&toml)])
@@ -145,6 +150,8 @@ fn wrong_options() {
     with("steps = = 3").refused(3, &["options.toml", "not a TOML file"]);
     with("stepz = 3").refused(3, &["options.toml", "unknown option `stepz`"]);
     with("[training]\nsteps = 3").refused(3, &["options.toml", "unknown option `training.steps`"]);
+    with("[surface]\nblurr = 3").refused(3, &["options.toml", "did you mean `surface.blur`"]);
+    with("surface.blur = 30").refused(3, &["`surface.blur` is `30`", "0 to 8 voxels"]);
     train(data.path(), &out, &["--config", "/no/such.toml"]).refused(3, &["/no/such.toml"]);
     assert!(!out.exists());
 }

@@ -61,6 +61,14 @@ fn every_command_of_the_readme_is_accepted() {
 }
 
 #[test]
+fn the_page_of_options_is_the_list_of_the_program() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/options.md");
+    let page = std::fs::read_to_string(path).unwrap_or_default();
+    let renew = "cargo run --release -- train --options --markdown > docs/options.md";
+    assert!(page == refraxel_train::options::list_as_markdown(), "docs/options.md is out of date: {renew}");
+}
+
+#[test]
 fn every_equation_that_the_code_cites_is_in_the_theory() {
     let mut files = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), &mut files);

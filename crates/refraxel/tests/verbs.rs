@@ -268,6 +268,25 @@ fn a_coat_goes_on_where_it_was() {
 }
 
 #[test]
+fn a_run_with_the_flat_options_of_former_versions_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    train(&data, &run, &["--set", "steps=2"]).done();
+    let path_of_run = run.join(CHECKPOINT);
+    let mut file = TensorFile::load(&path_of_run).unwrap();
+    let mut with = |key: &str, value: serde_json::Value| {
+        let header = file.header.as_object_mut().unwrap();
+        header.remove("options");
+        header.insert("config".to_owned(), serde_json::json!({ "steps": 2, "sh_degree": 1, key: value }));
+        file.save(&path_of_run).unwrap();
+        refraxel(&["inspect", path(&run)])
+    };
+    let text = with("surface_blur", 2.into()).done().out;
+    assert!(text.contains("field.sh_degree=1 surface.blur=2"), "{text}");
+    with("surface_width", 2.into()).refused(3, &["option `surface_width` does not exist any more", "again"]);
+}
+
+#[test]
 fn resume_refuses_other_options_and_other_images() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));

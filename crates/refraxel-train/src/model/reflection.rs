@@ -30,9 +30,6 @@ pub enum MirrorSource {
     Black,
 }
 
-/// The former name, until all users have changed.
-pub use MirrorSource as Source;
-
 /// The surface of one region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {

@@ -46,7 +46,7 @@ fn meaning(option: &Definition) -> String {
 }
 
 /// The list for a terminal.
-pub fn text() -> String {
+pub fn list_as_text() -> String {
     let mut out = String::new();
     for section in Options::default().sections() {
         let _ = writeln!(out, "[{}] {}", section.name(), section.about().trim());
@@ -61,7 +61,7 @@ pub fn text() -> String {
 }
 
 /// The page docs/options.md.
-pub fn markdown() -> String {
+pub fn list_as_markdown() -> String {
     let mut out = HEAD.to_owned();
     for section in Options::default().sections() {
         let (name, about) = (section.name(), section.about().trim());

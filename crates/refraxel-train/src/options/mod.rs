@@ -27,7 +27,7 @@ pub use error::OptionError;
 pub use field::FieldOptions;
 pub use grid::GridOptions;
 pub use index::{IndexIntegrator, IndexInterpolation, IndexOptions, IndexPenalty};
-pub use list::{OptionInfo, list, markdown, text};
+pub use list::{OptionInfo, list, list_as_markdown, list_as_text};
 pub use march::MarchOptions;
 pub use names::Renamed;
 pub use reflection::{ReflectionOptions, ReflectionWeight};

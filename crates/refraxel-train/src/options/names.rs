@@ -52,10 +52,10 @@ fn last_part(name: &str) -> &str {
 /// The name from which `key` differs in the fewest letters, if at most a third of them differ. Both the full name and the
 /// key of an option are compared.
 fn similar(key: &str, all: &[Definition]) -> Option<&'static str> {
-    let distance = |name: &'static str| {
-        let whole = strsim::damerau_levenshtein(key, name);
-        whole.min(strsim::damerau_levenshtein(last_part(key), last_part(name)))
-    };
-    let nearest = all.iter().map(|option| option.name).min_by_key(|name| distance(name))?;
-    (3 * distance(nearest) <= key.chars().count()).then_some(nearest)
+    let whole = |name: &'static str| strsim::damerau_levenshtein(key, name);
+    let part = |name: &'static str| strsim::damerau_levenshtein(last_part(key), last_part(name));
+    let least = |name| whole(name).min(part(name));
+    // Of several sections with the same key, that with the most similar name.
+    let nearest = all.iter().map(|option| option.name).min_by_key(|&name| (least(name), whole(name)))?;
+    (3 * least(nearest) <= key.chars().count()).then_some(nearest)
 }

@@ -20,7 +20,10 @@ pub struct Definition {
 impl Definition {
     /// The values that it may have, with their unit: "0 to 8 voxels".
     pub fn range(&self) -> String {
-        format!("{} {}", self.allowed, self.unit).trim_end().to_owned()
+        match self.allowed {
+            Allowed::Any => format!("any {}", self.kind),
+            _ => format!("{} {}", self.allowed, self.unit).trim_end().to_owned(),
+        }
     }
 
     /// The value that a text says, if the option may have it.
@@ -33,7 +36,7 @@ impl Definition {
     pub(super) fn refusal(&self, found: &str) -> OptionError {
         let range = self.range();
         let expected = match self.allowed {
-            Allowed::Any => format!("a {}", self.kind),
+            Allowed::Any => range,
             Allowed::Words(_) => format!("one of {range}"),
             Allowed::Form(..) => range,
             _ => format!("a {}, {range}", self.kind),

@@ -115,7 +115,7 @@ impl Display for Allowed {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match *self {
             Self::Any => write!(f, "any"),
-            Self::Within(low, high) => write!(f, "{low} to {high}"),
+            Self::Within(low, high) => write!(f, "{} to {}", low.text(), high.text()),
             Self::Between(low, high) => write!(f, "between {low} and {high}"),
             Self::AutoOrWithin(low, high) => write!(f, "0 (automatic) or {low} to {high}"),
             Self::AtLeast(low) => write!(f, "{low} or more"),

@@ -1,6 +1,6 @@
 //! Verbs that read a dataset.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use refraxel_data::MaskMeaning;
@@ -85,17 +85,11 @@ pub enum Refraction {
 Ctrl-C saves a checkpoint; the same command with --resume goes on from it.")]
 pub struct TrainArgs {
     /// The dataset's folder or file
-    // Empty where options are only listed.
-    #[arg(value_name = "DATA", required_unless_present = "options", default_value_if("options", "true", ""))]
-    pub data: PathBuf,
+    #[arg(value_name = "DATA", required_unless_present = "options")]
+    pub data: Option<PathBuf>,
     /// Folder for the checkpoint, scores and pictures
-    #[arg(
-        long,
-        value_name = "RUN",
-        required_unless_present = "options",
-        default_value_if("options", "true", "")
-    )]
-    pub out: PathBuf,
+    #[arg(long, value_name = "RUN", required_unless_present = "options")]
+    pub out: Option<PathBuf>,
     /// Print all training options with their defaults, ranges and meanings, and do nothing else
     #[arg(long)]
     pub options: bool,
@@ -140,4 +134,16 @@ pub struct TrainArgs {
     /// How to read it.
     #[command(flatten)]
     pub reading: ReadingArgs,
+}
+
+impl TrainArgs {
+    /// The dataset's folder or file; empty where options are only listed.
+    pub fn data(&self) -> &Path {
+        self.data.as_deref().unwrap_or(Path::new(""))
+    }
+
+    /// The run's folder; empty where options are only listed.
+    pub fn out(&self) -> &Path {
+        self.out.as_deref().unwrap_or(Path::new(""))
+    }
 }

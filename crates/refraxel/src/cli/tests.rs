@@ -47,6 +47,7 @@ fn train_understands_the_contract() {
     assert_eq!(args.settings[1], Setting { key: "b.c".into(), value: "x=y".into() });
     assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(WhiteMeans::Keep)));
     assert_eq!(args.work.threads.map(NonZeroUsize::get), Some(2));
+    assert!(parse("refraxel train --options --json").is_ok());
     assert!(args.resume && args.reading.allow_outside && args.work.json);
 }
 
@@ -59,7 +60,10 @@ fn refraction_is_automatic_by_default() {
 #[test]
 fn nonsense_is_a_usage_error() {
     for line in [
+        "refraxel train",
         "refraxel train photos",
+        "refraxel train photos --out run --markdown",
+        "refraxel train --options --markdown --json",
         "refraxel train photos --out run --set steps",
         "refraxel train photos --out run --set =3",
         "refraxel train photos --out run --minutes -1",

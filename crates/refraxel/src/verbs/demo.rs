@@ -90,8 +90,8 @@ fn scene(out: &Path, seed: u64) -> SynthOptions {
 fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) -> TrainArgs {
     let setting = |(key, value): (&str, &str)| Setting { key: key.to_owned(), value: value.to_owned() };
     TrainArgs {
-        data: data.to_owned(),
-        out: out.to_owned(),
+        data: Some(data.to_owned()),
+        out: Some(out.to_owned()),
         refraction,
         reflection: None,
         refraction_box: None,

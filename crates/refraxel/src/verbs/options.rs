@@ -6,7 +6,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
 use refraxel_train::Options;
-use refraxel_train::options::{Renamed, StartShape, Switch, list, markdown, text};
+use refraxel_train::options::{Renamed, StartShape, Switch, list, list_as_markdown, list_as_text};
 use std::path::Path;
 
 /// Options that a resumed run may change.
@@ -14,8 +14,8 @@ const FREE: [&str; 2] = ["run.minutes", "run.stop_after"];
 
 /// `refraxel train --options`.
 pub fn print(args: &TrainArgs) -> Result<(), Failure> {
-    let page = if args.markdown { markdown().trim_end().to_owned() } else { text() };
-    Console::new(args.work.json).result(&page, &list()).or_exit(Exit::Io)
+    let page = if args.markdown { list_as_markdown() } else { list_as_text() };
+    Console::new(args.work.json).result(page.trim_end(), &list()).or_exit(Exit::Io)
 }
 
 /// The options of a run: those of `base`, then of the file, then of `--set`, then of the flags of their own.
@@ -83,7 +83,7 @@ pub fn resumed(args: &TrainArgs, stored: Options, show: Show) -> Result<Options,
     let options = read(args, base, show)?;
     let changed = options.differences(&stored).into_iter().find(|d| !FREE.contains(&d.name));
     let Some(changed) = changed else { return Ok(options) };
-    let (out, free) = (args.out.display(), FREE.join("` and `"));
+    let (out, free) = (args.out().display(), FREE.join("` and `"));
     let error = anyhow!(
         "option `{}` is {}, but {out} was trained with {}; --resume goes on with the same options (only `{free}` may \
          change), so leave it out or start a new run",

@@ -34,8 +34,8 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
     train(args, show)?;
-    let evaluation = evaluate(&args.out, SplitName::Test, show)?;
-    let out = super::evaluation::folder(&args.out, SplitName::Test);
+    let evaluation = evaluate(args.out(), SplitName::Test, show)?;
+    let out = super::evaluation::folder(args.out(), SplitName::Test);
     super::eval::print(&evaluation, &out, SplitName::Test, Console::new(args.work.json))
 }
 
@@ -43,23 +43,22 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
 pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     // Everything that can be wrong with the input is found before the first file is written.
     let reading = open_options(&args.reading);
-    let data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
-    let source = source_of(&args.data, &reading, &data);
+    let data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    let source = source_of(args.data(), &reading, &data);
     let saved = if args.resume { Some(saved(args, &source, show)?) } else { None };
     let options = match &saved {
         Some(run) => run.options.clone(),
-        None => options::read(args, usual_options(args, &data), show)?,
+        None => options_of_new_run(args, &data, show)?,
     };
-    recipe::check(&options, is_masked(&data)).or_exit(Exit::BadInput)?;
     let photos = load_photos(&data, &data.split.train, show)?;
     let validation = validation_view(&data)?;
     let trainer = match saved {
         Some(run) => Trainer::resumed(options, run.plan, run.backend, run.state, (&data, photos, validation)),
         None => Trainer::new(options, &data, photos, validation),
     };
-    create_folder(&args.out)?;
-    let mut log = Log::open(&args.out, trainer.state().step)?;
-    let (step, finished) = learn(trainer, &args.out, &source, &mut log, show)?;
+    create_folder(args.out())?;
+    let mut log = Log::open(args.out(), trainer.state().step)?;
+    let (step, finished) = learn(trainer, args.out(), &source, &mut log, show)?;
     if !finished {
         let note = anyhow!("stopped at step {step} and saved; the same command with --resume goes on");
         return Err(Failure::new(Exit::Interrupted, note));
@@ -67,11 +66,13 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The defaults for a dataset.
-fn usual_options(args: &TrainArgs, data: &Dataset) -> Options {
-    let mut options = Options::suited_to(scene_region(data).unbounded);
-    options.refraction.bend = bending(args, data);
-    options
+/// The options of a run that begins, if they suit the dataset.
+fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Options, Failure> {
+    let mut usual = Options::suited_to(scene_region(data).unbounded);
+    usual.refraction.bend = bending(args, data);
+    let options = options::read(args, usual, show)?;
+    recipe::check(&options, is_masked(data)).or_exit(Exit::BadInput)?;
+    Ok(options)
 }
 
 /// Whether rays bend: as asked for, or where something says what is refractive.
@@ -93,10 +94,10 @@ fn is_masked(data: &Dataset) -> bool {
 
 /// The run to go on with, if its data and options are still the same.
 fn saved(args: &TrainArgs, source: &Source, show: Show) -> Result<Loaded, Failure> {
-    let mut run = load_run(&args.out)?;
+    let mut run = load_run(args.out())?;
     if run.source.train != source.train {
-        let (out, was) = (args.out.display(), run.source.train.len());
-        let (data, is) = (args.data.display(), source.train.len());
+        let (out, was) = (args.out().display(), run.source.train.len());
+        let (data, is) = (args.data().display(), source.train.len());
         let error = anyhow!(
             "{out} was trained on other images ({was} of them) than {data} offers now ({is}); resume with the same \
              dataset and split, or start a new run"
