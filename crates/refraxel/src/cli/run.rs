@@ -90,6 +90,9 @@ pub struct RenderArgs {
     /// Folder for the images
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Remove the files of an earlier render from the folder first; all other files stay
+    #[arg(long)]
+    pub overwrite: bool,
     /// What to write of each view, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "colour", value_name = "LAYERS")]
     pub outputs: Vec<Layer>,
