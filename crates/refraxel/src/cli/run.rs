@@ -19,6 +19,17 @@ pub enum SplitName {
     Test,
 }
 
+impl SplitName {
+    /// The name on the command line, in files and in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Val => "val",
+            Self::Test => "test",
+        }
+    }
+}
+
 /// `refraxel eval`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:

@@ -1,7 +1,7 @@
 //! `refraxel compare`: evaluated runs in a table and side by side.
 
 use super::evaluation::{Evaluation, Rays, folder};
-use super::sheet::{self, Row, chosen, png_path};
+use super::sheet::{self, Row, Scored, chosen, png_path};
 use super::{create_folder, data_failure, reopen};
 use crate::cli::{CompareArgs, SplitName};
 use crate::console::Console;
@@ -127,7 +127,7 @@ pub fn rows(runs: &[PathBuf], evaluations: &[Evaluation], with_truth: bool) -> R
                 return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
             }
             size = found;
-            renderings.push((pixels, score.psnr));
+            renderings.push(Scored { pixels, psnr: score.psnr });
         }
         let truth = truths.next();
         if truth.as_ref().is_some_and(|t| t.len() != size[0] * size[1]) {

@@ -1,7 +1,7 @@
 //! `refraxel eval`: render a split of a run and score it.
 
 use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
-use super::sheet::{self, Row, chosen, png_path, save_image};
+use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{create_folder, interrupted, load_photos, reopen, set_threads, watch_for_interrupts};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
@@ -60,15 +60,6 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     Ok(())
 }
 
-/// The name of a split in files.
-pub fn split_name(split: SplitName) -> &'static str {
-    match split {
-        SplitName::Train => "train",
-        SplitName::Val => "val",
-        SplitName::Test => "test",
-    }
-}
-
 /// The views of a split.
 pub fn split_views(data: &Dataset, split: SplitName) -> &[usize] {
     match split {
@@ -90,7 +81,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let data = reopen(&run)?;
     let indices = split_views(&data, split).to_vec();
     if indices.is_empty() {
-        let (data, split) = (run.source.path.display(), split_name(split));
+        let (data, split) = (run.source.path.display(), split.name());
         let advice = "hold some out with --holdout, or evaluate --split train";
         let error = anyhow!("{data} has no {split} images to evaluate; {advice}");
         return Err(Failure::new(Exit::BadInput, error));
@@ -145,6 +136,7 @@ fn render_and_score(
     let (mut scores, mut rows): (Vec<ImageScore>, Vec<Row>) = Default::default();
     for (k, (&i, photo)) in indices.iter().zip(&photos).enumerate() {
         if interrupted() {
+            progress.abandon("");
             let error = anyhow!("stopped before all images were rendered; run `refraxel eval` again");
             return Err(Failure::new(Exit::Interrupted, error));
         }
@@ -158,7 +150,7 @@ fn render_and_score(
                 name: view.name.clone(),
                 size: [rendering.width as usize, rendering.height as usize],
                 truth: Some(truths[k].clone()),
-                renderings: vec![(rendering.colour, score.psnr)],
+                renderings: vec![Scored { pixels: rendering.colour, psnr: score.psnr }],
             });
         }
         scores.push(score);

@@ -1,6 +1,5 @@
 //! What `eval` found out about a run: the document RUN/eval/SPLIT/metrics.json.
 
-use super::eval::split_name;
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
@@ -74,12 +73,12 @@ impl Rays {
 
 /// The folder of a split's renderings in a run.
 pub fn folder(run: &Path, split: SplitName) -> PathBuf {
-    run.join("eval").join(split_name(split))
+    run.join("eval").join(split.name())
 }
 
 /// The folder of renderings whose rays were bent by the index of a file.
 pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
-    run.join("eval").join(format!("{}-index", split_name(split)))
+    run.join("eval").join(format!("{}-index", split.name()))
 }
 
 impl Evaluation {
@@ -126,7 +125,7 @@ impl Evaluation {
             db("outside", s.psnr_outside),
         ];
         let scores: Vec<String> = parts.into_iter().flatten().collect();
-        let mut text = format!("{} {} images: {}", s.images, split_name(split), scores.join("  "));
+        let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
         if let Some(index) = &self.ior {
             text += &format!("\n{}", index_text(index));
         }
