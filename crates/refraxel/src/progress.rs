@@ -52,7 +52,7 @@ pub struct Subtask<'a> {
     pub name: &'a str,
     /// Parts done so far.
     pub done: u64,
-    /// Parts in all; `None` while nobody knows the end.
+    /// Parts in all; `None` while the end is not known.
     pub total: Option<u64>,
 }
 

@@ -5,10 +5,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Redraws of the bar per second.
 const REDRAWS: u8 = 8;
-/// Of work with a known end.
+/// Layout for work with a known end.
 const COUNTED: &str =
     "{prefix:>10.bold} {bar:32.cyan/black.bright} {percent:>3} % {pos}/{len}  {eta} left  {msg}";
-/// Of work that ends nobody knows when.
+/// Layout for work without a known end.
 const OPEN: &str = "{prefix:>10.bold} {spinner:.cyan} {pos} done in {elapsed}  {msg}";
 
 /// The bar, and the work that it stands for.

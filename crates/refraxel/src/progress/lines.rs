@@ -13,8 +13,8 @@ pub struct Lines<W> {
     work: Work,
     /// The subtask that is shown in place of the work.
     subtask: Option<Work>,
-    /// Names of the subtasks whose start was told: those that come again and again tell it once.
-    told: Vec<String>,
+    /// Names of the subtasks whose start was announced; a subtask that comes back is not announced again.
+    announced: Vec<String>,
     start: Instant,
     last: Instant,
 }
@@ -34,7 +34,7 @@ impl<W: Write> Lines<W> {
     pub fn new(out: W, name: &str, total: u64) -> Self {
         let now = Instant::now();
         let work = Work::new(name, Some(total), now);
-        let mut lines = Self { out, work, subtask: None, told: Vec::new(), start: now, last: now };
+        let mut lines = Self { out, work, subtask: None, announced: Vec::new(), start: now, last: now };
         lines.print(&format!("{name} started"));
         lines
     }
@@ -51,8 +51,8 @@ impl<W: Write> Lines<W> {
         if self.subtask.as_ref().is_none_or(|s| s.name != task.name) {
             self.leave_subtask(now);
             self.subtask = Some(Work::new(task.name, task.total, now));
-            if !self.told.iter().any(|name| name == task.name) {
-                self.told.push(task.name.to_owned());
+            if !self.announced.iter().any(|name| name == task.name) {
+                self.announced.push(task.name.to_owned());
                 self.last = now;
                 self.print(&format!("{} started  {note}", task.name));
             }

@@ -1,4 +1,4 @@
-//! `refraxel eval`: render a split of a run and score it.
+//! `refraxel eval`: renders a split of a run and scores it.
 
 use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
@@ -20,7 +20,7 @@ use refraxel_train::run::{Loaded, load_run};
 use refraxel_train::schedule::rendering_marching;
 use std::path::Path;
 
-/// Nodes along the longest edge of an index that a file tells.
+/// Nodes along the longest edge of the grid on which an index file is sampled.
 const NODES: u32 = 192;
 
 /// The verb.
@@ -53,7 +53,8 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     let index = recipe::stated(file, NODES, &config).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.reflection().mirrors.len();
     if mirrors > 1 {
-        let error = anyhow!("the run mirrors at {mirrors} bodies apart, and the file tells of one region");
+        let error =
+            anyhow!("the run has {mirrors} separate mirroring bodies, but the file describes one region");
         return Err(error).with_context(refused).or_exit(Exit::BadInput);
     }
     run.backend.set_refraction(index);
@@ -137,7 +138,8 @@ fn render_and_score(
     for (k, (&i, photo)) in indices.iter().zip(&photos).enumerate() {
         if interrupted() {
             progress.abandon("");
-            let error = anyhow!("stopped before all images were rendered; run `refraxel eval` again");
+            let error =
+                anyhow!("stopped before all images were rendered; run `refraxel eval` again to score them");
             return Err(Failure::new(Exit::Interrupted, error));
         }
         let view = &data.views[i];

@@ -1,4 +1,4 @@
-//! What `eval` found out about a run: the document RUN/eval/SPLIT/metrics.json.
+//! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Scores, index errors where the truth is known, and what was evaluated.
+/// The scores of a run, its index errors where the truth is known, and the state of the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Image scores; their fields stand at the top of the document.
@@ -39,7 +39,7 @@ pub struct Evaluated {
     pub voxels: u64,
     /// Nodes of the grid.
     pub resolution: [u32; 3],
-    /// How its rays go; absent in documents of earlier versions.
+    /// The shape of its rays; absent in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rays: Option<Rays>,
     /// The file whose index bent the rays, if not the run's own.
@@ -47,18 +47,18 @@ pub struct Evaluated {
     pub index_from: Option<PathBuf>,
 }
 
-/// How the rays of a run go.
+/// The shape of a run's rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rays {
-    /// On straight lines: it has no index of refraction.
+    /// Straight lines: the run has no index of refraction.
     Straight,
-    /// Through an index of refraction.
+    /// Bent by an index of refraction.
     Bent,
 }
 
 impl Rays {
-    /// Those of a run.
+    /// The rays of a run.
     pub fn of(refraction: &Refraction) -> Self {
         if refraction.is_none() { Self::Straight } else { Self::Bent }
     }
@@ -76,7 +76,7 @@ pub fn folder(run: &Path, split: SplitName) -> PathBuf {
     run.join("eval").join(split.name())
 }
 
-/// The folder of renderings whose rays were bent by the index of a file.
+/// The folder of renderings with the index of a file.
 pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
     run.join("eval").join(format!("{}-index", split.name()))
 }

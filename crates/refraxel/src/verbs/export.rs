@@ -1,4 +1,4 @@
-//! `refraxel export`: what a run reconstructed, for other programs.
+//! `refraxel export`: writes the surfaces of a run for other programs.
 
 mod gltf;
 mod ply;
@@ -79,7 +79,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// The surfaces that there are; at least one.
+/// The surfaces of all regions that have one. Errors where none has one.
 fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>, Failure> {
     let checkpoint = args.run.join(CHECKPOINT);
     let refuse = |problem: &str| {
@@ -100,7 +100,7 @@ fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>,
     let found: Vec<Numbered> = all.filter(|n| !n.surface.mesh.triangles.is_empty()).collect();
     if found.is_empty() {
         return Err(refuse(
-            "its index is 1 everywhere; look at it with `refraxel render RUN --slices`, and train longer or with better masks",
+            "its index is 1 everywhere; look at the index with `refraxel render RUN --slices --out DIR`, and train longer or with better masks",
         ));
     }
     Ok(found)

@@ -1,4 +1,4 @@
-//! `refraxel render`: new views of a run.
+//! `refraxel render`: renders new views of a run.
 
 mod cameras;
 mod depth;
@@ -35,7 +35,7 @@ const SLICES: &str = "index_slices.png";
 const PATHS_PICTURE: &str = "paths.png";
 const PATHS_LINES: &str = "paths.ply";
 
-/// What was written; absent keys were not asked for.
+/// The files that were written; keys are absent where nothing was asked for.
 #[derive(Default, Serialize)]
 struct Report {
     out: PathBuf,
@@ -94,7 +94,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// Gives the loaded run another index, if asked to; the typical index of each region then.
+/// Gives the loaded run another index if asked to. Returns the typical index of each region then.
 fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, Failure> {
     let edit = match (args.scale_index, args.set_index) {
         (Some(factor), _) => IndexEdit::Scale(factor as f32),
@@ -109,7 +109,7 @@ fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, F
     Ok(Some(typical))
 }
 
-/// Pictures of the index need one.
+/// Refuses pictures of the index of a run without any.
 fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
     let layer = args.outputs.iter().copied().find(|&l| is_refractive(l));
     let asked = match (layer, args.slices, args.paths) {
@@ -123,7 +123,7 @@ fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
     }
     let run = args.run.display();
     let error = anyhow!(
-        "{asked}: the rays of {run} are straight, it has no index of refraction; train with refractive masks or with \
+        "{asked} needs an index of refraction, but the rays of {run} are straight; train with refractive masks or with \
          --refraction on"
     );
     Err(Failure::new(Exit::BadInput, error))
@@ -138,14 +138,14 @@ fn planned(args: &RenderArgs, views: &Views<'_>) -> BTreeSet<String> {
     views.pictures().chain(beside.map(str::to_owned)).collect()
 }
 
-/// The file about the cameras of the views and the units of their pictures.
+/// Writes the cameras of the views and the units of their pictures.
 fn write_cameras(views: &Views<'_>, folder: &mut RenderFolder) -> Result<PathBuf, Failure> {
     let document = export(views.cameras, units(views.depth.unit, views.layers));
     let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
     folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
 }
 
-/// Slices of the index, and whether the truth is beside them. The truth of the dataset is not that of an edited index.
+/// Writes slices of the index; true when the truth is beside them, which an edited index does not have.
 fn write_slices(
     args: &RenderArgs,
     run: &Loaded,
@@ -160,7 +160,7 @@ fn write_slices(
     Ok((path, truth.is_some()))
 }
 
-/// Bent rays of a view as a picture and as polylines.
+/// Writes bent rays of a view as a picture and as polylines.
 fn write_paths(
     run: &Loaded,
     view: &NamedCamera,
@@ -208,7 +208,7 @@ impl Report {
             paths.map(|[picture, lines]| format!("rays: {} and {}", picture.display(), lines.display()));
         let index = self.edited_index.as_ref().map(|indices| {
             let indices: Vec<String> = indices.iter().map(|n| format!("{n:.3}")).collect();
-            format!("rendered with index {}; the run keeps its own", indices.join(", "))
+            format!("rendered with index {}; the run itself is not changed", indices.join(", "))
         });
         [views, slices, paths, index].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }

@@ -1,4 +1,4 @@
-//! `refraxel synth`: datasets of the exact tracer.
+//! `refraxel synth`: makes datasets with the exact tracer.
 
 use super::{interrupted, set_threads, watch_for_interrupts};
 use crate::cli::{Around, Switch, SynthArgs};

@@ -37,7 +37,7 @@ pub fn write(surfaces: &[Numbered], up: &Up, out: &mut dyn Write) -> io::Result<
     Ok(())
 }
 
-/// What the document lists.
+/// The lists of the document.
 #[derive(Default)]
 struct Content {
     views: Vec<Value>,
@@ -79,7 +79,7 @@ impl Content {
         self.nodes.push(json!({ "name": format!("region {region}"), "mesh": k }));
     }
 
-    /// One array: its bytes, where they are, and what they mean. All numbers have 4 bytes, so that none is misaligned.
+    /// Adds one array: its bytes, their place and their meaning. All numbers have 4 bytes, so that none is misaligned.
     fn put(&mut self, mut accessor: Value, target: u32, bytes: Vec<u8>, binary: &mut Vec<u8>) {
         let view = self.views.len();
         self.views.push(json!({
@@ -122,8 +122,10 @@ impl Content {
     }
 }
 
-/// Clear, smooth glass. `thickness` [scene unit] tells renderers without rays how far refraction shifts what is seen: the
-/// mean chord of a convex body is 4 volume / area (Cauchy).
+/// Clear, smooth glass.
+///
+/// `thickness` [scene unit] is the mean chord of the body; renderers without rays shift the background by it. For a convex
+/// body it is 4 volume / area (Cauchy).
 fn material(region: usize, index: f32, thickness: f64) -> Value {
     let mut material = json!({
         "name": format!("n = {index:.3}, region {region}"),
@@ -136,7 +138,7 @@ fn material(region: usize, index: f32, thickness: f64) -> Value {
         },
         "extras": { "index": index },
     });
-    // The extension knows no body that is thinner than its surroundings.
+    // The extension allows no index below 1.
     if index >= 1.0 {
         material["extensions"]["KHR_materials_ior"] = json!({ "ior": index });
     }

@@ -19,16 +19,16 @@ const WIDEST: f64 = 1.0;
 const BENT: Colour = [213, 94, 0];
 const STRAIGHT: Colour = [150, 154, 164];
 
-/// Rays of a camera through the middle of a region, side by side in the plane that the camera's horizontal spans.
+/// Rays of a camera around the middle of a region, side by side in the horizontal plane of the camera.
 pub struct Fan {
     bounds: Aabb<f64>,
     /// Unit vectors: from the camera to the middle, to the right, and across the plane.
     axes: [Vec3<f64>; 3],
-    /// Per ray: corners of its path, and the end of the straight ray from the same pixel.
+    /// The rays from left to right.
     pub rays: Vec<Traced>,
 }
 
-/// A ray and what would have become of it in vacuum.
+/// A ray, and the same ray in vacuum.
 pub struct Traced {
     /// Corners of the bent ray, from the camera on [world].
     pub bent: Vec<Vec3<f64>>,
@@ -79,7 +79,7 @@ impl Fan {
             [AROUND[0] * half_extent(&self.bounds, ahead), AROUND[1] * half_extent(&self.bounds, right)];
         let unit = 2.0 * half[0] / WIDTH as f64;
         let height = (2.0 * half[1] / unit).round().max(1.0) as usize;
-        // The picture's upwards is the camera's left: what is seen from above.
+        // Up in the picture is the camera's left, as seen from above.
         let at = |i: usize| {
             let (u, v) = ((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
             middle + ahead * (u * unit - half[0]) + right * (v * unit - half[1])

@@ -27,7 +27,7 @@ struct Slice {
     up: usize,
 }
 
-/// A page with one row per region: n; with the truth, two more: the truth, and what n is too large by.
+/// A page with the index n of each region in a row; with the truth, two more rows show the truth and n minus the truth.
 pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>) -> Sheet {
     let found = |x: Vec3<f64>| refraction.index(x.cast());
     let known = |t: &IndexTruth, x: Vec3<f64>| if t.is_opaque(x) { f32::NAN } else { t.n(x) as f32 };

@@ -31,7 +31,7 @@ pub struct Views<'a> {
     pub depth: Depth,
 }
 
-/// How the depths of a render are written: those of what is seen, and those of refractive surfaces.
+/// The depth scales of a render: for opaque things, and for refractive surfaces.
 struct Depths {
     seen: Depth,
     surface: Depth,
@@ -178,7 +178,7 @@ pub fn layer_name(layer: Layer) -> &'static str {
     }
 }
 
-/// What the numbers in the pictures mean, for the file about the cameras.
+/// The units of the pictures, for the file about the cameras.
 pub fn units(depth_unit: f64, layers: &[Layer]) -> Vec<(&'static str, Value)> {
     let mut units = vec![(
         "depth",
@@ -190,18 +190,18 @@ pub fn units(depth_unit: f64, layers: &[Layer]) -> Vec<(&'static str, Value)> {
     )];
     if layers.contains(&Layer::Index) {
         let meaning = "index/NAME.png holds 16-bit steps of `unit` of the index of refraction that differs most from 1 \
-                       along the ray, whatever stands before it; 0: nothing refractive is met";
+                       along the ray, also behind opaque things; 0: no refractive medium is met";
         units.push(("index", json!({ "unit": 1.0 / f64::from(INDEX_STEPS), "meaning": meaning })));
     }
     if layers.contains(&Layer::Normal) {
-        let meaning = "normal/NAME.png holds unit normals of the first refractive surface, whatever stands before it: \
-                       red, green, blue = 127.5 (1 + component to the right, upwards, towards the camera); \
-                       clear: nothing refractive is met";
+        let meaning = "normal/NAME.png holds unit normals of the first refractive surface, also behind opaque things: \
+                       red, green and blue are 127.5 (1 + component), for the components to the right, upwards and \
+                       towards the camera; clear: no refractive medium is met";
         units.push(("normal", json!({ "meaning": meaning })));
     }
     if layers.contains(&Layer::SurfaceDepth) {
         let meaning = "surface_depth/NAME.png holds 16-bit steps of `unit` scene units along the ray to the first refractive \
-                       surface, whatever stands before it; 0: nothing refractive is met; 65535: that far or farther";
+                       surface, also behind opaque things; 0: no refractive medium is met; 65535: that far or farther";
         units.push(("surface_depth", json!({ "unit": depth_unit, "meaning": meaning })));
     }
     units
