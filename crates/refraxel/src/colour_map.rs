@@ -5,13 +5,13 @@ use crate::canvas::Colour;
 /// A map from [0, 1] to colours in which equal steps look about equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {
-    /// Black over red to pale yellow: errors, where zero should look like nothing.
+    /// Black over red to pale yellow: for errors, where zero is black.
     Inferno,
-    /// Violet over green to yellow: depth, opacity, index.
+    /// Violet over green to yellow: for depth, opacity and index.
     Viridis,
-    /// Blue over white to red: differences, where zero is in the middle.
+    /// Blue over white to red: for differences, where zero is in the middle.
     Signed,
-    /// White to blue: what lies below lines.
+    /// White to blue: for the background of lines.
     Tint,
 }
 
@@ -42,7 +42,7 @@ impl ColourMap {
     }
 }
 
-/// Corners and what lies between.
+/// The colour at `t` between evenly spaced corners.
 fn between(corners: &[Colour], t: f32) -> Colour {
     let last = corners.len() - 1;
     let k = ((t * last as f32) as usize).min(last - 1);
@@ -50,7 +50,7 @@ fn between(corners: &[Colour], t: f32) -> Colour {
     std::array::from_fn(|c| (f32::from(a[c]) + (f32::from(b[c]) - f32::from(a[c])) * f).round() as u8)
 }
 
-/// Of the powers of t, constant first, for red, green, blue.
+/// Coefficients of the powers of t, constant first, for red, green and blue.
 const INFERNO: &[[f32; 3]; 7] = &[
     [0.000_218_94, 0.001_651, -0.019_480_9],
     [0.106_513_4, 0.563_956_4, 3.932_712_4],

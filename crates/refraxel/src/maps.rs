@@ -106,17 +106,17 @@ impl Row {
     }
 
     fn draw(&self, page: &mut Canvas, top: usize) {
-        page.text((MARGIN as i64, top as i64), &self.caption, (Font::Strong, Align::Left), INK);
+        page.text((MARGIN as i64, top as i64), &self.caption, Font::Strong.style(Align::Left, INK));
         let (mut x, y) = (MARGIN, top + self.above());
         for map in &self.maps {
-            self.draw_map(map, page, (x, y));
+            self.draw_map(map, page, x, y);
             x += map.width() + GAP;
         }
         let height = self.maps.iter().map(Map::height).max().unwrap_or(0);
         self.draw_bar(page, Rect { x, y, width: BAR, height });
     }
 
-    fn draw_map(&self, map: &Map, page: &mut Canvas, (x, y): (usize, usize)) {
+    fn draw_map(&self, map: &Map, page: &mut Canvas, x: usize, y: usize) {
         let (factor, width) = (map.factor(), map.width());
         let mut tile = Canvas::new(width, map.height(), NOTHING);
         for (i, &value) in map.values.iter().enumerate() {
@@ -132,11 +132,11 @@ impl Row {
         page.paste(x, y, Rgb8::new(tile.pixels(), width, map.height()));
         let mut y = y + map.height() + 3;
         if let Some(unit) = map.unit {
-            draw_scale(page, (x, y), unit / factor as f64, width);
+            draw_scale(page, x, y, unit / factor as f64, width);
             y += Font::Body.height() + 3;
         }
         let note = shortened(Font::Body, &map.note, width);
-        page.text((x as i64, y as i64), &note, (Font::Body, Align::Left), FAINT);
+        page.text((x as i64, y as i64), &note, Font::Body.style(Align::Left, FAINT));
     }
 
     fn draw_bar(&self, page: &mut Canvas, bar: Rect) {
@@ -152,13 +152,14 @@ impl Row {
             let y = bar.y + ((high - value) / (high - low) * last).round() as usize;
             page.fill(Rect { x: bar.x + bar.width, y, width: 4, height: 1 }, FAINT);
             let place = ((bar.x + bar.width + 8) as i64, y as i64 - half);
-            page.text(place, &format!("{value:.decimals$}"), (Font::Body, Align::Left), FAINT);
+            page.text(place, &format!("{value:.decimals$}"), Font::Body.style(Align::Left, FAINT));
         }
     }
 }
 
-/// A line of a round length in scene units, with its length.
-fn draw_scale(page: &mut Canvas, (x, y): (usize, usize), unit: f64, width: usize) {
+/// Draws a line of a round length in scene units, with that length, below a map that is `width` wide [pixel].
+/// `unit` [scene unit / pixel].
+fn draw_scale(page: &mut Canvas, x: usize, y: usize, unit: f64, width: usize) {
     let length = round_below(SCALE_SHARE * width as f64 * unit);
     let pixels = (length / unit).round() as usize;
     let middle = y + Font::Body.height() / 2;
@@ -167,7 +168,7 @@ fn draw_scale(page: &mut Canvas, (x, y): (usize, usize), unit: f64, width: usize
         page.fill(Rect { x: end, y: middle - 3, width: 1, height: 8 }, INK);
     }
     let text = if length == 1.0 { "1 scene unit".to_owned() } else { format!("{length} scene units") };
-    page.text(((x + pixels + 8) as i64, y as i64), &text, (Font::Body, Align::Left), INK);
+    page.text(((x + pixels + 8) as i64, y as i64), &text, Font::Body.style(Align::Left, INK));
 }
 
 /// The largest 1, 2 or 5 times a power of ten that is no larger than `x` > 0.
@@ -193,7 +194,7 @@ impl Sheet {
         let widest = self.rows.iter().map(Row::width).chain(captions).fold(title, usize::max);
         let height = self.rows.iter().map(Row::height).sum::<usize>();
         let mut page = Canvas::new(widest + 2 * MARGIN, height + heading + 2 * MARGIN - GAP, PAPER);
-        page.text((MARGIN as i64, MARGIN as i64), &self.title, (Font::Heading, Align::Left), INK);
+        page.text((MARGIN as i64, MARGIN as i64), &self.title, Font::Heading.style(Align::Left, INK));
         let mut y = MARGIN + heading;
         for row in &self.rows {
             row.draw(&mut page, y);

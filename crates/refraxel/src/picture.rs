@@ -63,10 +63,14 @@ impl Comparison<'_> {
         let layout = Layout::new(self, &tiles);
         let mut page = Canvas::new(layout.width, layout.height, PAPER);
         let title = shortened(Font::Heading, &self.title, layout.width.saturating_sub(2 * MARGIN));
-        page.text((MARGIN as i64, MARGIN as i64), &title, (Font::Heading, Align::Left), INK);
+        page.text((MARGIN as i64, MARGIN as i64), &title, Font::Heading.style(Align::Left, INK));
         for (caption, &(x, width)) in self.columns.iter().zip(&layout.columns) {
             let place = ((x + width / 2) as i64, layout.captions as i64);
-            page.text(place, &shortened(Font::Strong, caption, width), (Font::Strong, Align::Centre), INK);
+            page.text(
+                place,
+                &shortened(Font::Strong, caption, width),
+                Font::Strong.style(Align::Centre, INK),
+            );
         }
         for ((panels, tiles), &(y, height)) in self.rows.iter().zip(&tiles).zip(&layout.rows) {
             for ((panel, tile), &(x, width)) in panels.iter().zip(tiles).zip(&layout.columns) {
@@ -75,8 +79,7 @@ impl Comparison<'_> {
                 page.text(
                     place,
                     &shortened(Font::Body, &panel.note, width),
-                    (Font::Body, Align::Centre),
-                    FAINT,
+                    Font::Body.style(Align::Centre, FAINT),
                 );
             }
         }
@@ -98,7 +101,7 @@ impl Comparison<'_> {
             page.fill(line, ColourMap::Inferno.at(1.0 - k as f32 / steps));
         }
         let below = (bar.x as i64, (bar.y + bar.height + 8) as i64);
-        page.text(below, "of 255", (Font::Body, Align::Left), FAINT);
+        page.text(below, "of 255", Font::Body.style(Align::Left, FAINT));
         let half = Font::Body.height() as i64 / 2;
         let every = if bar.height < 80 { 4 } else { 1 };
         for quarter in (0..=4).step_by(every) {
@@ -107,7 +110,7 @@ impl Comparison<'_> {
             page.fill(Rect { x: bar.x + bar.width, y, width: 4, height: 1 }, FAINT);
             let label = if quarter == 4 { format!("{level:.0}+") } else { format!("{level:.0}") };
             let place = ((bar.x + bar.width + 8) as i64, y as i64 - half);
-            page.text(place, &label, (Font::Body, Align::Left), FAINT);
+            page.text(place, &label, Font::Body.style(Align::Left, FAINT));
         }
     }
 }

@@ -57,6 +57,29 @@ fn a_ball_leaves_as_a_closed_mesh_of_its_size() {
 }
 
 #[test]
+fn a_gltf_file_tells_which_way_was_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let up = |report: &Value| -> Vec<f64> {
+        report["up"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let report = export(&run, "gltf", &["--json"]).done().json();
+    let [x, y, z] = up(&report)[..] else { panic!("{report}") };
+    assert!(
+        z > 0.8 && (x * x + y * y + z * z - 1.0).abs() < 1e-12 && report["up_note"].is_null(),
+        "{report}"
+    );
+    assert!(export(&run, "ply", &["--json"]).done().json()["up"].is_null());
+    std::fs::rename(&data, folder.path().join("moved")).unwrap();
+    let report = export(&run, "gltf", &["--json"]).done().json();
+    assert_eq!(up(&report), [0.0, 0.0, 1.0]);
+    assert!(report["up_note"].as_str().unwrap().contains("no such file"), "{report}");
+    let text = export(&run, "gltf", &[]).done().out;
+    assert!(text.contains("up: (0.000, 0.000, 1.000)") && text.contains("NeRF-synthetic"), "{text}");
+}
+
+#[test]
 fn a_mesh_that_comes_back_is_the_same_surface() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());

@@ -111,6 +111,41 @@ fn slices_need_no_views_and_no_dataset() {
 }
 
 #[test]
+fn a_second_render_never_mixes_with_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    render(&run, &out, &["--orbit", "3", "--outputs", "colour,depth", "--slices", "--paths", "2"]).done();
+    std::fs::write(out.join("notes.txt"), "mine").unwrap();
+    let before = std::fs::read(out.join("0000.png")).unwrap();
+    let again = ["--orbit", "2", "--scale-index", "0"];
+    render(&run, &out, &again).refused(3, &["an earlier render", "0000.png", "--overwrite"]);
+    assert_eq!(std::fs::read(out.join("0000.png")).unwrap(), before);
+    render(&run, &out, &[&again[..], &["--overwrite"]].concat()).done();
+    let mut left: Vec<String> = std::fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["0000.png", "0001.png", "notes.txt", "render_files.txt", "transforms.json"]);
+    assert!(std::fs::read(out.join("0000.png")).unwrap() != before, "the rays are straight now");
+}
+
+#[test]
+fn files_of_the_user_are_never_rendered_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("transforms.json"), "mine").unwrap();
+    render(&run, &out, &["--orbit", "1", "--overwrite"]).refused(3, &["transforms.json", "never removed"]);
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "nothing was written");
+    // Where no file of that name is written, it is not in the way.
+    render(&run, &out, &["--slices"]).done();
+    assert_eq!(std::fs::read_to_string(out.join("transforms.json")).unwrap(), "mine");
+}
+
+#[test]
 fn the_index_that_a_run_has_changes_no_pixel_and_the_run_stays_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());

@@ -245,7 +245,7 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
 }
 
 #[test]
-fn a_coat_goes_on_where_it_was() {
+fn a_resumed_clearcoat_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
     let coated = [

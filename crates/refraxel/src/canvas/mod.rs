@@ -3,7 +3,7 @@
 mod line;
 mod text;
 
-pub use text::{Align, Font, shortened, text_width};
+pub use text::{Align, Font, Style, shortened, text_width};
 
 use std::io;
 use std::path::Path;

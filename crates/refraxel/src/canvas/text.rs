@@ -19,6 +19,11 @@ impl Font {
         self.raster().1.val()
     }
 
+    /// The look of text in this font.
+    pub fn style(self, align: Align, colour: Colour) -> Style {
+        Style { font: self, align, colour }
+    }
+
     fn raster(self) -> (FontWeight, RasterHeight) {
         match self {
             Self::Body => (FontWeight::Regular, RasterHeight::Size16),
@@ -39,6 +44,17 @@ pub enum Align {
     Right,
 }
 
+/// How a line of text looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// Size and weight.
+    pub font: Font,
+    /// Which part of the text lies at its place.
+    pub align: Align,
+    /// Its colour.
+    pub colour: Colour,
+}
+
 /// Width of one line of text [pixel].
 pub fn text_width(font: Font, text: &str) -> usize {
     let (weight, height) = font.raster();
@@ -46,20 +62,20 @@ pub fn text_width(font: Font, text: &str) -> usize {
 }
 
 impl Canvas {
-    /// Writes one line whose upper edge is at `y`; its left end, middle or right end at `x`, by `align`.
-    pub fn text(&mut self, (x, y): (i64, i64), text: &str, (font, align): (Font, Align), colour: Colour) {
-        let width = text_width(font, text) as i64;
-        let mut left = match align {
+    /// Writes one line whose upper edge is at `y`; its left end, middle or right end at `x`, by the alignment [pixel].
+    pub fn text(&mut self, (x, y): (i64, i64), text: &str, style: Style) {
+        let width = text_width(style.font, text) as i64;
+        let mut left = match style.align {
             Align::Left => x,
             Align::Centre => x - width / 2,
             Align::Right => x - width,
         };
-        let (weight, height) = font.raster();
+        let (weight, height) = style.font.raster();
         for letter in text.chars() {
             let glyph = get_raster(letter, weight, height).or_else(|| get_raster('?', weight, height));
             for (dy, row) in glyph.iter().flat_map(|g| g.rows()).enumerate() {
                 for (dx, &ink) in row.iter().enumerate() {
-                    self.mix(left + dx as i64, y + dy as i64, colour, f32::from(ink) / 255.0);
+                    self.mix(left + dx as i64, y + dy as i64, style.colour, f32::from(ink) / 255.0);
                 }
             }
             left += get_raster_width(weight, height) as i64;
@@ -91,7 +107,7 @@ mod tests {
     fn alignment_moves_the_same_ink() {
         let draw = |x, align| {
             let mut canvas = Canvas::new(100, 20, [255; 3]);
-            canvas.text((x, 2), "HIJ", (Font::Body, align), [0; 3]);
+            canvas.text((x, 2), "HIJ", Font::Body.style(align, [0; 3]));
             inked_columns(&canvas)
         };
         let width = text_width(Font::Body, "HIJ");
@@ -105,7 +121,7 @@ mod tests {
     fn unknown_letters_become_question_marks() {
         let draw = |text| {
             let mut canvas = Canvas::new(40, 20, [255; 3]);
-            canvas.text((0, 0), text, (Font::Strong, Align::Left), [0; 3]);
+            canvas.text((0, 0), text, Font::Strong.style(Align::Left, [0; 3]));
             canvas
         };
         assert_eq!(draw("\u{4e2d}"), draw("?"));

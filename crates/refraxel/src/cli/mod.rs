@@ -14,12 +14,12 @@ use std::num::NonZeroUsize;
 
 use clap::{Args, Parser, Subcommand};
 
-/// Reconstructs scenes with glass, water and other refractive things from photographs, with rays that bend.
+/// Reconstructs scenes with glass, water and other refractive objects from photographs, with rays that bend.
 #[derive(Debug, Parser)]
 #[command(version, subcommand_required = true, arg_required_else_help = true)]
 #[command(after_help = "Examples:
   refraxel demo                         a glass scene from start to score, in about a minute
-  refraxel inspect my_photos            what is in a dataset, and what is wrong with it
+  refraxel inspect my_photos            what a dataset contains, and its problems
   refraxel train my_photos --out run    train on photographs with poses
 
 Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 130 interrupted (after saving).")]
@@ -34,7 +34,7 @@ pub struct Cli {
 pub enum Verb {
     /// Makes a glass scene, trains on it and compares the result with the truth
     Demo(DemoArgs),
-    /// Shows what is in a dataset or run: cameras, masks, split, problems, memory
+    /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),
     /// Trains on a dataset and evaluates the held-out images
     Train(TrainArgs),
@@ -42,7 +42,7 @@ pub enum Verb {
     Eval(EvalArgs),
     /// Renders new views of a run
     Render(RenderArgs),
-    /// Writes the surface of what refracts as a triangle mesh
+    /// Writes the surfaces of refractive objects as triangle meshes
     Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures
     Compare(CompareArgs),
@@ -60,7 +60,7 @@ pub enum Verb {
     },
 }
 
-/// How much of the machine to use and how much to say; shared by the verbs that work for a while.
+/// How many threads to use and how much to print; shared by the verbs that take a while.
 #[derive(Args, Clone, Debug)]
 pub struct WorkArgs {
     /// Threads to use [default: all cores]

@@ -10,13 +10,24 @@ use super::values::{factor, index};
 /// A part of the dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum SplitName {
-    /// The images trained on
+    /// The training images
     Train,
-    /// The images looked at during training
+    /// The images that are scored during training
     Val,
     /// The held-out images
     #[default]
     Test,
+}
+
+impl SplitName {
+    /// The name on the command line, in files and in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Val => "val",
+            Self::Test => "test",
+        }
+    }
 }
 
 /// `refraxel eval`
@@ -26,19 +37,19 @@ pub enum SplitName {
   refraxel eval run --split train --json
   refraxel eval run --index-from data/scene.json
 
-Writes RUN/eval/SPLIT/NAME.png, NAME as in the dataset, and RUN/eval/SPLIT/metrics.json; with --index-from into
-RUN/eval/SPLIT-index/.")]
+Writes RUN/eval/SPLIT/NAME.png, where NAME is that of the photograph, and RUN/eval/SPLIT/metrics.json. With --index-from,
+the files go into RUN/eval/SPLIT-index/.")]
 pub struct EvalArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
     pub run: PathBuf,
-    /// Which images
+    /// The images to evaluate
     #[arg(long, value_enum, default_value_t, value_name = "SPLIT")]
     pub split: SplitName,
     /// Bend the rays by this index instead of the run's own: a scene.json, an index volume, or a mesh
     ///
-    /// Says what the run would show with a perfect index and the same colours. The file is read on a fine grid (192 nodes
-    /// along the longest edge); a mesh gets the index that the run has found. The run itself stays.
+    /// Shows how good the run would be with this index and the same colours. The index is sampled on a fine grid (192 nodes
+    /// along the longest edge). A mesh gets the index that the run has found. The run itself is not changed.
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,
     /// Threads, progress, JSON.
@@ -46,20 +57,20 @@ pub struct EvalArgs {
     pub work: WorkArgs,
 }
 
-/// What to write of each view.
+/// A picture of each view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Layer {
-    /// What the camera sees
+    /// The colours that the camera sees
     Colour,
-    /// Length of the ray to the first half of the opacity
+    /// Length of the ray to the point where half of the opacity is reached
     Depth,
-    /// How much of the backdrop is hidden
+    /// Share of the backdrop that is hidden
     Opacity,
-    /// What surfaces mirror, alone
+    /// Only the light that surfaces mirror
     Reflection,
-    /// What the camera would see if surfaces mirrored nothing
+    /// The colours without the light that surfaces mirror
     Transmission,
-    /// The index of refraction that the ray meets on its way, that which differs most from 1
+    /// The index of refraction along the ray that differs most from 1
     Index,
     /// The normal of the first refractive surface, as a normal map with opacity
     Normal,
@@ -76,7 +87,10 @@ pub enum Layer {
   refraxel render run --cameras path/transforms.json --out views --outputs colour,depth,index,normal,surface-depth
   refraxel render run --slices --paths 40 --out inside
   refraxel render run --orbit 60 --set-index 1.33 --out as_water
-  refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power")]
+  refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power
+
+DIR/render_files.txt lists the files of the render. A folder that holds an earlier render is refused without --overwrite.
+Files that no render wrote are never replaced or removed.")]
 pub struct RenderArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
@@ -90,7 +104,10 @@ pub struct RenderArgs {
     /// Folder for the images
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What to write of each view, separated by commas
+    /// Remove the files of an earlier render from the folder first; all other files stay
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Layers to write of each view, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "colour", value_name = "LAYERS")]
     pub outputs: Vec<Layer>,
     /// Draw slices of the index of refraction through each region, beside the truth where it is known
@@ -99,11 +116,12 @@ pub struct RenderArgs {
     /// Draw N bent rays of the first view through each region, and write them as polylines
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub paths: Option<u32>,
-    /// Multiply n - 1 of all that is refractive by S: 0 for straight rays, 2 for twice the contrast; the run itself stays
+    /// Multiply n - 1 of every refractive region by S: 0 gives straight rays, 2 twice the contrast; the run is not changed
     #[arg(long, value_name = "S", value_parser = factor, conflicts_with = "set_index")]
     pub scale_index: Option<f64>,
-    /// Give every refractive region the index N, such as 1.33 for water; where the index varies, n - 1 is multiplied so
-    /// that its median, weighted by (n - 1)^2, becomes N; the run itself stays
+    /// Give every refractive region the index N, such as 1.33 for water; the run is not changed
+    ///
+    /// Where the index varies, n - 1 is multiplied by a factor. The median of n, weighted by (n - 1)^2, becomes N.
     #[arg(long, value_name = "N", value_parser = index)]
     pub set_index: Option<f64>,
     /// Threads, progress, JSON.
@@ -111,10 +129,10 @@ pub struct RenderArgs {
     pub work: WorkArgs,
 }
 
-/// How a surface is written.
+/// The file format of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MeshFormat {
-    /// Binary PLY with normals; train --index-from reads it
+    /// Binary PLY with normals, which train --index-from reads
     Ply,
     /// Binary glTF 2.0 (.glb) with index of refraction and transmission
     #[value(alias = "glb")]
@@ -128,20 +146,21 @@ pub enum MeshFormat {
   refraxel export run --format gltf --out glass.glb --detail 2
   refraxel train photos --out again --index-from run/surface.ply
 
-Writes the boundary of everything refractive as closed triangle meshes, in the world coordinates of the dataset: where the
-index jumps, or half-way in n between vacuum and the inside of what has a soft edge. PLY and glTF meshes are all there is
-so far; RUN/checkpoint.safetensors holds all parameters and can be opened by any safetensors library.")]
+Writes the boundary of each refractive region as closed triangle meshes, in the world coordinates of the dataset. The
+boundary lies where the index jumps; where the index changes smoothly, it lies half-way in n between vacuum and the
+inside. In glTF, a node above the meshes turns the upward direction of the world to +y. RUN/checkpoint.safetensors holds
+all parameters of the run; any safetensors library can open it.")]
 pub struct ExportArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
     pub run: PathBuf,
-    /// How to write it
+    /// File format
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub format: MeshFormat,
     /// The file to write [default: RUN/surface.ply or RUN/surface.glb]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Edges of the mesh per voxel of the index grid; more of them find thinner parts
+    /// Mesh edges per voxel of the index grid; a finer mesh resolves thinner parts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     pub detail: u32,
     /// Print the result as JSON on standard output, and nothing else there
@@ -155,10 +174,10 @@ pub struct ExportArgs {
   refraxel compare straight bent --truth --out comparison
   refraxel compare runs/* --json")]
 pub struct CompareArgs {
-    /// Folders of evaluated runs of one dataset
+    /// Folders of runs that were evaluated on one dataset
     #[arg(value_name = "RUN", required = true)]
     pub runs: Vec<PathBuf>,
-    /// Also show the truth, and each run's error
+    /// Also show the photographs and each run's error
     #[arg(long)]
     pub truth: bool,
     /// Folder for the pictures; without it only the table is printed

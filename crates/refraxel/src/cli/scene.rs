@@ -16,7 +16,7 @@ pub struct DemoArgs {
     /// Folder for the dataset, runs and the picture
     #[arg(long, value_name = "DIR", default_value = "refraxel-demo")]
     pub out: PathBuf,
-    /// Start of the random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Threads, progress, JSON.
@@ -50,7 +50,7 @@ pub enum Around {
   refraxel synth glass_ball --out ball --size 400 --views 100
   refraxel synth glass_ball --out water_ball --ior 1.33 --reflection off --exr
 
-Ctrl-C keeps the finished pictures; the same command goes on from them.")]
+Ctrl-C keeps the finished pictures; the same command continues from there.")]
 pub struct SynthArgs {
     /// Name of the scene, see --list
     #[arg(value_name = "SCENE", required_unless_present = "list")]
@@ -64,10 +64,10 @@ pub struct SynthArgs {
     /// Width and height of the square pictures, in pixels [default: 200]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub size: Option<u32>,
-    /// Number of training views; two fifths as many for testing, a tenth for tuning [default: 100]
+    /// Number of training views; 2/5 as many are added for testing and 1/10 for validation [default: 100]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=50_000))]
     pub views: Option<u32>,
-    /// Start of the random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Index of refraction of the main body [default: the scene's]
@@ -76,19 +76,19 @@ pub struct SynthArgs {
     /// Whether refractive surfaces also reflect
     #[arg(long, value_enum, default_value_t = Switch::On, value_name = "WHETHER")]
     pub reflection: Switch,
-    /// From where the scene is seen
+    /// Directions from which the scene is seen
     #[arg(long, value_enum, default_value_t, value_name = "WHERE")]
     pub cameras: Around,
     /// Samples per pixel, rounded up to a square number [default: 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
-    /// Samples per pixel where the first ones differ; 0: no more than the first [default: 64]
+    /// Samples per pixel where the first samples differ; 0 adds none [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536))]
     pub detail_spp: Option<u32>,
-    /// Cells along the longest edge of the stored index field; 0: none [default: 128]
+    /// Cells along the longest edge of the stored index field; 0 stores none [default: 128]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub index_resolution: Option<u32>,
-    /// Wavefront OBJ file whose mesh takes the place of the knot in glass_mesh
+    /// Wavefront OBJ file whose mesh replaces the knot in glass_mesh
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
     /// Also write linear colours as EXR
@@ -105,7 +105,7 @@ pub struct SynthArgs {
   refraxel bench
   refraxel bench --quick --json")]
 pub struct BenchArgs {
-    /// Measure for seconds instead of a minute, with larger error
+    /// Measure for a few seconds instead of a minute, less exactly
     #[arg(long)]
     pub quick: bool,
     /// Threads, progress, JSON.

@@ -30,7 +30,7 @@ pub fn minutes(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a time above 0, such as 10 or 0.5".to_owned())
 }
 
-/// A plausible index of refraction; below 1 is what light meets that leaves a denser medium.
+/// A plausible index of refraction; a value below 1 belongs to a body in a denser medium, such as a bubble in water.
 pub fn index(text: &str) -> Result<f64, String> {
     number(text, |n| (0.25..=4.0).contains(&n))
         .ok_or_else(|| "expected 0.25 to 4, such as 1.5 for glass".to_owned())

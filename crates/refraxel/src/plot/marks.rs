@@ -2,7 +2,7 @@
 
 use super::ticks::{rounded, ticks};
 use super::{CURVES, FAINT, GRID, INK, Plot, Series};
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, text_width};
+use crate::canvas::{Align, Canvas, Colour, Font, Rect, Style, text_width};
 
 /// One thing to draw.
 pub enum Mark {
@@ -20,9 +20,7 @@ pub enum Mark {
     Text {
         place: (i64, i64),
         text: String,
-        font: Font,
-        align: Align,
-        colour: Colour,
+        style: Style,
     },
 }
 
@@ -81,8 +79,8 @@ pub fn marks(plot: &Plot, frame: &Frame) -> Vec<Mark> {
     marks
 }
 
-fn text(place: (i64, i64), text: &str, (font, align): (Font, Align), colour: Colour) -> Mark {
-    Mark::Text { place, text: text.to_owned(), font, align, colour }
+fn text(place: (i64, i64), text: &str, style: Style) -> Mark {
+    Mark::Text { place, text: text.to_owned(), style }
 }
 
 fn axes(frame: &Frame, marks: &mut Vec<Mark>) {
@@ -96,13 +94,13 @@ fn axes(frame: &Frame, marks: &mut Vec<Mark>) {
         let at = crisp(frame.place((frame.x.0, y)).1);
         marks.push(line(vec![(left, at), (right, at)], GRID));
         let place = (frame.axes.x as i64 - 8, at as i64 - half);
-        marks.push(text(place, &format!("{y:.y_decimals$}"), (Font::Body, Align::Right), FAINT));
+        marks.push(text(place, &format!("{y:.y_decimals$}"), Font::Body.style(Align::Right, FAINT)));
     }
     for x in xs {
         let at = crisp(frame.place((x, frame.y.0)).0);
         marks.push(line(vec![(at, bottom as f64 + 1.0), (at, bottom as f64 + 6.0)], FAINT));
         let place = (at as i64, bottom as i64 + 8);
-        marks.push(text(place, &format!("{x:.x_decimals$}"), (Font::Body, Align::Centre), FAINT));
+        marks.push(text(place, &format!("{x:.x_decimals$}"), Font::Body.style(Align::Centre, FAINT)));
     }
     let at = crisp(bottom as f64);
     marks.push(line(vec![(left, at), (right, at)], FAINT));
@@ -110,15 +108,15 @@ fn axes(frame: &Frame, marks: &mut Vec<Mark>) {
 
 fn labels(plot: &Plot, frame: &Frame, marks: &mut Vec<Mark>) {
     let (axes, line) = (frame.axes, Font::Body.height() as i64);
-    marks.push(text((16, 14), &plot.title, (Font::Heading, Align::Left), INK));
+    marks.push(text((16, 14), &plot.title, Font::Heading.style(Align::Left, INK)));
     let above = axes.y as i64 - line - 12;
-    marks.push(text((16, above), &plot.y_label, (Font::Body, Align::Left), FAINT));
+    marks.push(text((16, above), &plot.y_label, Font::Body.style(Align::Left, FAINT)));
     let below = ((axes.x + axes.width / 2) as i64, (axes.y + axes.height) as i64 + 12 + line);
-    marks.push(text(below, &plot.x_label, (Font::Body, Align::Centre), FAINT));
+    marks.push(text(below, &plot.x_label, Font::Body.style(Align::Centre, FAINT)));
     let mut right = (axes.x + axes.width) as i64;
     let named: Vec<_> = plot.series.iter().zip(CURVES.iter().cycle()).collect();
     for (series, &colour) in named.into_iter().rev() {
-        marks.push(text((right, above), &series.name, (Font::Body, Align::Right), INK));
+        marks.push(text((right, above), &series.name, Font::Body.style(Align::Right, INK)));
         right -= text_width(Font::Body, &series.name) as i64 + 8;
         let y = (above + line / 2) as f64 + 0.5;
         marks.push(Mark::Line {
@@ -157,7 +155,7 @@ fn last_values(series: &[Series], frame: &Frame, marks: &mut Vec<Mark>) {
     }
     let x = (frame.axes.x + frame.axes.width) as i64 + 10;
     for (y, value, colour) in ends {
-        marks.push(text((x, y as i64), &format!("{value:.2}"), (Font::Strong, Align::Left), colour));
+        marks.push(text((x, y as i64), &format!("{value:.2}"), Font::Strong.style(Align::Left, colour)));
     }
 }
 
@@ -166,9 +164,7 @@ impl Mark {
         match self {
             Self::Line { points, width, colour } => canvas.polyline(points, *width, *colour),
             Self::Dot { centre, diameter, colour } => canvas.polyline(&[*centre], *diameter, *colour),
-            Self::Text { place, text, font, align, colour } => {
-                canvas.text(*place, text, (*font, *align), *colour)
-            }
+            Self::Text { place, text, style } => canvas.text(*place, text, *style),
         }
     }
 }

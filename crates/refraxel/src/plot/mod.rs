@@ -44,7 +44,7 @@ impl Plot {
     /// Writes the plot as a self-contained SVG document of the same layout.
     pub fn svg(&self, width: usize, height: usize) -> String {
         let frame = Frame::new(self, width, height);
-        svg::document((frame.width, frame.height), &marks(self, &frame))
+        svg::document(frame.width, frame.height, &marks(self, &frame))
     }
 }
 

@@ -1,10 +1,10 @@
 use std::fmt::Write;
 
 use super::marks::Mark;
-use crate::canvas::{Align, Colour, Font};
+use crate::canvas::{Align, Colour, Font, Style};
 
 /// The marks as one SVG document.
-pub fn document((width, height): (usize, usize), marks: &[Mark]) -> String {
+pub fn document(width: usize, height: usize, marks: &[Mark]) -> String {
     let body: String = marks.iter().map(element).collect();
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -35,7 +35,7 @@ fn element(mark: &Mark) -> String {
             )
         }
         Mark::Text { text, .. } if text.is_empty() => String::new(),
-        Mark::Text { place: (x, y), text, font, align, colour } => {
+        Mark::Text { place: (x, y), text, style: Style { font, align, colour } } => {
             let anchor = match align {
                 Align::Left => "start",
                 Align::Centre => "middle",

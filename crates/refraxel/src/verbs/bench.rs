@@ -1,4 +1,4 @@
-//! `refraxel bench`: how fast this machine is.
+//! `refraxel bench`: measures how fast this machine renders and trains.
 
 use super::set_threads;
 use crate::cli::BenchArgs;
@@ -13,7 +13,7 @@ use refraxel_train::bench::{BenchOptions, Refractive, Throughput, refractive, si
 use refraxel_train::model::bytes_per_voxel;
 use serde::Serialize;
 
-/// Everything that was measured; the best of several repetitions each.
+/// All measurements, each the best of several repetitions.
 #[derive(Serialize)]
 struct Report {
     straight: Throughput,
@@ -112,14 +112,14 @@ impl Report {
         rows("straight", s);
         rows("bent, sharp surface", &self.refractive.sharp);
         rows("bent, smooth transition", &self.refractive.smooth);
-        rows("bent, sharp surface that mirrors", &self.refractive.mirrored);
+        rows("bent, mirroring sharp surface", &self.refractive.mirrored);
         let memory: Vec<String> =
             self.memory.iter().map(|m| format!("{} (degree {})", m.bytes_per_voxel, m.sh_degree)).collect();
         format!(
-            "128³ voxels, SH degree 2, steps of one voxel, nothing skipped; best of {}; {} on {}\n{}\n\
+            "128³ voxels, SH degree 2, steps of one voxel, no empty space skipped; best of {}; {} on {}\n{}\n\
              training: {:.0} thousand rays per second, {:.2}× one thread\n\
-             a training sample costs {:.2}× that of straight rays with a sharp surface, {:.2}× with a smooth one\n\
-             a surface that mirrors makes a training step {:.2}× as long\n\
+             a training sample costs {:.2}× that of straight rays with a sharp surface, and {:.2}× with a smooth transition\n\
+             a mirroring surface makes a training step {:.2}× as long\n\
              exact tracer, glass ball: {:.2} million camera rays per second\n\
              bytes per stored voxel with its moments: {}",
             m.repetitions,

@@ -1,7 +1,7 @@
-//! `refraxel compare`: evaluated runs in a table and side by side.
+//! `refraxel compare`: shows evaluated runs in a table and side by side.
 
 use super::evaluation::{Evaluation, Rays, folder};
-use super::sheet::{self, Row, chosen, png_path};
+use super::sheet::{self, Row, Scored, chosen, png_path};
 use super::{create_folder, data_failure, reopen};
 use crate::cli::{CompareArgs, SplitName};
 use crate::console::Console;
@@ -71,7 +71,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// What each run's column is called: how its rays go, and the run where another one goes the same way.
+/// Caption of each run's column: the shape of its rays, and its name where two runs have the same.
 fn captions(runs: &[PathBuf], evaluations: &[Evaluation]) -> Vec<String> {
     let rays: Vec<Option<Rays>> = evaluations.iter().map(|e| e.run.rays).collect();
     let caption = |(run, &kind): (&PathBuf, &Option<Rays>)| {
@@ -86,7 +86,7 @@ fn captions(runs: &[PathBuf], evaluations: &[Evaluation]) -> Vec<String> {
     runs.iter().zip(&rays).map(caption).collect()
 }
 
-/// Scores of different images cannot be compared.
+/// Refuses runs that were scored on different images or by different protocols.
 fn check_same_images(runs: &[PathBuf], evaluations: &[Evaluation]) -> Result<(), Failure> {
     let first = &evaluations[0];
     for (run, e) in runs.iter().zip(evaluations) {
@@ -127,7 +127,7 @@ pub fn rows(runs: &[PathBuf], evaluations: &[Evaluation], with_truth: bool) -> R
                 return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
             }
             size = found;
-            renderings.push((pixels, score.psnr));
+            renderings.push(Scored { pixels, psnr: score.psnr });
         }
         let truth = truths.next();
         if truth.as_ref().is_some_and(|t| t.len() != size[0] * size[1]) {

@@ -1,7 +1,7 @@
-//! `refraxel eval`: render a split of a run and score it.
+//! `refraxel eval`: renders a split of a run and scores it.
 
 use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
-use super::sheet::{self, Row, chosen, png_path, save_image};
+use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{create_folder, interrupted, load_photos, reopen, set_threads, watch_for_interrupts};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
@@ -20,7 +20,7 @@ use refraxel_train::run::{Loaded, load_run};
 use refraxel_train::schedule::rendering_marching;
 use std::path::Path;
 
-/// Nodes along the longest edge of an index that a file tells.
+/// Nodes along the longest edge of the grid on which an index file is sampled.
 const NODES: u32 = 192;
 
 /// The verb.
@@ -53,20 +53,12 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     let index = recipe::stated(file, NODES, &options).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.reflection().mirrors.len();
     if mirrors > 1 {
-        let error = anyhow!("the run mirrors at {mirrors} bodies apart, and the file tells of one region");
+        let error =
+            anyhow!("the run has {mirrors} separate mirroring bodies, but the file describes one region");
         return Err(error).with_context(refused).or_exit(Exit::BadInput);
     }
     run.backend.set_refraction(index);
     Ok(())
-}
-
-/// The name of a split in files.
-pub fn split_name(split: SplitName) -> &'static str {
-    match split {
-        SplitName::Train => "train",
-        SplitName::Val => "val",
-        SplitName::Test => "test",
-    }
 }
 
 /// The views of a split.
@@ -90,7 +82,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let data = reopen(&run)?;
     let indices = split_views(&data, split).to_vec();
     if indices.is_empty() {
-        let (data, split) = (run.source.path.display(), split_name(split));
+        let (data, split) = (run.source.path.display(), split.name());
         let advice = "hold some out with --holdout, or evaluate --split train";
         let error = anyhow!("{data} has no {split} images to evaluate; {advice}");
         return Err(Failure::new(Exit::BadInput, error));
@@ -145,7 +137,9 @@ fn render_and_score(
     let (mut scores, mut rows): (Vec<ImageScore>, Vec<Row>) = Default::default();
     for (k, (&i, photo)) in indices.iter().zip(&photos).enumerate() {
         if interrupted() {
-            let error = anyhow!("stopped before all images were rendered; run `refraxel eval` again");
+            progress.abandon("");
+            let error =
+                anyhow!("stopped before all images were rendered; run `refraxel eval` again to score them");
             return Err(Failure::new(Exit::Interrupted, error));
         }
         let view = &data.views[i];
@@ -158,7 +152,7 @@ fn render_and_score(
                 name: view.name.clone(),
                 size: [rendering.width as usize, rendering.height as usize],
                 truth: Some(truths[k].clone()),
-                renderings: vec![(rendering.colour, score.psnr)],
+                renderings: vec![Scored { pixels: rendering.colour, psnr: score.psnr }],
             });
         }
         scores.push(score);

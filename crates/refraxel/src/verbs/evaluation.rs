@@ -1,6 +1,5 @@
-//! What `eval` found out about a run: the document RUN/eval/SPLIT/metrics.json.
+//! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
-use super::eval::split_name;
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
@@ -12,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Scores, index errors where the truth is known, and what was evaluated.
+/// The scores of a run, its index errors where the truth is known, and the state of the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Image scores; their fields stand at the top of the document.
@@ -40,7 +39,7 @@ pub struct Evaluated {
     pub voxels: u64,
     /// Nodes of the grid.
     pub resolution: [u32; 3],
-    /// How its rays go; absent in documents of earlier versions.
+    /// The shape of its rays; absent in documents of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rays: Option<Rays>,
     /// The file whose index bent the rays, if not the run's own.
@@ -48,18 +47,18 @@ pub struct Evaluated {
     pub index_from: Option<PathBuf>,
 }
 
-/// How the rays of a run go.
+/// The shape of a run's rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rays {
-    /// On straight lines: it has no index of refraction.
+    /// Straight lines: the run has no index of refraction.
     Straight,
-    /// Through an index of refraction.
+    /// Bent by an index of refraction.
     Bent,
 }
 
 impl Rays {
-    /// Those of a run.
+    /// The rays of a run.
     pub fn of(refraction: &Refraction) -> Self {
         if refraction.is_none() { Self::Straight } else { Self::Bent }
     }
@@ -74,12 +73,12 @@ impl Rays {
 
 /// The folder of a split's renderings in a run.
 pub fn folder(run: &Path, split: SplitName) -> PathBuf {
-    run.join("eval").join(split_name(split))
+    run.join("eval").join(split.name())
 }
 
-/// The folder of renderings whose rays were bent by the index of a file.
+/// The folder of renderings with the index of a file.
 pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
-    run.join("eval").join(format!("{}-index", split_name(split)))
+    run.join("eval").join(format!("{}-index", split.name()))
 }
 
 impl Evaluation {
@@ -126,7 +125,7 @@ impl Evaluation {
             db("outside", s.psnr_outside),
         ];
         let scores: Vec<String> = parts.into_iter().flatten().collect();
-        let mut text = format!("{} {} images: {}", s.images, split_name(split), scores.join("  "));
+        let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
         if let Some(index) = &self.ior {
             text += &format!("\n{}", index_text(index));
         }

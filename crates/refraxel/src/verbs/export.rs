@@ -1,7 +1,8 @@
-//! `refraxel export`: what a run reconstructed, for other programs.
+//! `refraxel export`: writes the surfaces of a run for other programs.
 
 mod gltf;
 mod ply;
+mod up;
 
 use crate::cli::{ExportArgs, MeshFormat};
 use crate::console::Console;
@@ -15,6 +16,7 @@ use refraxel_train::surface::{Boundary, Surface};
 use refraxel_train::{Backend, Refraction};
 use serde::Serialize;
 use std::path::PathBuf;
+use up::Up;
 
 /// What was written.
 #[derive(Serialize)]
@@ -22,6 +24,12 @@ struct Report {
     file: PathBuf,
     format: &'static str,
     regions: Vec<Region>,
+    /// The direction in the world that the glTF file turns to +y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    up: Option<[f64; 3]>,
+    /// Why `up` is not the mean upward direction of the cameras.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    up_note: Option<String>,
 }
 
 /// The mesh of one region.
@@ -60,16 +68,18 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         MeshFormat::Gltf => ("gltf", "glb"),
     };
     let file = args.out.clone().unwrap_or_else(|| args.run.join("surface").with_extension(extension));
-    match args.format {
-        MeshFormat::Ply => write_atomic(&file, |f| ply::write(&surfaces, f))?,
-        MeshFormat::Gltf => write_atomic(&file, |f| gltf::write(&surfaces, f))?,
+    let up = (args.format == MeshFormat::Gltf).then(|| Up::of(&run));
+    match &up {
+        None => write_atomic(&file, |f| ply::write(&surfaces, f))?,
+        Some(up) => write_atomic(&file, |f| gltf::write(&surfaces, up, f))?,
     }
     let regions = surfaces.iter().filter_map(Region::of).collect();
-    let report = Report { file, format, regions };
+    let direction = up.as_ref().map(|up| up.direction.to_array());
+    let report = Report { file, format, regions, up: direction, up_note: up.and_then(|up| up.note) };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// The surfaces that there are; at least one.
+/// The surfaces of all regions that have one. Errors where none has one.
 fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>, Failure> {
     let checkpoint = args.run.join(CHECKPOINT);
     let refuse = |problem: &str| {
@@ -90,7 +100,7 @@ fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>,
     let found: Vec<Numbered> = all.filter(|n| !n.surface.mesh.triangles.is_empty()).collect();
     if found.is_empty() {
         return Err(refuse(
-            "its index is 1 everywhere; look at it with `refraxel render RUN --slices`, and train longer or with better masks",
+            "its index is 1 everywhere; look at the index with `refraxel render RUN --slices --out DIR`, and train longer or with better masks",
         ));
     }
     Ok(found)
@@ -135,7 +145,11 @@ impl Report {
     fn text(&self) -> String {
         let lines = self.regions.iter().map(Region::text);
         let file = format!("surface: {} (world coordinates of the dataset)", self.file.display());
-        lines.chain([file]).collect::<Vec<_>>().join("\n")
+        let up = self.up.map(|[x, y, z]| {
+            let note = self.up_note.as_deref().unwrap_or("the mean of the cameras");
+            format!("up: ({x:.3}, {y:.3}, {z:.3}), which the root node turns to +y; {note}")
+        });
+        lines.chain([file]).chain(up).collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -1,4 +1,4 @@
-//! `refraxel inspect`: what a dataset or a run is, and what is wrong with it.
+//! `refraxel inspect`: describes a dataset or a run and its problems.
 
 mod data;
 mod run;

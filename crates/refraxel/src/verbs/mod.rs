@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// Set by Ctrl-C and by termination signals; long work looks at it between steps.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Ask long work to save and stop on Ctrl-C instead of dying. A second Ctrl-C kills as usual.
+/// Asks long work to save and stop on Ctrl-C instead of dying. A second Ctrl-C kills as usual.
 pub fn watch_for_interrupts() -> Result<(), Failure> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
@@ -42,7 +42,7 @@ pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
 
-/// Use as many threads as asked for.
+/// Starts as many threads as asked for.
 pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {
     let threads = work.threads.map_or(0, usize::from);
     rayon::ThreadPoolBuilder::new()
@@ -62,7 +62,7 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
     }
 }
 
-/// What a run remembers of its dataset.
+/// The description of a dataset that a run stores, so that the dataset can be read again in the same way.
 pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
     let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
     Source {
@@ -84,7 +84,7 @@ pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
     }
 }
 
-/// Open the dataset that a run was trained on, as it was read then.
+/// Opens the dataset of a run again, with the options of the training.
 pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     let mask_meaning = match run.source.mask_meaning.as_deref() {
         Some("refractive") => Some(MaskMeaning::Refractive),
@@ -102,7 +102,7 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     Ok(data)
 }
 
-/// The failure of a dataset: files that cannot be read are 4, everything else is 3.
+/// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.
 pub fn data_failure(error: DataError) -> Failure {
     let exit = match &error {
         DataError::Read { source, .. } if source.kind() != io::ErrorKind::NotFound => Exit::Io,
@@ -111,7 +111,7 @@ pub fn data_failure(error: DataError) -> Failure {
     Failure::new(exit, error)
 }
 
-/// Decode photographs with a progress bar.
+/// Decodes photographs with a progress bar.
 pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<Photo>, Failure> {
     let progress = std::sync::Mutex::new(Progress::new(show, "images", indices.len() as u64));
     let loaded = AtomicUsize::new(0);
@@ -124,7 +124,7 @@ pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<
     photos.map_err(data_failure)
 }
 
-/// Create a folder and its parents.
+/// Creates a folder and its parents.
 pub fn create_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path)
         .with_context(|| format!("cannot create the folder {}", path.display()))

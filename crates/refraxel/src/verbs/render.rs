@@ -1,13 +1,14 @@
-//! `refraxel render`: new views of a run.
+//! `refraxel render`: renders new views of a run.
 
 mod cameras;
 mod depth;
+mod folder;
 mod paths;
 mod refractive;
 mod slices;
 mod views;
 
-use super::{create_folder, reopen, set_threads, watch_for_interrupts};
+use super::{reopen, set_threads, watch_for_interrupts};
 use crate::cli::RenderArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -15,6 +16,7 @@ use crate::progress::Show;
 use anyhow::{Context, anyhow};
 use cameras::{export, orbit, read};
 use depth::Depth;
+use folder::{Earlier, RenderFolder};
 use paths::Fan;
 use refraxel_data::NamedCamera;
 use refraxel_data::synth::IndexTruth;
@@ -23,10 +25,17 @@ use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::index_edit::{IndexEdit, typical_index};
 use refraxel_train::run::{Loaded, load_run};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use views::{is_refractive, layer_name, render_all, units};
+use views::{Views, is_refractive, layer_name, render_all, units};
 
-/// What was written; absent keys were not asked for.
+/// Names of the files beside the pictures of the views.
+const CAMERAS: &str = "transforms.json";
+const SLICES: &str = "index_slices.png";
+const PATHS_PICTURE: &str = "paths.png";
+const PATHS_LINES: &str = "paths.ply";
+
+/// The files that were written; keys are absent where nothing was asked for.
 #[derive(Default, Serialize)]
 struct Report {
     out: PathBuf,
@@ -63,23 +72,29 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         (None, None) if args.paths.is_none() => Vec::new(),
         (None, count) => orbit(&run, count.unwrap_or(1) as usize)?,
     };
-    create_folder(&args.out)?;
-    if args.cameras.is_some() || args.orbit.is_some() {
-        report.cameras = Some(write_views(args, &mut run, &cameras)?);
-        report.views = cameras.len();
+    let shown = if args.cameras.is_some() || args.orbit.is_some() { &cameras[..] } else { &[] };
+    let depth = Depth::for_views(shown, &run.plan.finest);
+    let views = Views { cameras: shown, layers: &args.outputs, depth };
+    let earlier = if args.overwrite { Earlier::Remove } else { Earlier::Keep };
+    let mut folder = RenderFolder::open(&args.out, &planned(args, &views), earlier)?;
+    if !shown.is_empty() {
+        let show = Show::suited(args.work.quiet || args.work.json);
+        render_all(&mut run, &views, &mut folder, show)?;
+        report.cameras = Some(write_cameras(&views, &mut folder)?);
+        report.views = shown.len();
         report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
     }
     if args.slices {
-        let (path, truth_shown) = write_slices(args, &run)?;
+        let (path, truth_shown) = write_slices(args, &run, &mut folder)?;
         (report.slices, report.truth_shown) = (Some(path), Some(truth_shown));
     }
     if let (Some(count), Some(view)) = (args.paths, cameras.first()) {
-        report.paths = Some(write_paths(&args.out, &run, view, count as usize)?);
+        report.paths = Some(write_paths(&run, view, count as usize, &mut folder)?);
     }
     Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// Gives the loaded run another index, if asked to; the typical index of each region then.
+/// Gives the loaded run another index if asked to. Returns the typical index of each region then.
 fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, Failure> {
     let edit = match (args.scale_index, args.set_index) {
         (Some(factor), _) => IndexEdit::Scale(factor as f32),
@@ -94,7 +109,7 @@ fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, F
     Ok(Some(typical))
 }
 
-/// Pictures of the index need one.
+/// Refuses pictures of the index of a run without any.
 fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
     let layer = args.outputs.iter().copied().find(|&l| is_refractive(l));
     let asked = match (layer, args.slices, args.paths) {
@@ -108,42 +123,55 @@ fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
     }
     let run = args.run.display();
     let error = anyhow!(
-        "{asked}: the rays of {run} are straight, it has no index of refraction; train with refractive masks or with \
+        "{asked} needs an index of refraction, but the rays of {run} are straight; train with refractive masks or with \
          --refraction on"
     );
     Err(Failure::new(Exit::BadInput, error))
 }
 
-/// Writes all views and the file about their cameras.
-fn write_views(args: &RenderArgs, run: &mut Loaded, cameras: &[NamedCamera]) -> Result<PathBuf, Failure> {
-    let show = Show::suited(args.work.quiet || args.work.json);
-    let depth = Depth::for_views(cameras, &run.plan.finest);
-    render_all(run, cameras, (&args.out, &args.outputs), depth, show)?;
-    let sidecar = args.out.join("transforms.json");
-    let text =
-        serde_json::to_string_pretty(&export(cameras, units(depth.unit, &args.outputs))).or_exit(Exit::Io)?;
-    write_atomic(&sidecar, |f| f.write_all(text.as_bytes()))?;
-    Ok(sidecar)
+/// All files that the options ask for, relative to the folder.
+fn planned(args: &RenderArgs, views: &Views<'_>) -> BTreeSet<String> {
+    let cameras = (!views.cameras.is_empty()).then_some(CAMERAS);
+    let slices = args.slices.then_some(SLICES);
+    let paths = args.paths.map(|_| [PATHS_PICTURE, PATHS_LINES]);
+    let beside = cameras.into_iter().chain(slices).chain(paths.into_iter().flatten());
+    views.pictures().chain(beside.map(str::to_owned)).collect()
 }
 
-/// Slices of the index, and whether beside the truth. The truth of the dataset is not that of an edited index.
-fn write_slices(args: &RenderArgs, run: &Loaded) -> Result<(PathBuf, bool), Failure> {
+/// Writes the cameras of the views and the units of their pictures.
+fn write_cameras(views: &Views<'_>, folder: &mut RenderFolder) -> Result<PathBuf, Failure> {
+    let document = export(views.cameras, units(views.depth.unit, views.layers));
+    let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
+    folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
+}
+
+/// Writes slices of the index; true when the truth is beside them, which an edited index does not have.
+fn write_slices(
+    args: &RenderArgs,
+    run: &Loaded,
+    folder: &mut RenderFolder,
+) -> Result<(PathBuf, bool), Failure> {
     let edited = args.scale_index.or(args.set_index).is_some();
     // Slices need no dataset: without one they stand alone.
     let data = if edited { None } else { reopen(run).ok() };
     let truth = data.and_then(|d| IndexTruth::from_scene_json(d.truth.as_ref()?));
-    let path = args.out.join("index_slices.png");
-    slices::sheet(run.backend.refraction(), truth.as_ref()).draw().save_png(&path)?;
+    let page = slices::sheet(run.backend.refraction(), truth.as_ref()).draw();
+    let path = folder.write(SLICES, |path| Ok(page.save_png(path)?))?;
     Ok((path, truth.is_some()))
 }
 
-/// Bent rays of a view as a picture and as polylines.
-fn write_paths(out: &Path, run: &Loaded, view: &NamedCamera, count: usize) -> Result<[PathBuf; 2], Failure> {
+/// Writes bent rays of a view as a picture and as polylines.
+fn write_paths(
+    run: &Loaded,
+    view: &NamedCamera,
+    count: usize,
+    folder: &mut RenderFolder,
+) -> Result<[PathBuf; 2], Failure> {
     let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
     let fans = Fan::of_regions(refraction, domain, &view.camera, count);
-    let [picture, lines] = ["paths.png", "paths.ply"].map(|name| out.join(name));
-    paths::sheet(&fans, refraction, &view.name).draw().save_png(&picture)?;
-    write_atomic(&lines, |f| paths::write_ply(&fans, f))?;
+    let page = paths::sheet(&fans, refraction, &view.name).draw();
+    let picture = folder.write(PATHS_PICTURE, |path| Ok(page.save_png(path)?))?;
+    let lines = folder.write(PATHS_LINES, |path| Ok(write_atomic(path, |f| paths::write_ply(&fans, f))?))?;
     Ok([picture, lines])
 }
 
@@ -180,7 +208,7 @@ impl Report {
             paths.map(|[picture, lines]| format!("rays: {} and {}", picture.display(), lines.display()));
         let index = self.edited_index.as_ref().map(|indices| {
             let indices: Vec<String> = indices.iter().map(|n| format!("{n:.3}")).collect();
-            format!("rendered with index {}; the run keeps its own", indices.join(", "))
+            format!("rendered with index {}; the run itself is not changed", indices.join(", "))
         });
         [views, slices, paths, index].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }

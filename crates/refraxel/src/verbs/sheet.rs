@@ -20,8 +20,16 @@ pub struct Row {
     pub size: [usize; 2],
     /// The photograph, where it is shown.
     pub truth: Option<Vec<[u8; 3]>>,
-    /// One rendering per run with its PSNR [dB].
-    pub renderings: Vec<(Vec<[u8; 3]>, f64)>,
+    /// One per run.
+    pub renderings: Vec<Scored>,
+}
+
+/// A rendering and its score.
+pub struct Scored {
+    /// sRGB, rows from the top.
+    pub pixels: Vec<[u8; 3]>,
+    /// [dB]
+    pub psnr: f64,
 }
 
 /// Which of `count` images a sheet shows: at most [`ROWS`], evenly spread.
@@ -51,7 +59,7 @@ fn panels(row: &Row, with_truth: bool) -> Vec<Panel<'_>> {
     let truth = row.truth.as_deref().filter(|_| with_truth).map(view);
     let mut panels: Vec<Panel> =
         truth.iter().map(|&t| Panel { content: Content::Image(t), note: row.name.clone() }).collect();
-    for (k, (pixels, psnr)) in row.renderings.iter().enumerate() {
+    for (k, Scored { pixels, psnr }) in row.renderings.iter().enumerate() {
         let name = if truth.is_none() && k == 0 { format!("{}  ", row.name) } else { String::new() };
         let note = format!("{name}{psnr:.2} dB");
         panels.push(Panel { content: Content::Image(view(pixels)), note });

@@ -1,4 +1,4 @@
-//! `refraxel synth`: datasets of the exact tracer.
+//! `refraxel synth`: makes datasets with the exact tracer.
 
 use super::{interrupted, set_threads, watch_for_interrupts};
 use crate::cli::{Around, Switch, SynthArgs};
@@ -43,8 +43,11 @@ pub fn make(options: &SynthOptions, show: Show) -> Result<Summary, Failure> {
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let made = synthesize(options, &hear);
-    if let (Ok(_), Ok(Some(bar))) = (&made, bar.into_inner()) {
-        bar.finish(&options.scene);
+    if let Ok(Some(bar)) = bar.into_inner() {
+        match &made {
+            Ok(_) => bar.finish(&options.scene),
+            Err(_) => bar.abandon(&options.scene),
+        }
     }
     made.map_err(failure)
 }

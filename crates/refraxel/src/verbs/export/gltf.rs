@@ -1,6 +1,8 @@
-//! Binary glTF 2.0: one mesh, node and material per region. Sources: Khronos glTF 2.0, KHR_materials_ior,
-//! KHR_materials_transmission, KHR_materials_volume.
+//! Binary glTF 2.0: one mesh, node and material per region, below a node that turns the world to y up.
+//!
+//! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume.
 
+use super::up::Up;
 use super::{Numbered, narrow};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -14,11 +16,11 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 
-/// Writes all surfaces into one `.glb`.
-pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
+/// Writes all surfaces into one `.glb`. Vertices stay in world coordinates, whose upward direction is `up`.
+pub fn write(surfaces: &[Numbered], up: &Up, out: &mut dyn Write) -> io::Result<()> {
     let (mut binary, mut content) = (Vec::new(), Content::default());
     surfaces.iter().for_each(|s| content.add(s, &mut binary));
-    let mut text = serde_json::to_vec(&content.document(binary.len()))?;
+    let mut text = serde_json::to_vec(&content.document(up, binary.len()))?;
     text.resize(text.len().next_multiple_of(4), b' ');
     let chunks = [(JSON_CHUNK, &text), (BINARY_CHUNK, &binary)];
     let length = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
@@ -35,7 +37,7 @@ pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What the document lists.
+/// The lists of the document.
 #[derive(Default)]
 struct Content {
     views: Vec<Value>,
@@ -77,7 +79,7 @@ impl Content {
         self.nodes.push(json!({ "name": format!("region {region}"), "mesh": k }));
     }
 
-    /// One array: its bytes, where they are, and what they mean. All numbers have 4 bytes, so that none is misaligned.
+    /// Adds one array: its bytes, their place and their meaning. All numbers have 4 bytes, so that none is misaligned.
     fn put(&mut self, mut accessor: Value, target: u32, bytes: Vec<u8>, binary: &mut Vec<u8>) {
         let view = self.views.len();
         self.views.push(json!({
@@ -88,16 +90,28 @@ impl Content {
         self.accessors.push(accessor);
     }
 
-    fn document(self, length: usize) -> Value {
+    /// The document around `length` bytes of numbers. The nodes of the regions come first, their parent last.
+    fn document(mut self, up: &Up, length: usize) -> Value {
+        let root = self.nodes.len();
+        self.nodes.push(json!({
+            "name": "world, turned to y up",
+            "rotation": up.rotation_to_y(),
+            "children": (0..root).collect::<Vec<_>>(),
+        }));
         json!({
             "asset": {
                 "version": "2.0",
                 "generator": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
-                "states": { "coordinates": "world coordinates of the dataset, not turned to y up" },
+                "extras": {
+                    "coordinates": "vertices are in the world coordinates of the dataset; the root node turns `up`, \
+                                    the upward direction there, to +y",
+                    "up": up.direction.to_array(),
+                    "up_note": up.note.as_deref().unwrap_or("mean upward direction of the cameras"),
+                },
             },
             "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume"],
             "scene": 0,
-            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
+            "scenes": [{ "nodes": [root] }],
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
@@ -108,8 +122,10 @@ impl Content {
     }
 }
 
-/// Clear, smooth glass. `thickness` [scene unit] tells renderers without rays how far refraction shifts what is seen: the
-/// mean chord of a convex body is 4 volume / area (Cauchy).
+/// Clear, smooth glass.
+///
+/// `thickness` [scene unit] is the mean chord of the body; renderers without rays shift the background by it. For a convex
+/// body it is 4 volume / area (Cauchy).
 fn material(region: usize, index: f32, thickness: f64) -> Value {
     let mut material = json!({
         "name": format!("n = {index:.3}, region {region}"),
@@ -120,9 +136,9 @@ fn material(region: usize, index: f32, thickness: f64) -> Value {
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
             "KHR_materials_volume": { "thicknessFactor": thickness },
         },
-        "states": { "index": index },
+        "extras": { "index": index },
     });
-    // The extension knows no body that is thinner than its surroundings.
+    // The extension allows no index below 1.
     if index >= 1.0 {
         material["extensions"]["KHR_materials_ior"] = json!({ "ior": index });
     }
@@ -134,27 +150,58 @@ mod tests {
     use super::super::ball_and_shell;
     use super::*;
     use gltf::Glb;
+    use refraxel_core::vec3;
+
+    const Z_UP: Up = Up { direction: vec3(0.0, 0.0, 1.0), note: None };
+
+    fn written(up: &Up) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write(&ball_and_shell(), up, &mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn the_nodes_turn_the_up_of_the_world_to_y_and_leave_the_rest_to_the_viewer() {
+        let slanted = Up { direction: vec3(0.1, -0.7, 0.4).normalized(), note: None };
+        for up in [Z_UP, slanted] {
+            let document = gltf::Gltf::from_slice(&written(&up)).unwrap();
+            let roots: Vec<_> = document.default_scene().unwrap().nodes().collect();
+            assert_eq!((roots.len(), roots[0].children().count()), (1, 2));
+            // Columns of the matrix that takes the world to the scene.
+            let m = roots[0].transform().matrix();
+            let d = up.direction.cast::<f32>().to_array();
+            let turned = [0, 1, 2, 3].map(|row| (0..3).map(|c| m[c][row] * d[c]).sum::<f32>());
+            for (found, expected) in turned.iter().zip([0.0, 1.0, 0.0, 0.0]) {
+                assert!((found - expected).abs() < 1e-6, "{turned:?}"); // a few f32 eps
+            }
+            assert_eq!(m[3], [0.0, 0.0, 0.0, 1.0]);
+        }
+    }
+
+    #[test]
+    fn a_world_with_z_up_gets_the_exact_quarter_turn() {
+        let json: Value = serde_json::from_slice(&Glb::from_slice(&written(&Z_UP)).unwrap().json).unwrap();
+        let half = 0.5_f64.sqrt();
+        assert_eq!(json["nodes"][2]["rotation"], json!([-half, 0.0, 0.0, half]));
+        let extras = &json["asset"]["extras"];
+        assert_eq!(extras["up"], json!([0.0, 0.0, 1.0]));
+        assert!(extras["coordinates"].as_str().unwrap().contains("world coordinates of the dataset"));
+        assert!((json["materials"][0]["extras"]["index"].as_f64().unwrap() - 1.5).abs() < 1e-6);
+    }
 
     #[test]
     fn an_independent_reader_finds_glass_in_the_world() {
-        let (surfaces, mut bytes) = (ball_and_shell(), Vec::new());
-        write(&surfaces, &mut bytes).unwrap();
+        let (surfaces, bytes) = (ball_and_shell(), written(&Z_UP));
         // Validates the document against the standard: indices, required fields, extensions.
         let document = gltf::Gltf::from_slice(&bytes).unwrap();
         let blob = document.blob.as_deref().unwrap();
-        let nodes: Vec<_> = document.default_scene().unwrap().nodes().collect();
+        let root = document.default_scene().unwrap().nodes().next().unwrap();
+        let nodes: Vec<_> = root.children().collect();
         assert_eq!((nodes.len(), document.buffers().next().unwrap().length()), (2, blob.len()));
         for (node, Numbered { region, surface }) in nodes.iter().zip(&surfaces) {
             assert_eq!(node.name(), Some(format!("region {region}").as_str()));
-            assert_eq!(
-                node.transform().matrix(),
-                gltf::scene::Transform::Decomposed {
-                    translation: [0.0; 3],
-                    rotation: [0.0, 0.0, 0.0, 1.0],
-                    scale: [1.0; 3],
-                }
-                .matrix()
-            );
+            let (translation, rotation, scale) = node.transform().decomposed();
+            assert_eq!((translation, rotation, scale), ([0.0; 3], [0.0, 0.0, 0.0, 1.0], [1.0; 3]));
             let primitive = node.mesh().unwrap().primitives().next().unwrap();
             let reader = primitive.reader(|_| Some(blob));
             let positions: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
@@ -175,8 +222,7 @@ mod tests {
 
     #[test]
     fn chunks_and_arrays_are_aligned_as_the_standard_asks() {
-        let mut bytes = Vec::new();
-        write(&ball_and_shell(), &mut bytes).unwrap();
+        let bytes = written(&Z_UP);
         let glb = Glb::from_slice(&bytes).unwrap();
         assert_eq!((glb.header.length as usize, bytes.len() % 4), (bytes.len(), 0));
         assert_eq!((glb.json.len() % 4, glb.bin.unwrap().len() % 4), (0, 0));

@@ -1,4 +1,4 @@
-//! A dataset: what was read, and what training on it would take.
+//! Describes a dataset, and the memory that training on it would take.
 
 use crate::cli::InspectArgs;
 use crate::console::Console;
@@ -21,7 +21,7 @@ struct Report {
     kind: &'static str,
     #[serde(flatten)]
     inspection: Inspection,
-    /// The box of what the photographs show: the one that is trained.
+    /// The box around the content of the photographs, which training fills with voxels.
     content_box: [[f64; 3]; 2],
     /// With the default options.
     forecast: Forecast,
@@ -74,7 +74,7 @@ impl Report {
             format!(
                 "box        {}{}",
                 box_text(&self.content_box),
-                if i.unbounded { ", more is seen beyond it" } else { "" }
+                if i.unbounded { ", and the photographs show more beyond it" } else { "" }
             ),
             format!("points     {}", count(i.points as u64)),
         ];
@@ -92,7 +92,7 @@ impl Report {
         let f = &self.forecast;
         let [x, y, z] = f.resolution;
         format!(
-            "training   grid {x}×{y}×{z}, about {} voxels of {} bytes kept: {}; at most about {} with {} of photographs",
+            "training   grid {x}×{y}×{z}, about {} stored voxels of {} bytes: {}; in all up to about {}, of which {} are photographs",
             count(f.voxels),
             f.bytes_per_voxel,
             bytes(f.model),

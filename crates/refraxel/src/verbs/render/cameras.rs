@@ -1,4 +1,4 @@
-//! Which views are rendered: an orbit like the capture, or cameras from a file.
+//! The cameras of a render: an orbit like the capture, or those of a file.
 
 use crate::exit::Failure;
 use crate::verbs::{data_failure, reopen};
@@ -58,7 +58,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The cameras as a transforms.json of nerfstudio, which `--cameras` reads again, with what else is to be said.
+/// The cameras as a transforms.json of nerfstudio, which `--cameras` reads again, with `notes` as further keys.
 pub fn export(cameras: &[NamedCamera], notes: Vec<(&'static str, Value)>) -> Value {
     let frame = |c: &NamedCamera| {
         let mut frame = intrinsics(&c.camera);

@@ -6,9 +6,9 @@ use refraxel_core::{Domain, Extent};
 use refraxel_data::NamedCamera;
 use refraxel_train::evaluate::Rendering;
 
-/// Pixels less opaque than this have no depth worth a colour.
+/// Pixels less opaque than this get no colour for their depth.
 const OPAQUE: f32 = 0.5;
-/// A contracted grid has no end; depths beyond this many times its box's distance are all "far".
+/// Largest depth of a contracted grid, in distances to the far side of its box; the grid itself has no end.
 const FAR: f64 = 4.0;
 
 /// How depths are written.
@@ -33,7 +33,7 @@ impl Depth {
         Self { unit: round_up(reach * (farthest + radius) / 65_534.0), range: None }
     }
 
-    /// Lets the first view that shows anything decide what the colours of all previews mean.
+    /// Takes the range of the colours of all previews from the first view with any depth.
     pub fn choose_range(&mut self, depths: impl Iterator<Item = Option<f32>>) {
         if self.range.is_some() {
             return;
@@ -50,7 +50,7 @@ impl Depth {
         depths.flat_map(|d| code(d).to_ne_bytes()).collect()
     }
 
-    /// Near is yellow, far is violet, nothing is white.
+    /// Near is yellow, far is violet, and a pixel without depth is white.
     pub fn colours(&self, depths: impl Iterator<Item = Option<f32>>) -> Vec<Colour> {
         let colour = |d: Option<f32>| match (d, self.range) {
             (Some(d), Some([near, far])) => ColourMap::Viridis.at((far - d) / (far - near)),
@@ -60,7 +60,7 @@ impl Depth {
     }
 }
 
-/// The depths of a rendering where they are worth a colour.
+/// The depths of the opaque pixels of a rendering.
 pub fn opaque(r: &Rendering) -> impl Iterator<Item = Option<f32>> {
     r.depth.iter().zip(&r.opacity).map(|(&d, &a)| (a > OPAQUE).then_some(d))
 }

@@ -19,16 +19,16 @@ const WIDEST: f64 = 1.0;
 const BENT: Colour = [213, 94, 0];
 const STRAIGHT: Colour = [150, 154, 164];
 
-/// Rays of a camera through the middle of a region, side by side in the plane that the camera's horizontal spans.
+/// Rays of a camera around the middle of a region, side by side in the horizontal plane of the camera.
 pub struct Fan {
     bounds: Aabb<f64>,
     /// Unit vectors: from the camera to the middle, to the right, and across the plane.
     axes: [Vec3<f64>; 3],
-    /// Per ray: corners of its path, and the end of the straight ray from the same pixel.
+    /// The rays from left to right.
     pub rays: Vec<Traced>,
 }
 
-/// A ray and what would have become of it in vacuum.
+/// A ray, and the same ray in vacuum.
 pub struct Traced {
     /// Corners of the bent ray, from the camera on [world].
     pub bent: Vec<Vec3<f64>>,
@@ -44,14 +44,15 @@ impl Fan {
         count: usize,
     ) -> Vec<Self> {
         let regions = refraction.medium.regions().iter();
-        regions.map(|r| Self::new(refraction, domain, camera, (r.domain().bounds.cast(), count))).collect()
+        regions.map(|r| Self::new(refraction, domain, camera, r.domain().bounds.cast(), count)).collect()
     }
 
     fn new(
         refraction: &Refraction,
         domain: &Domain<f32>,
         camera: &Camera,
-        (bounds, count): (Aabb<f64>, usize),
+        bounds: Aabb<f64>,
+        count: usize,
     ) -> Self {
         let eye = camera.world_from_camera.translation;
         let to_middle = bounds.center() - eye;
@@ -59,14 +60,13 @@ impl Fan {
         let down = camera.world_from_camera.rotation * Vec3::new(0.0, 1.0, 0.0);
         let right = down.cross(ahead).normalized();
         let axes = [ahead, right, ahead.cross(right)];
-        let reach = to_middle.length().max(bounds.extent().length());
+        let ball = Ball { middle: bounds.center(), radius: to_middle.length().max(bounds.extent().length()) };
         let widest =
             (half_extent(&bounds, right) / to_middle.length().max(f64::MIN_POSITIVE)).atan().min(WIDEST);
         let ray = |k: usize| {
             let angle = widest * (2.0 * (k as f64 + 0.5) / count as f64 - 1.0);
             let ray = Ray { origin: eye, direction: ahead * angle.cos() + right * angle.sin() };
-            let end = leave(&ray, bounds.center(), reach);
-            Traced { bent: trace(refraction, domain, &ray, (bounds.center(), reach)), straight: [eye, end] }
+            Traced { bent: trace(refraction, domain, &ray, ball), straight: [eye, ball.exit(&ray)] }
         };
         Self { bounds, axes, rays: (0..count).into_par_iter().map(ray).collect() }
     }
@@ -79,7 +79,7 @@ impl Fan {
             [AROUND[0] * half_extent(&self.bounds, ahead), AROUND[1] * half_extent(&self.bounds, right)];
         let unit = 2.0 * half[0] / WIDTH as f64;
         let height = (2.0 * half[1] / unit).round().max(1.0) as usize;
-        // The picture's upwards is the camera's left: what is seen from above.
+        // Up in the picture is the camera's left, as seen from above.
         let at = |i: usize| {
             let (u, v) = ((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
             middle + ahead * (u * unit - half[0]) + right * (v * unit - half[1])
@@ -157,16 +157,11 @@ fn half_extent(bounds: &Aabb<f64>, direction: Vec3<f64>) -> f64 {
     0.5 * bounds.extent().dot(direction.map(f64::abs))
 }
 
-/// Corners of the path of a ray, to where it leaves the ball of radius `reach` around `middle`. At least two.
-fn trace(
-    refraction: &Refraction,
-    domain: &Domain<f32>,
-    ray: &Ray<f64>,
-    (middle, reach): (Vec3<f64>, f64),
-) -> Vec<Vec3<f64>> {
+/// Corners of the path of a ray, to where it leaves the ball. At least two.
+fn trace(refraction: &Refraction, domain: &Domain<f32>, ray: &Ray<f64>, ball: Ball) -> Vec<Vec3<f64>> {
     let narrow = ray.cast::<f32>();
     if !refraction.admits(&narrow) {
-        return vec![ray.origin, leave(ray, middle, reach)];
+        return vec![ray.origin, ball.exit(ray)];
     }
     let path = refraction.tracer(domain, 0.0).trace(&narrow);
     let mut points: Vec<Vec3<f64>> = path.segments.iter().map(|s| s.start.cast()).collect();
@@ -175,19 +170,28 @@ fn trace(
     match path.segments.last() {
         // The last hop leads to the end of the scene, wherever that is.
         Some(last) if path.end == PathEnd::Escaped => {
-            points.push(leave(&Ray { origin: last.start.cast(), direction: exit.direction }, middle, reach));
+            points.push(ball.exit(&Ray { origin: last.start.cast(), direction: exit.direction }));
         }
         _ => points.push(exit.origin),
     }
     points
 }
 
-/// Where a ray that starts inside a ball leaves it; its start, if that lies outside and the ray does not come near.
-fn leave(ray: &Ray<f64>, middle: Vec3<f64>, reach: f64) -> Vec3<f64> {
-    let from_middle = ray.origin - middle;
-    let b = from_middle.dot(ray.direction);
-    let square = b * b - from_middle.dot(from_middle) + reach * reach;
-    ray.at((square.max(0.0).sqrt() - b).max(0.0))
+/// How far rays are followed: around a region, with the camera inside.
+#[derive(Clone, Copy)]
+struct Ball {
+    middle: Vec3<f64>,
+    radius: f64,
+}
+
+impl Ball {
+    /// Where a ray that starts inside leaves it; its start, if that lies outside and the ray does not come near.
+    fn exit(self, ray: &Ray<f64>) -> Vec3<f64> {
+        let from_middle = ray.origin - self.middle;
+        let b = from_middle.dot(ray.direction);
+        let square = b * b - from_middle.dot(from_middle) + self.radius * self.radius;
+        ray.at((square.max(0.0).sqrt() - b).max(0.0))
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What the rays of a view meet that is refractive: its index, and the depth and normal of its surface.
+//! The refractive media that the rays of a view meet: index, depth of the surface and normal.
 
 use crate::colour_map::ColourMap;
 use crate::maps::{Map, Row, Sheet};
@@ -8,14 +8,14 @@ use refraxel_core::{Camera, Domain, Vec3};
 use refraxel_train::Refraction;
 use refraxel_train::rays::pixel_ray;
 
-/// Rays that meet no |n − 1| above this meet nothing refractive.
+/// A ray counts as meeting a refractive medium where |n − 1| exceeds this.
 const VISIBLE: f32 = 0.01;
 /// A place counts as surface if ∇n there has this share of its largest length along the ray.
 const STEEP: f32 = 0.5;
 /// Steps of the 16-bit pictures per unit of n.
 pub const INDEX_STEPS: f32 = 1e4;
 
-/// What one ray meets.
+/// The refractive medium that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Met {
     /// The n that differs most from 1 on the way.
@@ -26,7 +26,7 @@ pub struct Met {
     pub depth: f32,
 }
 
-/// What a view meets, whatever stands before it.
+/// The refractive media that a view meets, also behind opaque things.
 pub struct Refractive {
     size: [u32; 2],
     met: Vec<Option<Met>>,
@@ -45,7 +45,7 @@ struct Change {
 }
 
 impl Refractive {
-    /// Follows all rays of a camera; a pixel whose ray does not bend meets nothing.
+    /// Follows all rays of a camera; pixels outside the lens, and rays that meet no medium, have no entry.
     pub fn of(refraction: &Refraction, domain: &Domain<f32>, near: f32, camera: &Camera) -> Self {
         let tracer = refraction.tracer(domain, near);
         let camera_from_world = camera.world_from_camera.rotation.transpose();
@@ -60,7 +60,7 @@ impl Refractive {
         Self { size: [camera.width, camera.height], met }
     }
 
-    /// n in steps of 1e-4 as 16-bit samples in the machine's order; 0 where nothing is met.
+    /// n in steps of 1e-4 as 16-bit samples in the machine's order; 0 where no medium is met.
     pub fn index_samples(&self) -> Vec<u8> {
         let code = |met: &Option<Met>| met.map_or(0, |m| (m.index * INDEX_STEPS).round().max(1.0) as u16);
         self.met.iter().flat_map(|m| code(m).to_ne_bytes()).collect()
@@ -100,7 +100,7 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
             let facing = if normal.dot(toward) < 0.0 { -normal } else { normal };
             changes.push(Change { steepness, is_sharp, normal: facing, depth: passed + speed * t });
         };
-        // Segments are short where n changes, so that their middles tell enough.
+        // Segments are short where n changes, so that their middles are enough.
         let middle = segment.at(0.5 * step.drift);
         let region = refraction.medium.ruling_at(middle);
         let n = refraction.index(middle);

@@ -10,11 +10,24 @@ use refraxel_train::index_edit::index_range;
 
 /// Pixels along the longest edge of a region.
 const PIXELS: f64 = 260.0;
-/// Names of the axes, and the axes that run right and up in the slice across each.
+/// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
-const SLICES: [(usize, [usize; 2]); 3] = [(0, [1, 2]), (1, [0, 2]), (2, [0, 1])];
+/// One slice across each axis.
+const SLICES: [Slice; 3] = [
+    Slice { across: 0, right: 1, up: 2 },
+    Slice { across: 1, right: 0, up: 2 },
+    Slice { across: 2, right: 0, up: 1 },
+];
 
-/// A page with one row per region: n; with the truth, two more: the truth, and what n is too large by.
+/// A plane through the middle of a region: the axis that it cuts, and those that run right and up in the picture.
+#[derive(Clone, Copy)]
+struct Slice {
+    across: usize,
+    right: usize,
+    up: usize,
+}
+
+/// A page with the index n of each region in a row; with the truth, two more rows show the truth and n minus the truth.
 pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>) -> Sheet {
     let found = |x: Vec3<f64>| refraction.index(x.cast());
     let known = |t: &IndexTruth, x: Vec3<f64>| if t.is_opaque(x) { f32::NAN } else { t.n(x) as f32 };
@@ -52,30 +65,31 @@ fn colour(rows: &mut [Row], range: [f32; 2]) {
 }
 
 fn maps(bounds: &Aabb<f64>, value: impl Fn(Vec3<f64>) -> f32 + Sync) -> Vec<Map> {
-    SLICES.iter().map(|&(across, axes)| slice(bounds, across, axes, &value)).collect()
+    SLICES.iter().map(|slice| slice.map(bounds, &value)).collect()
 }
 
-fn slice(
-    bounds: &Aabb<f64>,
-    across: usize,
-    [right, up]: [usize; 2],
-    value: impl Fn(Vec3<f64>) -> f32 + Sync,
-) -> Map {
-    let (middle, extent) = (bounds.center(), bounds.extent());
-    let unit = extent.max_element() / PIXELS;
-    let [width, height] = [right, up].map(|a| (extent[a] / unit).round().max(1.0) as usize);
-    let at = |i: usize| {
-        let mut x = middle;
-        x[right] = bounds.min[right] + (0.5 + (i % width) as f64) * extent[right] / width as f64;
-        x[up] = bounds.max[up] - (0.5 + (i / width) as f64) * extent[up] / height as f64;
-        value(x)
-    };
-    Map {
-        size: [width, height],
-        values: (0..width * height).into_par_iter().map(at).collect(),
-        note: format!("{} = {:.3}; right: {}, up: {}", AXES[across], middle[across], AXES[right], AXES[up]),
-        unit: Some(unit),
-        lines: Vec::new(),
+impl Slice {
+    fn map(self, bounds: &Aabb<f64>, value: impl Fn(Vec3<f64>) -> f32 + Sync) -> Map {
+        let Self { across, right, up } = self;
+        let (middle, extent) = (bounds.center(), bounds.extent());
+        let unit = extent.max_element() / PIXELS;
+        let [width, height] = [right, up].map(|a| (extent[a] / unit).round().max(1.0) as usize);
+        let at = |i: usize| {
+            let mut x = middle;
+            x[right] = bounds.min[right] + (0.5 + (i % width) as f64) * extent[right] / width as f64;
+            x[up] = bounds.max[up] - (0.5 + (i / width) as f64) * extent[up] / height as f64;
+            value(x)
+        };
+        Map {
+            size: [width, height],
+            values: (0..width * height).into_par_iter().map(at).collect(),
+            note: format!(
+                "{} = {:.3}; right: {}, up: {}",
+                AXES[across], middle[across], AXES[right], AXES[up]
+            ),
+            unit: Some(unit),
+            lines: Vec::new(),
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! Renders views and writes their layers.
 
 use super::depth::{Depth, opaque};
+use super::folder::RenderFolder;
 use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
-use crate::verbs::sheet::{save_image, save_png};
-use crate::verbs::{create_folder, interrupted};
+use crate::verbs::interrupted;
+use crate::verbs::sheet::save_png;
 use anyhow::anyhow;
 use image::ExtendedColorType;
 use refraxel_core::Camera;
@@ -14,16 +15,34 @@ use refraxel_data::NamedCamera;
 use refraxel_train::backend::Marching;
 use refraxel_train::evaluate::{Rendering, render, render_reflection, render_transmission};
 use refraxel_train::index_edit::index_range;
+use refraxel_train::metrics::quantize;
 use refraxel_train::run::Loaded;
 use refraxel_train::schedule::rendering_marching;
 use refraxel_train::{Backend, CpuBackend};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 
-/// What a camera sees, and what it meets that is refractive.
+/// The views of a render.
+pub struct Views<'a> {
+    /// What is rendered; nothing when only slices or paths are asked for.
+    pub cameras: &'a [NamedCamera],
+    /// What is written of each camera.
+    pub layers: &'a [Layer],
+    /// How depths are written.
+    pub depth: Depth,
+}
+
+/// The depth scales of a render: for opaque things, and for refractive surfaces.
+struct Depths {
+    seen: Depth,
+    surface: Depth,
+}
+
+/// What a camera sees, and the refractive things that its rays meet.
 struct Seen<'a> {
     name: &'a str,
-    by: (&'a CpuBackend, &'a Camera, &'a Marching),
+    camera: &'a Camera,
+    backend: &'a CpuBackend,
+    marching: &'a Marching,
     rendering: Rendering,
     refractive: Option<Refractive>,
     index_range: [f32; 2],
@@ -34,35 +53,61 @@ pub fn is_refractive(layer: Layer) -> bool {
     matches!(layer, Layer::Index | Layer::Normal | Layer::SurfaceDepth)
 }
 
+/// The folders that hold a layer, relative to the folder of the render; colours lie in that folder itself.
+fn folders(layer: Layer) -> &'static [&'static str] {
+    match layer {
+        Layer::Colour => &[""],
+        Layer::Depth => &["depth/", "depth_preview/"],
+        Layer::Opacity => &["opacity/"],
+        Layer::Reflection => &["reflection/"],
+        Layer::Transmission => &["transmission/"],
+        Layer::Index => &["index/", "index_preview/"],
+        Layer::Normal => &["normal/"],
+        Layer::SurfaceDepth => &["surface_depth/", "surface_depth_preview/"],
+    }
+}
+
+impl Views<'_> {
+    /// The pictures that [`render_all`] will write, relative to the folder of the render.
+    pub fn pictures(&self) -> impl Iterator<Item = String> {
+        let folders = || self.layers.iter().flat_map(|&layer| folders(layer));
+        self.cameras.iter().flat_map(move |c| folders().map(move |folder| format!("{folder}{}.png", c.name)))
+    }
+}
+
 /// Renders the cameras and writes their layers.
 pub fn render_all(
     run: &mut Loaded,
-    cameras: &[NamedCamera],
-    (out, layers): (&Path, &[Layer]),
-    depth: Depth,
+    views: &Views<'_>,
+    folder: &mut RenderFolder,
     show: Show,
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
-    let (with_index, index_range) = (layers.iter().any(|&l| is_refractive(l)), index_range(refraction));
-    let (mut depth, mut surface_depth) = (depth, depth);
-    let mut progress = Progress::new(show, "rendering", cameras.len() as u64);
-    for (k, NamedCamera { name, camera }) in cameras.iter().enumerate() {
+    let with_index = views.layers.iter().any(|&l| is_refractive(l));
+    let index_range = index_range(refraction);
+    let mut depths = Depths { seen: views.depth, surface: views.depth };
+    let count = views.cameras.len();
+    let mut progress = Progress::new(show, "rendering", count as u64);
+    for (k, NamedCamera { name, camera }) in views.cameras.iter().enumerate() {
         if interrupted() {
-            let error = anyhow!("stopped after {k} of {} views; those are written", cameras.len());
+            progress.abandon("");
+            let error = anyhow!(
+                "stopped after {k} of {count} views; those are written, and the same command with --overwrite starts anew"
+            );
             return Err(Failure::new(Exit::Interrupted, error));
         }
         let rendering = render(&run.backend, camera, &marching);
-        depth.choose_range(opaque(&rendering));
+        depths.seen.choose_range(opaque(&rendering));
         let refractive = with_index.then(|| Refractive::of(refraction, domain, run.plan.near, camera));
-        let by = (&run.backend, camera, &marching);
         if let Some(met) = &refractive {
-            surface_depth.choose_range(met.depths());
+            depths.surface.choose_range(met.depths());
         }
-        let seen = Seen { name, by, rendering, refractive, index_range };
-        for &layer in layers {
-            seen.write(layer, out, [&depth, &surface_depth])?;
+        let (backend, marching) = (&run.backend, &marching);
+        let seen = Seen { name, camera, backend, marching, rendering, refractive, index_range };
+        for &layer in views.layers {
+            seen.write(layer, &depths, folder)?;
         }
         progress.set(k as u64 + 1, name);
     }
@@ -71,49 +116,48 @@ pub fn render_all(
 }
 
 impl Seen<'_> {
-    /// Colours lie in the folder itself, every other layer in a folder of its own. Depths are those of what is seen and of
-    /// refractive surfaces.
-    fn write(&self, layer: Layer, out: &Path, [depth, surface_depth]: [&Depth; 2]) -> Result<(), Failure> {
-        let (backend, camera, marching) = self.by;
-        let (r, size) = (&self.rendering, [self.rendering.width, self.rendering.height]);
-        let path = |folder: &str| -> Result<PathBuf, Failure> {
-            create_folder(&out.join(folder))?;
-            Ok(out.join(folder).join(format!("{}.png", self.name)))
+    /// Writes the pictures of a layer, in the order of its [`folders`].
+    fn write(&self, layer: Layer, depths: &Depths, folder: &mut RenderFolder) -> Result<(), Failure> {
+        let r = &self.rendering;
+        let size = [r.width, r.height];
+        let mut save = |k: usize, pixels: &[u8], size: [u32; 2], kind: ExtendedColorType| {
+            let file = format!("{}{}.png", folders(layer)[k], self.name);
+            folder.write(&file, |path| save_png(path, pixels, size, kind)).map(drop)
         };
         match (layer, &self.refractive) {
-            (Layer::Colour, _) => save_image(&out.join(format!("{}.png", self.name)), r),
+            (Layer::Colour, _) => save(0, r.colour.as_flattened(), size, ExtendedColorType::Rgb8),
             (Layer::Opacity, _) => {
-                let grey: Vec<u8> = r.opacity.iter().map(|&a| refraxel_train::metrics::quantize(a)).collect();
-                save_png(&path("opacity")?, &grey, size, ExtendedColorType::L8)
+                let grey: Vec<u8> = r.opacity.iter().map(|&a| quantize(a)).collect();
+                save(0, &grey, size, ExtendedColorType::L8)
             }
             (Layer::Depth, _) => {
-                let (samples, colours) = (depth.samples(r.depth.iter().copied()), depth.colours(opaque(r)));
-                save_png(&path("depth")?, &samples, size, ExtendedColorType::L16)?;
-                save_png(&path("depth_preview")?, colours.as_flattened(), size, ExtendedColorType::Rgb8)
+                let samples = depths.seen.samples(r.depth.iter().copied());
+                let colours = depths.seen.colours(opaque(r));
+                save(0, &samples, size, ExtendedColorType::L16)?;
+                save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
-            (Layer::Index, Some(met)) => {
-                save_png(&path("index")?, &met.index_samples(), size, ExtendedColorType::L16)?;
-                let sheet = met.index_sheet(self.name, self.index_range);
-                Ok(sheet.draw().save_png(&path("index_preview")?)?)
-            }
-            (Layer::Normal, Some(met)) => save_png(
-                &path("normal")?,
-                met.normal_colours().as_flattened(),
-                size,
-                ExtendedColorType::Rgba8,
-            ),
             (Layer::Reflection, _) => {
-                save_image(&path("reflection")?, &render_reflection(backend, camera, marching))
+                let mirrored = render_reflection(self.backend, self.camera, self.marching);
+                save(0, mirrored.colour.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Transmission, _) => {
-                save_image(&path("transmission")?, &render_transmission(backend, camera, marching))
+                let transmitted = render_transmission(self.backend, self.camera, self.marching);
+                save(0, transmitted.colour.as_flattened(), size, ExtendedColorType::Rgb8)
+            }
+            (Layer::Index, Some(met)) => {
+                save(0, &met.index_samples(), size, ExtendedColorType::L16)?;
+                let page = met.index_sheet(self.name, self.index_range).draw();
+                let size = [page.width() as u32, page.height() as u32];
+                save(1, page.pixels().as_flattened(), size, ExtendedColorType::Rgb8)
+            }
+            (Layer::Normal, Some(met)) => {
+                save(0, met.normal_colours().as_flattened(), size, ExtendedColorType::Rgba8)
             }
             (Layer::SurfaceDepth, Some(met)) => {
-                let samples = surface_depth.samples(met.depths().map(|d| d.unwrap_or(0.0)));
-                let colours = surface_depth.colours(met.depths());
-                save_png(&path("surface_depth")?, &samples, size, ExtendedColorType::L16)?;
-                let preview = path("surface_depth_preview")?;
-                save_png(&preview, colours.as_flattened(), size, ExtendedColorType::Rgb8)
+                let samples = depths.surface.samples(met.depths().map(|d| d.unwrap_or(0.0)));
+                let colours = depths.surface.colours(met.depths());
+                save(0, &samples, size, ExtendedColorType::L16)?;
+                save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => Ok(()), // refused before
         }
@@ -134,7 +178,7 @@ pub fn layer_name(layer: Layer) -> &'static str {
     }
 }
 
-/// What the numbers in the pictures mean, for the file about the cameras.
+/// The units of the pictures, for the file about the cameras.
 pub fn units(depth_unit: f64, layers: &[Layer]) -> Vec<(&'static str, Value)> {
     let mut units = vec![(
         "depth",
@@ -146,18 +190,18 @@ pub fn units(depth_unit: f64, layers: &[Layer]) -> Vec<(&'static str, Value)> {
     )];
     if layers.contains(&Layer::Index) {
         let meaning = "index/NAME.png holds 16-bit steps of `unit` of the index of refraction that differs most from 1 \
-                       along the ray, whatever stands before it; 0: nothing refractive is met";
+                       along the ray, also behind opaque things; 0: no refractive medium is met";
         units.push(("index", json!({ "unit": 1.0 / f64::from(INDEX_STEPS), "meaning": meaning })));
     }
     if layers.contains(&Layer::Normal) {
-        let meaning = "normal/NAME.png holds unit normals of the first refractive surface, whatever stands before it: \
-                       red, green, blue = 127.5 (1 + component to the right, upwards, towards the camera); \
-                       clear: nothing refractive is met";
+        let meaning = "normal/NAME.png holds unit normals of the first refractive surface, also behind opaque things: \
+                       red, green and blue are 127.5 (1 + component), for the components to the right, upwards and \
+                       towards the camera; clear: no refractive medium is met";
         units.push(("normal", json!({ "meaning": meaning })));
     }
     if layers.contains(&Layer::SurfaceDepth) {
         let meaning = "surface_depth/NAME.png holds 16-bit steps of `unit` scene units along the ray to the first refractive \
-                       surface, whatever stands before it; 0: nothing refractive is met; 65535: that far or farther";
+                       surface, also behind opaque things; 0: no refractive medium is met; 65535: that far or farther";
         units.push(("surface_depth", json!({ "unit": depth_unit, "meaning": meaning })));
     }
     units
