@@ -157,7 +157,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let inside = |run: &serde_json::Value| run["psnr_inside"].as_f64().unwrap();
     assert!(inside(&trained) > inside(&off) + 1.0, "{} {}", inside(&trained), inside(&off));
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
-    assert!(log.contains("refractive region 1") && log.contains("\"act\":\"joint\""), "{log}");
+    assert!(log.contains("refractive region 1") && log.contains("\"phase\":\"joint\""), "{log}");
     assert_eq!(refraxel(&["eval", path(&run), "--json"]).done().json(), trained);
 }
 
