@@ -9,5 +9,6 @@ pub mod maps;
 pub mod picture;
 pub mod plot;
 pub mod progress;
+pub mod sentences;
 pub mod table;
 pub mod verbs;

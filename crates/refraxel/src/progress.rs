@@ -5,7 +5,7 @@ mod lines;
 
 use bar::Bar;
 use lines::Lines;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::time::Instant;
 
 /// How progress is shown.

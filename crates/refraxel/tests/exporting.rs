@@ -3,9 +3,10 @@
 mod common;
 
 use common::*;
+use refraxel::verbs::loaded::load_run;
 use refraxel_core::LevelSet;
 use refraxel_train::Backend;
-use refraxel_train::run::load_run;
+use refraxel_train::Backend;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -29,7 +30,7 @@ fn export(run: &Path, format: &str, more: &[&str]) -> Ran {
 
 fn level_set(run: &Path) -> LevelSet<f64> {
     let run = load_run(run).unwrap();
-    run.backend.refraction().medium.regions()[0].level_set().unwrap().cast()
+    run.backend.medium().medium.regions()[0].level_set().unwrap().cast()
 }
 
 fn number(report: &Value, key: &str) -> f64 {

@@ -25,7 +25,7 @@ const fn removed(name: &'static str, idle: &'static str, advice: &'static str) -
 }
 
 /// What is not here had its present key as its name: `steps` is `run.steps`.
-pub(super) const FORMER: [Former; 57] = [
+pub(super) const FORMER: [Former; 56] = [
     former("resolution", "grid.resolution"),
     former("voxels_per_pixel", "grid.voxels_per_pixel"),
     former("train_step", "march.step"),
@@ -37,7 +37,6 @@ pub(super) const FORMER: [Former; 57] = [
     former("inside_share", "refraction.mask_ray_fraction"),
     former("inside_share_decay", "refraction.mask_ray_decay"),
     former("index_shape", "shape.start"),
-    former("index_from", "shape.file"),
     former("index_vote", "shape.vote"),
     former("index_faces", "shape.faces"),
     former("index_smooth", "shape.smooth"),
@@ -88,7 +87,8 @@ pub(super) const FORMER: [Former; 57] = [
 const SOFT_EDGE: &str =
     "surfaces begin sharp, without a soft edge; leave it out, and train a run that had one again";
 
-pub(super) const REMOVED: [Removed; 6] = [
+pub(super) const REMOVED: [Removed; 7] = [
+    removed("index_from", "", "name the file with --index-from"),
     removed("surface_width", "0", SOFT_EDGE),
     removed("surface_width_share", "0.3", SOFT_EDGE),
     removed(

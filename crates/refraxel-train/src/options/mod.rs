@@ -156,10 +156,6 @@ impl Options {
     /// The same options, if every value is allowed and they fit together.
     pub fn checked(self) -> Result<Self, OptionError> {
         self.sections().iter().try_for_each(|section| section.check())?;
-        if self.shape.start == StartShape::File && self.shape.file.is_empty() {
-            let expected = "`shape.file` to name the file".to_owned();
-            return Err(OptionError::Value { name: "shape.start", found: "file".to_owned(), expected });
-        }
         Ok(self)
     }
 

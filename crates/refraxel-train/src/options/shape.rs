@@ -15,7 +15,7 @@ choice! {
         Ball = "ball",
         /// It is the visual hull: the masks carve it out of the box.
         Hull = "hull",
-        /// It is read from `shape.file`.
+        /// It is known: `--index-from` names its file.
         File = "file",
     }
 }
@@ -25,8 +25,6 @@ section! {
     pub struct ShapeOptions "shape" {
         /// The shape before it learns.
         start: StartShape = StartShape::Hull;
-        /// File that `start = "file"` reads: a scene.json, an index volume, or a mesh.
-        file: String = String::new();
         /// A point is refractive if at least this share of the views agrees.
         vote: f32 = 0.95, in 0.5..=1.0;
         /// Whether planes cut off the bulges of a hull that no silhouette shows.

@@ -180,7 +180,9 @@ impl<B: Backend> Session<B> {
         let mut backend = make(run.model.clone());
         backend.load(run.model, Some(run.optimiser));
         let mut options = run.options;
-        options.run = setup.options.run.clone();
+        let length = &setup.options.run;
+        (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
+        options.run.stop_after = length.stop_after;
         let trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
         Ok(Self::of(setup, trainer))
     }

@@ -120,8 +120,11 @@ pub struct TrainArgs {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Go on from the checkpoint in RUN, with its options
-    #[arg(long)]
+    #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
+    /// Replace the run that RUN holds, with its scores and curves
+    #[arg(long)]
+    pub overwrite: bool,
     /// Aim for the best result within this wall-clock time
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub minutes: Option<f64>,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
+use refraxel_train::evaluation::Part;
 
 use super::WorkArgs;
 use super::values::{factor, index};
@@ -22,10 +23,15 @@ pub enum SplitName {
 impl SplitName {
     /// The name on the command line, in files and in messages.
     pub fn name(self) -> &'static str {
+        self.part().name()
+    }
+
+    /// The same for the library.
+    pub fn part(self) -> Part {
         match self {
-            Self::Train => "train",
-            Self::Val => "val",
-            Self::Test => "test",
+            Self::Train => Part::Train,
+            Self::Val => Part::Val,
+            Self::Test => Part::Test,
         }
     }
 }

@@ -10,7 +10,7 @@ use anyhow::Context;
 use refraxel_core::ShDegree;
 use refraxel_data::synth::{DatasetOptions, SceneOptions, ViewCounts, render_dataset, scene};
 use refraxel_train::bench::{BenchOptions, Refractive, Throughput, refractive, simd_level, straight};
-use refraxel_train::model::bytes_per_voxel;
+use refraxel_train::plan::bytes_per_voxel;
 use serde::Serialize;
 
 /// All measurements, each the best of several repetitions.

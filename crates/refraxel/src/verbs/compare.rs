@@ -1,6 +1,7 @@
 //! `refraxel compare`: shows evaluated runs in a table and side by side.
 
 use super::evaluation::{Evaluation, Rays, folder};
+use super::loaded::load_run;
 use super::sheet::{self, Row, Scored, chosen, png_path};
 use super::{create_folder, data_failure, reopen};
 use crate::cli::{CompareArgs, SplitName};
@@ -11,7 +12,6 @@ use anyhow::{Context, anyhow};
 use refraxel_data::load_photo;
 use refraxel_train::evaluate::truth;
 use refraxel_train::index_error::IndexError;
-use refraxel_train::run::load_run;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -7,9 +7,11 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::table::score;
+use anyhow::anyhow;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
 use refraxel_train::index_error::IndexError;
 use refraxel_train::metrics::Scores;
+use refraxel_train::run::{CHECKPOINT, Run};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -41,6 +43,9 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     let console = Console::new(args.work.json);
     let show = Show::suited(args.work.quiet || args.work.json);
     let [data, straight, bent] = ["data", "straight", "bent"].map(|name| args.out.join(name));
+    for run in [&straight, &bent] {
+        refuse_run_on_other_data(run, &data)?;
+    }
     create_folder(&args.out)?;
     let (views, held_out) = (VIEWS.train, VIEWS.test);
     say(
@@ -68,6 +73,20 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     let report =
         Report { data, picture, seconds, straight: straight.scores, bent: bent.scores, ior: bent.ior };
     console.result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// A demo may be repeated; a run on other data is somebody's work.
+fn refuse_run_on_other_data(folder: &Path, data: &Path) -> Result<(), Failure> {
+    let data = std::path::absolute(data).unwrap_or_else(|_| data.to_owned());
+    let is_foreign = |run: Run| run.source.path.is_none_or(|path| path != data);
+    let foreign = folder.join(CHECKPOINT).exists() && Run::load(folder).is_ok_and(is_foreign);
+    if !foreign {
+        return Ok(());
+    }
+    let run = folder.display();
+    let error =
+        anyhow!("{run} holds a run that is not the demo's; choose another --out, or move that run away");
+    Err(Failure::new(Exit::BadInput, error))
 }
 
 fn say(console: Console, text: &str) -> Result<(), Failure> {
@@ -102,6 +121,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         markdown: false,
         config: None,
         resume: false,
+        overwrite: true,
         minutes: None,
         seed: Some(args.seed),
         work: args.work.clone(),

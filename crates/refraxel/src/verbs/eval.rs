@@ -1,23 +1,21 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
 use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
+use super::loaded::{Loaded, load_run};
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
-use super::{create_folder, interrupted, load_photos, reopen, set_threads, watch_for_interrupts};
+use super::{cancel, create_folder, data_failure, reopen, set_threads, watch_for_interrupts};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
-use refraxel_data::Dataset;
-use refraxel_data::synth::IndexTruth;
-use refraxel_train::Backend;
-use refraxel_train::Refraction;
-use refraxel_train::evaluate::{render, score, truth, truth_checksum};
-use refraxel_train::index_error::{IndexError, index_error};
-use refraxel_train::metrics::{ImageScore, Scores};
-use refraxel_train::recipe;
-use refraxel_train::run::{Loaded, load_run};
+use refraxel_data::{Backdrop, IndexSource, View, load_photo};
+use refraxel_train::evaluate::{Rendering, truth};
+use refraxel_train::evaluation::{EvaluateError, evaluate as evaluate_part};
+use refraxel_train::events::Watch;
+use refraxel_train::metrics::ImageScore;
 use refraxel_train::schedule::rendering_marching;
+use refraxel_train::{Backend, recipe};
 use std::path::Path;
 
 /// Nodes along the longest edge of the grid on which an index file is sampled.
@@ -46,28 +44,20 @@ pub fn run(args: &EvalArgs) -> Result<(), Failure> {
 /// Bends the rays of a run by the index of a file.
 fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failure> {
     let refused = || format!("cannot bend the rays of {} by {}", folder.display(), file.display());
-    let (own, mut options) = (run.backend.refraction(), run.options.clone());
-    if let Some(&index) = own.mean_indices().first() {
+    let mut options = run.options.clone();
+    if let Some(&index) = run.backend.medium().mean_indices().first() {
         options.search.guess = index as f32;
     }
-    let index = recipe::stated(file, NODES, &options).with_context(refused).or_exit(Exit::BadInput)?;
-    let mirrors = run.backend.reflection().mirrors.len();
+    let bounds = options.refraction.aabb().map(|b| b.cast());
+    let source = IndexSource::read(file, bounds).with_context(refused).or_exit(Exit::BadInput)?;
+    let mirrors = run.backend.mirroring().regions;
     if mirrors > 1 {
         let error =
             anyhow!("the run has {mirrors} separate mirroring bodies, but the file describes one region");
         return Err(error).with_context(refused).or_exit(Exit::BadInput);
     }
-    run.backend.set_refraction(index);
+    run.backend.set_medium(recipe::known_refraction(&source, NODES, &options));
     Ok(())
-}
-
-/// The views of a split.
-pub fn split_views(data: &Dataset, split: SplitName) -> &[usize] {
-    match split {
-        SplitName::Train => &data.split.train,
-        SplitName::Val => &data.split.val,
-        SplitName::Test => &data.split.test,
-    }
 }
 
 /// Renders and scores a split of a run; writes the pictures and metrics.json.
@@ -80,26 +70,87 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
 
 fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Result<Evaluation, Failure> {
     let data = reopen(&run)?;
-    let indices = split_views(&data, split).to_vec();
-    if indices.is_empty() {
-        let (data, split) = (run.source.path.display(), split.name());
-        let advice = "hold some out with --holdout, or evaluate --split train";
-        let error = anyhow!("{data} has no {split} images to evaluate; {advice}");
-        return Err(Failure::new(Exit::BadInput, error));
-    }
-    let (scores, truth_crc32) = render_and_score(&mut run, &data, &indices, out, show)?;
-    let field = run.backend.field();
+    let (part, count) = (split.part(), split.part().views(&data).len());
+    let marching = rendering_marching(&run.options, run.plan.near);
+    run.backend.refresh_occupancy(&marching);
+    let mut progress = Progress::new(show, "rendering", count as u64);
+    let mut drawn =
+        Drawn { out, backdrop: data.backdrop, count, rows: Vec::new(), done: 0, progress: &mut progress };
+    let mut each = |view: &View, rendering: &Rendering, score: &ImageScore| drawn.add(view, rendering, score);
+    let cancel = cancel();
+    let mut ignore = |_| {};
+    let mut watch = Watch::new(&cancel, &mut ignore);
+    let evaluated = evaluate_part(&run.backend, &data, part, &marching, &mut watch, &mut each);
+    let rows = drawn.rows;
+    let found = match evaluated {
+        Ok(found) => found,
+        Err(failure) => {
+            progress.abandon("");
+            return Err(failure);
+        }
+    };
+    sheet::draw(&rows, &["rendering".to_owned()], "", &out.with_extension("png"))?;
+    progress.finish("");
     let evaluated = Evaluated {
-        data: run.source.path.clone(),
-        truth_crc32,
+        data: run.source.path.clone().unwrap_or_default(),
+        truth_crc32: found.truth_crc32,
         step: run.state.step,
         seconds: run.state.seconds,
-        voxels: field.map.voxels() as u64,
-        resolution: field.domain.resolution,
-        rays: Some(Rays::of(run.backend.refraction())),
+        voxels: run.backend.map().voxels() as u64,
+        resolution: run.backend.domain().resolution,
+        rays: Some(Rays::of(run.backend.medium())),
         index_from: None,
     };
-    Ok(Evaluation { scores, ior: index_errors(&data, run.backend.refraction()), run: evaluated })
+    Ok(Evaluation { scores: found.scores, ior: found.index, run: evaluated })
+}
+
+/// The pictures of an evaluation.
+struct Drawn<'a> {
+    out: &'a Path,
+    backdrop: Backdrop,
+    /// Views in all.
+    count: usize,
+    /// The views of the sheet.
+    rows: Vec<Row>,
+    done: usize,
+    progress: &'a mut Progress,
+}
+
+impl Drawn<'_> {
+    /// Saves the rendering of the next view.
+    fn add(&mut self, view: &View, rendering: &Rendering, score: &ImageScore) -> Result<(), Failure> {
+        create_folder(self.out)?;
+        save_image(&png_path(self.out, &view.name), rendering)?;
+        if chosen(self.count).any(|c| c == self.done) {
+            let photo = load_photo(view).map_err(data_failure)?;
+            self.rows.push(Row {
+                name: view.name.clone(),
+                size: [rendering.width as usize, rendering.height as usize],
+                truth: Some(truth(&photo, self.backdrop)),
+                renderings: vec![Scored { pixels: rendering.colour.clone(), psnr: score.psnr }],
+            });
+        }
+        self.done += 1;
+        self.progress.set(self.done as u64, &format!("{:.2} dB", score.psnr));
+        Ok(())
+    }
+}
+
+/// Failures of the library while it evaluates.
+impl From<EvaluateError> for Failure {
+    fn from(error: EvaluateError) -> Self {
+        match error {
+            EvaluateError::Data(e) => data_failure(e),
+            EvaluateError::Metrics(e) => e.into(),
+            EvaluateError::NoViews { .. } => Self::new(Exit::BadInput, error),
+            EvaluateError::Cancelled(_) => {
+                let note = anyhow!(
+                    "stopped before all images were rendered; run `refraxel eval` again to score them"
+                );
+                Self::new(Exit::Interrupted, note)
+            }
+        }
+    }
 }
 
 /// Prints an evaluation and where its files are.
@@ -112,52 +163,4 @@ pub fn print(evaluation: &Evaluation, out: &Path, split: SplitName, console: Con
         out.join("metrics.json").display(),
     );
     console.result(&text, evaluation).or_exit(Exit::Io)
-}
-
-/// Errors of the index where the truth is known. Straight rays mean an index of 1 everywhere.
-fn index_errors(data: &Dataset, refraction: &Refraction) -> Option<IndexError> {
-    let truth = IndexTruth::from_scene_json(data.truth.as_ref()?)?;
-    Some(index_error(&truth, |x| refraction.index(x.cast()).into()))
-}
-
-/// The scores, and the checksum of the truths.
-fn render_and_score(
-    run: &mut Loaded,
-    data: &Dataset,
-    indices: &[usize],
-    out: &Path,
-    show: Show,
-) -> Result<(Scores, String), Failure> {
-    let marching = rendering_marching(&run.options, run.plan.near);
-    run.backend.refresh_occupancy(&marching);
-    let photos = load_photos(data, indices, show)?;
-    create_folder(out)?;
-    let truths: Vec<_> = photos.iter().map(|photo| truth(photo, run.plan.backdrop)).collect();
-    let mut progress = Progress::new(show, "rendering", indices.len() as u64);
-    let (mut scores, mut rows): (Vec<ImageScore>, Vec<Row>) = Default::default();
-    for (k, (&i, photo)) in indices.iter().zip(&photos).enumerate() {
-        if interrupted() {
-            progress.abandon("");
-            let error =
-                anyhow!("stopped before all images were rendered; run `refraxel eval` again to score them");
-            return Err(Failure::new(Exit::Interrupted, error));
-        }
-        let view = &data.views[i];
-        let rendering = render(&run.backend, &view.camera, &marching);
-        let score = score(&rendering, view, photo, run.plan.backdrop)?;
-        save_image(&png_path(out, &view.name), &rendering)?;
-        progress.set(k as u64 + 1, &format!("{:.2} dB", score.psnr));
-        if chosen(indices.len()).any(|c| c == k) {
-            rows.push(Row {
-                name: view.name.clone(),
-                size: [rendering.width as usize, rendering.height as usize],
-                truth: Some(truths[k].clone()),
-                renderings: vec![Scored { pixels: rendering.colour, psnr: score.psnr }],
-            });
-        }
-        scores.push(score);
-    }
-    sheet::draw(&rows, &["rendering".to_owned()], "", &out.with_extension("png"))?;
-    progress.finish("");
-    Ok((Scores::new(scores), truth_checksum(truths.iter().map(Vec::as_slice))))
 }

@@ -4,6 +4,7 @@ mod gltf;
 mod ply;
 mod up;
 
+use super::loaded::load_run;
 use crate::cli::{ExportArgs, MeshFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -11,7 +12,7 @@ use crate::table::count;
 use anyhow::anyhow;
 use refraxel_core::Vec3;
 use refraxel_train::checkpoint::write_atomic;
-use refraxel_train::run::{CHECKPOINT, load_run};
+use refraxel_train::run::CHECKPOINT;
 use refraxel_train::surface::{Boundary, Surface};
 use refraxel_train::{Backend, Refraction};
 use serde::Serialize;
@@ -62,7 +63,7 @@ struct Numbered {
 /// The verb.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let run = load_run(&args.run)?;
-    let surfaces = surfaces(run.backend.refraction(), args)?;
+    let surfaces = surfaces(run.backend.medium(), args)?;
     let (format, extension) = match args.format {
         MeshFormat::Ply => ("ply", "ply"),
         MeshFormat::Gltf => ("gltf", "glb"),

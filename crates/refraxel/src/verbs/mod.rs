@@ -7,6 +7,7 @@ pub mod eval;
 pub mod evaluation;
 pub mod export;
 pub mod inspect;
+pub mod loaded;
 pub mod options;
 pub mod render;
 pub mod sheet;
@@ -17,14 +18,24 @@ use crate::cli::{ReadingArgs, WorkArgs};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::Context;
+use loaded::Loaded;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
-use refraxel_train::run::{Loaded, Source};
+use refraxel_train::cancel::Cancel;
+use refraxel_train::run::Source;
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock};
 
-/// Set by Ctrl-C and by termination signals; long work looks at it between steps.
+/// Set by Ctrl-C and by termination signals.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// The same wish, for long work that looks at it now and then.
+static CANCEL: OnceLock<Cancel> = OnceLock::new();
+
+/// The wish to stop that Ctrl-C makes.
+pub fn cancel() -> Cancel {
+    CANCEL.get_or_init(Cancel::new).clone()
+}
 
 /// Asks long work to save and stop on Ctrl-C instead of dying. A second Ctrl-C kills as usual.
 pub fn watch_for_interrupts() -> Result<(), Failure> {
@@ -32,6 +43,7 @@ pub fn watch_for_interrupts() -> Result<(), Failure> {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             std::process::exit(Exit::Interrupted as i32);
         }
+        cancel().cancel();
     })
     .context("cannot watch for Ctrl-C")
     .or_exit(Exit::Io)
@@ -64,14 +76,12 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
 
 /// The description of a dataset that a run stores, so that the dataset can be read again in the same way.
 pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
-    let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
     Source {
-        path: std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
+        path: Some(std::path::absolute(path).unwrap_or_else(|_| path.to_owned())),
         holdout: options.holdout,
         mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
         allow_outside: options.allow_outside,
-        train: names(&data.split.train),
-        test: names(&data.split.test),
+        ..Source::of(data)
     }
 }
 
@@ -98,8 +108,9 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
         backdrop: None,
         mask_meaning,
     };
-    let data = Dataset::open(&run.source.path, &options).map_err(data_failure)?;
-    Ok(data)
+    let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
+    let path = run.source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;
+    Dataset::open(path, &options).map_err(data_failure)
 }
 
 /// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.
@@ -113,12 +124,12 @@ pub fn data_failure(error: DataError) -> Failure {
 
 /// Decodes photographs with a progress bar.
 pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<Photo>, Failure> {
-    let progress = std::sync::Mutex::new(Progress::new(show, "images", indices.len() as u64));
-    let loaded = AtomicUsize::new(0);
+    let progress = Mutex::new((Progress::new(show, "images", indices.len() as u64), 0));
     let photos = data.load_photos(indices, |_| {
-        let n = loaded.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut p) = progress.lock() {
-            p.set(n as u64, "");
+        if let Ok(mut shown) = progress.lock() {
+            let (progress, loaded) = &mut *shown;
+            *loaded += 1;
+            progress.set(*loaded, "");
         }
     });
     photos.map_err(data_failure)

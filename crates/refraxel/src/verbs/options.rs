@@ -69,9 +69,8 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }
-    if let Some(path) = &args.index_from {
+    if args.index_from.is_some() {
         options.shape.start = StartShape::File;
-        options.shape.file = path.display().to_string();
         options.search.enabled = Switch::Off;
     }
 }

@@ -8,6 +8,7 @@ mod refractive;
 mod slices;
 mod views;
 
+use super::loaded::{Loaded, load_run};
 use super::{reopen, set_threads, watch_for_interrupts};
 use crate::cli::RenderArgs;
 use crate::console::Console;
@@ -23,7 +24,6 @@ use refraxel_data::synth::IndexTruth;
 use refraxel_train::Backend;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::index_edit::{IndexEdit, typical_index};
-use refraxel_train::run::{Loaded, load_run};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -101,11 +101,11 @@ fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, F
         (None, Some(n)) => IndexEdit::Set(n as f32),
         (None, None) => return Ok(None),
     };
-    let mut refraction = run.backend.refraction().clone();
+    let mut refraction = run.backend.medium().clone();
     let failed = || format!("the index of {} cannot be changed", args.run.display());
     edit.apply(&mut refraction).with_context(failed).or_exit(Exit::BadInput)?;
     let typical = refraction.medium.regions().iter().map(|r| typical_index(r).unwrap_or(1.0)).collect();
-    run.backend.set_refraction(refraction);
+    run.backend.set_medium(refraction);
     Ok(Some(typical))
 }
 
@@ -118,7 +118,7 @@ fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
         (None, false, Some(_)) => "--paths".to_owned(),
         (None, false, None) => return Ok(()),
     };
-    if !run.backend.refraction().is_none() {
+    if !run.backend.medium().is_none() {
         return Ok(());
     }
     let run = args.run.display();
@@ -155,7 +155,7 @@ fn write_slices(
     // Slices need no dataset: without one they stand alone.
     let data = if edited { None } else { reopen(run).ok() };
     let truth = data.and_then(|d| IndexTruth::from_scene_json(d.truth.as_ref()?));
-    let page = slices::sheet(run.backend.refraction(), truth.as_ref()).draw();
+    let page = slices::sheet(run.backend.medium(), truth.as_ref()).draw();
     let path = folder.write(SLICES, |path| Ok(page.save_png(path)?))?;
     Ok((path, truth.is_some()))
 }
@@ -167,7 +167,7 @@ fn write_paths(
     count: usize,
     folder: &mut RenderFolder,
 ) -> Result<[PathBuf; 2], Failure> {
-    let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
+    let (refraction, domain) = (run.backend.medium(), run.backend.domain());
     let fans = Fan::of_regions(refraction, domain, &view.camera, count);
     let page = paths::sheet(&fans, refraction, &view.name).draw();
     let picture = folder.write(PATHS_PICTURE, |path| Ok(page.save_png(path)?))?;

@@ -1,10 +1,10 @@
 //! Which way is up in the world of a run, and the rotation that turns it to +y.
 
 use crate::exit::Failure;
+use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen;
 use refraxel_core::{Vec3, vec3};
 use refraxel_data::{Dataset, scene_region};
-use refraxel_train::run::Loaded;
 
 /// Upward direction of synthetic datasets in the layout of NeRF.
 const NERF_SYNTHETIC: Vec3<f64> = vec3(0.0, 0.0, 1.0);

@@ -10,7 +10,7 @@ use refraxel_core::Aabb;
 use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
 use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
-use refraxel_train::model::finest_domain;
+use refraxel_train::plan::finest_domain;
 use serde::Serialize;
 
 /// Photographs that are decoded to find the box; training uses as many.

@@ -5,9 +5,10 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::{bytes, count};
 use crate::verbs::evaluation::Evaluation;
+use crate::verbs::loaded::load_run;
 use anyhow::Context;
 use refraxel_core::Extent;
-use refraxel_train::run::{CHECKPOINT, Source, load_run};
+use refraxel_train::run::{CHECKPOINT, Source};
 use refraxel_train::{Backend, Options};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -43,7 +44,8 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         .with_context(|| format!("cannot read {}", path.display()))
         .or_exit(Exit::Io)?
         .len();
-    let field = run.backend.field();
+    let snapshot = run.backend.snapshot();
+    let field = &snapshot.model.field;
     let bounds = &field.domain.bounds;
     let report = Report {
         kind: "run",
@@ -57,7 +59,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         voxels: field.map.voxels() as u64,
         file_bytes: size,
         options: run.options,
-        reflection_strengths: run.backend.reflection().mirrors.iter().map(|m| m.strength).collect(),
+        reflection_strengths: snapshot.model.reflection.mirrors.iter().map(|m| m.strength).collect(),
         source: run.source,
         evaluation: Evaluation::read(folder, SplitName::Test)?,
     };
@@ -75,7 +77,7 @@ impl Report {
         let mut lines = vec![
             format!("{}: a run", self.run.display()),
             format!("trained    {} steps{of}, {:.1} minutes", self.step, self.seconds / 60.0),
-            format!("data       {}: {} views", self.source.path.display(), self.source.train.len()),
+            format!("data       {}: {} views", self.source.name(), self.source.train.len()),
             format!(
                 "grid       {x}×{y}×{z}, {} voxels; file of {}",
                 count(self.voxels),

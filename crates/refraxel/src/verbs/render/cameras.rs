@@ -1,11 +1,11 @@
 //! The cameras of a render: an orbit like the capture, or those of a file.
 
 use crate::exit::Failure;
+use crate::verbs::loaded::Loaded;
 use crate::verbs::{data_failure, reopen};
 use refraxel_core::{Camera, Lens, Vec3};
 use refraxel_data::synth::opengl_matrix;
 use refraxel_data::{NamedCamera, OpenOptions, open_cameras, scene_region};
-use refraxel_train::run::Loaded;
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -7,6 +7,7 @@ use crate::cli::Layer;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupted;
+use crate::verbs::loaded::Loaded;
 use crate::verbs::sheet::save_png;
 use anyhow::anyhow;
 use image::ExtendedColorType;
@@ -16,7 +17,6 @@ use refraxel_train::backend::Marching;
 use refraxel_train::evaluate::{Rendering, render, render_reflection, render_transmission};
 use refraxel_train::index_edit::index_range;
 use refraxel_train::metrics::quantize;
-use refraxel_train::run::Loaded;
 use refraxel_train::schedule::rendering_marching;
 use refraxel_train::{Backend, CpuBackend};
 use serde_json::{Value, json};
@@ -84,7 +84,7 @@ pub fn render_all(
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
-    let (refraction, domain) = (run.backend.refraction(), &run.backend.field().domain);
+    let (refraction, domain) = (run.backend.medium(), run.backend.domain());
     let with_index = views.layers.iter().any(|&l| is_refractive(l));
     let index_range = index_range(refraction);
     let mut depths = Depths { seen: views.depth, surface: views.depth };

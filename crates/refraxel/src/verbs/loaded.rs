@@ -1,0 +1,26 @@
+//! A run that was read back, with a backend that renders it.
+
+use crate::exit::Failure;
+use refraxel_train::run::{Run, Source, State};
+use refraxel_train::{CpuBackend, Options, plan::Plan};
+use std::path::Path;
+
+/// A run that was read back, with a backend that renders it.
+pub struct Loaded {
+    /// Its options.
+    pub options: Options,
+    /// Its plan.
+    pub plan: Plan,
+    /// Where it stands.
+    pub state: State,
+    /// What it was trained on.
+    pub source: Source,
+    /// Its parameters.
+    pub backend: CpuBackend,
+}
+
+/// Reads the run of a folder.
+pub fn load_run(folder: &Path) -> Result<Loaded, Failure> {
+    let Run { options, plan, state, source, model, .. } = Run::load(folder)?;
+    Ok(Loaded { options, plan, state, source, backend: CpuBackend::new(model) })
+}

@@ -1,0 +1,85 @@
+//! The progress of a training on standard error, from its events.
+
+use crate::progress::{Progress, Show, Subtask};
+use crate::sentences::{phase_name, sentence, task_name};
+use refraxel_train::events::{Event, Record, Task};
+
+/// Thousandths of a time budget.
+const THOUSAND: u64 = 1000;
+
+/// Shows what a session tells.
+pub struct Watch {
+    show: Show,
+    /// The photographs, then the training.
+    progress: Option<Progress>,
+    /// Steps in all; `None` where the time counts.
+    steps: Option<u64>,
+    done: u64,
+    note: String,
+}
+
+impl Watch {
+    pub fn new(show: Show) -> Self {
+        Self { show, progress: None, steps: None, done: 0, note: String::new() }
+    }
+
+    /// Photographs are decoded.
+    pub fn load(&mut self, event: &Event) {
+        let Event::Progress { task: Task::LoadingPhotos, done, total } = *event else { return };
+        let new = || Progress::new(self.show, "images", total);
+        self.progress.get_or_insert_with(new).set(done, "");
+    }
+
+    /// Training begins.
+    pub fn start(&mut self, steps: Option<u64>) {
+        self.steps = steps;
+        self.progress = Some(Progress::new(self.show, "training", steps.unwrap_or(THOUSAND)));
+    }
+
+    /// The run stands at this share of its length.
+    pub fn stands(&mut self, share: f64) {
+        self.done = (share * self.steps.unwrap_or(THOUSAND) as f64).round() as u64;
+        self.set();
+    }
+
+    fn set(&mut self) {
+        if let Some(progress) = &mut self.progress {
+            progress.set(self.done, &self.note);
+        }
+    }
+
+    /// Something happened.
+    pub fn tell(&mut self, event: &Event) {
+        match event {
+            Event::Record(record) => {
+                self.note = note(record);
+                self.stands(record.progress);
+            }
+            Event::Progress { task, done, total } => {
+                let task = Subtask { name: task_name(*task), done: *done, total: Some(*total) };
+                if let Some(progress) = &mut self.progress {
+                    progress.subtask(&task, "");
+                }
+            }
+            other => {
+                if let (Some(progress), Some(text)) = (&mut self.progress, sentence(other)) {
+                    progress.say(&text);
+                }
+                self.set();
+            }
+        }
+    }
+
+    /// Training ends, at its end or before.
+    pub fn end(self, finished: bool) {
+        let Some(progress) = self.progress else { return };
+        if finished { progress.finish(&self.note) } else { progress.abandon(&self.note) }
+    }
+}
+
+fn note(r: &Record) -> String {
+    let index: Vec<String> = r.index.iter().take(3).map(|n| format!("{n:.3}")).collect();
+    let index = if index.is_empty() { String::new() } else { format!("  n {}", index.join(" ")) };
+    let (phase, size, psnr, speed) = (phase_name(r.phase), r.resolution, r.train_psnr, r.krays_per_s);
+    format!("{phase}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s")
+}
