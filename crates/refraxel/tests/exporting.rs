@@ -6,7 +6,6 @@ use common::*;
 use refraxel::verbs::loaded::load_run;
 use refraxel_core::LevelSet;
 use refraxel_train::Backend;
-use refraxel_train::Backend;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

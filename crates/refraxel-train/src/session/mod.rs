@@ -176,6 +176,9 @@ impl<B: Backend> Session<B> {
             let (was, found) = (run.source.train.len(), names.len());
             return Err(SessionError::OtherViews { data: setup.source.name(), was, found });
         }
+        if run.state.bends_since.is_none() && !run.state.stays_straight {
+            recipe::check(&run.options, recipe::has_masks(&setup.data), setup.index.as_ref())?;
+        }
         let lessons = setup.lessons(setup.photos(observer)?)?;
         let mut backend = make(run.model.clone());
         backend.load(run.model, Some(run.optimiser));
