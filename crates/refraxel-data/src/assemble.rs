@@ -236,7 +236,8 @@ fn truth(parsed: &mut ParsedDataset) -> Option<Value> {
         .ok()
 }
 
-/// The user's word, alpha, the description's word, the truth's word, or what fits the kind of images.
+/// The backdrop, from the first of these that states one: the user, alpha in the images, the description, the truth, the
+/// kind of images.
 fn backdrop(
     parsed: &ParsedDataset,
     headers: &[Header],

@@ -1,4 +1,4 @@
-//! Reading little-endian binary files: every read is checked, every error names the byte.
+//! Reading little-endian binary files: every read is checked, and every error names the byte.
 
 use crate::DataError;
 use std::path::Path;
@@ -17,7 +17,7 @@ impl<'a> Bytes<'a> {
         Self { path, all, at: 0 }
     }
 
-    /// Bytes that are left.
+    /// Number of bytes that are left.
     pub fn left(&self) -> usize {
         self.all.len() - self.at
     }
@@ -78,7 +78,7 @@ impl<'a> Bytes<'a> {
         Ok(values)
     }
 
-    /// The bytes before the next NUL, which is consumed; not UTF-8 is an error.
+    /// The bytes before the next NUL, which is consumed; bytes that are not UTF-8 are an error.
     pub fn text(&mut self, expected: &'static str) -> Result<String, DataError> {
         let rest = &self.all[self.at..];
         let Some(length) = rest.iter().position(|b| *b == 0) else {

@@ -50,11 +50,11 @@ pub struct Inspection {
 pub struct ViewCounts {
     /// All usable views.
     pub total: usize,
-    /// To learn from.
+    /// Training views.
     pub train: usize,
-    /// For tuning.
+    /// Validation views.
     pub val: usize,
-    /// Held out.
+    /// Held-out views.
     pub test: usize,
 }
 
@@ -69,7 +69,7 @@ pub struct SizeCount {
     pub count: usize,
 }
 
-/// Cameras in a few numbers.
+/// Summary of the cameras.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraSummary {
     /// Lens models that occur.
@@ -82,7 +82,7 @@ pub struct CameraSummary {
     pub distance: [f64; 3],
 }
 
-/// Masks in a few words.
+/// Summary of the masks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MaskSummary {
     /// `refractive`, `keep` or `ignore`: what white means.
@@ -100,7 +100,7 @@ pub struct Finding {
     pub message: String,
 }
 
-/// Summarises a dataset. Decodes no pixels.
+/// Summarises a dataset without decoding pixels.
 pub fn report(data: &Dataset) -> Inspection {
     let region = scene_region(data);
     let split = &data.split;

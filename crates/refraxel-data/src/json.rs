@@ -4,8 +4,8 @@ use crate::{DataError, limits};
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Reads a JSON file. Comments and the literals NaN and ±Infinity (Python writes them) are allowed; the latter read as
-/// `null`, so that the key they stand at is named when its number is asked for.
+/// Reads a JSON file. Comments and the literals NaN and ±Infinity (Python writes them) are allowed; the literals
+/// are read as `null`, so that an error names their key when its number is needed.
 pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
     let text = limits::read_text(path)?;
     serde_json::from_str(&plain(&text)).map_err(|source| DataError::Json { path: path.to_owned(), source })

@@ -1,4 +1,4 @@
-//! Posed photographs: importers, images, masks, splits and what is wrong with them.
+//! Posed photographs: importers, images, masks and splits, and a report of everything that looks wrong.
 //!
 //! [`Dataset::open`] reads a folder of any supported [`Format`], [`Dataset::in_memory`] takes arrays;
 //! [`Dataset::load_photos`] gives the pixels of both. Every importer converts to the one camera frame of

@@ -43,7 +43,7 @@ pub(crate) fn find_all(
     parsed.frames.par_iter().zip(cameras).map(find).collect()
 }
 
-/// The mask that lies where the conventions put it.
+/// The mask at one of the places where tools put it.
 fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
     let root = parsed.root.folder();
     let inside = image.strip_prefix(root).unwrap_or(Path::new(image.file_name()?));

@@ -48,7 +48,7 @@ pub fn read_mesh(path: &Path) -> Result<TriangleMesh, DataError> {
     }
 }
 
-/// Edges of an odd number of triangles.
+/// Number of edges that belong to an odd number of triangles.
 fn open_edges(mesh: &TriangleMesh) -> usize {
     let (vertices, triangles) = mesh.parts();
     // Adding zero makes −0 and 0 one place.

@@ -8,8 +8,8 @@ use std::path::Path;
 impl Dataset {
     /// Opens a dataset folder or description file of any supported [`Format`](crate::Format).
     ///
-    /// Reads descriptions and image headers, no pixels (but for a few images with alpha). Views whose image is missing
-    /// are left out with a warning in [`Dataset::problems`].
+    /// It reads descriptions and image headers, and no pixels except those of a few images with alpha. Views whose
+    /// image is missing are left out with a warning in [`Dataset::problems`].
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Dataset, DataError> {
         let path = path.as_ref();
         let parsed = import(path, options)?;

@@ -2,15 +2,16 @@
 
 use crate::{Backdrop, MaskMeaning};
 
-/// What the user may decide about a dataset.
+/// What the user may decide about a dataset that is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenOptions {
-    /// Hold out every n-th view (sorted by name, from the first) of datasets that state no split; default 8, 0 = none.
+    /// Hold out every n-th view (sorted by name, from the first) of datasets that state no split; 8 by
+    /// default, 0 for none.
     pub holdout: Option<usize>,
     /// Allow files outside the dataset's folder (absolute paths, `..`, symbolic links).
     pub allow_outside: bool,
-    /// What lies behind the scene, instead of what the files say.
+    /// What lies behind the scene, whatever the files say.
     pub backdrop: Option<Backdrop>,
-    /// What the masks mean, instead of what was concluded.
+    /// What the white of all masks means, whatever the files say.
     pub mask_meaning: Option<MaskMeaning>,
 }

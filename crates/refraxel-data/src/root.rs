@@ -3,7 +3,7 @@
 use crate::DataError;
 use std::path::{Path, PathBuf};
 
-/// Extensions that are tried, in this order, for image names without one.
+/// Extensions that are tried, in this order, for image names without an extension.
 const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "PNG", "JPG", "JPEG", "exr"];
 
 /// A dataset's folder. Paths stated in files are resolved against it and may not leave it.
@@ -37,7 +37,7 @@ impl Root {
         &self.folder
     }
 
-    /// The existing file that `stated` names, `None` when there is none; an image extension may be lacking.
+    /// The existing file that `stated` names, `None` when there is none; an image extension may be missing.
     /// Backslashes separate folders too, as datasets written on Windows have them.
     pub fn find(&self, stated: &str, by: Statement<'_>) -> Result<Option<PathBuf>, DataError> {
         self.find_below("", stated, by)

@@ -5,7 +5,7 @@ use crate::{DataError, OpenOptions, Problem, Split, limits};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Every how many views one is held out where nothing is stated (bmild, gsplat, NerfBaselines).
+/// One view in so many is held out where no split is stated (bmild, gsplat, NerfBaselines).
 const DEFAULT_HOLDOUT: usize = 8;
 
 /// Decides the split: lists in the file, then `{train,val,test}_list.txt`, then the format's own, then every n-th view

@@ -27,8 +27,8 @@ impl IndexVolume {
         fits.then_some(Self { bounds, cells, values })
     }
 
-    /// Reads `n[x, y, z]` at the centres of the cells of a box: an `.npz` with the arrays `n`, `min` and `max` as
-    /// `refraxel synth` writes it, or an `.npy`, which needs `bounds`. `bounds`, where given, replace those of the file.
+    /// Reads `n[x, y, z]` at the centres of the cells of a box from an `.npz` with the arrays `n`, `min` and `max` as
+    /// `refraxel synth` writes it, or from an `.npy`, which needs `bounds`. `bounds`, where given, replace those of the file.
     pub fn read(path: &Path, bounds: Option<Aabb<f64>>) -> Result<Self, DataError> {
         let content = limits::read(path, limits::BINARY_BYTES)?;
         let fault = |key: &str, found: String, expected| DataError::Value {

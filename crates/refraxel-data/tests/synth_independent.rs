@@ -99,7 +99,7 @@ fn differences(folder: &Path, ior: f64) -> Vec<u8> {
 #[test]
 fn synth_glass_ball_agrees_with_the_path_tracer() {
     let Some(folder) = shared("glass_ball") else { return };
-    // Which things stand around is not told; the median needs only that most rays through the ball miss them.
+    // The surroundings are not known; the median needs only that most rays through the ball miss them.
     let [right, wrong] = [1.5, 1.47].map(|ior| differences(&folder, ior));
     let (count, within) =
         (right.len(), right.iter().filter(|&&d| d <= 4).count() as f64 / right.len() as f64);

@@ -1,4 +1,5 @@
-//! What can be wrong with a dataset. Each message says which file and key, what was found, what was expected, what to do.
+//! What can be wrong with a dataset. Each message says which file and key, what was found, what
+//! was expected, and what to do.
 
 mod memory;
 
@@ -13,7 +14,7 @@ pub enum DataError {
     /// The path does not exist.
     #[error("{path}: no such file or folder; check the spelling, or give the folder that holds the dataset", path = path.display())]
     NotFound {
-        /// What was asked for.
+        /// The path that was given.
         path: PathBuf,
     },
     /// The operating system refused to read a file.
@@ -24,7 +25,7 @@ pub enum DataError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// Nothing known was found.
+    /// There is no dataset of a known format.
     #[error(
         "{path}: no dataset found; expected transforms.json, transforms_train.json (Blender), a COLMAP model \
          (cameras and images as .bin or .txt in sparse/0, colmap/sparse/0, sparse or here), poses_bounds.npy (LLFF), \
@@ -118,7 +119,7 @@ pub enum DataError {
         /// The path as stated.
         found: String,
     },
-    /// Not one image was found.
+    /// None of the images exists.
     #[error(
         "{path}: none of the {count} images it names exists; the first is {first:?}; put the images beside the file or \
          correct the names",
@@ -132,7 +133,7 @@ pub enum DataError {
         /// The first of them.
         first: String,
     },
-    /// A list of cameras without any.
+    /// A file names no camera.
     #[error("{path}: it names no cameras; expected at least one frame", path = path.display())]
     NoCameras {
         /// The file.
@@ -227,16 +228,16 @@ pub enum DataError {
 /// Why a matrix is not a camera pose.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PoseFault {
-    /// NaN or infinity.
+    /// An entry is NaN or infinite.
     #[error("the pose has an entry that is not a finite number")]
     NotFinite,
-    /// A reflection.
+    /// The rotation contains a reflection.
     #[error("the rotation has determinant {0:.3}: it mirrors the world (one axis has the wrong sign)")]
     Mirrored(f64),
     /// No rotation can be extracted.
     #[error("the rotation is singular (determinant {0:.1e})")]
     Singular(f64),
-    /// Scale or shear.
+    /// The rotation contains scale or shear.
     #[error(
         "the rotation is {0:.2e} away from orthonormal (at most 1e-2 is repaired): it contains scale or shear"
     )]
@@ -246,7 +247,7 @@ pub enum PoseFault {
     Quaternion(f64),
 }
 
-/// Width and height [pixel] as people write them.
+/// Width and height [pixel], printed as `24x16`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Columns.

@@ -1,6 +1,6 @@
 //! NumPy `.npz` archives: ZIP files whose entries are stored as they are, as `numpy.savez` writes them.
 //!
-//! Source: PKWARE APPNOTE 6.3. Sizes come from the central directory; those of the local headers may be left open.
+//! Source: PKWARE APPNOTE 6.3. Sizes come from the central directory; the local headers may lack them.
 
 use crate::DataError;
 use crate::bytes::Bytes;

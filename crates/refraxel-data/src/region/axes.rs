@@ -3,7 +3,7 @@
 use super::quantile;
 use refraxel_core::{Camera, Mat3, Vec3, vec3};
 
-/// How the cameras of a capture stand to each other.
+/// How the cameras of a capture are arranged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Around something, looking at it.

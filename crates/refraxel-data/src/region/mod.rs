@@ -1,4 +1,4 @@
-//! Where the scene is: a box from cameras, points and pictures, so that nobody has to draw one by hand.
+//! Where the scene is: a box from cameras, points and pictures, so that the user need not draw one.
 
 mod axes;
 mod content;
@@ -27,7 +27,7 @@ const MIN_POINTS: usize = 100;
 /// Added on each side of a box made of points, in its size.
 const POINT_MARGIN: f64 = 0.1;
 
-/// The region of a dataset from its cameras and, where present, points; a stated box is taken at its word.
+/// The region of a dataset from its cameras and, where present, points; a stated box is used as it is.
 ///
 /// Bounded scenes (transparent or one-coloured backdrop): the cube around the largest sphere that half of the views see
 /// whole. It contains everything that stands free in most pictures; [`Region::around_content`] shrinks it to what the
@@ -75,7 +75,7 @@ fn subject(capture: &Capture, points: &[Vec3<f64>]) -> Option<Aabb<f64>> {
     ((max - min).min_element() > 0.0).then(|| Aabb::new(min - margin, max + margin))
 }
 
-/// What one camera of a forward-facing capture sees between two depths.
+/// The box of what one camera of a forward-facing capture sees between two depths.
 fn frustum(camera: &Camera, range: [f64; 2]) -> Aabb<f64> {
     let mut bounds = Aabb::empty();
     for ray in border(camera) {

@@ -1,4 +1,4 @@
-//! A dataset of a scene in memory: cameras, pictures, masks and truth, without files.
+//! The views of a scene rendered in memory: cameras, pictures, masks and truth, without files.
 
 use super::cameras::{CAMERA_ANGLE_X, CameraSet, cameras};
 use super::hash::mix;
@@ -157,7 +157,7 @@ pub struct SynthView {
     pub image: Image,
     /// Coverage by refractive bodies as first thing seen.
     pub mask: Mask,
-    /// The same view without refractive bodies; test views only, and only when asked for.
+    /// The same view without refractive bodies; test views only, and only with [`DatasetOptions::twins`].
     pub twin: Option<Image>,
 }
 
@@ -214,7 +214,7 @@ pub(super) fn background_of(scene: &Scene) -> Option<[u8; 3]> {
     }
 }
 
-/// Render all views of a scene in memory, on the current rayon pool.
+/// Renders all views of a scene in memory, on the current rayon pool.
 ///
 /// The same scene and options give the same bits on any number of threads.
 pub fn render_dataset(scene: &Scene, options: &DatasetOptions) -> SynthDataset {

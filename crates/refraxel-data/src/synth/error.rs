@@ -9,7 +9,7 @@ pub enum SynthError {
     /// No scene of that name.
     #[error("there is no scene {found:?}; choose one of: {known}")]
     UnknownScene {
-        /// What was asked for.
+        /// The name that was given.
         found: String,
         /// All names, separated by commas.
         known: String,
@@ -65,7 +65,7 @@ pub enum SynthError {
     /// No thread pool of that size.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
-        /// How many were asked for.
+        /// The number that was given.
         threads: usize,
         /// What the pool said.
         source: rayon::ThreadPoolBuildError,

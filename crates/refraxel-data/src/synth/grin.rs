@@ -43,7 +43,8 @@ impl Phase {
     }
 }
 
-// Dormand & Prince 1980, RK5(4)7M. The last row of A is the fifth-order solution; ERROR is it minus the fourth-order one.
+// Dormand & Prince 1980, RK5(4)7M. The last row of A is the fifth-order solution; ERROR is
+// that solution minus the fourth-order one.
 const A: [&[f64]; 6] = [
     &[1.0 / 5.0],
     &[3.0 / 40.0, 9.0 / 40.0],

@@ -1,6 +1,6 @@
 //! Numbers that look random and depend on nothing but their arguments, so that any thread may draw them in any order.
 
-/// Mix a seed and a counter into 64 well-spread bits (the finaliser of SplitMix64, Steele et al. 2014).
+/// Mixes a seed and a counter into 64 well-spread bits (the finaliser of SplitMix64, Steele et al. 2014).
 #[inline]
 pub(super) fn mix(seed: u64, counter: u64) -> u64 {
     let mut z = seed ^ counter.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x9e37_79b9_7f4a_7c15);

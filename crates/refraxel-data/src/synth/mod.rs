@@ -1,10 +1,10 @@
 //! Exact reference renderings of refractive scenes, with ground truth.
 //!
-//! A tracer in double precision that shares no marching code with the differentiable renderer, so that each proves the
-//! other. Surfaces are met in closed form or by sphere tracing, interfaces obey Snell and Fresnel exactly, graded media
-//! are integrated with error control, and rays split deterministically; all light comes from emissive textures, so that
-//! pictures carry no noise beyond that of the pixel filter. Colours are basic radiance L/n², theory (1.4): a surface
-//! under water shows the colour that it shows in air.
+//! A tracer in double precision that shares no marching code with the differentiable renderer, so that each can be
+//! tested against the other. Intersections are found in closed form or by sphere tracing, interfaces obey Snell and
+//! Fresnel exactly, graded media are integrated with error control, and rays split deterministically; all light comes
+//! from emissive textures, so that pictures carry no noise beyond that of the pixel filter. Colours are basic radiance
+//! L/n², theory (1.4): a surface under water shows the colour that it shows in air.
 
 mod cameras;
 mod dataset;

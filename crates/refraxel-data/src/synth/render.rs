@@ -62,7 +62,7 @@ struct Pixel {
     tally: Tally,
 }
 
-/// Render one view; `view` is any number that differs between views, so that their jitter does.
+/// Renders one view; `view` is any number that differs between views, so that their jitter does.
 ///
 /// The same arguments give the same bits on any number of threads.
 pub fn render_view(scene: &Scene, camera: &Camera, view: u64, sampling: &Sampling) -> Frame {
@@ -115,7 +115,7 @@ impl<'a> PixelRenderer<'a> {
         pixel
     }
 
-    /// Set colour and coverage from `spp` samples; returns how far the samples' sRGB values lie apart.
+    /// Sets colour and coverage from `spp` samples; returns how far the samples' sRGB values lie apart.
     fn sample(&self, pixel: &mut Pixel, [x, y]: [u32; 2], spp: u32) -> f64 {
         let side = f64::from(spp).sqrt().ceil() as u64;
         let seed = mix(self.seed, u64::from(y) << 32 | u64::from(x));

@@ -8,11 +8,11 @@ use refraxel_core::{Aabb, Ray, Vec3, vec3};
 /// What a body is made of.
 #[derive(Clone, Debug)]
 pub enum Matter {
-    /// Ends rays with its own light.
+    /// Opaque: a ray ends there with the colour of the texture.
     Opaque(Texture),
-    /// The same under a clear coat of this index, whose outer face mirrors.
+    /// Opaque under a clear coat of this index, whose outer face reflects.
     Glazed(Texture, f64),
-    /// Bends rays.
+    /// Transparent: rays are refracted.
     Refractive {
         /// What fills the body.
         medium: Medium,
@@ -67,7 +67,7 @@ impl Body {
     }
 }
 
-/// Light from far away.
+/// Light that comes from far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Environment {
     /// The same from everywhere.
@@ -112,10 +112,10 @@ pub struct Scene {
     pub bounds: Aabb<f64>,
 }
 
-/// A crossing and whose it is.
+/// A crossing and the body that it belongs to.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// Where.
+    /// Where the ray crosses the surface.
     pub crossing: Crossing,
     /// Index into [`Scene::bodies`].
     pub body: usize,
@@ -138,8 +138,8 @@ impl Scene {
         best
     }
 
-    /// The first thing that the eye would name along a straight ray from a point with `inside` around it: an opaque
-    /// body, or the visible part of a refractive one. What masks, depth and normals show.
+    /// The first visible surface along a straight ray from a point with `inside` around it: that of an opaque body, or
+    /// of the visible part of a refractive one. Masks, depth and normals show it.
     pub fn first_visible(&self, ray: &Ray<f64>, inside: Inside) -> Option<Hit> {
         let (mut inside, mut at) = (inside, *ray);
         let mut gone = 0.0;
@@ -218,7 +218,7 @@ impl Scene {
         self.medium(self.inside(x)).map_or(1.0, |m| m.index.n(x))
     }
 
-    /// The twin of this scene from which everything refractive has been taken away.
+    /// The twin of this scene: the same without everything refractive.
     pub fn without_refraction(&self) -> Scene {
         let mut twin = self.clone();
         twin.bodies.retain(|b| b.medium().is_none());

@@ -33,7 +33,7 @@ impl Texture {
     }
 }
 
-/// Cells of hashed colours; in each a dot, ring, cross, stripes, checks or small dots in a second colour, under
+/// Cells of hashed colours. Each shows a dot, ring, cross, stripes, checks or small dots in a second colour, under
 /// brightness noise at a coarse and a fine scale.
 #[derive(Clone, Debug)]
 pub struct Mosaic {

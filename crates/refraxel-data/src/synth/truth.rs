@@ -1,5 +1,5 @@
-//! Truth about refractive objects, as `scene.json` tells it: written for our scenes, read for ours and for the
-//! path-traced ones.
+//! The truth about refractive objects that `scene.json` states: it is written for our scenes, and read for ours and for
+//! the path-traced ones.
 
 use super::medium::{Index, Medium};
 use super::scene::{Body, Environment, Matter, Scene};
@@ -19,7 +19,7 @@ pub struct IndexTruth {
 }
 
 impl IndexTruth {
-    /// Read a `scene.json`; `None` where it has no such list as [`IndexTruth::from_scene_json`] understands.
+    /// Reads a `scene.json`; `None` where it has no such list as [`IndexTruth::from_scene_json`] understands.
     ///
     /// Errors: the file cannot be read, is too large, or is not JSON (`NaN` and `Infinity`, which Python writes, are
     /// understood).
@@ -27,9 +27,9 @@ impl IndexTruth {
         Ok(Self::from_scene_json(&json::read(path)?))
     }
 
-    /// Read the list `refractive` (and `opaque`, where there is one) of a `scene.json`.
+    /// Reads the list `refractive` (and `opaque`, where there is one) of a `scene.json`.
     ///
-    /// Understands our own entries (keys `region` and `index`) and those of the path-traced scenes: `shape` sphere
+    /// It understands our own entries (keys `region` and `index`) and those of the path-traced scenes: `shape` sphere
     /// (`center`, `radius`, `ior`), box (`min`, `max`, `ior`) and luneburg (`center`, `radius`). Later entries lie
     /// inside earlier ones. `None` when there is no such list, it is empty, or an entry is of another kind.
     pub fn from_scene_json(json: &Value) -> Option<IndexTruth> {
@@ -46,7 +46,7 @@ impl IndexTruth {
         Some(IndexTruth::from_bodies(bodies))
     }
 
-    /// The truth of a scene that has just been built.
+    /// The truth of a scene; `None` for one without refractive bodies.
     pub fn of_scene(scene: &Scene) -> Option<IndexTruth> {
         scene
             .bodies
@@ -71,7 +71,7 @@ impl IndexTruth {
         self.signed_distance_like(x) < 0.0
     }
 
-    /// True inside of an opaque body, where no ray ever asks for the index.
+    /// True inside of an opaque body, where no ray needs the index.
     pub fn is_opaque(&self, x: Vec3<f64>) -> bool {
         self.scene.bodies.iter().any(|b| b.medium().is_none() && b.shape.contains(x))
     }
@@ -144,8 +144,8 @@ fn body_of(entry: &Value, position: usize) -> Option<Body> {
     Some(Body { name: String::new(), shape, matter: Matter::Refractive { medium, priority, visible } })
 }
 
-/// The entries of `refractive`: for people and for tools that know spheres and boxes (`shape`, its numbers, `ior`), and
-/// exactly (`region`, `index`).
+/// The entries of `refractive`. Each states its body twice: for people and for tools that know spheres and boxes
+/// (`shape`, its numbers, `ior`), and exactly (`region`, `index`).
 pub(super) fn refractive_json(scene: &Scene) -> Value {
     scene.bodies.iter().enumerate().filter_map(|(i, b)| entry_of(scene, i, b)).collect()
 }
@@ -157,11 +157,11 @@ fn entry_of(scene: &Scene, at: usize, body: &Body) -> Option<Value> {
     let mut entry = Map::new();
     entry.insert("name".into(), json!(body.name));
     if let Index::Constant { ior } = medium.index {
-        // A mesh is told once, under `region`.
-        let told = matches!(body.shape, Shape::Mesh(_))
+        // A mesh is written once, under `region`.
+        let stated = matches!(body.shape, Shape::Mesh(_))
             .then(|| json!({ "shape": "mesh" }))
             .unwrap_or(region.clone());
-        entry.extend(told.as_object().cloned().unwrap_or_default());
+        entry.extend(stated.as_object().cloned().unwrap_or_default());
         entry.insert("ior".into(), json!(ior));
     } else {
         entry.extend(index.as_object().cloned().unwrap_or_default());
@@ -195,7 +195,7 @@ fn outside_of(scene: &Scene, at: usize, priority: u32) -> f64 {
 
 /// The shapes of opaque bodies.
 pub(super) fn opaque_json(scene: &Scene) -> Value {
-    let told = |b: &Body| {
+    let opaque = |b: &Body| {
         let mut entry = json!(b.shape);
         entry["name"] = json!(b.name);
         if let Matter::Glazed(_, ior) = b.matter {
@@ -203,7 +203,7 @@ pub(super) fn opaque_json(scene: &Scene) -> Value {
         }
         entry
     };
-    scene.bodies.iter().filter(|b| b.medium().is_none()).map(told).collect()
+    scene.bodies.iter().filter(|b| b.medium().is_none()).map(opaque).collect()
 }
 
 #[cfg(test)]

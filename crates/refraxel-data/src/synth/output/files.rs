@@ -11,7 +11,7 @@ pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Erro
     move |source| SynthError::Io { action, path, source }
 }
 
-/// Write under a temporary name in the same folder, flush to the disk, then rename.
+/// Writes under a temporary name in the same folder, flushes to the disk, then renames.
 pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SynthError> {
     let mut name: OsString = path.file_name().unwrap_or_default().to_owned();
     name.push(".tmp");
@@ -21,12 +21,12 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SynthError> {
     fs::rename(&temporary, path).map_err(io("write", path))
 }
 
-/// Create a folder and its parents.
+/// Creates a folder and its parents.
 pub(super) fn create_folder(path: &Path) -> Result<(), SynthError> {
     fs::create_dir_all(path).map_err(io("create", path))
 }
 
-/// Remove every file of a folder (not its subfolders); a missing folder is fine.
+/// Removes every file of a folder (not its subfolders); a missing folder is fine.
 pub(super) fn clear_folder(path: &Path) -> Result<(), SynthError> {
     for file in files_in(path)? {
         fs::remove_file(&file).map_err(io("remove", &file))?;

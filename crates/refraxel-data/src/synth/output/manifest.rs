@@ -1,4 +1,4 @@
-//! What a folder was made with, so that an interrupted run goes on and a different one starts afresh.
+//! The parameters that a folder was made with, so that an interrupted run can continue and a different one starts anew.
 
 use super::super::error::SynthError;
 use super::files::{clear_folder, io, write_whole};
@@ -55,8 +55,8 @@ impl Manifest {
     }
 }
 
-/// Make a folder ready for pictures made with `parameters`: keep those of an interrupted run with the same ones,
-/// remove those of any other run of this program, refuse a folder with a dataset from elsewhere.
+/// Makes a folder ready for pictures made with `parameters`: pictures of an interrupted run with the same parameters stay,
+/// those of any other run of this program are removed, and a folder with a dataset from elsewhere is refused.
 pub(super) fn prepare(folder: &Path, parameters: &Value) -> Result<Manifest, SynthError> {
     let wanted = |state| Manifest { state, parameters: parameters.clone() };
     match Manifest::read(folder)? {

@@ -11,7 +11,7 @@ use crate::synth::trace::{Limits, Reflection};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// What `refraxel synth` is asked for.
+/// The options of `refraxel synth`.
 #[derive(Clone, Debug)]
 pub struct SynthOptions {
     /// Name of the scene, see [`scene_list`](crate::synth::scene_list).

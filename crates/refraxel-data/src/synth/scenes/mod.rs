@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::shape::TriangleMesh;
 use surroundings::Setting;
 
-/// What `--list` prints about a scene.
+/// What `refraxel synth --list` prints about a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneInfo {
     /// Name on the command line.
@@ -24,7 +24,7 @@ pub struct SceneInfo {
 /// The index of a scene that may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IorRange {
-    /// Used when nothing else is asked for.
+    /// Used when no other is given.
     pub default: f64,
     /// Smallest allowed.
     pub min: f64,
@@ -32,7 +32,7 @@ pub struct IorRange {
     pub max: f64,
 }
 
-/// What a scene can be asked for.
+/// Options of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct SceneOptions {
     /// Choice of textures and of the turn of the surroundings; 0 is the usual picture.
@@ -129,7 +129,7 @@ pub fn scene_list() -> Vec<SceneInfo> {
     SCENES.iter().map(|(info, _)| *info).collect()
 }
 
-/// Build a scene by name.
+/// Builds a scene by name.
 ///
 /// # Errors
 /// [`SynthError::UnknownScene`], and [`SynthError::Range`] for an index that the scene forbids.

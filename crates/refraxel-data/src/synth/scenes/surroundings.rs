@@ -1,4 +1,4 @@
-//! What stands around the refractive body in most scenes: a tiled ground and a ring of textured things.
+//! The surroundings of the refractive body in most scenes: a tiled ground and a ring of textured objects.
 
 use super::super::hash::{mix, unit};
 use super::super::scene::{Body, Environment, Scene};
@@ -57,7 +57,7 @@ impl Setting {
         Body::opaque("ground", shape, texture)
     }
 
-    /// The ring of things.
+    /// The ring of objects.
     fn ring(&self) -> Vec<Body> {
         let upright = |x: f64, y: f64, top: Vec3<f64>, radius| {
             Shape::cylinder(self.at(x, y, GROUND).to_array(), top.to_array(), radius)
@@ -123,7 +123,7 @@ impl Setting {
         self.on(self.ground(&colors, 0.14), bodies)
     }
 
-    /// The same on a calm ground, for scenes that are full of things already.
+    /// The same on a calm ground, for scenes with many objects of their own.
     pub(super) fn calm_scene(&self, bodies: Vec<Body>) -> Scene {
         self.on(self.ground(&[0xf1ecdf, 0x9db7c6, 0x54788f, 0xd8c49a], 0.22), bodies)
     }

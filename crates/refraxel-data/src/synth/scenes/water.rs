@@ -1,4 +1,4 @@
-//! Scenes with water and things in it.
+//! Scenes of water with objects in it.
 
 use super::super::medium::Medium;
 use super::super::scene::{Body, Scene};
@@ -6,7 +6,7 @@ use super::super::shape::{Polyhedron, Primitive, Shape};
 use super::surroundings::{GROUND, Setting};
 use refraxel_core::vec3;
 
-/// Things on the floor of a tank, and a pole that reaches out of it.
+/// Objects on the floor of a tank, and a pole that reaches out of it.
 pub(super) fn things(s: &Setting, floor: f64) -> Vec<Body> {
     let pole = Shape::cylinder([0.28, -0.3, floor + 0.02], [-0.12, 0.2, 0.5], 0.05);
     let (a, b) = (vec3(0.8, 0.6, 0.0), vec3(-0.6, 0.8, 0.0));

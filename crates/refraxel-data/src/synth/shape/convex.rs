@@ -18,7 +18,8 @@ impl Interval {
         Interval { enter: end(f64::NEG_INFINITY), leave: end(f64::INFINITY) }
     }
 
-    /// Keep the part below a plane of outward unit `normal`; `height` of the origin above it. False: nothing is left.
+    /// Keeps the part below a plane of outward unit `normal`; `height` of the origin above it. Returns false when nothing is
+    /// left.
     #[inline]
     fn cut(&mut self, normal: Vec3<f64>, height: f64, direction: Vec3<f64>) -> bool {
         let slope = normal.dot(direction);

@@ -218,7 +218,7 @@ fn corner(word: &str, vertices: usize) -> Option<u32> {
     u32::try_from(zero_based).ok()
 }
 
-/// Halve a node at the median triangle centre of its longest axis until it is a leaf.
+/// Halves a node at the median triangle centre of its longest axis until it is a leaf.
 fn split(surface: &mut Surface, nodes: &mut Vec<Node>, at: usize) {
     let Node { first, count, .. } = nodes[at];
     let mut bounds = Aabb::empty();

@@ -8,13 +8,14 @@ use crate::synth::scene::Hit;
 use crate::synth::shape::S_MIN;
 use refraxel_core::Ray;
 
-/// Longest chord of a step in a graded medium [scene unit]; its sagitta bounds what a grazed edge may be off by.
+/// Longest chord of a step in a graded medium [scene unit]; its sagitta bounds the error at a
+/// grazed edge.
 const CHORD_MAX: f64 = 0.05;
 /// A ray that winds longer than this in a graded medium is trapped [scene unit].
 const WINDING_MAX: f64 = 60.0;
 
 impl Tracer<'_> {
-    /// Follow a ray to the next surface.
+    /// Follows a ray to the next surface.
     pub fn fly(&self, beam: &Beam) -> Flight {
         let medium = self.scene.medium(beam.inside);
         match medium {

@@ -44,7 +44,7 @@ impl Default for Limits {
     }
 }
 
-/// What tracing has cost.
+/// The cost of tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Flights from one surface to the next.
@@ -69,7 +69,7 @@ pub struct Beam {
     pub inside: Inside,
 }
 
-/// One flight: where it ended and what was absorbed on the way.
+/// The way from one surface to the next: where it ended and what was absorbed.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// Position and direction on arrival.
@@ -80,7 +80,7 @@ pub struct Flight {
     pub transmittance: Rgb,
 }
 
-/// What an interface does to a ray.
+/// The two rays that leave an interface.
 #[derive(Clone, Copy, Debug)]
 pub struct Interface {
     /// The ray that goes on beyond; `None` on total internal reflection.
@@ -106,7 +106,7 @@ impl Tracer<'_> {
         Beam { ray, inside: self.scene.inside(ray.origin) }
     }
 
-    /// What happens where a ray arrives at the surface of a refractive body.
+    /// Refraction and reflection where a ray arrives at the surface of a refractive body.
     pub fn interface(&self, inside: Inside, arrival: &Ray<f64>, hit: &Hit) -> Interface {
         let entering = hit.crossing.normal.dot(arrival.direction) < 0.0;
         let bit: Inside = 1 << hit.body;
