@@ -1,0 +1,309 @@
+//! What a library user may rely on: events, stops inside long phases, copies, and going on bit by bit.
+
+use refraxel_core::radiance::Pixel;
+use refraxel_core::radiance::clearcoat::Clearcoat;
+use refraxel_core::{BrickMap, Domain, Ray};
+use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
+use refraxel_data::{Dataset, OpenOptions};
+use refraxel_train::backend::{
+    Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, Snapshot, StepOutcome,
+};
+use refraxel_train::cancel::{Cancel, Cancelled};
+use refraxel_train::evaluation::Part;
+use refraxel_train::events::{Event, Task};
+use refraxel_train::model::{Model, Optimiser, Reflection, Refraction};
+use refraxel_train::options::Switch;
+use refraxel_train::run::Run;
+use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
+use refraxel_train::{Backend, CpuBackend, Options, TrainError};
+use std::sync::OnceLock;
+
+/// A small glass ball with masks.
+fn glass_ball() -> Dataset {
+    static DATA: OnceLock<(tempfile::TempDir, Dataset)> = OnceLock::new();
+    let (_, data) = DATA.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let options = SynthOptions {
+            size: 32,
+            views: ViewCounts { train: 24, val: 1, test: 2 },
+            spp: 1,
+            detail_spp: 0,
+            index_resolution: 16,
+            ..SynthOptions::new("glass_ball", folder.path())
+        };
+        synthesize(&options, &mut |_| true).unwrap();
+        let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
+        (folder, data)
+    });
+    data.clone()
+}
+
+fn options(bend: bool) -> Options {
+    let mut options = Options::default();
+    for (key, value) in
+        [("run.steps", "40"), ("run.batch", "256"), ("grid.resolution", "32"), ("straight_steps", "10")]
+    {
+        options.set(key, value).unwrap();
+    }
+    options.refraction.bend = if bend { Switch::On } else { Switch::Off };
+    options
+}
+
+fn start<B: Backend>(bend: bool, make: impl FnOnce(Model) -> B) -> Session<B> {
+    Session::start(Setup::new(glass_ball(), options(bend)), make, &mut |_| {}).unwrap()
+}
+
+fn finish<B: Backend>(session: &mut Session<B>) -> Vec<Event> {
+    let mut events = Vec::new();
+    assert_eq!(session.run(Until::finished(), &mut |e| events.push(e)).unwrap(), Stop::Finished);
+    events
+}
+
+fn bytes<B: Backend>(session: &Session<B>) -> Vec<u8> {
+    let mut run = session.snapshot();
+    run.state.seconds = 0.0;
+    let mut bytes = Vec::new();
+    run.view().write(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_run_tells_what_it_finds() {
+    let mut session = start(true, CpuBackend::new);
+    let events = finish(&mut session);
+    let has = |wanted: fn(&Event) -> bool| events.iter().any(wanted);
+    assert!(has(|e| matches!(e, Event::RegionFound { region: 0, .. })));
+    assert!(has(|e| matches!(e, Event::IndexSearched { misfit, .. } if *misfit > 0.0)));
+    assert!(has(|e| matches!(e, Event::Progress { task: Task::SearchingIndex, done: 30, total } if *total > 60)));
+    assert!(has(|e| matches!(e, Event::Stage { stage: 2, .. })));
+    let records: Vec<_> = events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r) } else { None }).collect();
+    assert_eq!(records.iter().map(|r| r.step).collect::<Vec<_>>(), [25, 40]);
+    assert!(records[0].events.iter().any(|e| matches!(e, Event::RaysBend { .. })), "the log keeps events");
+    assert!(!records.iter().flat_map(|r| &r.events).any(|e| matches!(e, Event::Progress { .. })));
+    assert_eq!(session.progress(), 1.0);
+}
+
+/// Cancels at the first event that is `wanted`, saves, and goes on.
+fn stopped_and_resumed(wanted: fn(&Event) -> bool) -> Vec<u8> {
+    let mut session = start(true, CpuBackend::new);
+    let handle = session.handle();
+    let mut seen = false;
+    let stop = session.run(Until::finished(), &mut |event| {
+        if !seen && wanted(&event) {
+            seen = true;
+            handle.cancel();
+        }
+    });
+    assert_eq!(stop.unwrap(), Stop::Cancelled);
+    let mut saved = Vec::new();
+    session.write(&mut saved).unwrap();
+    let (setup, run) = (Setup::new(glass_ball(), options(true)), Run::read(&saved[..]).unwrap());
+    let mut resumed = Session::resume(setup, run, CpuBackend::new, &mut |_| {}).unwrap();
+    finish(&mut resumed);
+    bytes(&resumed)
+}
+
+#[test]
+fn a_run_that_is_stopped_anywhere_and_resumed_ends_with_the_same_bits() {
+    let mut whole = start(true, CpuBackend::new);
+    finish(&mut whole);
+    let whole = bytes(&whole);
+    let places: [fn(&Event) -> bool; 6] = [
+        |e| matches!(e, Event::Progress { task: Task::FindingOccluders, done: 3, .. }),
+        |e| matches!(e, Event::Progress { task: Task::Carving, done: 1, .. }),
+        |e| matches!(e, Event::Progress { task: Task::SearchingIndex, done: 7, .. }),
+        |e| matches!(e, Event::Progress { task: Task::Baking, .. }),
+        |e| matches!(e, Event::Progress { task: Task::Pruning, .. }),
+        |e| matches!(e, Event::Record(r) if r.step == 25),
+    ];
+    for (k, place) in places.into_iter().enumerate() {
+        assert!(stopped_and_resumed(place) == whole, "place {k}");
+    }
+}
+
+#[test]
+fn another_thread_gets_a_copy_while_the_run_goes_on() {
+    let mut session = start(false, CpuBackend::new);
+    let copy = session.handle().snapshot();
+    session.run(Until::step(20), &mut |_| {}).unwrap();
+    let copy = copy.recv().unwrap();
+    assert!(copy.state.step < 20);
+    // The copy is a run of its own.
+    let setup = Setup::new(glass_ball(), options(false));
+    let mut fork = Session::resume(setup, copy, CpuBackend::new, &mut |_| {}).unwrap();
+    fork.run(Until::step(20), &mut |_| {}).unwrap();
+    assert!(bytes(&fork) == bytes(&session));
+    let late = session.handle().snapshot();
+    drop(session);
+    assert!(late.recv().is_err(), "a session that is gone has nothing to give");
+}
+
+#[test]
+fn a_session_renders_and_scores_what_it_holds() {
+    let mut session = start(false, CpuBackend::new);
+    finish(&mut session);
+    let mut views = 0;
+    let found = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| views += 1).unwrap();
+    assert_eq!((found.scores.images, views), (2, 2));
+    assert!(found.scores.psnr.unwrap() > 15.0 && found.index.is_some());
+    let view = session.render(&session.data().views[0].camera);
+    assert_eq!((view.width, view.colour.len()), (32, 32 * 32));
+}
+
+#[test]
+fn what_cannot_lead_to_a_result_is_refused_before_any_work() {
+    let refused = |change: fn(&mut Setup)| {
+        let mut setup = Setup::new(glass_ball(), options(true));
+        change(&mut setup);
+        Session::start(setup, CpuBackend::new, &mut |_| panic!("work")).err().unwrap().to_string()
+    };
+    assert!(refused(|s| s.data.split.train.clear()).contains("no training images"));
+    assert!(refused(|s| s.options.surface.blur = 99.0).contains("`surface.blur`"));
+    assert!(refused(|s| _ = s.options.set("shape.start", "file")).contains("--index-from"));
+    let setup = Setup::new(glass_ball(), options(true));
+    let mut run = start(true, CpuBackend::new).snapshot();
+    run.source.train.pop();
+    let other = Session::resume(setup, run, CpuBackend::new, &mut |_| {}).err();
+    assert!(matches!(other, Some(SessionError::OtherViews { was: 23, found: 24, .. })));
+}
+
+#[test]
+fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
+    let mut setup = Setup::new(glass_ball(), options(true));
+    // A place that no silhouette shows.
+    setup.data.stated_box = Some(refraxel_core::Aabb::new(
+        refraxel_core::vec3(0.7, 0.7, 0.7),
+        refraxel_core::vec3(0.9, 0.9, 0.9),
+    ));
+    let data = setup.data.clone();
+    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut events = Vec::new();
+    session.run(Until::step(20), &mut |e| events.push(e)).unwrap();
+    assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { .. })));
+    assert!(session.options().refraction.bend.is_on() && session.state().stays_straight);
+    let run = session.snapshot();
+    let mut resumed =
+        Session::resume(Setup::new(data, options(true)), run, CpuBackend::new, &mut |_| {}).unwrap();
+    finish(&mut session);
+    finish(&mut resumed);
+    assert!(bytes(&resumed) == bytes(&session));
+}
+
+/// A backend whose outcomes become known some steps late, and some of whose steps overflow.
+struct Late {
+    cpu: CpuBackend,
+    waiting: Vec<StepOutcome>,
+    lag: usize,
+    overflows: &'static [u64],
+    failed: bool,
+}
+
+impl Late {
+    fn new(lag: usize, overflows: &'static [u64]) -> impl FnOnce(Model) -> Self {
+        move |model| Self { cpu: CpuBackend::new(model), waiting: Vec::new(), lag, overflows, failed: false }
+    }
+}
+
+impl Backend for Late {
+    fn load(&mut self, model: Model, optimiser: Option<Optimiser>) {
+        self.waiting.clear();
+        self.failed = false;
+        self.cpu.load(model, optimiser);
+    }
+    fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
+        if self.failed {
+            return;
+        }
+        self.failed = self.overflows.contains(&step);
+        let mut batch = batch.clone();
+        if self.failed {
+            batch.target[0] = [f32::INFINITY; 3];
+        }
+        self.cpu.submit(&batch, objective, step);
+        self.waiting.extend(self.cpu.outcomes(true));
+    }
+    fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome> {
+        let known = if wait { self.waiting.len() } else { self.waiting.len().saturating_sub(self.lag) };
+        self.waiting.drain(..known).collect()
+    }
+    fn snapshot(&self) -> Snapshot<'_> {
+        self.cpu.snapshot()
+    }
+    fn domain(&self) -> &Domain<f32> {
+        self.cpu.domain()
+    }
+    fn map(&self) -> &BrickMap {
+        self.cpu.map()
+    }
+    fn medium(&self) -> &Refraction {
+        self.cpu.medium()
+    }
+    fn mirroring(&self) -> Mirroring {
+        self.cpu.mirroring()
+    }
+    fn set_medium(&mut self, medium: Refraction) {
+        self.cpu.set_medium(medium);
+    }
+    fn set_reflection(&mut self, reflection: Reflection) {
+        self.cpu.set_reflection(reflection);
+    }
+    fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>) {
+        self.cpu.set_clearcoat(clearcoat);
+    }
+    fn set_density(&mut self, value: f32, inside: &BrickMask) {
+        self.cpu.set_density(value, inside);
+    }
+    fn resample(&mut self, domain: Domain<f32>, map: BrickMap) {
+        self.cpu.resample(domain, map);
+    }
+    fn refresh_occupancy(&mut self, marching: &Marching) {
+        self.cpu.refresh_occupancy(marching);
+    }
+    fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
+        self.cpu.bake(caches, marching, cancel)
+    }
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>> {
+        self.cpu.render(rays, marching, layers)
+    }
+    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
+        self.cpu.gradient(batch, objective)
+    }
+    fn peak_weights(
+        &self,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+        cancel: &Cancel,
+    ) -> Result<Vec<f32>, Cancelled> {
+        self.cpu.peak_weights(rays, marching, cancel)
+    }
+}
+
+#[test]
+fn outcomes_that_lag_change_nothing_of_a_run() {
+    let (mut prompt, mut late) = (start(true, CpuBackend::new), start(true, Late::new(5, &[])));
+    let (prompt_events, late_events) = (finish(&mut prompt), finish(&mut late));
+    assert!(bytes(&prompt) == bytes(&late));
+    let psnr = |events: &[Event]| -> Vec<f64> {
+        events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r.train_psnr) } else { None }).collect()
+    };
+    assert_eq!(psnr(&prompt_events), psnr(&late_events));
+}
+
+#[test]
+fn an_overflow_returns_to_the_last_good_state_with_lower_rates() {
+    for lag in [0, 3] {
+        let mut session = start(false, Late::new(lag, &[17]));
+        let events = finish(&mut session);
+        let back = events.iter().find(|e| matches!(e, Event::RolledBack { .. }));
+        assert_eq!(back, Some(&Event::RolledBack { step: 17, rate_scale: 0.5 }), "lag {lag}");
+        assert_eq!((session.state().rate_scale, session.state().step), (0.5, 40));
+    }
+}
+
+#[test]
+fn a_run_that_overflows_again_and_again_gives_up() {
+    let overflows = &[11, 12, 13, 14, 15, 16, 17, 18, 19, 20];
+    let mut session = start(false, Late::new(0, overflows));
+    let error = session.run(Until::finished(), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, SessionError::Train(TrainError::Diverged { step: 15, rollbacks: 4 })), "{error}");
+}
