@@ -35,7 +35,7 @@ pub struct State {
     /// Stage of the schedule.
     pub stage: u32,
     /// What the run is busy with.
-    #[serde(default)]
+    #[serde(default, alias = "act")]
     pub phase: Phase,
     /// Share of the run after which rays bent, once they do.
     #[serde(default)]
@@ -45,6 +45,7 @@ pub struct State {
     /// Validation scores recorded.
     pub validations: u32,
     /// Factor on the learning rates after overflows.
+    #[serde(alias = "caution")]
     pub rate_scale: f32,
     /// Overflows since the last good state.
     pub rollbacks: u32,
@@ -118,7 +119,7 @@ struct Header {
     #[serde(default)]
     reflection: StoredReflection,
     /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, alias = "gloss", skip_serializing_if = "Option::is_none")]
     clearcoat: Option<StoredClearcoat>,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     world_from_model: String,
@@ -348,10 +349,20 @@ fn is_box([low, high]: [[f32; 3]; 2]) -> bool {
     (0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
 }
 
+/// Checkpoints of former versions call the clearcoat "gloss".
+fn rename_former_tensors(file: &mut TensorFile) {
+    let renamed = std::mem::take(&mut file.tensors).into_iter().map(|(name, tensor)| {
+        let now = name.strip_prefix("gloss.").map(|part| format!("clearcoat.{part}"));
+        (now.unwrap_or(name), tensor)
+    });
+    file.tensors = renamed.collect();
+}
+
 /// Read a run back.
 pub fn load_run(folder: &Path) -> Result<Loaded, CheckpointError> {
     let path = folder.join(CHECKPOINT);
     let mut file = TensorFile::load(&path)?;
+    rename_former_tensors(&mut file);
     let header: Header = serde_json::from_value(std::mem::take(&mut file.header))
         .map_err(|e| foreign(&path, &format!("its header does not fit: {e}")))?;
     let options = header.options.clone().checked();

@@ -95,22 +95,22 @@ pub fn rendering_marching(options: &Options, near: f32) -> Marching {
 
 /// The objective at a point of the run, theory (4.8).
 pub fn objective(options: &Options, near: f32, progress: Progress) -> Objective {
+    let field = &options.field;
     let p = progress.0.clamp(0.0, 1.0) as f32;
-    let warm =
-        if options.field.warm_up > 0.0 { (0.1 + 0.9 * p / options.field.warm_up).min(1.0) } else { 1.0 };
-    let decay = warm * options.field.rate_decay.powf(p);
-    let tv = options.field.tv_decay.powf(p);
+    let warm = if field.warm_up > 0.0 { (0.1 + 0.9 * p / field.warm_up).min(1.0) } else { 1.0 };
+    let decay = warm * field.rate_decay.powf(p);
+    let tv = field.tv_decay.powf(p);
     Objective {
         marching: training_marching(options, near),
-        sparsity: options.field.sparsity,
-        opacity: options.field.opacity,
-        tv_density: options.field.tv_density * tv,
-        tv_colour: options.field.tv_colour * tv,
-        tv_period: options.field.tv_period,
-        rate_density: options.field.rate_density * decay,
-        rate_colour: options.field.rate_colour * decay,
+        sparsity: field.sparsity,
+        opacity: field.opacity,
+        tv_density: field.tv_density * tv,
+        tv_colour: field.tv_colour * tv,
+        tv_period: field.tv_period,
+        rate_density: field.rate_density * decay,
+        rate_colour: field.rate_colour * decay,
         rate_view: view_share(options, p),
-        rate_background: options.field.rate_background * decay,
+        rate_background: field.rate_background * decay,
         index: None,
         reflection: None,
     }
@@ -166,19 +166,20 @@ fn reflection_objective(options: &Options, progress: Progress, over: f32) -> Ref
 
 /// How the index learns when this share of the time with bent rays is over.
 pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
+    let Options { index, surface, .. } = options;
     let decay = options.field.rate_decay.powf(over);
     IndexObjective {
-        rate: options.index.rate * decay,
-        surface_rate: options.surface.rate * decay,
-        surface_blur: options.surface.blur,
-        surface_smooth: options.surface.smooth * decay,
-        most_events: options.surface.events,
-        blur: options.index.blur,
-        clip: options.index.clip,
-        variation: (options.index.variation, options.index.variation_penalty.into()),
-        deviation: (options.index.deviation, options.index.deviation_penalty.into()),
-        largest: options.index.largest,
-        trust: options.index.trust,
+        rate: index.rate * decay,
+        surface_rate: surface.rate * decay,
+        surface_blur: surface.blur,
+        surface_smooth: surface.smooth * decay,
+        most_events: surface.events,
+        blur: index.blur,
+        clip: index.clip,
+        variation: (index.variation, index.variation_penalty.into()),
+        deviation: (index.deviation, index.deviation_penalty.into()),
+        largest: index.largest,
+        trust: index.trust,
     }
 }
 

@@ -57,13 +57,13 @@ pub struct Record {
     /// Thousand rays per second since the last record.
     pub krays_per_s: f64,
     /// What the run is busy with.
-    #[serde(default)]
+    #[serde(default, alias = "act")]
     pub phase: Phase,
     /// Mean index of refraction where it is above 1, per region.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub index: Vec<f64>,
     /// What happened since the last record, in sentences.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, alias = "news", skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<String>,
 }
 
