@@ -268,22 +268,33 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_run_with_the_flat_options_of_former_versions_is_read() {
+fn a_run_with_the_names_of_former_versions_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
-    train(&data, &run, &["--set", "steps=2"]).done();
-    let path_of_run = run.join(CHECKPOINT);
-    let mut file = TensorFile::load(&path_of_run).unwrap();
-    let mut with = |key: &str, value: serde_json::Value| {
-        let header = file.header.as_object_mut().unwrap();
-        header.remove("options");
-        header.insert("config".to_owned(), serde_json::json!({ "steps": 2, "sh_degree": 1, key: value }));
-        file.save(&path_of_run).unwrap();
+    let clearcoat = ["--refraction", "off", "--clearcoat", "on", "--set", "clearcoat.probes=4"];
+    train(&data, &run, &clearcoat).done();
+    let checkpoint = run.join(CHECKPOINT);
+    let mut file = TensorFile::load(&checkpoint).unwrap();
+    let names = std::mem::take(&mut file.tensors).into_iter();
+    file.tensors = names.map(|(name, tensor)| (name.replace("clearcoat.", "gloss."), tensor)).collect();
+    let header = file.header.as_object_mut().unwrap();
+    let clearcoat = header.remove("clearcoat").unwrap();
+    header.insert("gloss".to_owned(), clearcoat);
+    let state = header["state"].as_object_mut().unwrap();
+    for (now, former) in [("phase", "act"), ("rate_scale", "caution")] {
+        let value = state.remove(now).unwrap();
+        state.insert(former.to_owned(), value);
+    }
+    header.remove("options");
+    let mut with = |key: &str, value: i32| {
+        let options = serde_json::json!({ "steps": 40, "sh_degree": 1, "gloss": "on", key: value });
+        file.header.as_object_mut().unwrap().insert("config".to_owned(), options);
+        file.save(&checkpoint).unwrap();
         refraxel(&["inspect", path(&run)])
     };
-    let text = with("surface_blur", 2.into()).done().out;
-    assert!(text.contains("field.sh_degree=1 surface.blur=2"), "{text}");
-    with("surface_width", 2.into()).refused(3, &["option `surface_width` does not exist any more", "again"]);
+    let text = with("surface_blur", 2).done().out;
+    assert!(text.contains("field.sh_degree=1 surface.blur=2 clearcoat.enabled=on"), "{text}");
+    with("surface_width", 2).refused(3, &["option `surface_width` does not exist any more", "again"]);
 }
 
 #[test]

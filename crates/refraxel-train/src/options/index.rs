@@ -87,7 +87,7 @@ section! {
         /// How rays are integrated.
         integrator: IndexIntegrator = IndexIntegrator::Leapfrog;
         /// Longest step of a ray through the index [voxel of the index grid].
-        step: f32 = 0.5, in 0.05..=1.0, "voxels";
+        step: f32 = 0.5, in 0.05..=1.0, "voxel";
         /// Weight of the variation of the index.
         variation: f32 = 0.0, in 0.0..;
         /// Penalty of the variation of the index.
