@@ -1,6 +1,8 @@
 //! Trains on arrays in memory, watches, stops, goes on, scores and renders:
 //! `cargo run --release -p refraxel-train --example session`
 
+#![allow(clippy::print_stdout)] // an example talks
+
 use refraxel_core::{Camera, Ray, Vec3, vec3};
 use refraxel_data::{Backdrop, Dataset, Image, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
 use refraxel_train::evaluation::Part;

@@ -16,6 +16,7 @@ use refraxel_train::options::Switch;
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
 use refraxel_train::{Backend, CpuBackend, Options, TrainError};
+use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 /// A small glass ball with masks.
@@ -31,7 +32,7 @@ fn glass_ball() -> Dataset {
             index_resolution: 16,
             ..SynthOptions::new("glass_ball", folder.path())
         };
-        synthesize(&options, &mut |_| true).unwrap();
+        synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
         let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
         (folder, data)
     });
@@ -74,9 +75,12 @@ fn a_run_tells_what_it_finds() {
     let has = |wanted: fn(&Event) -> bool| events.iter().any(wanted);
     assert!(has(|e| matches!(e, Event::RegionFound { region: 0, .. })));
     assert!(has(|e| matches!(e, Event::IndexSearched { misfit, .. } if *misfit > 0.0)));
-    assert!(has(|e| matches!(e, Event::Progress { task: Task::SearchingIndex, done: 30, total } if *total > 60)));
+    assert!(has(
+        |e| matches!(e, Event::Progress { task: Task::SearchingIndex, done: 30, total } if *total > 60)
+    ));
     assert!(has(|e| matches!(e, Event::Stage { stage: 2, .. })));
-    let records: Vec<_> = events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r) } else { None }).collect();
+    let records: Vec<_> =
+        events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r) } else { None }).collect();
     assert_eq!(records.iter().map(|r| r.step).collect::<Vec<_>>(), [25, 40]);
     assert!(records[0].events.iter().any(|e| matches!(e, Event::RaysBend { .. })), "the log keeps events");
     assert!(!records.iter().flat_map(|r| &r.events).any(|e| matches!(e, Event::Progress { .. })));
@@ -284,7 +288,10 @@ fn outcomes_that_lag_change_nothing_of_a_run() {
     let (prompt_events, late_events) = (finish(&mut prompt), finish(&mut late));
     assert!(bytes(&prompt) == bytes(&late));
     let psnr = |events: &[Event]| -> Vec<f64> {
-        events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r.train_psnr) } else { None }).collect()
+        events
+            .iter()
+            .filter_map(|e| if let Event::Record(r) = e { Some(r.train_psnr) } else { None })
+            .collect()
     };
     assert_eq!(psnr(&prompt_events), psnr(&late_events));
 }

@@ -5,8 +5,15 @@ use crate::plot::{Plot, Series};
 use anyhow::Context;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::events::{Event, Record};
+use serde::Deserialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// The part of a record that says which step it belongs to, also in logs of earlier versions.
+#[derive(Deserialize)]
+struct Numbered {
+    step: u64,
+}
 
 /// The training log.
 pub struct Log {
@@ -21,7 +28,7 @@ impl Log {
     pub fn open(out: &Path, step: u64) -> Result<Self, Failure> {
         let path = out.join("log.jsonl");
         let text = if step > 0 { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
-        let done = |line: &&str| serde_json::from_str(line).is_ok_and(|r: Record| r.step <= step);
+        let done = |line: &&str| serde_json::from_str(line).is_ok_and(|r: Numbered| r.step <= step);
         let lines = text.lines().filter(done).map(|line| format!("{line}\n")).collect();
         let log = Self { path, lines, failed: None };
         write_atomic(&log.path, |f| f.write_all(log.lines.as_bytes()))?;
