@@ -87,7 +87,7 @@ impl<'a> Marcher<'a> {
         let per_t = segment.momentum.length().recip();
         let step = front.step;
         let nodes_per_step = self.nodes.fastest(segment.momentum) * step * per_t;
-        let field = self.field;
+        let density = &self.field.density[..];
         let mut growth = self.nodes.growth(segment.at(t0));
         let mut dt = step * growth * per_t;
         let mut t = t0 + front.phase * dt;
@@ -102,19 +102,11 @@ impl<'a> Marcher<'a> {
                 match entries[lane & 15].slot() {
                     Err(far) => lane += (((far - 1) as f32 * bricks_to_steps) as usize).max(1),
                     Ok(slot) => {
-                        let cell = Cell { slot, local: places.local[lane & 15] as u32 };
-                        if self.occupied[slot as usize] >> (cell.local & 63) & 1 != 0 {
-                            let [x, y, z] = &places.fraction;
-                            let fraction = Vec3::new(x[lane & 15], y[lane & 15], z[lane & 15]);
-                            let corners = field.map.corners(cell);
+                        if let Some(point) = self.point(&places, lane & 15, slot) {
                             let t = t + dt * LANE[lane & 15];
+                            let scale_length = self.density_scale * step * growth;
                             any = true;
-                            front.push(
-                                Sample { corners, cell, fraction, segment: number, t, ..Sample::BLANK },
-                                &field.density,
-                                self.density_scale * step * growth,
-                                out,
-                            );
+                            front.push(Sample { segment: number, t, ..point }, density, scale_length, out);
                             if out.len() - front.first == GROUP {
                                 self.finish(simd, front, out);
                                 if front.opaque {
@@ -138,6 +130,18 @@ impl<'a> Marcher<'a> {
         }
         front.phase = (t - t1) / dt;
         any
+    }
+
+    /// The point in a lane, which lies in a stored brick, unless its cell holds no matter.
+    #[inline(always)]
+    fn point(&self, places: &Places, lane: usize, slot: u32) -> Option<Sample> {
+        let cell = Cell { slot, local: places.local[lane] as u32 };
+        if self.occupied[slot as usize] >> (cell.local & 63) & 1 == 0 {
+            return None;
+        }
+        let [x, y, z] = &places.fraction;
+        let fraction = Vec3::new(x[lane], y[lane], z[lane]);
+        Some(Sample { corners: self.field.map.corners(cell), cell, fraction, ..Sample::BLANK })
     }
 
     /// What the grid holds at the first `needed` places; fetches ahead what their cells will need.

@@ -123,16 +123,16 @@ fn clearance(values: &[u8], n: [usize; 3]) -> Vec<u8> {
     // Chebyshev distance is the largest of the axes', so that axis by axis "grow by one" reaches it.
     for grown in 1..FAR {
         let mut near: Vec<bool> = distance.iter().map(|&d| d < grown).collect();
-        for stride in [(1, m[0]), (m[0], m[1]), (m[0] * m[1], m[2])] {
-            near = dilated(&near, stride);
+        for (stride, len) in [(1, m[0]), (m[0], m[1]), (m[0] * m[1], m[2])] {
+            near = dilated(&near, stride, len);
         }
         distance.iter_mut().zip(near).filter(|(d, near)| *near && **d == FAR).for_each(|(d, _)| *d = grown);
     }
     distance
 }
 
-/// True where a cell or one of its two neighbours along an axis of `len` cells is.
-fn dilated(set: &[bool], (stride, len): (usize, usize)) -> Vec<bool> {
+/// True where a cell or one of its two neighbours along an axis is; the axis has `len` cells, `stride` apart.
+fn dilated(set: &[bool], stride: usize, len: usize) -> Vec<bool> {
     let near = |i: usize| {
         let at = i / stride % len;
         set[i] || (at > 0 && set[i - stride]) || (at + 1 < len && set[i + stride])

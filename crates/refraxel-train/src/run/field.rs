@@ -1,7 +1,8 @@
 //! What a checkpoint keeps of the field and the background.
 
 use super::RunRef;
-use super::header::{Header, StoredBackground, bounds_of, is_box};
+use super::boxes::{bounds_of, is_box};
+use super::header::{Header, StoredBackground};
 use super::tensors::Tensors;
 use crate::checkpoint::{CheckpointError, DataView, TensorView};
 use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};

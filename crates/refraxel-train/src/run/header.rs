@@ -5,7 +5,7 @@ use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
 use super::{RunRef, Source, State};
 use crate::options::Options;
-use refraxel_core::{Aabb, Background, Extent, Vec3};
+use refraxel_core::{Background, Extent};
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
 
@@ -97,14 +97,4 @@ impl From<StoredBackdrop> for Backdrop {
             StoredBackdrop::Surroundings => Self::Surroundings,
         }
     }
-}
-
-/// A box from its corners.
-pub(super) fn bounds_of(corners: [[f32; 3]; 2]) -> Aabb<f32> {
-    Aabb::new(Vec3::from(corners[0]), Vec3::from(corners[1]))
-}
-
-/// Whether corners are those of a box of finite size.
-pub(super) fn is_box([low, high]: [[f32; 3]; 2]) -> bool {
-    (0..3).all(|a| low[a] < high[a] && (high[a] - low[a]).is_finite())
 }

@@ -1,5 +1,6 @@
 //! What a run stores: one self-contained checkpoint with everything needed to render it or to go on training.
 
+mod boxes;
 mod clearcoat;
 mod field;
 mod header;

@@ -1,6 +1,6 @@
 //! What a checkpoint keeps of the index of refraction: per region its grid, its surface, and what belongs to them.
 
-use super::header::{bounds_of, is_box};
+use super::boxes::{bounds_of, is_box};
 use super::tensors::{Tensors, row};
 use crate::checkpoint::{CheckpointError, Tensor, TensorData};
 use crate::model::polyhedron::{Plane, Polyhedron};
