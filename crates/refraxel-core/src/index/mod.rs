@@ -15,7 +15,7 @@ mod level_set;
 mod medium;
 mod prefilter;
 pub mod priors;
-pub mod shape;
+mod smooth;
 mod stencil;
 
 #[cfg(test)]

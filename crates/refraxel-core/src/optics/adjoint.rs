@@ -73,31 +73,25 @@ impl<T: Real> Tracer<'_, T> {
         Some(state.p)
     }
 
-    /// Transpose of one step that began at `x`; returns the force there.
+    /// Transpose of one step that began at `x`.
     #[inline]
-    pub(super) fn advance_vjp(
+    fn advance_vjp(
         &self,
         (step, x): (&Step<T>, Vec3<T>),
         d_segment: SegmentAdjoint<T>,
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
-    ) -> Vec3<T> {
+    ) {
         if step.kick == T::zero() {
-            drift_vjp(step.drift, d_segment, d);
-            return Vec3::zero();
+            return drift_vjp(step.drift, d_segment, d);
         }
         let region = usize::from(step.region);
         let grid = &self.medium.regions()[region];
-        self.options.integrator.step_vjp((region, grid), (step, x), d_segment, d, grad)
+        self.options.integrator.step_vjp((region, grid), (step, x), d_segment, d, grad);
     }
 
     /// Transpose of p = n(x) d at the camera, theory (2.18): n = √(2w), dn = dw/n.
-    pub(super) fn start_vjp(
-        &self,
-        ray: &Ray<T>,
-        d: &State<T>,
-        grad: &mut impl IndexGradient<T>,
-    ) -> RayAdjoint<T> {
+    fn start_vjp(&self, ray: &Ray<T>, d: &State<T>, grad: &mut impl IndexGradient<T>) -> RayAdjoint<T> {
         let mut out = RayAdjoint { origin: d.x, direction: d.p };
         if let Some(region) = self.medium.ruling_at(ray.origin) {
             let grid = &self.medium.regions()[region];

@@ -74,7 +74,6 @@ pub mod fresnel;
 mod gradual;
 mod hop;
 mod mirror;
-mod reversal;
 mod step;
 mod trace;
 
@@ -84,7 +83,6 @@ mod tests;
 pub use event::{Event, EventKind, GRAZING};
 pub use fresnel::Weight;
 pub use mirror::{PartialReflection, PartialReflectionAdjoint};
-pub use reversal::{Kept, Visit};
 
 use crate::radiance::Segment;
 use crate::{Domain, Medium, Ray, Real, Vec3};

@@ -48,7 +48,7 @@ impl Integrator {
     }
 
     /// The transpose of the derivative of [`Self::step`] that began at `x`, theory (2.15)–(2.17): `d` of the state after
-    /// becomes that of the state before, `d_segment` is added on the way. Adds to `grad`; returns ∇w at `x`.
+    /// becomes that of the state before, `d_segment` is added on the way. Adds to `grad`.
     #[inline]
     pub(super) fn step_vjp<T: Real>(
         self,
@@ -57,26 +57,24 @@ impl Integrator {
         (d_start, d_momentum): SegmentAdjoint<T>,
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
-    ) -> Vec3<T> {
+    ) {
         let mut kick = |d_force: Vec3<T>| {
             grad.add((region, grid), x, (T::zero(), d_force));
-            grid.gradient_pullback(x, d_force)
+            grid.gradient_pullback(x, d_force).1
         };
         match self {
             Self::Leapfrog => {
                 // forward: x1 = x0 + h p1
                 d.p += d.x * step.drift + d_momentum;
                 // forward: p1 = p0 + k g(x0)
-                let (force, d_x) = kick(d.p * step.kick);
+                let d_x = kick(d.p * step.kick);
                 d.x += d_start + d_x;
-                force
             }
             _ => {
                 // forward: p1 = p0 + k g(x0), x1 = x0 + h p0
-                let (force, d_x) = kick(d.p * step.kick);
+                let d_x = kick(d.p * step.kick);
                 d.p += d.x * step.drift + d_momentum;
                 d.x += d_start + d_x;
-                force
             }
         }
     }

@@ -7,7 +7,7 @@ use super::{EventKind, Path, PathEnd, Step, Tracer};
 use crate::radiance::Segment;
 use crate::{Ray, Real, Vec3};
 
-/// Most lattice steps of one visit to a region: what fits the count that reversal keeps.
+/// Most lattice steps of one visit to a region: what [`Step::lattice`] can count.
 pub(super) const MAX_LATTICE: u32 = u16::MAX as u32;
 
 impl<T: Real> Tracer<'_, T> {

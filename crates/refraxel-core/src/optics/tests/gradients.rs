@@ -5,9 +5,7 @@ use crate::background::{Background, EnvironmentMap};
 use crate::grid::BrickMap;
 use crate::index::MediumGradient;
 use crate::optics::RayAdjoint;
-use crate::radiance::{
-    PixelAdjoint, QuadraturePoint, Segment, SegmentAdjoint, quadrature, render, render_vjp,
-};
+use crate::radiance::{PixelAdjoint, QuadraturePoint, SegmentAdjoint, quadrature, render, render_vjp};
 use crate::sh::ShDegree;
 use crate::{FieldGradient, LevelSet, VoxelField};
 
@@ -224,28 +222,7 @@ fn all_gradients_of_a_render_through_a_sharp_body_match_central_differences() {
 }
 
 #[test]
-fn the_adjoint_by_reversal_equals_that_along_the_stored_path() {
-    for interpolation in Interpolation::ALL {
-        let s = scene(interpolation, Integrator::Leapfrog);
-        for ray in rays() {
-            let path = s.tracer().trace(&ray);
-            let stored = s.gradient(&ray, &path);
-            let mut g = s.zero_gradient();
-            let (mut d_segments, d_exit) = s.radiance_vjp(&path, &mut g);
-            let next = |_: &Segment<f64>| d_segments.pop().unwrap();
-            g.ray = s.tracer().vjp_by_reversal(&ray, &path.kept(), &d_exit, next, &mut g.medium);
-            assert!(d_segments.is_empty(), "one adjoint per segment");
-            for region in 0..2 {
-                assert!(relative(&g.medium.index[region], &stored.medium.index[region]) < 1e-10);
-            }
-            let flat = |r: &RayAdjoint<f64>| [r.origin.to_array(), r.direction.to_array()].concat();
-            assert!(relative(&flat(&g.ray), &flat(&stored.ray)) < 1e-10);
-        }
-    }
-}
-
-#[test]
-fn exhausted_paths_have_both_adjoints_too() {
+fn exhausted_paths_have_their_adjoint_too() {
     let mut s = scene(Interpolation::CubicBSpline, Integrator::Leapfrog);
     s.options.max_segments = 14;
     let ray = rays()[0];
@@ -253,11 +230,14 @@ fn exhausted_paths_have_both_adjoints_too() {
     assert_eq!(path.end, crate::optics::PathEnd::Exhausted);
     let d_exit = RayAdjoint { origin: vec3(0.3, -0.2, 0.9), direction: vec3(1.0, 0.4, -0.6) };
     let zero = vec![(Vec3::zero(), Vec3::zero()); 14];
-    let (mut a, mut b) = (s.medium.zero_gradient(), s.medium.zero_gradient());
-    let stored = s.tracer().vjp(&ray, &path, &zero, &d_exit, &mut a);
-    let none = |_: &Segment<f64>| (Vec3::zero(), Vec3::zero());
-    let reversed = s.tracer().vjp_by_reversal(&ray, &path.kept(), &d_exit, none, &mut b);
-    assert!((stored.origin - reversed.origin).length() < 1e-11 && relative(&a.index[0], &b.index[0]) < 1e-11);
+    let d_ray = s.tracer().vjp(&ray, &path, &zero, &d_exit, &mut s.medium.zero_gradient());
+    let u = vec3(0.4, -0.7, 0.2);
+    let along = |e: f64| {
+        let exit = s.tracer().replay(&Ray { origin: ray.origin + u * e, ..ray }, &path).exit;
+        exit.origin.dot(d_exit.origin) + exit.direction.dot(d_exit.direction)
+    };
+    let fd = (along(STEP) - along(-STEP)) / (2.0 * STEP);
+    assert!((fd - d_ray.origin.dot(u)).abs() < TOLERANCE, "{fd} vs {}", d_ray.origin.dot(u));
 }
 
 #[test]

@@ -1,0 +1,84 @@
+//! Smoothing of a surface, theory (2.32).
+
+use super::LevelSet;
+use crate::Real;
+
+impl<T: Real> LevelSet<T> {
+    /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of a standard deviation of one voxel.
+    /// Steps of a staircase fade, and a ball keeps its size to second order: α = 0.1 sixty times turns a visual hull of
+    /// voxels into a smooth surface. Stable for α in [0, 1]. The border stays.
+    pub fn smooth(&mut self, alpha: T) {
+        let n = self.lattice().nodes();
+        let mut rough = self.coefficients().to_vec();
+        for _ in 0..2 {
+            let blurred = blur(&rough, n);
+            rough.iter_mut().zip(blurred).for_each(|(r, b)| *r -= b);
+        }
+        for j in self.parameters().collect::<Vec<_>>() {
+            self.coefficients_mut()[j] -= alpha * rough[j];
+        }
+        self.find_surface();
+    }
+}
+
+/// Convolution with a Gaussian of one voxel, cut at 4; the outermost nodes are continued.
+fn blur<T: Real>(c: &[T], n: [usize; 3]) -> Vec<T> {
+    const REACH: usize = 4;
+    let mut kernel: Vec<f64> = (0..=REACH).map(|i| (-0.5 * (i * i) as f64).exp()).collect();
+    let sum = kernel[0] + 2.0 * kernel[1..].iter().sum::<f64>();
+    kernel.iter_mut().for_each(|k| *k /= sum);
+    let mut c = c.to_vec();
+    for axis in 0..3 {
+        let inner: usize = n[..axis].iter().product();
+        let old = c.clone();
+        for (line, out) in old.chunks_exact(inner * n[axis]).zip(c.chunks_exact_mut(inner * n[axis])) {
+            for i in 0..n[axis] {
+                let out = &mut out[i * inner..][..inner];
+                out.fill(T::zero());
+                for (k, &weight) in kernel.iter().enumerate() {
+                    let ends = [i.saturating_sub(k), (i + k).min(n[axis] - 1)];
+                    for end in &ends[..if k == 0 { 1 } else { 2 }] {
+                        let from = &line[end * inner..][..inner];
+                        out.iter_mut().zip(from).for_each(|(o, f)| *o += T::of(weight) * *f);
+                    }
+                }
+            }
+        }
+    }
+    c
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::tests::Sequence;
+    use crate::{Aabb, Vec3};
+
+    fn ball(radius: f64, nodes: u32) -> LevelSet<f64> {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        LevelSet::from_samples(cube, [nodes; 3], |x| x.length() - radius)
+    }
+
+    /// Root mean square of φ on the sphere, in voxels.
+    fn roughness(level: &LevelSet<f64>, radius: f64) -> f64 {
+        let mut r = Sequence(5);
+        let square = (0..500).map(|_| level.value(r.vector().normalized() * radius).powi(2)).sum::<f64>();
+        (square / 500.0).sqrt() / level.voxel()
+    }
+
+    #[test]
+    fn smoothing_removes_steps_and_keeps_the_ball() {
+        // Constant in blocks of two voxels.
+        let (radius, cube) = (0.6, Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)));
+        let step = 4.0 / 47.0;
+        let steps = |x: Vec3<f64>| x.map(|x| ((x / step).floor() + 0.5) * step).length() - radius;
+        let mut level = LevelSet::from_control_values(cube, [48; 3], steps);
+        let before = roughness(&level, radius);
+        (0..60).for_each(|_| level.smooth(0.1));
+        let after = roughness(&level, radius);
+        assert!(after < 0.4 * before && after < 0.05, "{before} to {after} voxels");
+        let mut exact = ball(radius, 48);
+        (0..60).for_each(|_| exact.smooth(0.1));
+        assert!(roughness(&exact, radius) < 0.01, "{}", roughness(&exact, radius));
+    }
+}
