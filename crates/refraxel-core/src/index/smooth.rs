@@ -2,6 +2,7 @@
 
 use super::LevelSet;
 use crate::Real;
+use crate::grid::{Border, GaussianKernel};
 
 impl<T: Real> LevelSet<T> {
     /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of a standard deviation of one voxel.
@@ -21,30 +22,14 @@ impl<T: Real> LevelSet<T> {
     }
 }
 
-/// Convolution with a Gaussian of one voxel, cut at 4; the outermost nodes are continued.
+/// A grid of `n` nodes, x fastest, blurred with a Gaussian of one voxel that is cut off at 4; the outermost nodes are
+/// continued.
 fn blur<T: Real>(c: &[T], n: [usize; 3]) -> Vec<T> {
-    const REACH: usize = 4;
-    let mut kernel: Vec<f64> = (0..=REACH).map(|i| (-0.5 * (i * i) as f64).exp()).collect();
-    let sum = kernel[0] + 2.0 * kernel[1..].iter().sum::<f64>();
-    kernel.iter_mut().for_each(|k| *k /= sum);
+    let kernel = GaussianKernel::<f64>::new(1.0, 4, Border::Continued).cast::<T>();
     let mut c = c.to_vec();
-    for axis in 0..3 {
-        let inner: usize = n[..axis].iter().product();
-        let old = c.clone();
-        for (line, out) in old.chunks_exact(inner * n[axis]).zip(c.chunks_exact_mut(inner * n[axis])) {
-            for i in 0..n[axis] {
-                let out = &mut out[i * inner..][..inner];
-                out.fill(T::zero());
-                for (k, &weight) in kernel.iter().enumerate() {
-                    let ends = [i.saturating_sub(k), (i + k).min(n[axis] - 1)];
-                    for end in &ends[..if k == 0 { 1 } else { 2 }] {
-                        let from = &line[end * inner..][..inner];
-                        out.iter_mut().zip(from).for_each(|(o, f)| *o += T::of(weight) * *f);
-                    }
-                }
-            }
-        }
-    }
+    kernel.along_rows(&mut c, n[0]);
+    c.chunks_exact_mut(n[0] * n[1]).for_each(|plane| kernel.across_rows(plane, n[0]));
+    kernel.across_rows(&mut c, n[0] * n[1]);
     c
 }
 
