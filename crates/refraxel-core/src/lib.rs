@@ -13,6 +13,7 @@ pub mod optics;
 pub mod optimiser;
 pub mod priors;
 pub mod radiance;
+pub mod segment;
 pub mod sh;
 
 mod aligned;

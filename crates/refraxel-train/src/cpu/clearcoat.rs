@@ -113,7 +113,7 @@ pub(super) fn look_back(
     density_gradients: &mut Vec<Record>,
 ) {
     let Some(facing) = facing(scene, least, samples, marched) else { return };
-    let (mut own, _) = facing.reflection_vjp(direction, clearcoat.ior, d.reflectance, d.direction);
+    let mut own = facing.reflection_vjp(direction, clearcoat.ior, d.reflectance, d.direction).facing;
     own.position = d.position;
     let domain = &scene.field.domain;
     for s in samples {

@@ -7,7 +7,7 @@ use super::tape::{IndexSample, Record};
 use super::trace::MarchedSegment;
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
-use refraxel_core::optics::{PartialReflectionAdjoint, RayAdjoint, Tracer};
+use refraxel_core::optics::{self, PartialReflectionAdjoint, RayAdjoint, Tracer};
 use refraxel_core::radiance::SegmentAdjoint;
 use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 
@@ -41,7 +41,7 @@ impl PathAdjoint<'_> {
         let segments = bent.map_or(1, |(_, path)| path.segments.len());
         let fixed = if self.all { 0 } else { 1 };
         sums.clear();
-        sums.resize(segments, (Vec3::zero(), Vec3::zero()));
+        sums.resize(segments, SegmentAdjoint::default());
         let colour = voxels::<BLOCKS>(&scene.field.colour);
         for (s, r) in samples.iter().zip(records) {
             let marched_segment = &marched[s.segment as usize];
@@ -59,16 +59,17 @@ impl PathAdjoint<'_> {
             let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
             let tangent = d_unit - marched_segment.unit * marched_segment.unit.dot(d_unit);
             let sum = &mut sums[marched_segment.place as usize];
-            sum.0 += d_x;
-            sum.1 += d_x * s.t + (marched_segment.unit * (d_tau * s.tau) + tangent) / marched_segment.speed;
+            sum.start += d_x;
+            sum.momentum +=
+                d_x * s.t + (marched_segment.unit * (d_tau * s.tau) + tangent) / marched_segment.speed;
         }
         let Some((tracer, path)) = bent else {
-            return (sums[0].0, sums[0].1 + self.d_exit);
+            return (sums[0].start, sums[0].momentum + self.d_exit);
         };
-        let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
+        let exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let mut index_samples = IndexSampleTape { list: index_samples, wanted: self.counts };
-        let d_path = (&sums[..], self.d_reflections);
-        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut index_samples);
+        let d_path = optics::PathAdjoint { segments: sums, reflections: self.d_reflections, exit };
+        let d = tracer.vjp(self.ray, path, &d_path, &mut index_samples);
         (d.origin, d.direction)
     }
 }
@@ -82,15 +83,22 @@ struct IndexSampleTape<'a> {
 
 impl IndexGradient<f32> for IndexSampleTape<'_> {
     #[inline(always)]
-    fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+    fn add(&mut self, region: usize, _: &IndexGrid<f32>, x: Vec3<f32>, d_w: f32, d_force: Vec3<f32>) {
         if self.wanted {
-            self.list.push(IndexSample { region: region as u32, surface: false, x, d });
+            self.list.push(IndexSample { region: region as u32, surface: false, x, d: (d_w, d_force) });
         }
     }
     #[inline(always)]
-    fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+    fn add_level_set(
+        &mut self,
+        region: usize,
+        _: &LevelSet<f32>,
+        x: Vec3<f32>,
+        d_phi: f32,
+        d_gradient: Vec3<f32>,
+    ) {
         if self.wanted {
-            self.list.push(IndexSample { region: region as u32, surface: true, x, d });
+            self.list.push(IndexSample { region: region as u32, surface: true, x, d: (d_phi, d_gradient) });
         }
     }
 }

@@ -160,8 +160,8 @@ fn gradients_agree_with_the_reference() {
                 (0..3).for_each(|c| texels[3 * i + c] += left * w * colour[c]);
             }
             let free = map.radiance_vjp(s.momentum, colour.map(|g| g * left));
-            let d_direction = path[0].1 + free - s.momentum * s.momentum.dot(free);
-            d_rays.extend([path[0].0, d_direction].iter().flat_map(|v| v.to_array()));
+            let d_direction = path[0].momentum + free - s.momentum * s.momentum.dot(free);
+            d_rays.extend([path[0].start, d_direction].iter().flat_map(|v| v.to_array()));
             got_rays.extend([got.rays[k].0, got.rays[k].1].iter().flat_map(|v| v.to_array()));
         }
         assert!(

@@ -1,5 +1,4 @@
 use super::*;
-use crate::optics::RayAdjoint;
 
 /// A ball of glass with a soft edge and a flat inside, and a lens without flat parts beside it.
 fn ball_and_lens() -> Medium<f64> {
@@ -92,7 +91,7 @@ fn hops_through_flat_cells_change_nothing() {
 
 /// Largest distance, in position or momentum, between the segments of paths and those that the same steps give when they
 /// are undone from the exit on, theory (2.19).
-fn undone_steps_differ_by<T: crate::Real>(medium: &Medium<T>) -> f64 {
+fn undone_steps_differ_by<T: Real>(medium: &Medium<T>) -> f64 {
     let domain = domain().cast::<T>();
     let tracer = Tracer::new(medium, &domain, Options::default());
     let mut worst = 0.0_f64;
@@ -120,7 +119,7 @@ fn leapfrog_returns_to_start_when_reversed() {
 
 #[test]
 fn single_precision_gradients_agree_with_double() {
-    fn gradient<T: crate::Real>(medium: &Medium<T>) -> Vec<f64> {
+    fn gradient<T: Real>(medium: &Medium<T>) -> Vec<f64> {
         let domain = domain().cast::<T>();
         let tracer = Tracer::new(medium, &domain, Options::default());
         let mut grad = medium.zero_gradient();
@@ -128,8 +127,7 @@ fn single_precision_gradients_agree_with_double() {
             let (ray, v) = (ray.cast::<T>(), Sequence(3).vector().cast::<T>());
             let path = tracer.trace(&ray);
             let d_exit = RayAdjoint { origin: Vec3::zero(), direction: v };
-            let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
-            tracer.vjp(&ray, &path, &none, &d_exit, &mut grad);
+            exit_vjp(&tracer, &ray, &path, d_exit, &mut grad);
         }
         grad.index.concat().into_iter().map(T::f64).collect()
     }
@@ -149,9 +147,8 @@ fn choosing_the_steps_again_changes_derivatives_by_a_term_of_second_order() {
         let mut r = Sequence(8);
         let off = rays().into_iter().map(|ray| {
             let (path, v, u) = (tracer.trace(&ray), r.vector(), r.vector());
-            let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
             let d_exit = RayAdjoint { origin: Vec3::zero(), direction: v };
-            let d = tracer.vjp(&ray, &path, &none, &d_exit, &mut medium.zero_gradient());
+            let d = exit_vjp(&tracer, &ray, &path, d_exit, &mut medium.zero_gradient());
             let exit =
                 |e: f64| tracer.trace(&Ray { origin: ray.origin + u * e, ..ray }).exit.direction.dot(v);
             let fd = (exit(1e-5) - exit(-1e-5)) / 2e-5;
@@ -172,9 +169,8 @@ fn free_coefficients_inside_a_flat_region_get_their_gradient() {
     let gradient = |medium: &Medium<f64>| {
         let tracer = Tracer::new(medium, &domain, o);
         let path = tracer.trace(&ray);
-        let none = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
         let mut grad = medium.zero_gradient();
-        tracer.vjp(&ray, &path, &none, &d_exit, &mut grad);
+        exit_vjp(&tracer, &ray, &path, d_exit, &mut grad);
         (grad.index.swap_remove(0), path)
     };
     let node = 24 + 49 * (25 + 49 * 25); // beside the ray, near the centre

@@ -1,7 +1,7 @@
 //! Bent rays on the CPU backend against the tracer and the radiance of `refraxel-core` in double precision.
 
 use super::*;
-use refraxel_core::optics::{Options, RayAdjoint};
+use refraxel_core::optics::{Options, PathAdjoint, RayAdjoint};
 use refraxel_core::{IndexGrid, Interpolation, Medium, Path, Tracer};
 
 /// Two soft balls of glass beside each other.
@@ -107,12 +107,13 @@ fn bent_gradients_agree_with_the_reference() {
         let error = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - f64::from(b.target[k][c]);
         let colour = [0, 1, 2].map(|c| 2.0 * error(c));
         let d = PixelAdjoint { colour, transmittance: 0.0, behind };
-        let d_segments = render_vjp(&bent.oracle.field, &path.segments, &points, &d, &mut field);
+        let segments = render_vjp(&bent.oracle.field, &path.segments, &points, &d, &mut field);
         let Background::Environment(map) = &bent.oracle.background else { unreachable!() };
         let d_background = colour.map(|g| g * pixel.transmittance);
         let direction = map.radiance_vjp(path.exit.direction, d_background);
-        let d_exit = RayAdjoint { origin: Vec3::zero(), direction };
-        rays.push(bent.tracer().vjp(&ray.cast(), &path, &d_segments, &d_exit, &mut medium));
+        let exit = RayAdjoint { origin: Vec3::zero(), direction };
+        let d_path = PathAdjoint { segments: &segments, reflections: &[], exit };
+        rays.push(bent.tracer().vjp(&ray.cast(), &path, &d_path, &mut medium));
     }
     let worst = relative(&got.field.density, &field.density);
     assert!(worst < 2e-3, "density: {worst}");

@@ -4,7 +4,7 @@ use super::*;
 use crate::backend::ReflectionObjective;
 use crate::reflection::Source;
 use refraxel_core::radiance::ProbeGrid;
-use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, shown, shown_vjp};
+use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, ClearcoatedScene};
 
 fn probes(longest: u32, degree: u8, seed: u64) -> ProbeGrid<f32> {
     let bounds = field(0, Extent::Bounded).domain.bounds;
@@ -50,16 +50,11 @@ fn coats_and_their_gradients_agree_with_the_reference() {
             };
             let ray = Ray { origin: segment.start, direction: segment.momentum };
             let behind = reference.background.radiance(ray.origin, ray.direction);
-            let own = shown(&reference.field, (&ray, &points), &clearcoat, behind);
+            let scene = ClearcoatedScene { field: &reference.field, clearcoat: &clearcoat, behind };
+            let own = scene.shown(&ray, &points);
             let d = [0, 1, 2].map(|c| 2.0 * (own[c] - f64::from(b.target[k][c])));
             squared += d.iter().map(|d| 0.25 * d * d).sum::<f64>();
-            shown_vjp(
-                &reference.field,
-                (&ray, &points),
-                &clearcoat,
-                (behind, d),
-                (&mut grad, &mut d_clearcoat),
-            );
+            scene.shown_vjp(&ray, &points, d, &mut grad, &mut d_clearcoat);
             changed += usize::from((seen[k].colour[0] - plain[k].colour[0]).abs() > 1e-3);
         }
         assert!(changed > 50, "only {changed} rays show a reflection");
