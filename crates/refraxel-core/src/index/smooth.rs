@@ -1,4 +1,7 @@
 //! Smoothing of a surface, theory (2.32).
+//!
+//! Gradients of single rays are rough, and visual hulls of voxels have steps. A blur would remove both, but also shrink the
+//! body; the square of the high-pass I − G leaves alone what varies little over a voxel.
 
 use super::LevelSet;
 use crate::Real;
@@ -6,8 +9,11 @@ use crate::grid::{Border, GaussianKernel};
 
 impl<T: Real> LevelSet<T> {
     /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of a standard deviation of one voxel.
-    /// Steps of a staircase fade, and a ball keeps its size to second order: α = 0.1 sixty times turns a visual hull of
-    /// voxels into a smooth surface. Stable for α in [0, 1]. The border stays.
+    /// The border stays.
+    ///
+    /// `alpha` [1] is stable in [0, 1]. Steps of a staircase fade, and a ball keeps its size to second order: sixty steps
+    /// with α = 0.1 turn a visual hull of voxels into a smooth surface and move the surface of a ball of 14 voxels by less
+    /// than 0.01 voxel (root mean square).
     pub fn smooth(&mut self, alpha: T) {
         let n = self.lattice().nodes();
         let mut rough = self.coefficients().to_vec();

@@ -126,8 +126,8 @@ impl<T: Real> Event<T> {
         Turn { normal, before, after }
     }
 
-    /// Transpose of p' = p + (s − a) m with a = p · m and s = s(a, D), theory (2.27), given dLoss/dp', and of what the
-    /// surface mirrors, theory (7.4). s counts as at least [`GRAZING`] |p'|.
+    /// Transpose of p' = p + (s − a) m with a = p · m and s = s(a, D), theory (2.27), given dLoss/dp', and of its
+    /// partial reflection, theory (7.4). s counts as at least [`GRAZING`] |p'|.
     fn turn_vjp(
         &self,
         turn: &Turn<T>,
@@ -191,7 +191,7 @@ impl<T: Real> Tracer<'_, T> {
     }
 
     /// Transpose of a drift that ends with an event, theory (2.27)–(2.29), up to the start of the drift: `d` is
-    /// dLoss/d(x, p) after the event and becomes that before the drift. `d_mirror` belongs to what the surface mirrors. The
+    /// dLoss/d(x, p) after the event and becomes that before the drift. `d_mirror` belongs to its partial reflection. The
     /// coefficients of w and φ receive their shares through `grad`.
     ///
     /// The length τ of the drift is differentiated; sines below [`GRAZING`] are not followed.

@@ -1,7 +1,7 @@
-//! Crossing flat cells without a look at each step, theory (2.13).
+//! Crossing flat cells without a test of each step, theory (2.13).
 //!
 //! Each cell knows its *clearance*, the Chebyshev distance in cells to the nearest cell that is not flat. A ray in a cell
-//! of clearance c may advance c − 1 cells along its fastest axis before it has to look again.
+//! of clearance c may advance c − 1 cells along its fastest axis before it must test again.
 
 use super::Tracer;
 use super::crossing::{Side, first_crossing};

@@ -1,4 +1,5 @@
-//! What a sharp surface mirrors beside what it lets pass, theory (7.1) and (7.2), and its transpose, theory (7.3)–(7.4).
+//! The light that a sharp surface mirrors while the ray passes, theory (7.1) and (7.2), and its transpose, theory (7.3) and
+//! (7.4).
 
 use super::fresnel::{Incidence, Weight};
 use crate::index::VACUUM;
@@ -54,7 +55,7 @@ pub(super) struct Arrival<T> {
     pub from_inside: bool,
 }
 
-/// dLoss/d([`Arrival`]) of what the surface mirrors, which the transpose of the event adds to its own terms.
+/// dLoss/d([`Arrival`]) of a partial reflection, which the transpose of the event adds to its own terms.
 pub(super) struct MirrorAdjoint<T> {
     /// dLoss/d(point on the surface).
     pub x: Vec3<T>,

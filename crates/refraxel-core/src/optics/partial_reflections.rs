@@ -1,4 +1,4 @@
-//! All that the surfaces on a path mirror, sharp ones and smooth transitions, in the order in which the ray meets them.
+//! The partial reflections on a path, at sharp surfaces and smooth transitions, in the order in which the ray meets them.
 
 use super::step::State;
 use super::transition::{Passage, Run};
@@ -15,8 +15,8 @@ enum Surface<T> {
 }
 
 impl<T: Real> Tracer<'_, T> {
-    /// What the surfaces on a path mirror, theory (7.1), (7.2) and (7.11), from the camera on. Replaces the content of
-    /// `out`, whose memory is used again.
+    /// The partial reflections on a path, theory (7.1), (7.2) and (7.11), from the camera on. Replaces the content of `out`,
+    /// whose memory is used again.
     ///
     /// Error at a smooth transition: 1 % of the reflectance of a sharp surface between the same indices.
     pub fn partial_reflections(&self, path: &Path<T>, out: &mut Vec<PartialReflection<T>>) {
@@ -29,7 +29,7 @@ impl<T: Real> Tracer<'_, T> {
         });
     }
 
-    /// What the sharp surface at the end of a segment mirrors.
+    /// The partial reflection at the sharp surface at the end of a segment; `None` if there is none.
     fn at_event(&self, path: &Path<T>, segment: usize) -> Option<PartialReflection<T>> {
         let (step, drift) = (&path.steps[segment], &path.segments[segment]);
         let event = step.event.as_ref()?;
@@ -79,8 +79,8 @@ impl<T: Real> Tracer<'_, T> {
         }
     }
 
-    /// Transpose of what smooth transitions mirror, theory (7.12): adds to the adjoints of segments and to `grad`, and
-    /// returns what is left, the adjoints of sharp surfaces.
+    /// Transpose of the partial reflections at smooth transitions, theory (7.12): adds to the adjoints of segments and to
+    /// `grad`, and returns the adjoints of the others, at sharp surfaces.
     ///
     /// Which points a transition has is held fixed.
     ///

@@ -83,7 +83,7 @@ impl<T: Real> Passage<T> {
         parallel - self.normal * (self.incidence.before * self.sign())
     }
 
-    /// What the transition mirrors, theory (7.11).
+    /// The partial reflection at the transition, theory (7.11).
     pub(super) fn reflection(&self, weight: Weight) -> PartialReflection<T> {
         let q = self.mirrored();
         PartialReflection {

@@ -1,6 +1,7 @@
 //! Proofs on paths: closed forms of optics, gradients against central differences, and derivatives against Snell's law.
 
 mod glass_ball;
+mod graded_bodies;
 mod gradients;
 mod lenses;
 mod mirrors;

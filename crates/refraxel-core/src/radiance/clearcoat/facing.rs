@@ -1,4 +1,4 @@
-//! The surface of an opaque thing and what a clearcoat on it mirrors, theory (7.13) and (7.14), with transposes.
+//! The surface of an opaque object and the share of light that a clearcoat on it mirrors, theory (7.13) and (7.14), with transposes.
 
 use crate::optics::fresnel::Incidence;
 use crate::{Real, Vec3};
@@ -20,7 +20,7 @@ pub struct Facing<T> {
     pub slope: Vec3<T>,
 }
 
-/// What a clearcoat mirrors of a ray.
+/// The light that a clearcoat mirrors into a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearcoatReflection<T> {
     /// Share of the light that is mirrored, in [0, 1], for a strength of 1.
@@ -63,7 +63,7 @@ impl<T: Real> Facing<T> {
         })
     }
 
-    /// What a clearcoat of index `ior` mirrors of a ray in the unit direction `d`, theory (7.14); `None` where the surface
+    /// The reflection of a ray in the unit direction `d` on a clearcoat of index `ior`, theory (7.14); `None` where the surface
     /// faces away or has no normal.
     #[inline(always)]
     pub fn reflection(&self, d: Vec3<T>, ior: T) -> Option<ClearcoatReflection<T>> {

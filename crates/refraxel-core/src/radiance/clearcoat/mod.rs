@@ -1,8 +1,8 @@
-//! What an opaque thing under a clearcoat mirrors, theory (7.13)–(7.16).
+//! The light that opaque objects under a clearcoat mirror, theory (7.13)–(7.16).
 //!
-//! A voxel field has no surfaces, but the density rises steeply where an opaque thing begins: the mean of the density
+//! A voxel field has no surfaces, but the density rises steeply where an opaque object begins: the mean of the density
 //! gradient over the samples that a ray sees is the normal there ([`Facing`]). One cache look-up along the mirrored ray
-//! stands for all that the clearcoat reflects. [`ClearcoatedScene`] is the readable reference for fast backends.
+//! gives all the light that the clearcoat reflects. [`ClearcoatedScene`] is the readable reference for fast backends.
 
 mod facing;
 mod shown;
@@ -13,7 +13,7 @@ pub use shown::ClearcoatedScene;
 use super::probes::ProbeGrid;
 use crate::{Real, Vec3, sh};
 
-/// The clearcoat of everything opaque in a scene.
+/// The clearcoat of all opaque objects of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearcoat<T> {
     /// Index of refraction of the clearcoat [1], > 1.

@@ -8,7 +8,8 @@ use crate::radiance::quadrature::QuadraturePoint;
 use crate::segment::Segment;
 use crate::{Ray, Real, Vec3, sh};
 
-/// What a straight ray meets: a field, the clearcoat of the opaque things in it, and the colour behind both.
+/// A field, the clearcoat of the opaque objects in it, and the colour behind both, which a
+/// straight ray meets.
 #[derive(Clone, Copy, Debug)]
 pub struct ClearcoatedScene<'a, T: Copy> {
     /// The field.

@@ -2,7 +2,7 @@ use super::facing::incidence;
 use super::shown::{facing, samples};
 use super::*;
 use crate::field::VoxelField;
-use crate::grid::{BrickMap, Domain, Extent};
+use crate::grid::{BRICK_VOXELS, BrickMap, Domain, Extent};
 use crate::index::tests::Sequence;
 use crate::radiance::quadrature;
 use crate::radiance::{QuadraturePoint, Segment};
@@ -19,7 +19,7 @@ fn probes(bounds: Aabb<f64>, resolution: u32, degree: u8, seed: u64) -> ProbeGri
     grid
 }
 
-/// Rough matter, and a clearcoat on it.
+/// A field of random density, and a clearcoat on it.
 fn scene(extent: Extent) -> (VoxelField<f64>, Clearcoat<f64>) {
     let bounds = Aabb::new(vec3(-1.0, -1.2, -0.8), vec3(1.0, 1.2, 0.8));
     let domain = Domain::with_longest(bounds, extent, 11);
@@ -32,76 +32,76 @@ fn scene(extent: Extent) -> (VoxelField<f64>, Clearcoat<f64>) {
     (f, Clearcoat { ior: 1.5, strength: probes(bounds, 3, 0, 7), radiance: probes(bounds, 4, 2, 9) })
 }
 
-fn rays() -> Vec<Ray<f64>> {
+/// A ray and its quadrature points.
+struct SampledRay {
+    ray: Ray<f64>,
+    points: Vec<QuadraturePoint<f64>>,
+}
+
+/// Rays of random directions through the box of a field.
+fn rays(f: &VoxelField<f64>) -> Vec<SampledRay> {
     let mut r = Sequence(31);
     let ray = |_| {
         let origin = r.vector().normalized() * 3.0;
-        Ray { origin, direction: (r.vector() * 0.5 - origin).normalized() }
+        let ray = Ray { origin, direction: (r.vector() * 0.5 - origin).normalized() };
+        let path = Segment::straight(&ray, &f.domain, 0.0);
+        SampledRay { ray, points: path.map_or(Vec::new(), |s| quadrature(&f.domain, &[s], 0.05, 0.3)) }
     };
     (0..40).map(ray).collect()
 }
 
-fn loss(
-    f: &VoxelField<f64>,
-    clearcoat: &Clearcoat<f64>,
-    rays: &[(Ray<f64>, Vec<QuadraturePoint<f64>>)],
-) -> f64 {
-    let scene = ClearcoatedScene { field: f, clearcoat, behind: BEHIND };
-    let of = |(ray, points): &(Ray<f64>, Vec<_>)| {
-        let shown = scene.shown(ray, points);
+/// A linear functional of the colours of rays.
+fn loss(field: &VoxelField<f64>, clearcoat: &Clearcoat<f64>, rays: &[SampledRay]) -> f64 {
+    let scene = ClearcoatedScene { field, clearcoat, behind: BEHIND };
+    let of = |s: &SampledRay| {
+        let shown = scene.shown(&s.ray, &s.points);
         (0..3).map(|c| WEIGHTS[c] * shown[c]).sum::<f64>()
     };
     rays.iter().map(of).sum()
 }
 
+/// Asserts that every `stride`-th parameter from `first` on has its central difference of `loss` as its gradient. `value`
+/// is the parameter of a number.
+fn check<S>(
+    state: &mut S,
+    exact: &[f64],
+    [first, stride]: [usize; 2],
+    value: impl Fn(&mut S, usize) -> &mut f64,
+    loss: impl Fn(&S) -> f64,
+) {
+    const STEP: f64 = 1e-6; // of O(1) quantities in f64: truncation 1e-12, rounding 1e-10
+    let size = exact.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    assert!(size > 1e-3);
+    for j in (first..exact.len()).step_by(stride) {
+        let before = *value(state, j);
+        *value(state, j) = before + STEP;
+        let up = loss(state);
+        *value(state, j) = before - STEP;
+        let fd = (up - loss(state)) / (2.0 * STEP);
+        *value(state, j) = before;
+        assert!((fd - exact[j]).abs() < 1e-6 * size, "{fd} vs {}", exact[j]);
+    }
+}
+
 #[test]
 fn gradients_match_central_differences() {
     for extent in [Extent::Bounded, Extent::Contracted] {
-        let (mut f, mut clearcoat) = scene(extent);
-        let points = |ray: Ray<f64>| {
-            let path = Segment::straight(&ray, &f.domain, 0.0);
-            (ray, path.map_or(Vec::new(), |s| quadrature(&f.domain, &[s], 0.05, 0.3)))
-        };
-        let rays: Vec<_> = rays().into_iter().map(points).collect();
+        let mut state = scene(extent);
+        let (f, clearcoat) = &state;
+        let rays = rays(f);
         let mut grad = f.zero_gradient();
         let zeros = |g: &ProbeGrid<f64>| vec![0.0; g.coefficients.len()];
-        let mut of_clearcoat =
+        let mut d_clearcoat =
             ClearcoatGradient { strength: zeros(&clearcoat.strength), radiance: zeros(&clearcoat.radiance) };
-        for (ray, points) in &rays {
-            let scene = ClearcoatedScene { field: &f, clearcoat: &clearcoat, behind: BEHIND };
-            scene.shown_vjp(ray, points, WEIGHTS, &mut grad, &mut of_clearcoat);
+        for SampledRay { ray, points } in &rays {
+            let scene = ClearcoatedScene { field: f, clearcoat, behind: BEHIND };
+            scene.shown_vjp(ray, points, WEIGHTS, &mut grad, &mut d_clearcoat);
         }
-        let size = |g: &[f64]| g.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let e = 1e-6;
-        let close = |fd: f64, got: f64, size: f64| assert!((fd - got).abs() < 1e-6 * size, "{fd} vs {got}");
-        for j in (64..f.density.len()).step_by(7) {
-            let mut at = |d: f64| {
-                f.density[j] += d;
-                let l = loss(&f, &clearcoat, &rays);
-                f.density[j] -= d;
-                l
-            };
-            close((at(e) - at(-e)) / (2.0 * e), grad.density[j], size(&grad.density));
-        }
-        for j in 0..clearcoat.strength.coefficients.len() {
-            let mut at = |d: f64| {
-                clearcoat.strength.coefficients[j] += d;
-                let l = loss(&f, &clearcoat, &rays);
-                clearcoat.strength.coefficients[j] -= d;
-                l
-            };
-            close((at(e) - at(-e)) / (2.0 * e), of_clearcoat.strength[j], size(&of_clearcoat.strength));
-        }
-        for j in (0..clearcoat.radiance.coefficients.len()).step_by(11) {
-            let mut at = |d: f64| {
-                clearcoat.radiance.coefficients[j] += d;
-                let l = loss(&f, &clearcoat, &rays);
-                clearcoat.radiance.coefficients[j] -= d;
-                l
-            };
-            close((at(e) - at(-e)) / (2.0 * e), of_clearcoat.radiance[j], size(&of_clearcoat.radiance));
-        }
-        assert!(size(&of_clearcoat.strength) > 1e-3 && size(&of_clearcoat.radiance) > 1e-3);
+        let loss = |s: &(VoxelField<f64>, Clearcoat<f64>)| loss(&s.0, &s.1, &rays);
+        check(&mut state, &grad.density, [BRICK_VOXELS, 7], |s, j| &mut s.0.density[j], loss);
+        let ClearcoatGradient { strength, radiance } = &d_clearcoat;
+        check(&mut state, strength, [0, 1], |s, j| &mut s.1.strength.coefficients[j], loss);
+        check(&mut state, radiance, [0, 11], |s, j| &mut s.1.radiance.coefficients[j], loss);
     }
 }
 
