@@ -24,6 +24,7 @@ pub enum Border {
 pub struct GaussianKernel<T> {
     /// The terms of the sum in the order in which they are added, which fixes the rounding.
     taps: Vec<Tap<T>>,
+    /// Largest |k| [node].
     reach: usize,
     border: Border,
 }
@@ -96,6 +97,9 @@ impl<T: Real> GaussianKernel<T> {
 
     /// Blurs a slab across its rows of `width` values each: along y of a plane (x, y) whose rows are lines of x, or along
     /// z of a grid whose rows are planes (x, y).
+    ///
+    /// # Panics
+    /// If `width` is 0.
     pub fn across_rows(&self, slab: &mut [T], width: usize) {
         let (old, n) = (slab.to_vec(), slab.len() / width);
         for (i, out) in slab.chunks_exact_mut(width).enumerate() {
@@ -107,6 +111,9 @@ impl<T: Real> GaussianKernel<T> {
     ///
     /// With [`Border::Normalised`] the sum is divided instead of its weights, which differs from
     /// [`Self::across_rows`] by rounding only.
+    ///
+    /// # Panics
+    /// If `n` is 0.
     pub fn along_rows(&self, slab: &mut [T], n: usize) {
         let scale: Vec<T> = (0..n).map(|i| self.weight_inside(i, n).recip()).collect();
         let mut padded = vec![T::zero(); n + 2 * self.reach];

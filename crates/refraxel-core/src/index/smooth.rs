@@ -7,8 +7,13 @@ use super::LevelSet;
 use crate::Real;
 use crate::grid::{Border, GaussianKernel};
 
+/// Standard deviation of the Gaussian G [voxel]: steps of this width fade.
+const SIGMA: f64 = 1.0;
+/// Cut-off of G [voxel]: 3e-6 of its weight lies beyond.
+const REACH: usize = 4;
+
 impl<T: Real> LevelSet<T> {
-    /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of a standard deviation of one voxel.
+    /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of one voxel.
     /// The border stays.
     ///
     /// `alpha` [1] is stable in [0, 1]. Steps of a staircase fade, and a ball keeps its size to second order: sixty steps
@@ -28,10 +33,9 @@ impl<T: Real> LevelSet<T> {
     }
 }
 
-/// A grid of `n` nodes, x fastest, blurred with a Gaussian of one voxel that is cut off at 4; the outermost nodes are
-/// continued.
+/// A grid of `n` nodes per axis, x fastest, blurred with G; the outermost nodes are continued.
 fn blur<T: Real>(c: &[T], n: [usize; 3]) -> Vec<T> {
-    let kernel = GaussianKernel::<f64>::new(1.0, 4, Border::Continued).cast::<T>();
+    let kernel = GaussianKernel::new(SIGMA, REACH, Border::Continued).cast::<T>();
     let mut c = c.to_vec();
     kernel.along_rows(&mut c, n[0]);
     c.chunks_exact_mut(n[0] * n[1]).for_each(|plane| kernel.across_rows(plane, n[0]));
