@@ -2,13 +2,16 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// Bytes of a cache line and of the widest vector register.
+/// Size of a cache line and of the widest vector register [byte].
 const LINE: usize = 64;
 
-/// A fixed-length array aligned to 64 bytes, so that a voxel padded to whole lines never straddles one more.
+/// An array of fixed length that starts at a multiple of 64 bytes, so that a voxel padded to whole cache lines touches no
+/// more lines than it fills. Used for per-voxel data; reads and writes as a slice.
 #[derive(Debug, Default)]
 pub struct AlignedVec<T> {
+    /// The elements with some spare ones before and behind.
     storage: Vec<T>,
+    /// Index of the first element, the one that is aligned.
     first: usize,
     len: usize,
 }
@@ -23,7 +26,7 @@ impl<T: Copy> AlignedVec<T> {
         Self { storage, first, len }
     }
 
-    /// A copy of a slice.
+    /// A copy of a slice. Empty for an empty slice.
     pub fn from_slice(values: &[T]) -> Self {
         let Some(&any) = values.first() else { return Self { storage: Vec::new(), first: 0, len: 0 } };
         let mut out = Self::filled(values.len(), any);

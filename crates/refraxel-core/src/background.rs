@@ -1,13 +1,13 @@
-//! What lies behind everything: the radiance that an exit ray meets, theory (3.15).
+//! The background: the radiance that an exit ray meets, theory (3.15).
 
 use crate::{Real, Vec3, vec3};
 
 /// Radiance arriving from beyond the field along any exit ray.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Background<T> {
-    /// The same colour everywhere.
+    /// The same colour in all directions (sRGB-encoded, 1 = white).
     Constant([T; 3]),
-    /// A panorama at infinity, learned or given.
+    /// A panorama at infinity.
     Environment(EnvironmentMap<T>),
 }
 
@@ -16,14 +16,14 @@ pub enum Background<T> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap<T> {
     height: usize,
-    /// `height * width` colours, columns fastest.
+    /// `height × width` colours (sRGB-encoded, 1 = white), columns fastest.
     pub texels: Vec<[T; 3]>,
 }
 
 /// The four texels around a direction and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelWeights<T> {
-    /// Indices into [`EnvironmentMap::texels`].
+    /// Indices into [`EnvironmentMap::texels`]: left and right of the upper row, then of the lower one.
     pub index: [usize; 4],
     /// ≥ 0, summing to 1.
     pub weight: [T; 4],
@@ -44,7 +44,7 @@ impl<T: Real> EnvironmentMap<T> {
         (height > 0 && texels.len() == 2 * height * height).then_some(Self { height, texels })
     }
 
-    /// Rows.
+    /// Number of rows; there are twice as many columns.
     pub fn height(&self) -> usize {
         self.height
     }
@@ -65,7 +65,8 @@ impl<T: Real> EnvironmentMap<T> {
         ([column, row], [d_column, d_row])
     }
 
-    /// Texels and weights for a unit direction, theory (3.15): also the derivative of [`Self::radiance`] by the texels.
+    /// Texels and bilinear weights for a unit direction, theory (3.15). The weights are also the derivative of
+    /// [`Self::radiance`] by the texels.
     pub fn stencil(&self, d: Vec3<T>) -> TexelWeights<T> {
         let ([column, row], _) = self.coordinates(d);
         let (index, [fx, fy]) = self.cell(column, row);
@@ -73,6 +74,8 @@ impl<T: Real> EnvironmentMap<T> {
         TexelWeights { index, weight: [gx * gy, fx * gy, gx * fy, fx * fy] }
     }
 
+    /// The four texels around fractional texel coordinates, and the position between them in [0, 1)². Azimuth wraps round;
+    /// beyond the first and last row the row repeats.
     fn cell(&self, column: T, row: T) -> ([usize; 4], [T; 2]) {
         let (w, h) = (2 * self.height as i64, self.height as i64);
         let (c0, r0) = (column.floor(), row.floor());
@@ -89,15 +92,16 @@ impl<T: Real> EnvironmentMap<T> {
         (index, [column - c0, row - r0])
     }
 
-    /// Radiance from a unit direction (sRGB-encoded, 1 = white).
+    /// Radiance from a unit direction (sRGB-encoded, 1 = white), bilinear between texels.
     pub fn radiance(&self, d: Vec3<T>) -> [T; 3] {
         let s = self.stencil(d);
         std::array::from_fn(|c| (0..4).map(|k| s.weight[k] * self.texels[s.index[k]][c]).sum())
     }
 
-    /// Transpose of the derivative of [`Self::radiance`] with respect to the direction (as a free vector; project it on
-    /// the tangent plane). The derivative with respect to the texels is [`Self::stencil`]. Not differentiable between
-    /// texel cells and at the poles.
+    /// Transpose of the derivative of [`Self::radiance`] with respect to the direction, as a free vector; project it on the
+    /// tangent plane. The derivative with respect to the texels is [`Self::stencil`].
+    ///
+    /// Not differentiable on the lines between texel centres and at the poles.
     pub fn radiance_vjp(&self, d: Vec3<T>, d_radiance: [T; 3]) -> Vec3<T> {
         let ([column, row], [d_column, d_row]) = self.coordinates(d);
         let (index, [fx, fy]) = self.cell(column, row);
@@ -110,7 +114,8 @@ impl<T: Real> EnvironmentMap<T> {
 }
 
 impl<T: Real> Background<T> {
-    /// Radiance that arrives at `_position` against the unit direction of travel `direction`.
+    /// Radiance (sRGB-encoded, 1 = white) that arrives at `_position` against the unit direction of travel `direction`. Both
+    /// kinds of background lie at infinity, so the position has no effect.
     pub fn radiance(&self, _position: Vec3<T>, direction: Vec3<T>) -> [T; 3] {
         match self {
             Self::Constant(c) => *c,

@@ -1,31 +1,34 @@
 //! The radiance field: density and spherical-harmonic colour on a sparse voxel grid, theory (3.4)–(3.7).
 //!
-//! This is the readable reference, generic over the scalar; fast backends are tested against it.
+//! This is the readable reference, generic over the scalar; fast backends are tested against it. Both nonlinearities,
+//! softplus of the density and the clamp of the colour, follow interpolation, so that a surface can lie anywhere between
+//! two nodes.
 
 use crate::grid::{BRICK_VOXELS, BrickMap, Domain, trilinear};
 use crate::sh::{MAX_BASIS, ShDegree};
 use crate::{AlignedVec, Real, Vec3};
 
-/// Raw density θ of empty space [1]: what absent bricks hold. softplus(−10) = 4.5e-5, so σ L = 0.0018: nothing visible
-/// over any path through the box.
+/// Raw density θ of empty space [1], the value in absent bricks. softplus(−10) = 4.5e-5, so σ L = 0.0018: invisible over
+/// any path through the box.
 pub const EMPTY_DENSITY: f64 = -10.0;
 
-/// Density per unit of softplus, times the longest edge L of the box [1]: σ = 40/L · softplus(θ), theory (3.5), so that
-/// the same parameters mean the same picture at any scale of the world.
+/// Density per unit of softplus, times the longest edge L of the box [1]: σ = 40/L · softplus(θ), theory (3.5). The same
+/// parameters then render the same picture at any scale of the world. At θ = 0 the box is 28 optical depths wide.
 pub const DENSITY_PER_BOX: f64 = 40.0;
 
 /// A sparse voxel radiance field.
 #[derive(Clone, Debug)]
 pub struct VoxelField<T: Copy> {
-    /// Where the grid lies.
+    /// Where the grid lies, and its nodes per axis.
     pub domain: Domain<T>,
     /// Which bricks are stored.
     pub map: BrickMap,
     /// Angular degree of colour.
     pub degree: ShDegree,
-    /// Raw density θ, one per voxel of the map.
+    /// Raw density θ [1], one per voxel of the map, in the order of its slots.
     pub density: AlignedVec<T>,
-    /// SH coefficients, `degree.stride()` per voxel: red, green, blue (each `degree.basis()`), padding zero.
+    /// SH coefficients [1], `degree.stride()` per voxel in the same order: `degree.basis()` of red, then of green, then of
+    /// blue, then zeros as padding.
     pub colour: AlignedVec<T>,
 }
 
@@ -38,7 +41,7 @@ pub struct FieldGradient<T: Copy> {
     pub colour: AlignedVec<T>,
 }
 
-/// What the field holds at one point, theory (3.5) and (3.7).
+/// Density and colour of the field at one point, theory (3.5) and (3.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matter<T> {
     /// Density σ ≥ 0 [1 / scene unit].
@@ -47,13 +50,14 @@ pub struct Matter<T> {
     pub colour: [T; 3],
 }
 
-/// softplus(x) = ln(1 + eˣ), without overflow; the density of theory (3.5) before scaling.
+/// softplus(x) = ln(1 + eˣ), without overflow: the density of theory (3.5) before scaling. Its slope never vanishes, so a
+/// voxel that has become empty can return.
 #[inline(always)]
 pub fn softplus<T: Real>(x: T) -> T {
     x.max(T::zero()) + (-x.abs()).exp().ln_1p()
 }
 
-/// Derivative of [`softplus`]: the logistic function.
+/// Derivative of [`softplus`]: the logistic function 1/(1 + e⁻ˣ), without overflow.
 #[inline(always)]
 pub fn logistic<T: Real>(x: T) -> T {
     let e = (-x.abs()).exp();
@@ -61,7 +65,7 @@ pub fn logistic<T: Real>(x: T) -> T {
 }
 
 impl<T: Real> VoxelField<T> {
-    /// A field with constant raw density and mid-grey colour.
+    /// A field with constant raw density θ and mid-grey colour, whose SH coefficients are all 0.
     pub fn uniform(domain: Domain<T>, map: BrickMap, degree: ShDegree, density: T) -> Self {
         let mut field = Self {
             domain,
@@ -74,7 +78,7 @@ impl<T: Real> VoxelField<T> {
         field
     }
 
-    /// Give the voxels of the empty slot the values of empty space.
+    /// Gives the voxels of the empty slot the values of empty space. Call it after writing to all voxels.
     pub fn clear_empty_brick(&mut self) {
         let n = BRICK_VOXELS;
         self.density[..n].fill(T::of(EMPTY_DENSITY));
@@ -86,7 +90,7 @@ impl<T: Real> VoxelField<T> {
         T::of(DENSITY_PER_BOX) / self.domain.bounds.extent().max_element()
     }
 
-    /// A gradient of zeros.
+    /// A gradient of zeros, laid out like the field.
     pub fn zero_gradient(&self) -> FieldGradient<T> {
         FieldGradient {
             density: AlignedVec::filled(self.density.len(), T::zero()),
@@ -122,14 +126,15 @@ impl<T: Real> VoxelField<T> {
         Some(Matter { density: self.density_scale() * softplus(theta), colour })
     }
 
-    /// h ∇θ [1 / voxel] at a world point, h being the shortest edge of a voxel; 0 where nothing is stored.
+    /// h ∇θ [1 / voxel] at a world point, theory (7.13), h being the shortest edge of a voxel inside the box; 0 where nothing
+    /// is stored. Not continuous across the faces of cells.
     pub fn raw_slope(&self, x: Vec3<T>) -> Vec3<T> {
         let Some((corners, f)) = self.locate(self.domain.node(x)) else { return Vec3::zero() };
         let theta_at = corners.map(|v| self.density[v as usize]);
         self.domain.node_vjp(x, trilinear::gradient(f, &theta_at)) * self.domain.voxel()
     }
 
-    /// Transpose of [`Self::raw_slope`] by the density: adds to `grad`.
+    /// Transpose of [`Self::raw_slope`] by the raw density, theory (7.15): adds to `grad`, given dLoss/d(h ∇θ).
     pub fn raw_slope_vjp(&self, x: Vec3<T>, d_slope: Vec3<T>, grad: &mut FieldGradient<T>) {
         let Some((corners, f)) = self.locate(self.domain.node(x)) else { return };
         let d_node = self.domain.node_jvp(x, d_slope) * self.domain.voxel();

@@ -1,7 +1,16 @@
-//! The mathematics of refraxel: cameras, grids, spherical harmonics, emission–absorption along bent or straight rays,
-//! and the exact adjoints of all of it. Equation numbers refer to `docs/theory.md`.
+//! The mathematics of refraxel: cameras, grids, spherical harmonics, bent rays, emission and absorption along them, and the
+//! exact adjoints of all of it. Equation numbers refer to `docs/theory.md`.
 //!
-//! Generic over [`Real`] (`f32` in production, `f64` as the oracle). No files, threads, clocks, randomness or printing.
+//! Everything is generic over [`Real`] (`f32` in production, `f64` as the oracle). The crate has no files, threads, clocks,
+//! randomness or printing.
+//!
+//! How light goes through the modules: [`camera`] turns a pixel into a [`Ray`]; [`optics`] bends it in a medium of
+//! [`index`] fields into a [`Path`] of straight segments ([`segment`]); [`radiance`] marches these through the voxels of a
+//! [`field`], which lie on a [`grid`] and have colours in spherical harmonics ([`sh`]); the [`background`] fills what is
+//! left. Backwards, each module has the transpose of its forward function next to it. `d_x` is always dLoss/dx and has the
+//! type of `x`.
+//!
+//! A backend reads these functions as its specification: it may be faster, and is tested to agree with them.
 
 pub mod background;
 pub mod camera;
@@ -13,6 +22,7 @@ pub mod optics;
 pub mod optimiser;
 pub mod priors;
 pub mod radiance;
+pub mod segment;
 pub mod sh;
 
 mod aligned;

@@ -1,19 +1,23 @@
-//! Update rules of the optimiser, theory (4.7). One parameter at a time; backends decide which parameters to touch.
+//! The update rule of the optimiser, theory (4.7), for one parameter at a time; backends decide which parameters to touch.
 
 use crate::Real;
 
-/// RMSProp: v ← β v + (1 − β) g², x ← x − rate · g / (√v + ε). The first touch of a parameter (v = 0) sets v = g², so
-/// that its first step has length `rate`. Source: Hinton 2012; first touch as in Plenoxels.
+/// RMSProp, theory (4.7): v ← β v + (1 − β) g², x ← x − rate · g / (√v + ε).
+///
+/// The first update of a parameter (v = 0) sets v = g², so that its first step has the length `rate`. The rule does not
+/// depend on the scale of the loss, as long as √v exceeds ε.
+/// Source: Hinton 2012; the first update as in Plenoxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RmsProp<T> {
-    /// Decay β of the second moment.
+    /// Decay β of the second moment per update [1], in [0, 1).
     pub decay: T,
-    /// Floor ε of the denominator.
+    /// Floor ε of the denominator [unit of the gradient].
     pub epsilon: T,
 }
 
 impl<T: Real> RmsProp<T> {
-    /// The step to add to a parameter with gradient `g`; updates its second moment `v`.
+    /// The step to add to a parameter with gradient `g`; updates its second moment `v`. `rate` has the unit of the
+    /// parameter.
     #[inline(always)]
     pub fn step(&self, g: T, v: &mut T, rate: T) -> T {
         g * self.scale(g * g, v, rate)

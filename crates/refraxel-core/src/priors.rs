@@ -1,9 +1,11 @@
-//! Priors: what is believed about a scene before any image is seen, theory (4.3)–(4.6).
+//! Priors, theory (4.3)–(4.6): penalties for what is unlikely in a scene, whatever its images show. Each has its slope,
+//! which is the derivative by its first argument, next to it.
 
 use crate::Real;
 
-/// Charbonnier penalty, theory (4.4): ψ(d) = √(d² + ε²) − ε of the difference of two neighbours: |d| for large, d²/2ε
-/// for small d.
+/// Charbonnier penalty of the difference d of two neighbours, theory (4.4): ψ(d) = √(d² + ε²) − ε, which is |d| for large
+/// and d²/2ε for small d.
+///
 /// Source: Charbonnier et al. 1994; per edge of the grid, summed over the three axes (anisotropic total variation).
 #[inline(always)]
 pub fn charbonnier<T: Real>(d: T, epsilon: T) -> T {
@@ -29,29 +31,32 @@ pub fn huber_slope<T: Real>(d: T, delta: T) -> T {
     d.max(-delta).min(delta)
 }
 
-/// Cauchy sparsity penalty of an optical depth: ln(1 + 2 τ²), which pulls thin fog to nothing and leaves surfaces alone.
+/// Cauchy sparsity penalty of an optical depth τ, theory (4.5): ln(1 + 2 τ²), which dissolves thin fog and hardly acts on
+/// surfaces.
+///
 /// Source: SNeRG (Hedman et al. 2021), applied to the optical depth of one step so that it does not depend on units.
 #[inline(always)]
 pub fn cauchy<T: Real>(tau: T) -> T {
     (T::of(2.0) * tau * tau).ln_1p()
 }
 
-/// Derivative of [`cauchy`].
+/// 4 τ/(1 + 2 τ²), the derivative of [`cauchy`], theory (4.5).
 #[inline(always)]
 pub fn cauchy_slope<T: Real>(tau: T) -> T {
     T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
 }
 
-/// Opacity prior on a ray's final transmittance T ∈ [0, 1], theory (4.6): ln(T + e) + ln(1 − T + e), lowest at T = 0
-/// and T = 1: a ray hits something or nothing. Source: Neural Volumes (Lombardi et al. 2019). `e` = 0.1 bounds the
-/// slope by 10.
+/// Opacity prior on the final transmittance T ∈ [0, 1] of a ray, theory (4.6): ln(T + e) + ln(1 − T + e), lowest at T = 0
+/// and T = 1, since a ray hits something or nothing. e = 0.1 [1] bounds the slope by 10.
+///
+/// Source: Neural Volumes (Lombardi et al. 2019).
 #[inline(always)]
 pub fn opacity_beta<T: Real>(transmittance: T) -> T {
     let e = T::of(0.1);
     (transmittance + e).ln() + (T::one() - transmittance + e).ln()
 }
 
-/// Derivative of [`opacity_beta`].
+/// 1/(T + e) − 1/(1 − T + e), the derivative of [`opacity_beta`], theory (4.6).
 #[inline(always)]
 pub fn opacity_beta_slope<T: Real>(transmittance: T) -> T {
     let e = T::of(0.1);

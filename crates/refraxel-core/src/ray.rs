@@ -1,14 +1,14 @@
-//! Rays, the segments that a path is made of, and axis-aligned boxes.
+//! Rays in vacuum and axis-aligned boxes.
 
 use crate::{Real, Vec3, vec3};
 
-/// A ray as it leaves the camera, in vacuum: world position and unit direction. In a medium a path carries the momentum
-/// p = n dx/ds instead, see [`Segment`](crate::radiance::Segment).
+/// A ray as it leaves the camera, in vacuum: world position and unit direction. In a medium a path has the momentum
+/// p = n dx/ds instead, see [`Segment`](crate::segment::Segment); a line x + t p is written as a ray whose direction is p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray<T> {
     /// Start [scene unit].
     pub origin: Vec3<T>,
-    /// Unit direction of travel.
+    /// Unit direction of travel, away from the camera.
     pub direction: Vec3<T>,
 }
 
@@ -18,7 +18,7 @@ impl<T: Real> Ray<T> {
     pub fn at(&self, s: T) -> Vec3<T> {
         self.origin + self.direction * s
     }
-    /// The same ray in another precision.
+    /// The same ray in another precision. Its direction is rounded, not normalised again.
     pub fn cast<U: Real>(&self) -> Ray<U> {
         Ray { origin: self.origin.cast(), direction: self.direction.cast() }
     }
@@ -42,7 +42,7 @@ impl<T: Real> Aabb<T> {
     pub fn empty() -> Self {
         Self { min: Vec3::splat(T::infinity()), max: Vec3::splat(T::neg_infinity()) }
     }
-    /// Grow to contain a point.
+    /// Grows the box to contain a point.
     pub fn include(&mut self, p: Vec3<T>) {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
@@ -51,7 +51,7 @@ impl<T: Real> Aabb<T> {
     pub fn extent(&self) -> Vec3<T> {
         self.max - self.min
     }
-    /// Centre.
+    /// Centre [scene unit].
     pub fn center(&self) -> Vec3<T> {
         (self.min + self.max) * T::of(0.5)
     }
@@ -63,8 +63,9 @@ impl<T: Real> Aabb<T> {
     pub fn cast<U: Real>(&self) -> Aabb<U> {
         Aabb { min: self.min.cast(), max: self.max.cast() }
     }
-    /// Arc lengths `[enter, leave]` of the part of a line inside the box (slab test), clipped to s >= 0;
-    /// `None` when it misses.
+    /// Arc lengths `[enter, leave]` [scene unit] of the part of a ray inside the box, clipped to s ≥ 0; `None` if it misses.
+    ///
+    /// By the slab test (Kay & Kajiya 1986): the intersection of the intervals between the three pairs of faces.
     #[inline]
     pub fn clip(&self, ray: &Ray<T>) -> Option<[T; 2]> {
         let inv = ray.direction.map(T::recip);

@@ -1,4 +1,7 @@
 //! The scalar that the mathematics is generic over: `f32` in production, `f64` as the oracle.
+//!
+//! A formula is written once. Its tests run in f64, where rounding hides no mistake, and the tests of the backends compare
+//! the production code in f32 with it.
 
 use num_traits::{Float, NumAssign};
 use std::fmt::Debug;
@@ -6,9 +9,9 @@ use std::iter::Sum;
 
 /// A real scalar: `f32` or `f64`.
 pub trait Real: Float + NumAssign + Sum + Default + Debug + Send + Sync + 'static {
-    /// The nearest value of this type to a literal of the theory.
+    /// The value of this type nearest to `x`: for the numbers of a formula, such as `T::of(0.5)`.
     fn of(x: f64) -> Self;
-    /// This value in double precision (exact).
+    /// This value in double precision, without rounding. Sums over many terms are taken there.
     fn f64(self) -> f64;
 }
 

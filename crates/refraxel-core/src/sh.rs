@@ -1,16 +1,21 @@
-//! Real spherical harmonics of degree 0 to 3, theory (3.6).
+//! Real spherical harmonics of degree 0 to 3, theory (3.6): the dependence of colour on the direction.
 //!
-//! Order within a colour: l = 0; l = 1: −y, z, −x; then l = 2 and l = 3 in the order and signs used by Plenoxels and
-//! Gaussian splatting, so that coefficients can be exchanged with them.
+//! Order within a colour: l = 0; l = 1: −y, z, −x; then l = 2 and l = 3 in the order and with the signs of Plenoxels and
+//! Gaussian splatting, so that coefficients can be exchanged with them. The basis is orthonormal on the sphere,
+//! ∫ Y_i Y_j dΩ = δ_ij.
 
 use crate::{Real, Vec3, vec3};
 
-/// Number of basis functions at the highest degree.
+/// Number of basis functions at the highest degree, 3.
 pub const MAX_BASIS: usize = 16;
 
+/// Y_0 = C0: √(1/4π).
 const C0: f64 = 0.282_094_791_773_878_14;
+/// √(3/4π).
 const C1: f64 = 0.488_602_511_902_919_9;
+/// √(15/4π), √(5/16π), √(15/16π).
 const C2: [f64; 3] = [1.092_548_430_592_079_2, 0.315_391_565_252_520_05, 0.546_274_215_296_039_6];
+/// √(35/32π), √(105/4π), √(21/32π), √(7/16π).
 const C3: [f64; 4] =
     [0.590_043_589_926_643_5, 2.890_611_442_640_554, 0.457_045_799_464_465_8, 0.373_176_332_590_115_4];
 /// Half of C3[1]: the factor of z(x² − y²).
@@ -44,16 +49,18 @@ impl ShDegree {
     pub fn basis(self) -> usize {
         (usize::from(self.0) + 1) * (usize::from(self.0) + 1)
     }
-    /// Channels stored per voxel: three colours × [`Self::basis`], padded to whole 16-lane vectors.
+    /// Numbers stored per voxel: three colours × [`Self::basis`], padded to whole vectors of 16 lanes. 16, 16, 32 and 48
+    /// for the degrees 0 to 3.
     #[inline(always)]
     pub fn stride(self) -> usize {
         (3 * self.basis()).next_multiple_of(16)
     }
 }
 
-/// Values Y_j(d) of all basis functions up to `degree` for a unit direction; the rest of the array is zero.
+/// Values Y_j(d) [1] of all basis functions up to `degree` for a unit direction, theory (3.6); the rest of the array is 0.
 ///
-/// Source: Ramamoorthi and Hanrahan 2001; constants √((2l+1)/4π · …) to 16 digits.
+/// Worked number: Y_0 = 0.2821 for any direction, Y_2(0, 0, 1) = 0.4886.
+/// Source: Ramamoorthi and Hanrahan 2001; the constants √((2l+1)/4π · …) have 16 digits.
 #[inline]
 pub fn basis<T: Real>(degree: ShDegree, d: Vec3<T>) -> [T; MAX_BASIS] {
     let mut y = [T::zero(); MAX_BASIS];
@@ -88,8 +95,8 @@ pub fn basis<T: Real>(degree: ShDegree, d: Vec3<T>) -> [T; MAX_BASIS] {
     y
 }
 
-/// Transpose of the derivative of [`basis`]: Σ_j d_y[j] ∇Y_j, with Y_j read as polynomials of the free vector d.
-/// Project on the tangent plane of the sphere to get the derivative along directions.
+/// Transpose of the derivative of [`basis`]: Σ_j d_y[j] ∇Y_j, theory (3.14), with Y_j read as polynomials of the free
+/// vector d. Project the result on the tangent plane of the sphere to get the derivative along directions.
 #[inline]
 pub fn basis_vjp<T: Real>(degree: ShDegree, d: Vec3<T>, d_y: &[T; MAX_BASIS]) -> Vec3<T> {
     if degree.0 == 0 {

@@ -1,9 +1,14 @@
 //! Three-vectors and 3×3 matrices over a [`Real`].
+//!
+//! Transforms act from the left on column vectors and read right to left: `world_from_camera * p_camera`.
 
 use crate::Real;
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A vector of three components: a position, a direction, a momentum or their adjoints.
+/// A vector of three components: a position [scene unit], a direction or momentum [1], or the adjoint of one of these.
+///
+/// Operators act component by component; products of two vectors have names ([`Vec3::dot`], [`Vec3::cross`],
+/// [`Vec3::hadamard`]), so that none is mistaken for another. Indexing by 0, 1, 2 gives x, y, z and panics beyond.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vec3<T> {
     /// First component.
@@ -26,7 +31,7 @@ impl<T: Real> Vec3<T> {
     pub const fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
-    /// All three components equal.
+    /// The vector (v, v, v).
     #[inline(always)]
     pub fn splat(v: T) -> Self {
         Self { x: v, y: v, z: v }
@@ -36,17 +41,17 @@ impl<T: Real> Vec3<T> {
     pub fn zero() -> Self {
         Self::splat(T::zero())
     }
-    /// Inner product.
+    /// Inner product a · b, summed in the order x, y, z.
     #[inline(always)]
     pub fn dot(self, o: Self) -> T {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
-    /// Cross product, right-handed.
+    /// Cross product a × b, right-handed: x × y = z.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
         vec3(self.y * o.z - self.z * o.y, self.z * o.x - self.x * o.z, self.x * o.y - self.y * o.x)
     }
-    /// Euclidean length.
+    /// Euclidean length |a|.
     #[inline(always)]
     pub fn length(self) -> T {
         self.dot(self).sqrt()
@@ -56,27 +61,27 @@ impl<T: Real> Vec3<T> {
     pub fn normalized(self) -> Self {
         self * self.length().recip()
     }
-    /// Component-wise function.
+    /// The vector (f(x), f(y), f(z)).
     #[inline(always)]
     pub fn map<U>(self, f: impl Fn(T) -> U) -> Vec3<U> {
         vec3(f(self.x), f(self.y), f(self.z))
     }
-    /// Component-wise function of two vectors.
+    /// The vector of f(a, b) for the components a of `self` and b of `o`.
     #[inline(always)]
     pub fn zip(self, o: Self, f: impl Fn(T, T) -> T) -> Self {
         vec3(f(self.x, o.x), f(self.y, o.y), f(self.z, o.z))
     }
-    /// Component-wise minimum.
+    /// Component-wise minimum; a NaN in one of the vectors is dropped.
     #[inline(always)]
     pub fn min(self, o: Self) -> Self {
         self.zip(o, T::min)
     }
-    /// Component-wise maximum.
+    /// Component-wise maximum; a NaN in one of the vectors is dropped.
     #[inline(always)]
     pub fn max(self, o: Self) -> Self {
         self.zip(o, T::max)
     }
-    /// Component-wise product.
+    /// Component-wise product a ⊙ b, for example with nodes per scene unit along each axis.
     #[inline(always)]
     pub fn hadamard(self, o: Self) -> Self {
         self.zip(o, |a, b| a * b)
@@ -96,7 +101,7 @@ impl<T: Real> Vec3<T> {
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
     }
-    /// The same vector in another precision.
+    /// The same vector in another precision, rounded to nearest.
     #[inline(always)]
     pub fn cast<U: Real>(self) -> Vec3<U> {
         self.map(|v| U::of(v.f64()))
@@ -115,6 +120,7 @@ impl<T> From<[T; 3]> for Vec3<T> {
     }
 }
 
+/// Implements an operator of two vectors and its assigning form, component by component.
 macro_rules! componentwise {
     ($op:ident, $f:ident, $assign:ident, $fa:ident) => {
         impl<T: Real> $op for Vec3<T> {
@@ -176,7 +182,7 @@ impl<T> IndexMut<usize> for Vec3<T> {
     }
 }
 
-/// A 3×3 matrix stored by its columns.
+/// A 3×3 matrix stored by its columns: a rotation maps the axis e_c of one frame to `columns[c]` in the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mat3<T> {
     /// Columns, left to right.
@@ -192,19 +198,19 @@ impl<T: Real> Mat3<T> {
             [T::zero(), T::zero(), T::one()],
         ])
     }
-    /// A matrix from three rows.
+    /// The matrix with these rows, top to bottom, as a matrix is written on paper.
     pub fn from_rows(r: [[T; 3]; 3]) -> Self {
         Self { columns: [0, 1, 2].map(|c| vec3(r[0][c], r[1][c], r[2][c])) }
     }
-    /// The three rows.
+    /// The three rows, top to bottom.
     pub fn rows(&self) -> [[T; 3]; 3] {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| self.columns[c][r]))
     }
-    /// The transpose, which inverts a rotation.
+    /// The transpose, which is the inverse of a rotation.
     pub fn transpose(&self) -> Self {
         Self::from_rows(self.columns.map(Vec3::to_array))
     }
-    /// Determinant; +1 for a rotation.
+    /// Determinant: +1 for a rotation, −1 for a reflection.
     pub fn determinant(&self) -> T {
         self.columns[0].dot(self.columns[1].cross(self.columns[2]))
     }

@@ -1,4 +1,4 @@
-//! Lens models: normalised distorted image coordinates to a direction and back.
+//! Lens models: from normalised distorted image coordinates to a direction and back, theory (1.3).
 //!
 //! Every model but the panorama is a *projection* (perspective: x/z, or equidistant: the angle θ from the axis) followed
 //! by one smooth map of the plane, [`distortion`]. Distorted pixels are traced as they are; images are never resampled.
@@ -9,7 +9,7 @@ use crate::{Vec3, vec3};
 use distortion::Distortion;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// How directions map to normalised image coordinates (pixel − centre) / focal.
+/// How directions map to normalised image coordinates (pixel − centre) / focal, theory (1.2) and (1.3).
 ///
 /// Coefficients follow COLMAP and OpenCV; models with fewer coefficients are the same model with zeros
 /// (`SIMPLE_RADIAL` is [`Lens::OpenCv`] with one k, `RADIAL_FISHEYE` is [`Lens::Fisheye`] with two).
@@ -54,7 +54,7 @@ pub enum Lens {
     Equirectangular,
 }
 
-/// What the plane coordinates of a lens mean before distortion.
+/// The projection of a lens: the meaning of its plane coordinates before distortion.
 enum Projection {
     /// (x, y) / z.
     Perspective,
@@ -135,12 +135,14 @@ fn equidistant(x: Vec3<f64>) -> Option<[f64; 2]> {
     Some([x.x * scale, x.y * scale])
 }
 
+/// Direction of a panorama's coordinates [rad]; `None` beyond the sphere.
 fn panorama_direction([azimuth, below]: [f64; 2]) -> Option<Vec3<f64>> {
     const ROUNDING: f64 = 1e-9; // rad: the image border is the seam of the sphere
     let inside = azimuth.abs() <= PI + ROUNDING && below.abs() <= FRAC_PI_2 + ROUNDING;
     inside.then(|| vec3(azimuth.sin() * below.cos(), below.sin(), azimuth.cos() * below.cos()))
 }
 
+/// Inverse of [`fov_project`]: r = tan(r_d ω) / (2 tan(ω/2)) for a distorted radius r_d; `None` from a radius of π/2ω on.
 fn fov_direction(omega: f64, [u, v]: [f64; 2]) -> Option<Vec3<f64>> {
     let r_d = u.hypot(v);
     if r_d == 0.0 {
@@ -151,6 +153,7 @@ fn fov_direction(omega: f64, [u, v]: [f64; 2]) -> Option<Vec3<f64>> {
     (r_d * omega < FRAC_PI_2).then(|| vec3(u * scale, v * scale, 1.0))
 }
 
+/// The field-of-view model of Devernay & Faugeras 2001: r_d = atan(2 r tan(ω/2)) / ω; `None` behind the camera.
 fn fov_project(omega: f64, x: Vec3<f64>) -> Option<[f64; 2]> {
     let [u, v] = (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z])?;
     let r = u.hypot(v);

@@ -12,9 +12,9 @@ use crate::{Mat3, Ray, Vec3};
 /// A rigid motion `x_world = rotation * x_camera + translation`, theory (1.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Columns are the camera's axes (right, down, forward) in the world.
+    /// R of theory (1.1). Its columns are the axes of the camera (right, down, forward) in the world.
     pub rotation: Mat3<f64>,
-    /// The camera's centre in the world [scene unit].
+    /// o of theory (1.1), the centre of the camera in the world [scene unit].
     pub translation: Vec3<f64>,
 }
 
@@ -29,9 +29,9 @@ pub struct Camera {
     pub focal: [f64; 2],
     /// Principal point (cx, cy) [pixel]; the middle of an image is (W/2, H/2).
     pub center: [f64; 2],
-    /// Projection and distortion.
+    /// Projection and distortion of the lens.
     pub lens: Lens,
-    /// Camera to world.
+    /// The pose: maps the camera frame to the world.
     pub world_from_camera: Pose,
 }
 
@@ -53,12 +53,13 @@ impl Camera {
         Some([u * self.focal[0] + self.center[0], v * self.focal[1] + self.center[1]])
     }
 
-    /// The viewing direction of the optical axis in the world.
+    /// Unit direction of the optical axis in the world, away from the camera.
     pub fn forward(&self) -> Vec3<f64> {
         self.world_from_camera.rotation.columns[2]
     }
 
-    /// The same camera for an image resized to `width` × `height`.
+    /// The same camera for an image resized to `width` × `height` [pixel]: focal lengths and principal point scale along
+    /// each axis.
     pub fn resized(&self, width: u32, height: u32) -> Camera {
         let s = [f64::from(width) / f64::from(self.width), f64::from(height) / f64::from(self.height)];
         Camera {

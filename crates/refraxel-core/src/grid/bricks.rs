@@ -1,56 +1,66 @@
-//! Sparse topology of a voxel grid: which bricks of 4³ nodes exist and where their voxels are stored.
+//! Sparse topology of a voxel grid: which bricks of 4³ nodes are stored, and where.
+//!
+//! Most space is empty, so only some bricks of a grid are stored. Three tables answer the questions of a march: the brick
+//! table says where a brick is stored or how far the next one is; the forward table says where the seven bricks at +x, +y,
+//! +z of a brick are, into which its last cells reach; a constant table says which node of which of these bricks each
+//! corner of a cell is.
 
 /// Nodes along an edge of a brick.
 pub const BRICK: u32 = 4;
-/// Voxels (nodes) of a brick.
+/// Voxels of a brick. A voxel is a node with its parameters.
 pub const BRICK_VOXELS: usize = 64;
-/// The slot that stands for every absent brick: its voxels hold the values of empty space and are never written.
+/// The slot of all absent bricks. Its voxels hold the values of empty space and are never written, so that interpolation at
+/// the border of the stored region needs no branch.
 pub const EMPTY_SLOT: u32 = 0;
 
-/// A cell of the grid: the cube between 2³ nodes, named by its lowest node.
+/// A cell of the grid, the cube between 2³ nodes, named by its lowest node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
     /// Slot of the brick that holds the lowest node.
     pub slot: u32,
-    /// Index of the lowest node in its brick, `x + 4 y + 16 z`.
+    /// Index of the lowest node in its brick, `x + 4 y + 16 z` with coordinates from 0 to 3.
     pub local: u32,
 }
 
-/// Sparse set of bricks of a grid with `resolution` nodes.
+/// The stored bricks of a grid with `resolution` nodes per axis.
 ///
 /// Voxels are addressed by `slot * 64 + local`, `local = x + 4 y + 16 z` within the brick (x runs fastest). Slots follow
 /// the Morton order of the bricks, so that neighbours in memory are neighbours in space. Slot 0 is [`EMPTY_SLOT`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BrickMap {
     resolution: [u32; 3],
+    /// Bricks per axis.
     bricks: [u32; 3],
+    /// One entry per brick of the grid, x fastest.
     table: Vec<Entry>,
+    /// Brick coordinates of each slot; without meaning for slot 0.
     brick_of_slot: Vec<[u32; 3]>,
     /// For each slot the first voxels of the bricks at +x (bit 0), +y (bit 1), +z (bit 2); entry 0 is its own.
     forward: Vec<[u32; 8]>,
 }
 
-/// What the grid holds at the place of a brick, in one word: its slot if > 0, otherwise minus the Chebyshev distance, in
-/// bricks, to the nearest stored brick (capped at 255).
+/// An entry of the brick table in one word: the slot of the brick if > 0, otherwise minus the Chebyshev distance [brick] to
+/// the nearest stored brick, at most 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry(i32);
 
 impl Entry {
-    /// The brick's slot, or the distance to the nearest stored brick.
+    /// `Ok` with the slot of the brick, or `Err` with the distance [brick] to the nearest stored one.
     #[inline(always)]
     pub fn slot(self) -> Result<u32, u32> {
         if self.0 > 0 { Ok(self.0 as u32) } else { Err(self.0.unsigned_abs()) }
     }
 }
 
-/// For each position of a cell in its brick: which forward brick each corner lies in, and where in it. A node on the
-/// upper face of a brick (coordinate 3) continues in the next brick.
+/// The corners of a cell at one position in its brick: in which forward brick each corner lies (bit a: the next one along
+/// axis a), and where in it. The cells at coordinate 3 reach into the next brick.
 #[derive(Clone, Copy)]
 struct CellCorners {
     brick: [u32; 8],
     local: [u32; 8],
 }
 
+/// The corners of the cell at each local index.
 const CORNERS: [CellCorners; BRICK_VOXELS] = {
     let mut table = [CellCorners { brick: [0; 8], local: [0; 8] }; BRICK_VOXELS];
     let mut l = 0;
@@ -72,7 +82,7 @@ const CORNERS: [CellCorners; BRICK_VOXELS] = {
 };
 
 impl BrickMap {
-    /// The map that keeps the bricks for which `keep(brick coordinates)` holds.
+    /// The map of the bricks for which `keep(brick coordinates)` holds, in Morton order.
     pub fn new(resolution: [u32; 3], keep: impl Fn([u32; 3]) -> bool) -> Self {
         let bricks = resolution.map(|n| n.div_ceil(BRICK));
         let mut kept: Vec<[u32; 3]> = coordinates(bricks).filter(|&b| keep(b)).collect();
@@ -94,6 +104,7 @@ impl BrickMap {
         valid.then(|| Self::from_bricks(resolution, kept))
     }
 
+    /// The map with these bricks in this order, which lie inside the grid and differ from each other.
     fn from_bricks(resolution: [u32; 3], kept: Vec<[u32; 3]>) -> Self {
         let bricks = resolution.map(|n| n.div_ceil(BRICK));
         let total = bricks.iter().map(|&n| n as usize).product();
@@ -118,6 +129,7 @@ impl BrickMap {
         map
     }
 
+    /// The row of the forward table of a slot.
     fn forward_of(&self, slot: u32) -> [u32; 8] {
         let b = self.brick_of_slot[slot as usize];
         let mut out = [EMPTY_SLOT; 8];
@@ -157,6 +169,7 @@ impl BrickMap {
         }
         self.table[self.table_index(brick)].slot().unwrap_or(EMPTY_SLOT)
     }
+    /// Index into the brick table of brick coordinates inside the grid.
     #[inline(always)]
     fn table_index(&self, b: [u32; 3]) -> usize {
         (b[0] + self.bricks[0] * (b[1] + self.bricks[1] * b[2])) as usize
@@ -168,13 +181,13 @@ impl BrickMap {
         slot as usize * BRICK_VOXELS + local_index(node) as usize
     }
 
-    /// Index into the table of bricks for brick coordinates (x, y, z): their inner product with these strides.
+    /// Strides of the brick table: its index for brick coordinates (x, y, z) is their inner product with these.
     #[inline(always)]
     pub fn brick_strides(&self) -> [u32; 3] {
         [1, self.bricks[0], self.bricks[0] * self.bricks[1]]
     }
 
-    /// What the grid holds at an index of the table of bricks, see [`Self::brick_strides`].
+    /// The entry at an index of the brick table, see [`Self::brick_strides`].
     #[inline(always)]
     pub fn entry(&self, table_index: usize) -> Entry {
         self.table[table_index]
@@ -187,8 +200,8 @@ impl BrickMap {
         Some(Cell { slot, local: local_index(node) })
     }
 
-    /// For each slot the first voxels of its brick and of the seven bricks after it, which [`Self::corners`] reads; shown
-    /// so that a backend can fetch them ahead.
+    /// The forward table: for each slot the first voxels of its brick and of the seven bricks after it. Public so that a
+    /// backend can fetch ahead what [`Self::corners`] reads.
     #[inline(always)]
     pub fn forward_rows(&self) -> &[[u32; 8]] {
         &self.forward
@@ -206,32 +219,34 @@ impl BrickMap {
         out
     }
 
-    /// Bytes of the map itself, without voxel data.
+    /// Memory of the map itself [byte], without voxel data.
     pub fn bytes(&self) -> usize {
         self.table.len() * 4 + self.slots() * (12 + 32)
     }
 }
 
-/// Index of a node within its brick.
+/// Index of a node within its brick, `x + 4 y + 16 z`.
 #[inline(always)]
 pub fn local_index(node: [u32; 3]) -> u32 {
     (node[0] & 3) | (node[1] & 3) << 2 | (node[2] & 3) << 4
 }
 
-/// All coordinates of a box of `n` items, x fastest.
+/// The coordinates of a box of `n` items per axis, x fastest.
 pub fn coordinates(n: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     (0..n[2]).flat_map(move |z| (0..n[1]).flat_map(move |y| (0..n[0]).map(move |x| [x, y, z])))
 }
 
-/// Interleaved bits of three coordinates below 2²¹.
+/// Morton code of three coordinates below 2²¹: their bits, interleaved. Sorting by it keeps neighbours in space close in
+/// memory.
 fn morton(b: [u32; 3]) -> u64 {
     let spread = |v: u32| (0..21).fold(0, |m, k| m | u64::from(v >> k & 1) << (3 * k));
     spread(b[0]) | spread(b[1]) << 1 | spread(b[2]) << 2
 }
 
-/// Chebyshev distance transform, exact: one forward–backward pass of `min(d, neighbour + 1)` along lines per axis.
+/// Chebyshev distance transform, exact, in place: from 0 in stored bricks and 255 elsewhere to the distances [brick], for
+/// `n` bricks per axis, x fastest.
 fn spread_distance(distance: &mut [u8], n: [u32; 3]) {
-    // d∞ to a set = min over offsets of max(|dx|, |dy|, |dz|): lower envelope per axis, combining by max.
+    // The distance to a set is the minimum over its members of max(|dx|, |dy|, |dz|), which can be taken axis by axis.
     let strides = [1, n[0] as usize, (n[0] * n[1]) as usize];
     let mut line = Vec::new();
     for axis in 0..3 {

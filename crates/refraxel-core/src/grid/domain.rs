@@ -1,13 +1,13 @@
-//! Where a grid lies in the world: a box, or a box with all space around it contracted into a rind.
+//! Where a grid lies in the world: in a box, or in a box and a contraction of all space around it, theory (3.2) and (3.3).
 
 use crate::{Aabb, Ray, Real, Vec3};
 
 /// Whether the grid ends at its box or reaches to infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// The grid fills the box; rays leave it to the background.
+    /// The grid fills the box. Rays that leave it meet the background.
     Bounded,
-    /// The middle half of the grid (per axis) fills the box; the outer half holds everything beyond, contracted.
+    /// The middle half of the grid along each axis fills the box; the outer half holds all space around, contracted.
     Contracted,
 }
 
@@ -18,27 +18,30 @@ pub enum Extent {
 /// Source: cuboid contraction of DVGO v2, after mip-NeRF 360.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain<T> {
-    /// The inner box in the world.
+    /// The box in the world [scene unit]; of a contracted grid the inner box.
     pub bounds: Aabb<T>,
-    /// What happens outside.
+    /// Whether the grid ends at the box.
     pub extent: Extent,
     /// Nodes per axis, each at least 2.
     pub resolution: [u32; 3],
 }
 
-/// Contracted grids end where the distance from the centre, in box half-sizes, exceeds this.
+/// Contracted grids end where the distance from the centre [half edge of the box] exceeds this; the background lies beyond.
 pub const CONTRACTED_FAR: f64 = 64.0;
 
 /// d(contracted u)/du = `scale` I + `slope` u eᵀ, e being the axis of the largest |u|.
 struct Contraction<T> {
+    /// Normalised coordinates before contraction.
     u: Vec3<T>,
+    /// Number of the axis e.
     axis: usize,
     scale: T,
     slope: T,
 }
 
 impl<T: Real> Domain<T> {
-    /// A domain whose voxels are as cubic as whole numbers of nodes allow: `longest` nodes along the longest edge.
+    /// A domain with `longest` ≥ 2 nodes along the longest edge, whose voxels are as close to cubes as whole numbers of
+    /// nodes allow; at least 2 nodes per axis.
     pub fn with_longest(bounds: Aabb<T>, extent: Extent, longest: u32) -> Self {
         let e = bounds.extent();
         let spacing = e.max_element().f64() / f64::from(longest - 1);
@@ -51,7 +54,7 @@ impl<T: Real> Domain<T> {
         Domain { bounds: self.bounds.cast(), extent: self.extent, resolution: self.resolution }
     }
 
-    /// Largest coordinate of the normalised, contracted space: 1 or 2.
+    /// Largest coordinate ϱ of the normalised, contracted space, theory (3.2): 1 or 2.
     #[inline(always)]
     fn reach(&self) -> T {
         match self.extent {
@@ -60,14 +63,14 @@ impl<T: Real> Domain<T> {
         }
     }
 
-    /// d(node)/d(u) per axis, (n − 1)/2 divided by the reach.
+    /// d(node)/du along each axis inside the box [node]: (n − 1)/2 divided by the reach.
     #[inline(always)]
     pub fn nodes_per_unit(&self) -> Vec3<T> {
         let s = T::of(0.5) / self.reach();
         Vec3::from(self.resolution.map(|n| T::of(f64::from(n - 1)) * s))
     }
 
-    /// 1 / half edge length of the box, per axis.
+    /// du/dx along each axis [1 / scene unit]: one over half an edge of the box.
     #[inline(always)]
     pub fn unit_per_world(&self) -> Vec3<T> {
         self.bounds.extent().map(|e| T::of(2.0) / e)
@@ -78,13 +81,13 @@ impl<T: Real> Domain<T> {
         self.nodes_per_unit().hadamard(self.unit_per_world()).map(T::recip).min_element()
     }
 
-    /// Normalised coordinates u, before contraction.
+    /// Normalised coordinates u [1], before contraction: in [−1, 1]³ inside the box.
     #[inline(always)]
     pub fn unit(&self, x: Vec3<T>) -> Vec3<T> {
         (x - self.bounds.center()).hadamard(self.unit_per_world())
     }
 
-    /// Node coordinates of a world point; inside the grid when each lies in [0, n − 1].
+    /// Node coordinates g of a world point, theory (3.2); the point lies inside the grid when each is in [0, n − 1].
     #[inline(always)]
     pub fn node(&self, x: Vec3<T>) -> Vec3<T> {
         let mut u = self.unit(x);
@@ -96,7 +99,8 @@ impl<T: Real> Domain<T> {
         (u + Vec3::splat(self.reach())).hadamard(self.nodes_per_unit())
     }
 
-    /// Transpose of the derivative of [`Self::node`]: dLoss/dx from dLoss/dnode.
+    /// Transpose of the derivative of [`Self::node`]: dLoss/dx [1 / scene unit] from dLoss/dnode.
+    ///
     /// Not differentiable on the box faces of a contracted domain and where two |u| tie for the largest.
     pub fn node_vjp(&self, x: Vec3<T>, d_node: Vec3<T>) -> Vec3<T> {
         let d_u = d_node.hadamard(self.nodes_per_unit());
@@ -106,14 +110,14 @@ impl<T: Real> Domain<T> {
         out.hadamard(self.unit_per_world())
     }
 
-    /// The derivative of [`Self::node`] along `v`; not differentiable where [`Self::node_vjp`] is not.
+    /// The derivative of [`Self::node`] along `v` [scene unit], the transpose of [`Self::node_vjp`].
     pub fn node_jvp(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
         let v = v.hadamard(self.unit_per_world());
         let Some(c) = self.contraction(x) else { return v.hadamard(self.nodes_per_unit()) };
         (v * c.scale + c.u * (c.slope * v[c.axis])).hadamard(self.nodes_per_unit())
     }
 
-    /// The derivative of the contraction at `x`; `None` where there is none.
+    /// The derivative of the contraction at `x`; `None` where nothing is contracted.
     #[inline]
     fn contraction(&self, x: Vec3<T>) -> Option<Contraction<T>> {
         let u = self.unit(x);
@@ -128,8 +132,8 @@ impl<T: Real> Domain<T> {
         Some(Contraction { u, axis, scale: inv * (two - inv), slope })
     }
 
-    /// World position of a node; the inverse of [`Self::node`]. The outermost nodes of a contracted domain lie at
-    /// infinity and are moved to [`CONTRACTED_FAR`].
+    /// World position of node coordinates [scene unit], the inverse of [`Self::node`]. The outermost nodes of a contracted
+    /// domain lie at infinity; their positions are moved to [`CONTRACTED_FAR`].
     pub fn position(&self, node: Vec3<T>) -> Vec3<T> {
         let mut u = node.zip(self.nodes_per_unit(), |a, b| a / b) - Vec3::splat(self.reach());
         let m = u.map(T::abs).max_element();
@@ -141,7 +145,8 @@ impl<T: Real> Domain<T> {
         u.zip(self.unit_per_world(), |a, b| a / b) + self.bounds.center()
     }
 
-    /// Arc lengths of the ray inside the grid, from `near` on; `None` if it misses.
+    /// Interval of arc length of a ray inside the grid [scene unit], from `near` on; `None` if the ray misses it. Of a line
+    /// x + t p, the interval of t.
     #[inline]
     pub fn clip(&self, ray: &Ray<T>, near: T) -> Option<[T; 2]> {
         let region = match self.extent {
@@ -156,8 +161,8 @@ impl<T: Real> Domain<T> {
         (a < b).then_some([a, b])
     }
 
-    /// Length of the quadrature step at a point where a voxel-sized step inside the box is `step`: constant inside,
-    /// growing in proportion to the distance from the centre outside, theory (3.3).
+    /// Length of the quadrature step at a point [scene unit], theory (3.3): `step` inside the box, growing in proportion to
+    /// the distance from the centre outside.
     #[inline(always)]
     pub fn step_at(&self, x: Vec3<T>, step: T) -> T {
         match self.extent {

@@ -1,9 +1,11 @@
-//! Grids: where they lie ([`Domain`]), which bricks they store ([`BrickMap`]), and how they are interpolated
-//! ([`trilinear`]).
+//! Grids: where they lie ([`Domain`]), which bricks they store ([`BrickMap`]), how they are interpolated ([`trilinear`])
+//! and blurred ([`GaussianKernel`]).
 
+pub mod blur;
 pub mod bricks;
 pub mod domain;
 pub mod trilinear;
 
+pub use blur::{Border, GaussianKernel};
 pub use bricks::{BRICK, BRICK_VOXELS, BrickMap, Cell, EMPTY_SLOT};
 pub use domain::{CONTRACTED_FAR, Domain, Extent};

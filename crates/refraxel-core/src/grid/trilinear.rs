@@ -1,9 +1,11 @@
-//! Trilinear interpolation over a cell, theory (3.4).
+//! Trilinear interpolation over a cell, theory (3.4): the weights of its corners, the gradient, and their transposes.
+//!
+//! Corner k of a cell lies at +x for bit 0 of k, +y for bit 1, +z for bit 2. `f` ∈ [0, 1]³ is the position in the cell.
 
 use crate::{Real, Vec3, vec3};
 
-/// Weights of the eight corners at fractional position `f` ∈ [0, 1]³; corner k is at +x for bit 0, +y for bit 1,
-/// +z for bit 2. They are ≥ 0 and sum to 1.
+/// Weights of the eight corners, theory (3.4), ≥ 0 with the sum 1. They are also the transpose of interpolation: corner k
+/// receives `weights(f)[k]` times dLoss/d(value).
 #[inline(always)]
 pub fn weights<T: Real>(f: Vec3<T>) -> [T; 8] {
     let g = f.map(|v| T::one() - v);
@@ -11,10 +13,11 @@ pub fn weights<T: Real>(f: Vec3<T>) -> [T; 8] {
     [g.x * yz[0], f.x * yz[0], g.x * yz[1], f.x * yz[1], g.x * yz[2], f.x * yz[2], g.x * yz[3], f.x * yz[3]]
 }
 
-/// Gradient of the interpolated value of theory (3.4) with respect to the node coordinates [1 / node], from the eight
-/// corner values. Not continuous across the faces of cells.
+/// Gradient of the interpolated value with respect to the node coordinates [1 / node], from the eight corner values `v`.
+/// Not continuous across the faces of cells.
 #[inline(always)]
 pub fn gradient<T: Real>(f: Vec3<T>, v: &[T; 8]) -> Vec3<T> {
+    // Differences of corners along one axis, interpolated along the other two.
     let lerp = |a: T, b: T, t: T| a + (b - a) * t;
     let plane = |a: T, b: T, c: T, d: T, s: T, t: T| lerp(lerp(a, b, s), lerp(c, d, s), t);
     vec3(
@@ -24,7 +27,7 @@ pub fn gradient<T: Real>(f: Vec3<T>, v: &[T; 8]) -> Vec3<T> {
     )
 }
 
-/// Transpose of [`gradient`] by the corner values: what each receives from dLoss/d(gradient).
+/// Transpose of [`gradient`] by the corner values: dLoss/dv from dLoss/d(gradient) = `d`.
 #[inline(always)]
 pub fn gradient_vjp<T: Real>(f: Vec3<T>, d: Vec3<T>) -> [T; 8] {
     let g = f.map(|v| T::one() - v);

@@ -1,14 +1,18 @@
-//! A level set as the distance from its own surface.
+//! Redistancing: a level set becomes the signed distance from its own surface.
+//!
+//! Steps of an optimiser change φ near the surface only, and its slope drifts away from 1. Near the surface each node gets
+//! its distance to the nearest point of the zero level; the fast marching method carries these outwards.
 
 use super::LevelSet;
 use crate::{Real, Vec3};
 use std::collections::BinaryHeap;
 
 impl<T: Real> LevelSet<T> {
-    /// Make φ the signed distance from its own surface again: exact up to four voxels away, of first order beyond. The
-    /// surface stays where it is to a hundredth of a voxel where its radii of curvature exceed a few voxels; creases move
-    /// by about a tenth, as far as a spline of distances can hold them. Does nothing without a surface.
-    /// Costs about 0.6 µs per node.
+    /// Makes φ the signed distance from its own surface again [scene unit].
+    ///
+    /// Error: exact up to four voxels away, O(h) beyond. The surface stays where it is to a hundredth of a voxel where its
+    /// radii of curvature exceed a few voxels; creases move by about a tenth, as far as a spline of distances can hold
+    /// them. Costs about 0.6 µs per node. Does nothing without a surface.
     pub fn redistance(&mut self) {
         let n = self.lattice().nodes();
         let signs: Vec<bool> =
@@ -21,11 +25,11 @@ impl<T: Real> LevelSet<T> {
     }
 }
 
-/// Nodes up to this many cells from the surface get their exact distance: further out the first order of the march costs a
-/// few percent of a voxel, which interpolation hands down by a factor of 0.27 per node.
+/// Nodes up to this many cells from the surface get their exact distance [cell]. Further out the error of the march is a
+/// few percent of a voxel, of which interpolation passes on a factor of 0.27 per node towards the surface.
 const NEAR: u8 = 4;
 
-/// Distance to the zero level of the nodes up to [`NEAR`] cells from it, infinite elsewhere.
+/// Distance to the zero level [scene unit] of the nodes up to [`NEAR`] cells from it, infinite elsewhere.
 fn near_surface<T: Real>(level: &LevelSet<T>) -> Vec<T> {
     (0..level.coefficients().len())
         .map(|j| {
@@ -38,9 +42,9 @@ fn near_surface<T: Real>(level: &LevelSet<T>) -> Vec<T> {
         .collect()
 }
 
-/// Distance from `x` to the nearest point of the zero level: steps onto the surface alternate with steps along it, towards
-/// the foot of the perpendicular. Falls back to |φ|/|∇φ| where they do not settle;
-/// infinite where that is too far for a node beside the surface.
+/// Distance from `x` to the nearest point of the zero level [scene unit], the foot of the perpendicular: each step moves
+/// onto the surface, by Newton's method, and along it. |φ|/|∇φ| where the steps do not settle to 1e-4 voxel, as at a
+/// crease; infinite where that is too far for a node beside the surface.
 fn to_surface<T: Real>(level: &LevelSet<T>, x: Vec3<T>) -> T {
     const MOST_STEPS: usize = 20;
     let (voxel, mut foot) = (level.voxel(), x);
@@ -64,8 +68,8 @@ fn to_surface<T: Real>(level: &LevelSet<T>, x: Vec3<T>) -> T {
     if estimate < farthest { estimate } else { T::infinity() }
 }
 
-/// Distances from the known ones, by the fast marching method of first order for voxels of edge lengths `h`. Source:
-/// Sethian 1996.
+/// All distances [scene unit] from the known ones, which are finite and stay, by the first-order fast marching method for
+/// `n` nodes, x fastest, with edge lengths `h` [scene unit]. Source: Sethian 1996.
 fn spread<T: Real>(mut distance: Vec<T>, n: [usize; 3], h: Vec3<T>) -> Vec<T> {
     let strides = [1, n[0], n[0] * n[1]];
     let neighbours = |j: usize, axis: usize| {
@@ -74,26 +78,28 @@ fn spread<T: Real>(mut distance: Vec<T>, n: [usize; 3], h: Vec3<T>) -> Vec<T> {
     };
     let given: Vec<bool> = distance.iter().map(|d| d.is_finite()).collect();
     let mut done = vec![false; distance.len()];
-    let mut front: BinaryHeap<Near> =
-        (0..distance.len()).filter(|&j| given[j]).map(|j| Near(distance[j].f64(), j)).collect();
-    while let Some(Near(_, j)) = front.pop() {
+    let mut front: BinaryHeap<Near> = (0..distance.len())
+        .filter(|&j| given[j])
+        .map(|j| Near { distance: distance[j].f64(), node: j })
+        .collect();
+    while let Some(Near { node: j, .. }) = front.pop() {
         if std::mem::replace(&mut done[j], true) {
             continue;
         }
         for axis in 0..3 {
             for k in neighbours(j, axis).into_iter().flatten().filter(|&k| !done[k] && !given[k]) {
-                let known = [0, 1, 2].map(|a| {
+                let upwind = [0, 1, 2].map(|a| {
                     let least = neighbours(k, a)
                         .into_iter()
                         .flatten()
                         .filter(|&m| done[m] || given[m])
                         .map(|m| distance[m]);
-                    (least.fold(T::infinity(), T::min), h[a])
+                    Upwind { distance: least.fold(T::infinity(), T::min), edge: h[a] }
                 });
-                let arrival = eikonal(known);
+                let arrival = eikonal(upwind);
                 if arrival < distance[k] {
                     distance[k] = arrival;
-                    front.push(Near(arrival.f64(), k));
+                    front.push(Near { distance: arrival.f64(), node: k });
                 }
             }
         }
@@ -101,14 +107,17 @@ fn spread<T: Real>(mut distance: Vec<T>, n: [usize; 3], h: Vec3<T>) -> Vec<T> {
     distance
 }
 
-/// A node and its distance; the nearest is the greatest.
+/// A node of the front, ordered so that the nearest is the greatest: a binary heap returns it first.
 #[derive(PartialEq)]
-struct Near(f64, usize);
+struct Near {
+    distance: f64,
+    node: usize,
+}
 
 impl Eq for Near {}
 impl Ord for Near {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
+        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
     }
 }
 impl PartialOrd for Near {
@@ -117,12 +126,22 @@ impl PartialOrd for Near {
     }
 }
 
-/// The d with Σ ((d − dₐ)/hₐ)² = 1 over the axes with dₐ < d, from (distance, edge length) of the neighbours upwind.
-fn eikonal<T: Real>(mut known: [(T, T); 3]) -> T {
-    known.sort_by(|a, b| a.0.f64().total_cmp(&b.0.f64()));
-    let mut d = known[0].0 + known[0].1;
+/// The nearer neighbour of a node along one axis: where its distance comes from.
+#[derive(Clone, Copy)]
+struct Upwind<T> {
+    /// Distance of the neighbour dₐ [scene unit]; infinite if it is not known yet.
+    distance: T,
+    /// Edge length of a voxel along the axis hₐ [scene unit].
+    edge: T,
+}
+
+/// The d with Σ ((d − dₐ)/hₐ)² = 1 over the axes with dₐ < d: |∇d| = 1 in differences of first order.
+fn eikonal<T: Real>(mut upwind: [Upwind<T>; 3]) -> T {
+    upwind.sort_by(|a, b| a.distance.f64().total_cmp(&b.distance.f64()));
+    let mut d = upwind[0].distance + upwind[0].edge;
+    // a d² − 2 b d + c = 0
     let (mut a, mut b, mut c) = (T::zero(), T::zero(), -T::one());
-    for (axis, &(at, h)) in known.iter().enumerate() {
+    for (axis, &Upwind { distance: at, edge: h }) in upwind.iter().enumerate() {
         if axis > 0 && d <= at {
             break;
         }

@@ -1,16 +1,20 @@
-//! Which cells of an index grid are flat, and how far each is from the nearest that is not.
+//! Which cells of an index grid are flat, and how far each cell is from the nearest one that is not.
+//!
+//! A cell depends on the 4³ nodes around it. Rays need no force where these have one value, and hop over such cells; the
+//! distances say how far they may hop without testing the cells between.
 
 use crate::Real;
 
-/// Largest difference [of w] between the coefficients of a cell that counts as flat. Crossing a voxel without its kicks
-/// then turns a ray by at most this angle [rad]. Wide enough for the rounding of `f32` coefficients.
+/// Largest difference of w [1] between the coefficients of a cell that counts as flat. To cross a voxel without its kicks
+/// then changes the direction of a ray by at most this angle [rad]. Covers the rounding of `f32` coefficients.
 pub const FLAT: f64 = 1e-6;
 
-/// Distances beyond this many cells are recorded as this: it bounds the cost of the transform.
+/// Distances of more cells are stored as this one, which bounds the length of a hop.
 pub(super) const FAR: u8 = 16;
 
-/// For each cell of the grid (n − 1 per axis, x fastest) the Chebyshev distance in cells to the nearest cell that must be
-/// marched: 0 where the 4³ coefficients differ, or where one of them is `free`.
+/// For each cell of the grid (n − 1 per axis, x fastest) the Chebyshev distance [cell] to the nearest cell that must be
+/// marched: 0 where the 4³ coefficients `c` differ by more than [`FLAT`], or where one of them is `free` (one flag per
+/// node).
 pub(super) fn clearance<T: Real>(c: &[T], n: [usize; 3], free: Option<&[bool]>) -> Vec<u8> {
     let low = windows(c, n, T::min);
     let high = windows(c, n, T::max);
@@ -25,14 +29,15 @@ pub(super) fn clearance<T: Real>(c: &[T], n: [usize; 3], free: Option<&[bool]>) 
     distance
 }
 
-/// For each cell of the grid the Chebyshev distance in cells to the nearest that is `marked`.
+/// For each cell of a grid of `n` nodes the Chebyshev distance [cell] to the nearest one that is `marked` (one flag per
+/// cell).
 pub(super) fn distance_to(marked: &[bool], n: [usize; 3]) -> Vec<u8> {
     let mut distance: Vec<u8> = marked.iter().map(|m| if *m { 0 } else { FAR }).collect();
     transform(&mut distance, n);
     distance
 }
 
-/// From 0 in marked cells and [`FAR`] elsewhere to the distances.
+/// Replaces 0 in marked cells and [`FAR`] elsewhere by the distances: one pass from each end.
 fn transform(distance: &mut [u8], n: [usize; 3]) {
     let cells = n.map(|v| v - 1);
     spread(distance, cells);
@@ -41,12 +46,13 @@ fn transform(distance: &mut [u8], n: [usize; 3]) {
     distance.reverse();
 }
 
-/// [`clearance`] of a grid of vacuum.
+/// [`clearance`] of a grid of vacuum with `n` nodes per axis: [`FAR`] in each cell.
 pub(super) fn everywhere(n: [usize; 3]) -> Vec<u8> {
     vec![FAR; n.iter().map(|n| n - 1).product()]
 }
 
-/// `best` of the nodes i − 1 … i + 2 (those that exist) for each cell i, along all three axes.
+/// For each cell i the `best` (minimum, maximum, or) of the nodes i − 1 … i + 2 that exist, along all three axes in turn.
+/// `v` has one value per node, the result one per cell, x fastest.
 pub(super) fn windows<V: Copy>(v: &[V], mut n: [usize; 3], best: impl Fn(V, V) -> V) -> Vec<V> {
     let mut v = v.to_vec();
     for axis in 0..3 {

@@ -1,20 +1,29 @@
-//! Where the nodes and cells of a grid of coefficients lie, and how far each cell is from the nearest one of interest.
+//! Where the nodes and cells of a grid of coefficients lie, and how far each cell is from the nearest *marked* one.
+//!
+//! A cell is marked if a ray must not hop over it: in an index grid because its coefficients differ, in a level set because
+//! it may hold the surface.
 
 use super::BORDER;
 use crate::{Aabb, Domain, Extent, Real, Vec3};
 
-/// Nodes from face to face of a box, x fastest, and a distance per cell.
+/// A hop into a cell goes this much deeper [voxel]: far enough for the cell to be recognised after rounding in `f32`.
+pub(crate) const NUDGE: f64 = 1.0 / 256.0;
+
+/// Nodes from face to face of a box, x fastest, and one distance per cell, n − 1 per axis, x fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lattice<T: Copy> {
+    /// The box and the number of nodes per axis.
     pub domain: Domain<T>,
-    /// Nodes per scene unit.
+    /// Nodes per scene unit along each axis.
     pub scale: Vec3<T>,
-    /// Per cell (n − 1 per axis), the Chebyshev distance in cells to the nearest one that must be looked at, see
-    /// [`super::flat`].
+    /// Chebyshev distance [cell] from each cell to the nearest marked one: 0 if it is marked itself. At most
+    /// [`super::flat::FAR`].
     pub(super) clearance: Vec<u8>,
 }
 
 impl<T: Real> Lattice<T> {
+    /// A lattice without marked cells.
+    ///
     /// # Panics
     /// If `resolution` leaves no node between the borders (less than 7 on an axis).
     pub fn new(bounds: Aabb<T>, resolution: [u32; 3]) -> Self {
@@ -28,6 +37,7 @@ impl<T: Real> Lattice<T> {
         Self { domain, scale, clearance: super::flat::everywhere(resolution.map(|n| n as usize)) }
     }
 
+    /// The same lattice in another precision.
     pub fn cast<U: Real>(&self) -> Lattice<U> {
         Lattice { domain: self.domain.cast(), scale: self.scale.cast(), clearance: self.clearance.clone() }
     }
@@ -36,20 +46,22 @@ impl<T: Real> Lattice<T> {
     pub fn nodes(&self) -> [usize; 3] {
         self.domain.resolution.map(|n| n as usize)
     }
+    /// Number of nodes.
     pub fn total(&self) -> usize {
         self.nodes().iter().product()
     }
 
+    /// Coordinates (x, y, z) of a node from its index.
     pub fn coordinates(&self, node: usize) -> [usize; 3] {
         let n = self.nodes();
         [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])]
     }
-    /// World position of a node.
+    /// World position of a node [scene unit].
     pub fn position(&self, node: usize) -> Vec3<T> {
         let i = Vec3::from(self.coordinates(node).map(|i| T::of(i as f64)));
         self.domain.bounds.min + i.zip(self.scale, |i, s| i / s)
     }
-    /// False for the nodes of the border.
+    /// False for the nodes of the border, the three outermost layers.
     pub fn is_inner(&self, node: usize) -> bool {
         let (i, n) = (self.coordinates(node), self.nodes());
         (0..3).all(|a| (BORDER..n[a] - BORDER).contains(&i[a]))
@@ -81,25 +93,27 @@ impl<T: Real> Lattice<T> {
     pub fn is_rim(&self, cell: [usize; 3]) -> bool {
         (0..3).any(|a| cell[a] == 0 || cell[a] == self.domain.resolution[a] as usize - 2)
     }
-    /// Distance, in cells, from the cell at node coordinates `g` to the nearest that must be looked at: 0 if it must
-    /// itself. `None` outside the box.
+    /// Distance [cell] from the cell at node coordinates `g` to the nearest marked one; `None` outside the box.
     #[inline(always)]
     pub fn clearance_at(&self, g: Vec3<T>) -> Option<u8> {
         Some(self.clearance_of(self.cell(g)?))
     }
+    /// Distance [cell] from a cell to the nearest marked one.
     #[inline(always)]
     fn clearance_of(&self, c: [usize; 3]) -> u8 {
         let n = self.domain.resolution.map(|n| n as usize - 1);
         self.clearance[c[0] + n[0] * (c[1] + n[1] * c[2])]
     }
 
-    /// The first t in [t, end) at which the line that passes x + t p lies in a cell that must be looked at.
-    pub fn first_marked(&self, (x, p): (Vec3<T>, Vec3<T>), mut t: T, end: T) -> Option<T> {
+    /// The first t in `[from, end)` at which the line x + t p lies in a marked cell. Skips by clearance: a block of cells
+    /// that holds no marked one is left through its nearest face.
+    pub fn first_marked(&self, x: Vec3<T>, p: Vec3<T>, [from, end]: [T; 2]) -> Option<T> {
         let velocity = p.hadamard(self.scale);
         let nudge = T::of(NUDGE) / velocity.map(T::abs).max_element();
         let start = self.node(x);
         let inverse = velocity.map(T::recip);
         let last = self.domain.resolution.map(|n| T::of(f64::from(n - 1)));
+        let mut t = from;
         while t < end {
             let mut g = start + velocity * t;
             for a in 0..3 {
@@ -110,7 +124,7 @@ impl<T: Real> Lattice<T> {
             if clearance == 0 {
                 return Some(t);
             }
-            // The block of cells at distance < clearance holds nothing: leave it.
+            // No cell at a distance < clearance is marked: leave their block.
             let mut leave = T::infinity();
             for a in (0..3).filter(|&a| velocity[a] != T::zero()) {
                 let (ahead, behind) = (f64::from(clearance), 1.0 - f64::from(clearance));
@@ -122,6 +136,3 @@ impl<T: Real> Lattice<T> {
         None
     }
 }
-
-/// A hop into a cell goes this much deeper [voxel]: far enough for the cell to be recognised after rounding in `f32`.
-pub(crate) const NUDGE: f64 = 1.0 / 256.0;

@@ -8,9 +8,12 @@ use crate::{Aabb, Domain, Real, Vec3};
 
 /// A body as φ < 0, theory (2.22): φ(x) = Σ_j c_j B_j(x) [scene unit], best a signed distance.
 ///
-/// Coefficients lie on `resolution` nodes from face to face of a box, x fastest. φ > 0 in the outermost cells and outside:
-/// the coefficients of the border (3 layers) are no parameters and are kept at half a voxel or more. A body that
-/// reaches them is cut off there. Source of the method: Osher & Fedkiw 2003; spline: theory (2.5).
+/// The coefficients c_j [scene unit] lie on `resolution` nodes from face to face of a box, x fastest. φ > 0 in the
+/// outermost cells and outside: the coefficients of the border (3 layers) are no parameters and are kept at half a voxel or
+/// more. A body that reaches them is cut off there.
+///
+/// φ is C², so normals and curvatures are continuous. Source: Osher & Fedkiw 2003 for the method; the spline is that of
+/// theory (2.5).
 ///
 /// ```
 /// use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
@@ -22,20 +25,21 @@ use crate::{Aabb, Domain, Real, Vec3};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelSet<T: Copy> {
-    /// Its clearance is the distance to the nearest cell that may hold the zero level.
+    /// Marks the cells that may hold the zero level.
     lattice: Lattice<T>,
     coefficients: Vec<T>,
 }
 
-/// Least coefficient of the border [voxel].
+/// Least coefficient of the border [voxel], which keeps the surface away from the faces of the box.
 const BORDER_VALUE: f64 = 0.5;
 
-/// Cells whose φ comes closer to 0 than this [voxel] are searched: covers the rounding of `f32`.
+/// Cells whose φ comes closer to 0 than this [voxel] are searched for crossings: covers the rounding of `f32`.
 const MARGIN: f64 = 1e-4;
 
 impl<T: Real> LevelSet<T> {
-    /// The level set that takes the values `phi(x)` at its nodes, theory (2.8): for distances, whose surface it keeps to
-    /// fourth order where the surface is smooth.
+    /// The level set that takes the values `phi(x)` [scene unit] at its nodes, theory (2.8). Right for distances.
+    ///
+    /// Error of the surface: O(h⁴) where it is smooth; it rings beside creases.
     ///
     /// # Panics
     /// If `resolution` has less than 7 nodes on an axis.
@@ -44,7 +48,7 @@ impl<T: Real> LevelSet<T> {
         Self::through(lattice, coefficients)
     }
 
-    /// The level set that takes these values at its nodes.
+    /// The level set that takes these values [scene unit] at the nodes of `lattice`, x fastest.
     pub(super) fn through(lattice: Lattice<T>, mut values: Vec<T>) -> Self {
         prefilter::interpolate_all(&mut values, lattice.nodes());
         let mut out = Self { lattice, coefficients: values };
@@ -52,8 +56,8 @@ impl<T: Real> LevelSet<T> {
         out
     }
 
-    /// The level set whose coefficients are `phi(x)` at the nodes: φ blurred (variance 1/3 voxel² per axis), which rounds
-    /// what is rough. A sphere of radius R [voxel] shrinks by 1/(3R).
+    /// The level set whose coefficients are `phi(x)` [scene unit] at the nodes: φ is blurred (variance 1/3 voxel² per axis),
+    /// which rounds steps and creases. A sphere of radius R [voxel] shrinks by 1/(3R) voxel.
     ///
     /// # Panics
     /// If `resolution` has less than 7 nodes on an axis.
@@ -63,7 +67,10 @@ impl<T: Real> LevelSet<T> {
         out
     }
 
-    /// The level set with these coefficients; `None` unless there is one per node, all finite.
+    /// The level set with these coefficients [scene unit], x fastest; `None` unless there is one per node, all finite.
+    ///
+    /// # Panics
+    /// If `resolution` has less than 7 nodes on an axis.
     pub fn from_coefficients(bounds: Aabb<T>, resolution: [u32; 3], coefficients: Vec<T>) -> Option<Self> {
         let lattice = Lattice::new(bounds, resolution);
         let is_valid = coefficients.len() == lattice.total() && coefficients.iter().all(|c| c.is_finite());
@@ -74,6 +81,7 @@ impl<T: Real> LevelSet<T> {
         })
     }
 
+    /// The level set with the coefficients `phi(x)`, before its surface is found.
     fn unmarked(bounds: Aabb<T>, resolution: [u32; 3], phi: impl Fn(Vec3<T>) -> T) -> Self {
         let lattice = Lattice::new(bounds, resolution);
         let coefficients = (0..lattice.total()).map(|j| phi(lattice.position(j))).collect();
@@ -90,7 +98,7 @@ impl<T: Real> LevelSet<T> {
         out
     }
 
-    /// Where the grid lies.
+    /// The box and the number of nodes per axis.
     pub fn domain(&self) -> &Domain<T> {
         &self.lattice.domain
     }
@@ -108,7 +116,7 @@ impl<T: Real> LevelSet<T> {
         &mut self.coefficients
     }
 
-    /// Find again which cells may hold the zero level: those where the control values of φ as a Bézier volume change sign,
+    /// Finds again which cells may hold the zero level: those where the control values of φ as a Bézier volume change sign,
     /// within 1e-4 voxel. Lifts the border to half a voxel. Costs about 40 ns per node.
     pub fn find_surface(&mut self) {
         let (n, voxel) = (self.lattice.nodes(), self.voxel());
@@ -122,7 +130,7 @@ impl<T: Real> LevelSet<T> {
         self.lattice.clearance = flat::distance_to(&may_vanish(c, n, margin), n);
     }
 
-    /// World position of a node.
+    /// World position of a node [scene unit].
     pub fn position(&self, node: usize) -> Vec3<T> {
         self.lattice.position(node)
     }
@@ -138,31 +146,34 @@ impl<T: Real> LevelSet<T> {
     pub fn clearance(&self, x: Vec3<T>) -> Option<u8> {
         self.lattice.clearance_at(self.lattice.node(x))
     }
+    /// The lattice of nodes; its marked cells are those that may hold the surface.
     #[inline(always)]
     pub(crate) fn lattice(&self) -> &Lattice<T> {
         &self.lattice
     }
 
+    /// The stencil at node coordinates `g`; `None` outside the box and in its outermost cells.
     #[inline(always)]
-    fn stencil_at(&self, g: Vec3<T>) -> Option<([usize; 3], Stencil<T>)> {
+    fn stencil_at(&self, g: Vec3<T>) -> Option<Stencil<T>> {
         let cell = self.lattice.cell(g)?;
         if self.lattice.is_rim(cell) {
             return None;
         }
         let f = g - Vec3::from(cell.map(|c| T::of(c as f64)));
         let resolution = self.lattice.domain.resolution;
-        Some((cell, Stencil::new(Interpolation::CubicBSpline, resolution, cell, f)))
+        Some(Stencil::new(Interpolation::CubicBSpline, resolution, cell, f))
     }
+    /// The stencil at a world point.
     #[inline(always)]
-    fn stencil(&self, x: Vec3<T>) -> Option<([usize; 3], Stencil<T>)> {
+    fn stencil(&self, x: Vec3<T>) -> Option<Stencil<T>> {
         self.stencil_at(self.lattice.node(x))
     }
 
-    /// φ and its gradient in node units at node coordinates `g`; a constant outside the spline.
+    /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`; half a voxel outside the spline.
     #[inline(always)]
     pub(crate) fn sample_at(&self, g: Vec3<T>) -> (T, Vec3<T>) {
         match self.stencil_at(g) {
-            Some((_, s)) => s.value_and_force(&self.coefficients),
+            Some(s) => s.value_and_force(&self.coefficients),
             None => (T::of(BORDER_VALUE) * self.voxel(), Vec3::zero()),
         }
     }
@@ -171,7 +182,7 @@ impl<T: Real> LevelSet<T> {
     pub fn value(&self, x: Vec3<T>) -> T {
         self.sample(x).0
     }
-    /// φ and ∇φ.
+    /// (φ [scene unit], ∇φ [1]) from one stencil. ∇φ points out of the body.
     pub fn sample(&self, x: Vec3<T>) -> (T, Vec3<T>) {
         let (value, gradient) = self.sample_at(self.lattice.node(x));
         (value, gradient.hadamard(self.lattice.scale))
@@ -180,17 +191,17 @@ impl<T: Real> LevelSet<T> {
     pub fn is_inside(&self, x: Vec3<T>) -> bool {
         self.value(x) < T::zero()
     }
-    /// Hess(φ) v.
+    /// Hess(φ) v [1 / scene unit]: the transpose of the derivative of ∇φ by x, theory (2.28).
     pub fn hessian(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
-        let Some((_, s)) = self.stencil(x) else { return Vec3::zero() };
+        let Some(s) = self.stencil(x) else { return Vec3::zero() };
         let scale = self.lattice.scale;
-        s.value_force_and_pullback(&self.coefficients, v.hadamard(scale)).2.hadamard(scale)
+        s.force_pullback(&self.coefficients, v.hadamard(scale)).hadamard(scale)
     }
-    /// Transpose of [`Self::sample`] with respect to the coefficients: adds to `grad`, one per node. The border receives
-    /// nothing.
+    /// Transpose of [`Self::sample`] with respect to the coefficients, theory (2.28) and (2.29): adds to `grad`, one per
+    /// node. The border receives nothing.
     pub fn scatter(&self, x: Vec3<T>, d_value: T, d_gradient: Vec3<T>, grad: &mut [T]) {
-        if let Some((cell, stencil)) = self.stencil(x) {
-            let stencil = stencil.without_border(cell, self.lattice.nodes());
+        if let Some(stencil) = self.stencil(x) {
+            let stencil = stencil.without_border(self.lattice.nodes());
             stencil.scatter(d_value, d_gradient.hadamard(self.lattice.scale), grad);
         }
     }

@@ -1,4 +1,4 @@
-//! Any number of refractive regions in vacuum.
+//! Any number of refractive regions in vacuum, and dLoss/d(their coefficients).
 
 use super::{IndexGrid, LevelSet, VACUUM};
 use crate::{Real, Vec3};
@@ -10,7 +10,7 @@ pub struct Medium<T: Copy> {
     regions: Vec<IndexGrid<T>>,
 }
 
-/// Two regions whose boxes overlap.
+/// The error that the boxes of two regions overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
     /// Index of the first region.
@@ -54,35 +54,39 @@ impl<T: Real> Medium<T> {
     pub fn regions(&self) -> &[IndexGrid<T>] {
         &self.regions
     }
-    /// One region, to change its coefficients.
+    /// One region, whose coefficients may be changed.
+    ///
+    /// # Panics
+    /// If there is no region of this number.
     pub fn region_mut(&mut self, region: usize) -> &mut IndexGrid<T> {
         &mut self.regions[region]
     }
-    /// The region that contains a point; `None` in the vacuum between.
+    /// Number of the region whose box contains a point; `None` in the vacuum between the boxes.
     pub fn region_at(&self, x: Vec3<T>) -> Option<usize> {
         self.regions.iter().position(|r| r.domain().bounds.contains(x))
     }
 
-    /// The region whose field rules at a point: that which contains it, unless its level set says that the point lies
-    /// outside the body.
+    /// Number of the region whose field holds at a point: the one that contains it, unless its level set says that the
+    /// point lies outside the body, theory (2.23).
     pub fn ruling_at(&self, x: Vec3<T>) -> Option<usize> {
         self.region_at(x).filter(|&r| self.regions[r].level_set().is_none_or(|l| l.is_inside(x)))
     }
 
-    /// w = n²/2.
+    /// w = n²/2 [1], theory (2.4) and (2.23). Jumps at sharp surfaces.
     pub fn w(&self, x: Vec3<T>) -> T {
         self.ruling_at(x).map_or(T::of(VACUUM), |r| self.regions[r].w(x))
     }
-    /// The index of refraction.
+    /// The index of refraction n [1].
     pub fn index(&self, x: Vec3<T>) -> T {
         self.ruling_at(x).map_or(T::one(), |r| self.regions[r].index(x))
     }
-    /// ∇w, without what a surface adds.
+    /// ∇w [1 / scene unit] of the region that holds at `x`. The jump at a surface is not part of it; see
+    /// [`Event`](crate::optics::Event).
     pub fn gradient(&self, x: Vec3<T>) -> Vec3<T> {
         self.ruling_at(x).map_or(Vec3::zero(), |r| self.regions[r].gradient(x))
     }
 
-    /// dLoss/dcoefficients of zero.
+    /// A gradient of zeros.
     pub fn zero_gradient(&self) -> MediumGradient<T> {
         let zeros = |c: &[T]| vec![T::zero(); c.len()];
         MediumGradient {
@@ -94,28 +98,44 @@ impl<T: Real> Medium<T> {
     }
 }
 
-/// What receives dLoss/d(coefficients) of rays.
+/// What collects dLoss/d(coefficients) along paths: a dense [`MediumGradient`], or a list that is scattered later.
 pub trait IndexGradient<T: Copy> {
-    /// Add the transpose of one evaluation of a region's field at `x`, given dLoss/dw and dLoss/d(force) there.
-    fn add(&mut self, region: (usize, &IndexGrid<T>), x: Vec3<T>, d: (T, Vec3<T>));
-    /// Add the transpose of one evaluation of a region's level set at `x`, given dLoss/dφ and dLoss/d(∇φ) there.
-    fn add_level_set(&mut self, region: (usize, &LevelSet<T>), x: Vec3<T>, d: (T, Vec3<T>));
+    /// Adds the transpose of one evaluation of a region's field at `x`, given dLoss/dw and dLoss/d(force) there. `grid` is
+    /// the region of number `region`.
+    fn add(&mut self, region: usize, grid: &IndexGrid<T>, x: Vec3<T>, d_w: T, d_force: Vec3<T>);
+    /// Adds the transpose of one evaluation of a region's level set at `x`, given dLoss/dφ and dLoss/d(∇φ) there. `level`
+    /// is the level set of the region of number `region`.
+    fn add_level_set(
+        &mut self,
+        region: usize,
+        level: &LevelSet<T>,
+        x: Vec3<T>,
+        d_phi: T,
+        d_gradient: Vec3<T>,
+    );
 }
 
-/// dLoss/d(coefficients) of a medium, dense: per region one number per node.
+/// dLoss/d(coefficients) of a medium, dense: per region one number per node, x fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MediumGradient<T> {
-    /// With respect to the coefficients of w.
+    /// With respect to the coefficients of w [1].
     pub index: Vec<Vec<T>>,
     /// With respect to the coefficients of φ [1 / scene unit]; empty for regions without level set.
     pub level_set: Vec<Vec<T>>,
 }
 
 impl<T: Real> IndexGradient<T> for MediumGradient<T> {
-    fn add(&mut self, (region, grid): (usize, &IndexGrid<T>), x: Vec3<T>, (d_w, d_force): (T, Vec3<T>)) {
+    fn add(&mut self, region: usize, grid: &IndexGrid<T>, x: Vec3<T>, d_w: T, d_force: Vec3<T>) {
         grid.scatter(x, d_w, d_force, &mut self.index[region]);
     }
-    fn add_level_set(&mut self, (region, level): (usize, &LevelSet<T>), x: Vec3<T>, d: (T, Vec3<T>)) {
-        level.scatter(x, d.0, d.1, &mut self.level_set[region]);
+    fn add_level_set(
+        &mut self,
+        region: usize,
+        level: &LevelSet<T>,
+        x: Vec3<T>,
+        d_phi: T,
+        d_gradient: Vec3<T>,
+    ) {
+        level.scatter(x, d_phi, d_gradient, &mut self.level_set[region]);
     }
 }

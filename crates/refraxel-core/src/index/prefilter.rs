@@ -1,11 +1,14 @@
 //! From samples to B-spline coefficients, theory (2.8).
+//!
+//! A cubic B-spline takes the value (c₋ + 4 c + c₊)/6 at a node, so coefficients that reproduce given samples solve a
+//! tridiagonal system along each line. Elimination without pivoting is stable: the matrix is diagonally dominant.
 
 use crate::Real;
 
-/// Solve (c₋ + 4 c + c₊)/6 = s along each axis in turn, in place, for an array of `n` nodes (x fastest) that is 0
-/// beyond its ends: the coefficients whose cubic B-spline takes the values `s` at the nodes.
+/// Solves (c₋ + 4 c + c₊)/6 = s, theory (2.8), along each axis in turn, in place, for an array of `n` nodes (x fastest)
+/// that is 0 beyond its ends: the coefficients whose cubic B-spline takes the values `s` at the nodes.
 ///
-/// Symmetric, hence its own transpose. Source: Unser 1999, by elimination instead of recursive filters.
+/// Error: the spline is O(h⁴) off where the sampled function is smooth. Symmetric, hence its own transpose. Source: Unser 1999, by elimination instead of recursive filters.
 pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
     let strides = [1, n[0], n[0] * n[1]];
     for axis in 0..3 {
@@ -16,8 +19,9 @@ pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
     }
 }
 
-/// As [`interpolate`] for all `n` ≥ 2 nodes of a grid, with a second derivative of 0 at the first and last node of a line:
-/// there the coefficient is the sample. Linear functions are their own coefficients.
+/// [`interpolate`] for all `n` ≥ 3 nodes of a grid, where nothing is 0 beyond the ends: the second derivative of the spline
+/// is 0 at the first and last node of a line, whose coefficient then is the sample. Linear functions are their own
+/// coefficients.
 pub(super) fn interpolate_all<T: Real>(s: &mut [T], n: [usize; 3]) {
     let strides = [1, n[0], n[0] * n[1]];
     let sixth = T::of(1.0 / 6.0);
@@ -33,7 +37,7 @@ pub(super) fn interpolate_all<T: Real>(s: &mut [T], n: [usize; 3]) {
     }
 }
 
-/// First elements of the lines along an axis.
+/// Indices of the first nodes of the lines along an axis.
 fn line_starts(n: [usize; 3], axis: usize) -> impl Iterator<Item = usize> {
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
     let strides = [1, n[0], n[0] * n[1]];
@@ -51,8 +55,11 @@ fn pivots<T: Real>(n: usize) -> Vec<T> {
         .collect()
 }
 
+/// Solves the system of one line in place: forward elimination, then substitution from the end. The line has one node per
+/// pivot, `stride` apart, from `start` on.
 fn solve_line<T: Real>(s: &mut [T], start: usize, stride: usize, pivots: &[T]) {
     let six = T::of(6.0);
+    // forward: c₋ + 4 c + c₊ = 6 s, with c₋ eliminated
     let mut before = T::zero();
     for (i, &r) in pivots.iter().enumerate() {
         let v = &mut s[start + i * stride];

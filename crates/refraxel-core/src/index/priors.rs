@@ -1,7 +1,7 @@
-//! Priors against variation of n, theory (2.20) and (2.21): most of a scene is air, and glass has one index.
+//! Priors on the index, theory (2.20) and (2.21): most of a scene is air, and glass has one index.
 //!
-//! They act on n_j = √(2 c_j) at the nodes; for a B-spline these are the control values, between which n stays. Gradients
-//! are with respect to the coefficients c of w: dn/dc = 1/n.
+//! They act on n_j = √(2 c_j) at the nodes; for a B-spline these are the control values, between whose least and largest n
+//! stays. Gradients are with respect to the coefficients c of w, by dn/dc = 1/n.
 
 use super::IndexGrid;
 use crate::Real;
@@ -25,7 +25,7 @@ pub enum Penalty<T> {
 }
 
 impl<T: Real> Penalty<T> {
-    /// ψ(d) ≥ 0.
+    /// ψ(d) ≥ 0 of a difference d of indices [1].
     pub fn value(self, d: T) -> T {
         match self {
             Self::Charbonnier { epsilon } => charbonnier(d, epsilon),
@@ -33,7 +33,7 @@ impl<T: Real> Penalty<T> {
             Self::Huber { delta } => huber(d, delta),
         }
     }
-    /// ψ'(d).
+    /// ψ'(d), the derivative of [`Self::value`].
     pub fn slope(self, d: T) -> T {
         match self {
             Self::Charbonnier { epsilon } => charbonnier_slope(d, epsilon),
@@ -43,14 +43,16 @@ impl<T: Real> Penalty<T> {
     }
 }
 
-/// Variation of n, theory (2.20): Σ ψ(n_i − n_j) over the edges of the grid, per free node.
+/// Variation of n, theory (2.20): Σ ψ(n_i − n_j) over the edges (i, j) of the grid, divided by the number of parameters.
+/// Summed in f64.
 pub fn variation<T: Real>(grid: &IndexGrid<T>, penalty: Penalty<T>) -> f64 {
     let n = node_indices(grid);
     let sum: f64 = edges(grid).map(|(i, j)| penalty.value(n[j] - n[i]).f64()).sum();
     sum / grid.parameters().count() as f64
 }
 
-/// Adds `weight` times the gradient of [`variation`] to `grad`.
+/// Adds `weight` times the gradient of [`variation`] by the coefficients of w to `grad`, one per node, x fastest. The border
+/// receives nothing.
 pub fn variation_vjp<T: Real>(grid: &IndexGrid<T>, penalty: Penalty<T>, weight: T, grad: &mut [T]) {
     let n = node_indices(grid);
     let scale = weight / T::of(grid.parameters().count() as f64);
@@ -64,14 +66,15 @@ pub fn variation_vjp<T: Real>(grid: &IndexGrid<T>, penalty: Penalty<T>, weight: 
     }
 }
 
-/// Deviation of n from `reference` (1: air), theory (2.21): Σ ψ(n_j − reference), per free node.
+/// Deviation of n from `reference` (1 for air), theory (2.21): Σ ψ(n_j − reference) over the parameters, divided by their
+/// number. Summed in f64.
 pub fn deviation<T: Real>(grid: &IndexGrid<T>, reference: T, penalty: Penalty<T>) -> f64 {
     let n = node_indices(grid);
     let sum: f64 = grid.parameters().map(|j| penalty.value(n[j] - reference).f64()).sum();
     sum / grid.parameters().count() as f64
 }
 
-/// Adds `weight` times the gradient of [`deviation`] to `grad`.
+/// Adds `weight` times the gradient of [`deviation`] by the coefficients of w to `grad`, one per node, x fastest.
 pub fn deviation_vjp<T: Real>(
     grid: &IndexGrid<T>,
     reference: T,
@@ -86,12 +89,13 @@ pub fn deviation_vjp<T: Real>(
     }
 }
 
+/// n_j = √(2 c_j) of all nodes, x fastest.
 fn node_indices<T: Real>(grid: &IndexGrid<T>) -> Vec<T> {
     grid.coefficients().iter().map(|&c| (c + c).sqrt()).collect()
 }
 
-/// Edges (node, next node along x, y or z) with at least one free end: from each free node forwards, and backwards where
-/// the node before is border.
+/// Edges (node, next node along x, y or z) with at least one end that is a parameter: from each parameter forwards, and
+/// backwards where the node before belongs to the border. Each edge comes once.
 fn edges<T: Real>(grid: &IndexGrid<T>) -> impl Iterator<Item = (usize, usize)> + '_ {
     let n = grid.lattice().nodes();
     let strides = [1, n[0], n[0] * n[1]];

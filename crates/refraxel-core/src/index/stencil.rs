@@ -1,4 +1,7 @@
-//! One evaluation of an index grid: 4³ coefficients around a cell and their weights, theory (2.5)–(2.7).
+//! One evaluation of a grid of coefficients: the 4³ coefficients around a cell and their weights, theory (2.5)–(2.7).
+//!
+//! All three interpolations are products of one-dimensional weights, so one routine serves them all: it contracts y and z
+//! first, row by row of x, which lie next to each other in memory, and x at the end.
 
 use super::{BORDER, Interpolation};
 use crate::{Real, Vec3, vec3};
@@ -12,17 +15,18 @@ pub(super) const TAPS: usize = 4;
 /// interpolation of node-wise differences has its own D, so that its force is not the gradient of its w.
 #[derive(Clone, Copy, Debug)]
 struct AxisWeights<T> {
-    /// V.
+    /// V, which sums to 1.
     value: [T; TAPS],
-    /// D.
+    /// D, which sums to 0.
     force: [T; TAPS],
-    /// dV/df.
+    /// dV/df; equal to D for all but the interpolation of differences.
     value_slope: [T; TAPS],
     /// dD/df.
     force_slope: [T; TAPS],
 }
 
 impl<T: Real> AxisWeights<T> {
+    /// The weights of an interpolation at fraction `f` ∈ [0, 1] of the cell.
     #[inline(always)]
     fn new(interpolation: Interpolation, f: T) -> Self {
         match interpolation {
@@ -32,7 +36,7 @@ impl<T: Real> AxisWeights<T> {
         }
     }
 
-    /// Uniform cubic B-spline, theory (2.5).
+    /// Uniform cubic B-spline, theory (2.5): C². With g = 1 − f, V = (g³, 4 − 6f² + 3f³, 4 − 6g² + 3g³, f³)/6.
     #[inline(always)]
     fn cubic(f: T) -> Self {
         let (g, half, sixth, two) = (T::one() - f, T::of(0.5), T::of(1.0 / 6.0), T::of(2.0));
@@ -63,9 +67,11 @@ impl<T: Real> AxisWeights<T> {
     }
 }
 
-/// The coefficients around a point and their weights. All results are in node units.
+/// The coefficients around a point and their weights. All results are in node units, [1 / node] for a gradient.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stencil<T> {
+    /// The cell of the point, named by its lowest node.
+    cell: [usize; 3],
     /// Index of the lowest of the 4³ coefficients.
     base: usize,
     /// Coefficients per row and per slice of the grid.
@@ -84,12 +90,14 @@ impl<T: Real> Stencil<T> {
         let weights = |f| AxisWeights::new(interpolation, f);
         let axes = [weights(f.x), weights(f.y), weights(f.z)];
         let taps = if interpolation == Interpolation::Trilinear { [1, 3] } else { [0, TAPS] };
-        Self { base, strides, taps, axes }
+        Self { cell, base, strides, taps, axes }
     }
 
-    /// The same stencil of cell `cell` without the coefficients of the border, which are no parameters.
+    /// The same stencil without the weights of the border, whose coefficients are no parameters. `nodes` is the number of
+    /// nodes per axis.
     #[inline(always)]
-    pub fn without_border(mut self, cell: [usize; 3], nodes: [usize; 3]) -> Self {
+    pub fn without_border(mut self, nodes: [usize; 3]) -> Self {
+        let cell = self.cell;
         if (0..3).all(|a| cell[a] > BORDER && cell[a] + BORDER + 3 <= nodes[a]) {
             return self;
         }
@@ -103,7 +111,8 @@ impl<T: Real> Stencil<T> {
         self
     }
 
-    /// M weighted sums over the rows along x, each still a function of the x tap: what the weights of y and z leave.
+    /// M contractions of the coefficients `c` (x fastest) over y and z; each leaves one number per x tap. `weights(y, z, j,
+    /// k)` returns the M factors of the row at tap j of y and k of z.
     #[inline(always)]
     fn rows<const M: usize>(
         &self,
@@ -125,7 +134,7 @@ impl<T: Real> Stencil<T> {
         sums
     }
 
-    /// w and the force.
+    /// (w, force) = (Σ V V V c, (Σ D V V c, Σ V D V c, Σ V V D c)).
     #[inline(always)]
     pub fn value_and_force(&self, c: &[T]) -> (T, Vec3<T>) {
         let x = &self.axes[0];
@@ -144,10 +153,9 @@ impl<T: Real> Stencil<T> {
         own.value_and_force(c).1
     }
 
-    /// w, the force, and Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a
-    /// gradient.
+    /// Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a gradient.
     #[inline(always)]
-    pub fn value_force_and_pullback(&self, c: &[T], u: Vec3<T>) -> (T, Vec3<T>, Vec3<T>) {
+    pub fn force_pullback(&self, c: &[T], u: Vec3<T>) -> Vec3<T> {
         let x = &self.axes[0];
         let [vv, dv, vd, along_y, sv, along_z, vs] = self.rows(c, |y, z, j, k| {
             let (vy, dy, sy, ty) = (y.value[j], y.force[j], y.value_slope[j], y.force_slope[j]);
@@ -156,23 +164,22 @@ impl<T: Real> Stencil<T> {
             let along_z = u.z * vy * tz + u.y * dy * sz;
             [vy * vz, dy * vz, vy * dz, along_y, sy * vz, along_z, vy * sz]
         });
-        let force = vec3(dot(&x.force, &vv), dot(&x.value, &dv), dot(&x.value, &vd));
         let across = u.y * dot(&x.value_slope, &dv) + u.z * dot(&x.value_slope, &vd);
-        let pullback = vec3(
+        vec3(
             u.x * dot(&x.force_slope, &vv) + across,
             dot(&x.value, &along_y) + u.x * dot(&x.force, &sv),
             dot(&x.value, &along_z) + u.x * dot(&x.force, &vs),
-        );
-        (dot(&x.value, &vv), force, pullback)
+        )
     }
 
-    /// Transpose of [`Self::value_and_force`] with respect to the coefficients: adds to `grad`.
+    /// Transpose of [`Self::value_and_force`] with respect to the coefficients: adds to `grad`, laid out as they are.
     #[inline(always)]
     pub fn scatter(&self, d_value: T, d_force: Vec3<T>, grad: &mut [T]) {
         let [x, y, z] = &self.axes;
         let [first, end] = self.taps;
         for k in first..end {
             for j in first..end {
+                // forward: w = Σ V V V c, force = (Σ D V V c, Σ V D V c, Σ V V D c)
                 let (vy, vz) = (y.value[j], z.value[k]);
                 let by_value = vy * (d_value * vz + d_force.z * z.force[k]) + d_force.y * y.force[j] * vz;
                 let by_force = d_force.x * vy * vz;
@@ -185,6 +192,7 @@ impl<T: Real> Stencil<T> {
     }
 }
 
+/// Σ a_i b_i, summed in pairs.
 #[inline(always)]
 fn dot<T: Real>(a: &[T; TAPS], b: &[T; TAPS]) -> T {
     (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])

@@ -1,16 +1,16 @@
-//! Area, volume, and what a mesh consists of.
+//! Measures of a mesh: area, volume, number of bodies, and whether it is closed.
 
 use super::{Mesh, doubled_area};
 use std::collections::HashMap;
 
 impl Mesh {
-    /// Area [scene unit²].
+    /// Area of all triangles [scene unit²].
     pub fn area(&self) -> f64 {
         self.triangles.iter().map(|&t| 0.5 * doubled_area(self.corners(t)).length()).sum()
     }
 
-    /// Enclosed volume [scene unit³], cavities not counted: the sum of the signed tetrahedra between an origin and all
-    /// triangles, by the divergence theorem.
+    /// Enclosed volume [scene unit³] without cavities: by the divergence theorem, the sum of the signed volumes of the
+    /// tetrahedra between an origin and all triangles. 0 for an empty mesh; without meaning for an open one.
     pub fn volume(&self) -> f64 {
         // An origin nearby keeps digits where the world is far from 0.
         let Some(origin) = self.bounds().map(|b| b.center()) else { return 0.0 };
@@ -21,7 +21,7 @@ impl Mesh {
         signed.sum()
     }
 
-    /// Closed surfaces: one for a ball, two for a hollow ball.
+    /// Number of connected surfaces: one for a ball, two for a hollow ball. By union–find over the edges.
     pub fn bodies(&self) -> usize {
         let mut root: Vec<u32> = (0..self.vertices.len() as u32).collect();
         let mut bodies = root.len();
@@ -37,8 +37,8 @@ impl Mesh {
         bodies
     }
 
-    /// Directed edges without exactly one partner in the opposite direction: 0 for a closed mesh whose triangles are all
-    /// turned the same way.
+    /// Number of directed edges without exactly one partner in the opposite direction: 0 for a closed mesh whose triangles
+    /// have one orientation.
     pub fn open_edges(&self) -> usize {
         let mut count: HashMap<(u32, u32), u32> = HashMap::new();
         for &[a, b, c] in &self.triangles {
@@ -48,7 +48,7 @@ impl Mesh {
     }
 }
 
-/// The representative of a vertex; halves the way to it.
+/// The representative of the surface of a vertex. Halves the way to it for the next call (path halving).
 fn find(root: &mut [u32], mut v: u32) -> u32 {
     while root[v as usize] != v {
         root[v as usize] = root[root[v as usize] as usize];

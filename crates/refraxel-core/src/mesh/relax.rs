@@ -1,21 +1,28 @@
-//! Vertices move along their surface until triangles are well shaped. Who is whose neighbour stays.
+//! Relaxation: vertices move along their surface until the triangles are well shaped, theory (2.33).
+//!
+//! Only positions change; the topology of the mesh stays, and with it the property that the mesh is closed.
 
 use super::{Mesh, doubled_area};
 use crate::Vec3;
 
-/// Rounds over all vertices. The smallest angle of a ball's triangles then is 21 degrees, the mean of all smallest ones 42.
+/// Rounds over all vertices. After them the smallest angle of any triangle of a ball is 21 degrees, and the mean over the
+/// triangles of their smallest angle is 42 degrees.
 const ROUNDS: usize = 12;
-/// Share of the way to the middle of the neighbours in one round.
+/// Part of the way to the mean of its neighbours that a vertex moves in one round [1].
 const SHARE: f64 = 0.7;
 /// Newton steps onto the surface, each at most half a cell.
 const STEPS: usize = 8;
-/// A vertex lies on the surface when the next step would be shorter [cell].
+/// A vertex counts as on the surface when its next Newton step would be shorter than this [cell].
 const CLOSE: f64 = 1e-5;
-/// A triangle whose normal deviates more from that of the surface is about to turn over: least cosine.
+/// Least cosine of the angle between the normals of a triangle and of the surface [1]; a triangle below it is about to turn
+/// over.
 const UPRIGHT: f64 = 0.2;
 
-/// Moves each vertex towards the middle of its neighbours and back onto the zero level of `sample`, if it arrives there and
-/// no triangle turns over. Vertices are visited in order, so that each sees where the ones before it went.
+/// Moves each vertex towards the mean of its neighbours and back onto the zero level of `sample`, theory (2.33), if it
+/// arrives there and no triangle turns over. Round 0 only moves vertices onto the surface. `cell` is the edge length of a
+/// cell [scene unit].
+///
+/// Vertices are visited in order and see where the ones before them went (Gauss–Seidel).
 pub(super) fn relax(mesh: &mut Mesh, cell: f64, sample: &impl Fn(Vec3<f64>) -> (f64, Vec3<f64>)) {
     let ring = Rings::of(mesh);
     for round in 0..=ROUNDS {
@@ -35,7 +42,8 @@ pub(super) fn relax(mesh: &mut Mesh, cell: f64, sample: &impl Fn(Vec3<f64>) -> (
     }
 }
 
-/// The nearest place of the zero level along the gradient, and its unit normal.
+/// The point of the zero level near `x` and its unit normal, by x ← x − φ ∇φ/|∇φ|², theory (2.33). `None` if the steps do
+/// not settle.
 fn onto(
     mut x: Vec3<f64>,
     cell: f64,
@@ -56,13 +64,14 @@ fn onto(
     None
 }
 
-/// The triangles around each vertex.
+/// The triangles around each vertex, in compressed rows: those of vertex v are `triangles[start[v]..start[v + 1]]`.
 struct Rings {
     start: Vec<usize>,
     triangles: Vec<u32>,
 }
 
 impl Rings {
+    /// The rings of a mesh, by counting sort.
     fn of(mesh: &Mesh) -> Self {
         let mut start = vec![0; mesh.vertices.len() + 1];
         mesh.triangles.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
@@ -77,11 +86,12 @@ impl Rings {
         Self { start, triangles }
     }
 
+    /// The triangles around a vertex.
     fn around<'a>(&'a self, mesh: &'a Mesh, v: usize) -> impl Iterator<Item = [u32; 3]> + 'a {
         self.triangles[self.start[v]..self.start[v + 1]].iter().map(|&t| mesh.triangles[t as usize])
     }
 
-    /// Mean of the neighbours.
+    /// Mean position of the neighbours of a vertex [scene unit].
     fn middle(&self, mesh: &Mesh, v: usize) -> Vec3<f64> {
         let (mut sum, mut count) = (Vec3::zero(), 0.0);
         // In a closed mesh each neighbour is in two triangles.
@@ -92,7 +102,7 @@ impl Rings {
         sum / count
     }
 
-    /// Smallest cosine between `normal` and the triangles around a vertex.
+    /// Smallest cosine of the angles between `normal` and the triangles around a vertex; −1 for a triangle without area.
     fn least_cosine(&self, mesh: &Mesh, v: usize, normal: Vec3<f64>) -> f64 {
         let cosine = |t| {
             let n = doubled_area(mesh.corners(t));

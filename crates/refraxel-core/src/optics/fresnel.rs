@@ -1,15 +1,15 @@
-//! How much of the light a sharp interface mirrors, theory (7.1), and its transpose.
+//! Fresnel's formulas: the share of the light that an interface mirrors, theory (7.1), and its transpose, theory (7.3).
 
 use crate::Real;
 
 /// How the share of light that a surface mirrors, sharp or smooth, follows from Fresnel's reflectance R.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weight {
-    /// It is R.
+    /// The share is R.
     #[default]
     Whole,
-    /// It is R ∫ |∇n| ds through the surface, the plain product of gradient and Fresnel coefficient, at most 1. Since dp/ds = ∇n
-    /// the integral is |after − before|. For comparison: it conserves no energy.
+    /// The share is R ∫ |∇n| ds through the surface, the plain product of gradient and Fresnel coefficient, at most 1. Since
+    /// dp/ds = ∇n the integral is |after − before|. For comparison: it does not conserve energy.
     Gradient,
 }
 
@@ -18,18 +18,18 @@ pub enum Weight {
 /// Normal momentum is n cos θ, so that Snell's law is part of the arguments: `before² − 2 w_before = after² − 2 w_after`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incidence<T> {
-    /// |p · m| on the side that the ray comes from, ≥ 0.
+    /// a = |p · m| on the side that the ray comes from [1], ≥ 0.
     pub before: T,
-    /// |p · m| on the other side, ≥ 0; not both are 0.
+    /// s = |p · m| on the other side [1], ≥ 0; not both are 0.
     pub after: T,
-    /// w on the side that the ray comes from.
+    /// w₁ on the side that the ray comes from [1].
     pub w_before: T,
-    /// w on the other side.
+    /// w₂ on the other side [1].
     pub w_after: T,
 }
 
 impl<T: Real> Incidence<T> {
-    /// Amplitudes of the two polarisations, across and in the plane of incidence.
+    /// Amplitudes r_s and r_p of the two polarisations, across and in the plane of incidence, theory (7.1).
     fn amplitudes(&self) -> [T; 2] {
         let Self { before: a, after: s, w_before, w_after } = *self;
         [(a - s) / (a + s), (w_after * a - w_before * s) / (w_after * a + w_before * s)]
@@ -43,7 +43,7 @@ impl<T: Real> Incidence<T> {
         T::of(0.5) * (s * s + p * p)
     }
 
-    /// The share of the light that is mirrored, in [0, 1].
+    /// The share of the light that is mirrored, in [0, 1], by the given rule.
     pub fn share(&self, weight: Weight) -> T {
         match weight {
             Weight::Whole => self.reflectance(),
@@ -51,7 +51,8 @@ impl<T: Real> Incidence<T> {
         }
     }
 
-    /// Transpose of the derivative of [`Self::share`], as [`Self::reflectance_vjp`].
+    /// Transpose of the derivative of [`Self::share`]: dLoss/d(each field), in place of the fields, as
+    /// [`Self::reflectance_vjp`]. 0 where [`Weight::Gradient`] is clamped at 1.
     pub fn share_vjp(&self, weight: Weight, d_share: T) -> Self {
         let change = self.after - self.before;
         match weight {
@@ -67,8 +68,9 @@ impl<T: Real> Incidence<T> {
         }
     }
 
-    /// Transpose of the derivative of [`Self::reflectance`]: dLoss/d(each field), in place of the fields. Finite on all of
-    /// the domain; that `after` follows from the others is the caller's business.
+    /// Transpose of the derivative of [`Self::reflectance`], theory (7.3): dLoss/d(each field), in place of the fields. The
+    /// four fields count as independent; the caller adds the derivative of `after` by the others. Finite on all of the
+    /// domain.
     pub fn reflectance_vjp(&self, d_reflectance: T) -> Self {
         let Self { before: a, after: s, w_before, w_after } = *self;
         let [r_s, r_p] = self.amplitudes();

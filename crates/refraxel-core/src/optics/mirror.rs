@@ -1,101 +1,106 @@
-//! What the surfaces on a path mirror beside what they let pass, theory (7.1)–(7.4), and its transpose.
+//! The light that a sharp surface mirrors while the ray passes, theory (7.1) and (7.2), and its transpose, theory (7.3) and
+//! (7.4).
 
 use super::fresnel::{Incidence, Weight};
-use super::gradual::Surface;
-use super::{Event, Path, Step, Tracer};
 use crate::index::VACUUM;
-use crate::radiance::Segment;
 use crate::{Real, Vec3};
 
-/// The share of the light that a surface on a path mirrors, and where it comes from, theory (7.1) and (7.2).
+/// The share of the light that a surface on a path mirrors, and the ray along which that light arrives, theory (7.1) and
+/// (7.2).
 ///
-/// One for each refraction at a sharp surface, and for each passage of a transition that is no lens, theory (7.11). Total
-/// reflection has none: there the path itself is what is mirrored.
+/// There is one for each refraction at a sharp surface, and one for each smooth transition that counts as a surface,
+/// theory (7.11). Total reflection has none: there the path itself follows the mirrored ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialReflection<T> {
-    /// Which segment of the path ends here.
+    /// Number of the segment of the path that ends on the surface.
     pub segment: usize,
-    /// Region of the surface.
+    /// Number of the region that the surface belongs to.
     pub region: u16,
-    /// True if the ray comes from inside, and the mirrored one stays there.
+    /// True if the ray comes from inside the body, so that the mirrored ray stays there.
     pub from_inside: bool,
-    /// The point on the surface.
+    /// The point on the surface [scene unit].
     pub position: Vec3<T>,
-    /// Unit direction of the mirrored ray.
+    /// Unit direction of the mirrored ray, away from the surface.
     pub direction: Vec3<T>,
-    /// Unit normal outwards: ∇φ/|∇φ|, or −∇w/|∇w|.
+    /// Unit normal, out of the body: ∇φ/|∇φ|, or −∇w/|∇w|.
     pub normal: Vec3<T>,
-    /// Unpolarised reflectance R ∈ [0, 1], or what [`Weight`] makes of it.
+    /// The mirrored share of the light, in [0, 1]: Fresnel's reflectance R, weighted by [`Weight`].
     pub reflectance: T,
 }
 
 /// dLoss/d([`PartialReflection`]).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartialReflectionAdjoint<T> {
-    /// dLoss/dposition.
+    /// dLoss/dposition [1 / scene unit].
     pub position: Vec3<T>,
-    /// dLoss/ddirection, as a free vector.
+    /// dLoss/ddirection [1], as a free vector.
     pub direction: Vec3<T>,
-    /// dLoss/dreflectance.
+    /// dLoss/dreflectance [1].
     pub reflectance: T,
 }
 
-impl<T: Real> Default for PartialReflectionAdjoint<T> {
-    fn default() -> Self {
-        Self { position: Vec3::zero(), direction: Vec3::zero(), reflectance: T::zero() }
-    }
-}
-
-/// dLoss/d(what a turn at a surface is made of) that mirroring adds.
-pub(super) struct MirrorAdjoint<T> {
-    /// Of the position on the surface.
-    pub x: Vec3<T>,
-    /// Of the momentum on arrival.
-    pub p: Vec3<T>,
-    /// Of the unit normal.
-    pub normal: Vec3<T>,
-    /// Of the normal momenta before and after, with their signs.
-    pub before: T,
-    /// See `before`.
-    pub after: T,
-    /// Of w inside.
-    pub w: T,
-}
-
-/// A ray that arrives at a surface and passes it.
+/// A ray that arrives at a sharp surface and passes it.
 pub(super) struct Arrival<T> {
     /// Momentum on arrival, after the end kick.
     pub p: Vec3<T>,
-    /// ∇φ/|∇φ|.
+    /// Unit normal m = ∇φ/|∇φ|.
     pub normal: Vec3<T>,
-    /// p · m on arrival and beyond.
+    /// a = p · m, with its sign.
     pub before: T,
-    /// See `before`.
+    /// s = p' · m of the refracted ray, with its sign.
     pub after: T,
-    /// w inside.
+    /// w of the body at the surface.
     pub w: T,
-    /// The ray comes from inside.
+    /// True if the ray comes from inside the body.
     pub from_inside: bool,
 }
 
+/// dLoss/d([`Arrival`]) of a partial reflection, which the transpose of the event adds to its own terms.
+pub(super) struct MirrorAdjoint<T> {
+    /// dLoss/d(point on the surface).
+    pub x: Vec3<T>,
+    /// dLoss/dp.
+    pub p: Vec3<T>,
+    /// dLoss/dm.
+    pub normal: Vec3<T>,
+    /// dLoss/da.
+    pub before: T,
+    /// dLoss/ds.
+    pub after: T,
+    /// dLoss/dw of the body.
+    pub w: T,
+}
+
 impl<T: Real> Arrival<T> {
+    /// Normal momenta and w on both sides; the outside is vacuum.
     fn incidence(&self) -> Incidence<T> {
         let vacuum = T::of(VACUUM);
         let (w_before, w_after) = if self.from_inside { (self.w, vacuum) } else { (vacuum, self.w) };
         Incidence { before: self.before.abs(), after: self.after.abs(), w_before, w_after }
     }
 
-    /// Unit direction and length of p − 2 (p · m) m.
-    fn mirrored(&self) -> (Vec3<T>, T) {
-        let q = self.p - self.normal * (self.before + self.before);
-        let size = q.length();
-        (q / size, size)
+    /// The mirrored share of the light, theory (7.1).
+    pub(super) fn share(&self, weight: Weight) -> T {
+        self.incidence().share(weight)
     }
 
-    /// Transpose of reflectance and mirrored direction, theory (7.3) and (7.4).
+    /// q = p − 2 (p · m) m, the momentum of the mirrored ray, theory (7.2).
+    fn mirrored(&self) -> Vec3<T> {
+        self.p - self.normal * (self.before + self.before)
+    }
+
+    /// Unit direction u = q/|q| of the mirrored ray, theory (7.2).
+    pub(super) fn direction(&self) -> Vec3<T> {
+        let q = self.mirrored();
+        q / q.length()
+    }
+
+    /// Transpose of [`Self::share`] and [`Self::direction`], theory (7.3) and (7.4).
     pub(super) fn vjp(&self, d: &PartialReflectionAdjoint<T>, weight: Weight) -> MirrorAdjoint<T> {
         let by = self.incidence().share_vjp(weight, d.reflectance);
-        let (u, size) = self.mirrored();
+        let q = self.mirrored();
+        let size = q.length();
+        let u = q / size;
         // forward: u = q/|q|, q = p − 2 a m
         let d_q = (d.direction - u * u.dot(d.direction)) / size;
         let two = T::of(2.0);
@@ -107,41 +112,5 @@ impl<T: Real> Arrival<T> {
             after: by.after * self.after.signum(),
             w: if self.from_inside { by.w_before } else { by.w_after },
         }
-    }
-}
-
-impl<T: Real> Tracer<'_, T> {
-    /// What the surfaces on a path mirror, sharp ones and transitions, from the camera on, into memory that is
-    /// used again.
-    pub fn partial_reflections(&self, path: &Path<T>, out: &mut Vec<PartialReflection<T>>) {
-        out.clear();
-        self.surfaces(path, |surface| {
-            out.push(match surface {
-                Surface::Sharp(segment) => self.at_event(path, segment),
-                Surface::Smooth(passage) => passage.reflection(self.options.weight),
-            })
-        });
-    }
-
-    fn at_event(&self, path: &Path<T>, segment: usize) -> PartialReflection<T> {
-        let (step, of) = (&path.steps[segment], &path.segments[segment]);
-        let event = step.event.unwrap_or_else(|| unreachable!("a surface is met here"));
-        let (position, arrival) = self.arrival((step, &event), of);
-        PartialReflection {
-            segment,
-            region: step.region,
-            from_inside: event.from_inside,
-            position,
-            direction: arrival.mirrored().0,
-            normal: arrival.normal,
-            reflectance: arrival.incidence().share(self.options.weight),
-        }
-    }
-
-    fn arrival(&self, (step, event): (&Step<T>, &Event<T>), segment: &Segment<T>) -> (Vec3<T>, Arrival<T>) {
-        let x = segment.at(step.drift);
-        let (turn, p, w, _) = self.turn_at((step, event), (x, segment.momentum));
-        let (normal, before, after) = (turn.normal, turn.before, turn.after);
-        (x, Arrival { p, normal, before, after, w, from_inside: event.from_inside })
     }
 }

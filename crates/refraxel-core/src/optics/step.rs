@@ -1,23 +1,38 @@
-//! One step of each integrator: forwards, backwards, and transposed.
+//! One step of each integrator, and its transpose.
 
 use super::{Integrator, RayAdjoint, Step};
-use crate::radiance::SegmentAdjoint;
+use crate::segment::SegmentAdjoint;
 use crate::{IndexGradient, IndexGrid, Real, Vec3};
 
-/// Position and momentum between two steps; also their adjoints.
+/// The phase-space point (x, p) of a ray between two steps: position [scene unit] and momentum [1]. Also dLoss/d(x, p).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct State<T> {
     pub x: Vec3<T>,
     pub p: Vec3<T>,
 }
 
+/// A step with a kick, as its transpose needs it.
+pub(super) struct KickedStep<'a, T: Copy> {
+    /// The region whose field kicks, and its number in the medium.
+    pub grid: &'a IndexGrid<T>,
+    /// See `grid`.
+    pub region: usize,
+    /// Where the step began, and where the force acts [scene unit].
+    pub x: Vec3<T>,
+    /// Weight k of the force, in t.
+    pub kick: T,
+    /// Length h of the drift, in t.
+    pub drift: T,
+}
+
 impl Integrator {
-    /// Weight of the kick for a step of length h. The first point of a visit comes after a hop, which needs no force.
-    pub(super) fn kick<T: Real>(self, h: T, first: bool) -> T {
-        if self == Self::Leapfrog && first { T::of(0.5) * h } else { h }
+    /// Weight k of the kick for a step of length h: h, and h/2 for the first point of a visit, which comes after a hop
+    /// without force, theory (2.10).
+    pub(super) fn kick<T: Real>(self, h: T, is_first: bool) -> T {
+        if self == Self::Leapfrog && is_first { T::of(0.5) * h } else { h }
     }
 
-    /// One step: moves `state` on and returns the momentum of the segment between.
+    /// One step, theory (2.10)–(2.12): moves `state` on and returns the momentum of the segment between the two points.
     #[inline]
     pub(super) fn step<T: Real>(self, grid: &IndexGrid<T>, step: &Step<T>, state: &mut State<T>) -> Vec3<T> {
         let (k, h) = (step.kick, step.drift);
@@ -47,50 +62,49 @@ impl Integrator {
         }
     }
 
-    /// The transpose of the derivative of [`Self::step`] that began at `x`, theory (2.15)–(2.17): `d` of the state after
-    /// becomes that of the state before, `d_segment` is added on the way. Adds to `grad`; returns ∇w at `x`.
+    /// Transpose of the derivative of [`Self::step`], theory (2.15)–(2.17): `d` is dLoss/d(state) after the step and
+    /// becomes that before it; `d_segment` belongs to the segment between and is added on the way. The coefficients of w
+    /// receive their share through `grad`. Not differentiable on cell faces, except for the B-spline.
     #[inline]
     pub(super) fn step_vjp<T: Real>(
         self,
-        (region, grid): (usize, &IndexGrid<T>),
-        (step, x): (&Step<T>, Vec3<T>),
-        (d_start, d_momentum): SegmentAdjoint<T>,
+        at: &KickedStep<'_, T>,
+        d_segment: SegmentAdjoint<T>,
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
-    ) -> Vec3<T> {
-        let mut kick = |d_force: Vec3<T>| {
-            grad.add((region, grid), x, (T::zero(), d_force));
-            grid.gradient_pullback(x, d_force)
+    ) {
+        // forward: p1 = p0 + k ∇w(x0); returns the share of x0
+        let mut kick_vjp = |d_p: Vec3<T>| {
+            let d_force = d_p * at.kick;
+            grad.add(at.region, at.grid, at.x, T::zero(), d_force);
+            at.grid.gradient_pullback(at.x, d_force)
         };
         match self {
             Self::Leapfrog => {
                 // forward: x1 = x0 + h p1
-                d.p += d.x * step.drift + d_momentum;
-                // forward: p1 = p0 + k g(x0)
-                let (force, d_x) = kick(d.p * step.kick);
-                d.x += d_start + d_x;
-                force
+                d.p += d.x * at.drift + d_segment.momentum;
+                let d_x = kick_vjp(d.p);
+                d.x += d_segment.start + d_x;
             }
             _ => {
-                // forward: p1 = p0 + k g(x0), x1 = x0 + h p0
-                let (force, d_x) = kick(d.p * step.kick);
-                d.p += d.x * step.drift + d_momentum;
-                d.x += d_start + d_x;
-                force
+                // forward: x1 = x0 + h p0
+                let d_x = kick_vjp(d.p);
+                d.p += d.x * at.drift + d_segment.momentum;
+                d.x += d_segment.start + d_x;
             }
         }
     }
 }
 
-/// The transpose of a drift without a kick, theory (2.15).
+/// Transpose of a drift of length `h` in t without a kick, theory (2.15): `d` of the state after it becomes that before.
 #[inline]
-pub(super) fn drift_vjp<T: Real>(h: T, (d_start, d_momentum): SegmentAdjoint<T>, d: &mut State<T>) {
+pub(super) fn drift_vjp<T: Real>(h: T, d_segment: SegmentAdjoint<T>, d: &mut State<T>) {
     // forward: x1 = x0 + h p
-    d.p += d.x * h + d_momentum;
-    d.x += d_start;
+    d.p += d.x * h + d_segment.momentum;
+    d.x += d_segment.start;
 }
 
-/// One step of the classical Runge–Kutta method, theory (2.12).
+/// One step of the classical Runge–Kutta method, theory (2.12): error O(h⁵) where w is smooth over a step.
 fn runge_kutta<T: Real>(grid: &IndexGrid<T>, s: &State<T>, h: T) -> State<T> {
     let (half, two) = (h * T::of(0.5), T::of(2.0));
     let slope = |x: Vec3<T>, p: Vec3<T>| State { x: p, p: grid.gradient(x) };
@@ -102,7 +116,7 @@ fn runge_kutta<T: Real>(grid: &IndexGrid<T>, s: &State<T>, h: T) -> State<T> {
     State { x: s.x + mean(a.x, b.x, c.x, d.x), p: s.p + mean(a.p, b.p, c.p, d.p) }
 }
 
-/// Adjoint of the state at the end, with `momentum`, from that of the exit ray, theory (2.18): d = p/|p|.
+/// dLoss/d(state) at the end of a path from dLoss/d(exit ray), theory (2.18): the exit direction is d = p/|p|.
 pub(super) fn exit_vjp<T: Real>(momentum: Vec3<T>, d_exit: &RayAdjoint<T>) -> State<T> {
     let n = momentum.length();
     let d = momentum / n;

@@ -1,28 +1,30 @@
-//! From the camera to the exit: the loop over hops and steps.
+//! From the camera to the exit: the loop over hops, steps and events.
+//!
+//! A ray is in one of three states. *Outside* all regions it hops to the next cell that is not flat, or to the surface of
+//! the next body. In a *smooth region* it is marched until it leaves the region. In a *body* it is marched, or moves
+//! straight, until the next event. Total reflection leaves it in the body; refraction takes it outside.
 
 use super::crossing::Side;
-use super::hop::{Run, next_entry, run};
+use super::hop::{Entry, Run, next_entry, run};
 use super::step::State;
-use super::{EventKind, Path, PathEnd, Step, Tracer};
-use crate::radiance::Segment;
+use super::{EventKind, MAX_LATTICE, Path, PathEnd, Step, Tracer};
+use crate::segment::Segment;
 use crate::{Ray, Real, Vec3};
 
-/// Most lattice steps of one visit to a region: what fits the count that reversal keeps.
-pub(super) const MAX_LATTICE: u32 = u16::MAX as u32;
-
 impl<T: Real> Tracer<'_, T> {
-    /// Trace a camera ray.
+    /// The path of a camera ray.
     pub fn trace(&self, ray: &Ray<T>) -> Path<T> {
         let mut path = Path::default();
         self.trace_into(ray, &mut path);
         path
     }
 
-    /// Trace a camera ray into memory that is used again.
+    /// [`Self::trace`] into memory that is used again: replaces the content of `path`.
     pub fn trace_into(&self, ray: &Ray<T>, path: &mut Path<T>) {
         path.segments.clear();
         path.steps.clear();
         let mut state = self.start(ray);
+        // Where the search for the next region begins, in t from the state.
         let mut from = T::zero();
         let mut inside = self.medium.ruling_at(ray.origin).filter(|&r| self.is_body(r));
         path.end = loop {
@@ -34,7 +36,7 @@ impl<T: Real> Tracer<'_, T> {
                 }
                 continue;
             }
-            let Some((t, region)) = next_entry(self.medium, &state, from) else {
+            let Some(Entry { t, region }) = next_entry(self.medium, &state, from) else {
                 let [_, end] = self.visible(&state, None, path.segments.is_empty());
                 self.hop(end, &mut state, path);
                 break PathEnd::Escaped;
@@ -44,7 +46,7 @@ impl<T: Real> Tracer<'_, T> {
                     break PathEnd::Exhausted;
                 }
                 let step = Step { drift: t, region: region as u16, ..Step::default() };
-                let kind = self.end_on_surface(step, Side::Outside, None, (&mut state, path));
+                let kind = self.end_on_surface(step, Side::Outside, None, &mut state, path);
                 inside = (kind == EventKind::Refraction).then_some(region);
                 from = T::zero();
                 continue;
@@ -59,8 +61,10 @@ impl<T: Real> Tracer<'_, T> {
     }
 
     /// The path of another ray, or in a medium with other coefficients, by the steps of `path`: the same lengths h and
-    /// ranges, whatever lies there now, and the same events, at the crossings nearby, theory (2.24). This is the function
-    /// whose derivative [`Self::vjp`] transposes. Not a number where an event of `path` does not take place.
+    /// ranges, whatever lies there now, and the same events, at the crossings nearby, theory (2.24).
+    ///
+    /// This is the function whose derivative [`Self::vjp`] transposes. Not a number where an event of `path` does not take
+    /// place.
     pub fn replay(&self, ray: &Ray<T>, path: &Path<T>) -> Path<T> {
         let mut state = self.start(ray);
         let mut out = path.clone();
@@ -73,18 +77,20 @@ impl<T: Real> Tracer<'_, T> {
     }
 
     /// p = n d at the camera, theory (2.14).
-    pub(super) fn start(&self, ray: &Ray<T>) -> State<T> {
+    fn start(&self, ray: &Ray<T>) -> State<T> {
         State { x: ray.origin, p: ray.direction * self.medium.index(ray.origin) }
     }
 
-    /// One step; the momentum of its segment.
+    /// Advances `state` by one step and returns the momentum of its segment. The drift of a step that ends with an event
+    /// becomes the τ of the crossing nearby.
     #[inline]
     fn advance(&self, step: &mut Step<T>, state: &mut State<T>) -> Vec3<T> {
-        if step.event.is_some() {
+        if let Some(event) = step.event {
             self.kick(step, state);
             let momentum = state.p;
             step.drift = self.crossing_near(step.region, state, step.drift);
-            self.meet(step, false, state);
+            let at = self.impact(step, &event, state);
+            *state = at.after(&event.turn(&at));
             return momentum;
         }
         if step.kick == T::zero() {
@@ -94,17 +100,7 @@ impl<T: Real> Tracer<'_, T> {
         self.options.integrator.step(&self.medium.regions()[usize::from(step.region)], step, state)
     }
 
-    /// The part of a hop of length `hop` (endless if `None`) inside the radiance domain; empty, at its end, if none.
-    pub(super) fn visible(&self, state: &State<T>, hop: Option<T>, is_first: bool) -> [T; 2] {
-        let line = Ray { origin: state.x, direction: state.p };
-        let near = if is_first { self.options.near / state.p.length() } else { T::zero() };
-        match self.domain.clip(&line, near) {
-            Some([a, b]) if hop.is_none_or(|h| a < h) => [a, hop.map_or(b, |h| b.min(h))],
-            _ => [hop.unwrap_or(T::zero()); 2],
-        }
-    }
-
-    /// A hop of length `t` outside, or through the flat rim of regions.
+    /// Appends a hop of length `t` outside, or through the flat rim of regions, and moves `state` to its end.
     fn hop(&self, t: T, state: &mut State<T>, path: &mut Path<T>) {
         let range = self.visible(state, Some(t), path.segments.is_empty());
         path.segments.push(Segment { start: state.x, momentum: state.p, range });
@@ -112,8 +108,8 @@ impl<T: Real> Tracer<'_, T> {
         state.x += state.p * t;
     }
 
-    /// March through one region from its first cell that is not flat. Returns where, in t from the state, the ray has
-    /// left the region; `None` when it has too many steps.
+    /// Marches through one region from its first cell that is not flat. Returns where the ray has left the region, in t
+    /// from the state; `None` when there are too many steps.
     fn visit(&self, region: usize, state: &mut State<T>, path: &mut Path<T>) -> Option<T> {
         let (grid, h) = (&self.medium.regions()[region], self.step_length(region));
         let mut lattice: u32 = 0;

@@ -1,18 +1,23 @@
-//! Two lights in one pixel: codes are added as light, theory (7.5).
+//! The mixture of mirrored and transmitted light in one pixel, theory (7.5): sRGB codes are added as light.
 //!
-//! The field holds sRGB codes, and emission and absorption mix codes, because opacity is learned with them. The share that a
-//! surface mirrors is not learned but known, and it is a share of light.
+//! The field holds sRGB codes, and emission and absorption mix codes: its opacities are learned from such mixtures. The share
+//! that a surface mirrors is not learned but follows from the index, and it is a share of light.
+//!
+//! Source of the curve: IEC 61966-2-1.
 
 use crate::Real;
 
-/// Codes below this are proportional to light (IEC 61966-2-1).
+/// Codes below this are proportional to light [code].
 const TOE: f64 = 0.04045;
-/// Codes per light in the toe.
+/// Slope of code by light below [`TOE`] [1].
 const TOE_SLOPE: f64 = 12.92;
+/// a of the curve code = (1 + a) light^(1/γ) − a above the toe [1].
 const OFFSET: f64 = 0.055;
+/// γ of that curve [1].
 const GAMMA: f64 = 2.4;
 
-/// Light of an sRGB code ≥ 0, and its slope. Codes above 1 continue the curve.
+/// Light ℓ of an sRGB code ≥ 0 (1 = white for both), and its slope. Codes above 1 continue the curve. Not differentiable at
+/// the end of the toe, where the slope jumps by 1.7 %.
 fn light<T: Real>(code: T) -> (T, T) {
     if code <= T::of(TOE) {
         let slope = T::of(TOE_SLOPE.recip());
@@ -23,7 +28,7 @@ fn light<T: Real>(code: T) -> (T, T) {
     (power * base, power * T::of(GAMMA / (1.0 + OFFSET)))
 }
 
-/// sRGB code of light ≥ 0, and its slope.
+/// sRGB code ℓ⁻¹ of light ≥ 0, and its slope.
 fn code<T: Real>(light: T) -> (T, T) {
     if light <= T::of(TOE / TOE_SLOPE) {
         return (light * T::of(TOE_SLOPE), T::of(TOE_SLOPE));
@@ -33,8 +38,8 @@ fn code<T: Real>(light: T) -> (T, T) {
     (power * T::of(1.0 + OFFSET) - T::of(OFFSET), slope)
 }
 
-/// What a surface shows that mirrors `share` of the light `mirrored` and passes the rest of `behind`, theory (7.5). All are
-/// codes ≥ 0. Between equal lights nothing changes, whatever the share.
+/// The colour of a surface that mirrors `share` of the light `mirrored` and passes the rest of `behind`, theory (7.5). The
+/// colours are codes ≥ 0, the share is in [0, 1]. Between equal lights the surface is invisible, whatever the share.
 ///
 /// Worked number: 4 % of white before black shows as 0.2209, not as 0.04.
 #[inline]
@@ -45,12 +50,12 @@ pub fn mix<T: Real>(share: T, mirrored: [T; 3], behind: [T; 3]) -> [T; 3] {
     })
 }
 
-/// The light by which `shown` exceeds `rest`, as codes: what is left of a mixture without one of its parts.
+/// The light by which `shown` exceeds `rest`, as codes: a mixture without one of its parts.
 pub fn without<T: Real>(shown: [T; 3], rest: [T; 3]) -> [T; 3] {
     std::array::from_fn(|c| code((light(shown[c]).0 - light(rest[c]).0).max(T::zero())).0)
 }
 
-/// Transpose of the derivative of [`mix`], theory (7.6).
+/// dLoss/d(arguments of [`mix`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixAdjoint<T> {
     /// dLoss/dshare.
@@ -61,7 +66,7 @@ pub struct MixAdjoint<T> {
     pub behind: [T; 3],
 }
 
-/// dLoss/d(arguments of [`mix`]).
+/// Transpose of the derivative of [`mix`], theory (7.6), given dLoss/d(colour shown).
 #[inline]
 pub fn mix_vjp<T: Real>(share: T, mirrored: [T; 3], behind: [T; 3], d_shown: [T; 3]) -> MixAdjoint<T> {
     let mut d = MixAdjoint { share: T::zero(), mirrored: [T::zero(); 3], behind: [T::zero(); 3] };

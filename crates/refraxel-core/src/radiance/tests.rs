@@ -1,16 +1,9 @@
 use super::*;
+use crate::field::{FieldGradient, VoxelField};
 use crate::grid::{BrickMap, Extent};
+use crate::index::tests::Sequence;
 use crate::sh::ShDegree;
-use crate::{Aabb, AlignedVec, vec3};
-
-/// A small pseudo-random sequence in [−1, 1); tests need variety, not quality.
-struct Sequence(u64);
-impl Sequence {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
+use crate::{Aabb, AlignedVec, Domain, Ray, vec3};
 
 fn field(degree: u8, extent: Extent, seed: u64) -> VoxelField<f64> {
     let bounds = Aabb::new(vec3(-1.0, -1.2, -0.8), vec3(1.0, 1.2, 0.8));
@@ -111,8 +104,8 @@ fn path_gradients_match_central_differences() {
                 loss(&f, &p, &points)
             };
             fd.push((shifted(STEP) - shifted(-STEP)) / (2.0 * STEP));
-            let (d_start, d_momentum) = d_path[segment];
-            exact.push(if is_momentum { d_momentum[axis] } else { d_start[axis] });
+            let d = d_path[segment];
+            exact.push(if is_momentum { d.momentum[axis] } else { d.start[axis] });
         }
         assert!(relative(&fd, &exact) < TOLERANCE, "degree {degree}: {fd:?} vs {exact:?}");
     }

@@ -74,7 +74,7 @@ impl OpaqueSurface<'_> {
     ) {
         let Some(facing) = self.facing(RaySamples { samples, segments }) else { return };
         let d_of = adjoint(self.clearcoat, self.scene.reflection.source, mirrored);
-        let (mut own, _) = facing.reflection_vjp(d, self.clearcoat.ior, d_of.reflectance, d_of.direction);
+        let mut own = facing.reflection_vjp(d, self.clearcoat.ior, d_of.reflectance, d_of.direction).facing;
         own.position = d_of.position;
         let domain = &self.scene.field.domain;
         for s in samples {

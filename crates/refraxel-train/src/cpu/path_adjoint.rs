@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::backend::RayGradient;
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
-use refraxel_core::optics::{PartialReflectionAdjoint, RayAdjoint, Tracer};
+use refraxel_core::optics::{PartialReflectionAdjoint, PathAdjoint, RayAdjoint, Tracer};
 use refraxel_core::radiance::SegmentAdjoint;
 use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 
@@ -15,7 +15,7 @@ use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 pub(super) type SegmentSums = Vec<SegmentAdjoint<f32>>;
 
 /// What the adjoint of a ray starts from.
-pub(super) struct PathAdjoint<'a> {
+pub(super) struct WayBack<'a> {
     pub ray: &'a Ray<f32>,
     /// Its samples, and their records in the same order.
     pub samples: RaySamples<'a>,
@@ -39,7 +39,7 @@ pub(super) struct BentPath<'a> {
     pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
 }
 
-impl PathAdjoint<'_> {
+impl WayBack<'_> {
     /// dLoss/d(origin, direction) of the ray, theory (3.14); what index samples receive is noted, theory (2.16).
     #[inline(always)]
     pub(super) fn run<S: Simd, const BLOCKS: usize>(
@@ -51,12 +51,12 @@ impl PathAdjoint<'_> {
     ) -> RayGradient {
         self.add_samples::<S, BLOCKS>(simd, scene, sums);
         let Some(BentPath { tracer, path, counts, d_reflections }) = self.bent else {
-            return RayGradient { origin: sums[0].0, direction: sums[0].1 + self.d_exit };
+            return RayGradient { origin: sums[0].start, direction: sums[0].momentum + self.d_exit };
         };
-        let d_exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
+        let exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
+        let d_path = PathAdjoint { segments: &sums[..], reflections: d_reflections, exit };
         let mut noted = IndexSamples { list: index_samples, wanted: counts };
-        let d_path = (&sums[..], d_reflections);
-        let d = tracer.vjp_with_reflections(self.ray, path, d_path, &d_exit, &mut noted);
+        let d = tracer.vjp(self.ray, path, &d_path, &mut noted);
         RayGradient { origin: d.origin, direction: d.direction }
     }
 
@@ -66,7 +66,7 @@ impl PathAdjoint<'_> {
         let segments = self.bent.map_or(1, |b| b.path.segments.len());
         let fixed = if self.all { 0 } else { 1 };
         sums.clear();
-        sums.resize(segments, (Vec3::zero(), Vec3::zero()));
+        sums.resize(segments, SegmentAdjoint::default());
         let colour = voxels::<BLOCKS>(&scene.field.colour);
         for (s, r) in self.samples.samples.iter().zip(self.records) {
             let on = self.samples.segment_of(s);
@@ -84,8 +84,8 @@ impl PathAdjoint<'_> {
             let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
             let tangent = d_unit - on.unit * on.unit.dot(d_unit);
             let sum = &mut sums[on.place as usize];
-            sum.0 += d_x;
-            sum.1 += d_x * s.t + (on.unit * (d_tau * s.tau) + tangent) / on.speed;
+            sum.start += d_x;
+            sum.momentum += d_x * s.t + (on.unit * (d_tau * s.tau) + tangent) / on.speed;
         }
     }
 }
@@ -99,16 +99,23 @@ struct IndexSamples<'a> {
 
 impl IndexGradient<f32> for IndexSamples<'_> {
     #[inline(always)]
-    fn add(&mut self, (region, _): (usize, &IndexGrid<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+    fn add(&mut self, region: usize, _: &IndexGrid<f32>, x: Vec3<f32>, d_value: f32, d_gradient: Vec3<f32>) {
         if self.wanted {
-            let (region, (d_value, d_gradient)) = (region as u32, d);
+            let region = region as u32;
             self.list.push(IndexSample { region, surface: false, x, d_value, d_gradient });
         }
     }
     #[inline(always)]
-    fn add_level_set(&mut self, (region, _): (usize, &LevelSet<f32>), x: Vec3<f32>, d: (f32, Vec3<f32>)) {
+    fn add_level_set(
+        &mut self,
+        region: usize,
+        _: &LevelSet<f32>,
+        x: Vec3<f32>,
+        d_value: f32,
+        d_gradient: Vec3<f32>,
+    ) {
         if self.wanted {
-            let (region, (d_value, d_gradient)) = (region as u32, d);
+            let region = region as u32;
             self.list.push(IndexSample { region, surface: true, x, d_value, d_gradient });
         }
     }

@@ -3,7 +3,7 @@
 
 use super::compare::{Compared, PixelAdjoint};
 use super::mirrored::{self, MirroredSample};
-use super::path_adjoint::{BentPath, PathAdjoint, SegmentSums};
+use super::path_adjoint::{BentPath, SegmentSums, WayBack};
 use super::record::{CLEARCOAT, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
@@ -24,12 +24,12 @@ use std::ops::Range;
 struct Scratch {
     packet: Packet,
     second: SecondaryRay,
-    way_back: WayBack,
+    way_back: Sums,
 }
 
 /// Memory of the way back.
 #[derive(Default)]
-struct WayBack {
+struct Sums {
     sums: SegmentSums,
     d_reflections: Vec<PartialReflectionAdjoint<f32>>,
     density_gradients: Vec<Record>,
@@ -163,7 +163,7 @@ struct LearnedRay<'a> {
 /// Where the way back of a ray writes to.
 struct Out<'a> {
     tape: &'a mut Tape,
-    way_back: &'a mut WayBack,
+    way_back: &'a mut Sums,
     /// The gradient of the ray itself, where it is asked for.
     wanted: Option<&'a mut RayGradient>,
 }
@@ -211,7 +211,7 @@ impl LearnedRay<'_> {
         let d_reflections = &way_back.d_reflections;
         let bent = bent.map(|tracer| BentPath { tracer, path, counts, d_reflections });
         let (ray, records, all) = (&batch.rays[ray], &tape.records[first..], wanted.is_some());
-        let adjoint = PathAdjoint { ray, samples, records, d_exit, bent, all };
+        let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
         let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);
         if let Some(wanted) = wanted {
             *wanted = d_ray;

@@ -48,7 +48,7 @@ impl Distortion {
         (distorted, jacobian)
     }
 
-    /// ρ and dρ/dr² at r².
+    /// (ρ, dρ/dr²) at r², by Horner's rule.
     fn radial_factor(&self, r2: f64) -> (f64, f64) {
         let [k1, k2, k3, k4] = self.radial;
         let [b1, b2, b3] = self.denominator;
@@ -76,7 +76,8 @@ impl Distortion {
         self.newton(target, target).and_then(accept).or_else(|| self.follow(target).and_then(accept))
     }
 
-    /// Newton along the spoke towards `target`, each step starting from the last solution.
+    /// Continuation: Newton's method for points along the spoke towards `target`, each from the last solution. Finds strong
+    /// distortions, for which Newton's method from the target itself leaves its basin.
     fn follow(&self, target: [f64; 2]) -> Option<[f64; 2]> {
         (1..=CONTINUATION_STEPS).try_fold([0.0, 0.0], |q, i| {
             let t = i as f64 / CONTINUATION_STEPS as f64;
@@ -106,6 +107,7 @@ impl Distortion {
     }
 }
 
+/// Determinant of a 2×2 matrix of rows: > 0 where the map keeps its orientation.
 fn determinant(j: &Jacobian) -> f64 {
     j[0][0] * j[1][1] - j[0][1] * j[1][0]
 }

@@ -4,7 +4,6 @@
 //! and impact b < 0.9 R. Each derivative is divided by the exact one of the sharp ball.
 
 use super::*;
-use crate::optics::RayAdjoint;
 
 const RADIUS: f64 = 20.0;
 const INDEX: f64 = 1.5;
@@ -61,10 +60,9 @@ fn ratios(interpolation: Interpolation) -> [[f64; 3]; 3] {
         let exit = path.exit.direction;
         let (across, ahead) = (-exit.dot(u), exit.dot(d));
         let d_exit = (d * -across - u * ahead) / (across * across + ahead * ahead);
-        let zero = vec![(Vec3::zero(), Vec3::zero()); path.segments.len()];
         let mut grad = medium.zero_gradient();
         let d_exit = RayAdjoint { origin: Vec3::zero(), direction: d_exit };
-        tracer.vjp(&ray, &path, &zero, &d_exit, &mut grad);
+        exit_vjp(&tracer, &ray, &path, d_exit, &mut grad);
         let inner = |v: &[f64]| -> f64 { grad.index[0].iter().zip(v).map(|(a, b)| a * b).sum() };
         let exact = snell(b, INDEX, RADIUS);
         found[0].push(across.atan2(ahead) / exact[0]);

@@ -51,7 +51,7 @@ fn total_reflection_is_left_to_the_path() {
     assert_eq!(mirrors(&tracer, &path).len(), refractions);
 }
 
-/// A loss of segments, exit ray and all that is mirrored.
+/// A linear functional of segments, exit ray and partial reflections.
 struct Mirrored {
     path: Functional,
     reflections: Vec<PartialReflectionAdjoint<f64>>,
@@ -77,13 +77,12 @@ impl Mirrored {
     }
 }
 
-/// [`errors`] of what replayed paths and their mirrors are worth.
-fn mirror_errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Mirrored) -> [f64; 3] {
+/// [`errors`] of a functional of replayed paths and of what their surfaces mirror.
+fn mirror_errors(medium: &mut Medium<f64>, ray: &Ray<f64>, path: &Path<f64>, f: &Mirrored) -> [f64; 3] {
     let domain = domain();
     let mut grad = medium.zero_gradient();
-    let d_path = (&f.path.segments[..], &f.reflections[..]);
-    let d_ray = tracer(medium, &domain).vjp_with_reflections(ray, path, d_path, &f.path.exit, &mut grad);
-    errors(medium, ray, &(grad, d_ray), |medium, ray| f.of(&tracer(medium, &domain), ray, path))
+    let d_ray = tracer(medium, &domain).vjp(ray, path, &f.path.adjoint(&f.reflections), &mut grad);
+    errors(medium, ray, &grad, &d_ray, |medium, ray| f.of(&tracer(medium, &domain), ray, path))
 }
 
 #[test]
@@ -96,7 +95,7 @@ fn gradients_of_what_is_mirrored_match_central_differences() {
             let count = mirrors(&tracer(&medium, &domain()), &path).len();
             seen += count;
             let f = Mirrored::random(&path, count, &mut r);
-            let worst = mirror_errors(&mut medium, (&ray, &path), &f);
+            let worst = mirror_errors(&mut medium, &ray, &path, &f);
             assert!(worst.iter().all(|e| *e < TOLERANCE), "level set, index, ray: {worst:?}");
         }
     }
@@ -113,8 +112,7 @@ fn the_first_adjoints_stand_for_all_where_the_rest_is_zero() {
     f.reflections[1..].fill(PartialReflectionAdjoint::default());
     let gradient = |reflections: &[PartialReflectionAdjoint<f64>]| {
         let mut grad = medium.zero_gradient();
-        let d = (&f.path.segments[..], reflections);
-        let d_ray = tracer.vjp_with_reflections(&ray, &path, d, &f.path.exit, &mut grad);
+        let d_ray = tracer.vjp(&ray, &path, &f.path.adjoint(reflections), &mut grad);
         (grad, d_ray)
     };
     assert_eq!(gradient(&f.reflections), gradient(&f.reflections[..1]));
@@ -222,7 +220,7 @@ fn gradients_of_what_smooth_transitions_mirror_match_central_differences() {
             let count = mirrors(&tracer(&medium, &domain()), &path).len();
             seen += count;
             let f = Mirrored::random(&path, count, &mut r);
-            let worst = mirror_errors(&mut medium, (&ray, &path), &f);
+            let worst = mirror_errors(&mut medium, &ray, &path, &f);
             assert!(worst.iter().all(|e| *e < TOLERANCE), "index, ray: {worst:?}");
         }
     }
@@ -253,7 +251,7 @@ fn sharp_and_smooth_surfaces_mirror_on_one_path() {
         assert!(found.is_sorted_by_key(|m| m.segment));
         assert_eq!(found.iter().map(|m| m.from_inside).collect::<Vec<_>>(), [false, true, false, true]);
         let f = Mirrored::random(&path, 4, &mut r);
-        let [_, index, by_ray] = mirror_errors(&mut medium, (&ray, &path), &f);
+        let [_, index, by_ray] = mirror_errors(&mut medium, &ray, &path, &f);
         assert!(index < TOLERANCE && by_ray < TOLERANCE, "{index} {by_ray}");
     }
 }
@@ -267,9 +265,8 @@ fn the_plain_product_has_its_own_adjoint() {
     let path = tracer.trace(&ray);
     let count = mirrors(&tracer, &path).len();
     let f = Mirrored::random(&path, count, &mut Sequence(3));
-    let d_path = (&f.path.segments[..], &f.reflections[..]);
     let mut grad = medium.zero_gradient();
-    let d = tracer.vjp_with_reflections(&ray, &path, d_path, &f.path.exit, &mut grad);
+    let d = tracer.vjp(&ray, &path, &f.path.adjoint(&f.reflections), &mut grad);
     for axis in 0..3 {
         let along = |e: f64| {
             let mut moved = ray;
@@ -289,6 +286,5 @@ fn more_adjoints_than_reflections_are_a_mistake() {
     let ray = Ray { origin: vec3(-1.9, 0.06, 0.03), direction: vec3(1.0, 0.01, 0.02).normalized() };
     let path = tracer.trace(&ray);
     let f = Mirrored::random(&path, 5, &mut Sequence(3));
-    let d_path = (&f.path.segments[..], &f.reflections[..]);
-    tracer.vjp_with_reflections(&ray, &path, d_path, &f.path.exit, &mut medium.zero_gradient());
+    tracer.vjp(&ray, &path, &f.path.adjoint(&f.reflections), &mut medium.zero_gradient());
 }

@@ -1,6 +1,7 @@
 //! Proofs on paths: closed forms of optics, gradients against central differences, and derivatives against Snell's law.
 
 mod glass_ball;
+mod graded_bodies;
 mod gradients;
 mod lenses;
 mod mirrors;
@@ -9,9 +10,11 @@ mod sharp;
 mod sharp_gradients;
 mod snell;
 
-use super::{Integrator, Options, Path, Tracer};
+use super::{Integrator, Options, Path, PathAdjoint, RayAdjoint, Tracer};
+use crate::index::MediumGradient;
 use crate::index::tests::Sequence;
-use crate::{Aabb, Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use crate::segment::SegmentAdjoint;
+use crate::{Aabb, Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Real, Vec3, vec3};
 
 /// The cube [−half, half]³.
 fn cube(half: f64) -> Aabb<f64> {
@@ -30,6 +33,18 @@ fn medium(half: f64, nodes: u32, interpolation: Interpolation, n: impl Fn(Vec3<f
 
 fn options(integrator: Integrator, step: f64) -> Options<f64> {
     Options { integrator, step, ..Options::default() }
+}
+
+/// dLoss/d(camera ray) of a loss of the exit ray alone; adds to `grad`.
+fn exit_vjp<T: Real>(
+    tracer: &Tracer<T>,
+    ray: &Ray<T>,
+    path: &Path<T>,
+    exit: RayAdjoint<T>,
+    grad: &mut MediumGradient<T>,
+) -> RayAdjoint<T> {
+    let segments = vec![SegmentAdjoint::default(); path.segments.len()];
+    tracer.vjp(ray, path, &PathAdjoint { segments: &segments, reflections: &[], exit }, grad)
 }
 
 /// A smooth step from 1 to 0 over about ±2 `width` around 0.

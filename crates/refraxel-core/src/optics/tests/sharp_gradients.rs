@@ -1,8 +1,8 @@
 //! The adjoint of paths with events against central differences.
 
 use super::*;
-use crate::index::{LevelSet, MediumGradient};
-use crate::optics::{EventKind, GRAZING, RayAdjoint};
+use crate::index::LevelSet;
+use crate::optics::{EventKind, GRAZING, PartialReflectionAdjoint};
 
 /// Central differences in f64 with step 1e-6 of O(1) quantities: truncation 1e-10, rounding 1e-10 of each evaluation.
 const STEP: f64 = 1e-6;
@@ -26,22 +26,27 @@ pub(super) fn scene(seed: u64, graded: bool) -> Medium<f64> {
     Medium::new(vec![grid]).unwrap()
 }
 
-/// What a path with these adjoints is worth.
+/// A linear functional of a path: its segments and its exit ray times these coefficients.
 pub(super) struct Functional {
-    pub segments: Vec<(Vec3<f64>, Vec3<f64>)>,
+    pub segments: Vec<SegmentAdjoint<f64>>,
     pub exit: RayAdjoint<f64>,
 }
 
 impl Functional {
     pub fn random(path: &Path<f64>, r: &mut Sequence) -> Self {
-        let segments = path.segments.iter().map(|_| (r.vector(), r.vector())).collect();
+        let mut segment = || SegmentAdjoint { start: r.vector(), momentum: r.vector() };
+        let segments = path.segments.iter().map(|_| segment()).collect();
         Self { segments, exit: RayAdjoint { origin: r.vector(), direction: r.vector() } }
     }
     pub fn of(&self, path: &Path<f64>) -> f64 {
         let along: f64 = (path.segments.iter().zip(&self.segments))
-            .map(|(s, (a, b))| s.start.dot(*a) + s.momentum.dot(*b))
+            .map(|(s, d)| s.start.dot(d.start) + s.momentum.dot(d.momentum))
             .sum();
         along + path.exit.origin.dot(self.exit.origin) + path.exit.direction.dot(self.exit.direction)
+    }
+    /// Its gradient by the path, with that of a functional of partial reflections.
+    pub fn adjoint<'a>(&'a self, reflections: &'a [PartialReflectionAdjoint<f64>]) -> PathAdjoint<'a, f64> {
+        PathAdjoint { segments: &self.segments, reflections, exit: self.exit }
     }
 }
 
@@ -82,11 +87,12 @@ pub(super) fn rays(medium: &Medium<f64>, count: usize) -> Vec<(Ray<f64>, Path<f6
 
 fn gradient(
     medium: &Medium<f64>,
-    (ray, path): (&Ray<f64>, &Path<f64>),
+    ray: &Ray<f64>,
+    path: &Path<f64>,
     f: &Functional,
 ) -> (MediumGradient<f64>, RayAdjoint<f64>) {
     let mut grad = medium.zero_gradient();
-    let d_ray = tracer(medium, &domain()).vjp(ray, path, &f.segments, &f.exit, &mut grad);
+    let d_ray = tracer(medium, &domain()).vjp(ray, path, &f.adjoint(&[]), &mut grad);
     (grad, d_ray)
 }
 
@@ -105,7 +111,8 @@ fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
 pub(super) fn errors(
     medium: &mut Medium<f64>,
     ray: &Ray<f64>,
-    (grad, d_ray): &(MediumGradient<f64>, RayAdjoint<f64>),
+    grad: &MediumGradient<f64>,
+    d_ray: &RayAdjoint<f64>,
     of: impl Fn(&Medium<f64>, &Ray<f64>) -> f64,
 ) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
@@ -139,9 +146,9 @@ pub(super) fn errors(
 }
 
 /// [`errors`] of a functional of replayed paths.
-fn path_errors(medium: &mut Medium<f64>, (ray, path): (&Ray<f64>, &Path<f64>), f: &Functional) -> [f64; 3] {
-    let (grad, domain) = (gradient(medium, (ray, path), f), domain());
-    errors(medium, ray, &grad, |medium, ray| f.of(&tracer(medium, &domain).replay(ray, path)))
+fn path_errors(medium: &mut Medium<f64>, ray: &Ray<f64>, path: &Path<f64>, f: &Functional) -> [f64; 3] {
+    let ((grad, d_ray), domain) = (gradient(medium, ray, path, f), domain());
+    errors(medium, ray, &grad, &d_ray, |medium, ray| f.of(&tracer(medium, &domain).replay(ray, path)))
 }
 
 fn gradients_match(graded: bool) {
@@ -154,7 +161,7 @@ fn gradients_match(graded: bool) {
             events += found.len();
             most = most.max(found.len());
             reflections += found.iter().filter(|e| e.kind == EventKind::Reflection).count();
-            let worst = path_errors(&mut medium, (&ray, &path), &Functional::random(&path, &mut r));
+            let worst = path_errors(&mut medium, &ray, &path, &Functional::random(&path, &mut r));
             assert!(worst.iter().all(|e| *e < TOLERANCE), "level set, index, ray: {worst:?} {found:?}");
         }
     }
@@ -178,9 +185,9 @@ fn derivatives_of_replayed_paths_are_those_of_traced_ones() {
     let mut r = Sequence(6);
     for (ray, path) in rays(&medium, 8) {
         let mut f = Functional::random(&path, &mut r);
-        f.segments.fill((Vec3::zero(), Vec3::zero()));
+        f.segments.fill(SegmentAdjoint::default());
         f.exit.origin = Vec3::zero();
-        let (grad, d_ray) = gradient(&medium, (&ray, &path), &f);
+        let (grad, d_ray) = gradient(&medium, &ray, &path, &f);
         let (u, v) = (r.vector(), r.vector());
         let along =
             |e: f64| Ray { origin: ray.origin + u * e, direction: (ray.direction + v * e).normalized() };
@@ -221,13 +228,13 @@ fn derivatives_by_radius_and_index_of_a_ball_are_those_of_snells_law() {
         let exit = path.exit.direction;
         let (across, ahead) = (-exit.dot(u), exit.dot(d));
         let f = Functional {
-            segments: vec![(Vec3::zero(), Vec3::zero()); path.segments.len()],
+            segments: vec![SegmentAdjoint::default(); path.segments.len()],
             exit: RayAdjoint {
                 origin: Vec3::zero(),
                 direction: (d * -across - u * ahead) / (across * across + ahead * ahead),
             },
         };
-        let (grad, _) = gradient(&medium, (&ray, &path), &f);
+        let (grad, _) = gradient(&medium, &ray, &path, &f);
         let (root, inner) = ((1.0 - (b / radius).powi(2)).sqrt(), (1.0 - (b / (n * radius)).powi(2)).sqrt());
         let exact_index = 2.0 * b / (n * n * radius) / inner;
         let exact_radius = 2.0 * b / (radius * radius) * ((n * inner).recip() - root.recip());
@@ -247,8 +254,8 @@ fn gradients_stay_bounded_at_grazing_incidence() {
         let path = tracer(&medium, &domain()).trace(&ray);
         assert_eq!(path.segments.len(), 3);
         let mut f = Functional::random(&path, &mut Sequence(8));
-        f.segments.fill((Vec3::zero(), Vec3::zero()));
-        let (grad, d_ray) = gradient(&medium, (&ray, &path), &f);
+        f.segments.fill(SegmentAdjoint::default());
+        let (grad, d_ray) = gradient(&medium, &ray, &path, &f);
         grad.level_set[0].iter().fold(d_ray.origin.length(), |m, v| m.max(v.abs()))
     };
     // cos of the angle of incidence: 0.05 at b = 0.99875 R, 0.014 at 0.9999 R.
@@ -266,7 +273,7 @@ fn exhausted_paths_that_end_with_an_event_have_their_adjoint() {
     let path = Tracer::new(&medium, &domain, o).trace(&ray);
     assert!(path.segments.len() == 1 && path.steps[0].event.is_some());
     let f = Functional::random(&path, &mut Sequence(5));
-    let worst = path_errors(&mut medium, (&ray, &path), &f);
+    let worst = path_errors(&mut medium, &ray, &path, &f);
     assert!(worst.iter().all(|e| *e < TOLERANCE), "{worst:?}");
 }
 
@@ -280,10 +287,15 @@ fn single_precision_gradients_agree_with_double() {
         let path32 = fast.trace(&ray.cast());
         assert_eq!(path32.segments.len(), path.segments.len());
         let f = Functional::random(&path, &mut r);
-        tracer(&medium, &domain()).vjp(&ray, &path, &f.segments, &f.exit, &mut sum);
-        let segments: Vec<_> = f.segments.iter().map(|(a, b)| (a.cast(), b.cast())).collect();
+        tracer(&medium, &domain()).vjp(&ray, &path, &f.adjoint(&[]), &mut sum);
+        let single = |d: &SegmentAdjoint<f64>| SegmentAdjoint {
+            start: d.start.cast::<f32>(),
+            momentum: d.momentum.cast(),
+        };
+        let segments: Vec<_> = f.segments.iter().map(single).collect();
         let exit = RayAdjoint { origin: f.exit.origin.cast(), direction: f.exit.direction.cast() };
-        fast.vjp(&ray.cast(), &path32, &segments, &exit, &mut sum32);
+        let d = PathAdjoint { segments: &segments, reflections: &[], exit };
+        fast.vjp(&ray.cast(), &path32, &d, &mut sum32);
     }
     for (a, b) in [(&sum.index[0], &sum32.index[0]), (&sum.level_set[0], &sum32.level_set[0])] {
         let size = a.iter().fold(0.0_f64, |m, v| m.max(v.abs()));

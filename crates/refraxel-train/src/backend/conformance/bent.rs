@@ -5,7 +5,7 @@ use super::reference::Reference;
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
 use crate::backend::{Backend, Layers, Objective};
 use crate::model::{Model, Refraction};
-use refraxel_core::optics::RayAdjoint;
+use refraxel_core::optics::{PathAdjoint, RayAdjoint};
 use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, Medium, Vec3, vec3};
 
@@ -72,8 +72,9 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
         let Background::Environment(map) = &reference.background else { unreachable!() };
         let d_background = colour.map(|g| g * pixel.transmittance);
         let direction = map.radiance_vjp(path.exit.direction, d_background);
-        let d_exit = RayAdjoint { origin: Vec3::zero(), direction };
-        rays.push(reference.tracer().vjp(&ray.cast(), path, &d_segments, &d_exit, &mut medium));
+        let exit = RayAdjoint { origin: Vec3::zero(), direction };
+        let d_path = PathAdjoint { segments: &d_segments, reflections: &[], exit };
+        rays.push(reference.tracer().vjp(&ray.cast(), path, &d_path, &mut medium));
     }
     let t = &suite.tolerances;
     let want: Vec<f64> = rays.iter().flat_map(|d| d.origin.to_array()).collect();

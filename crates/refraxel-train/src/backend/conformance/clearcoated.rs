@@ -8,7 +8,7 @@ use crate::backend::{Backend, BrickMask, Caches, Layers, Objective, ReflectionOb
 use crate::cancel::Cancel;
 use crate::model::{MirrorSource, Model, Reflection};
 use refraxel_core::radiance::ProbeGrid;
-use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, shown, shown_vjp};
+use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient, ClearcoatedScene};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{Background, Extent, Ray, vec3};
 
@@ -49,10 +49,11 @@ pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite
             let Some((segment, points)) = reference.straight(ray, b.offset[k]) else { continue };
             let ray = Ray { origin: segment.start, direction: segment.momentum };
             let behind = reference.background.radiance(ray.origin, ray.direction);
-            let own = shown(&reference.field, (&ray, &points), &coat, behind);
+            let scene = ClearcoatedScene { field: &reference.field, clearcoat: &coat, behind };
+            let own = scene.shown(&ray, &points);
             let d = [0, 1, 2].map(|c| 2.0 * (own[c] - f64::from(b.target[k][c])));
             squared += d.iter().map(|d| 0.25 * d * d).sum::<f64>();
-            shown_vjp(&reference.field, (&ray, &points), &coat, (behind, d), (&mut grad, &mut d_coat));
+            scene.shown_vjp(&ray, &points, d, &mut grad, &mut d_coat);
             changed += usize::from((seen[k].colour[0] - plain[k].colour[0]).abs() > 1e-3);
         }
         assert!(changed > 50, "only {changed} rays show a reflection");

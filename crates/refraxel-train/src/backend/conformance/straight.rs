@@ -65,8 +65,8 @@ impl Expected {
                 (0..3).for_each(|c| e.texels[3 * i + c] += left * w * colour[c]);
             }
             let free = map.radiance_vjp(s.momentum, colour.map(|g| g * left));
-            let d_direction = path[0].1 + free - s.momentum * s.momentum.dot(free);
-            e.rays.extend([path[0].0, d_direction].iter().flat_map(|v| v.to_array()));
+            let d_direction = path[0].momentum + free - s.momentum * s.momentum.dot(free);
+            e.rays.extend([path[0].start, d_direction].iter().flat_map(|v| v.to_array()));
             let got = &got.rays[k];
             e.got_rays.extend([got.origin, got.direction].iter().flat_map(|v| v.to_array()));
         }
