@@ -157,7 +157,10 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let inside = |run: &serde_json::Value| run["psnr_inside"].as_f64().unwrap();
     assert!(inside(&trained) > inside(&off) + 1.0, "{} {}", inside(&trained), inside(&off));
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
-    assert!(log.contains("refractive region 1") && log.contains("\"phase\":\"joint\""), "{log}");
+    assert!(
+        log.contains("\"event\":\"region_found\",\"region\":0") && log.contains("\"phase\":\"joint\""),
+        "{log}"
+    );
     assert_eq!(refraxel(&["eval", path(&run), "--json"]).done().json(), trained);
 }
 
@@ -205,7 +208,7 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     assert_eq!(before["faces"].as_array().map(Vec::len), Some(4), "{before}");
     assert!(before["faces"] != after["faces"] && before["base"] == after["base"], "{after}");
     let log = std::fs::read_to_string(whole.join("log.jsonl")).unwrap();
-    assert!(log.contains("bounded by 4 flat faces"), "{log}");
+    assert!(log.contains("\"faces\":4"), "{log}");
 }
 
 #[test]
@@ -231,7 +234,7 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     let inside = |more: &[&str]| {
-        let run = train(&data, &run, &[more, &["--json"]].concat()).done().json();
+        let run = train(&data, &run, &[more, &["--json", "--overwrite"]].concat()).done().json();
         run["ior"]["mean_inside"].as_f64().unwrap()
     };
     let fixed = ["--set", "index.rate=0", "--set", "surface.rate=0", "--set", "shape.start=ball"];

@@ -1,4 +1,4 @@
-//! Smoothing of a surface, theory (2.32).
+//! Smoothing of a surface, theory (2.31).
 //!
 //! Gradients of single rays are rough, and visual hulls of voxels have steps. A blur would remove both, but also shrink the
 //! body; the square of the high-pass I − G leaves alone what varies little over a voxel.
@@ -13,7 +13,7 @@ const SIGMA: f64 = 1.0;
 const REACH: usize = 4;
 
 impl<T: Real> LevelSet<T> {
-    /// One step of smoothing, theory (2.32): φ ← φ − α (I − G)² φ with G a Gaussian of one voxel.
+    /// One step of smoothing, theory (2.31): φ ← φ − α (I − G)² φ with G a Gaussian of one voxel.
     /// The border stays.
     ///
     /// `alpha` [1] is stable in [0, 1]. Steps of a staircase fade, and a ball keeps its size to second order: sixty steps

@@ -2,7 +2,7 @@
 //!
 //! [`Mesh::of_level`] marches through tetrahedra: whatever the function, each edge belongs to two triangles of the same
 //! orientation, so that the mesh has an inside. Then the vertices move along the surface until the triangles are well
-//! shaped, theory (2.33).
+//! shaped, theory (2.32).
 
 mod measure;
 mod relax;

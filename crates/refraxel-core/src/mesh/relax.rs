@@ -1,4 +1,4 @@
-//! Relaxation: vertices move along their surface until the triangles are well shaped, theory (2.33).
+//! Relaxation: vertices move along their surface until the triangles are well shaped, theory (2.32).
 //!
 //! Only positions change; the topology of the mesh stays, and with it the property that the mesh is closed.
 
@@ -18,7 +18,7 @@ const CLOSE: f64 = 1e-5;
 /// over.
 const UPRIGHT: f64 = 0.2;
 
-/// Moves each vertex towards the mean of its neighbours and back onto the zero level of `sample`, theory (2.33), if it
+/// Moves each vertex towards the mean of its neighbours and back onto the zero level of `sample`, theory (2.32), if it
 /// arrives there and no triangle turns over. Round 0 only moves vertices onto the surface. `cell` is the edge length of a
 /// cell [scene unit].
 ///
@@ -42,7 +42,7 @@ pub(super) fn relax(mesh: &mut Mesh, cell: f64, sample: &impl Fn(Vec3<f64>) -> (
     }
 }
 
-/// The point of the zero level near `x` and its unit normal, by x ← x − φ ∇φ/|∇φ|², theory (2.33). `None` if the steps do
+/// The point of the zero level near `x` and its unit normal, by x ← x − φ ∇φ/|∇φ|², theory (2.32). `None` if the steps do
 /// not settle.
 fn onto(
     mut x: Vec3<f64>,

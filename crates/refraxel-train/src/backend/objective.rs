@@ -43,7 +43,7 @@ pub struct ReflectionObjective {
     pub rate_clearcoat: f32,
 }
 
-/// How the index of refraction and its surfaces learn, theory (4.14): Adam on the blurred gradient.
+/// How the index of refraction and its surfaces learn, theory (4.18): Adam on the blurred gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexObjective {
     /// Learning rate of n at a node [1].
@@ -64,7 +64,7 @@ pub struct IndexObjective {
     pub surface_rate: f32,
     /// Standard deviation of the blur of the gradient of φ [voxel of the level set].
     pub surface_blur: f32,
-    /// Strength of the smoothing of surfaces per step, theory (2.32), in [0, 1].
+    /// Strength of the smoothing of surfaces per step, theory (2.31), in [0, 1].
     pub surface_smooth: f32,
     /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
     pub most_events: u32,

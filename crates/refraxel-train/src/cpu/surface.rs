@@ -1,4 +1,4 @@
-//! Surfaces learn: faces of polyhedra by their planes, theory (4.18), all others by the nodes of their level set, (4.14).
+//! Surfaces learn: faces of polyhedra by their planes, theory (4.14), all others by the nodes of their level set, (4.18).
 
 use super::adam::{DECAY, adam};
 use crate::backend::IndexObjective;

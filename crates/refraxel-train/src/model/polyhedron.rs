@@ -1,4 +1,4 @@
-//! Bodies with flat faces: the planes that enclose them are what learns, theory (4.18).
+//! Bodies with flat faces: the planes that enclose them are what learns, theory (4.14).
 
 use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
 use serde::{Deserialize, Serialize};

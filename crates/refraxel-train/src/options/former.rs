@@ -10,8 +10,9 @@ pub(super) struct Former {
 /// An option that is gone.
 pub(super) struct Removed {
     pub(super) name: &'static str,
-    /// The value with which it did nothing. Stored runs with it can be used as before.
-    pub(super) idle: &'static str,
+    /// The value with which it did nothing; `None` where no value matters once a run has begun. Stored runs with it can be
+    /// used as before.
+    pub(super) idle: Option<&'static str>,
     /// What it did, and what to do now.
     pub(super) advice: &'static str,
 }
@@ -21,7 +22,7 @@ const fn former(name: &'static str, now: &'static str) -> Former {
 }
 
 const fn removed(name: &'static str, idle: &'static str, advice: &'static str) -> Removed {
-    Removed { name, idle, advice }
+    Removed { name, idle: Some(idle), advice }
 }
 
 /// What is not here had its present key as its name: `steps` is `run.steps`.
@@ -88,7 +89,7 @@ const SOFT_EDGE: &str =
     "surfaces begin sharp, without a soft edge; leave it out, and train a run that had one again";
 
 pub(super) const REMOVED: [Removed; 7] = [
-    removed("index_from", "", "name the file with --index-from"),
+    Removed { name: "index_from", idle: None, advice: "name the file with --index-from" },
     removed("surface_width", "0", SOFT_EDGE),
     removed("surface_width_share", "0.3", SOFT_EDGE),
     removed(

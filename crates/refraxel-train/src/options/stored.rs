@@ -43,7 +43,8 @@ impl TryFrom<Value> for Options {
 fn is_idle(entry: &Entry) -> bool {
     // A stored f32 has more digits than the text that said it.
     let number = |text: &str| text.parse::<f32>().ok();
-    REMOVED.iter().any(|r| r.name == entry.key && number(r.idle) == number(&entry.text))
+    let is_idle = |idle: Option<&str>| idle.is_none_or(|idle| number(idle) == number(&entry.text));
+    REMOVED.iter().any(|r| r.name == entry.key && is_idle(r.idle))
 }
 
 fn entries(tree: &Value) -> Result<Vec<Entry>, OptionError> {

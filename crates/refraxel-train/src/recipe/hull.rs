@@ -7,7 +7,7 @@ use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
 use refraxel_core::{LevelSet, Ray};
 
-/// Steps and strength of the smoothing of a hull's surface, theory (2.32).
+/// Steps and strength of the smoothing of a hull's surface, theory (2.31).
 const SMOOTHING: (u32, f32) = (10, 0.6);
 /// How far a body reaches into the ground that it stands on [voxel]: what lies there is not seen, but a gap above the
 /// ground would be another surface.
