@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert_eq!((stop, session.state().step), (Stop::Cancelled, 100));
     let mut saved = Vec::new();
     session.write(&mut saved)?;
-    let mut session = Session::resume(setup(), Run::read(&saved[..])?, CpuBackend::new, &mut |_| {})?;
+    let mut session = Session::resume(setup(), Run::read(&saved[..])?, CpuBackend::resumed, &mut |_| {})?;
     assert_eq!(session.run(Until::finished(), &mut |_| {})?, Stop::Finished);
     let scores = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {})?.scores;
     let view = session.render(&data.views[0].camera);

@@ -9,7 +9,7 @@ pub struct Cancel(Arc<AtomicBool>);
 
 /// Work that was stopped because somebody wished so. What it was to change is as it was before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("stopped as wished")]
+#[error("cancelled")]
 pub struct Cancelled;
 
 impl Cancel {

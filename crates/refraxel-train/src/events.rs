@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Something that happened in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Event {
     /// The field moved to another grid.
     Stage {
@@ -130,7 +131,10 @@ pub struct FoundIndex {
 /// A piece of work inside of a run that takes a while.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Task {
+    /// Training itself: ten-thousandths of the run.
+    Training,
     /// Decoding photographs.
     LoadingPhotos,
     /// Looking for what hides refractive things, view by view.

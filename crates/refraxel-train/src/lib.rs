@@ -2,13 +2,12 @@
 
 pub mod backend;
 pub mod bench;
+pub mod blur;
 pub mod cancel;
 pub mod checkpoint;
 pub mod cpu;
-pub mod evaluate;
 pub mod evaluation;
 pub mod events;
-pub mod index_error;
 pub mod initial;
 pub mod memory;
 pub mod metrics;
@@ -25,7 +24,7 @@ pub mod trainer;
 
 pub use backend::Backend;
 pub use cpu::CpuBackend;
-pub use model::{Model, Refraction, index_edit, polyhedron, reflection, refraction, surface};
+pub use model::{Model, Refraction};
 pub use options::{OptionError, Options};
 pub use session::Session;
 pub use trainer::{TrainError, Trainer};

@@ -5,7 +5,7 @@ use crate::options::Options;
 use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, VoxelField};
+use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, Vec3, VoxelField};
 use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
 
 /// What does not change during a run.
@@ -60,7 +60,8 @@ pub fn finest_domain(options: &Options, region: &Region, views: &[&View]) -> Dom
     let bounds = region.bounds.cast::<f32>();
     loop {
         let domain = Domain::with_longest(bounds, extent, longest);
-        if longest <= 16 || forecast(options, &domain, degree) <= options.run.memory * (1_u64 << 30) as f64 {
+        if longest <= 16 || model_bytes(options, &domain, degree) <= options.run.memory * (1_u64 << 30) as f64
+        {
             return domain;
         }
         longest = longest * 9 / 10;
@@ -68,10 +69,18 @@ pub fn finest_domain(options: &Options, region: &Region, views: &[&View]) -> Dom
 }
 
 /// Bytes of parameters and moments of the last stage: pruned by then, dense if it is also the first.
-pub fn forecast(options: &Options, domain: &Domain<f32>, degree: ShDegree) -> f64 {
+pub fn model_bytes(options: &Options, domain: &Domain<f32>, degree: ShDegree) -> f64 {
     let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
     let stored = if options.grid.stages > 1 { TYPICAL_OCCUPANCY } else { 1.0 };
     nodes * stored * bytes_per_voxel(degree) as f64
+}
+
+/// Distance below which a view sees nothing: a share of the camera's distance to the middle of the scene, the smallest
+/// over the views.
+fn near_limit(views: &[&View], middle: Vec3<f64>, share: f32) -> f32 {
+    let distances = views.iter().map(|v| (v.camera.world_from_camera.translation - middle).length());
+    let nearest = distances.fold(f64::INFINITY, f64::min);
+    if nearest.is_finite() { share * nearest as f32 } else { 0.0 }
 }
 
 impl Plan {
@@ -82,7 +91,7 @@ impl Plan {
             if region.unbounded { region } else { region.around_content(data, &data.split.train, photos) };
         let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
         let finest = finest_domain(options, &region, &views);
-        let near = crate::evaluate::near_limit(&views, region.bounds.center(), options.march.near);
+        let near = near_limit(&views, region.bounds.center(), options.march.near);
         Self { finest, near, backdrop: data.backdrop }
     }
 
@@ -135,7 +144,7 @@ const DILATION: f32 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Vec3, vec3};
+    use refraxel_core::{Aabb, vec3};
 
     #[test]
     fn bricks_near_visible_voxels_are_kept_and_others_dropped() {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 type Directions = Arc<Vec<Vec3<f32>>>;
 
 /// A photograph with everything needed to draw rays from it.
-struct PosedPhoto {
+struct TrainingView {
     camera: Camera,
     directions: Option<Directions>,
     photo: Photo,
@@ -33,10 +33,10 @@ pub enum Selection {
 
 /// The photographs that rays are drawn from.
 pub struct RaySampler {
-    sampler: Vec<PosedPhoto>,
-    /// Pixels inside refractive masks: (posed, pixel).
+    views: Vec<TrainingView>,
+    /// Pixels inside refractive masks: (view, pixel).
     inside: Vec<(u32, u32)>,
-    /// Pixels before each posed, and in all.
+    /// Pixels before each view, and in all.
     first: Vec<u64>,
     transparent: bool,
     random: Random,
@@ -48,46 +48,51 @@ const KEPT_LENSES: usize = 8;
 const REDRAWS: u64 = 32;
 
 impl RaySampler {
-    /// Photographs to draw from.
+    /// Photographs to draw from, each beside its view.
     ///
     /// # Panics
     /// If views and photos are not of the same number.
     pub fn new(views: Vec<View>, photos: Vec<Photo>, backdrop: Backdrop, seed: u64) -> Self {
         assert_eq!(views.len(), photos.len(), "one photo per view");
         let mut kept: Vec<(Camera, Directions)> = Vec::new();
-        let mut sampler = Vec::with_capacity(views.len());
+        let mut with_photos = Vec::with_capacity(views.len());
         for (view, photo) in views.into_iter().zip(photos) {
             let directions = directions_of(&view.camera, &mut kept);
-            sampler.push(PosedPhoto { camera: view.camera, directions, photo, meaning: view.mask_meaning });
+            with_photos.push(TrainingView {
+                camera: view.camera,
+                directions,
+                photo,
+                meaning: view.mask_meaning,
+            });
         }
         let mut first = vec![0];
-        for s in &sampler {
+        for s in &with_photos {
             first.push(first[first.len() - 1] + s.photo.image.len() as u64);
         }
         let inside =
-            sampler.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
+            with_photos.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
         let (inside, transparent) = (inside.collect(), backdrop == Backdrop::Transparent);
-        Self { sampler, inside, first, transparent, random: Random::new(seed) }
+        Self { views: with_photos, inside, first, transparent, random: Random::new(seed) }
     }
 
     /// Cameras and coverage of the refractive masks there are.
     pub fn silhouettes(&self) -> impl Iterator<Item = (&Camera, &Mask)> {
-        self.sampler.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
+        self.views.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
     }
 
     /// Size of a pixel at a point, the median over the cameras [scene unit].
     pub fn pixel_size(&self, at: Vec3<f32>) -> f32 {
-        let size = |s: &PosedPhoto| {
+        let size = |s: &TrainingView| {
             let distance = (s.camera.world_from_camera.translation - at.cast()).length();
             distance / s.camera.focal[0].max(s.camera.focal[1])
         };
-        let mut sizes: Vec<f64> = self.sampler.iter().map(size).collect();
+        let mut sizes: Vec<f64> = self.views.iter().map(size).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).map_or(1.0, |&s| s as f32)
     }
 
     /// Share of the pixels that lie inside refractive masks.
-    pub fn inside_share(&self) -> f64 {
+    pub fn mask_share(&self) -> f64 {
         self.inside.len() as f64 / self.pixels().max(1) as f64
     }
 
@@ -122,22 +127,22 @@ impl RaySampler {
             Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
             _ => false,
         };
-        let (posed, pixel, ray) = (0..REDRAWS).find_map(|k| {
+        let (view, pixel, ray) = (0..REDRAWS).find_map(|k| {
             let below = |n: u64| self.random.below(n, step, lane(8 + k));
-            let (posed, pixel) = if from_inside {
-                let (posed, pixel) = self.inside[below(self.inside.len() as u64) as usize];
-                (posed as usize, pixel as usize)
+            let (view, pixel) = if from_inside {
+                let (view, pixel) = self.inside[below(self.inside.len() as u64) as usize];
+                (view as usize, pixel as usize)
             } else {
                 let at = below(self.pixels());
-                let posed = self.first.partition_point(|&f| f <= at) - 1;
-                (posed, (at - self.first[posed]) as usize)
+                let view = self.first.partition_point(|&f| f <= at) - 1;
+                (view, (at - self.first[view]) as usize)
             };
-            let of = &self.sampler[posed];
+            let of = &self.views[view];
             let ray = of.ray(pixel)?;
             let selected = selection != Selection::Outside || of.clearly_outside(pixel);
-            (of.used(pixel) && selected).then_some((posed, pixel, ray))
+            (of.used(pixel) && selected).then_some((view, pixel, ray))
         })?;
-        let [r, g, b, alpha] = self.sampler[posed].photo.image.rgba(pixel);
+        let [r, g, b, alpha] = self.views[view].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
         let over =
             |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
@@ -147,7 +152,7 @@ impl RaySampler {
 
     /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
     fn extra_inside(&self, share: f64) -> f64 {
-        let natural = self.inside_share();
+        let natural = self.mask_share();
         if self.inside.is_empty() || natural >= share { 0.0 } else { (share - natural) / (1.0 - natural) }
     }
 
@@ -157,14 +162,14 @@ impl RaySampler {
         let stride = (n / count.max(1)).max(1) | 1;
         let rays = (0..n.div_ceil(stride)).into_par_iter().filter_map(|k| {
             let at = k * stride;
-            let posed = self.first.partition_point(|&f| f <= at) - 1;
-            self.sampler[posed].ray((at - self.first[posed]) as usize)
+            let view = self.first.partition_point(|&f| f <= at) - 1;
+            self.views[view].ray((at - self.first[view]) as usize)
         });
         rays.collect()
     }
 }
 
-impl PosedPhoto {
+impl TrainingView {
     /// The ray through a pixel's centre.
     fn ray(&self, pixel: usize) -> Option<Ray<f32>> {
         let Some(directions) = &self.directions else { return pixel_ray(&self.camera, pixel) };
@@ -262,7 +267,7 @@ mod tests {
     use refraxel_core::vec3;
     use refraxel_data::{Image, Pixels};
 
-    fn posed(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
+    fn view(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
         let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
         camera.lens = lens;
         let view = View { mask_meaning: meaning, ..View::of_file("a.png", camera) };
@@ -272,7 +277,7 @@ mod tests {
     }
 
     fn sampler(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> RaySampler {
-        let (view, photo) = posed(lens, meaning, mask);
+        let (view, photo) = view(lens, meaning, mask);
         RaySampler::new(vec![view], vec![photo], Backdrop::Transparent, 5)
     }
 
@@ -282,7 +287,7 @@ mod tests {
         let s = sampler(lens, MaskMeaning::Keep, None);
         for pixel in 0..8 {
             let (table, exact) =
-                (s.sampler[0].ray(pixel).unwrap(), pixel_ray(&s.sampler[0].camera, pixel).unwrap());
+                (s.views[0].ray(pixel).unwrap(), pixel_ray(&s.views[0].camera, pixel).unwrap());
             assert!((table.direction - exact.direction).length() < 1e-6);
         }
     }
@@ -291,7 +296,7 @@ mod tests {
     fn masked_pixels_are_never_drawn() {
         let mask = vec![255, 0, 0, 255, 0, 0, 0, 0];
         let s = sampler(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
-        let allowed = [0, 3].map(|p| pixel_ray(&s.sampler[0].camera, p).unwrap());
+        let allowed = [0, 3].map(|p| pixel_ray(&s.views[0].camera, p).unwrap());
         let batch = s.batch(0, 200, Selection::All);
         assert!(batch.rays.len() > 190 && batch.rays.iter().all(|r| allowed.contains(r)));
     }
@@ -301,7 +306,7 @@ mod tests {
         let mask = vec![255, 0, 0, 0, 255, 20, 0, 0];
         let s = sampler(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
         let of = |pixels: &[usize], batch: &Batch| {
-            let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.sampler[0].camera, p).unwrap()).collect();
+            let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.views[0].camera, p).unwrap()).collect();
             batch.rays.iter().filter(|r| rays.contains(r)).count() as f64 / batch.rays.len() as f64
         };
         assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside)), 1.0);
@@ -314,7 +319,7 @@ mod tests {
         let batch = sampler(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
         assert_eq!(batch.behind.len(), batch.rays.len());
         // Pixel 0 has alpha 24/255: mostly background.
-        let first = pixel_ray(&sampler(Lens::Pinhole, MaskMeaning::Keep, None).sampler[0].camera, 0).unwrap();
+        let first = pixel_ray(&sampler(Lens::Pinhole, MaskMeaning::Keep, None).views[0].camera, 0).unwrap();
         let k = batch.rays.iter().position(|r| *r == first).unwrap();
         let a = 24.0 / 255.0;
         assert!((batch.target[k][0] - batch.behind[k][0] * (1.0 - a)).abs() < 1e-6);

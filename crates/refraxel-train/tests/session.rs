@@ -102,7 +102,7 @@ fn stopped_and_resumed(wanted: fn(&Event) -> bool) -> Vec<u8> {
     let mut saved = Vec::new();
     session.write(&mut saved).unwrap();
     let (setup, run) = (Setup::new(glass_ball(), options(true)), Run::read(&saved[..]).unwrap());
-    let mut resumed = Session::resume(setup, run, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut resumed = Session::resume(setup, run, CpuBackend::resumed, &mut |_| {}).unwrap();
     finish(&mut resumed);
     bytes(&resumed)
 }
@@ -134,7 +134,7 @@ fn another_thread_gets_a_copy_while_the_run_goes_on() {
     assert!(copy.state.step < 20);
     // The copy is a run of its own.
     let setup = Setup::new(glass_ball(), options(false));
-    let mut fork = Session::resume(setup, copy, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut fork = Session::resume(setup, copy, CpuBackend::resumed, &mut |_| {}).unwrap();
     fork.run(Until::step(20), &mut |_| {}).unwrap();
     assert!(bytes(&fork) == bytes(&session));
     let late = session.handle().snapshot();
@@ -167,7 +167,7 @@ fn what_cannot_lead_to_a_result_is_refused_before_any_work() {
     let setup = Setup::new(glass_ball(), options(true));
     let mut run = start(true, CpuBackend::new).snapshot();
     run.source.train.pop();
-    let other = Session::resume(setup, run, CpuBackend::new, &mut |_| {}).err();
+    let other = Session::resume(setup, run, CpuBackend::resumed, &mut |_| {}).err();
     assert!(matches!(other, Some(SessionError::OtherViews { was: 23, found: 24, .. })));
 }
 
@@ -187,7 +187,7 @@ fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
     assert!(session.options().refraction.bend.is_on() && session.state().stays_straight);
     let run = session.snapshot();
     let mut resumed =
-        Session::resume(Setup::new(data, options(true)), run, CpuBackend::new, &mut |_| {}).unwrap();
+        Session::resume(Setup::new(data, options(true)), run, CpuBackend::resumed, &mut |_| {}).unwrap();
     finish(&mut session);
     finish(&mut resumed);
     assert!(bytes(&resumed) == bytes(&session));

@@ -7,7 +7,6 @@ use refraxel_train::schedule::Phase;
 /// An event in a sentence; none for what progress bars show.
 pub fn sentence(event: &Event) -> Option<String> {
     Some(match event {
-        Event::Progress { .. } | Event::Record(_) | Event::Phase { .. } => return None,
         Event::Stage { stage, resolution: [x, y, z], voxels } => {
             format!("stage {}: grid of {x} x {y} x {z} nodes, {voxels} voxels stored", stage + 1)
         }
@@ -38,6 +37,8 @@ pub fn sentence(event: &Event) -> Option<String> {
             "step {step} overflowed: back to the last good state, with {:.1} % of the learning rates",
             100.0 * rate_scale
         ),
+        // Progress bars show the others.
+        _ => return None,
     })
 }
 
@@ -69,12 +70,13 @@ pub fn phase_name(phase: Phase) -> &'static str {
 pub fn task_name(task: Task) -> &'static str {
     match task {
         Task::LoadingPhotos => "images",
-        Task::FindingOccluders => "what hides glass",
+        Task::FindingOccluders => "finding occluders",
         Task::Carving => "carving shapes",
         Task::SearchingIndex => "index search",
         Task::Baking => "baking reflections",
         Task::Pruning => "finer grid",
         Task::Evaluating => "rendering",
+        _ => "training",
     }
 }
 

@@ -10,7 +10,7 @@ use refraxel_core::{Aabb, Ray, Vec3, vec3};
 pub enum Matter {
     /// Opaque: a ray ends there with the colour of the texture.
     Opaque(Texture),
-    /// Opaque under a clear coat of this index, whose outer face reflects.
+    /// Opaque under a clearcoat of this index, whose outer face reflects.
     Glazed(Texture, f64),
     /// Transparent: rays are refracted.
     Refractive {
@@ -40,7 +40,7 @@ impl Body {
         Body { name: name.into(), shape, matter: Matter::Opaque(texture) }
     }
 
-    /// An opaque body under a clear coat.
+    /// An opaque body under a clearcoat.
     pub fn glazed(name: &str, shape: Shape, texture: Texture, ior: f64) -> Body {
         Body { name: name.into(), shape, matter: Matter::Glazed(texture, ior) }
     }

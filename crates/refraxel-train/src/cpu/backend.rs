@@ -51,6 +51,15 @@ impl CpuBackend {
     /// A backend with a model that has not learned yet.
     pub fn new(model: Model) -> Self {
         let optimiser = Optimiser::new(&model);
+        Self::resumed(model, optimiser)
+    }
+
+    /// A backend that goes on from this state of the optimiser.
+    ///
+    /// # Panics
+    /// If the state [does not fit](Optimiser::fits) the model.
+    pub fn resumed(model: Model, optimiser: Optimiser) -> Self {
+        assert!(optimiser.fits(&model), "the optimiser's state is that of another model");
         Self {
             level: Level::new(),
             layout: Layout::new(model.field.degree),

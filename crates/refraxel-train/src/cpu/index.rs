@@ -5,7 +5,7 @@ use super::record::IndexSample;
 use super::surface;
 use super::tape::{Tape, sum_in_parts};
 use crate::backend::IndexObjective;
-use crate::initial::gaussian_blur;
+use crate::blur::gaussian_blur;
 use crate::model::{AdamMoments, IndexMoments, Refraction, RegionState};
 use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors};

@@ -2,7 +2,7 @@
 
 use super::adam::{DECAY, adam};
 use crate::backend::IndexObjective;
-use crate::initial::gaussian_blur;
+use crate::blur::gaussian_blur;
 use crate::model::AdamMoments;
 use crate::model::polyhedron::Polyhedron;
 use refraxel_core::LevelSet;

@@ -21,7 +21,7 @@ pub(super) struct Tape {
     pub records: Vec<Record>,
     /// SH bases of the directions of the chunk's segments.
     pub bases: Vec<Lanes>,
-    /// IndexSampleTape of the chunk's bent paths.
+    /// Index samples of the chunk's bent paths.
     pub index_samples: Vec<IndexSample>,
     /// Look-ups in radiance caches.
     pub lookups: Vec<CacheLookup>,

@@ -2,9 +2,7 @@
 //!
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
 //! visual [`Hull`] of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
-//! [`gaussian_blur`] smooths fields and their gradients.
 
-mod blur;
 mod contour;
 mod fields;
 mod hull;
@@ -14,7 +12,6 @@ mod outline;
 mod profile;
 mod region;
 
-pub use blur::gaussian_blur;
 pub use fields::Site;
 pub use hull::{Hull, Vote};
 pub use locate::{LocateError, Search};

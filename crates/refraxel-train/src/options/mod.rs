@@ -39,7 +39,7 @@ pub use shape::{ShapeOptions, StartShape};
 pub use surface::SurfaceOptions;
 pub use value::{Allowed, OptionValue, Switch, Word};
 
-use crate::refraction::Optics;
+use crate::model::Optics;
 use serde::{Deserialize, Serialize};
 
 /// What training should do.

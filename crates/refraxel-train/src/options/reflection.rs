@@ -3,7 +3,7 @@
 use super::section::section;
 use super::value::choice;
 use super::{Allowed, OptionValue, Switch, Word};
-use crate::reflection::MirrorSource;
+use crate::model::MirrorSource;
 use refraxel_core::optics::Weight;
 
 impl OptionValue for MirrorSource {

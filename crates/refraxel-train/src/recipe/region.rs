@@ -1,8 +1,9 @@
 //! A refractive region before it learns: its shape, and the grid that an index gives it.
 
 use super::Start;
+use crate::blur::gaussian_blur;
 use crate::events::Event;
-use crate::initial::{Profile, Site, gaussian_blur};
+use crate::initial::{Profile, Site};
 use crate::model::polyhedron::Polyhedron;
 use crate::model::{Gate, RegionState};
 use crate::options::{Options, StartShape};
@@ -84,7 +85,7 @@ impl Region {
         surface.is_some_and(|s| s.value(x) < s.voxel())
     }
 
-    /// What is told of region number `k`.
+    /// what is reported of region number `k`.
     pub(super) fn found(&self, k: usize) -> Event {
         let bounds = &self.site.bounds;
         Event::RegionFound {

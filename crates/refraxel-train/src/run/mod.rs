@@ -72,7 +72,7 @@ impl Default for State {
 /// Which data a run was trained on, and how they were read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// Folder or file of the dataset, as given; absent where the data were in memory.
+    /// Folder or file of the dataset, absolute; absent where the data were in memory.
     pub path: Option<PathBuf>,
     /// `--holdout`.
     pub holdout: Option<usize>,
@@ -83,7 +83,7 @@ pub struct Source {
     /// `--index-from`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_from: Option<PathBuf>,
-    /// Names of the views trained on and of those held out.
+    /// Names of the views trained on.
     pub train: Vec<String>,
     /// Names of the views held out.
     pub test: Vec<String>,
@@ -211,7 +211,7 @@ impl Run {
         let (background, texel_moments) = field::restore_background(&header, &mut file)?;
         let (refraction, index) = refraction::restore(&header.regions, &header.options, &mut file)?;
         let (reflection, mirrors) = reflection::restore(&header.reflection, &refraction, &mut file)?;
-        let (coat, coat_moments) =
+        let (clearcoat, clearcoat_moments) =
             clearcoat::restore(header.clearcoat.as_ref(), field.domain.bounds, &mut file)?;
         let voxels = field.map.voxels();
         let optimiser = Optimiser {
@@ -220,11 +220,11 @@ impl Run {
             background: texel_moments,
             index,
             reflection: mirrors,
-            clearcoat: coat_moments,
+            clearcoat: clearcoat_moments,
             occupied: file.u64s("occupied")?,
         };
         let finest = Domain { resolution: header.finest_resolution, ..field.domain };
-        let model = Model { field, background, refraction, reflection, clearcoat: coat };
+        let model = Model { field, background, refraction, reflection, clearcoat };
         if !optimiser.fits(&model) {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }

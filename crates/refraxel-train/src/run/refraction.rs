@@ -164,7 +164,7 @@ impl RegionFile<'_> {
             Gate::from_values(self.domain(), g).ok_or_else(|| self.wrong("has a gate of another size"))
         });
         if !trainable.is_empty() && trainable.len() != count(self.stored.resolution) {
-            return Err(self.wrong("has free nodes of another size"));
+            return Err(self.wrong("has trainable nodes of another size"));
         }
         let solid = self.stored.solid.clone();
         let is_unit = |p: &Plane| (p.normal().length() - 1.0).abs() < 1e-3 && p.offset().is_finite();

@@ -9,6 +9,7 @@ use refraxel_data::DataError;
 
 /// Why a session cannot start or go on.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SessionError {
     /// Nothing to learn from.
     #[error(

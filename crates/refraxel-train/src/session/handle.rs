@@ -2,6 +2,7 @@
 
 use crate::cancel::Cancel;
 use crate::run::Run;
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// Whoever wants a copy of the run.
@@ -18,16 +19,25 @@ pub struct Handle {
 pub(super) struct Requests {
     sender: Sender<Request>,
     receiver: Receiver<Request>,
+    /// Received, not yet answered.
+    waiting: VecDeque<Request>,
 }
 
 impl Requests {
     pub(super) fn new() -> Self {
         let (sender, receiver) = channel();
-        Self { sender, receiver }
+        Self { sender, receiver, waiting: VecDeque::new() }
     }
 
-    pub(super) fn next(&self) -> Option<Request> {
-        self.receiver.try_recv().ok()
+    /// Whether somebody waits for an answer.
+    pub(super) fn are_there(&mut self) -> bool {
+        self.waiting.extend(self.receiver.try_iter());
+        !self.waiting.is_empty()
+    }
+
+    /// The next to be answered.
+    pub(super) fn next(&mut self) -> Option<Request> {
+        if self.are_there() { self.waiting.pop_front() } else { None }
     }
 }
 
@@ -41,7 +51,8 @@ impl Handle {
         self.cancel.cancel();
     }
 
-    /// A copy of the run between two of the next steps. The receiver gets nothing if the session ends before.
+    /// A copy of the run between two of the next steps, or when [`Session::run`](super::Session::run) ends. While nothing runs,
+    /// nobody answers; once the session is gone, the receiver fails.
     pub fn snapshot(&self) -> Receiver<Run> {
         let (answer, run) = channel();
         // A session that is gone drops the request, which the receiver notices.

@@ -21,10 +21,10 @@ use crate::backend::Backend;
 use crate::cancel::Cancel;
 use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
-use crate::evaluate::{Rendering, render};
-use crate::evaluation::{Evaluation, Part, evaluate};
+use crate::evaluation::{EvaluateError, Evaluation, Part, evaluate};
+use crate::evaluation::{Rendering, render};
 use crate::events::{Event, Task, Watch};
-use crate::model::Model;
+use crate::model::{Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
 use crate::plan::Plan;
 use crate::recipe;
@@ -163,12 +163,12 @@ impl<B: Backend> Session<B> {
         Ok(Self::of(setup, trainer))
     }
 
-    /// Go on with a run that was saved. Its options count, but for the length of the run, `run.minutes` and `run.steps`,
-    /// which are those of the setup.
+    /// Go on with a run that was saved; `make` gives a backend with its model, such as [`CpuBackend::resumed`]. The options of
+    /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, which are those of the setup.
     pub fn resume(
         setup: Setup,
         run: Run,
-        make: impl FnOnce(Model) -> B,
+        make: impl FnOnce(Model, Optimiser) -> B,
         observer: &mut dyn FnMut(Event),
     ) -> Result<Self, SessionError> {
         let names: Vec<String> = Source::of(&setup.data).train;
@@ -180,12 +180,12 @@ impl<B: Backend> Session<B> {
             recipe::check(&run.options, recipe::has_masks(&setup.data), setup.index.as_ref())?;
         }
         let lessons = setup.lessons(setup.photos(observer)?)?;
-        let mut backend = make(run.model.clone());
-        backend.load(run.model, Some(run.optimiser));
+        let backend = make(run.model, run.optimiser);
         let mut options = run.options;
         let length = &setup.options.run;
         (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
         options.run.stop_after = length.stop_after;
+        let options = options.checked()?;
         let trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
         Ok(Self::of(setup, trainer))
     }
@@ -202,34 +202,56 @@ impl<B: Backend> Session<B> {
 
     /// Train. Whatever happens is told to the observer, between steps and inside long phases.
     pub fn run(&mut self, until: Until, observer: &mut dyn FnMut(Event)) -> Result<Stop, SessionError> {
-        let start = Instant::now();
         self.trainer.start_clock();
-        let stop = loop {
-            self.serve_requests();
-            if self.trainer.finished() {
-                break Stop::Finished;
-            }
-            if self.cancel.is_cancelled() {
-                break Stop::Cancelled;
-            }
-            let is_late = until.elapsed.is_some_and(|limit| start.elapsed() >= limit);
-            if is_late || until.step.is_some_and(|limit| self.trainer.state().step >= limit) {
-                break Stop::Reached;
-            }
-            match self.trainer.step(&mut Watch::new(&self.cancel, observer)) {
-                Ok(()) => {}
-                Err(TrainError::Cancelled(_)) => break Stop::Cancelled,
-                Err(error) => return Err(error.into()),
-            }
-        };
-        self.trainer.settle_clock();
-        if stop == Stop::Cancelled {
+        let stop = self.train(until, observer);
+        self.trainer.pause_clock();
+        self.serve_requests();
+        if let Some(record) = self.trainer.last_words() {
+            observer(Event::Record(record));
+        }
+        if let Ok(Stop::Cancelled) = stop {
             self.cancel.reset();
         }
-        Ok(stop)
+        stop
     }
 
-    fn serve_requests(&self) {
+    fn train(&mut self, until: Until, observer: &mut dyn FnMut(Event)) -> Result<Stop, SessionError> {
+        let start = Instant::now();
+        let stop_after = Some(self.options().run.stop_after).filter(|&step| step > 0);
+        let last = until.step.into_iter().chain(stop_after).min();
+        loop {
+            if self.requests.are_there() {
+                self.trainer.settle(&mut Watch::new(&self.cancel, observer))?;
+                self.trainer.pause_clock();
+                self.serve_requests();
+                self.trainer.start_clock();
+            }
+            let is_late = until.elapsed.is_some_and(|limit| start.elapsed() >= limit);
+            let stop = if self.trainer.finished() {
+                Some(Stop::Finished)
+            } else if self.cancel.is_cancelled() {
+                Some(Stop::Cancelled)
+            } else {
+                let is_reached = last.is_some_and(|limit| self.state().step >= limit);
+                (is_late || is_reached).then_some(Stop::Reached)
+            };
+            let mut watch = Watch::new(&self.cancel, observer);
+            if let Some(stop) = stop {
+                // A step that failed is not done: the run has gone back, and goes on if it is to be finished.
+                if self.trainer.settle(&mut watch)? || stop != Stop::Finished {
+                    return Ok(stop);
+                }
+            }
+            match self.trainer.step(&mut watch) {
+                Ok(()) => {}
+                Err(TrainError::Cancelled(_)) => self.cancel.cancel(),
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Gives copies to whoever asked for one.
+    fn serve_requests(&mut self) {
         while let Some(request) = self.requests.next() {
             // Whoever asked may be gone.
             let _ = request.send(self.snapshot());
@@ -258,7 +280,7 @@ impl<B: Backend> Session<B> {
     pub fn save(&mut self, folder: &Path) -> Result<(), CheckpointError> {
         self.trainer.start_clock();
         let saved = self.with_run(|run| run.save(folder));
-        self.trainer.settle_clock();
+        self.trainer.pause_clock();
         saved
     }
 
@@ -267,7 +289,8 @@ impl<B: Backend> Session<B> {
         self.with_run(|run| run.write(to))
     }
 
-    /// Render and score a part of the data; `each` is told of every view.
+    /// Render and score a part of the data; `each` sees every view. Rays skip the cells that training skips, as of its last
+    /// look at most 32 steps ago; [`refresh_occupancy`](Backend::refresh_occupancy) on a copy sees the latest ones too.
     pub fn evaluate(
         &self,
         part: Part,
@@ -280,7 +303,11 @@ impl<B: Backend> Session<B> {
             each(view, rendering);
             Ok::<(), SessionError>(())
         };
-        evaluate(self.backend(), &self.data, part, &marching, &mut watch, &mut each)
+        let found = evaluate(self.backend(), &self.data, part, &marching, &mut watch, &mut each);
+        if let Err(SessionError::Evaluate(EvaluateError::Cancelled(_))) = &found {
+            self.cancel.reset();
+        }
+        found
     }
 
     /// What a camera sees.

@@ -33,6 +33,7 @@ impl<B: Backend> Trainer<B> {
                 return Err(problem.into());
             }
         }
+        drop(before); // never three copies
         self.events.append(&mut events);
         self.keep_good_state();
         Ok(())
@@ -43,14 +44,14 @@ impl<B: Backend> Trainer<B> {
         let (options, near) = (&self.options, self.plan.near);
         self.backend.refresh_occupancy(&training_marching(options, near));
         let cancel = watch.cancel();
-        let mut told = |event: Event| {
+        let mut report = |event: Event| {
             if !matches!(event, Event::Progress { .. }) {
                 events.push(event.clone());
             }
             watch.tell(event);
         };
         let known = Known { sampler: &self.sampler, options, near, index: self.index.as_ref() };
-        recipe::begin(&mut self.backend, &known, &mut Watch::new(cancel, &mut told))?;
+        recipe::begin(&mut self.backend, &known, &mut Watch::new(cancel, &mut report))?;
         Ok(self.begin_reflecting(watch)?)
     }
 
@@ -72,7 +73,9 @@ impl<B: Backend> Trainer<B> {
     fn bake(&mut self, caches: Caches, watch: &mut Watch) -> Result<(), Cancelled> {
         watch.progress(Task::Baking, 0, 1)?;
         let marching = training_marching(&self.options, self.plan.near);
-        self.backend.bake(caches, &marching, watch.cancel())
+        self.backend.bake(caches, &marching, watch.cancel())?;
+        watch.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
+        Ok(())
     }
 
     /// Something refractive has a sharp surface, or transitions that most rays through it meet.
@@ -89,20 +92,25 @@ impl<B: Backend> Trainer<B> {
         progress: Progress,
         watch: &mut Watch,
     ) -> Result<(), Cancelled> {
-        let c = &self.options.clearcoat;
-        // The search for the index compares straight rays with bent ones, which see no clearcoat.
-        let waits = self.bends() && self.state.bends_since.is_none();
-        let is_there = self.backend.mirroring().clearcoat;
-        if !c.enabled.is_on() || waits || progress.0 < c.start || is_there {
+        if !self.is_clearcoat_due(progress) {
             return Ok(());
         }
+        self.good = None; // the copy made here takes its place
         let before = self.copy();
         if let Err(cancelled) = self.add_clearcoat(watch) {
             self.return_to(before);
             return Err(cancelled);
         }
+        self.good = Some(Box::new(before));
         self.note(Event::ClearcoatAdded, watch);
         Ok(())
+    }
+
+    pub(super) fn is_clearcoat_due(&self, progress: Progress) -> bool {
+        let c = &self.options.clearcoat;
+        // The search for the index compares straight rays with bent ones, which see no clearcoat.
+        let waits = self.bends() && self.state.bends_since.is_none();
+        c.enabled.is_on() && !waits && progress.0 >= c.start && !self.backend.mirroring().clearcoat
     }
 
     fn add_clearcoat(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {

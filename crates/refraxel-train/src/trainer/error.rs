@@ -1,12 +1,12 @@
 //! Why training stops early.
 
 use crate::cancel::Cancelled;
-use crate::checkpoint::CheckpointError;
 use crate::metrics::MetricsError;
 use crate::recipe::RecipeError;
 
 /// Why training stopped early.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TrainError {
     /// The numbers overflowed again and again.
     #[error(
@@ -27,9 +27,6 @@ pub enum TrainError {
     /// What is refractive could not be found.
     #[error(transparent)]
     Recipe(RecipeError),
-    /// A checkpoint could not be read or written.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
     /// A picture could not be scored.
     #[error(transparent)]
     Metrics(#[from] MetricsError),

@@ -9,8 +9,9 @@ pub use error::TrainError;
 
 use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
-use crate::evaluate::{render, score};
+use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
+use crate::model::MirrorSource;
 use crate::options::Options;
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
@@ -30,6 +31,8 @@ const PRUNING_RAYS: u64 = 600_000;
 const INDEX_INSIDE_SHARE: f64 = 0.7;
 /// Steps between two records of the training error.
 const RECORD_EVERY: u64 = 25;
+/// Parts in which the progress of a run is told.
+const PARTS: u32 = 10_000;
 /// Records of the validation score in a run.
 const VALIDATIONS: f64 = 20.0;
 
@@ -58,7 +61,8 @@ pub struct Trainer<B> {
     state: State,
     /// The last state known to be good, to return to after an overflow.
     good: Option<Box<Good>>,
-    clock: Instant,
+    /// Since when time counts; absent while the run pauses.
+    clock: Option<Instant>,
     since: Tally,
     /// What happened since the last record.
     events: Vec<Event>,
@@ -80,7 +84,7 @@ impl<B: Backend> Trainer<B> {
             backend,
             state,
             good: None,
-            clock: Instant::now(),
+            clock: None,
             since: Tally::new(),
             events: Vec::new(),
         };
@@ -107,11 +111,6 @@ impl<B: Backend> Trainer<B> {
         &self.state
     }
 
-    /// Train for another time budget [minute] or number of steps than before.
-    pub fn set_length(&mut self, minutes: f64, steps: u64) {
-        (self.options.run.minutes, self.options.run.steps) = (minutes, steps);
-    }
-
     /// Share of the run that is done: of the time where there is a budget, of the steps otherwise.
     pub fn progress(&self) -> Progress {
         if self.options.run.minutes > 0.0 {
@@ -123,19 +122,20 @@ impl<B: Backend> Trainer<B> {
 
     /// Seconds spent training, over all resumptions.
     pub fn seconds(&self) -> f64 {
-        self.state.seconds + self.clock.elapsed().as_secs_f64()
+        self.state.seconds + self.clock.map_or(0.0, |since| since.elapsed().as_secs_f64())
     }
 
-    /// The clock starts to run: time between now and an earlier pause does not count.
+    /// Time counts from now on.
     pub fn start_clock(&mut self) {
-        self.clock = Instant::now();
-        self.since.restart();
+        self.clock = Some(Instant::now());
+        self.since.go_on();
     }
 
-    /// Note the time spent, before saving or pausing.
-    pub fn settle_clock(&mut self) {
+    /// Note the time spent. Time until [`Self::start_clock`] does not count.
+    pub fn pause_clock(&mut self) {
         self.state.seconds = self.seconds();
-        self.clock = Instant::now();
+        self.clock = None;
+        self.since.pause();
     }
 
     /// True when the run has reached its end.
@@ -143,16 +143,17 @@ impl<B: Backend> Trainer<B> {
         self.progress().0 >= 1.0
     }
 
-    /// One step. Records of the log and whatever else happens is told. After [`TrainError::Cancelled`] the run stands where
-    /// it stood before the step.
+    /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
+    /// stands between two pieces of work: the one that was under way is undone.
     pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
         let progress = self.progress();
+        if self.changes(progress) && !self.settle(watch)? {
+            return Ok(());
+        }
         if progress.stage(&self.options) > self.state.stage {
             self.next_stage(watch)?;
         }
-        let bends = self.bends();
-        let waits = bends && self.state.bends_since.is_none();
-        if waits && is_time_to_bend(&self.options, self.state.step, progress) {
+        if self.is_about_to_bend(progress) {
             self.begin_bending(watch)?;
         }
         let moment = Moment { progress, bends_since: self.state.bends_since, bends: self.bends() };
@@ -171,10 +172,34 @@ impl<B: Backend> Trainer<B> {
         let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
         let outcomes = self.backend.outcomes(due);
         if self.take(&outcomes, watch)? && due {
-            let record = self.record()?;
+            let mut record = self.record();
+            record.val_psnr = self.validate_if_due()?;
             watch.tell(Event::Record(record));
         }
+        let (done, total) = ((self.progress().0 * f64::from(PARTS)).round() as u64, PARTS.into());
+        watch.tell(Event::Progress { task: Task::Training, done, total });
         Ok(())
+    }
+
+    /// Whether the next step begins with more than drawing rays.
+    fn changes(&self, progress: Progress) -> bool {
+        let bakes = self.state.step.is_multiple_of(self.options.reflection.bake_period)
+            && self.backend.mirroring().source == MirrorSource::Baked;
+        progress.stage(&self.options) > self.state.stage
+            || self.is_about_to_bend(progress)
+            || self.is_clearcoat_due(progress)
+            || bakes
+    }
+
+    /// Waits for the outcomes of all steps; false when one failed and the run went back.
+    pub fn settle(&mut self, watch: &mut Watch) -> Result<bool, TrainError> {
+        let outcomes = self.backend.outcomes(true);
+        self.take(&outcomes, watch)
+    }
+
+    fn is_about_to_bend(&self, progress: Progress) -> bool {
+        let waits = self.bends() && self.state.bends_since.is_none();
+        waits && is_time_to_bend(&self.options, self.state.step, progress)
     }
 
     /// Rays bend now, or will.
@@ -218,12 +243,16 @@ impl<B: Backend> Trainer<B> {
         Ok(true)
     }
 
-    fn record(&mut self) -> Result<Record, TrainError> {
-        let progress = self.progress();
+    /// A record of what happened since the last one, if that was more than steps: for a run that pauses.
+    pub fn last_words(&mut self) -> Option<Record> {
+        (!self.events.is_empty() && !self.since.is_empty()).then(|| self.record())
+    }
+
+    fn record(&mut self) -> Record {
         let tally = std::mem::replace(&mut self.since, Tally::new());
-        let mut record = Record {
+        Record {
             step: self.state.step,
-            progress: progress.0,
+            progress: self.progress().0,
             seconds: self.seconds(),
             train_psnr: tally.psnr(),
             val_psnr: None,
@@ -234,22 +263,25 @@ impl<B: Backend> Trainer<B> {
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
             events: std::mem::take(&mut self.events),
-        };
-        if progress.0 * VALIDATIONS >= f64::from(self.state.validations + 1) {
-            self.state.validations = (progress.0 * VALIDATIONS) as u32;
-            record.val_psnr = self.validate()?;
-            self.since = Tally::new();
-            self.keep_good_state();
         }
-        Ok(record)
     }
 
-    /// PSNR of the validation view.
-    fn validate(&mut self) -> Result<Option<f64>, TrainError> {
-        let Some((view, photo)) = &self.validation else { return Ok(None) };
+    /// PSNR of the validation view, some times in a run; then the state counts as good, too.
+    fn validate_if_due(&mut self) -> Result<Option<f64>, TrainError> {
+        let progress = self.progress();
+        if progress.0 * VALIDATIONS < f64::from(self.state.validations + 1) {
+            return Ok(None);
+        }
+        self.state.validations = (progress.0 * VALIDATIONS) as u32;
         let marching = training_marching(&self.options, self.plan.near);
-        let rendering = render(&self.backend, &view.camera, &marching);
-        Ok(Some(score(&rendering, view, photo, self.plan.backdrop)?.psnr))
+        let score_of = |(view, photo): &(View, Photo)| {
+            let rendering = render(&self.backend, &view.camera, &marching);
+            score(&rendering, view, photo, self.plan.backdrop)
+        };
+        let score = self.validation.as_ref().map(score_of).transpose()?;
+        self.since = Tally::new();
+        self.keep_good_state();
+        Ok(score.map(|s| s.psnr))
     }
 
     /// Prune what no ray sees and move to the next, finer grid.

@@ -9,16 +9,24 @@ pub(super) struct Tally {
     squared_error: f64,
     rays: u64,
     samples: u64,
+    /// Time counted before `start` [s].
+    seconds: f64,
     start: Instant,
 }
 
 impl Tally {
     pub(super) fn new() -> Self {
-        Self { squared_error: 0.0, rays: 0, samples: 0, start: Instant::now() }
+        Self { squared_error: 0.0, rays: 0, samples: 0, seconds: 0.0, start: Instant::now() }
+    }
+
+    /// Time until [`Self::go_on`] does not count.
+    pub(super) fn pause(&mut self) {
+        self.seconds += self.start.elapsed().as_secs_f64();
+        self.start = Instant::now();
     }
 
     /// Count the time from now on.
-    pub(super) fn restart(&mut self) {
+    pub(super) fn go_on(&mut self) {
         self.start = Instant::now();
     }
 
@@ -26,6 +34,11 @@ impl Tally {
         self.squared_error += outcome.squared_error;
         self.rays += outcome.rays;
         self.samples += outcome.samples;
+    }
+
+    /// True before the first step.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rays == 0
     }
 
     fn rays(&self) -> f64 {
@@ -43,6 +56,6 @@ impl Tally {
 
     /// Thousand rays per second.
     pub(super) fn krays_per_s(&self) -> f64 {
-        self.rays() / 1e3 / self.start.elapsed().as_secs_f64()
+        self.rays() / 1e3 / (self.seconds + self.start.elapsed().as_secs_f64())
     }
 }

@@ -10,8 +10,8 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::table::{Table, count, score};
 use anyhow::{Context, anyhow};
 use refraxel_data::load_photo;
-use refraxel_train::evaluate::truth;
-use refraxel_train::index_error::IndexError;
+use refraxel_train::evaluation::IndexError;
+use refraxel_train::evaluation::truth;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

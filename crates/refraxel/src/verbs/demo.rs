@@ -1,7 +1,7 @@
 //! `refraxel demo`: a glass scene from its making to its score, in about a minute.
 
 use super::eval::evaluate;
-use super::{compare, create_folder, set_threads, sheet, synth, train, watch_for_interrupts};
+use super::{absolute, compare, create_folder, set_threads, sheet, synth, train, watch_for_interrupts};
 use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -9,7 +9,7 @@ use crate::progress::Show;
 use crate::table::score;
 use anyhow::anyhow;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
-use refraxel_train::index_error::IndexError;
+use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
 use refraxel_train::run::{CHECKPOINT, Run};
 use serde::Serialize;
@@ -77,9 +77,9 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
 
 /// A demo may be repeated; a run on other data is somebody's work.
 fn refuse_run_on_other_data(folder: &Path, data: &Path) -> Result<(), Failure> {
-    let data = std::path::absolute(data).unwrap_or_else(|_| data.to_owned());
+    let data = absolute(data);
     let is_foreign = |run: Run| run.source.path.is_none_or(|path| path != data);
-    let foreign = folder.join(CHECKPOINT).exists() && Run::load(folder).is_ok_and(is_foreign);
+    let foreign = folder.join(CHECKPOINT).exists() && Run::load(folder).map_or(true, is_foreign);
     if !foreign {
         return Ok(());
     }

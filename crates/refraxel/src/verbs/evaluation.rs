@@ -5,7 +5,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
 use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
-use refraxel_train::index_error::IndexError;
+use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
 use serde::{Deserialize, Serialize};
 use std::io;

@@ -23,7 +23,7 @@ use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
 use refraxel_train::cancel::Cancel;
 use refraxel_train::run::Source;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock};
 
@@ -77,12 +77,17 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
 /// The description of a dataset that a run stores, so that the dataset can be read again in the same way.
 pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
     Source {
-        path: Some(std::path::absolute(path).unwrap_or_else(|_| path.to_owned())),
+        path: Some(absolute(path)),
         holdout: options.holdout,
         mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
         allow_outside: options.allow_outside,
         ..Source::of(data)
     }
+}
+
+/// A path from the root, so that it holds in any folder.
+pub fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// The name of a mask's meaning on the command line.

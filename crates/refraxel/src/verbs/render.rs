@@ -23,7 +23,7 @@ use refraxel_data::NamedCamera;
 use refraxel_data::synth::IndexTruth;
 use refraxel_train::Backend;
 use refraxel_train::checkpoint::write_atomic;
-use refraxel_train::index_edit::{IndexEdit, typical_index};
+use refraxel_train::model::index_edit::{IndexEdit, typical_index};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use crate::exit::Failure;
 use crate::picture::{Comparison, Content, Panel};
 use refraxel_train::checkpoint::write_atomic;
-use refraxel_train::evaluate::Rendering;
+use refraxel_train::evaluation::Rendering;
 use refraxel_train::metrics::Rgb8;
 use std::path::{Path, PathBuf};
 

@@ -6,7 +6,8 @@ mod watch;
 
 use super::eval::evaluate;
 use super::{
-    cancel, create_folder, data_failure, open_options, options, set_threads, source_of, watch_for_interrupts,
+    absolute, cancel, create_folder, data_failure, open_options, options, set_threads, source_of,
+    watch_for_interrupts,
 };
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
@@ -66,7 +67,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     let mut source = source_of(args.data(), &reading, &data);
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
     let earlier = saved.as_ref().and_then(|run| run.source.index_from.clone());
-    source.index_from = args.index_from.clone().or(earlier);
+    source.index_from = args.index_from.as_deref().map(absolute).or(earlier);
     let options = match &saved {
         Some(run) => options::resumed(args, run.options.clone(), show)?,
         None => options_of_new_run(args, &data, show)?,
@@ -75,13 +76,12 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     let setup = Setup { data, options, index, source, cancel: cancel() };
     let mut watch = Watch::new(show);
     let session = match saved {
-        Some(run) => Session::resume(setup, run, CpuBackend::new, &mut |event| watch.load(&event)),
+        Some(run) => Session::resume(setup, run, CpuBackend::resumed, &mut |event| watch.load(&event)),
         None => Session::start(setup, CpuBackend::new, &mut |event| watch.load(&event)),
     };
     let session = session.map_err(session_failure)?;
     create_folder(args.out())?;
-    folder.clear(args.resume)?;
-    learn(session, args.out(), watch)
+    learn(session, &folder, args.overwrite, watch)
 }
 
 /// The options of a run that begins.
@@ -108,35 +108,41 @@ fn index_source(
     saved: Option<&Run>,
     options: &Options,
 ) -> Result<Option<IndexSource>, Failure> {
-    let bends = saved.is_some_and(|run| run.state.bends_since.is_some());
-    let Some(path) = source.index_from.as_ref().filter(|_| !bends) else { return Ok(None) };
+    let decided = |run: &Run| run.state.bends_since.is_some() || run.state.stays_straight;
+    let is_needed = options.refraction.bend.is_on() && !saved.is_some_and(decided);
+    let Some(path) = source.index_from.as_ref().filter(|_| is_needed) else { return Ok(None) };
     let bounds = options.refraction.aabb().map(|b| b.cast());
     IndexSource::read(path, bounds).or_exit(Exit::BadInput).map(Some)
 }
 
-/// Train to the end and save.
-fn learn(mut session: Session, out: &Path, mut watch: Watch) -> Result<(), Failure> {
+/// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.
+fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: Watch) -> Result<(), Failure> {
+    let out = folder.path();
+    folder.remove_leftovers();
     let mut log = Log::open(out, session.state().step)?;
     // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
     let length = &session.options().run;
     watch.start(if length.minutes > 0.0 { None } else { Some(length.steps) });
-    let step = NonZeroU64::new(length.stop_after).map(u64::from);
-    let until = Until { step, elapsed: Some(SAVE_EVERY) };
+    let stop_after = NonZeroU64::new(length.stop_after).map(u64::from);
+    let mut replaces = overwrite;
     let stop = loop {
         watch.stands(session.progress());
-        let stop = session.run(until, &mut |event| {
+        let stop = session.run(Until::elapsed(SAVE_EVERY), &mut |event| {
             watch.tell(&event);
             log.note(&event);
         });
         let stop = stop.map_err(session_failure)?;
+        if std::mem::take(&mut replaces) {
+            folder.clear_scores()?;
+        }
         session.save(out)?;
         log.check()?;
-        if stop != Stop::Reached || step.is_some_and(|step| session.state().step >= step) {
+        if stop != Stop::Reached || stop_after.is_some_and(|step| session.state().step >= step) {
             break stop;
         }
     };
-    log.draw(out)?;
     watch.end(stop == Stop::Finished);
+    log.draw(out)?;
     if stop == Stop::Finished {
         return Ok(());
     }
@@ -149,9 +155,8 @@ fn session_failure(error: SessionError) -> Failure {
     match error {
         SessionError::Data(e) => data_failure(e),
         SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),
-        SessionError::Train(TrainError::Checkpoint(e)) => e.into(),
         SessionError::Cancelled(_) => {
-            let note = anyhow!("stopped before the first step; nothing was saved or changed");
+            let note = anyhow!("stopped before training began; nothing was saved or changed");
             Failure::new(Exit::Interrupted, note)
         }
         _ => Failure::new(Exit::BadInput, error),

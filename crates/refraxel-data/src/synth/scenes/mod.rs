@@ -55,7 +55,7 @@ const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) ->
 const SCENES: [(SceneInfo, Build); 18] = [
     (info("opaque", "nothing refracts: the control for straight rays", None), sharp::opaque),
     (
-        info("glazed_vase", "nothing refracts: a dark opaque vase under a clear coat that mirrors", GLASS),
+        info("glazed_vase", "nothing refracts: a dark opaque vase under a clearcoat that mirrors", GLASS),
         sharp::glazed_vase,
     ),
     (

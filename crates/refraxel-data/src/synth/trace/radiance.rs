@@ -25,16 +25,16 @@ impl Branch {
     }
 }
 
-/// Where a ray arrives at an opaque surface under a clear coat.
+/// Where a ray arrives at an opaque surface under a clearcoat.
 struct Glaze<'a> {
     arrival: &'a Ray<f64>,
     /// Refractive bodies around the place.
     inside: Inside,
     /// Outward unit normal.
     normal: Vec3<f64>,
-    /// Index of the coat.
+    /// Index of the clearcoat.
     ior: f64,
-    /// Radiance of the surface without a coat.
+    /// Radiance of the surface without a clearcoat.
     own: Rgb,
 }
 
@@ -86,8 +86,8 @@ impl Tracer<'_> {
         product(flight.transmittance, arriving)
     }
 
-    /// Radiance of an opaque surface under a clear coat: R L_r + (1 − R) of its own. Its own contains the light that the
-    /// coat reflects back from within.
+    /// Radiance of an opaque surface under a clearcoat: R L_r + (1 − R) of its own. Its own contains the light that the
+    /// clearcoat reflects back from within.
     fn glaze(&self, at: &Glaze, branch: Branch, tally: &mut Tally) -> Rgb {
         let n = self.scene.medium(at.inside).map_or(1.0, |m| m.index.n(at.arrival.origin));
         let cosine = -at.normal.dot(at.arrival.direction);

@@ -35,13 +35,15 @@ pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite
         let model = clearcoated_model(extent);
         let reference = Reference::new(&model);
         let own = model.clearcoat.as_ref().unwrap();
-        let coat =
+        let wide_clearcoat =
             Clearcoat { ior: own.ior.into(), strength: wide(&own.strength), radiance: wide(&own.radiance) };
         let (backend, b, marching) = (suite.backend(model), batch(200), objective().marching);
         let mut grad = reference.field.zero_gradient();
         let zeros = |g: &ProbeGrid<f64>| vec![0.0; g.coefficients.len()];
-        let mut d_coat =
-            ClearcoatGradient { strength: zeros(&coat.strength), radiance: zeros(&coat.radiance) };
+        let mut d_clearcoat = ClearcoatGradient {
+            strength: zeros(&wide_clearcoat.strength),
+            radiance: zeros(&wide_clearcoat.radiance),
+        };
         let (mut squared, mut changed) = (0.0, 0);
         let plain = backend.render(&b.rays, &marching, Layers::Transmitted);
         let seen = backend.render(&b.rays, &marching, Layers::All);
@@ -49,11 +51,11 @@ pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite
             let Some((segment, points)) = reference.straight(ray, b.offset[k]) else { continue };
             let ray = Ray { origin: segment.start, direction: segment.momentum };
             let behind = reference.background.radiance(ray.origin, ray.direction);
-            let scene = ClearcoatedScene { field: &reference.field, clearcoat: &coat, behind };
+            let scene = ClearcoatedScene { field: &reference.field, clearcoat: &wide_clearcoat, behind };
             let own = scene.shown(&ray, &points);
             let d = [0, 1, 2].map(|c| 2.0 * (own[c] - f64::from(b.target[k][c])));
             squared += d.iter().map(|d| 0.25 * d * d).sum::<f64>();
-            scene.shown_vjp(&ray, &points, d, &mut grad, &mut d_coat);
+            scene.shown_vjp(&ray, &points, d, &mut grad, &mut d_clearcoat);
             changed += usize::from((seen[k].colour[0] - plain[k].colour[0]).abs() > 1e-3);
         }
         assert!(changed > 50, "only {changed} rays show a reflection");
@@ -64,8 +66,8 @@ pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite
         let errors = [
             relative(&got.field.density, &grad.density),
             relative(&got.field.colour, &grad.colour),
-            relative(&of_clearcoat.strength, &d_coat.strength),
-            relative(&of_clearcoat.radiance, &d_coat.radiance),
+            relative(&of_clearcoat.strength, &d_clearcoat.strength),
+            relative(&of_clearcoat.radiance, &d_clearcoat.radiance),
         ];
         assert!(errors.iter().all(|e| *e < suite.tolerances.clearcoat), "{errors:?}");
     }

@@ -31,8 +31,8 @@ fn parameters(model: &Model) -> Vec<f32> {
         all.push(mirror.strength);
         all.extend(mirror.outer.coefficients.iter().chain(&mirror.inner.coefficients));
     }
-    if let Some(coat) = &model.clearcoat {
-        all.extend(coat.strength.coefficients.iter().chain(&coat.radiance.coefficients));
+    if let Some(clearcoat) = &model.clearcoat {
+        all.extend(clearcoat.strength.coefficients.iter().chain(&clearcoat.radiance.coefficients));
     }
     all
 }

@@ -4,7 +4,7 @@ use crate::canvas::Colour;
 use crate::colour_map::ColourMap;
 use refraxel_core::{Domain, Extent};
 use refraxel_data::NamedCamera;
-use refraxel_train::evaluate::Rendering;
+use refraxel_train::evaluation::Rendering;
 
 /// Pixels less opaque than this get no colour for their depth.
 const OPAQUE: f32 = 0.5;

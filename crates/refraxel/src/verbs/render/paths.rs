@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::{Aabb, Camera, Domain, Ray, Vec3};
 use refraxel_train::Refraction;
-use refraxel_train::index_edit::index_range;
+use refraxel_train::model::index_edit::index_range;
 use std::io::{self, Write};
 
 /// Width of the picture [pixel].

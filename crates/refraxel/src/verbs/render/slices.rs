@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use refraxel_core::{Aabb, Vec3};
 use refraxel_data::synth::IndexTruth;
 use refraxel_train::Refraction;
-use refraxel_train::index_edit::index_range;
+use refraxel_train::model::index_edit::index_range;
 
 /// Pixels along the longest edge of a region.
 const PIXELS: f64 = 260.0;

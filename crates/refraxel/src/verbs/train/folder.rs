@@ -5,7 +5,7 @@ use anyhow::{Context, anyhow};
 use refraxel_train::checkpoint::remove_leftovers;
 use refraxel_train::run::CHECKPOINT;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The folder of a run.
 pub struct RunFolder<'a> {
@@ -29,25 +29,33 @@ impl<'a> RunFolder<'a> {
         Err(Failure::new(Exit::BadInput, error))
     }
 
-    /// Removes what is not of this run: leftovers of killed saves, and unless it `resumes` the checkpoint, scores and curves
-    /// of the run that is overwritten. Other files stay.
-    pub fn clear(&self, resumes: bool) -> Result<(), Failure> {
-        // Failing to remove leftovers harms nobody.
+    /// Where it is.
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// Removes what killed saves have left.
+    pub fn remove_leftovers(&self) {
+        // Failing to do so harms nobody.
         let _ = remove_leftovers(&self.path.join(CHECKPOINT));
-        if resumes {
-            return Ok(());
+    }
+
+    /// Removes the scores and curves of the run that is overwritten. Other files stay.
+    pub fn clear_scores(&self) -> Result<(), Failure> {
+        let eval = self.path.join("eval");
+        for split in ["train", "val", "test"] {
+            for folder in [split.to_owned(), format!("{split}-index")] {
+                let (pictures, sheet) = (eval.join(&folder), eval.join(format!("{folder}.png")));
+                removed_or_absent(&pictures, std::fs::remove_dir_all(&pictures))?;
+                removed_or_absent(&sheet, std::fs::remove_file(&sheet))?;
+            }
         }
-        for name in [CHECKPOINT, "curves.png", "eval"] {
-            let path = self.path.join(name);
-            let removed =
-                if path.is_dir() { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
-            removed_or_absent(path, removed)?;
-        }
-        Ok(())
+        let curves = self.path.join("curves.png");
+        removed_or_absent(&curves, std::fs::remove_file(&curves))
     }
 }
 
-fn removed_or_absent(path: PathBuf, removed: io::Result<()>) -> Result<(), Failure> {
+fn removed_or_absent(path: &Path, removed: io::Result<()>) -> Result<(), Failure> {
     match removed {
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
         result => result

@@ -55,6 +55,9 @@ impl Watch {
                 self.note = note(record);
                 self.stands(record.progress);
             }
+            Event::Progress { task: Task::Training, done, total } => {
+                self.stands(*done as f64 / *total as f64);
+            }
             Event::Progress { task, done, total } => {
                 let task = Subtask { name: task_name(*task), done: *done, total: Some(*total) };
                 if let Some(progress) = &mut self.progress {

@@ -1,10 +1,16 @@
-//! A part of the data, rendered and scored.
+//! Rendering views and scoring them: pictures, a part of the data, errors of the index.
+
+mod index_error;
+mod rendering;
+mod score;
+
+pub use index_error::{IndexError, index_error};
+pub use rendering::{Rendering, render, render_reflection, render_transmission};
+pub use score::{score, truth, truth_checksum};
 
 use crate::backend::{Backend, Marching};
 use crate::cancel::Cancelled;
-use crate::evaluate::{Rendering, render, score, truth, truth_checksum};
 use crate::events::{Task, Watch};
-use crate::index_error::{IndexError, index_error};
 use crate::metrics::{ImageScore, MetricsError, Scores};
 use crate::model::Refraction;
 use refraxel_data::synth::IndexTruth;

@@ -1,13 +1,12 @@
 //! Rendering views and scoring them: the one function behind training curves, `eval` and `compare`.
 
 use crate::backend::{Backend, Layers, Marching};
-use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
+use crate::metrics::quantize;
 use crate::model::{MirrorSource, Refraction};
 use crate::rays::{pixel_ray, ray_within};
 use rayon::prelude::*;
 use refraxel_core::radiance::{Pixel, without};
-use refraxel_core::{Camera, Domain, Path, Ray, Vec3};
-use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+use refraxel_core::{Camera, Domain, Path, Ray};
 
 /// What a camera sees of a field.
 #[derive(Clone, Debug)]
@@ -127,48 +126,4 @@ fn tiles(width: u32, height: u32) -> Vec<usize> {
         }
     }
     order
-}
-
-/// The truth as 8-bit colour; alpha is composited on white.
-pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {
-    (0..photo.image.len())
-        .map(|p| {
-            let [r, g, b, alpha] = photo.image.rgba(p);
-            let alpha = if backdrop == Backdrop::Transparent { alpha } else { 1.0 };
-            [r, g, b].map(|c| quantize(c * alpha + 1.0 - alpha))
-        })
-        .collect()
-}
-
-/// A checksum of truth images in their order, so that scores of different images are not compared.
-pub fn truth_checksum<'a>(truths: impl IntoIterator<Item = &'a [[u8; 3]]>) -> String {
-    let mut hasher = crc32fast::Hasher::new();
-    for truth in truths {
-        hasher.update(&(truth.len() as u64).to_le_bytes());
-        hasher.update(truth.as_flattened());
-    }
-    format!("{:08x}", hasher.finalize())
-}
-
-/// Score a rendering against its photograph. Refractive masks give the scores inside and outside; other masks none.
-pub fn score(
-    rendering: &Rendering,
-    view: &View,
-    photo: &Photo,
-    backdrop: Backdrop,
-) -> Result<ImageScore, MetricsError> {
-    let expected = truth(photo, backdrop);
-    let rendered = Rgb8::new(&rendering.colour, rendering.width as usize, rendering.height as usize);
-    let truth = Rgb8::new(&expected, photo.image.width as usize, photo.image.height as usize);
-    let refractive = view.mask_meaning == MaskMeaning::Refractive;
-    let mask = photo.mask.as_ref().filter(|_| refractive).map(|m| &m.coverage[..]);
-    ImageScore::new(&view.name, rendered, truth, mask)
-}
-
-/// Distance below which a view sees nothing: a share of the camera's distance to the middle of the scene, the smallest
-/// over the views.
-pub fn near_limit(views: &[&View], middle: Vec3<f64>, share: f32) -> f32 {
-    let distances = views.iter().map(|v| (v.camera.world_from_camera.translation - middle).length());
-    let nearest = distances.fold(f64::INFINITY, f64::min);
-    if nearest.is_finite() { share * nearest as f32 } else { 0.0 }
 }
