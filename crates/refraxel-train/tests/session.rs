@@ -143,6 +143,22 @@ fn another_thread_gets_a_copy_while_the_run_goes_on() {
 }
 
 #[test]
+fn a_copy_of_a_run_with_a_clock_knows_the_time_that_is_left() {
+    let mut clocked = options(false);
+    clocked.set("run.minutes", "0.05").unwrap();
+    let setup = Setup::new(glass_ball(), clocked.clone());
+    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let copy = session.handle().snapshot();
+    session.run(Until::finished(), &mut |_| {}).unwrap();
+    let copy = copy.recv().unwrap();
+    assert!(copy.state.seconds < 1.0 && session.state().seconds >= 3.0, "{}", session.state().seconds);
+    let mut fork =
+        Session::resume(Setup::new(glass_ball(), clocked), copy, CpuBackend::resumed, &mut |_| {}).unwrap();
+    assert_eq!(fork.run(Until::finished(), &mut |_| {}).unwrap(), Stop::Finished);
+    assert!(fork.state().seconds >= 3.0);
+}
+
+#[test]
 fn a_session_renders_and_scores_what_it_holds() {
     let mut session = start(false, CpuBackend::new);
     finish(&mut session);
@@ -305,6 +321,17 @@ fn an_overflow_returns_to_the_last_good_state_with_lower_rates() {
         assert_eq!(back, Some(&Event::RolledBack { step: 17, rate_scale: 0.5 }), "lag {lag}");
         assert_eq!((session.state().rate_scale, session.state().step), (0.5, 40));
     }
+}
+
+#[test]
+fn no_stop_comes_before_the_outcomes_of_its_steps() {
+    let mut session = start(false, Late::new(5, &[17]));
+    let mut events = Vec::new();
+    session.run(Until::step(18), &mut |e| events.push(e)).unwrap();
+    assert!(events.contains(&Event::RolledBack { step: 17, rate_scale: 0.5 }));
+    let state = session.state();
+    assert_eq!((state.rate_scale, state.step), (0.5, 18));
+    assert!(session.snapshot().model.field.density.iter().all(|d| d.is_finite()));
 }
 
 #[test]
