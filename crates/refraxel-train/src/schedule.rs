@@ -24,6 +24,16 @@ pub enum Phase {
 pub struct Progress(pub f64);
 
 impl Progress {
+    /// Share of the time where there is a budget [minute], of the steps otherwise.
+    pub fn of(options: &Options, step: u64, seconds: f64) -> Self {
+        let run = &options.run;
+        if run.minutes > 0.0 {
+            Self((seconds / (60.0 * run.minutes)).min(1.0))
+        } else {
+            Self(step as f64 / run.steps as f64)
+        }
+    }
+
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, options: &Options) -> u32 {
         (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(options, s)).unwrap_or(0)

@@ -159,6 +159,27 @@ fn a_copy_of_a_run_with_a_clock_knows_the_time_that_is_left() {
 }
 
 #[test]
+fn a_finished_run_is_stored_in_half_precision_as_it_renders() {
+    let mut session = start(false, CpuBackend::new);
+    session.run(Until::step(39), &mut |_| {}).unwrap();
+    let (voxels, full) = (session.backend().map().voxels(), bytes(&session).len());
+    finish(&mut session);
+    let saved = bytes(&session);
+    // Degree 2 has 27 coefficients: four bytes each before the end, two bytes each after it.
+    let saving = full as i64 - saved.len() as i64;
+    assert!((saving - 54 * voxels as i64).abs() < 200, "{saving} bytes for {voxels} voxels");
+    let back = Run::read(&saved[..]).unwrap();
+    assert!(back.model.field.colour == session.backend().snapshot().model.field.colour);
+    // It can still be made longer.
+    let mut longer = options(false);
+    longer.run.steps = 60;
+    let setup = Setup::new(glass_ball(), longer);
+    let mut resumed = Session::resume(setup, back, CpuBackend::resumed, &mut |_| {}).unwrap();
+    finish(&mut resumed);
+    assert_eq!(resumed.state().step, 60);
+}
+
+#[test]
 fn a_session_renders_and_scores_what_it_holds() {
     let mut session = start(false, CpuBackend::new);
     finish(&mut session);

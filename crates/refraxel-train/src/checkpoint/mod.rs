@@ -13,7 +13,7 @@ mod tensor;
 
 pub use atomic::{WriteError, remove_leftovers, write_atomic};
 pub use save::{save, write};
-pub use tensor::{DataView, Tensor, TensorData, TensorFile, TensorView};
+pub use tensor::{DataView, Rows, Tensor, TensorData, TensorFile, TensorView};
 
 use std::path::PathBuf;
 

@@ -45,7 +45,7 @@ fn fill(
     let text = header_text(header, &ordered)?;
     to.write_all(&(text.len() as u64).to_le_bytes())?;
     to.write_all(&text)?;
-    ordered.iter().try_for_each(|(_, tensor)| to.write_all(tensor.bytes()))
+    ordered.iter().try_for_each(|(_, tensor)| tensor.pieces(|bytes| to.write_all(bytes)))
 }
 
 impl TensorFile {
@@ -61,8 +61,7 @@ fn header_text(
     header: &serde_json::Value,
     tensors: &[(&str, TensorView<'_>)],
 ) -> Result<Vec<u8>, std::io::Error> {
-    let sums: BTreeMap<_, _> =
-        tensors.iter().map(|(name, t)| ((*name).to_owned(), crc32fast::hash(t.bytes()))).collect();
+    let sums: BTreeMap<_, _> = tensors.iter().map(|(name, t)| ((*name).to_owned(), sum_of(t))).collect();
     assert_eq!(sums.len(), tensors.len(), "each tensor has a name of its own");
     assert!(!sums.contains_key("__metadata__"), "safetensors reserves the name __metadata__");
     let envelope =
@@ -71,7 +70,7 @@ fn header_text(
     let mut end = 0;
     let infos = tensors.iter().map(|(name, t)| {
         let start = end;
-        end += t.bytes().len();
+        end += t.size();
         let info = TensorInfo { dtype: t.dtype(), shape: t.shape.to_vec(), data_offsets: (start, end) };
         ((*name).to_owned(), info)
     });
@@ -81,4 +80,13 @@ fn header_text(
     let sum = header_crc(&text);
     text[MAGIC.len()..MAGIC.len() + sum.len()].copy_from_slice(sum.as_bytes());
     Ok(text)
+}
+
+fn sum_of(tensor: &TensorView) -> u32 {
+    let mut sum = crc32fast::Hasher::new();
+    let Ok(()) = tensor.pieces(|bytes| {
+        sum.update(bytes);
+        Ok::<_, std::convert::Infallible>(())
+    });
+    sum.finalize()
 }

@@ -1,5 +1,6 @@
 use super::envelope::{MAGIC, header_crc};
 use super::*;
+use half::f16;
 use proptest::prelude::*;
 use serde_json::json;
 use std::path::Path;
@@ -11,6 +12,7 @@ fn example() -> TensorFile {
             "density",
             tensor(&[2, 3], TensorData::F32(vec![0.0, -1.5, f32::MIN_POSITIVE, 3.25, f32::INFINITY, 7.0])),
         ),
+        ("colour", tensor(&[1, 2], TensorData::F16(vec![f16::from_f32(0.1), f16::MAX]))),
         ("flags", tensor(&[5], TensorData::U8(vec![1, 0, 1, 255, 9]))),
         ("index", tensor(&[2, 1], TensorData::U32(vec![u32::MAX, 4]))),
         ("nothing", tensor(&[0, 4], TensorData::F32(Vec::new()))),
@@ -64,6 +66,27 @@ fn nan_payloads_survive() {
         panic!("an f32 tensor comes back as one")
     };
     assert_eq!(back[0].to_bits(), bits);
+}
+
+#[test]
+fn rows_are_stored_without_their_padding_in_either_precision() {
+    // More rows than are converted at once.
+    let values: Vec<f32> =
+        (0..3 * 5000).map(|k| if k % 3 == 2 { f32::NAN } else { 1e-3 * k as f32 }).collect();
+    let kept: Vec<f32> = values.iter().copied().filter(|v| !v.is_nan()).collect();
+    for half in [false, true] {
+        let rows = Rows { values: &values, stride: 3, kept: 2, half };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &json!({}), &[("x", TensorView::new(&[5000, 2], DataView::Rows(rows)))]).unwrap();
+        let file = TensorFile::read(&bytes[..], Path::new("rows")).unwrap();
+        let stored = match &file.tensors["x"].data {
+            TensorData::F32(v) if !half => v.clone(),
+            TensorData::F16(v) if half => v.iter().map(|v| v.to_f32()).collect(),
+            other => panic!("{other:?}"),
+        };
+        let expected = kept.iter().map(|&v| if half { f16::from_f32(v).to_f32() } else { v });
+        assert!(stored.iter().copied().eq(expected), "half: {half}");
+    }
 }
 
 #[test]

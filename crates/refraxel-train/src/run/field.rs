@@ -4,7 +4,7 @@ use super::RunRef;
 use super::boxes::{bounds_of, is_box};
 use super::header::{Header, StoredBackground};
 use super::tensors::Tensors;
-use crate::checkpoint::{CheckpointError, DataView, TensorView};
+use crate::checkpoint::{CheckpointError, DataView, Rows, TensorView};
 use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
 
 /// The shapes of the tensors, slowest axis first.
@@ -24,20 +24,23 @@ impl Shapes {
             bricks: [field.map.bricks().len(), 3],
             slots: [field.map.slots()],
             voxels: [voxels],
-            channels: [voxels, field.degree.stride()],
+            channels: [voxels, 3 * field.degree.basis()],
             texels: [texels(&run.model.background).len() / 3, 3],
         }
     }
 
-    /// Bricks, occupied cells, density, colour, background, and their moments: straight from memory.
+    /// Bricks, occupied cells, density, colour, background, and their moments: straight from memory. Colour is stored without
+    /// its padding, and in half precision once a run is finished.
     pub(super) fn tensors<'a>(&'a self, run: &RunRef<'a>) -> Vec<(&'static str, TensorView<'a>)> {
         let (field, optimiser) = (&run.model.field, run.optimiser);
         let real = |shape, values| TensorView::new(shape, DataView::F32(values));
+        let (stride, kept, half) = (field.degree.stride(), 3 * field.degree.basis(), run.is_finished());
+        let colour = Rows { values: &field.colour, stride, kept, half };
         vec![
             ("bricks", TensorView::new(&self.bricks, DataView::U32(field.map.bricks().as_flattened()))),
             ("occupied", TensorView::new(&self.slots, DataView::U64(&optimiser.occupied))),
             ("density", real(&self.voxels, &field.density)),
-            ("colour", real(&self.channels, &field.colour)),
+            ("colour", TensorView::new(&self.channels, DataView::Rows(colour))),
             ("density_moment", real(&self.voxels, &optimiser.density)),
             ("colour_moment", real(&self.voxels, &optimiser.colour)),
             ("background", real(&self.texels, texels(&run.model.background))),
@@ -68,8 +71,8 @@ pub(super) fn restore(h: &Header, file: &mut Tensors) -> Result<VoxelField<f32>,
     let domain = Domain { bounds: bounds_of(h.bounds), extent, resolution: h.resolution };
     let map = BrickMap::with_bricks(h.resolution, file.triples("bricks")?)
         .ok_or_else(|| file.wrong("a brick lies outside the grid or occurs twice"))?;
-    let (voxels, channels) = (map.voxels(), map.voxels() * degree.stride());
-    let (density, colour) = (file.aligned("density", voxels)?, file.aligned("colour", channels)?);
+    let density = file.aligned("density", map.voxels())?;
+    let colour = file.rows("colour", map.voxels(), 3 * degree.basis(), degree.stride())?;
     Ok(VoxelField { domain, map, degree, density, colour })
 }
 

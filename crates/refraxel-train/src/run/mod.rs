@@ -12,7 +12,7 @@ use crate::checkpoint::{self, CheckpointError, TensorFile};
 use crate::model::{Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
-use crate::schedule::Phase;
+use crate::schedule::{Phase, Progress};
 use field::Shapes;
 use header::Header;
 use refraxel_core::Domain;
@@ -137,6 +137,11 @@ pub struct RunRef<'a> {
 }
 
 impl RunRef<'_> {
+    /// Whether the run has reached its end.
+    pub(crate) fn is_finished(&self) -> bool {
+        Progress::of(self.options, self.state.step, self.state.seconds).0 >= 1.0
+    }
+
     /// A copy.
     pub fn to_owned(&self) -> Run {
         Run {

@@ -1,6 +1,7 @@
 //! Tensors of a checkpoint, taken by name, type and length.
 
 use crate::checkpoint::{CheckpointError, Tensor, TensorData, TensorFile};
+use half::slice::HalfFloatSliceExt;
 use refraxel_core::{AlignedVec, ShDegree};
 use std::path::PathBuf;
 
@@ -44,6 +45,29 @@ impl Tensors {
     /// The same, aligned for SIMD.
     pub(super) fn aligned(&mut self, name: &str, len: usize) -> Result<AlignedVec<f32>, CheckpointError> {
         self.f32s(name, len).map(|v| AlignedVec::from_slice(&v))
+    }
+
+    /// `rows` rows of `kept` real numbers, padded with zeros to `stride`. Former files hold the padding too.
+    pub(super) fn rows(
+        &mut self,
+        name: &str,
+        rows: usize,
+        kept: usize,
+        stride: usize,
+    ) -> Result<AlignedVec<f32>, CheckpointError> {
+        let mut padded = AlignedVec::filled(rows * stride, 0.0);
+        match self.take(name)? {
+            TensorData::F32(v) if v.len() == rows * stride => padded.copy_from_slice(&v),
+            TensorData::F32(v) if v.len() == rows * kept => {
+                padded.chunks_mut(stride).zip(v.chunks(kept)).for_each(|(p, v)| p[..kept].copy_from_slice(v));
+            }
+            TensorData::F16(v) if v.len() == rows * kept => {
+                let pairs = padded.chunks_mut(stride).zip(v.chunks(kept));
+                pairs.for_each(|(p, v)| v.convert_to_f32_slice(&mut p[..kept]));
+            }
+            _ => return Err(self.wrong(&format!("tensor `{name}` is not {rows} × {kept} of F32 or F16"))),
+        }
+        Ok(padded)
     }
 
     /// `len` colours.

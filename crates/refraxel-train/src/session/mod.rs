@@ -238,7 +238,11 @@ impl<B: Backend> Session<B> {
             let mut watch = Watch::new(&self.cancel, observer);
             if let Some(stop) = stop {
                 // A step that failed is not done: the run has gone back, and goes on if it is to be finished.
-                if self.trainer.settle(&mut watch)? || stop != Stop::Finished {
+                let is_done = self.trainer.settle(&mut watch)?;
+                if is_done && stop == Stop::Finished {
+                    self.trainer.round_colour();
+                }
+                if is_done || stop != Stop::Finished {
                     return Ok(stop);
                 }
             }

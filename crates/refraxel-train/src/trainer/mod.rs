@@ -113,11 +113,7 @@ impl<B: Backend> Trainer<B> {
 
     /// Share of the run that is done: of the time where there is a budget, of the steps otherwise.
     pub fn progress(&self) -> Progress {
-        if self.options.run.minutes > 0.0 {
-            Progress((self.seconds() / (60.0 * self.options.run.minutes)).min(1.0))
-        } else {
-            Progress(self.state.step as f64 / self.options.run.steps as f64)
-        }
+        Progress::of(&self.options, self.state.step, self.seconds())
     }
 
     /// Seconds spent training, over all resumptions.
@@ -141,6 +137,14 @@ impl<B: Backend> Trainer<B> {
     /// True when the run has reached its end.
     pub fn finished(&self) -> bool {
         self.progress().0 >= 1.0
+    }
+
+    /// The last work on a run: colour in half precision. So what is rendered and scored is what the checkpoint holds.
+    pub fn round_colour(&mut self) {
+        self.good = None; // no step will need it
+        let mut all = self.copy();
+        all.round_colour();
+        self.return_to(all);
     }
 
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run

@@ -5,6 +5,8 @@ use crate::backend::Backend;
 use crate::events::{Event, Watch};
 use crate::model::{Model, Optimiser};
 use crate::run::State;
+use half::f16;
+use rayon::prelude::*;
 
 /// Failed steps in a row after which training gives up.
 const MAX_ROLLBACKS: u32 = 4;
@@ -14,6 +16,14 @@ pub(super) struct Good {
     state: State,
     model: Model,
     optimiser: Optimiser,
+}
+
+impl Good {
+    /// Colour as half precision has it.
+    pub(super) fn round_colour(&mut self) {
+        let round = |c: &mut f32| *c = f16::from_f32(*c).to_f32();
+        self.model.field.colour.par_iter_mut().for_each(round);
+    }
 }
 
 impl<B: Backend> Trainer<B> {
