@@ -321,16 +321,16 @@ impl Backend for Late {
 
 #[test]
 fn outcomes_that_lag_change_nothing_of_a_run() {
-    let (mut prompt, mut late) = (start(true, CpuBackend::new), start(true, Late::new(5, &[])));
-    let (prompt_events, late_events) = (finish(&mut prompt), finish(&mut late));
-    assert!(bytes(&prompt) == bytes(&late));
+    let (mut punctual, mut late) = (start(true, CpuBackend::new), start(true, Late::new(5, &[])));
+    let (punctual_events, late_events) = (finish(&mut punctual), finish(&mut late));
+    assert!(bytes(&punctual) == bytes(&late));
     let psnr = |events: &[Event]| -> Vec<f64> {
         events
             .iter()
             .filter_map(|e| if let Event::Record(r) = e { Some(r.train_psnr) } else { None })
             .collect()
     };
-    assert_eq!(psnr(&prompt_events), psnr(&late_events));
+    assert_eq!(psnr(&punctual_events), psnr(&late_events));
 }
 
 #[test]

@@ -3,9 +3,8 @@
 //! ```no_run
 //! use refraxel_train::session::{Session, Setup, Until};
 //! use refraxel_train::{CpuBackend, Options};
-//! # fn data() -> refraxel_data::Dataset { unimplemented!() }
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let setup = Setup::new(data(), Options::default());
+//! # fn train(data: refraxel_data::Dataset) -> Result<(), Box<dyn std::error::Error>> {
+//! let setup = Setup::new(data, Options::default());
 //! let mut session = Session::start(setup, CpuBackend::new, &mut |_| {})?;
 //! session.run(Until::finished(), &mut |event| println!("{event:?}"))?;
 //! # Ok(()) }
