@@ -75,7 +75,7 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     }
 }
 
-/// The options with which a stored run goes on: its own, of which only [`FREE`] may change.
+/// The options with which a stored run goes on: its own, of which only `FREE` may change.
 pub fn resumed(args: &TrainArgs, stored: Options, show: Show) -> Result<Options, Failure> {
     let mut base = stored.clone();
     base.run.stop_after = 0;

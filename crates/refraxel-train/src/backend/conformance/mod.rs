@@ -1,11 +1,12 @@
 //! What every backend must prove: agreement with the f64 reference of `refraxel-core`, and the contract of
-//! [`Backend`](super::Backend).
+//! [`Backend`].
 //!
 //! A backend instantiates the whole suite in one of its test files, with the tolerances that it answers for:
 //!
-//! ```ignore
+//! ```
+//! use refraxel_train::CpuBackend;
 //! use refraxel_train::backend::conformance::{Suite, Tolerances};
-//! refraxel_train::conformance_tests!(Suite { make: MyBackend::new, tolerances: Tolerances::SINGLE_PRECISION });
+//! refraxel_train::conformance_tests!(Suite { make: CpuBackend::new, tolerances: Tolerances::SINGLE_PRECISION });
 //! ```
 //!
 //! The suite uses nothing but the trait. That a step gives the same bits at any number of threads is asked of the CPU alone.
