@@ -109,8 +109,10 @@ impl<B: Backend> Trainer<B> {
     pub(super) fn is_clearcoat_due(&self, progress: Progress) -> bool {
         let c = &self.options.clearcoat;
         // The search for the index compares straight rays with bent ones, which see no clearcoat.
-        let waits = self.bends() && self.state.bends_since.is_none();
-        c.enabled.is_on() && !waits && progress.0 >= c.start && !self.backend.mirroring().clearcoat
+        c.enabled.is_on()
+            && !self.waits_to_bend()
+            && progress.0 >= c.start
+            && !self.backend.mirroring().clearcoat
     }
 
     fn add_clearcoat(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
@@ -134,11 +136,15 @@ impl<B: Backend> Trainer<B> {
 
     /// Baked probes look at the field again.
     pub(super) fn bake_if_due(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
-        let due = self.state.step.is_multiple_of(self.options.reflection.bake_period);
-        if due && self.backend.mirroring().source == MirrorSource::Baked {
+        if self.is_bake_due() {
             self.bake(Caches::Clearcoat, watch)?;
             self.bake(Caches::Reflection, watch)?;
         }
         Ok(())
+    }
+
+    pub(super) fn is_bake_due(&self) -> bool {
+        self.state.step.is_multiple_of(self.options.reflection.bake_period)
+            && self.backend.mirroring().source == MirrorSource::Baked
     }
 }

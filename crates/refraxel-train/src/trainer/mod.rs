@@ -11,7 +11,6 @@ use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
-use crate::model::MirrorSource;
 use crate::options::Options;
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
@@ -187,12 +186,10 @@ impl<B: Backend> Trainer<B> {
 
     /// Whether the next step begins with more than drawing rays.
     fn changes(&self, progress: Progress) -> bool {
-        let bakes = self.state.step.is_multiple_of(self.options.reflection.bake_period)
-            && self.backend.mirroring().source == MirrorSource::Baked;
         progress.stage(&self.options) > self.state.stage
             || self.is_about_to_bend(progress)
             || self.is_clearcoat_due(progress)
-            || bakes
+            || self.is_bake_due()
     }
 
     /// Waits for the outcomes of all steps; false when one failed and the run went back.
@@ -202,8 +199,12 @@ impl<B: Backend> Trainer<B> {
     }
 
     fn is_about_to_bend(&self, progress: Progress) -> bool {
-        let waits = self.bends() && self.state.bends_since.is_none();
-        waits && is_time_to_bend(&self.options, self.state.step, progress)
+        self.waits_to_bend() && is_time_to_bend(&self.options, self.state.step, progress)
+    }
+
+    /// Rays are straight, and will bend.
+    fn waits_to_bend(&self) -> bool {
+        self.bends() && self.state.bends_since.is_none()
     }
 
     /// Rays bend now, or will.
