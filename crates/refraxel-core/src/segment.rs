@@ -29,11 +29,14 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// dLoss/d(segment) with its `range` held fixed, theory (3.14).
+/// dLoss/d(segment) with its `range`, the part that the radiance field fills, held fixed, theory (3.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SegmentAdjoint<T> {
     /// dLoss/dstart [1 / scene unit].
     pub start: Vec3<T>,
     /// dLoss/dmomentum [1].
     pub momentum: Vec3<T>,
+    /// dLoss/d(the t at which the segment ends) [1 / scene unit], of what depends on its length, such as absorption, theory
+    /// (7.20). Counts where the segment ends on a surface; all other lengths are held fixed.
+    pub end: T,
 }

@@ -3,10 +3,10 @@
 //! far the pictures of two seeds lie apart, and writes a whole dataset with the usual options to `OUT/glass_ball`.
 #![allow(clippy::print_stdout)]
 
-use refraxel_data::synth::{CameraSet, SynthOptions, cameras, render_view, synthesize};
 use refraxel_data::synth::{
     DatasetOptions, Sampling, SceneOptions, contact_sheet, render_dataset, scene, scene_list,
 };
+use refraxel_data::synth::{Elevations, SynthOptions, cameras, render_view, synthesize};
 use refraxel_data::{Image, Pixels};
 use std::ops::ControlFlow::Continue;
 use std::time::Instant;
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scene = scene(name, &SceneOptions::default())?;
         let start = Instant::now();
         let Image { width, height, pixels: Pixels::U8(bytes), .. } =
-            contact_sheet(&scene, &cameras(CameraSet::Upper, 5, 1, [200, 200]), &Sampling::default())
+            contact_sheet(&scene, &cameras(scene.elevations, 5, 1, [200, 200]), &Sampling::default())
         else {
             continue;
         };
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// PSNR [dB] between 8-bit pictures of one view with different jitter.
 fn seeds_apart(spp: u32, detail_spp: u32) -> Result<f64, Box<dyn std::error::Error>> {
     let scene = scene("glass_ball", &SceneOptions::default())?;
-    let camera = &cameras(CameraSet::Upper, 1, 1, [200, 200])[0];
+    let camera = &cameras(Elevations::UPPER, 1, 1, [200, 200])[0];
     let [a, b] = [1, 2].map(|seed| {
         let frame =
             render_view(&scene, camera, 0, &Sampling { spp, detail_spp, seed, ..Sampling::default() });

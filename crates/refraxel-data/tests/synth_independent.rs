@@ -4,7 +4,7 @@
 use refraxel_core::Camera;
 use refraxel_data::Pixels;
 use refraxel_data::synth::{
-    Body, Environment, IndexTruth, Medium, Picture, Rectangle, Sampling, Scene, Shape, Texture,
+    Body, Elevations, Environment, IndexTruth, Medium, Picture, Rectangle, Sampling, Scene, Shape, Texture,
     from_opengl_matrix, render_view,
 };
 use serde_json::Value;
@@ -45,6 +45,7 @@ fn scene_of(bodies: Vec<Body>) -> Scene {
         bodies,
         environment: Environment::Constant([1.0; 3]),
         bounds: Scene::usual_bounds(),
+        elevations: Elevations::UPPER,
     }
 }
 

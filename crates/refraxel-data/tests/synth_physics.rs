@@ -2,8 +2,8 @@
 
 use refraxel_core::{Ray, Vec3, vec3};
 use refraxel_data::synth::{
-    Body, Environment, Index, Limits, Medium, Polyhedron, Reflection, Scene, SceneOptions, Shape, Texture,
-    Tracer, scene,
+    Body, Elevations, Environment, HeightField, Index, Limits, Medium, Polyhedron, Reflection, Scene,
+    SceneOptions, Shape, Texture, Tracer, Wave, scene,
 };
 
 const TIGHT: Limits = Limits { reflection: Reflection::On, energy_cut: 1e-3, depth: 64, tolerance: 1e-13 };
@@ -15,6 +15,7 @@ fn of(bodies: Vec<Body>) -> Scene {
         bodies,
         environment: Environment::Constant([1.0; 3]),
         bounds: Scene::usual_bounds(),
+        elevations: Elevations::UPPER,
     }
 }
 
@@ -59,6 +60,23 @@ fn synth_a_slab_shifts_a_ray_and_keeps_its_direction() {
         let exact = thickness * (a - inner).sin() / inner.cos();
         assert!((out.direction - d).length() < 1e-12);
         assert!(((out.origin - start).cross(d).length() - exact).abs() < 1e-12, "{a}");
+    }
+}
+
+#[test]
+fn synth_a_vertical_ray_is_deflected_by_the_slope_of_a_wave() {
+    let (n, wave) = (1.33_f64, Wave { amplitude: 0.04, vector: [7.0, 0.0], phase: 0.4 });
+    let sea = HeightField { min: vec3(-9.0, -9.0, -9.0), max: [9.0; 2], level: 0.1, waves: vec![wave] };
+    let sea = of(vec![glass(Shape::HeightField(sea), n)]);
+    let down = vec3(0.0, 0.0, -1.0);
+    for x in [-0.31, 0.0, 0.17, 0.4_f64] {
+        let below = path(&sea, vec3(x, 0.2, 2.0), down)[2];
+        let phase = 7.0 * x + 0.4;
+        assert!((below.origin - vec3(x, 0.2, 0.1 + 0.04 * phase.sin())).length() < 1e-14);
+        // The angle of incidence is that of the slope; the ray turns towards the normal, away from the crest.
+        let incidence = (0.04 * 7.0 * phase.cos()).atan();
+        let turn = incidence - (incidence.sin() / n).asin();
+        assert!((below.direction - vec3(turn.sin(), 0.0, -turn.cos())).length() < 1e-14, "{x}");
     }
 }
 
@@ -136,6 +154,11 @@ fn synth_reversing_a_ray_retraces_its_path() {
         "prism",
         "hollow_ball",
         "aquarium",
+        "drinking_glass",
+        "wavy_pool",
+        "bubble",
+        "pair",
+        "faceted",
         "luneburg",
         "gaussian_bump",
     ] {
@@ -161,7 +184,7 @@ fn synth_reversing_a_ray_retraces_its_path() {
             checked += 1;
         }
     }
-    assert!(checked > 200, "{checked}");
+    assert!(checked > 300, "{checked}");
 }
 
 #[test]
@@ -173,6 +196,11 @@ fn synth_a_white_furnace_stays_white() {
         "diamond",
         "hollow_ball",
         "aquarium",
+        "drinking_glass",
+        "wavy_pool",
+        "bubble",
+        "pair",
+        "faceted",
         "two_indices",
         "fish_eye",
         "gaussian_bump",

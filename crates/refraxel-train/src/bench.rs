@@ -171,6 +171,7 @@ fn objective() -> Objective {
         rate_background: 0.0,
         index: None,
         reflection: None,
+        absorption: None,
     }
 }
 

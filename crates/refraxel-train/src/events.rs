@@ -1,8 +1,8 @@
 //! What happens in a run: typed events for whoever follows it, and how it is stopped.
 
 use crate::cancel::{Cancel, Cancelled};
-use crate::initial::{LocateError, Profile};
 use crate::schedule::Phase;
+use crate::verdict::{Found, Hypothesis, StayReason, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Something that happened in a run.
@@ -24,6 +24,13 @@ pub enum Event {
         /// What it is.
         phase: Phase,
     },
+    /// Masks that contradict those of the other views were left out where shapes are carved.
+    MasksIgnored {
+        /// The views whose masks are wrong altogether: missing, or of another view.
+        views: Vec<IgnoredMask>,
+        /// Median overlap of all views, as in [`IgnoredMask::overlap`].
+        usual_overlap: f32,
+    },
     /// Something refractive was found.
     RegionFound {
         /// Number of the region, from 0.
@@ -38,31 +45,40 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         faces: Option<usize>,
     },
-    /// The best index of each region was searched under an assumption of how it varies.
+    /// The unknown numbers of a hypothesis on a region were searched.
     IndexSearched {
-        /// The assumption.
-        profile: Profile,
-        /// What fits best, per region.
-        regions: Vec<FoundIndex>,
-        /// How badly it fits: the mean of e / (e + 0.01) over rays inside the masks, e being the squared error.
+        /// Number of the region.
+        region: usize,
+        /// The hypothesis.
+        hypothesis: Hypothesis,
+        /// What fits best.
+        found: Vec<Found>,
+        /// How badly it fits: the mean of e / (e + 0.01) over rays inside masks, e being the squared error.
         misfit: f64,
     },
     /// The search tells nothing, since straight rays fit as well: the index is guessed.
     IndexGuessed {
+        /// Number of the region.
+        region: usize,
         /// Misfit of straight rays, as in [`Event::IndexSearched`].
         straight_misfit: f64,
         /// The index that rays bend by at first.
         index: f32,
     },
+    /// Hypotheses have raced.
+    Judged {
+        /// What was decided.
+        verdict: Verdict,
+    },
     /// Rays bend from now on.
     RaysBend {
-        /// How the index varies at first.
-        profile: Profile,
+        /// What stands in the regions where they do.
+        hypotheses: Vec<Hypothesis>,
     },
     /// Rays were to bend, but stay straight.
     RaysStayStraight {
         /// Why.
-        why: LocateError,
+        why: StayReason,
     },
     /// Opaque things have a clearcoat from now on.
     ClearcoatAdded,
@@ -114,18 +130,21 @@ pub struct Record {
     /// Mean index of refraction where it is above 1, per region.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub index: Vec<f64>,
+    /// What each refractive region absorbs of red, green and blue [1 / scene unit]; empty where all are clear.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absorption: Vec<[f32; 3]>,
     /// What happened since the last record, apart from progress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
 }
 
-/// The index of one region that a search found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FoundIndex {
-    /// The index.
-    pub index: f32,
-    /// Thickness of the wall of a hollow body, as a share of its depth; 1 for a solid one.
-    pub wall: f32,
+/// A mask that contradicts those of the other views.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IgnoredMask {
+    /// Name of the view's image.
+    pub view: String,
+    /// Overlap of the mask and the projection of the shape that the other views show: intersection over union.
+    pub overlap: f32,
 }
 
 /// A piece of work inside of a run that takes a while.
@@ -143,6 +162,8 @@ pub enum Task {
     Carving,
     /// Searching the index: one part per index that is tried.
     SearchingIndex,
+    /// Hypotheses race: one part per step.
+    Judging,
     /// Letting radiance probes look at the field.
     Baking,
     /// Finding out which voxels no ray sees, and moving to a finer grid.

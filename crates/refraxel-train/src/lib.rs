@@ -21,6 +21,7 @@ pub mod run;
 pub mod schedule;
 pub mod session;
 pub mod trainer;
+pub mod verdict;
 
 pub use backend::Backend;
 pub use cpu::CpuBackend;

@@ -1,10 +1,12 @@
 //! How much memory training will take, before it starts.
 
+use crate::initial::{Occluders, Outlines};
 use crate::options::Options;
 use crate::plan::{TYPICAL_OCCUPANCY, bytes_per_voxel};
+use crate::recipe::OCCLUDER_RAYS;
 use crate::schedule::stage_domain;
 use refraxel_core::{Domain, Extent, ShDegree};
-use refraxel_data::Dataset;
+use refraxel_data::{Dataset, MaskMeaning};
 use serde::Serialize;
 
 /// Records, tapes and scratch of one training step: samples kept per ray times their size [byte per ray].
@@ -25,7 +27,10 @@ pub struct Forecast {
     pub model: u64,
     /// Decoded training photographs and masks.
     pub photos: u64,
-    /// The largest sum of photographs, model, its copy to return to after an overflow, and one step's records.
+    /// Maps of the silhouettes, while refractive things are sought among masks.
+    pub silhouettes: u64,
+    /// The largest sum of photographs, model, its copy to return to after an overflow, and either one step's records or
+    /// the maps of the silhouettes.
     pub peak: u64,
 }
 
@@ -47,6 +52,8 @@ pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset) -> Fore
     let changing = stages.windows(2).map(|w| w[0] + w[1]);
     let photos = photo_bytes(data);
     let step = f64::from(options.run.batch) * STEP_BYTES_PER_RAY;
+    let silhouettes = if options.refraction.bend.is_on() { silhouette_bytes(data) } else { 0 };
+    let beside = step.max(silhouettes as f64);
     Forecast {
         resolution: finest.resolution,
         contracted: finest.extent == Extent::Contracted,
@@ -54,7 +61,8 @@ pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset) -> Fore
         voxels: (model / per_voxel as f64) as u64,
         model: model as u64,
         photos,
-        peak: photos + (steady.chain(changing).fold(0.0, f64::max) + step) as u64,
+        silhouettes,
+        peak: photos + (steady.chain(changing).fold(0.0, f64::max) + beside) as u64,
     }
 }
 
@@ -68,26 +76,75 @@ fn photo_bytes(data: &Dataset) -> u64 {
     bytes.sum()
 }
 
+/// Most that the maps of the silhouettes of the training views need: distances to contours and occluders, as
+/// [`Outlines::bytes_for`] and [`Occluders::most_bytes`] say.
+fn silhouette_bytes(data: &Dataset) -> u64 {
+    let views = data.split.train.iter().map(|&i| &data.views[i]);
+    let masked = views.filter(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive);
+    let sizes: Vec<[u32; 2]> = masked.map(|v| [v.camera.width, v.camera.height]).collect();
+    let pixels = sizes.iter().map(|&[w, h]| u64::from(w) * u64::from(h)).sum();
+    let cell = Occluders::cell_for(pixels, OCCLUDER_RAYS);
+    let occluders: u64 = sizes.iter().map(|&size| Occluders::most_bytes(size, cell)).sum();
+    Outlines::bytes_for(&sizes) + occluders
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Vec3};
-    use refraxel_data::{Backdrop, Format, Split};
+    use crate::initial::MAP_BYTES;
+    use crate::options::Switch;
+    use refraxel_core::{Aabb, Camera, Vec3, vec3};
+    use refraxel_data::{Backdrop, Format, PhotoSource, Split, View};
 
-    #[test]
-    fn a_deep_coarse_to_fine_run_peaks_at_its_last_stage_and_a_shallow_one_at_its_dense_grid() {
-        let data = Dataset {
+    fn dataset(views: Vec<View>) -> Dataset {
+        let split = Split { train: (0..views.len()).collect(), ..Split::default() };
+        Dataset {
             root: None,
             format: Format::Memory,
-            views: Vec::new(),
-            split: Split::default(),
+            views,
+            split,
             backdrop: Backdrop::Transparent,
             stated_box: None,
             points: Vec::new(),
             depth_range: None,
             truth: None,
             problems: Vec::new(),
-        };
+        }
+    }
+
+    /// A view of this size with a mask of what is refractive.
+    fn masked(size: [u32; 2]) -> View {
+        let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, size);
+        let source = PhotoSource::Files { image: "a.png".into(), mask: Some("m.png".into()) };
+        View { source, mask_meaning: MaskMeaning::Refractive, ..View::of_file("a.png", camera) }
+    }
+
+    #[test]
+    fn silhouettes_of_a_hundred_photographs_of_12_megapixels_stay_within_their_budget() {
+        const OCCLUDER_BYTES: u64 = 24 * 600_000; // cells are whole pixels, and some stick out of the image
+        for count in [1, 100, 1000] {
+            let bytes = silhouette_bytes(&dataset(vec![masked([4000, 3000]); count]));
+            assert!(bytes > 1 << 20 && bytes < MAP_BYTES + OCCLUDER_BYTES, "{count} views: {bytes} bytes");
+        }
+        let without = View { mask_meaning: MaskMeaning::Keep, ..masked([4000, 3000]) };
+        assert_eq!(silhouette_bytes(&dataset(vec![without])), 0);
+    }
+
+    #[test]
+    fn the_peak_holds_the_silhouettes_where_they_need_more_than_a_step() {
+        let finest = Domain::with_longest(Aabb::new(Vec3::zero(), Vec3::splat(1.0)), Extent::Bounded, 65);
+        let (mut options, data) = (Options::default(), dataset(vec![masked([4000, 3000]); 40]));
+        (options.run.batch, options.refraction.bend) = (1, Switch::On);
+        let bent = forecast(&options, &finest, &data);
+        options.refraction.bend = Switch::Off;
+        let straight = forecast(&options, &finest, &data);
+        assert_eq!((straight.silhouettes, bent.silhouettes), (0, silhouette_bytes(&data)));
+        assert_eq!(bent.peak - straight.peak, bent.silhouettes - 4096);
+    }
+
+    #[test]
+    fn a_deep_coarse_to_fine_run_peaks_at_its_last_stage_and_a_shallow_one_at_its_dense_grid() {
+        let data = dataset(Vec::new());
         let finest = Domain::with_longest(Aabb::new(Vec3::zero(), Vec3::splat(1.0)), Extent::Bounded, 65);
         let of = |stages| {
             let mut options = Options::default();

@@ -1,7 +1,10 @@
 //! Training rays: which pixel of which photograph, its ray and what it should show.
 
+mod inside;
+
 use crate::backend::Batch;
 use crate::random::Random;
+use inside::InsidePixels;
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Lens, Ray, Vec3};
@@ -13,10 +16,22 @@ type Directions = Arc<Vec<Vec3<f32>>>;
 
 /// A photograph with everything needed to draw rays from it.
 struct TrainingView {
+    name: String,
     camera: Camera,
     directions: Option<Directions>,
     photo: Photo,
     meaning: MaskMeaning,
+}
+
+/// A view with a mask of refractive things.
+#[derive(Clone, Copy, Debug)]
+pub struct MaskedView<'a> {
+    /// The name of its image.
+    pub name: &'a str,
+    /// The view.
+    pub camera: &'a Camera,
+    /// Coverage by refractive things.
+    pub mask: &'a Arc<Mask>,
 }
 
 /// Which pixels a batch draws from.
@@ -25,8 +40,8 @@ pub enum Selection {
     /// All of them, evenly.
     #[default]
     All,
-    /// Those that show nothing refractive, not even in part or next to them.
-    Outside,
+    /// Those that show nothing refractive, not even in part or so many pixels beside them.
+    Outside(u32),
     /// All of them, but at least this share of the rays inside refractive masks.
     Inside(f64),
 }
@@ -34,13 +49,25 @@ pub enum Selection {
 /// The photographs that rays are drawn from.
 pub struct RaySampler {
     views: Vec<TrainingView>,
-    /// Pixels inside refractive masks: (view, pixel).
-    inside: Vec<(u32, u32)>,
+    inside: InsidePixels,
     /// Pixels before each view, and in all.
     first: Vec<u64>,
     transparent: bool,
     random: Random,
+    /// Views that batches do not draw from, until they are given back.
+    aside: Vec<usize>,
 }
+
+/// Pixels of a view that is kept aside.
+pub struct AsideView {
+    /// Its rays and what they should show.
+    pub batch: Batch,
+    /// Per ray: whether a refractive mask holds it, or there is no mask.
+    pub inside: Vec<bool>,
+}
+
+/// Rays of a view that is kept aside, at most about.
+const ASIDE_RAYS: usize = 2500;
 
 /// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
 const KEPT_LENSES: usize = 8;
@@ -59,6 +86,7 @@ impl RaySampler {
         for (view, photo) in views.into_iter().zip(photos) {
             let directions = directions_of(&view.camera, &mut kept);
             with_photos.push(TrainingView {
+                name: view.name,
                 camera: view.camera,
                 directions,
                 photo,
@@ -69,15 +97,69 @@ impl RaySampler {
         for s in &with_photos {
             first.push(first[first.len() - 1] + s.photo.image.len() as u64);
         }
-        let inside =
-            with_photos.iter().enumerate().flat_map(|(i, s)| s.inside().map(move |p| (i as u32, p as u32)));
-        let (inside, transparent) = (inside.collect(), backdrop == Backdrop::Transparent);
-        Self { views: with_photos, inside, first, transparent, random: Random::new(seed) }
+        let inside = InsidePixels::new(with_photos.iter().map(|s| s.refractive().map(|m| &**m)));
+        let transparent = backdrop == Backdrop::Transparent;
+        let (views, random, aside) = (with_photos, Random::new(seed), Vec::new());
+        Self { views, inside, first, transparent, random, aside }
     }
 
-    /// Cameras and coverage of the refractive masks there are.
-    pub fn silhouettes(&self) -> impl Iterator<Item = (&Camera, &Mask)> {
-        self.views.iter().filter_map(|s| Some((&s.camera, s.refractive()?)))
+    /// From now on batches draw from the other views only: every so many-th is kept aside, `count` in all.
+    pub fn keep_aside(&mut self, count: usize) {
+        let all = self.views.len();
+        let count = count.min(all);
+        self.aside = (0..count).map(|k| (2 * k + 1) * all / (2 * count)).collect();
+    }
+
+    /// Batches draw from all views again.
+    pub fn give_back(&mut self) {
+        self.aside.clear();
+    }
+
+    /// Number of views that are kept aside.
+    pub fn aside(&self) -> usize {
+        self.aside.len()
+    }
+
+    /// Pixels of the views that are kept aside: half of the rays inside refractive masks, where there are enough.
+    pub fn kept_aside(&self) -> Vec<AsideView> {
+        self.aside.iter().map(|&view| self.pixels_of(view)).collect()
+    }
+
+    fn pixels_of(&self, view: usize) -> AsideView {
+        let of = &self.views[view];
+        let is_inside = |p: &usize| of.refractive().is_none_or(|m| m.coverage[*p] > 127);
+        let all: Vec<usize> = (0..of.photo.image.len()).filter(|p| of.used(*p)).collect();
+        let (within, beside): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_inside);
+        let thinned = |pixels: &[usize]| {
+            let stride = pixels.len().div_ceil(ASIDE_RAYS / 2).max(1);
+            pixels.iter().copied().step_by(stride).collect::<Vec<_>>()
+        };
+        let mut out = AsideView { batch: Batch::default(), inside: Vec::new() };
+        for (pixels, inside) in [(thinned(&within), true), (thinned(&beside), false)] {
+            for pixel in pixels {
+                let Some(ray) = of.ray(pixel) else { continue };
+                let [r, g, b, alpha] = of.photo.image.rgba(pixel);
+                let over = |c: f32| if self.transparent { c * alpha + (1.0 - alpha) } else { c };
+                out.batch.rays.push(ray);
+                out.batch.target.push([over(r), over(g), over(b)]);
+                out.batch.offset.push(0.5);
+                out.batch.behind.extend(self.transparent.then_some(WHITE));
+                out.inside.push(inside);
+            }
+        }
+        out
+    }
+
+    /// Number of views.
+    pub fn views(&self) -> usize {
+        self.views.len()
+    }
+
+    /// The refractive masks there are.
+    pub fn masked_views(&self) -> impl Iterator<Item = MaskedView<'_>> {
+        self.views
+            .iter()
+            .filter_map(|s| Some(MaskedView { name: &s.name, camera: &s.camera, mask: s.refractive()? }))
     }
 
     /// Size of a pixel at a point, the median over the cameras [scene unit].
@@ -93,7 +175,7 @@ impl RaySampler {
 
     /// Share of the pixels that lie inside refractive masks.
     pub fn mask_share(&self) -> f64 {
-        self.inside.len() as f64 / self.pixels().max(1) as f64
+        self.inside.count() as f64 / self.pixels().max(1) as f64
     }
 
     /// Pixels in all.
@@ -130,8 +212,9 @@ impl RaySampler {
         let (view, pixel, ray) = (0..REDRAWS).find_map(|k| {
             let below = |n: u64| self.random.below(n, step, lane(8 + k));
             let (view, pixel) = if from_inside {
-                let (view, pixel) = self.inside[below(self.inside.len() as u64) as usize];
-                (view as usize, pixel as usize)
+                let number = below(self.inside.count());
+                let view = self.inside.view(number);
+                (view, self.inside.pixel(number, self.views[view].refractive()?)?)
             } else {
                 let at = below(self.pixels());
                 let view = self.first.partition_point(|&f| f <= at) - 1;
@@ -139,8 +222,12 @@ impl RaySampler {
             };
             let of = &self.views[view];
             let ray = of.ray(pixel)?;
-            let selected = selection != Selection::Outside || of.clearly_outside(pixel);
-            (of.used(pixel) && selected).then_some((view, pixel, ray))
+            let selected = match selection {
+                Selection::Outside(margin) => of.clearly_outside(pixel, margin as usize),
+                _ => true,
+            };
+            let free = !self.aside.contains(&view);
+            (free && of.used(pixel) && selected).then_some((view, pixel, ray))
         })?;
         let [r, g, b, alpha] = self.views[view].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
@@ -153,7 +240,7 @@ impl RaySampler {
     /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
     fn extra_inside(&self, share: f64) -> f64 {
         let natural = self.mask_share();
-        if self.inside.is_empty() || natural >= share { 0.0 } else { (share - natural) / (1.0 - natural) }
+        if self.inside.count() == 0 || natural >= share { 0.0 } else { (share - natural) / (1.0 - natural) }
     }
 
     /// About `count` rays spread evenly over all pixels.
@@ -181,24 +268,18 @@ impl TrainingView {
     }
 
     /// The mask of what is refractive.
-    fn refractive(&self) -> Option<&Mask> {
-        self.photo.mask.as_deref().filter(|_| self.meaning == MaskMeaning::Refractive)
+    fn refractive(&self) -> Option<&Arc<Mask>> {
+        self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
     }
 
-    /// Pixels mostly inside the refractive mask.
-    fn inside(&self) -> impl Iterator<Item = usize> {
-        let coverage = self.refractive().map_or(&[][..], |m| &m.coverage);
-        coverage.iter().enumerate().filter(|(_, c)| **c > 127).map(|(pixel, _)| pixel)
-    }
-
-    /// Neither the pixel nor any of its eight neighbours shows something refractive.
-    fn clearly_outside(&self, pixel: usize) -> bool {
+    /// Neither the pixel nor any within so many rows and columns shows something refractive.
+    fn clearly_outside(&self, pixel: usize, margin: usize) -> bool {
         let Some(mask) = self.refractive() else { return true };
         let (w, h) = (mask.width as usize, mask.height as usize);
         let (x, y) = (pixel % w, pixel / w);
-        let columns = x.saturating_sub(1)..=(x + 1).min(w - 1);
-        let mut rows = y.saturating_sub(1)..=(y + 1).min(h - 1);
-        rows.all(|y| columns.clone().all(|x| mask.coverage[y * w + x] == 0))
+        let columns = x.saturating_sub(margin)..(x + margin + 1).min(w);
+        let mut rows = y.saturating_sub(margin)..(y + margin + 1).min(h);
+        rows.all(|y| mask.coverage[y * w..][columns.clone()].iter().all(|c| *c == 0))
     }
 
     /// Whether a mask lets the pixel count.
@@ -309,7 +390,7 @@ mod tests {
             let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.views[0].camera, p).unwrap()).collect();
             batch.rays.iter().filter(|r| rays.contains(r)).count() as f64 / batch.rays.len() as f64
         };
-        assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside)), 1.0);
+        assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside(1))), 1.0);
         assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.6))) - 0.6).abs() < 0.03);
         assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.1))) - 0.25).abs() < 0.03);
     }

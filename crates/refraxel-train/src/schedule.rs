@@ -1,6 +1,6 @@
 //! What changes during training: resolution, learning rates, priors.
 
-use crate::backend::{IndexObjective, Marching, Objective, ReflectionObjective};
+use crate::backend::{AbsorptionObjective, IndexObjective, Marching, Objective, ReflectionObjective};
 use crate::model::MirrorSource;
 use crate::options::Options;
 use refraxel_core::Domain;
@@ -111,17 +111,24 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
     let index = Some(index_objective(options, moment.bent_share())).filter(learns);
     let mirrors = reflection_objective(options, moment);
+    let absorption = absorption_objective(options, moment);
     match moment.phase(options) {
         Phase::Straight => {
             Objective { reflection: options.clearcoat.enabled.is_on().then_some(mirrors), ..straight }
         }
-        Phase::Index => {
-            Objective { index, rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..straight }
-        }
+        Phase::Index => Objective {
+            index,
+            absorption,
+            rate_density: 0.0,
+            rate_colour: 0.0,
+            rate_background: 0.0,
+            ..straight
+        },
         Phase::Joint => {
             let mirroring = options.reflection.enabled.is_on() || options.clearcoat.enabled.is_on();
             let tv_density = straight.tv_density * options.field.tv_density_refractive;
-            Objective { index, reflection: mirroring.then_some(mirrors), tv_density, ..straight }
+            let reflection = mirroring.then_some(mirrors);
+            Objective { index, reflection, absorption, tv_density, ..straight }
         }
     }
 }
@@ -145,6 +152,7 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
         rate_background: field.rate_background * decay,
         index: None,
         reflection: None,
+        absorption: None,
     }
 }
 
@@ -170,6 +178,12 @@ fn reflection_objective(options: &Options, moment: Moment) -> ReflectionObjectiv
         rate_strength: options.reflection.rate_strength * decay,
         rate_clearcoat: options.clearcoat.rate * options.field.rate_decay.powf(moment.progress.0 as f32),
     }
+}
+
+/// How bodies learn what they absorb, from the first bent ray on.
+fn absorption_objective(options: &Options, moment: Moment) -> Option<AbsorptionObjective> {
+    let rate = options.absorption.rate * options.field.rate_decay.powf(moment.bent_share());
+    (options.absorption.enabled.is_on() && rate > 0.0).then_some(AbsorptionObjective { rate })
 }
 
 /// How the index learns when this share of the time with bent rays is over.

@@ -2,12 +2,15 @@
 
 use refraxel_core::Extent;
 use refraxel_core::index::priors::Penalty;
+use refraxel_train::backend::conformance::absorbing::{tinted_ball, tinted_nested_balls};
 use refraxel_train::backend::conformance::bent::bent_model;
 use refraxel_train::backend::conformance::clearcoated::clearcoated_model;
-use refraxel_train::backend::conformance::mirrored::sharp_ball;
+use refraxel_train::backend::conformance::mirrored::{nested_balls, sharp_ball};
 use refraxel_train::backend::conformance::scenes::{batch, index_objective, objective, straight_model};
 use refraxel_train::backend::conformance::{Suite, Tolerances};
-use refraxel_train::backend::{Caches, IndexObjective, Objective, ReflectionObjective, step};
+use refraxel_train::backend::{
+    AbsorptionObjective, Caches, IndexObjective, Objective, ReflectionObjective, step,
+};
 use refraxel_train::cancel::Cancel;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::{Backend, CpuBackend};
@@ -38,6 +41,7 @@ fn assert_same_with_any_number_of_threads(model: impl Fn() -> Model, objective: 
             m.refraction.medium.regions().iter().map(|r| r.coefficients().to_vec()).collect()
         };
         assert!(index(&one) == index(&many), "{threads}");
+        assert!(one.refraction.absorption() == many.refraction.absorption(), "{threads}");
         assert!(one.reflection == many.reflection && one.clearcoat == many.clearcoat, "{threads}");
         assert!(moments == many_moments, "{threads}");
     }
@@ -70,6 +74,21 @@ fn bent_steps_are_the_same_for_any_number_of_threads() {
 fn mirrors_learn_the_same_with_any_number_of_threads() {
     let o = Objective { reflection: Some(REFLECTION), ..objective() };
     assert_same_with_any_number_of_threads(sharp_ball, &o);
+}
+
+#[test]
+fn bodies_in_bodies_learn_the_same_with_any_number_of_threads() {
+    let o = Objective { index: Some(index_objective()), reflection: Some(REFLECTION), ..objective() };
+    assert_same_with_any_number_of_threads(nested_balls, &o);
+}
+
+#[test]
+fn tints_learn_the_same_with_any_number_of_threads() {
+    let absorption = Some(AbsorptionObjective { rate: 0.01 });
+    let o = Objective { reflection: Some(REFLECTION), absorption, ..objective() };
+    for model in [tinted_ball, tinted_nested_balls] {
+        assert_same_with_any_number_of_threads(model, &o);
+    }
 }
 
 #[test]

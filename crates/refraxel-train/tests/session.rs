@@ -2,8 +2,8 @@
 
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
-use refraxel_core::{BrickMap, Domain, Ray};
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
+use refraxel_core::{BrickMap, Domain, Ray, vec3};
+use refraxel_data::synth::{IndexTruth, SceneOptions, SynthOptions, ViewCounts, scene, synthesize};
 use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::backend::{
     Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, Snapshot, StepOutcome,
@@ -15,6 +15,7 @@ use refraxel_train::model::{Model, Optimiser, Reflection, Refraction};
 use refraxel_train::options::Switch;
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
+use refraxel_train::verdict::{Hypothesis, StayReason};
 use refraxel_train::{Backend, CpuBackend, Options, TrainError};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
@@ -85,6 +86,89 @@ fn a_run_tells_what_it_finds() {
     assert!(records[0].events.iter().any(|e| matches!(e, Event::RaysBend { .. })), "the log keeps events");
     assert!(!records.iter().flat_map(|r| &r.events).any(|e| matches!(e, Event::Progress { .. })));
     assert_eq!(session.progress(), 1.0);
+}
+
+#[test]
+fn a_truth_of_bodies_in_bodies_is_held_and_stored() {
+    let hollow = scene("hollow_ball", &SceneOptions::default()).unwrap();
+    let index = Some(IndexTruth::of_scene(&hollow).unwrap().into());
+    let mut options = options(true);
+    (options.surface.rate, options.index.rate) = (0.0, 0.0);
+    let setup = Setup { index, ..Setup::new(glass_ball(), options) };
+    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let events = finish(&mut session);
+    assert_eq!(events.iter().filter(|e| matches!(e, Event::RegionFound { .. })).count(), 2);
+    let Refraction { medium, states, .. } = Run::read(&bytes(&session)[..]).unwrap().model.refraction;
+    let indices: Vec<f32> = medium.regions().iter().map(|r| r.interior_index().unwrap()).collect();
+    assert_eq!(indices, [1.5, 1.0]);
+    let held: Vec<bool> = states.iter().map(|s| s.fixed_index).collect();
+    assert_eq!(held, [false, true], "the checkpoint knows that air stays air");
+    let middle = vec3(0.02, -0.03, -0.13);
+    let found = [middle, middle + vec3(0.0, 0.45, 0.0)].map(|x| medium.index(x));
+    assert!((found[0] - 1.0).abs() < 1e-6 && (found[1] - 1.5).abs() < 1e-6, "{found:?}");
+}
+
+/// A small scene with masks, written to disk and read again.
+fn scene_data(name: &str, ior: Option<f64>) -> (tempfile::TempDir, Dataset) {
+    let folder = tempfile::tempdir().unwrap();
+    let options = SynthOptions {
+        size: 40,
+        views: ViewCounts { train: 30, val: 1, test: 2 },
+        spp: 4,
+        detail_spp: 0,
+        index_resolution: 0,
+        ior,
+        ..SynthOptions::new(name, folder.path())
+    };
+    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
+    let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
+    (folder, data)
+}
+
+/// A run that is long enough for a race.
+fn judged(data: Dataset, change: fn(&mut Options)) -> (Session<CpuBackend>, Vec<Event>) {
+    let mut options = options(true);
+    (options.run.steps, options.run.batch) = (200, 512);
+    change(&mut options);
+    let mut session = Session::start(Setup::new(data, options), CpuBackend::new, &mut |_| {}).unwrap();
+    let events = finish(&mut session);
+    (session, events)
+}
+
+#[test]
+fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
+    let (_folder, data) = scene_data("glass_ball", Some(1.01));
+    let (session, events) = judged(data.clone(), |_| {});
+    let verdict = session.state().verdict.as_ref().unwrap();
+    assert_eq!((verdict.regions[0].hypothesis, verdict.views), (Hypothesis::Straight, 3));
+    assert!(session.state().stays_straight && session.backend().medium().is_none());
+    assert!(events.iter().any(|e| matches!(e, Event::Judged { .. })));
+    assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { why: StayReason::Judged })));
+    let stored = Run::read(&bytes(&session)[..]).unwrap();
+    assert_eq!(stored.state.verdict.as_ref(), Some(verdict), "the checkpoint keeps the verdict");
+    let (forced, _) = judged(data, |o| o.judge.straight = Switch::Off);
+    assert!(!forced.backend().medium().is_none());
+}
+
+#[test]
+fn glass_that_bends_is_judged_so() {
+    let (_folder, data) = scene_data("glass_ball", None);
+    let (ball, _) = judged(data, |_| {});
+    let verdict = &ball.state().verdict.as_ref().unwrap().regions[0];
+    assert!(
+        verdict.hypothesis != Hypothesis::Straight && verdict.gain_inside > verdict.margin,
+        "{verdict:?}"
+    );
+}
+
+#[test]
+fn a_box_without_masks_stays_straight_and_says_so() {
+    let (_folder, data) = scene_data("opaque", None);
+    let (session, events) = judged(data, |o| {
+        o.set("refraction.bounds", "-0.5,-0.5,-0.5,0.5,0.5,0.5").unwrap();
+    });
+    assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { why: StayReason::OnlyABox })));
+    assert!(session.backend().medium().is_none());
 }
 
 /// Cancels at the first event that is `wanted`, saves, and goes on.
@@ -212,10 +296,7 @@ fn what_cannot_lead_to_a_result_is_refused_before_any_work() {
 fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
     let mut setup = Setup::new(glass_ball(), options(true));
     // A place that no silhouette shows.
-    setup.data.stated_box = Some(refraxel_core::Aabb::new(
-        refraxel_core::vec3(0.7, 0.7, 0.7),
-        refraxel_core::vec3(0.9, 0.9, 0.9),
-    ));
+    setup.data.stated_box = Some(refraxel_core::Aabb::new(vec3(0.7, 0.7, 0.7), vec3(0.9, 0.9, 0.9)));
     let data = setup.data.clone();
     let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
     let mut events = Vec::new();

@@ -1,8 +1,8 @@
 //! What happens in a run, in words.
 
-use refraxel_train::events::{Event, FoundIndex, Task};
-use refraxel_train::initial::Profile;
+use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
+use refraxel_train::verdict::{Found, RegionVerdict, Verdict};
 
 /// An event in a sentence; none for what progress bars show.
 pub fn sentence(event: &Event) -> Option<String> {
@@ -22,15 +22,19 @@ pub fn sentence(event: &Event) -> Option<String> {
                 n[2]
             )
         }
-        Event::IndexSearched { profile, regions, misfit } => {
-            let indices: Vec<String> = regions.iter().map(found).collect();
-            let place = profile_name(*profile);
-            format!("{place}: index {} fits best, misfit {misfit:.3}", indices.join(", "))
+        Event::MasksIgnored { views, usual_overlap } => ignored(views, *usual_overlap),
+        Event::IndexSearched { region, hypothesis, found, misfit } => {
+            format!("region {}: {}, {}, misfit {misfit:.3}", region + 1, hypothesis.name(), numbers(found))
         }
-        Event::IndexGuessed { straight_misfit, index } => {
-            format!("straight rays fit as well (misfit {straight_misfit:.3}): starting from index {index}")
+        Event::IndexGuessed { region, straight_misfit, index } => format!(
+            "region {}: straight rays fit as well (misfit {straight_misfit:.3}); index {index} is a guess",
+            region + 1
+        ),
+        Event::Judged { verdict } => verdict_text(verdict),
+        Event::RaysBend { hypotheses } => {
+            let names: Vec<_> = hypotheses.iter().map(|h| h.name()).collect();
+            format!("rays bend: {}", names.join(", "))
         }
-        Event::RaysBend { profile } => format!("rays bend {}", profile_name(*profile)),
         Event::RaysStayStraight { why } => format!("rays stay straight: {why}"),
         Event::ClearcoatAdded => "opaque things have a clearcoat that mirrors".to_owned(),
         Event::RolledBack { step, rate_scale } => format!(
@@ -42,19 +46,51 @@ pub fn sentence(event: &Event) -> Option<String> {
     })
 }
 
-fn found(f: &FoundIndex) -> String {
-    match f.wall {
-        1.0 => format!("{:.3}", f.index),
-        wall => format!("{:.3} (hollow: the wall is {:.0} % of the depth)", f.index, 100.0 * wall),
-    }
+/// Numbers that a search found.
+fn numbers(found: &[Found]) -> String {
+    let number = |f: &Found| match f.name.as_str() {
+        "wall" => format!("wall {:.0} % of the depth", 100.0 * f.value),
+        "water" => format!("water up to {:.0} % of the height", 100.0 * f.value),
+        "level" => format!("level at {:.0} % of what the masks allow", 100.0 * f.value),
+        "offset" => format!("offset {:.1} voxels", f.value),
+        name => format!("{name} {:.3}", f.value),
+    };
+    found.iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
-fn profile_name(profile: Profile) -> &'static str {
-    match profile {
-        Profile::Sharp => "at a sharp surface",
-        Profile::Smooth => "through a smooth transition",
-        Profile::Graded => "in an index gradient",
+/// Names of views in one sentence, at most.
+const NAMED: usize = 8;
+
+fn ignored(views: &[IgnoredMask], usual_overlap: f32) -> String {
+    let name = |v: &IgnoredMask| format!("{} ({:.0} %)", v.view, 100.0 * v.overlap);
+    let mut names: Vec<String> = views.iter().take(NAMED).map(name).collect();
+    if views.len() > NAMED {
+        names.push(format!("{} more", views.len() - NAMED));
     }
+    format!(
+        "masks that contradict the others are left out of the shape: {}; they overlap with what the other views show by the \
+         percentage given, masks usually do by {:.0} %; check whether they are missing or belong to another view",
+        names.join(", "),
+        100.0 * usual_overlap
+    )
+}
+
+/// What the judge decided, one line per region.
+pub fn verdict_text(verdict: &Verdict) -> String {
+    let region = |r: &RegionVerdict| {
+        let others = r.contestants.iter().map(|c| format!("{} {:.2} dB", c.hypothesis.name(), c.inside));
+        format!(
+            "region {}: {} (bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB over all, on {} views kept aside; {})",
+            r.region + 1,
+            r.hypothesis.name(),
+            r.gain_inside,
+            r.error,
+            r.gain_all,
+            verdict.views,
+            others.collect::<Vec<_>>().join(", ")
+        )
+    };
+    verdict.regions.iter().map(region).collect::<Vec<_>>().join("\n")
 }
 
 /// What a run is busy with.
@@ -73,6 +109,7 @@ pub fn task_name(task: Task) -> &'static str {
         Task::FindingOccluders => "finding occluders",
         Task::Carving => "carving shapes",
         Task::SearchingIndex => "index search",
+        Task::Judging => "race of hypotheses",
         Task::Baking => "baking reflections",
         Task::Pruning => "finer grid",
         Task::Evaluating => "rendering",
@@ -83,13 +120,25 @@ pub fn task_name(task: Task) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use refraxel_train::verdict::Hypothesis;
+
+    #[test]
+    fn masks_that_are_left_out_are_named() {
+        let views = (0..10).map(|k| IgnoredMask { view: format!("r_{k}.png"), overlap: 0.01 * k as f32 });
+        let said = sentence(&Event::MasksIgnored { views: views.collect(), usual_overlap: 0.93 }).unwrap();
+        assert!(
+            said.contains("r_0.png (0 %), r_1.png (1 %)") && said.contains("r_7.png (7 %), 2 more"),
+            "{said}"
+        );
+        assert!(said.contains("usually do by 93 %"), "{said}");
+    }
 
     #[test]
     fn what_was_found_is_said_with_its_figures() {
-        let regions = vec![FoundIndex { index: 1.5, wall: 1.0 }, FoundIndex { index: 1.6, wall: 0.25 }];
-        let event = Event::IndexSearched { profile: Profile::Sharp, regions, misfit: 0.1234 };
-        let expected = "at a sharp surface: index 1.500, 1.600 (hollow: the wall is 25 % of the depth) fits best, \
-                        misfit 0.123";
+        let number = |name: &str, value| Found { name: name.to_owned(), value };
+        let found = vec![number("index", 1.6), number("wall", 0.25)];
+        let event = Event::IndexSearched { region: 0, hypothesis: Hypothesis::Shell, found, misfit: 0.1234 };
+        let expected = "region 1: a shell with air in it, index 1.600, wall 25 % of the depth, misfit 0.123";
         assert_eq!(sentence(&event).unwrap(), expected);
         assert_eq!(sentence(&Event::Progress { task: Task::Carving, done: 1, total: 3 }), None);
     }

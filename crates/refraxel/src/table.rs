@@ -58,6 +58,11 @@ pub fn count(n: u64) -> String {
     groups.join(" ")
 }
 
+/// Absorption coefficients of linear red, green and blue.
+pub fn colours([r, g, b]: [f32; 3]) -> String {
+    format!("red {r:.2}, green {g:.2}, blue {b:.2} per scene unit")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -23,6 +23,28 @@ impl<T: Real> LevelSet<T> {
             *self = Self::through(self.lattice().clone(), distance);
         }
     }
+
+    /// The body whose surface lies `by` [scene unit] further out, or further in where `by` < 0: φ is made a signed distance,
+    /// `by` is subtracted, and φ is made the signed distance from its new surface.
+    ///
+    /// Convex edges that move outwards and concave ones that move inwards become round with the radius |`by`|. A body
+    /// thinner than −2 `by` vanishes, and no surface is left; one that grows into the border of the grid is cut off there.
+    /// Error: a hundredth of a voxel for every three voxels of `by`, where the radii of curvature of both surfaces exceed a
+    /// few voxels. Costs about 1.2 µs per node, and half as much again for every further three voxels.
+    #[must_use]
+    pub fn offset(&self, by: T) -> Self {
+        let mut body = self.clone();
+        body.redistance();
+        // Distances are exact up to four voxels from the surface.
+        let steps = (by.abs() / (T::of(3.0) * self.voxel())).f64().ceil().max(1.0);
+        for _ in 0..steps as u64 {
+            // B-splines add up to 1: a constant is subtracted from φ by subtracting it from each coefficient.
+            body.coefficients_mut().iter_mut().for_each(|c| *c -= by / T::of(steps));
+            body.find_surface();
+            body.redistance();
+        }
+        body
+    }
 }
 
 /// Nodes up to this many cells from the surface get their exact distance [cell]. Further out the error of the march is a
@@ -224,6 +246,28 @@ mod tests {
             let moved = (at(&distance) - at(&level)).abs();
             assert!(moved < if flat { 0.01 } else { 0.2 }, "{moved} voxels at {a}, {b}");
         }
+    }
+
+    #[test]
+    fn the_offset_of_a_ball_is_the_ball_of_the_other_radius() {
+        let ball = LevelSet::from_samples(cube(), [48; 3], |x: Vec3<f64>| x.length() - 0.5);
+        let mut r = Sequence(6);
+        for voxels in [-5.0, -1.5, 0.0, 0.4, 2.0, 4.0] {
+            let by = voxels * ball.voxel();
+            let (moved, far) = (ball.offset(by), vec3(0.1, 0.05, 0.0));
+            for _ in 0..100 {
+                let off = moved.value(r.vector().normalized() * (0.5 + by)) / ball.voxel();
+                assert!(off.abs() < 0.02, "moved by {voxels} voxels: {off} voxels beside");
+            }
+            assert!((moved.value(far) - (far.length() - 0.5 - by)).abs() < 0.5 * ball.voxel());
+        }
+    }
+
+    #[test]
+    fn a_body_thinner_than_twice_the_offset_vanishes() {
+        let ball = LevelSet::from_samples(cube(), [32; 3], |x: Vec3<f64>| x.length() - 0.3);
+        let gone = ball.offset(-0.35);
+        assert!(gone.coefficients().iter().all(|c| *c > 0.0));
     }
 
     #[test]

@@ -33,6 +33,10 @@ pub struct LevelSet<T: Copy> {
 /// Least coefficient of the border [voxel], which keeps the surface away from the faces of the box.
 const BORDER_VALUE: f64 = 0.5;
 
+/// A point closer to a surface than this [voxel] may stand on it: more than the rounding of φ in `f32`, and less than the
+/// splines of two surfaces that should coincide differ.
+const TOUCH: f64 = 1e-3;
+
 /// Cells whose φ comes closer to 0 than this [voxel] are searched for crossings: covers the rounding of `f32`.
 const MARGIN: f64 = 1e-4;
 
@@ -190,6 +194,12 @@ impl<T: Real> LevelSet<T> {
     /// True where φ < 0.
     pub fn is_inside(&self, x: Vec3<T>) -> bool {
         self.value(x) < T::zero()
+    }
+    /// Whether a ray of momentum `p` at `x` goes on inside the body: φ < 0, or φ falls along p where x stands on the surface.
+    pub(crate) fn holds_ahead(&self, x: Vec3<T>, p: Vec3<T>) -> bool {
+        let (phi, gradient) = self.sample(x);
+        let stands_on = phi.abs() < T::of(TOUCH) * self.voxel();
+        if stands_on { gradient.dot(p) < T::zero() } else { phi < T::zero() }
     }
     /// Hess(φ) v [1 / scene unit]: the transpose of the derivative of ∇φ by x, theory (2.28).
     pub fn hessian(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {

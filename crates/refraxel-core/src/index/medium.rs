@@ -1,16 +1,23 @@
-//! Any number of refractive regions in vacuum, and dLoss/d(their coefficients).
+//! Any number of refractive regions in vacuum, which one rules where bodies overlap, and dLoss/d(their coefficients).
 
 use super::{IndexGrid, LevelSet, VACUUM};
 use crate::{Real, Vec3};
 use std::fmt;
 
-/// Regions of refractive index that do not overlap; n = 1 between them.
+/// Regions of refractive index in vacuum, n = 1, theory (2.23).
+///
+/// Bodies, the regions with a [`LevelSet`], may overlap: **where several contain a point, the last of them in the list
+/// rules.** Water in a glass, and the bubble in the water, follow the glass. A surface that should touch another, as water
+/// its glass, is best made a little larger than the space that it fills, so that the order decides and no gap is left.
+/// Regions without level set overlap no other region.
 #[derive(Clone, Debug)]
 pub struct Medium<T: Copy> {
     regions: Vec<IndexGrid<T>>,
+    /// Per region the others whose boxes overlap its box, from the last to the first.
+    neighbours: Vec<Vec<usize>>,
 }
 
-/// The error that the boxes of two regions overlap.
+/// The error that two regions overlap of which not both have a sharp surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
     /// Index of the first region.
@@ -23,7 +30,8 @@ impl fmt::Display for Overlap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "the boxes of refractive regions {} and {} overlap; let them touch at most, or join them into one",
+            "the boxes of refractive regions {} and {} overlap, and not both have a sharp surface; let them touch at most, \
+             join them into one, or give both a level set",
             self.first, self.second
         )
     }
@@ -32,44 +40,81 @@ impl fmt::Display for Overlap {
 impl std::error::Error for Overlap {}
 
 impl<T: Real> Medium<T> {
-    /// A medium of regions whose boxes touch at most.
+    /// A medium of bodies, which rule in the order of the list, and of regions without level set whose boxes touch others
+    /// at most.
     pub fn new(regions: Vec<IndexGrid<T>>) -> Result<Self, Overlap> {
+        let overlap = |first: usize, second: usize| {
+            let (a, b) = (regions[first].domain().bounds, regions[second].domain().bounds);
+            (0..3).all(|k| a.min[k].max(b.min[k]) < a.max[k].min(b.max[k]))
+        };
+        let mut neighbours = vec![Vec::new(); regions.len()];
         for second in 0..regions.len() {
-            for first in 0..second {
-                let (a, b) = (regions[first].domain().bounds, regions[second].domain().bounds);
-                if (0..3).all(|k| a.min[k].max(b.min[k]) < a.max[k].min(b.max[k])) {
+            for first in (0..second).filter(|&first| overlap(first, second)) {
+                if regions[first].level_set().is_none() || regions[second].level_set().is_none() {
                     return Err(Overlap { first, second });
                 }
+                neighbours[first].insert(0, second);
+                neighbours[second].insert(0, first);
             }
         }
-        Ok(Self { regions })
+        Ok(Self { regions, neighbours })
     }
 
     /// The same medium in another precision.
     pub fn cast<U: Real>(&self) -> Medium<U> {
-        Medium { regions: self.regions.iter().map(IndexGrid::cast).collect() }
+        Medium {
+            regions: self.regions.iter().map(IndexGrid::cast).collect(),
+            neighbours: self.neighbours.clone(),
+        }
     }
 
     /// The regions.
     pub fn regions(&self) -> &[IndexGrid<T>] {
         &self.regions
     }
-    /// One region, whose coefficients may be changed.
+    /// One region, whose coefficients may be changed. It keeps its box, and its surface if it has one.
     ///
     /// # Panics
     /// If there is no region of this number.
     pub fn region_mut(&mut self, region: usize) -> &mut IndexGrid<T> {
         &mut self.regions[region]
     }
-    /// Number of the region whose box contains a point; `None` in the vacuum between the boxes.
-    pub fn region_at(&self, x: Vec3<T>) -> Option<usize> {
-        self.regions.iter().position(|r| r.domain().bounds.contains(x))
+    /// Number of the region whose field holds at a point, theory (2.23): the last body that contains it, or the region
+    /// without level set in whose box it lies. `None` in vacuum.
+    pub fn ruling_at(&self, x: Vec3<T>) -> Option<usize> {
+        self.regions.iter().rposition(|r| {
+            r.domain().bounds.contains(x) && r.level_set().is_none_or(|level| level.is_inside(x))
+        })
     }
 
-    /// Number of the region whose field holds at a point: the one that contains it, unless its level set says that the
-    /// point lies outside the body, theory (2.23).
-    pub fn ruling_at(&self, x: Vec3<T>) -> Option<usize> {
-        self.region_at(x).filter(|&r| self.regions[r].level_set().is_none_or(|l| l.is_inside(x)))
+    /// Number of the body that rules just behind the point `x` on the surface of a body for a ray of momentum `p`, which
+    /// `enters` that body or leaves it; `None` for vacuum.
+    ///
+    /// Of other bodies, too, `x` may lie on the surface: those are decided by the way the ray goes.
+    pub(crate) fn ruling_behind(
+        &self,
+        surface: usize,
+        enters: bool,
+        x: Vec3<T>,
+        p: Vec3<T>,
+    ) -> Option<usize> {
+        let holds = |r: &&usize| self.regions[**r].level_set().is_some_and(|level| level.holds_ahead(x, p));
+        let other = self.neighbours[surface].iter().find(holds).copied();
+        other.max(enters.then_some(surface))
+    }
+
+    /// Numbers of the other regions whose boxes overlap that of `region`, from the last to the first. Where there are none,
+    /// the body lies in vacuum and nothing lies in it.
+    ///
+    /// # Panics
+    /// If there is no region of this number.
+    pub fn neighbours(&self, region: usize) -> &[usize] {
+        &self.neighbours[region]
+    }
+
+    /// The bodies that may cut into body `region` and rule there.
+    pub(crate) fn rulers_over(&self, region: usize) -> impl Iterator<Item = usize> + '_ {
+        self.neighbours[region].iter().copied().take_while(move |&other| other > region)
     }
 
     /// w = n²/2 [1], theory (2.4) and (2.23). Jumps at sharp surfaces.
@@ -80,7 +125,7 @@ impl<T: Real> Medium<T> {
     pub fn index(&self, x: Vec3<T>) -> T {
         self.ruling_at(x).map_or(T::one(), |r| self.regions[r].index(x))
     }
-    /// ∇w [1 / scene unit] of the region that holds at `x`. The jump at a surface is not part of it; see
+    /// ∇w [1 / scene unit] of the region that rules at `x`. The jump at a surface is not part of it; see
     /// [`Event`](crate::optics::Event).
     pub fn gradient(&self, x: Vec3<T>) -> Vec3<T> {
         self.ruling_at(x).map_or(Vec3::zero(), |r| self.regions[r].gradient(x))

@@ -162,6 +162,29 @@ fn overlapping_regions_are_refused_and_touching_ones_accepted() {
     assert!(Medium::new(vec![cube(0.0), cube(1.0), cube(2.5)]).is_ok());
     let overlap = Medium::new(vec![cube(0.0), cube(1.5), cube(2.0)]).unwrap_err();
     assert_eq!(overlap, Overlap { first: 1, second: 2 });
+    let ball = |x: f64| {
+        let bounds = Aabb::new(vec3(x, 0.0, 0.0), vec3(x + 1.0, 1.0, 1.0));
+        let middle = bounds.center();
+        IndexGrid::sharp(LevelSet::from_samples(bounds, [16; 3], |x| (x - middle).length() - 0.3), 1.5)
+    };
+    assert!(Medium::new(vec![ball(0.0), ball(0.2), ball(0.4)]).is_ok(), "bodies may lie in each other");
+    let overlap = Medium::new(vec![ball(0.0), cube(0.5)]).unwrap_err();
+    assert_eq!(overlap, Overlap { first: 0, second: 1 });
+}
+
+#[test]
+fn where_bodies_overlap_the_last_of_them_says_what_the_index_is() {
+    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let ball = |radius: f64, n: f64| {
+        IndexGrid::sharp(LevelSet::from_samples(cube, [24; 3], |x: Vec3<f64>| x.length() - radius), n)
+    };
+    let medium = Medium::new(vec![ball(0.7, 1.5), ball(0.4, 1.0), ball(0.6, 1.33)]).unwrap();
+    for (r, ruling, n) in [(0.8, None, 1.0), (0.65, Some(0), 1.5), (0.5, Some(2), 1.33), (0.1, Some(2), 1.33)]
+    {
+        let x = vec3(r, 0.0, 0.0);
+        assert_eq!(medium.ruling_at(x), ruling);
+        assert!((medium.index(x) - n).abs() < 1e-14 && (medium.w(x) - 0.5 * n * n).abs() < 1e-14);
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The adjoint of a path, theory (2.15)–(2.18) and (2.27)–(2.29): the loop of [`Tracer::replay`], read backwards.
 
+use super::event::SegmentEndAdjoint;
 use super::step::{KickedStep, State, drift_vjp, exit_vjp};
 use super::{EventKind, Integrator, Path, PathAdjoint, RayAdjoint, Step, Tracer};
 use crate::segment::SegmentAdjoint;
@@ -57,7 +58,8 @@ impl<T: Real> Tracer<'_, T> {
                 let is_mirror = event.kind == EventKind::Refraction;
                 later -= usize::from(is_mirror);
                 let d_mirror = d.reflections.get(later).filter(|_| is_mirror);
-                self.event_vjp(&step, segment, d_mirror, &mut d_state, grad);
+                let d_segment_end = SegmentEndAdjoint { tau: d_segment.end, mirror: d_mirror };
+                self.event_vjp(&step, segment, d_segment_end, &mut d_state, grad);
                 step.drift = T::zero(); // the transpose of the event includes that of the drift
             }
             self.advance_vjp(&step, segment.start, *d_segment, &mut d_state, grad);
@@ -86,10 +88,9 @@ impl<T: Real> Tracer<'_, T> {
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
     ) {
-        if step.kick == T::zero() {
+        let Some(region) = step.within.map(usize::from).filter(|_| step.kick != T::zero()) else {
             return drift_vjp(step.drift, d_segment, d);
-        }
-        let region = usize::from(step.region);
+        };
         let grid = &self.medium.regions()[region];
         let at = KickedStep { grid, region, x, kick: step.kick, drift: step.drift };
         self.options.integrator.step_vjp(&at, d_segment, d, grad)

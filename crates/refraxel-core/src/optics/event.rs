@@ -14,13 +14,16 @@ pub const GRAZING: f64 = 0.05;
 /// Bound on the Newton steps of [`Tracer::replay`](Tracer::replay) towards a shifted crossing.
 const MOST_STEPS: usize = 30;
 
-/// What happens where a segment ends on the surface of a body.
+/// What happens where a segment ends on the surface of a body, [`Step::region`]. The region on the side of the ray is
+/// [`Step::within`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event<T> {
     /// Whether the ray passes.
     pub kind: EventKind,
     /// True if the ray comes from inside the body.
     pub from_inside: bool,
+    /// The region that rules on the other side of the surface; `None` for vacuum.
+    pub beyond: Option<u16>,
     /// The time u [in t] up to which the kicks of the lattice reach, theory (2.26): the end kick lasts from u to τ. `None`
     /// where the field is flat and needs no end kick. Held fixed in derivatives.
     pub kicked_until: Option<T>,
@@ -35,15 +38,24 @@ pub enum EventKind {
     Reflection,
 }
 
+/// A value on both sides of a surface, as a ray meets them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sides<T> {
+    /// On the side that the ray comes from.
+    pub before: T,
+    /// On the other side.
+    pub after: T,
+}
+
 /// A ray on a surface, after the end kick and before the event.
 pub(super) struct Impact<T> {
     /// The point x_c on the surface [scene unit].
     pub x: Vec3<T>,
     /// Momentum [1].
     pub p: Vec3<T>,
-    /// w of the body there [1].
-    pub w: T,
-    /// ∇w of the body there [1 / scene unit].
+    /// w there, of the region that the ray comes from and of that beyond [1].
+    pub w: Sides<T>,
+    /// ∇w there of the region that the ray comes from [1 / scene unit].
     force: Vec3<T>,
     /// ∇φ there [1]; it points out of the body.
     gradient: Vec3<T>,
@@ -60,14 +72,23 @@ pub(super) struct Turn<T> {
     after: T,
 }
 
+/// dLoss/d(the end of a segment on a surface) beyond what the rest of the path hands back.
+#[derive(Clone, Copy)]
+pub(super) struct SegmentEndAdjoint<'a, T> {
+    /// dLoss/dτ of what depends on the length of the segment.
+    pub tau: T,
+    /// dLoss/d(partial reflection), where there is one.
+    pub mirror: Option<&'a PartialReflectionAdjoint<T>>,
+}
+
 /// dLoss/d(what a [`Turn`] depends on), theory (2.27).
 struct TurnAdjoint<T> {
     /// dLoss/dp, of the momentum after the end kick.
     p: Vec3<T>,
     /// dLoss/dm.
     normal: Vec3<T>,
-    /// dLoss/dw of the body.
-    w: T,
+    /// dLoss/dw on both sides.
+    w: Sides<T>,
 }
 
 impl<T: Real> Impact<T> {
@@ -82,15 +103,21 @@ impl<T: Real> Impact<T> {
         (normal, self.p.dot(normal))
     }
 
+    /// a² + 2D of theory (2.25), for the normal momentum `before` = a: the ray passes if it is positive.
+    fn square_after(&self, before: T) -> T {
+        let two = T::of(2.0);
+        before * before + (two * self.w.after - two * self.w.before)
+    }
+
     /// The same ray as Fresnel's formulas need it.
-    pub(super) fn arrival(&self, event: &Event<T>, turn: &Turn<T>) -> Arrival<T> {
+    pub(super) fn arrival(&self, turn: &Turn<T>) -> Arrival<T> {
         let Turn { normal, before, after } = *turn;
-        Arrival { p: self.p, normal, before, after, w: self.w, from_inside: event.from_inside }
+        Arrival { p: self.p, normal, before, after, w: self.w }
     }
 }
 
 impl<T: Real> Event<T> {
-    /// +1 if the ray meets the surface along ∇φ, −1 if against it. D = w_new − w_old is −(w − 1/2) times this.
+    /// +1 if the ray meets the surface along ∇φ, −1 if against it.
     fn outward(&self) -> T {
         if self.from_inside { T::one() } else { -T::one() }
     }
@@ -100,16 +127,19 @@ impl<T: Real> Event<T> {
         self.kicked_until.map(|until| tau - until)
     }
 
-    /// a² + 2D of theory (2.25), for the normal momentum `before` = a: the ray passes if it is positive.
-    fn square_after(&self, before: T, w: T) -> T {
-        before * before - (T::of(2.0) * w - T::of(2.0 * VACUUM)) * self.outward()
+    /// The region that rules behind the surface for a ray with this kind of event.
+    pub(super) fn next(&self, within: Option<u16>) -> Option<u16> {
+        match self.kind {
+            EventKind::Refraction => self.beyond,
+            EventKind::Reflection => within,
+        }
     }
 
     /// Decides the kind of the event, theory (2.25). Where rounding at grazing incidence gives a the sign of the other
     /// side, a reflected ray still returns to the side that it came from.
     pub(super) fn choose(&mut self, at: &Impact<T>) -> Turn<T> {
         let (normal, before) = at.normal_momentum();
-        let square = self.square_after(before, at.w);
+        let square = at.square_after(before);
         let passes = square > T::zero();
         self.kind = if passes { EventKind::Refraction } else { EventKind::Reflection };
         let size = if passes { square.sqrt() } else { -before.abs() };
@@ -120,7 +150,7 @@ impl<T: Real> Event<T> {
     pub(super) fn turn(&self, at: &Impact<T>) -> Turn<T> {
         let (normal, before) = at.normal_momentum();
         let after = match self.kind {
-            EventKind::Refraction => self.square_after(before, at.w).sqrt() * self.outward(),
+            EventKind::Refraction => at.square_after(before).sqrt() * self.outward(),
             EventKind::Reflection => -before,
         };
         Turn { normal, before, after }
@@ -139,19 +169,22 @@ impl<T: Real> Event<T> {
         let c = d_after.dot(m);
         // forward: p' = p + (s − a) m
         let (mut d_a, mut d_s) = (-c, c);
-        let mut d = TurnAdjoint { p: d_after, normal: d_after * change, w: T::zero() };
+        let none = Sides { before: T::zero(), after: T::zero() };
+        let mut d = TurnAdjoint { p: d_after, normal: d_after * change, w: none };
         if let Some(mirror) = mirror {
             d_a += mirror.before;
             d_s += mirror.after;
-            d.w += mirror.w;
+            d.w = mirror.w;
             d.p += mirror.p;
             d.normal += mirror.normal;
         }
         // forward: s² = a² + 2D for refraction, s = −a for reflection
         let d_a = match self.kind {
             EventKind::Refraction => {
+                // forward: D = w_after − w_before
                 let s = at_least(turn.after, self.outward(), (p + m * change).length());
-                d.w -= self.outward() * d_s / s;
+                d.w.after += d_s / s;
+                d.w.before -= d_s / s;
                 d_a + d_s * turn.before / s
             }
             EventKind::Reflection => d_a - d_s,
@@ -166,17 +199,23 @@ impl<T: Real> Event<T> {
 impl<T: Real> Tracer<'_, T> {
     /// Drift from `start` to the surface and the end kick there, theory (2.26).
     pub(super) fn impact(&self, step: &Step<T>, event: &Event<T>, start: &State<T>) -> Impact<T> {
-        let (grid, level) = self.body(step.region);
         let x = start.x + start.p * step.drift;
-        let (w, force) = grid.sample(x);
+        let (before, force) = self.field(step.within, x);
+        let (after, _) = self.field(event.beyond, x);
         let p = event.end_kick(step.drift).map_or(start.p, |late| start.p + force * late);
-        Impact { x, p, w, force, gradient: level.sample(x).1 }
+        let gradient = self.surface(step.region).sample(x).1;
+        Impact { x, p, w: Sides { before, after }, force, gradient }
+    }
+
+    /// (w, ∇w) of a region, or of vacuum.
+    fn field(&self, region: Option<u16>, x: Vec3<T>) -> (T, Vec3<T>) {
+        self.grid(region).map_or((T::of(VACUUM), Vec3::zero()), |grid| grid.sample(x))
     }
 
     /// The crossing near t = `guess` on another line or of another surface, theory (2.24), by Newton's method. Not a number
     /// if there is none.
     pub(super) fn crossing_near(&self, region: u16, state: &State<T>, guess: T) -> T {
-        let (_, level) = self.body(region);
+        let level = self.surface(region);
         let mut t = guess;
         for _ in 0..MOST_STEPS {
             let x = state.x + state.p * t;
@@ -191,7 +230,7 @@ impl<T: Real> Tracer<'_, T> {
     }
 
     /// Transpose of a drift that ends with an event, theory (2.27)–(2.29), up to the start of the drift: `d` is
-    /// dLoss/d(x, p) after the event and becomes that before the drift. `d_mirror` belongs to its partial reflection. The
+    /// dLoss/d(x, p) after the event and becomes that before the drift. `d_end` is what else depends on the event. The
     /// coefficients of w and φ receive their shares through `grad`.
     ///
     /// The length τ of the drift is differentiated; sines below [`GRAZING`] are not followed.
@@ -199,16 +238,16 @@ impl<T: Real> Tracer<'_, T> {
         &self,
         step: &Step<T>,
         segment: &Segment<T>,
-        d_mirror: Option<&PartialReflectionAdjoint<T>>,
+        d_end: SegmentEndAdjoint<'_, T>,
         d: &mut State<T>,
         grad: &mut impl IndexGradient<T>,
     ) {
         let Some(event) = &step.event else { return };
-        let (region, (grid, level)) = (usize::from(step.region), self.body(step.region));
+        let level = self.surface(step.region);
         let (tau, p1) = (step.drift, segment.momentum);
         let at = self.impact(step, event, &State { x: segment.start, p: p1 });
         let turn = event.turn(&at);
-        let mirror = d_mirror.map(|d| at.arrival(event, &turn).vjp(d, self.options.weight));
+        let mirror = d_end.mirror.map(|d| at.arrival(&turn).vjp(d, self.options.weight));
 
         // forward: p3 = p2 + (s − a) m with a = p2 · m, s = s(a, D), m = ∇φ/|∇φ|
         let d_turn = event.turn_vjp(&turn, at.p, mirror.as_ref(), d.p);
@@ -218,31 +257,44 @@ impl<T: Real> Tracer<'_, T> {
         }
         let m = turn.normal;
         let d_gradient = (d_turn.normal - m * m.dot(d_turn.normal)) / at.gradient.length();
-        d.x += level.hessian(at.x, d_gradient) + grid.w_gradient(at.x) * d_turn.w;
-        let mut d_tau = d.x.dot(p1);
+        let by_w = |region, d_w: T| self.grid(region).map_or(Vec3::zero(), |g| g.w_gradient(at.x) * d_w);
+        let by_sides = by_w(step.within, d_turn.w.before) + by_w(event.beyond, d_turn.w.after);
+        d.x += level.hessian(at.x, d_gradient) + by_sides;
+        let mut d_tau = d_end.tau + d.x.dot(p1);
         let mut d_force = Vec3::zero();
-        if let Some(late) = event.end_kick(tau) {
+        if let Some((late, grid)) = event.end_kick(tau).zip(self.grid(step.within)) {
             // forward: p2 = p1 + (τ − u) ∇w(xc)
             d_force = d.p * late;
             let by_force = grid.gradient_pullback(at.x, d_force);
             d.x += by_force;
             d_tau += by_force.dot(p1) + d.p.dot(at.force);
         }
-        if d_turn.w != T::zero() || event.kicked_until.is_some() {
-            grad.add(region, grid, at.x, d_turn.w, d_force);
+        for (region, d_w, d_force) in
+            [(step.within, d_turn.w.before, d_force), (event.beyond, d_turn.w.after, Vec3::zero())]
+        {
+            // Vacuum has no coefficients.
+            if let (Some(number), Some(grid)) = (region, self.grid(region))
+                && (d_w != T::zero() || d_force != Vec3::zero())
+            {
+                grad.add(usize::from(number), grid, at.x, d_w, d_force);
+            }
         }
         // forward: xc = x0 + τ p1 with φ(xc) = 0
         let slope = at_least(at.gradient.dot(p1), event.outward(), at.gradient.length() * p1.length());
         let d_phi = -d_tau / slope;
         d.x += at.gradient * d_phi;
         d.p += d.x * tau;
-        grad.add_level_set(region, level, at.x, d_phi, d_gradient);
+        grad.add_level_set(usize::from(step.region), level, at.x, d_phi, d_gradient);
     }
 
-    /// The field of a body and its surface.
-    fn body(&self, region: u16) -> (&IndexGrid<T>, &LevelSet<T>) {
+    /// The field of a region; `None` for vacuum.
+    fn grid(&self, region: Option<u16>) -> Option<&IndexGrid<T>> {
+        region.map(|r| &self.medium.regions()[usize::from(r)])
+    }
+    /// The surface of a body.
+    fn surface(&self, region: u16) -> &LevelSet<T> {
         let grid = &self.medium.regions()[usize::from(region)];
-        (grid, grid.level_set().expect("events happen at level sets"))
+        grid.level_set().expect("events happen at level sets")
     }
 }
 

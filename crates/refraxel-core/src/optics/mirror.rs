@@ -1,8 +1,8 @@
 //! The light that a sharp surface mirrors while the ray passes, theory (7.1) and (7.2), and its transpose, theory (7.3) and
 //! (7.4).
 
+use super::event::Sides;
 use super::fresnel::{Incidence, Weight};
-use crate::index::VACUUM;
 use crate::{Real, Vec3};
 
 /// The share of the light that a surface on a path mirrors, and the ray along which that light arrives, theory (7.1) and
@@ -16,8 +16,11 @@ pub struct PartialReflection<T> {
     pub segment: usize,
     /// Number of the region that the surface belongs to.
     pub region: u16,
-    /// True if the ray comes from inside the body, so that the mirrored ray stays there.
+    /// True if the ray comes from inside that body.
     pub from_inside: bool,
+    /// The region in which the ray arrives and the mirrored ray stays; `None` for vacuum. Where bodies lie in each other this
+    /// may be another than `region`: a bubble in glass mirrors the glass around it.
+    pub within: Option<u16>,
     /// The point on the surface [scene unit].
     pub position: Vec3<T>,
     /// Unit direction of the mirrored ray, away from the surface.
@@ -49,10 +52,8 @@ pub(super) struct Arrival<T> {
     pub before: T,
     /// s = p' · m of the refracted ray, with its sign.
     pub after: T,
-    /// w of the body at the surface.
-    pub w: T,
-    /// True if the ray comes from inside the body.
-    pub from_inside: bool,
+    /// w on both sides.
+    pub w: Sides<T>,
 }
 
 /// dLoss/d([`Arrival`]) of a partial reflection, which the transpose of the event adds to its own terms.
@@ -67,15 +68,14 @@ pub(super) struct MirrorAdjoint<T> {
     pub before: T,
     /// dLoss/ds.
     pub after: T,
-    /// dLoss/dw of the body.
-    pub w: T,
+    /// dLoss/dw on both sides.
+    pub w: Sides<T>,
 }
 
 impl<T: Real> Arrival<T> {
-    /// Normal momenta and w on both sides; the outside is vacuum.
+    /// Normal momenta and w on both sides.
     fn incidence(&self) -> Incidence<T> {
-        let vacuum = T::of(VACUUM);
-        let (w_before, w_after) = if self.from_inside { (self.w, vacuum) } else { (vacuum, self.w) };
+        let Sides { before: w_before, after: w_after } = self.w;
         Incidence { before: self.before.abs(), after: self.after.abs(), w_before, w_after }
     }
 
@@ -110,7 +110,7 @@ impl<T: Real> Arrival<T> {
             normal: d_q * (-two * self.before),
             before: by.before * self.before.signum() - two * self.normal.dot(d_q),
             after: by.after * self.after.signum(),
-            w: if self.from_inside { by.w_before } else { by.w_after },
+            w: Sides { before: by.w_before, after: by.w_after },
         }
     }
 }

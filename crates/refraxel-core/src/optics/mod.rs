@@ -68,6 +68,10 @@
 //! steps again, derivatives of the exit direction by the origin are off by 1.5e-2, 3.6e-3 and 9e-4 (median) at steps of
 //! 0.5, 0.25 and 0.125 voxel (ball on 49³ nodes, edge of 1 voxel, cubic B-spline).
 //!
+//! Bodies may overlap: the last one in the list that contains a point rules there, theory (2.23), and an event takes place
+//! only where the ruling body changes. A ray remembers the body that rules. Surfaces of bodies below are not looked for, and
+//! which of them rules next is decided where that body ends, so that a path cannot lose count.
+//!
 //! What is transported is the basic radiance L/n², which is invariant along a ray: no factor appears where n changes.
 
 mod adjoint;
@@ -155,10 +159,19 @@ pub struct Step<T> {
     pub drift: T,
     /// Steps of the lattice in this segment: 1, more for a hop in a flat part of a region, 0 for a hop outside.
     pub lattice: u16,
-    /// Region of the kick and of the event; without meaning for a hop outside that has no event.
+    /// The body on whose surface the event takes place; otherwise the region `within`.
     pub region: u16,
+    /// The region that rules along the segment and whose field kicks; `None` in vacuum.
+    pub within: Option<u16>,
     /// The event at the end of the segment, if that lies on a surface.
     pub event: Option<Event<T>>,
+}
+
+impl<T: Real> Step<T> {
+    /// The region that rules after the step and its event; `None` in vacuum.
+    pub fn leads_into(&self) -> Option<u16> {
+        self.event.map_or(self.within, |event| event.next(self.within))
+    }
 }
 
 /// Why a path ended.

@@ -34,11 +34,12 @@ impl<T: Real> Tracer<'_, T> {
         let (step, drift) = (&path.steps[segment], &path.segments[segment]);
         let event = step.event.as_ref()?;
         let at = self.impact(step, event, &State { x: drift.start, p: drift.momentum });
-        let arrival = at.arrival(event, &event.turn(&at));
+        let arrival = at.arrival(&event.turn(&at));
         Some(PartialReflection {
             segment,
             region: step.region,
             from_inside: event.from_inside,
+            within: step.within,
             position: at.x,
             direction: arrival.direction(),
             normal: arrival.normal,

@@ -1,13 +1,15 @@
 //! From the camera to the exit: the loop over hops, steps and events.
 //!
 //! A ray is in one of three states. *Outside* all regions it hops to the next cell that is not flat, or to the surface of
-//! the next body. In a *smooth region* it is marched until it leaves the region. In a *body* it is marched, or moves
-//! straight, until the next event. Total reflection leaves it in the body; refraction takes it outside.
+//! the next body. In a *smooth region* it is marched until it leaves the region. In a *body*, the one that rules where
+//! several contain it, it is marched, or moves straight, until the next event. Total reflection leaves it in the body;
+//! refraction takes it outside or into another body.
 
 use super::crossing::Side;
 use super::hop::{Entry, Run, next_entry, run};
 use super::step::State;
-use super::{EventKind, MAX_LATTICE, Path, PathEnd, Step, Tracer};
+use super::{MAX_LATTICE, Path, PathEnd, Step, Tracer};
+use crate::index::FLAT;
 use crate::segment::Segment;
 use crate::{Ray, Real, Vec3};
 
@@ -29,11 +31,10 @@ impl<T: Real> Tracer<'_, T> {
         let mut inside = self.medium.ruling_at(ray.origin).filter(|&r| self.is_body(r));
         path.end = loop {
             if let Some(region) = inside {
-                match self.cross_body(region, &mut state, path) {
-                    Some(EventKind::Reflection) => {}
-                    Some(EventKind::Refraction) => (inside, from) = (None, T::zero()),
-                    None => break PathEnd::Exhausted,
+                if !self.cross_body(region, &mut state, path) {
+                    break PathEnd::Exhausted;
                 }
+                (inside, from) = (leads_into(path), T::zero());
                 continue;
             }
             let Some(Entry { t, region }) = next_entry(self.medium, &state, from) else {
@@ -46,9 +47,8 @@ impl<T: Real> Tracer<'_, T> {
                     break PathEnd::Exhausted;
                 }
                 let step = Step { drift: t, region: region as u16, ..Step::default() };
-                let kind = self.end_on_surface(step, Side::Outside, None, &mut state, path);
-                inside = (kind == EventKind::Refraction).then_some(region);
-                from = T::zero();
+                self.end_on_surface(step, Side::Outside, None, &mut state, path);
+                (inside, from) = (leads_into(path), T::zero());
                 continue;
             }
             self.hop(t, &mut state, path);
@@ -93,18 +93,23 @@ impl<T: Real> Tracer<'_, T> {
             *state = at.after(&event.turn(&at));
             return momentum;
         }
-        if step.kick == T::zero() {
+        let Some(region) = step.within.filter(|_| step.kick != T::zero()) else {
             state.x += state.p * step.drift;
             return state.p;
-        }
-        self.options.integrator.step(&self.medium.regions()[usize::from(step.region)], step, state)
+        };
+        self.options.integrator.step(&self.medium.regions()[usize::from(region)], step, state)
     }
 
     /// Appends a hop of length `t` outside, or through the flat rim of regions, and moves `state` to its end.
     fn hop(&self, t: T, state: &mut State<T>, path: &mut Path<T>) {
-        let range = self.visible(state, Some(t), path.segments.is_empty());
+        let is_first = path.segments.is_empty();
+        let range = self.visible(state, Some(t), is_first);
+        // A camera may stand where a region without level set is flat, but not vacuum.
+        let is_vacuum = |r: &usize| (self.medium.regions()[*r].index(state.x) - T::one()).abs() < T::of(FLAT);
+        let around = if is_first { self.medium.ruling_at(state.x).filter(|r| !is_vacuum(r)) } else { None };
+        let within = around.map(|region| region as u16);
         path.segments.push(Segment { start: state.x, momentum: state.p, range });
-        path.steps.push(Step { drift: t, ..Step::default() });
+        path.steps.push(Step { drift: t, within, region: within.unwrap_or(0), ..Step::default() });
         state.x += state.p * t;
     }
 
@@ -120,6 +125,7 @@ impl<T: Real> Tracer<'_, T> {
                 drift: h,
                 lattice: 1,
                 region: region as u16,
+                within: Some(region as u16),
                 event: None,
             };
             if !is_first && grid.is_flat(state.x) {
@@ -140,4 +146,9 @@ impl<T: Real> Tracer<'_, T> {
         }
         None
     }
+}
+
+/// The body that rules at the end of a path so far.
+fn leads_into<T: Real>(path: &Path<T>) -> Option<usize> {
+    path.steps.last().and_then(Step::leads_into).map(usize::from)
 }

@@ -86,10 +86,12 @@ impl<T: Real> Passage<T> {
     /// The partial reflection at the transition, theory (7.11).
     pub(super) fn reflection(&self, weight: Weight) -> PartialReflection<T> {
         let q = self.mirrored();
+        let from_inside = self.incidence.w_before > T::of(VACUUM + INSIDE);
         PartialReflection {
             segment: self.run.steepest.index - 1,
             region: self.region as u16,
-            from_inside: self.incidence.w_before > T::of(VACUUM + INSIDE),
+            from_inside,
+            within: from_inside.then_some(self.region as u16),
             position: self.x,
             direction: q / q.length(),
             normal: -self.normal,
@@ -107,8 +109,8 @@ impl<T: Real> Tracer<'_, T> {
     /// The region without a sharp surface in which a point of a path was marched through.
     pub(super) fn smooth_region(&self, path: &Path<T>, point: usize) -> Option<(usize, &IndexGrid<T>)> {
         let step = &path.steps[point];
-        let region = usize::from(step.region);
-        let grid = self.medium.regions().get(region)?;
+        let region = usize::from(step.within?);
+        let grid = &self.medium.regions()[region];
         (step.lattice > 0 && grid.level_set().is_none()).then_some((region, grid))
     }
 

@@ -1,5 +1,6 @@
 //! The march along a path, theory (3.9), and its adjoint, theory (3.10)–(3.14): the same loop, read forwards and backwards.
 
+use super::absorption::Absorption;
 use super::quadrature::QuadraturePoint;
 use crate::field::{FieldGradient, Matter, VoxelField};
 use crate::segment::{Segment, SegmentAdjoint};
@@ -28,6 +29,30 @@ pub fn render<T: Real>(
     path: &[Segment<T>],
     points: &[QuadraturePoint<T>],
 ) -> Pixel<T> {
+    march(field, path, points, |_, colour| colour)
+}
+
+/// [`render`] through the bodies on the path, theory (7.18): the colour of each point is attenuated by what lies before it.
+/// `absorption` is that of the same path; its [`whole`](Absorption::whole) attenuates what shows behind the path.
+///
+/// Its adjoint is made of [`render_vjp`]'s sweep over the attenuated colours, [`Filtered`](super::Filtered) and
+/// [`AbsorptionAdjoint`](super::AbsorptionAdjoint).
+pub fn render_through<T: Real>(
+    field: &VoxelField<T>,
+    path: &[Segment<T>],
+    points: &[QuadraturePoint<T>],
+    absorption: &Absorption<T>,
+) -> Pixel<T> {
+    march(field, path, points, |q, colour| absorption.filter(q.segment, q.t).through(colour).colour)
+}
+
+/// [`render`] with colours that pass `seen`.
+fn march<T: Real>(
+    field: &VoxelField<T>,
+    path: &[Segment<T>],
+    points: &[QuadraturePoint<T>],
+    seen: impl Fn(&QuadraturePoint<T>, [T; 3]) -> [T; 3],
+) -> Pixel<T> {
     let mut pixel = Pixel { colour: [T::zero(); 3], transmittance: T::one(), depth: T::zero() };
     let (mut segment, mut arc) = (0, T::zero()); // arc length to the start of the segment
     for q in points {
@@ -41,8 +66,9 @@ pub fn render<T: Real>(
         let Some(medium) = field.at(s.at(q.t), &y) else { continue };
         let a = -(-medium.density * q.dt * speed).exp_m1();
         let weight = pixel.transmittance * a;
+        let colour = seen(q, medium.colour);
         for c in 0..3 {
-            pixel.colour[c] += weight * medium.colour[c];
+            pixel.colour[c] += weight * colour[c];
         }
         pixel.depth += weight * (arc + q.t * speed);
         pixel.transmittance *= T::one() - a;

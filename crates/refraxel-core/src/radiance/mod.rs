@@ -1,8 +1,10 @@
 //! Emission and absorption along a path of straight segments, and its exact adjoint, theory (3.8)–(3.14); and the light
-//! that surfaces mirror: cache look-ups, mixtures and clearcoats, theory (7.5)–(7.16).
+//! that surfaces mirror: cache look-ups, mixtures and clearcoats, theory (7.5)–(7.16); and the light that bodies absorb,
+//! theory (7.17)–(7.20).
 //!
 //! A path may be one straight ray or the many segments of a bent one: nothing here makes a difference between them.
 
+mod absorption;
 pub mod clearcoat;
 mod light;
 mod march;
@@ -10,8 +12,9 @@ pub mod probes;
 mod quadrature;
 
 pub use crate::segment::{Segment, SegmentAdjoint};
-pub use light::{MixAdjoint, mix, mix_vjp, without};
-pub use march::{Pixel, PixelAdjoint, render, render_vjp};
+pub use absorption::{Absorption, AbsorptionAdjoint};
+pub use light::{Filter, Filtered, MixAdjoint, mix, mix_vjp, without};
+pub use march::{Pixel, PixelAdjoint, render, render_through, render_vjp};
 pub use probes::{ProbeGrid, ProbeStencil};
 pub use quadrature::{GROUP, QuadraturePoint, quadrature};
 

@@ -1,6 +1,7 @@
 //! Where the pictures are taken from.
 
 use super::hash::{mix, unit};
+use super::scene::Scene;
 use refraxel_core::{Camera, Vec3, vec3};
 use std::f64::consts::TAU;
 
@@ -12,22 +13,54 @@ pub const CAMERA_RADIUS: f64 = 4.0;
 /// From which directions a scene is seen; all cameras look at the middle of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraSet {
-    /// Elevations from 12° to 78° above the ground.
+    /// From above the ground, [`Scene::elevations`](super::Scene::elevations): in most scenes 12° to 78°.
     Upper,
     /// All directions but those within 12° of straight up or down.
     Full,
 }
 
-/// `count` cameras that cover `set` evenly; so does every prefix of them.
+impl CameraSet {
+    /// The elevations of the cameras around a scene.
+    pub fn elevations(self, scene: &Scene) -> Elevations {
+        match self {
+            CameraSet::Upper => scene.elevations,
+            CameraSet::Full => Elevations::FULL,
+        }
+    }
+}
+
+/// A range of elevations of cameras above the horizontal plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elevations {
+    /// Lowest [rad].
+    pub low: f64,
+    /// Highest [rad].
+    pub high: f64,
+}
+
+impl Elevations {
+    /// From 12° to 78° above the ground.
+    pub const UPPER: Elevations = Elevations { low: 12.0 * DEGREE, high: 78.0 * DEGREE };
+    /// All directions but those within 12° of straight up or down.
+    pub const FULL: Elevations = Elevations { low: -78.0 * DEGREE, high: 78.0 * DEGREE };
+    /// From 35° to 80°: into a basin.
+    pub const STEEP: Elevations = Elevations { low: 35.0 * DEGREE, high: 80.0 * DEGREE };
+
+    /// Both ends in degrees.
+    pub fn degrees(&self) -> [f64; 2] {
+        [self.low, self.high].map(f64::to_degrees)
+    }
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// `count` cameras that cover a range of elevations evenly; so does every prefix of them.
 ///
 /// Directions follow the additive recurrence with the inverse powers of the plastic number (Roberts 2018) in
 /// (sin elevation, azimuth), shifted by `seed`: equal areas of the sphere get equally many cameras.
-pub fn cameras(set: CameraSet, count: usize, seed: u64, size: [u32; 2]) -> Vec<Camera> {
+pub fn cameras(range: Elevations, count: usize, seed: u64, size: [u32; 2]) -> Vec<Camera> {
     const PLASTIC: f64 = 1.324_717_957_244_746;
-    let (low, high) = match set {
-        CameraSet::Upper => (12f64.to_radians().sin(), 78f64.to_radians().sin()),
-        CameraSet::Full => (-78f64.to_radians().sin(), 78f64.to_radians().sin()),
-    };
+    let (low, high) = (range.low.sin(), range.high.sin());
     let shift = [unit(mix(seed, 1)), unit(mix(seed, 2))];
     (0..count)
         .map(|i| {
@@ -63,18 +96,18 @@ mod tests {
 
     #[test]
     fn cameras_stand_at_the_stated_distance_within_the_stated_elevations() {
-        for c in cameras(CameraSet::Upper, 50, 3, [20, 10]) {
+        for c in cameras(Elevations::UPPER, 50, 3, [20, 10]) {
             let eye = c.world_from_camera.translation;
             assert!((eye.length() - CAMERA_RADIUS).abs() < 1e-12);
             assert!((12.0..=78.0).contains(&(eye.z / CAMERA_RADIUS).asin().to_degrees()));
         }
-        let full = cameras(CameraSet::Full, 50, 3, [20, 10]);
+        let full = cameras(Elevations::FULL, 50, 3, [20, 10]);
         assert!(full.iter().filter(|c| c.world_from_camera.translation.z < 0.0).count() > 15);
     }
 
     #[test]
     fn the_matrix_of_a_camera_gives_the_camera_back() {
-        let camera = cameras(CameraSet::Upper, 3, 1, [200, 100])[2];
+        let camera = cameras(Elevations::UPPER, 3, 1, [200, 100])[2];
         let back = from_opengl_matrix(opengl_matrix(&camera), CAMERA_ANGLE_X, [200, 100]);
         assert_eq!(back, camera);
     }

@@ -113,15 +113,20 @@ impl DatasetOptions {
         Sampling { spp: self.spp, detail_spp: self.detail_spp, seed: self.seed, limits: self.limits }
     }
 
-    /// The cameras of one split.
-    pub fn split_cameras(&self, part: Part) -> Vec<Camera> {
-        cameras(self.cameras, part.count(&self.views), mix(self.seed, 100 + part as u64), self.size)
+    /// The cameras of one split around a scene.
+    pub fn split_cameras(&self, scene: &Scene, part: Part) -> Vec<Camera> {
+        cameras(
+            self.cameras.elevations(scene),
+            part.count(&self.views),
+            mix(self.seed, 100 + part as u64),
+            self.size,
+        )
     }
 
     /// All views, twins apart, split by split.
-    pub(super) fn planned_views(&self) -> Vec<PlannedView> {
+    pub(super) fn planned_views(&self, scene: &Scene) -> Vec<PlannedView> {
         let of_part = |part| {
-            let cameras = self.split_cameras(part).into_iter().enumerate();
+            let cameras = self.split_cameras(scene, part).into_iter().enumerate();
             cameras.map(move |(index, camera)| PlannedView { part, index, camera })
         };
         Part::ALL.into_iter().flat_map(of_part).collect()
@@ -221,7 +226,7 @@ pub fn render_dataset(scene: &Scene, options: &DatasetOptions) -> SynthDataset {
     let start = Instant::now();
     let twin = (options.twins && refracts(scene)).then(|| scene.without_refraction());
     let rendered: Vec<(SynthView, Cost)> = options
-        .planned_views()
+        .planned_views(scene)
         .into_par_iter()
         .map(|planned| view_of(scene, twin.as_ref(), options, &planned))
         .collect();

@@ -23,7 +23,9 @@ mod trace;
 mod truth;
 mod vector;
 
-pub use cameras::{CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, cameras, from_opengl_matrix, opengl_matrix};
+pub use cameras::{
+    CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Elevations, cameras, from_opengl_matrix, opengl_matrix,
+};
 pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
 pub use error::SynthError;
 pub use grin::Phase;
@@ -35,9 +37,9 @@ pub use render::{Frame, Sampling, render_view};
 pub use scene::{Body, Environment, Matter, Scene};
 pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
 pub use shape::{
-    Crossing, Cuboid, Cylinder, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle, Shape, Sphere,
-    TriangleMesh,
+    Crossing, Cuboid, Cylinder, HeightField, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle,
+    Shape, Sphere, TriangleMesh, Wave,
 };
 pub use texture::{Mosaic, Picture, Rgb, Texture};
 pub use trace::{Limits, Reflection, Tally, Tracer};
-pub use truth::IndexTruth;
+pub use truth::{ConstantBody, IndexTruth};

@@ -1,5 +1,6 @@
 //! A scene: bodies, what they are made of, and what surrounds them.
 
+use super::cameras::Elevations;
 use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};
 use super::texture::{Rgb, Texture};
@@ -110,6 +111,8 @@ pub struct Scene {
     pub environment: Environment,
     /// The box that contains everything worth reconstructing.
     pub bounds: Aabb<f64>,
+    /// Where the cameras of [`CameraSet::Upper`](super::CameraSet::Upper) stand.
+    pub elevations: Elevations,
 }
 
 /// A crossing and the body that it belongs to.

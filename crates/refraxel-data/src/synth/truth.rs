@@ -1,6 +1,7 @@
 //! The truth about refractive objects that `scene.json` states: it is written for our scenes, and read for ours and for
 //! the path-traced ones.
 
+use super::cameras::Elevations;
 use super::medium::{Index, Medium};
 use super::scene::{Body, Environment, Matter, Scene};
 use super::shape::Shape;
@@ -58,7 +59,8 @@ impl IndexTruth {
     fn from_bodies(bodies: Vec<Body>) -> IndexTruth {
         let environment = Environment::Constant([1.0; 3]);
         let (name, shows) = (String::new(), String::new());
-        IndexTruth { scene: Scene { name, shows, bodies, environment, bounds: Scene::usual_bounds() } }
+        let (bounds, elevations) = (Scene::usual_bounds(), Elevations::UPPER);
+        IndexTruth { scene: Scene { name, shows, bodies, environment, bounds, elevations } }
     }
 
     /// The refractive index at a world position; 1 in air, and undefined (that of its surroundings) in opaque bodies.
@@ -108,6 +110,23 @@ impl IndexTruth {
         })
     }
 
+    /// The refractive bodies as a list in which the later one rules where several overlap; `None` if one of them has an index
+    /// that varies, or no visible border.
+    pub fn constant_bodies(&self) -> Option<Vec<ConstantBody<'_>>> {
+        let mut all = Vec::new();
+        for body in &self.scene.bodies {
+            let Matter::Refractive { medium, priority, visible } = &body.matter else { continue };
+            let Index::Constant { ior: index } = medium.index else { return None };
+            if visible.is_some() {
+                return None;
+            }
+            all.push((*priority, ConstantBody { index, shape: &body.shape }));
+        }
+        // Stable: of equal priority the later body rules.
+        all.sort_by_key(|(priority, _)| *priority);
+        Some(all.into_iter().map(|(_, body)| body).collect())
+    }
+
     /// n at the centres of the cells of a grid over `bounds`, z fastest, x slowest.
     pub fn voxels(&self, bounds: &Aabb<f64>, cells: [usize; 3]) -> Vec<f32> {
         use rayon::prelude::*;
@@ -121,6 +140,15 @@ impl IndexTruth {
             })
             .collect()
     }
+}
+
+/// A refractive body of one index.
+#[derive(Clone, Copy, Debug)]
+pub struct ConstantBody<'a> {
+    /// Its index n [1].
+    pub index: f64,
+    /// Where it is.
+    pub shape: &'a Shape,
 }
 
 fn body_of(entry: &Value, position: usize) -> Option<Body> {
@@ -266,6 +294,26 @@ mod tests {
         assert!(IndexTruth::from_scene_json(&json!({ "refractive": [] })).is_none());
         assert!(IndexTruth::from_scene_json(&json!({ "refractive": [{ "shape": "fog" }] })).is_none());
         assert!(IndexTruth::from_scene_json(&json!({ "name": "x" })).is_none());
+    }
+
+    #[test]
+    fn the_last_of_the_constant_bodies_around_a_point_has_the_index_there() {
+        for info in scene_list() {
+            let Some(truth) = IndexTruth::of_scene(&scene(info.name, &SceneOptions::default()).unwrap())
+            else {
+                continue;
+            };
+            let Some(bodies) = truth.constant_bodies() else {
+                assert!(["luneburg", "fish_eye", "gaussian_bump", "sugar_water"].contains(&info.name));
+                continue;
+            };
+            for k in 0..400_u32 {
+                let t = f64::from(k);
+                let x = vec3((t * 0.71).sin(), (t * 1.3).cos(), (t * 2.37).sin()) * 0.6;
+                let ruling = bodies.iter().rfind(|b| b.shape.contains(x));
+                assert_eq!(ruling.map_or(1.0, |b| b.index), truth.n(x), "{} {x:?}", info.name);
+            }
+        }
     }
 
     #[test]

@@ -35,6 +35,20 @@ pub struct Batch {
     pub offset: Vec<f32>,
 }
 
+impl Batch {
+    /// The first `most` rays that are `chosen`.
+    #[must_use]
+    pub fn filtered(&self, most: usize, chosen: impl Fn(&Ray<f32>) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.rays.len()).filter(|&k| chosen(&self.rays[k])).take(most).collect();
+        Self {
+            rays: kept.iter().map(|&k| self.rays[k]).collect(),
+            target: kept.iter().map(|&k| self.target[k]).collect(),
+            behind: kept.iter().filter_map(|&k| self.behind.get(k).copied()).collect(),
+            offset: kept.iter().map(|&k| self.offset[k]).collect(),
+        }
+    }
+}
+
 /// dLoss/d(origin, direction) of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayGradient {

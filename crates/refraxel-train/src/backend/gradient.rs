@@ -15,6 +15,8 @@ pub struct BatchGradient {
     pub background: Vec<[f32; 3]>,
     /// With respect to the index and its surfaces; without blur and clip.
     pub medium: MediumGradient<f32>,
+    /// With respect to the absorption coefficients [scene unit], per region; 0 where nothing absorbs and nothing learns to.
+    pub absorption: Vec<[f64; 3]>,
     /// With respect to what surfaces mirror, per region.
     pub reflection: Vec<MirrorGradient>,
     /// With respect to the clearcoat of opaque things.

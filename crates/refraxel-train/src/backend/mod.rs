@@ -13,7 +13,7 @@ mod objective;
 pub use batch::{Batch, Marching, RayGradient};
 pub use gradient::{BatchGradient, MirrorGradient};
 pub use mask::BrickMask;
-pub use objective::{IndexObjective, Objective, ReflectionObjective};
+pub use objective::{AbsorptionObjective, IndexObjective, Objective, ReflectionObjective};
 
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};

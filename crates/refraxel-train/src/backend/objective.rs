@@ -30,6 +30,15 @@ pub struct Objective {
     pub index: Option<IndexObjective>,
     /// How mirrors learn; `None`: they are held fixed.
     pub reflection: Option<ReflectionObjective>,
+    /// How bodies learn what they absorb; `None`: it is held fixed.
+    pub absorption: Option<AbsorptionObjective>,
+}
+
+/// How bodies learn what they absorb, theory (7.20): Adam on the optical thickness over the longest edge of a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AbsorptionObjective {
+    /// Learning rate of that thickness [1].
+    pub rate: f32,
 }
 
 /// How what surfaces mirror learns, theory (7.10).
@@ -84,6 +93,9 @@ impl Objective {
             reflection.rate *= factor;
             reflection.rate_strength *= factor;
             reflection.rate_clearcoat *= factor;
+        }
+        if let Some(absorption) = &mut self.absorption {
+            absorption.rate *= factor;
         }
     }
 

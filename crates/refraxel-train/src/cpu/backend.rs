@@ -1,5 +1,6 @@
 //! The backend itself: a step is a half over rays and a half over voxels.
 
+use super::absorption;
 use super::bake::Look;
 use super::caches::{clearcoat_gradient, mirror_gradients, update_clearcoat, update_mirrors};
 use super::colour::{LANES, Layout};
@@ -250,6 +251,10 @@ impl CpuBackend {
             if let Some(objective) = &objective.reflection {
                 self.update_reflection(&tapes, objective);
             }
+            if let Some(objective) = &objective.absorption {
+                let (refraction, moments) = (&mut self.model.refraction, &mut self.optimiser.index);
+                outcome.finite = absorption::update(refraction, moments, &tapes, objective);
+            }
         }
         self.tapes = tapes;
         outcome
@@ -388,6 +393,7 @@ impl Backend for CpuBackend {
             field: self.field_gradient(&tapes),
             background: self.background_gradient(&tapes),
             medium: index::gradient(&refraction.medium, &tapes, f32::INFINITY),
+            absorption: absorption::gradient(refraction.medium.regions().len(), &tapes),
             reflection: mirror_gradients(reflection, &tapes),
             clearcoat: clearcoat.as_ref().map(of_clearcoat),
             rays,

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::radiance::{Pixel, probes::even_direction};
-use refraxel_core::{Domain, IndexGrid, LevelSet, Path, Ray, Vec3};
+use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Path, Ray, Vec3};
 
 /// Directions in which a probe looks: 16 per coefficient of degree 3.
 const DIRECTIONS: usize = 256;
-/// Distance from the surface inside a body from which probes outside look into it [voxel of the level set].
+/// Distance from a surface at which probes look that lie on its other side [voxel of the level set].
 const MARGIN: f32 = 1.0;
 /// Probes farther from a surface than this are asked by no ray [distance of neighbouring probes]: the diagonal of a cell.
 const REACH: f32 = 1.8;
@@ -61,7 +61,8 @@ impl Look<'_> {
         let of_mirrors = scene.refraction.medium.regions().iter().zip(&baked.mirrors);
         let levels: Vec<Option<LevelSet<f32>>> = of_mirrors.map(|(region, _)| level_of(region)).collect();
         for inner in [false, true] {
-            for lookouts in lookouts(&levels, &baked.mirrors, inner).chunks(PORTION) {
+            let regions = Regions { medium: &scene.refraction.medium, levels: &levels };
+            for lookouts in regions.lookouts(&baked.mirrors, inner).chunks(PORTION) {
                 self.cancel.check()?;
                 self.project(lookouts, inner, &mut baked.mirrors);
             }
@@ -130,25 +131,67 @@ impl Look<'_> {
     }
 }
 
-/// The probes near the surface of each region that look, and from where.
-fn lookouts(levels: &[Option<LevelSet<f32>>], mirrors: &[Mirror], inner: bool) -> Vec<Lookout> {
-    let mut out = Vec::new();
-    for (region, (level, mirror)) in levels.iter().zip(mirrors).enumerate() {
-        let Some(level) = level else { continue };
-        let cache = mirror.cache(inner);
-        let last = cache.resolution().map(|n| (n - 1) as f32);
-        let extent = cache.bounds().extent();
-        let spacing = (0..3).map(|a| extent[a] / last[a]).fold(0.0, f32::max);
-        for probe in 0..cache.probes() {
-            let at = cache.position(probe);
-            let Some(near) = nearest(level, at).filter(|x| (*x - at).length() < REACH * spacing) else {
-                continue;
-            };
-            let position = if inner && !level.is_inside(at) { near } else { at };
-            out.push(Lookout { region, probe, position });
+/// The regions of a medium and their surfaces, soft edges included.
+struct Regions<'a> {
+    medium: &'a Medium<f32>,
+    levels: &'a [Option<LevelSet<f32>>],
+}
+
+impl Regions<'_> {
+    /// The probes near the surfaces of each region that look, and from where.
+    fn lookouts(&self, mirrors: &[Mirror], inner: bool) -> Vec<Lookout> {
+        let mut out = Vec::new();
+        for (region, mirror) in mirrors.iter().enumerate() {
+            let cache = mirror.cache(inner);
+            let last = cache.resolution().map(|n| (n - 1) as f32);
+            let extent = cache.bounds().extent();
+            let spacing = (0..3).map(|a| extent[a] / last[a]).fold(0.0, f32::max);
+            let reach = REACH * spacing;
+            out.extend((0..cache.probes()).filter_map(|probe| {
+                let at = cache.position(probe);
+                let position =
+                    if inner { self.inside(region, at, reach) } else { self.outside(region, at, reach) };
+                position.map(|position| Lookout { region, probe, position })
+            }));
         }
+        out
     }
-    out
+
+    /// From where a probe at `x` looks at the surroundings of a region; `None` where its surface is farther than `reach`, or
+    /// not in vacuum.
+    fn outside(&self, region: usize, x: Vec3<f32>, reach: f32) -> Option<Vec3<f32>> {
+        let near = |side| nearest(self.levels[region].as_ref()?, x, side);
+        near(Side::Inside).filter(|near| (*near - x).length() < reach)?;
+        let lies_in_vacuum = self.medium.neighbours(region).is_empty()
+            || near(Side::Outside).is_some_and(|x| self.medium.ruling_at(x).is_none());
+        lies_in_vacuum.then_some(x)
+    }
+
+    /// From where a probe at `x` looks inside a region: from where it is, or from the nearest point beside a surface that
+    /// the region rules; `None` where all of its surfaces are farther than `reach`. Besides its own these are those of the
+    /// bodies that cut into it.
+    fn inside(&self, region: usize, x: Vec3<f32>, reach: f32) -> Option<Vec3<f32>> {
+        let own = self.levels[region].as_ref()?;
+        let (neighbours, rules) = (self.medium.neighbours(region), |x| self.rules(region, own, x));
+        let cutting = neighbours.iter().filter(|other| **other > region);
+        let cutting = cutting.filter_map(|&other| nearest(self.levels[other].as_ref()?, x, Side::Outside));
+        let mut near: Vec<Vec3<f32>> = nearest(own, x, Side::Inside).into_iter().chain(cutting).collect();
+        near.retain(|near| (*near - x).length() < reach);
+        let first = *near.first()?;
+        if rules(x) {
+            return Some(x);
+        }
+        near.retain(|near| rules(*near));
+        near.sort_by(|a, b| (*a - x).length().total_cmp(&(*b - x).length()));
+        // Beside a wall that is too thin for a point in its middle the light is hardly another.
+        Some(near.first().copied().unwrap_or(first))
+    }
+
+    /// Whether the light inside a region passes through `x`.
+    fn rules(&self, region: usize, own: &LevelSet<f32>, x: Vec3<f32>) -> bool {
+        own.is_inside(x)
+            && (self.medium.neighbours(region).is_empty() || self.medium.ruling_at(x) == Some(region))
+    }
 }
 
 /// The surface of a body, or where n is half-way between vacuum and the inside of what has a soft edge.
@@ -163,9 +206,17 @@ fn level_of(grid: &IndexGrid<f32>) -> Option<LevelSet<f32>> {
     Some(level)
 }
 
-/// A point just inside the surface near `x`, along the gradient of φ.
-fn nearest(level: &LevelSet<f32>, x: Vec3<f32>) -> Option<Vec3<f32>> {
+/// A side of a surface.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Inside,
+    Outside,
+}
+
+/// A point just on one side of the surface near `x`, along the gradient of φ.
+fn nearest(level: &LevelSet<f32>, x: Vec3<f32>, side: Side) -> Option<Vec3<f32>> {
     const STEPS: usize = 8;
+    let margin = if side == Side::Inside { MARGIN } else { -MARGIN } * level.voxel();
     let bounds = level.domain().bounds;
     // The spline is constant in the outermost cells.
     let inset = Vec3::splat(2.0 * level.voxel());
@@ -176,7 +227,7 @@ fn nearest(level: &LevelSet<f32>, x: Vec3<f32>) -> Option<Vec3<f32>> {
         if size == 0.0 {
             return None;
         }
-        at -= gradient * ((phi + MARGIN * level.voxel()) / (size * size));
+        at -= gradient * ((phi + margin) / (size * size));
     }
     (level.value(at).abs() < 4.0 * MARGIN * level.voxel()).then_some(at)
 }

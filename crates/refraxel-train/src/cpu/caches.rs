@@ -5,15 +5,15 @@ use super::record::{CLEARCOAT, CacheLookup};
 use super::tape::{Tape, sum_in_parts};
 use super::update::RULE;
 use crate::backend::{MirrorGradient, ReflectionObjective};
-use crate::model::{ClearcoatMoments, Mirror, MirrorMoments, MirrorSource, Reflection};
+use crate::model::{ClearcoatMoments, MirrorMoments, MirrorSource, Reflection};
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient};
 
-fn add(sum: &mut MirrorGradient, mirror: &Mirror, lookup: &CacheLookup) {
-    sum.strength += f64::from(lookup.d_strength);
-    let cache = mirror.cache(lookup.inner);
+fn add(sums: &mut [MirrorGradient], reflection: &Reflection, lookup: &CacheLookup) {
+    sums[usize::from(lookup.surface)].strength += f64::from(lookup.d_strength);
+    let (cache, sum) = (reflection.cache(lookup.cache), &mut sums[usize::from(lookup.cache.region)]);
     let stencil = cache.stencil(lookup.x, lookup.direction);
-    let side = if lookup.inner { &mut sum.inner } else { &mut sum.outer };
+    let side = if lookup.cache.inner { &mut sum.inner } else { &mut sum.outer };
     cache.scatter(&stencil, lookup.d_radiance, side);
 }
 
@@ -21,10 +21,8 @@ fn add(sum: &mut MirrorGradient, mirror: &Mirror, lookup: &CacheLookup) {
 pub(super) fn mirror_gradients(reflection: &Reflection, tapes: &[Tape]) -> Vec<MirrorGradient> {
     let zero = || reflection.mirrors.iter().map(MirrorGradient::zero).collect::<Vec<_>>();
     let scatter = |sums: &mut Vec<MirrorGradient>, tape: &Tape| {
-        for lookup in tape.lookups.iter().filter(|l| l.region != CLEARCOAT) {
-            let region = usize::from(lookup.region);
-            add(&mut sums[region], &reflection.mirrors[region], lookup);
-        }
+        let lookups = tape.lookups.iter().filter(|l| l.surface != CLEARCOAT);
+        lookups.for_each(|lookup| add(sums, reflection, lookup));
     };
     sum_in_parts(tapes, zero, scatter, |total, part| {
         total.iter_mut().zip(&part).for_each(|(a, b)| a.merge(b))
@@ -60,7 +58,7 @@ pub(super) fn clearcoat_gradient(
         radiance: vec![0.0; clearcoat.radiance.coefficients.len()],
     };
     let scatter = |sums: &mut ClearcoatGradient<f32>, tape: &Tape| {
-        for l in tape.lookups.iter().filter(|l| l.region == CLEARCOAT) {
+        for l in tape.lookups.iter().filter(|l| l.surface == CLEARCOAT) {
             clearcoat.scatter_strength(l.x, l.d_strength, &mut sums.strength);
             if reads_caches(source) {
                 let stencil = clearcoat.radiance.stencil(l.x, l.direction);

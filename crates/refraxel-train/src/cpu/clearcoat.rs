@@ -55,6 +55,7 @@ impl OpaqueSurface<'_> {
             segment: 0,
             region: CLEARCOAT,
             from_inside: false,
+            within: None,
             position,
             direction,
             normal: coating.normal,

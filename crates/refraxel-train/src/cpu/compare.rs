@@ -1,5 +1,6 @@
 //! Compare a ray with its target, and the sweep from the back of its samples.
 
+use super::absorption::product;
 use super::mirrored::{self, MirroredSample, Section, ShownAdjoint};
 use super::record::Record;
 use super::sample::RaySamples;
@@ -7,6 +8,7 @@ use super::scene::Scene;
 use super::tape::Tape;
 use crate::backend::Batch;
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
+use refraxel_core::radiance::{Filter, Filtered};
 use refraxel_core::{Background, Ray, Vec3};
 
 /// A ray of a batch with what was found of it.
@@ -19,12 +21,18 @@ pub(super) struct Compared<'a> {
     pub left: f32,
     /// The ray that reaches the background.
     pub exit: &'a Ray<f32>,
+    /// What absorbs light from the background.
+    pub through: &'a Filter<f32>,
 }
 
 /// Where the adjoint of a ray starts.
 pub(super) struct PixelAdjoint {
     pub squared_error: f64,
     pub shown: ShownAdjoint,
+    /// dLoss/d(the background itself) for a transmittance of 1.
+    d_background: [f32; 3],
+    /// dLoss/d(thickness of what absorbs light from the background).
+    pub d_thickness: [f32; 3],
     /// dLoss/d(transmittance at the end of the ray), from the prior on opacity.
     d_transmittance: f32,
     /// The transmittance at the end of the ray.
@@ -46,6 +54,7 @@ impl Compared<'_> {
         let given = self.batch.behind.get(self.ray).copied();
         let exit = self.exit;
         let behind = given.unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
+        let Filtered { colour: behind, slope, by_thickness } = self.through.through(behind);
         let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
         for c in 0..3 {
@@ -54,16 +63,18 @@ impl Compared<'_> {
             d_colour[c] = 2.0 * error;
         }
         let d_exit = mirrored::look_back(self.samples.samples, mirrored, d_colour, &mut tape.lookups);
+        let d_background = product(d_exit, slope);
+        let d_thickness = product(d_exit, by_thickness).map(|d| left * d);
         if let (None, Background::Environment(map)) = (given, scene.background) {
             let stencil = map.stencil(exit.direction);
             for k in 0..4 {
                 let w = left * stencil.weight[k];
-                tape.texels.push((stencil.index[k] as u32, d_exit.map(|g| w * g)));
+                tape.texels.push((stencil.index[k] as u32, d_background.map(|g| w * g)));
             }
         }
         let d_transmittance = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         let shown = ShownAdjoint { d_colour, d_exit, behind };
-        PixelAdjoint { squared_error, shown, d_transmittance, last: left }
+        PixelAdjoint { squared_error, shown, d_background, d_thickness, d_transmittance, last: left }
     }
 
     /// dLoss/d(direction) of the exit ray through the background, tangential.
@@ -73,7 +84,7 @@ impl Compared<'_> {
             return Vec3::zero();
         }
         let unit = self.exit.direction;
-        let free = map.radiance_vjp(unit, d.shown.d_exit.map(|g| g * d.last));
+        let free = map.radiance_vjp(unit, d.d_background.map(|g| g * d.last));
         free - unit * unit.dot(free)
     }
 }

@@ -66,10 +66,14 @@ pub(super) fn update(
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
         let state = refraction.states.get_mut(region);
+        let is_held = state.as_ref().is_some_and(|s| s.fixed_index);
         let searched = state.as_ref().and_then(|s| s.searched);
         let solid = state.and_then(|s| s.solid.as_mut());
         if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
             surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
+        }
+        if is_held {
+            continue;
         }
         let trainable = refraction.states.get(region).and_then(RegionState::trainable);
         let grid = refraction.medium.region_mut(region);
@@ -196,6 +200,34 @@ mod tests {
             of(&[index_sample(2.0), index_sample(f32::INFINITY), index_sample(f32::NAN)]),
             of(&[index_sample(2.0)])
         );
+    }
+
+    #[test]
+    fn an_index_that_is_held_does_not_learn_and_one_beside_it_does() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = |radius: f32, n: f32| {
+            IndexGrid::sharp(LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - radius), n)
+        };
+        let grids = vec![ball(0.6, 1.5), ball(0.3, 1.0)];
+        let mut moments: Vec<IndexMoments> = grids.iter().map(IndexMoments::zero).collect();
+        let mut refraction = Refraction::none();
+        refraction.medium = Medium::new(grids).unwrap();
+        refraction.states =
+            vec![RegionState::default(), RegionState { fixed_index: true, ..Default::default() }];
+        let sample = |region| IndexSample {
+            region,
+            surface: false,
+            x: Vec3::zero(),
+            d_value: -1.0,
+            d_gradient: Vec3::zero(),
+        };
+        let mut tape = Tape::default();
+        tape.index_samples.extend([sample(0), sample(1)]);
+        let learned = Learned { tapes: &[tape], rays: 1, step: 0 };
+        update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+        let indices: Vec<f32> =
+            refraction.medium.regions().iter().map(|r| r.interior_index().unwrap()).collect();
+        assert!(indices[0] > 1.505 && indices[1] == 1.0, "{indices:?}");
     }
 
     #[test]

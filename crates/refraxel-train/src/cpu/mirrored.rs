@@ -3,12 +3,13 @@
 //! Surfaces cut the samples of a ray into sections. From the back, a section is composited over what is behind it, and a
 //! surface adds the light that it mirrors.
 
+use super::absorption::product;
 use super::record::CacheLookup;
 use super::sample::{RaySamples, Sample, over};
-use crate::model::{MirrorSource, Reflection};
+use crate::model::{CacheId, MirrorSource, Reflection};
 use refraxel_core::Path;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
-use refraxel_core::radiance::{Pixel, mix, mix_vjp};
+use refraxel_core::radiance::{Filter, Pixel, mix, mix_vjp};
 use std::ops::Range;
 
 /// What one surface mirrors into a ray.
@@ -26,9 +27,13 @@ pub(super) struct MirroredSample {
     shown: [f32; 3],
     /// dLoss/dshown for a transmittance of 1 before it.
     d_shown: [f32; 3],
-    /// dLoss/dmirrored and dLoss/dshare.
+    /// dLoss/d(mirrored light, before what absorbs) and dLoss/dshare.
     pub d_mirrored: [f32; 3],
     pub d_share: f32,
+    /// Of the mirrored light behind what absorbs before the surface: its derivatives, and dLoss/dthickness.
+    slope: [f32; 3],
+    by_thickness: [f32; 3],
+    pub d_thickness: [f32; 3],
 }
 
 impl MirroredSample {
@@ -44,7 +49,17 @@ impl MirroredSample {
             d_shown: zero,
             d_mirrored: zero,
             d_share: 0.0,
+            slope: [1.0; 3],
+            by_thickness: zero,
+            d_thickness: zero,
         }
+    }
+
+    /// The mirrored light passes what absorbs between the camera and the surface.
+    pub(super) fn filter(&mut self, filter: &Filter<f32>) {
+        let filtered = filter.through(self.mirrored);
+        (self.mirrored, self.slope, self.by_thickness) =
+            (filtered.colour, filtered.slope, filtered.by_thickness);
     }
 }
 
@@ -71,7 +86,7 @@ pub(super) fn find(
             break;
         }
         let mirrored = if reads_caches(reflection.source) {
-            let cache = mirror.cache(of.from_inside);
+            let cache = reflection.cache(CacheId::read_by(of));
             cache.radiance(&cache.stencil(of.position, of.direction))
         } else {
             [0.0; 3]
@@ -112,12 +127,14 @@ pub(super) fn look_back(
         let before = samples[..m.samples].last().map_or(1.0, |s| s.before * (1.0 - s.alpha));
         let d = mix_vjp(m.share, m.mirrored, m.behind, d_seen);
         m.d_shown = d_seen;
-        m.d_mirrored = d.mirrored.map(|v| before * v);
+        let d_filtered = d.mirrored.map(|v| before * v);
+        m.d_mirrored = product(d_filtered, m.slope);
+        m.d_thickness = product(d_filtered, m.by_thickness);
         m.d_share = before * d.share;
         d_seen = d.behind;
         lookups.push(CacheLookup {
-            region: m.of.region,
-            inner: m.of.from_inside,
+            surface: m.of.region,
+            cache: CacheId::read_by(&m.of),
             x: m.of.position,
             direction: m.of.direction,
             d_radiance: m.d_mirrored,
@@ -170,7 +187,7 @@ pub(super) fn reflection_adjoints(
         let mut d =
             PartialReflectionAdjoint { reflectance: m.d_share * mirror.strength, ..Default::default() };
         if reads_caches(reflection.source) {
-            let (cache, direction) = (mirror.cache(m.of.from_inside), m.of.direction);
+            let (cache, direction) = (reflection.cache(CacheId::read_by(&m.of)), m.of.direction);
             let stencil = cache.stencil(m.of.position, direction);
             (d.position, d.direction) = cache.radiance_vjp(&stencil, direction, m.d_mirrored);
         }

@@ -5,6 +5,7 @@
 //! takes its optimiser step while the gradient is still in the cache (`update`). No gradient of the whole field ever exists,
 //! nothing is locked, and the result does not depend on the number of threads.
 
+mod absorption;
 mod adam;
 mod backend;
 mod bake;

@@ -37,6 +37,8 @@ pub(super) struct BentPath<'a> {
     pub counts: bool,
     /// dLoss/d(partial reflections) of the path, from the first on.
     pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
+    /// What the segments receive through what they absorb; empty where nothing does.
+    pub d_lengths: &'a [SegmentAdjoint<f32>],
 }
 
 impl WayBack<'_> {
@@ -50,9 +52,13 @@ impl WayBack<'_> {
         index_samples: &mut Vec<IndexSample>,
     ) -> RayGradient {
         self.add_samples::<S, BLOCKS>(simd, scene, sums);
-        let Some(BentPath { tracer, path, counts, d_reflections }) = self.bent else {
+        let Some(BentPath { tracer, path, counts, d_reflections, d_lengths }) = self.bent else {
             return RayGradient { origin: sums[0].start, direction: sums[0].momentum + self.d_exit };
         };
+        for (sum, d) in sums.iter_mut().zip(d_lengths) {
+            sum.momentum += d.momentum;
+            sum.end += d.end;
+        }
         let exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let d_path = PathAdjoint { segments: &sums[..], reflections: d_reflections, exit };
         let mut noted = IndexSamples { list: index_samples, wanted: counts };

@@ -1,5 +1,6 @@
 //! What the way back leaves behind for the update: the adjoint of each sample, index sample and cache look-up.
 
+use crate::model::CacheId;
 use refraxel_core::Vec3;
 use refraxel_core::grid::Cell;
 
@@ -35,9 +36,9 @@ pub(super) struct IndexSample {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CacheLookup {
     /// The region whose surface mirrors; or [`CLEARCOAT`].
-    pub region: u16,
-    /// In the inner cache, else in the outer one.
-    pub inner: bool,
+    pub surface: u16,
+    /// The cache that is read; without meaning for clearcoats.
+    pub cache: CacheId,
     pub x: Vec3<f32>,
     pub direction: Vec3<f32>,
     pub d_radiance: [f32; 3],

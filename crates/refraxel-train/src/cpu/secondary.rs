@@ -1,5 +1,6 @@
 //! What surfaces mirror, by a second ray through the field: the reference for the caches.
 
+use super::absorption::{Absorbed, ShadedRay};
 use super::mirrored::{self, MirroredSample};
 use super::record::CLEARCOAT;
 use super::view::{Samples, View};
@@ -12,6 +13,7 @@ use refraxel_core::{Path, Ray};
 pub(super) struct SecondaryRay {
     seen: Samples,
     path: Path<f32>,
+    absorbed: Absorbed,
 }
 
 /// Distance from the surface at which a secondary ray begins [voxel of the field]: it must not meet where it comes from.
@@ -29,18 +31,26 @@ pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
 ) {
     let (scene, marching) = (view.scene, Marching { near: 0.0, ..*view.marching });
     let tracer = scene.refraction.secondary_tracer(scene.marcher.domain());
-    let view = View { scene, marching: &marching, tracer: Some(tracer) };
+    let view = View { scene, marching: &marching, tracer: Some(tracer), absorbing: view.absorbing };
     for sample in mirrored {
         let of = &sample.of;
         let away = distance(&view, of.region);
         let side = away * of.direction.dot(of.normal).signum();
         let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
-        let SecondaryRay { seen, path } = second;
+        let SecondaryRay { seen, path, absorbed } = second;
         seen.clear();
+        absorbed.clear();
         let found = view.march(simd, &ray, 0.5, path, seen);
         view.shade_all::<S, BLOCKS>(simd, seen);
+        let mut through = found.through;
+        if view.absorbing && found.bent {
+            let (samples, segments) = (&mut seen.samples[..], &seen.segments[..]);
+            let shaded = ShadedRay { samples, segments, mirrored: &mut [] };
+            through = absorbed.filter(&scene.refraction.medium, path, shaded);
+        }
         let pixel = seen.of(0..seen.samples.len()).composite(found.left);
         let behind = scene.background.radiance(found.exit.origin, found.exit.direction);
+        let behind = through.through(behind).colour;
         sample.mirrored = mirrored::shown(&seen.samples, &mut [], &pixel, behind);
     }
 }

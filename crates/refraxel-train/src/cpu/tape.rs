@@ -25,6 +25,8 @@ pub(super) struct Tape {
     pub index_samples: Vec<IndexSample>,
     /// Look-ups in radiance caches.
     pub lookups: Vec<CacheLookup>,
+    /// dLoss/d(absorption coefficients) of each region; empty where nothing absorbs and nothing learns to.
+    pub absorption: Vec<[f64; 3]>,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
@@ -100,6 +102,7 @@ impl Tape {
         self.bases.clear();
         self.index_samples.clear();
         self.lookups.clear();
+        self.absorption.clear();
         self.texels.clear();
     }
 

@@ -1,6 +1,7 @@
 //! The passes over a chunk of rays: render them, weigh their samples, or learn from them. Tracing, marching, shading,
 //! comparing and marching back follow each other while everything is in the cache.
 
+use super::absorption::{FilteredRay, LengthAdjoint, absorb};
 use super::compare::{Compared, PixelAdjoint};
 use super::mirrored::{self, MirroredSample};
 use super::path_adjoint::{BentPath, SegmentSums, WayBack};
@@ -15,7 +16,7 @@ use crate::model::MirrorSource;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use refraxel_core::optics::PartialReflectionAdjoint;
-use refraxel_core::radiance::Pixel;
+use refraxel_core::radiance::{Filtered, Pixel};
 use refraxel_core::{Path, Ray};
 use std::ops::Range;
 
@@ -33,6 +34,7 @@ struct Sums {
     sums: SegmentSums,
     d_reflections: Vec<PartialReflectionAdjoint<f32>>,
     density_gradients: Vec<Record>,
+    lengths: LengthAdjoint,
 }
 
 impl Scratch {
@@ -48,6 +50,9 @@ impl Scratch {
         view.march_packet::<S, BLOCKS>(simd, rays, offsets, &mut self.packet);
         if view.scene.reflection.source == MirrorSource::Exact {
             look_exactly::<S, BLOCKS>(simd, view, &mut self.second, &mut self.packet.mirrored);
+        }
+        if view.absorbing {
+            absorb(view, &mut self.packet);
         }
     }
 }
@@ -70,6 +75,7 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
             let own = seen.of(first..ray.samples);
             *out = own.composite(ray.left);
             let behind = scene.background.radiance(ray.exit.origin, ray.exit.direction);
+            let behind = ray.through.through(behind).colour;
             let mirrored = &mut mirrored[first_mirrored..ray.mirrored];
             out.colour = mirrored::shown(own.samples, mirrored, out, behind);
             (first, first_mirrored) = (ray.samples, ray.mirrored);
@@ -122,22 +128,27 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
 ) -> StepOutcome {
     tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
-    let (view, mut scratch) = (View::new(scene, &lesson.objective.marching), Scratch::default());
+    let (mut view, mut scratch) = (View::new(scene, &lesson.objective.marching), Scratch::default());
+    view.absorbing |= view.tracer.is_some() && lesson.objective.absorption.is_some();
+    if view.absorbing {
+        tape.absorption.resize(scene.refraction.medium.regions().len(), [0.0; 3]);
+    }
     for start in range.clone().step_by(PACKET) {
-        let packet = start..(start + PACKET).min(range.end);
-        let (rays, offsets) = (&lesson.batch.rays[packet.clone()], &lesson.batch.offset[packet.clone()]);
+        let numbers = start..(start + PACKET).min(range.end);
+        let (rays, offsets) = (&lesson.batch.rays[numbers.clone()], &lesson.batch.offset[numbers.clone()]);
         scratch.see::<S, BLOCKS>(simd, &view, rays, offsets);
         outcome.samples += scratch.packet.seen.samples.len() as u64;
-        let Scratch { packet: Packet { seen, rays: marched, paths, mirrored, .. }, way_back, .. } =
-            &mut scratch;
+        let Scratch { packet, way_back, .. } = &mut scratch;
+        let Packet { seen, rays: marched, paths, mirrored, absorbed, .. } = packet;
         let (mut first, mut first_mirrored) = (0, 0);
-        for ((ray, marched), path) in packet.clone().zip(marched).zip(paths) {
+        for ((ray, marched), path) in numbers.zip(marched).zip(paths) {
             let learned = LearnedRay {
                 ray,
                 marched,
                 own: first..marched.samples,
                 path,
                 mirrored: &mut mirrored[first_mirrored..marched.mirrored],
+                filtered: absorbed.of(first..marched.samples),
             };
             (first, first_mirrored) = (marched.samples, marched.mirrored);
             let wanted = ray_gradients.get_mut(ray - range.start);
@@ -158,6 +169,8 @@ struct LearnedRay<'a> {
     own: Range<usize>,
     path: &'a Path<f32>,
     mirrored: &'a mut [MirroredSample],
+    /// The colours of its samples behind what absorbs, where something does.
+    filtered: &'a [Filtered<f32>],
 }
 
 /// Where the way back of a ray writes to.
@@ -179,11 +192,11 @@ impl LearnedRay<'_> {
         seen: &mut Samples,
         out: Out,
     ) -> f64 {
-        let Self { ray, marched, own, path, mirrored } = self;
+        let Self { ray, marched, own, path, mirrored, filtered } = self;
         let Out { tape, way_back, wanted } = out;
         let (scene, batch, objective) = (view.scene, lesson.batch, lesson.objective);
-        let (left, exit) = (marched.left, &marched.exit);
-        let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit };
+        let (left, exit, through) = (marched.left, &marched.exit, &marched.through);
+        let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through };
         let d = compared.with_target(scene, objective.opacity, mirrored, tape);
         let first = tape.records.len();
         way_back.density_gradients.clear();
@@ -196,6 +209,12 @@ impl LearnedRay<'_> {
         let samples = seen.of(own);
         march_sections(samples, mirrored, &d, objective.sparsity, tape);
         tape.records[first..].reverse();
+        let absorbs = view.absorbing && marched.bent;
+        if absorbs {
+            let (medium, d_whole) = (&scene.refraction.medium, d.d_thickness);
+            let filtered = FilteredRay { medium, path, samples, filtered, mirrored, d_whole };
+            filtered.way_back(&mut tape.records[first..], &mut tape.absorption, &mut way_back.lengths);
+        }
         tape.records.append(&mut way_back.density_gradients);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
         let most_events = objective.index.map_or(usize::MAX, |o| o.most_events as usize);
@@ -204,12 +223,13 @@ impl LearnedRay<'_> {
         if wanted.is_none() && !(counts && objective.index.is_some()) {
             return squared_error;
         }
-        let d_exit = Compared { batch, ray, samples, left, exit }.background_vjp(scene, &d);
+        let d_exit = Compared { batch, ray, samples, left, exit, through }.background_vjp(scene, &d);
         if bent.is_some() {
             mirrored::reflection_adjoints(scene.reflection, mirrored, &mut way_back.d_reflections);
         }
         let d_reflections = &way_back.d_reflections;
-        let bent = bent.map(|tracer| BentPath { tracer, path, counts, d_reflections });
+        let d_lengths = if absorbs { &way_back.lengths.segments[..] } else { &[] };
+        let bent = bent.map(|tracer| BentPath { tracer, path, counts, d_reflections, d_lengths });
         let (ray, records, all) = (&batch.rays[ray], &tape.records[first..], wanted.is_some());
         let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
         let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);

@@ -1,5 +1,6 @@
 //! How a chunk sees a scene: rays are traced, marched and shaded, a packet at a time.
 
+use super::absorption::Absorbed;
 use super::clearcoat::OpaqueSurface;
 use super::colour::{prefetch_corners, shade, voxels};
 use super::mirrored::{self, MirroredSample, TracedPath};
@@ -8,7 +9,7 @@ use super::scene::Scene;
 use crate::backend::Marching;
 use fearless_simd::Simd;
 use refraxel_core::optics::{PartialReflection, Tracer};
-use refraxel_core::radiance::Segment;
+use refraxel_core::radiance::{Filter, Segment};
 use refraxel_core::{Path, Ray};
 use std::ops::Range;
 
@@ -50,6 +51,8 @@ pub(super) struct MarchedRay {
     pub bent: bool,
     /// The ray that reaches the background.
     pub exit: Ray<f32>,
+    /// What absorbs light from the background.
+    pub through: Filter<f32>,
 }
 
 /// Some rays and what they meet. Memory of one thread, written over by the next packet.
@@ -60,6 +63,7 @@ pub(super) struct Packet {
     /// The bent paths, one per ray of the packet.
     pub paths: [Path<f32>; PACKET],
     pub mirrored: Vec<MirroredSample>,
+    pub absorbed: Absorbed,
     reflections: Vec<PartialReflection<f32>>,
 }
 
@@ -70,13 +74,15 @@ pub(super) struct View<'a> {
     pub marching: &'a Marching,
     /// Absent when all rays are straight.
     pub tracer: Option<Tracer<'a, f32>>,
+    /// Colours pass what absorbs; otherwise nothing does, and nothing shall learn to.
+    pub absorbing: bool,
 }
 
 impl<'a> View<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, marching: &'a Marching) -> Self {
         let tracer = (!scene.refraction.is_none())
             .then(|| scene.refraction.tracer(scene.marcher.domain(), marching.near));
-        Self { scene, marching, tracer }
+        Self { scene, marching, tracer, absorbing: scene.refraction.is_absorbing() }
     }
 
     /// The tracer, where surfaces mirror.
@@ -136,7 +142,8 @@ impl<'a> View<'a> {
         }
         marcher.finish(simd, &mut front, &mut out.samples);
         let (samples, left) = (out.samples.len(), front.transmittance);
-        MarchedRay { samples, mirrored: 0, left, bent: bending.is_some(), exit }
+        let (bent, through) = (bending.is_some(), Filter::clear());
+        MarchedRay { samples, mirrored: 0, left, bent, exit, through }
     }
 
     /// March and shade a packet of rays. Without offsets, points lie in the middle of their steps.
@@ -148,7 +155,7 @@ impl<'a> View<'a> {
         offsets: &[f32],
         packet: &mut Packet,
     ) {
-        let Packet { seen, rays: marched, paths, mirrored, reflections } = packet;
+        let Packet { seen, rays: marched, paths, mirrored, reflections, .. } = packet;
         seen.clear();
         marched.clear();
         mirrored.clear();

@@ -10,6 +10,9 @@ pub struct Vote {
     /// A point is inside when at least this share of the votes cast says so. Not all: opaque things occlude glass, masks
     /// and poses err. 0.95 of 100 views lets 5 of them disagree; where nothing occludes, use 1.
     pub share: f32,
+    /// At least this many votes may be overruled, whatever the share says: of fewer than 20 votes, a share of 0.95 lets
+    /// none disagree, and a single wrong mask carves. At most one vote in four; 0: the share alone decides.
+    pub dissent: usize,
     /// Least share of the views that have the point in the picture that must vote: the ground under an object, which is
     /// hidden in most, is not refractive only because nothing contradicts it.
     pub least: f32,
@@ -22,7 +25,7 @@ pub struct Vote {
 
 impl Default for Vote {
     fn default() -> Self {
-        Self { share: 0.95, least: 0.3, views: 3, margin: 1.0 }
+        Self { share: 0.95, dissent: 0, least: 0.3, views: 3, margin: 1.0 }
     }
 }
 
@@ -44,7 +47,7 @@ impl Outlines {
     /// The visual hull on the nodes of a bounded grid.
     ///
     /// Every view that sees a point votes with the signed distance d_v between its line of sight and its silhouette; with
-    /// m votes, ⌊(1 − share) m⌋ may be overruled, and the largest of the others is the point's distance. It is inside
+    /// m votes, ⌊(1 − share) m⌋ may be overruled, or `dissent` where that is more, and the largest of the others is the point's distance. It is inside
     /// where that is ≤ 0.
     ///
     /// Mean error of the distance within 2 voxels of a ball 32 voxels across, 40 to 100 views of 100² pixels: below
@@ -108,6 +111,7 @@ fn node_of(x: usize, row: usize, n: [usize; 3]) -> Vec3<f32> {
 /// The largest vote that is not overruled; `None` where too few are cast.
 fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
     const ROUNDING: f32 = 1e-4; // 20 views × (1 − 0.95) is one view
+    const MOST_DISSENT: usize = 4; // `dissent` overrules at most one vote in four
     let seen = all.len();
     let mut cast = 0;
     for v in 0..seen {
@@ -121,7 +125,7 @@ fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
         return None;
     }
     let overruled = ((1.0 - vote.share) * cast as f32 + ROUNDING) as usize;
-    let rank = overruled.min(cast - 1);
+    let rank = overruled.max(vote.dissent.min(cast / MOST_DISSENT)).min(cast - 1);
     Some(*votes.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1)
 }
 

@@ -1,43 +1,58 @@
 //! What one view says about where a refractive object can be.
 
+mod tangent;
+
+pub(crate) use tangent::Tangent;
+
 use super::contour::signed_distance;
+use super::occluders::Occluders;
 use crate::cancel::Cancel;
 use rayon::prelude::*;
-use refraxel_core::{Camera, Lens, Vec3};
+use refraxel_core::{Camera, Lens, Ray, Vec3};
 use refraxel_data::Mask;
+use std::sync::Arc;
 
 /// The silhouette of the refractive objects in one view.
 #[derive(Clone, Debug)]
 pub struct Silhouette {
     /// The view. Its size is scaled to that of the mask where they differ.
     pub camera: Camera,
-    /// Coverage by refractive objects as the first thing hit.
-    pub mask: Mask,
-    /// Per pixel of the mask the distance from the camera [scene unit] beyond which something opaque hides everything;
-    /// infinite where nothing does. Known from a fit of the surroundings; `None`: nothing is hidden.
-    pub occluded_beyond: Option<Vec<f32>>,
+    /// Coverage by refractive objects as the first thing hit, shared with the photograph.
+    pub mask: Arc<Mask>,
+    /// What stands in front, known from a fit of the surroundings; `None`: nothing is hidden.
+    pub occluders: Option<Occluders>,
 }
 
-/// Silhouettes prepared for carving: signed distances to their contours.
+/// Silhouettes prepared for carving: signed distances to their contours, and what hides them.
+///
+/// Both maps have one value per sample, which stands for a square of pixels. Their memory is [`Outlines::bytes`]; it stays
+/// below [`MAP_BYTES`] however many views there are and however large they are.
 #[derive(Clone, Debug)]
 pub struct Outlines {
-    views: Vec<Outline>,
+    views: Vec<Arc<Outline>>,
     /// Once cancelled, hulls end early and mean nothing.
     cancel: Cancel,
 }
 
-/// Longest edge of a distance map [sample]: larger masks are thinned, which costs nothing where distances are smooth.
+/// Longest edge of a map [sample]: larger masks are reduced first, by averages of coverage, which keeps the contour
+/// accurate to 0.06 samples.
 const MAP_SIZE: usize = 640;
+/// Most memory of all maps together [byte]. Many large views share it by having smaller maps.
+pub const MAP_BYTES: u64 = 256 << 20;
+/// Bytes of a sample: a distance to the contour and one to what hides, in f32.
+const SAMPLE_BYTES: u64 = 8;
+/// Least edge of a map [sample].
+const LEAST_SIZE: usize = 32;
 
-#[derive(Clone, Debug)]
-struct Outline {
+#[derive(Debug)]
+pub(super) struct Outline {
     camera: Camera,
     centre: Vec3<f32>,
     /// Rows of `camera_from_world` for a pinhole, scaled to pixels.
     pinhole: Option<[Vec3<f32>; 3]>,
     /// 1 / focal length, the geometric mean of both.
     per_pixel: f32,
-    /// Signed distance [pixel] at the centres of every `stride`-th pixel, and what hides there.
+    /// Signed distance [pixel] at the centres of squares of `stride` pixels, and the nearest that hides there.
     distance: Vec<f32>,
     occluded: Option<Vec<f32>>,
     stride: usize,
@@ -45,12 +60,15 @@ struct Outline {
 }
 
 impl Outlines {
-    /// Distance maps of all silhouettes, on all threads: about 50 ms per megapixel and core.
+    /// Maps of all silhouettes, on all threads: about 50 ms per million samples of the maps and core.
+    ///
+    /// Each thread needs 60 bytes per sample of one map beside the result, at most 25 MB.
     ///
     /// # Panics
-    /// If the coverage or `occluded_beyond` of a silhouette does not have one value per pixel of its mask.
+    /// If the coverage of a silhouette does not have one value per pixel of its mask, or its occluders are those of an
+    /// image of another size.
     pub fn new(silhouettes: &[Silhouette]) -> Self {
-        Self::with_maps(silhouettes, MAP_SIZE)
+        Self::with_maps(silhouettes, longest(silhouettes.len()))
     }
 
     /// The same outlines, whose hulls end early once somebody wishes to stop. What they return then means nothing.
@@ -65,9 +83,39 @@ impl Outlines {
     }
 
     /// [`Self::new`] with maps of at most `longest` samples along an edge.
-    pub(super) fn with_maps(silhouettes: &[Silhouette], longest: usize) -> Self {
-        let views = silhouettes.par_iter().map(|s| Outline::new(s, longest)).collect();
+    pub(crate) fn with_maps(silhouettes: &[Silhouette], longest: usize) -> Self {
+        let views = silhouettes.par_iter().map(|s| Arc::new(Outline::new(s, longest))).collect();
         Self { views, cancel: Cancel::new() }
+    }
+
+    /// The same outlines without some views; the maps of the others are shared.
+    pub(super) fn only(&self, keep: &[bool]) -> Self {
+        let kept = self.views.iter().zip(keep).filter(|(_, keep)| **keep);
+        Self { views: kept.map(|(view, _)| Arc::clone(view)).collect(), cancel: self.cancel.clone() }
+    }
+
+    pub(super) fn views(&self) -> &[Arc<Outline>] {
+        &self.views
+    }
+
+    /// Memory of the maps.
+    pub fn bytes(&self) -> u64 {
+        let of = |v: &Arc<Outline>| v.distance.len() + v.occluded.as_ref().map_or(0, Vec::len);
+        self.views.iter().map(|v| 4 * of(v) as u64).sum()
+    }
+
+    /// What [`Self::bytes`] will be for masks of these sizes [pixel], where occluders are known.
+    pub fn bytes_for(masks: &[[u32; 2]]) -> u64 {
+        let samples = |image: &[u32; 2]| {
+            let size = map_size(image.map(|n| n as usize), longest(masks.len())).1;
+            (size[0] * size[1]) as u64
+        };
+        masks.iter().map(|image| SAMPLE_BYTES * samples(image)).sum()
+    }
+
+    /// The cameras of the views.
+    pub(crate) fn cameras(&self) -> impl Iterator<Item = &Camera> {
+        self.views.iter().map(|v| &v.camera)
     }
 
     /// Number of views.
@@ -87,7 +135,7 @@ impl Outlines {
     /// What the views say about each of `points`: `report` is told the point's number and one signed distance
     /// [scene unit] per view that sees it, in order of the views. A view abstains, with an infinite distance, whose line
     /// of sight misses the mask but is hidden at the point, more than `margin` [scene unit] behind something opaque.
-    pub(super) fn ask(
+    pub(crate) fn ask(
         &self,
         points: &[Vec3<f32>],
         margin: f32,
@@ -117,20 +165,35 @@ impl Outlines {
     }
 }
 
+/// Longest edge of the maps of so many views [sample], such that they need at most [`MAP_BYTES`].
+fn longest(views: usize) -> usize {
+    let samples = MAP_BYTES / SAMPLE_BYTES / views.max(1) as u64;
+    (samples.isqrt() as usize).clamp(LEAST_SIZE, MAP_SIZE)
+}
+
+/// Edge of the squares of pixels that samples stand for, and the samples per row and column.
+fn map_size(image: [usize; 2], longest: usize) -> (usize, [usize; 2]) {
+    let stride = image[0].max(image[1]).div_ceil(longest).max(1);
+    (stride, image.map(|n| n.div_ceil(stride)))
+}
+
 impl Outline {
     fn new(silhouette: &Silhouette, longest: usize) -> Self {
         let mask = &silhouette.mask;
         let full = [mask.width as usize, mask.height as usize];
         assert_eq!(mask.coverage.len(), full[0] * full[1], "one coverage per pixel");
         let camera = silhouette.camera.resized(mask.width, mask.height);
-        let stride = full[0].max(full[1]).div_ceil(longest).max(1);
-        let size = full.map(|n| n.div_ceil(stride));
-        let at = |i: usize| (i / size[0] * full[0] + i % size[0]) * stride;
-        let distance = signed_distance(&mask.coverage, full);
-        let distance = (0..size[0] * size[1]).map(|i| distance[at(i)]).collect();
-        let occluded = silhouette.occluded_beyond.as_deref().map(|beyond| {
-            assert_eq!(beyond.len(), full[0] * full[1], "one distance per pixel");
-            nearest_occluder(beyond, full, stride)
+        let (stride, size) = map_size(full, longest);
+        let distance = if stride == 1 {
+            signed_distance(&mask.coverage, full)
+        } else {
+            let mut distance = signed_distance(&averages(&mask.coverage, full, stride), size);
+            distance.iter_mut().for_each(|d| *d *= stride as f32);
+            distance
+        };
+        let occluded = silhouette.occluders.as_ref().map(|occluders| {
+            assert_eq!(occluders.image(), full, "occluders in the same image");
+            nearest_occluder(occluders, stride, size)
         });
         let pose = &camera.world_from_camera;
         let [x, y, z] = pose.rotation.columns;
@@ -138,6 +201,28 @@ impl Outline {
         let pinhole = (camera.lens == Lens::Pinhole).then(|| [x * fx, y * fy, z].map(Vec3::cast));
         let per_pixel = (1.0 / (fx * fy).abs().sqrt()) as f32;
         Self { centre: pose.translation.cast(), camera, pinhole, per_pixel, distance, occluded, stride, size }
+    }
+
+    /// Number of samples of the maps.
+    pub(super) fn samples(&self) -> usize {
+        self.distance.len()
+    }
+
+    /// Whether the mask shows something refractive at a sample.
+    pub(super) fn shows(&self, sample: usize) -> bool {
+        self.distance[sample] <= 0.0
+    }
+
+    /// The distance beyond which everything is hidden at a sample [scene unit].
+    pub(super) fn occluded_beyond(&self, sample: usize) -> f32 {
+        self.occluded.as_ref().map_or(f32::INFINITY, |beyond| beyond[sample])
+    }
+
+    /// The ray through a sample.
+    pub(super) fn ray(&self, sample: usize) -> Option<Ray<f32>> {
+        let at = |k: usize| (k as f64 + 0.5) * self.stride as f64;
+        let ray = self.camera.ray(at(sample % self.size[0]), at(sample / self.size[0]))?;
+        Some(ray.cast())
     }
 
     /// Pixel coordinates of the point at `d` from the camera, and what one pixel covers there [scene unit].
@@ -166,7 +251,7 @@ impl Outline {
             return None;
         }
         let s = (self.stride as f32).recip();
-        let clamp = |p: f32, n: usize| ((p - 0.5) * s).clamp(0.0, (n - 1) as f32);
+        let clamp = |p: f32, n: usize| (p * s - 0.5).clamp(0.0, (n - 1) as f32);
         let (u, v) = (clamp(u, self.size[0]), clamp(v, self.size[1]));
         let pixels = self.bilinear(u, v);
         let is_hidden = |beyond: &Vec<f32>| {
@@ -191,17 +276,35 @@ impl Outline {
     }
 }
 
-/// The nearest occluder within a pixel of the area that each sample stands for: the edge of a mask that was cut by an
-/// occluder lies on mixed pixels, where either may be seen.
-fn nearest_occluder(beyond: &[f32], [width, height]: [usize; 2], stride: usize) -> Vec<f32> {
-    let reach = stride / 2 + 1;
-    let range = |p: usize, n: usize| p.saturating_sub(reach)..(p + reach + 1).min(n);
-    let mut samples = Vec::with_capacity(width.div_ceil(stride) * height.div_ceil(stride));
-    for y in (0..height).step_by(stride) {
-        for x in (0..width).step_by(stride) {
-            let rows = range(y, height).flat_map(|y| &beyond[y * width..][range(x, width)]);
-            samples.push(rows.copied().fold(f32::INFINITY, f32::min));
+/// Coverages averaged over squares of `stride` pixels; those that stick out of the image count with the pixels they have.
+fn averages(coverage: &[u8], [width, height]: [usize; 2], stride: usize) -> Vec<u8> {
+    let mut averages = Vec::with_capacity(width.div_ceil(stride) * height.div_ceil(stride));
+    let mut sums = vec![0_u32; width.div_ceil(stride)];
+    for rows in coverage.chunks(width * stride) {
+        sums.fill(0);
+        for row in rows.chunks_exact(width) {
+            for (sum, square) in sums.iter_mut().zip(row.chunks(stride)) {
+                *sum += square.iter().map(|&c| u32::from(c)).sum::<u32>();
+            }
         }
+        let tall = rows.len() / width;
+        let average = |(x, sum): (usize, &u32)| {
+            let pixels = (tall * stride.min(width - x * stride)) as u32;
+            ((sum + pixels / 2) / pixels) as u8
+        };
+        averages.extend(sums.iter().enumerate().map(average));
     }
-    samples
+    averages
 }
+
+/// The nearest occluder within a pixel of the square that each sample stands for: the edge of a mask that was cut by an
+/// occluder lies on mixed pixels, where either may be seen.
+fn nearest_occluder(occluders: &Occluders, stride: usize, size: [usize; 2]) -> Vec<f32> {
+    let image = occluders.image();
+    let range = |k: usize, n: usize| (k * stride).saturating_sub(1)..((k + 1) * stride + 1).min(n);
+    let samples = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+    samples.map(|(x, y)| occluders.nearest(range(x, image[0]), range(y, image[1]))).collect()
+}
+
+#[cfg(test)]
+mod tests;

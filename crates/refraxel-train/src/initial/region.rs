@@ -14,16 +14,16 @@ pub enum Spacing {
 
 /// Layers of nodes between the box and the border of the grid, where the surface may grow; on the coarser grid where it
 /// learns, at least one is left.
-const ROOM: u32 = 3;
+const ROOM: u32 = 6;
 /// Layers of nodes around the box on each side.
 const AROUND: u32 = BORDER as u32 + ROOM;
 /// Most nodes along an axis: a voxel that is far too small must not exhaust the memory.
 const MOST_NODES: u32 = 1024;
 
-/// Bounds and resolution of an index grid with cubic voxels around a box: the box itself, 3 layers of nodes on each side
+/// Bounds and resolution of an index grid with cubic voxels around a box: the box itself, 6 layers of nodes on each side
 /// for the surface to move, and the 3 outermost that are held at n = 1. The box lies in the middle.
 ///
-/// At least 14 and at most 1024 nodes along the longest edge: coarser or finer requests are brought into that range.
+/// At least 20 and at most 1024 nodes along the longest edge: coarser or finer requests are brought into that range.
 ///
 /// # Panics
 /// If the box is empty, or a voxel is not positive.
@@ -73,11 +73,11 @@ mod tests {
             assert!(edges.max_element() - edges.min_element() < 1e-5, "{edges:?}");
             let (low, high) = (domain.node(inner.min), domain.node(inner.max));
             for a in 0..3 {
-                assert!(low[a] >= 6.0 - 1e-3 && high[a] <= resolution[a] as f32 - 7.0 + 1e-3, "{spacing:?}");
+                assert!(low[a] >= 9.0 - 1e-3 && high[a] <= resolution[a] as f32 - 10.0 + 1e-3, "{spacing:?}");
             }
             match spacing {
                 Spacing::Voxel(voxel) => assert!((domain.voxel() - voxel).abs() < 1e-5),
-                Spacing::Longest(n) => assert_eq!(resolution[0], n.max(14)),
+                Spacing::Longest(n) => assert_eq!(resolution[0], n.max(20)),
             }
         }
     }

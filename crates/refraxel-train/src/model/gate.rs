@@ -54,7 +54,12 @@ impl Gate {
     /// half a voxel apart. Cells that cannot hold such a point are crossed in one hop. Chords shorter than half a voxel
     /// may be missed.
     pub fn admits(&self, ray: &Ray<f32>) -> bool {
-        let Some([enter, leave]) = self.domain.bounds.clip(ray) else { return false };
+        self.enters(ray).is_some()
+    }
+
+    /// The distance along a ray of unit direction of the first point at which [`Self::admits`] finds the object [scene unit].
+    pub fn enters(&self, ray: &Ray<f32>) -> Option<f32> {
+        let [enter, leave] = self.domain.bounds.clip(ray)?;
         let n = self.domain.resolution;
         let scale = self.domain.nodes_per_unit().hadamard(self.domain.unit_per_world());
         let start = (ray.origin - self.domain.bounds.min).hadamard(scale);
@@ -70,7 +75,7 @@ impl Gate {
             let clear = self.clearance[self.cell_index(cell)];
             if clear == 0 {
                 if self.share(cell, g) >= HALF {
-                    return true;
+                    return Some(s);
                 }
                 s += step;
                 continue;
@@ -88,7 +93,7 @@ impl Gate {
             let exit = exit.zip(speed, |e, v| if v == 0.0 { f32::INFINITY } else { e }).min_element();
             s = exit.max(s) + nudge;
         }
-        false
+        None
     }
 
     #[inline]

@@ -9,7 +9,7 @@ pub enum IndexEdit {
     /// n − 1, the contrast to vacuum that bends rays, is multiplied by this: 0 for straight rays.
     Scale(f32),
     /// Each region gets this index: all of a body of one index; other fields keep their shape, their n − 1 multiplied
-    /// so that this becomes their [`typical_index`].
+    /// so that this becomes their [`typical_index`]. Bubbles, bodies of n = 1 that overlap others, stay as they are.
     Set(f32),
 }
 
@@ -84,8 +84,10 @@ impl IndexEdit {
         let mut edited = refraction.clone();
         for k in 0..edited.medium.regions().len() {
             let region = k + 1;
+            let is_nested = !edited.medium.neighbours(k).is_empty();
             let grid = edited.medium.region_mut(k);
             match self {
+                Self::Set(_) if is_nested && typical_index(grid).is_none() => {}
                 Self::Set(n) if grid.level_set().is_some() && grid.interior_index().is_some() => {
                     grid.set_interior_index(n);
                 }

@@ -12,7 +12,7 @@ pub mod surface;
 
 pub use gate::Gate;
 pub use optimiser::{AdamMoments, ClearcoatMoments, IndexMoments, MirrorMoments, Optimiser};
-pub use reflection::{Mirror, MirrorSource, ProbeLayout, Reflection};
+pub use reflection::{CacheId, Mirror, MirrorSource, ProbeLayout, Reflection};
 pub use refraction::{Optics, Refraction, RegionState};
 
 use refraxel_core::radiance::clearcoat::Clearcoat;

@@ -42,6 +42,8 @@ pub struct IndexMoments {
     pub index: AdamMoments,
     /// Of the coefficients of φ; empty without a surface. The first are those of the planes' parameters where planes learn.
     pub surface: AdamMoments,
+    /// Of the three absorption coefficients.
+    pub absorption: AdamMoments,
 }
 
 /// Second moments of one mirror.
@@ -136,11 +138,17 @@ impl AdamMoments {
 impl IndexMoments {
     /// Those of a region that has not learned yet.
     pub fn zero(grid: &IndexGrid<f32>) -> Self {
-        Self { index: AdamMoments::zero(grid.coefficients().len()), surface: AdamMoments::zero(nodes(grid)) }
+        Self {
+            index: AdamMoments::zero(grid.coefficients().len()),
+            surface: AdamMoments::zero(nodes(grid)),
+            absorption: AdamMoments::zero(3),
+        }
     }
 
     fn fits(&self, grid: &IndexGrid<f32>) -> bool {
-        self.index.first.len() == grid.coefficients().len() && self.surface.first.len() == nodes(grid)
+        self.index.first.len() == grid.coefficients().len()
+            && self.surface.first.len() == nodes(grid)
+            && self.absorption.first.len() == 3
     }
 }
 

@@ -108,6 +108,13 @@ impl Polyhedron {
         LevelSet::from_control_values(domain.bounds, domain.resolution, |x| self.height(x).max(body.value(x)))
     }
 
+    /// The body whose faces, all but the base, lie further out by `by` [scene unit].
+    #[must_use]
+    pub fn grown(&self, by: f32) -> Self {
+        let out = |p: &Plane| Plane { offset: p.offset + by, ..*p };
+        Self { faces: self.faces.iter().map(out).collect(), base: self.base }
+    }
+
     /// How many parameters learn.
     pub fn parameters(&self) -> usize {
         OF_FACE * self.faces.len()

@@ -2,6 +2,7 @@
 
 use super::Refraction;
 use refraxel_core::Aabb;
+use refraxel_core::optics::PartialReflection;
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::sh::ShDegree;
 use serde::{Deserialize, Serialize};
@@ -35,10 +36,28 @@ pub enum MirrorSource {
 pub struct Mirror {
     /// Share ρ ∈ [0, 1] of Fresnel's reflectance that is really seen: 0 where pictures show no reflections.
     pub strength: f32,
-    /// What front faces mirror: the surroundings.
+    /// What its surface mirrors to rays in vacuum: the surroundings.
     pub outer: ProbeGrid<f32>,
-    /// What back faces mirror: the inside of the body.
+    /// What surfaces mirror to rays inside the body: its own from behind, and those of bodies in it.
     pub inner: ProbeGrid<f32>,
+}
+
+/// One of the caches of a [`Reflection`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CacheId {
+    /// Number of the region that it belongs to.
+    pub region: u16,
+    /// The inner cache, else the outer one.
+    pub inner: bool,
+}
+
+impl CacheId {
+    /// The cache that a partial reflection reads: the inner one of the region in which the reflected light arrives, or in
+    /// vacuum the outer one of the body whose surface reflects.
+    #[inline(always)]
+    pub fn read_by(of: &PartialReflection<f32>) -> Self {
+        Self { region: of.within.unwrap_or(of.region), inner: of.within.is_some() }
+    }
 }
 
 /// Size of the caches.
@@ -80,6 +99,15 @@ impl Reflection {
         Self { source, mirrors: regions.map(|r| mirror(r.domain().bounds)).collect() }
     }
 
+    /// One of the caches.
+    ///
+    /// # Panics
+    /// If there is no region of this number.
+    #[inline(always)]
+    pub fn cache(&self, id: CacheId) -> &ProbeGrid<f32> {
+        self.mirrors[usize::from(id.region)].cache(id.inner)
+    }
+
     /// The same, seen without what is mirrored: as if no surface reflected.
     #[must_use]
     pub fn without_strength(&self) -> Self {
@@ -92,7 +120,7 @@ impl Reflection {
 impl Mirror {
     /// The cache of one side.
     #[inline(always)]
-    pub fn cache(&self, from_inside: bool) -> &ProbeGrid<f32> {
-        if from_inside { &self.inner } else { &self.outer }
+    pub fn cache(&self, inner: bool) -> &ProbeGrid<f32> {
+        if inner { &self.inner } else { &self.outer }
     }
 }

@@ -25,6 +25,8 @@ pub struct RegionState {
     pub gate: Option<Gate>,
     /// The index that a search found for the whole body, where it found one.
     pub searched: Option<f32>,
+    /// The index is held as it is, as that of the air in a bubble; the surface may still learn.
+    pub fixed_index: bool,
     /// The planes of a body whose faces are all flat: they learn, and not the nodes of its surface.
     pub solid: Option<Polyhedron>,
 }
@@ -69,6 +71,11 @@ impl Refraction {
     /// True when all rays are straight.
     pub fn is_none(&self) -> bool {
         self.medium.regions().is_empty()
+    }
+
+    /// True when some body is tinted.
+    pub fn is_absorbing(&self) -> bool {
+        self.medium.regions().iter().any(|r| r.absorption() != [0.0; 3])
     }
 
     /// Whether a ray bends: the straight ray meets something refractive.
@@ -140,6 +147,12 @@ impl Refraction {
             if weight > 0.0 { 1.0 + sum / weight } else { 1.0 }
         };
         self.medium.regions().iter().map(mean).collect()
+    }
+
+    /// What each region absorbs of red, green and blue [1 / scene unit]; empty where all are clear.
+    pub fn absorption(&self) -> Vec<[f32; 3]> {
+        let regions = self.medium.regions().iter().filter(|_| self.is_absorbing());
+        regions.map(IndexGrid::absorption).collect()
     }
 
     /// A tracer of rays that are seen inside `domain` from `near` on [scene unit].

@@ -8,8 +8,10 @@ use refraxel_core::{IndexGrid, Mesh};
 pub struct Surface {
     /// The boundary in world coordinates; without triangles where nothing in the region refracts.
     pub mesh: Mesh,
-    /// The index of what lies inside: [`typical_index`].
+    /// The index of what lies inside: [`typical_index`], or 1 for a body of vacuum, a bubble.
     pub index: f32,
+    /// What lies inside absorbs this much of red, green and blue [1 / scene unit].
+    pub absorption: [f32; 3],
     /// Where it was drawn.
     pub boundary: Boundary,
 }
@@ -27,21 +29,23 @@ pub enum Boundary {
 const MOST_NODES: u64 = 1 << 30;
 
 impl Surface {
-    /// The surface of a region, with `detail` ≥ 1 cells per voxel and axis; `None` where the region is vacuum.
+    /// The surface of a region, with `detail` ≥ 1 cells per voxel and axis; `None` where a region without level set is
+    /// vacuum. The mesh of a body is its whole surface, also where other bodies rule.
     pub fn of(grid: &IndexGrid<f32>, detail: u32) -> Option<Self> {
-        let index = typical_index(grid)?;
-        let (wide, middle) = (grid.cast::<f64>(), f64::from(half_way_index(grid)?));
+        let (wide, absorption) = (grid.cast::<f64>(), grid.absorption());
         let Some(level) = wide.level_set() else {
+            let (index, middle) = (typical_index(grid)?, f64::from(half_way_index(grid)?));
             let side = if index > 1.0 { 1.0 } else { -1.0 };
             let above = |x| {
                 let n = wide.index(x);
                 (side * (middle - n), wide.w_gradient(x) * (-side / n))
             };
             let mesh = Mesh::of_level(wide.domain(), detail, above);
-            return Some(Self { mesh, index, boundary: Boundary::HalfWay });
+            return Some(Self { mesh, index, absorption, boundary: Boundary::HalfWay });
         };
+        let index = typical_index(grid).unwrap_or(1.0);
         let mesh = Mesh::of_level(level.domain(), detail, |x| level.sample(x));
-        Some(Self { mesh, index, boundary: Boundary::Jump })
+        Some(Self { mesh, index, absorption, boundary: Boundary::Jump })
     }
 
     /// Whether a region with this detail fits into memory.

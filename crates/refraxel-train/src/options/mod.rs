@@ -1,12 +1,14 @@
 //! Options of a run, in sections. Every option has its meaning, default and range in the file of its section; `--set`,
 //! TOML files, the checks and the list of `refraxel train --options` all come from there.
 
+mod absorption;
 mod clearcoat;
 mod error;
 mod field;
 mod former;
 mod grid;
 mod index;
+mod judge;
 mod list;
 mod march;
 mod names;
@@ -22,11 +24,13 @@ mod surface;
 mod tests;
 mod value;
 
+pub use absorption::AbsorptionOptions;
 pub use clearcoat::ClearcoatOptions;
 pub use error::OptionError;
 pub use field::FieldOptions;
 pub use grid::GridOptions;
 pub use index::{IndexIntegrator, IndexInterpolation, IndexOptions, IndexPenalty};
+pub use judge::JudgeOptions;
 pub use list::{OptionInfo, list, list_as_markdown, list_as_text};
 pub use march::MarchOptions;
 pub use names::Renamed;
@@ -60,6 +64,8 @@ pub struct Options {
     pub shape: ShapeOptions,
     /// The search for the first index.
     pub search: SearchOptions,
+    /// The race between hypotheses.
+    pub judge: JudgeOptions,
     /// How the index learns.
     pub index: IndexOptions,
     /// How sharp surfaces learn.
@@ -68,6 +74,8 @@ pub struct Options {
     pub reflection: ReflectionOptions,
     /// The clearcoat of opaque things.
     pub clearcoat: ClearcoatOptions,
+    /// What refractive bodies absorb.
+    pub absorption: AbsorptionOptions,
 }
 
 /// An option that differs between two runs, and the text of its value in both.
@@ -96,7 +104,7 @@ impl Options {
     }
 
     /// All sections, in the order in which they are listed.
-    pub fn sections(&self) -> [&dyn Section; 11] {
+    pub fn sections(&self) -> [&dyn Section; 13] {
         let Self {
             run,
             grid,
@@ -105,15 +113,20 @@ impl Options {
             refraction,
             shape,
             search,
+            judge,
             index,
             surface,
             reflection,
             clearcoat,
+            absorption,
         } = self;
-        [run, grid, march, field, refraction, shape, search, index, surface, reflection, clearcoat]
+        [
+            run, grid, march, field, refraction, shape, search, judge, index, surface, reflection, clearcoat,
+            absorption,
+        ]
     }
 
-    fn sections_mut(&mut self) -> [&mut dyn Section; 11] {
+    fn sections_mut(&mut self) -> [&mut dyn Section; 13] {
         let Self {
             run,
             grid,
@@ -122,12 +135,17 @@ impl Options {
             refraction,
             shape,
             search,
+            judge,
             index,
             surface,
             reflection,
             clearcoat,
+            absorption,
         } = self;
-        [run, grid, march, field, refraction, shape, search, index, surface, reflection, clearcoat]
+        [
+            run, grid, march, field, refraction, shape, search, judge, index, surface, reflection, clearcoat,
+            absorption,
+        ]
     }
 
     /// What there is to know of each option, but its value.

@@ -10,6 +10,7 @@ use crate::events::{Task, Watch};
 use crate::initial::{Outlines, Search, Site, Spacing, region_grid};
 use crate::options::StartShape;
 use crate::rays::Selection;
+use crate::verdict::StayReason;
 use refraxel_core::{Aabb, Vec3};
 
 /// Rays inside masks that say what a hull covers.
@@ -57,6 +58,9 @@ pub(super) fn find(
     let (options, scene, sites) = (known.options, backend.domain().bounds, Sites { known });
     let stated = options.refraction.aabb();
     if let Some(source) = known.index {
+        if let (None, Some(bodies)) = (stated, super::known::bodies(source, |b| sites.site(b), options)) {
+            return Ok(bodies);
+        }
         let site = sites.site(&stated.unwrap_or_else(|| source.bounds().cast()));
         return Ok(vec![Region::of_known(site, source, options)]);
     }
@@ -82,7 +86,7 @@ fn from_masks(
     let outlines = Outlines::new(&silhouettes).cancelled_by(watch.cancel());
     let ground = Ground::new(&silhouettes, backend.domain().voxel());
     if outlines.is_empty() {
-        return Ok(vec![sites.ball(&stated.ok_or(RecipeError::Nowhere)?)]);
+        return Err(stated.map_or(RecipeError::Nowhere, |_| StayReason::OnlyABox.into()));
     }
     let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
     let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
@@ -97,11 +101,11 @@ fn from_masks(
     watch.progress(Task::Carving, 2, 3)?;
     let views = Views { outlines: &outlines, vote, rays: &rays };
     let region = |bounds: &Aabb<f32>| match options.shape.start {
-        StartShape::Block => sites.block(bounds),
-        StartShape::Ball => sites.ball(bounds),
-        _ => Region::hull(sites.site(bounds), &views, |s| ground.under(s), options),
+        StartShape::Block => vec![sites.block(bounds)],
+        StartShape::Ball => vec![sites.ball(bounds)],
+        _ => Region::hulls(sites.site(bounds), bounds, &views, |s| ground.under(s), options),
     };
-    let regions = boxes?.iter().map(region).collect();
+    let regions = boxes.map_err(StayReason::from)?.iter().flat_map(region).collect();
     watch.progress(Task::Carving, 3, 3)?;
     Ok(regions)
 }

@@ -9,7 +9,7 @@ use crate::random::Random;
 use crate::rays::pixel_ray;
 use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
 
-/// Every so many pixels are looked at for the ground.
+/// One in so many pixels gives a point of the ground, where so many are known.
 const GROUND_STRIDE: usize = 7;
 /// How far around a body its ground is sought, in sizes of its box.
 const AROUND: f32 = 1.4;
@@ -36,13 +36,12 @@ impl Ground {
         let mut eye = Vec3::zero();
         for s in silhouettes {
             eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
-            let hidden = s.occluded_beyond.iter().flatten().enumerate();
-            points.extend(hidden.step_by(GROUND_STRIDE).filter(|(_, d)| d.is_finite()).filter_map(
-                |(pixel, &d)| {
-                    let ray: Ray<f32> = pixel_ray(&s.camera, pixel)?;
-                    Some(ray.at(d))
-                },
-            ));
+            let Some(occluders) = &s.occluders else { continue };
+            let seen = occluders.centres().step_by((GROUND_STRIDE / occluders.cell().pow(2)).max(1));
+            points.extend(seen.filter(|(_, d)| d.is_finite()).filter_map(|(pixel, d)| {
+                let ray: Ray<f32> = pixel_ray(&s.camera, pixel)?;
+                Some(ray.at(d))
+            }));
         }
         Self { points, eye, voxel }
     }

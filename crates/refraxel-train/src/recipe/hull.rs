@@ -1,11 +1,13 @@
 //! The shape of a region from silhouettes.
 
 use super::facets::{Face, faces, fills};
-use super::region::Region;
+use super::parts::parts;
+use super::region::{Region, Water};
+use super::shapes::{Basin, Faceted, polyhedron, upwards};
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
-use refraxel_core::{LevelSet, Ray};
+use refraxel_core::{Aabb, Camera, LevelSet, Ray, Vec3};
 
 /// Steps and strength of the smoothing of a hull's surface, theory (2.31).
 const SMOOTHING: (u32, f32) = (10, 0.6);
@@ -21,22 +23,66 @@ pub(super) struct Views<'a> {
     pub rays: &'a [Ray<f32>],
 }
 
+/// The convex polyhedron that the silhouettes show, sunk into what it stands on.
+fn faceted(surface: &LevelSet<f32>, views: &Views, ground: Option<Plane>) -> Option<Polyhedron> {
+    let under = ground.map(|p| Plane::facing(-p.normal(), -p.offset()));
+    let Faceted { mut body, .. } = polyhedron(views.outlines, surface, under.as_ref())?;
+    body.base = body.base.map(|p| Plane::facing(p.normal(), p.offset() + SUNK * surface.voxel()));
+    Some(body)
+}
+
+/// How far water reaches behind what any view shows of its surface [voxel].
+const BEYOND: f32 = 3.0;
+
+/// Water below an open surface, if all views look down on it.
+fn water(site: &Site, views: &Views, up: Vec3<f32>) -> Option<Water> {
+    let basin = Basin { bounds: site.bounds, up, voxel: site.domain().voxel() };
+    let range = basin.levels(views.outlines)?.range;
+    let above = |c: &Camera| up.dot(c.world_from_camera.translation.cast()) > range[1];
+    if !views.outlines.cameras().all(above) {
+        return None;
+    }
+    let highest = basin.water(views.outlines, range[1], BEYOND * basin.voxel).surface;
+    Some(Water { highest, up, range })
+}
+
 impl Region {
-    /// The visual hull down to what it stands on, with flat faces where it may have some, its surface smoothed.
-    pub(super) fn hull(
+    /// The bodies of a visual hull, down to what they stand on, with flat faces where they may have some, their surfaces
+    /// smoothed. `found` is the box where something is.
+    pub(super) fn hulls(
         site: Site,
+        found: &Aabb<f32>,
         views: &Views,
         ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
         options: &Options,
-    ) -> Self {
+    ) -> Vec<Self> {
         let distance = views.outlines.hull(&site.domain(), &views.vote).distance;
         // Far from the surface the estimate is rough; only its sign counts there.
         let reach = 4.0 * site.domain().voxel();
         let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
-        let surface = LevelSet::from_coefficients(site.bounds, site.resolution, near);
-        let mut surface = surface.unwrap_or_else(|| unreachable!("distances are finite"));
-        surface.redistance();
-        let ground = ground(&surface);
+        let whole = LevelSet::from_coefficients(site.bounds, site.resolution, near);
+        let mut whole = whole.unwrap_or_else(|| unreachable!("distances are finite"));
+        whole.redistance();
+        let bodies = parts(&whole, found);
+        let is_shared = bodies.len() > 1;
+        let region = |surface: LevelSet<f32>| {
+            let ground = ground(&surface);
+            let faceted = if options.shape.faces.is_on() { faceted(&surface, views, ground) } else { None };
+            let up = upwards(ground.as_ref(), views.outlines.cameras());
+            let is_tried = options.search.rare.is_on() && !is_shared;
+            let water = up.filter(|_| is_tried).and_then(|up| water(&site, views, up));
+            Self { is_shared, faceted, up, water, ..Self::hull(site, surface, views, ground, options) }
+        };
+        bodies.into_iter().map(region).collect()
+    }
+
+    fn hull(
+        site: Site,
+        mut surface: LevelSet<f32>,
+        views: &Views,
+        ground: Option<Plane>,
+        options: &Options,
+    ) -> Self {
         let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
         let faces = if options.shape.faces.is_on() {
             // Without what it has grown into the ground.

@@ -3,35 +3,48 @@
 //!
 //! At this point straight rays have learned everything that is seen beside the refractive things. Then:
 //! 1. Views say where refractive things can be (`find`): the visual hull of the masks, a box, or a known index.
-//! 2. One index per region is searched by the error of the rays inside the masks (`search`): the scene around is known by
-//!    now, so the right index shows it in the right places. The error has one minimum, which a gradient from n = 1 never
-//!    finds. The same error says whether the index jumps at the surface or rises towards the middle.
-//! 3. Haze that straight rays left inside is cleared.
+//! 2. Each hypothesis on what stands there (`hypotheses`) has some unknown numbers, first of all the index. They are searched
+//!    by the error of the rays inside the masks (`search`): the scene around is known by now, so the right index shows it in
+//!    the right places. The error has one minimum, which a gradient from n = 1 never finds.
+//! 3. The hypotheses that fit best race against straight rays (`race`, `contest`), and views that were kept aside judge. A
+//!    region in which straight rays are as good stays straight.
+//! 4. Haze that straight rays left inside is cleared.
 //!
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
+mod contest;
 mod facets;
 mod find;
 mod ground;
 mod hull;
+mod hypotheses;
 mod known;
+mod parts;
+mod race;
 mod region;
 mod search;
+mod shapes;
 mod silhouettes;
 
-pub use known::known_refraction;
+pub use known::{known_field, known_refraction};
+pub(crate) use silhouettes::OCCLUDER_RAYS;
 
-use crate::backend::{Backend, BrickMask};
+use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
-use crate::events::Watch;
-use crate::initial::{LocateError, Profile};
-use crate::model::Refraction;
+use crate::events::{Event, Task, Watch};
+use crate::model::{MirrorSource, ProbeLayout, Reflection, Refraction};
 use crate::options::{Options, StartShape, Switch};
-use crate::rays::RaySampler;
-use crate::schedule::training_marching;
-use refraxel_core::Medium;
+use crate::rays::{RaySampler, Selection};
+use crate::schedule::{Progress, training_marching};
+use crate::verdict::{Hypothesis, StayReason, Verdict};
+use contest::Trained;
+use hypotheses::{Body, Candidate};
+use race::{Course, Outcome, race};
+use refraxel_core::{Medium, ShDegree};
 use refraxel_data::{Dataset, IndexSource, MaskMeaning};
 use region::Region;
+use search::Fits;
+use std::time::Instant;
 
 /// Why nothing can bend.
 #[derive(Debug, thiserror::Error)]
@@ -45,9 +58,9 @@ pub enum RecipeError {
     /// The shape is to come from a file, and there is none.
     #[error("option `shape.start` is `file`, but no index is given; name its file with --index-from")]
     NoFile,
-    /// Masks that lead nowhere.
+    /// What there is leads nowhere: rays stay straight.
     #[error(transparent)]
-    Locate(#[from] LocateError),
+    Stay(#[from] StayReason),
     /// Somebody wished to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -71,17 +84,6 @@ pub fn has_masks(data: &Dataset) -> bool {
     views.any(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive)
 }
 
-/// A region with the profile and index that it starts from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Start {
-    profile: Profile,
-    index: f32,
-    /// Thickness of the wall of a hollow body [its depth]; 1 for a solid one.
-    wall: f32,
-    /// A search found it; else it is a guess, or known.
-    searched: bool,
-}
-
 /// What is known when rays begin to bend.
 #[derive(Clone, Copy)]
 pub struct Known<'a> {
@@ -93,33 +95,196 @@ pub struct Known<'a> {
     pub near: f32,
     /// The index, where somebody knows it.
     pub index: Option<&'a IndexSource>,
+    /// Where the run stands.
+    pub progress: Progress,
 }
 
-/// Let rays bend from now on. After an error the backend's model is half changed: load it again.
-pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> Result<(), RecipeError> {
-    let options = known.options;
-    let regions = find::find(backend, known, watch)?;
+/// What is decided when rays were to bend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// Why all rays stay straight, if they do.
+    pub stays: Option<StayReason>,
+    /// How it was decided, where hypotheses raced.
+    pub verdict: Option<Verdict>,
+}
+
+/// Let rays bend from now on, or find out that they had better stay straight: the backend then holds the model to go on
+/// with. After an error its model is half changed: load it again.
+pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> Result<Decision, RecipeError> {
+    let clock = Instant::now();
+    let regions = match find::find(backend, known, watch) {
+        Err(RecipeError::Stay(why)) => return Ok(Decision { stays: Some(why), verdict: None }),
+        regions => regions?,
+    };
     regions.iter().enumerate().for_each(|(k, r)| watch.tell(r.found(k)));
-    let inside = BrickMask::new(backend.domain(), backend.map(), |x| regions.iter().any(|r| r.is_inside(x)));
-    backend.set_density(options.refraction.contents_density, &inside);
-    backend.refresh_occupancy(&training_marching(options, known.near));
-    let starts = search::starts(backend, &regions, known, watch)?;
-    let mut found = refraction(&regions, &starts, options);
-    for (k, (region, start)) in regions.iter().zip(&starts).enumerate() {
-        let grid = found.medium.region_mut(k);
-        if let Some(coarser) = region.for_learning(start, grid, options) {
-            *grid = coarser;
-        }
+    let start = contest::State::of(backend);
+    contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
+    let fits = search::fits(backend, &regions, known, watch)?;
+    let heats = heats(&fits, &regions, known, watch);
+    start.clone().load(backend);
+    let field = Field { known, regions: &regions, start };
+    let Decided { candidates, verdict, goes_on } = decide(backend, &field, heats, watch, clock)?;
+    if let Some(verdict) = &verdict {
+        watch.tell(Event::Judged { verdict: verdict.clone() });
     }
-    found.find_flat_cells();
-    backend.set_medium(found);
+    if candidates.iter().all(Option::is_none) {
+        return Ok(Decision { stays: Some(StayReason::Judged), verdict });
+    }
+    if !goes_on {
+        contest::bend(backend, known, &regions, &candidates, watch)?;
+    }
+    let hypotheses = candidates.iter().flatten().map(|c| c.proposal.kind).collect();
+    watch.tell(Event::RaysBend { hypotheses });
+    Ok(Decision { stays: None, verdict })
+}
+
+/// On what hypotheses race.
+struct Field<'a> {
+    known: &'a Known<'a>,
+    regions: &'a [Region],
+    start: contest::State,
+}
+
+/// What stands in each region, `None` for nothing.
+struct Decided {
+    candidates: Vec<Option<Candidate>>,
+    verdict: Option<Verdict>,
+    /// The backend holds what has learned this in the race. Otherwise it holds the start.
+    goes_on: bool,
+}
+
+/// Rivals at most.
+const MOST_HEATS: usize = 3;
+/// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
+/// not known yet, and the search says nothing.
+const DECISIVE: f64 = 0.97;
+
+/// Per heat one candidate per region: the best of the search first.
+fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Vec<Vec<Candidate>> {
+    let options = known.options;
+    let rivals = |(k, (found, region)): (usize, (&Fits, &Region))| {
+        let least = found.fits.first().map_or(0.0, |f| f.error);
+        let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * least);
+        let mut rivals: Vec<Candidate> = near.map(|f| f.candidate.clone()).collect();
+        let is_searched = rivals.iter().any(|c| c.searched);
+        if is_searched && least > DECISIVE * found.straight {
+            let proposal = hypotheses::proposals(region, options)[0];
+            let (index, straight_misfit) = (options.search.guess, found.straight);
+            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
+            rivals.insert(0, Candidate::guess(proposal, region, options));
+        }
+        rivals.truncate(MOST_HEATS);
+        rivals
+    };
+    let rivals: Vec<Vec<Candidate>> = fits.iter().zip(regions).enumerate().map(rivals).collect();
+    let count = rivals.iter().map(Vec::len).max().unwrap_or(0);
+    let heat = |h: usize| rivals.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
+    (0..count).map(heat).collect()
+}
+
+/// Lets the heats race, where there is a judge and enough time.
+fn decide<B: Backend>(
+    backend: &mut B,
+    field: &Field,
+    heats: Vec<Vec<Candidate>>,
+    watch: &mut Watch,
+    clock: Instant,
+) -> Result<Decided, Cancelled> {
+    let Field { known, regions, .. } = *field;
+    let judge = &known.options.judge;
+    let is_known = regions.iter().all(Region::is_known) || known.index.is_some();
+    let alone = !judge.straight.is_on() && heats.len() == 1;
+    let views = known.sampler.aside();
+    let mut undecided = !judge.enabled.is_on() || is_known || alone || views == 0;
+    let mut course = Course::default();
+    if !undecided {
+        course = self::course(backend, field, &heats, watch, clock)?;
+        undecided = course.first == 0;
+    }
+    if undecided {
+        let candidates = heats[0].iter().cloned().map(Some).collect();
+        return Ok(Decided { candidates, verdict: None, goes_on: false });
+    }
+    let mut contest = Trained::new(backend, field, watch, heats, course);
+    let Outcome { finalist, mut verdicts } = race(&mut contest, course, judge)?;
+    let mut candidates = contest.candidates(finalist).to_vec();
+    for (verdict, candidate) in verdicts.iter_mut().zip(&mut candidates) {
+        if judge.straight.is_on() && verdict.hypothesis == Hypothesis::Straight {
+            *candidate = None;
+        }
+        verdict.hypothesis = candidate.as_ref().map_or(Hypothesis::Straight, |c| c.proposal.kind);
+    }
+    // What has learned exactly this goes on; a mixture begins again.
+    let winner = [race::STRAIGHT, finalist].into_iter().find(|e| {
+        let assumed = contest.candidates(*e);
+        assumed.iter().zip(&candidates).all(|(a, b)| a.is_some() == b.is_some())
+    });
+    let state = winner.and_then(|entry| contest.into_state(entry));
+    let goes_on = state.is_some();
+    state.unwrap_or_else(|| field.start.clone()).load(backend);
+    let (seconds, progress) = (clock.elapsed().as_secs_f64(), known.progress.0);
+    let verdict = Some(Verdict { views, seconds, progress, regions: verdicts });
+    Ok(Decided { candidates, verdict, goes_on })
+}
+
+/// How long a race of so many entries may be: what the search leaves of the share of the run. Where the run has a clock, a
+/// few steps of the best candidates are timed; else steps count alike.
+fn course<B: Backend>(
+    backend: &mut B,
+    field: &Field,
+    heats: &[Vec<Candidate>],
+    watch: &mut Watch,
+    clock: Instant,
+) -> Result<Course, Cancelled> {
+    let (run, judge) = (&field.known.options.run, &field.known.options.judge);
+    let entries = heats.len() + 1;
+    // All learn one third, straight rays and the best other go on: entries/3 + 2 · 2/3 of the whole length.
+    let shares = (entries as f64 + 4.0) / 3.0;
+    let all = if run.minutes > 0.0 {
+        let per_step = contest::seconds_per_step(backend, field, &heats[0], watch)?;
+        let left = judge.cost * 60.0 * run.minutes - clock.elapsed().as_secs_f64();
+        let all = (left.max(0.0) / (per_step * shares)) as u64;
+        if all < judge.least_steps / 3 { 0 } else { all }
+    } else {
+        let budget = (judge.cost * run.steps as f64 / shares) as u64;
+        if run.steps < 3 * judge.least_steps { 0 } else { budget.max(judge.least_steps) }
+    };
+    let all = all.min(judge.race_steps);
+    Ok(Course { regions: field.regions.len(), entries, first: all / 3, all })
+}
+
+/// What bends rays where these bodies are.
+fn refraction(bodies: Vec<Body>, options: &Options) -> Refraction {
+    let (grids, states) = bodies.into_iter().map(|b| (b.grid, b.state)).unzip();
+    let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
+    Refraction { medium, optics: options.optics(), states }
+}
+
+/// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
+fn begin_mirroring<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> Result<(), Cancelled> {
+    let c = &known.options.reflection;
+    if !c.enabled.is_on() || !has_surfaces(backend, known.sampler) {
+        return Ok(());
+    }
+    let degree = ShDegree::new(c.degree).unwrap_or_default();
+    let (source, layout) = (c.cache, ProbeLayout { longest: c.probes, degree });
+    backend.set_reflection(Reflection::of(backend.medium(), source, &layout));
+    if source != MirrorSource::Exact {
+        watch.progress(Task::Baking, 0, 1)?;
+        let marching = training_marching(known.options, known.near);
+        backend.bake(Caches::Reflection, &marching, watch.cancel())?;
+        watch.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
+    }
     Ok(())
 }
 
-/// The refraction that regions start from.
-fn refraction(regions: &[Region], starts: &[Start], options: &Options) -> Refraction {
-    let grids = regions.iter().zip(starts).map(|(r, s)| r.grid(s, options)).collect();
-    let medium = Medium::new(grids).unwrap_or_else(|e| unreachable!("regions were made apart: {e}"));
-    let states = regions.iter().zip(starts).map(|(r, s)| r.state(s)).collect();
-    Refraction { medium, optics: options.optics(), states }
+/// Rays that say whether what is refractive has a surface.
+const RAYS_FOR_SURFACES: usize = 256;
+
+/// Something refractive has a sharp surface, or transitions that most rays through it meet.
+fn has_surfaces(backend: &impl Backend, sampler: &RaySampler) -> bool {
+    let (refraction, domain) = (backend.medium(), backend.domain());
+    let is_sharp = refraction.medium.regions().iter().any(|r| r.level_set().is_some());
+    let rays = || sampler.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
+    is_sharp || refraction.mirrors(&rays(), domain)
 }

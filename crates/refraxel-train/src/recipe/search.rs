@@ -1,68 +1,78 @@
-//! The one index of each region, by the error of rays inside the masks.
+//! The unknown numbers of each hypothesis on each region, by the error of rays inside the masks: all first values, then
+//! coordinate descent. The radiance field is held; it shows what straight rays have learned around the regions.
 
+use super::hypotheses::{Body, Candidate, Proposal, Unknown, proposals};
 use super::region::Region;
-use super::{Known, RecipeError, Start, refraction};
+use super::{Known, refraction};
 use crate::backend::{Backend, Batch, Layers, Marching};
 use crate::cancel::Cancelled;
-use crate::events::{Event, FoundIndex, Task, Watch};
-use crate::initial::Profile;
+use crate::events::{Event, Task, Watch};
 use crate::model::Refraction;
-use crate::options::{Options, SurfaceProfile};
-use crate::rays::{RaySampler, Selection, squared_errors};
+use crate::options::{Options, SearchOptions};
+use crate::rays::{Selection, squared_errors};
 use crate::schedule::training_marching;
+use crate::verdict::Found;
 
-/// Rays that judge an index.
-const RAYS: usize = 4096;
-/// Candidates of the first pass: 1, 1.075, … 2.5.
-const COARSE: u32 = 21;
-/// Distance of the candidates of the later passes, five each.
-const FINE: [f32; 3] = [0.03, 0.01, 0.005];
-/// Candidates of a later pass, in its distances.
+/// Candidates of a finer pass, in its distances.
 const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
-/// Thickness of the walls of hollow bodies that are tried [depth of the body], each with all of these indices.
-const WALLS: [f32; 5] = [0.08, 0.15, 0.25, 0.4, 0.6];
-const HOLLOW: [f32; 5] = [1.3, 1.4, 1.5, 1.6, 1.75];
-/// Squared error that counts half, over the three channels.
-const ROBUST: f64 = 0.01;
-/// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
-/// not known yet, and the search says nothing.
-const DECISIVE: f64 = 0.97;
-/// Another profile must be better than a sharp surface by this factor of the error.
-const BETTER: f64 = 0.985;
 
-/// Most things are of water, glass or plastic. An index this far from the usual one must fit better by a part of
-/// [`UNUSUAL`]; twice as far, by four. It decides where the error hardly depends on the index, and nowhere else.
-const USUAL: [f64; 2] = [1.42, 0.25];
-const UNUSUAL: f64 = 0.002;
+/// A hypothesis with the numbers that fit best.
+#[derive(Clone)]
+pub(super) struct Fit {
+    /// Mean of e/(e + saturation), times the prior on the index.
+    pub error: f64,
+    pub candidate: Candidate,
+}
 
-/// Loss of rays inside the masks.
-pub(super) struct Judge {
+/// What a search found on one region.
+pub(super) struct Fits {
+    /// Error of straight rays.
+    pub straight: f64,
+    /// One per hypothesis, the best first.
+    pub fits: Vec<Fit>,
+}
+
+/// Rays that judge what stands in one region.
+struct Judge {
+    /// For the last passes.
     batch: Batch,
+    /// A part of them for first values: these are many, and differ more.
+    few: Batch,
     marching: Marching,
+    saturation: f64,
 }
 
 impl Judge {
-    pub(super) fn new(sampler: &RaySampler, options: &Options, near: f32) -> Self {
+    /// Rays inside masks, of those that would meet the region on a straight line.
+    fn new(known: &Known, region: &Region, is_alone: bool) -> Self {
+        let Known { sampler, options, near, .. } = *known;
+        let wanted = options.search.rays as usize;
+        let drawn =
+            sampler.batch(u64::MAX / 2, wanted * if is_alone { 1 } else { 4 }, Selection::Inside(1.0));
         // No step of a run has this number: the judge has rays of its own.
-        let batch = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0));
-        Self { batch, marching: training_marching(options, near) }
+        let chosen = if is_alone { drawn } else { drawn.filtered(wanted, |ray| region.meets(ray)) };
+        let saturation = options.search.saturation;
+        let few = chosen.filtered(wanted / 4, |_| true);
+        Self { few, batch: chosen, marching: training_marching(options, near), saturation }
     }
 
-    /// Mean over the rays of e/(e + 0.01), e being the squared error (Geman & McClure 1985): rays that end at something
-    /// unknown must not decide.
-    fn error(&self, backend: &impl Backend) -> f64 {
-        let pixels = backend.render(&self.batch.rays, &self.marching, Layers::All);
-        let errors = squared_errors(&pixels, &self.batch);
-        let robust = errors.iter().map(|e| e / (e + ROBUST));
+    /// Mean over the rays of e/(e + saturation), e being the squared error (Geman & McClure 1985).
+    fn error(&self, backend: &impl Backend, care: Care) -> f64 {
+        let batch = if care == Care::First { &self.few } else { &self.batch };
+        let pixels = backend.render(&batch.rays, &self.marching, Layers::All);
+        let errors = squared_errors(&pixels, batch);
+        let robust = errors.iter().map(|e| e / (e + self.saturation));
         robust.sum::<f64>() / errors.len().max(1) as f64
     }
 }
 
-/// Starts that were tried, and their error.
-#[derive(Clone, Debug, Default)]
-struct Fit {
-    error: f64,
-    starts: Vec<Start>,
+/// How many rays judge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Care {
+    /// A part.
+    First,
+    /// All.
+    Last,
 }
 
 /// A search under way.
@@ -70,153 +80,197 @@ struct Search<'a, 'w, B> {
     backend: &'a mut B,
     regions: &'a [Region],
     options: &'a Options,
-    judge: Judge,
     watch: &'a mut Watch<'w>,
+    /// What stands in the other regions meanwhile.
+    standing: Vec<Option<Candidate>>,
     /// Candidates judged, and how many there will be as far as is known.
     done: u64,
     total: u64,
 }
 
-/// What each region starts from.
-pub(super) fn starts<B: Backend>(
+/// Searches region by region; where one is seen through another, once more with the others as they were found.
+pub(super) fn fits<B: Backend>(
     backend: &mut B,
     regions: &[Region],
     known: &Known,
     watch: &mut Watch,
-) -> Result<Vec<Start>, RecipeError> {
+) -> Result<Vec<Fits>, Cancelled> {
     let options = known.options;
-    let profiles = profiles(regions, options);
-    let judge = Judge::new(known.sampler, options, known.near);
+    let judges: Vec<Judge> = regions.iter().map(|r| Judge::new(known, r, regions.len() == 1)).collect();
     backend.set_medium(Refraction::none());
-    let straight_misfit = judge.error(backend);
-    let mut search = Search { backend, regions, options, judge, watch, done: 0, total: 0 };
-    search.total = profiles.iter().map(|p| search.candidates(*p)).sum();
-    let mut best: Option<Fit> = None;
-    for profile in profiles {
-        let fit = search.best(profile)?;
-        let found = fit.starts.iter().map(|s| FoundIndex { index: s.index, wall: s.wall });
-        let (regions, misfit) = (found.collect(), fit.error);
-        search.watch.tell(Event::IndexSearched { profile, regions, misfit });
-        if best.as_ref().is_none_or(|b| fit.error < BETTER * b.error) {
-            best = Some(fit);
+    let straight: Vec<f64> = judges.iter().map(|j| j.error(backend, Care::Last)).collect();
+    let standing = vec![None; regions.len()];
+    let mut search = Search { backend, regions, options, watch, standing, done: 0, total: 0 };
+    search.total = regions.iter().map(|r| search.candidates(r)).sum();
+    let mut found = Vec::with_capacity(regions.len());
+    for (k, judge) in judges.iter().enumerate() {
+        let fits = search.all(k, judge, straight[k])?;
+        search.standing[k] = fits.first().map(|best| best.candidate.clone());
+        found.push(Fits { straight: straight[k], fits });
+    }
+    if regions.len() > 1 && search.searches() {
+        for (k, judge) in judges.iter().enumerate() {
+            search.refine_among_others(k, judge, &mut found[k])?;
         }
     }
-    let mut best = best.unwrap_or_default();
-    if search.searches() && best.error > DECISIVE * straight_misfit {
-        let (index, profile) = (options.search.guess, profile_of(options.search.profile));
-        watch.tell(Event::IndexGuessed { straight_misfit, index });
-        best.starts.fill(Start { profile, index, wall: 1.0, searched: false });
-    }
-    if let Some(first) = best.starts.first() {
-        watch.tell(Event::RaysBend { profile: first.profile });
-    }
-    Ok(best.starts)
-}
-
-/// The profiles that are tried.
-fn profiles(regions: &[Region], options: &Options) -> Vec<Profile> {
-    let mut profiles = match options.search.profile {
-        SurfaceProfile::Auto => vec![Profile::Sharp, Profile::Graded],
-        other => vec![profile_of(other)],
-    };
-    if regions.iter().any(Region::is_known) {
-        profiles.retain(|p| *p != Profile::Graded);
-        profiles.push(Profile::Smooth);
-        profiles.dedup();
-    }
-    profiles
-}
-
-fn profile_of(surface: SurfaceProfile) -> Profile {
-    match surface {
-        SurfaceProfile::Auto | SurfaceProfile::Sharp => Profile::Sharp,
-        SurfaceProfile::Smooth => Profile::Smooth,
-        SurfaceProfile::Graded => Profile::Graded,
-    }
+    Ok(found)
 }
 
 impl<B: Backend> Search<'_, '_, B> {
-    /// Whether an index is searched at all: it is not known, and a search is wanted.
+    /// Whether anything is searched at all.
     fn searches(&self) -> bool {
         self.options.search.enabled.is_on() && !self.regions.iter().all(Region::is_known)
     }
 
-    /// Candidates of a profile whose regions are solid.
-    fn candidates(&self, profile: Profile) -> u64 {
+    /// About how many candidates a region has.
+    fn candidates(&self, region: &Region) -> u64 {
         if !self.searches() {
             return 1;
         }
-        let walls = if profile == Profile::Sharp { WALLS.len() * HOLLOW.len() } else { 0 };
-        let of_region = walls + FINE.len() * (AROUND.len() + 1);
-        u64::from(COARSE) + (of_region * self.regions.len()) as u64
+        let of = |unknowns: Vec<Unknown>| {
+            let first: usize = unknowns.iter().map(|u| u.first.len()).product();
+            first + unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>()
+        };
+        proposals(region, self.options).iter().map(|p| of((p.unknowns)(region)) as u64).sum()
     }
 
-    /// Error of rays bent from these starts.
-    fn error(&mut self, starts: &[Start]) -> Result<f64, Cancelled> {
-        self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
-        self.done += 1;
-        self.backend.set_medium(refraction(self.regions, starts, self.options));
-        Ok(self.judge.error(self.backend) * index_prior(starts))
-    }
-
-    /// The candidate with the least error.
-    fn least(&mut self, candidates: impl IntoIterator<Item = Vec<Start>>) -> Result<Fit, Cancelled> {
-        let mut best: Option<Fit> = None;
-        for starts in candidates {
-            let error = self.error(&starts)?;
-            if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
-                best = Some(Fit { error, starts });
+    /// The best numbers of each hypothesis on a region; the better hypotheses first. The first proposal is the simplest: the
+    /// others must be better by a margin.
+    fn all(&mut self, region: usize, judge: &Judge, straight: f64) -> Result<Vec<Fit>, Cancelled> {
+        let mut found: Vec<Fit> = Vec::new();
+        for (k, proposal) in proposals(&self.regions[region], self.options).into_iter().enumerate() {
+            if k > 0 && !self.searches() {
+                break;
             }
+            let least = found.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
+            if proposal.is_dear && least < self.options.search.explained * straight {
+                continue;
+            }
+            let mut fit = self.best(region, proposal, judge)?;
+            let (hypothesis, misfit) = (proposal.kind, fit.error);
+            let numbers = fit.candidate.found(&self.regions[region]);
+            self.watch.tell(Event::IndexSearched { region, hypothesis, found: numbers, misfit });
+            if k > 0 {
+                fit.error /= self.options.search.better;
+            }
+            found.push(fit);
         }
-        Ok(best.unwrap_or_default())
+        found.sort_by(|a, b| a.error.total_cmp(&b.error));
+        Ok(found)
     }
 
-    /// All regions together over the whole range, then each by itself, finer and finer.
-    fn best(&mut self, profile: Profile) -> Result<Fit, Cancelled> {
-        let count = self.regions.len();
-        let all = |index: f32, searched: bool| vec![Start { profile, index, wall: 1.0, searched }; count];
+    /// The least error of one hypothesis on a region.
+    fn best(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
+        let place = &self.regions[region];
+        let guess = Candidate::guess(proposal, place, self.options);
         if !self.searches() {
-            return self.least([all(self.options.search.guess, false)]);
+            let error = self.error(region, &guess, judge, Care::Last)?;
+            return Ok(Fit { error, candidate: guess });
         }
-        let mut fit = self.least((0..COARSE).map(|k| all(1.0 + 0.075 * k as f32, true)))?;
-        for region in 0..if profile == Profile::Sharp { count } else { 0 } {
-            let solid = fit.starts.clone();
-            let hollow =
-                |wall: f32, index: f32| changed(&solid, region, |s| (s.wall, s.index) = (wall, index));
-            let walls = WALLS.iter().flat_map(|&wall| HOLLOW.map(|index| hollow(wall, index)));
-            let found = self.least(walls)?;
-            if found.error < BETTER * fit.error {
-                fit = found;
-            }
-        }
-        for step in FINE {
-            for region in 0..count {
-                fit = self.refined(&fit.starts, region, step)?;
+        let unknowns = (proposal.unknowns)(place);
+        let first = products(&unknowns).into_iter();
+        let candidates = first.map(|values| Candidate { proposal, values, searched: true });
+        let fit = self.least(region, candidates.collect(), judge, Care::First)?;
+        self.refined(region, fit.candidate, judge, 0)
+    }
+
+    /// Coordinate descent from the given pass on.
+    fn refined(
+        &mut self,
+        region: usize,
+        from: Candidate,
+        judge: &Judge,
+        pass: usize,
+    ) -> Result<Fit, Cancelled> {
+        let unknowns = (from.proposal.unknowns)(&self.regions[region]);
+        let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
+        let mut fit = Fit { error: f64::INFINITY, candidate: from };
+        for pass in pass..passes {
+            for (which, unknown) in unknowns.iter().enumerate() {
+                let Some(step) = unknown.fine.get(pass) else { continue };
+                let around = AROUND.map(|k| {
+                    let mut moved = fit.candidate.clone();
+                    moved.values[which] =
+                        (moved.values[which] + k * step).clamp(unknown.range[0], unknown.range[1]);
+                    moved
+                });
+                let care = if pass + 1 < passes { Care::First } else { Care::Last };
+                fit = self.least(region, around.to_vec(), judge, care)?;
             }
         }
         Ok(fit)
     }
 
-    /// A region's index, then its wall, some steps around what they are.
-    fn refined(&mut self, starts: &[Start], region: usize, step: f32) -> Result<Fit, Cancelled> {
-        let Start { index, wall, .. } = starts[region];
-        let around = AROUND.map(|k| (index + k * step).max(1.0));
-        let best = self.least(around.map(|n| changed(starts, region, |s| s.index = n)))?;
-        let thicker = if wall < 1.0 { &AROUND[..] } else { &[0.0] };
-        let walls = thicker.iter().map(|k| (wall + k * step).clamp(0.02, 1.0));
-        self.least(walls.map(|w| changed(&best.starts, region, |s| s.wall = w)))
+    /// The best hypothesis again, now that something stands in the other regions.
+    fn refine_among_others(
+        &mut self,
+        region: usize,
+        judge: &Judge,
+        found: &mut Fits,
+    ) -> Result<(), Cancelled> {
+        let Some(best) = found.fits.first_mut() else { return Ok(()) };
+        let fit = self.refined(region, best.candidate.clone(), judge, 0)?;
+        if fit.error.is_finite() {
+            *best = fit;
+            self.standing[region] = Some(best.candidate.clone());
+        }
+        Ok(())
+    }
+
+    /// The candidate with the least error.
+    fn least(
+        &mut self,
+        region: usize,
+        candidates: Vec<Candidate>,
+        judge: &Judge,
+        care: Care,
+    ) -> Result<Fit, Cancelled> {
+        let mut best: Option<Fit> = None;
+        for candidate in candidates {
+            let error = self.error(region, &candidate, judge, care)?;
+            if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
+                best = Some(Fit { error, candidate });
+            }
+        }
+        Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
+    }
+
+    /// Error of rays bent by a candidate, and by what stands in the other regions.
+    fn error(
+        &mut self,
+        region: usize,
+        candidate: &Candidate,
+        judge: &Judge,
+        care: Care,
+    ) -> Result<f64, Cancelled> {
+        self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
+        self.done += 1;
+        let standing = |k: usize| if k == region { Some(candidate) } else { self.standing[k].as_ref() };
+        let bodies: Vec<Body> = (self.regions.iter().enumerate())
+            .flat_map(|(k, r)| standing(k).map_or(Vec::new(), |c| c.bodies(r, self.options)))
+            .collect();
+        self.backend.set_medium(refraction(bodies, self.options));
+        Ok(judge.error(self.backend, care) * prior(candidate, &self.regions[region], &self.options.search))
     }
 }
 
-/// Factor on the error of unusual indices.
-fn index_prior(starts: &[Start]) -> f64 {
-    let away = |s: &Start| ((f64::from(s.index) - USUAL[0]) / USUAL[1]).powi(2);
-    1.0 + UNUSUAL * starts.iter().map(away).sum::<f64>() / starts.len().max(1) as f64
+/// Factor on the error of unusual indices, and of surfaces off the hull.
+fn prior(candidate: &Candidate, region: &Region, options: &SearchOptions) -> f64 {
+    let away = |found: &Found| {
+        let value = f64::from(found.value);
+        match found.name.as_str() {
+            "index" => (value - options.usual_index) / options.usual_spread,
+            "offset" => value / options.usual_offset,
+            _ => 0.0,
+        }
+    };
+    1.0 + options.unusual * candidate.found(region).iter().map(|f| away(f).powi(2)).sum::<f64>()
 }
 
-/// The same starts but for one region.
-fn changed(starts: &[Start], region: usize, change: impl FnOnce(&mut Start)) -> Vec<Start> {
-    let mut starts = starts.to_vec();
-    change(&mut starts[region]);
-    starts
+/// All first values with all others.
+fn products(unknowns: &[Unknown]) -> Vec<Vec<f32>> {
+    unknowns.iter().fold(vec![Vec::new()], |known, unknown| {
+        let with = |k: &Vec<f32>| unknown.first.iter().map(|&v| [&k[..], &[v]].concat()).collect::<Vec<_>>();
+        known.iter().flat_map(with).collect()
+    })
 }

@@ -13,6 +13,7 @@ use crate::model::{Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::schedule::{Phase, Progress};
+use crate::verdict::Verdict;
 use field::Shapes;
 use header::Header;
 use refraxel_core::Domain;
@@ -42,6 +43,9 @@ pub struct State {
     /// Rays were to bend, but nothing refractive was found: they stay straight.
     #[serde(default)]
     pub stays_straight: bool,
+    /// What the judge decided about refractive regions, where hypotheses raced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Seconds spent training.
     pub seconds: f64,
     /// Validation scores recorded.
@@ -61,6 +65,7 @@ impl Default for State {
             phase: Phase::Straight,
             bends_since: None,
             stays_straight: false,
+            verdict: None,
             seconds: 0.0,
             validations: 0,
             rate_scale: 1.0,

@@ -17,11 +17,46 @@ pub(super) struct StoredRegion {
     surface_resolution: Option<[u32; 3]>,
     /// The index that a search found.
     searched: Option<f32>,
+    /// Its index does not learn.
+    #[serde(default)]
+    fixed_index: bool,
     /// The planes of its faces, where all are flat.
     #[serde(default)]
     solid: Option<Polyhedron>,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
+    /// What it absorbs; absent in files of earlier versions, whose bodies are clear.
+    #[serde(default)]
+    absorption: StoredAbsorption,
+}
+
+/// The absorption coefficients of a region [1 / scene unit], and their moments.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct StoredAbsorption {
+    coefficients: [f32; 3],
+    first_moment: [f32; 3],
+    second_moment: [f32; 3],
+    steps: u32,
+}
+
+impl StoredAbsorption {
+    fn of(coefficients: [f32; 3], moments: &AdamMoments) -> Self {
+        let three = |values: &[f32]| std::array::from_fn(|c| values[c]);
+        let (first_moment, second_moment) = (three(&moments.first), three(&moments.second));
+        Self { coefficients, first_moment, second_moment, steps: moments.steps }
+    }
+
+    /// True unless a number is not finite or light is amplified.
+    fn is_valid(&self) -> bool {
+        let moments = self.first_moment.iter().chain(&self.second_moment);
+        self.coefficients.iter().all(|a| a.is_finite() && *a >= 0.0)
+            && moments.into_iter().all(|m| m.is_finite())
+    }
+
+    fn moments(&self) -> AdamMoments {
+        let Self { first_moment, second_moment, steps, .. } = self;
+        AdamMoments { first: first_moment.to_vec(), second: second_moment.to_vec(), steps: *steps }
+    }
 }
 
 pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> {
@@ -35,8 +70,10 @@ pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> 
             resolution,
             surface_resolution: region.level_set().map(|l| l.domain().resolution),
             searched: state.and_then(|s| s.searched),
+            fixed_index: state.is_some_and(|s| s.fixed_index),
             solid: state.and_then(|s| s.solid.clone()),
             moment_steps: [moments.index.steps, moments.surface.steps],
+            absorption: StoredAbsorption::of(region.absorption(), &moments.absorption),
         }
     });
     stored.collect()
@@ -78,7 +115,8 @@ pub(super) fn restore(
     let (mut grids, mut moments, mut states) = (Vec::new(), Vec::new(), Vec::new());
     for (k, stored) in regions.iter().enumerate() {
         let mut region = RegionFile { stored, k, file };
-        let (grid, of_region) = region.grid(interpolation)?;
+        let (mut grid, of_region) = region.grid(interpolation)?;
+        grid.set_absorption(stored.absorption.coefficients);
         states.push(region.state(of_region.surface.first.len())?);
         grids.push(grid);
         moments.push(of_region);
@@ -130,6 +168,10 @@ impl RegionFile<'_> {
         if !is_valid(self.stored.resolution) || !is_box(self.stored.bounds) {
             return Err(self.wrong("has no valid box or resolution"));
         }
+        if !self.stored.absorption.is_valid() {
+            return Err(self.wrong("has absorption coefficients that are not finite and >= 0"));
+        }
+        let absorption = self.stored.absorption.moments();
         let (Domain { bounds, resolution, .. }, nodes) = (self.domain(), count(self.stored.resolution));
         let coefficients = self.values("", nodes)?;
         let [steps, surface_steps] = self.stored.moment_steps;
@@ -139,7 +181,7 @@ impl RegionFile<'_> {
             let grid = IndexGrid::from_coefficients(bounds, resolution, interpolation, coefficients);
             let grid =
                 grid.ok_or_else(|| self.wrong("has an index that is not finite, or not 1 at its border"))?;
-            return Ok((grid, IndexMoments { index, surface: AdamMoments::default() }));
+            return Ok((grid, IndexMoments { index, surface: AdamMoments::default(), absorption }));
         };
         if !is_valid(surface_resolution) || !coefficients.iter().all(|c| *c > 0.0) {
             return Err(self.wrong("has a surface of no valid resolution, or an index below 0"));
@@ -153,7 +195,7 @@ impl RegionFile<'_> {
         let first = self.values(".surface_first_moment", n)?;
         let second = self.values(".surface_second_moment", n)?;
         let surface = AdamMoments { first, second, steps: surface_steps };
-        Ok((grid, IndexMoments { index, surface }))
+        Ok((grid, IndexMoments { index, surface, absorption }))
     }
 
     /// What belongs to the region besides its index; its surface has `surface_nodes` nodes.
@@ -174,6 +216,26 @@ impl RegionFile<'_> {
         if solid.as_ref().is_some_and(|s| s.parameters() > surface_nodes) {
             return Err(self.wrong("has more faces than its surface has room for"));
         }
-        Ok(RegionState { trainable, gate: gate.transpose()?, searched: self.stored.searched, solid })
+        let StoredRegion { searched, fixed_index, .. } = *self.stored;
+        Ok(RegionState { trainable, gate: gate.transpose()?, searched, fixed_index, solid })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_region_of_an_earlier_version_is_clear_and_amplified_light_is_refused() {
+        let earlier = r#"{"bounds": [[0, 0, 0], [1, 1, 1]], "resolution": [7, 7, 7], "surface_resolution": null,
+            "searched": 1.5, "moment_steps": [3, 0]}"#;
+        let mut region: StoredRegion = serde_json::from_str(earlier).unwrap();
+        assert_eq!(region.absorption.coefficients, [0.0; 3]);
+        assert_eq!(region.absorption.moments(), AdamMoments::zero(3));
+        assert!(region.absorption.is_valid());
+        for wrong in [-0.1, f32::NAN, f32::INFINITY] {
+            region.absorption.coefficients[1] = wrong;
+            assert!(!region.absorption.is_valid(), "{wrong}");
+        }
     }
 }

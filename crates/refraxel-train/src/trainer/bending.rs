@@ -5,14 +5,10 @@ use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
 use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
-use crate::rays::Selection;
-use crate::recipe::{self, Known, RecipeError};
+use crate::recipe::{self, Decision, Known, RecipeError};
 use crate::schedule::{Progress, training_marching};
 use refraxel_core::ShDegree;
 use refraxel_core::radiance::clearcoat::Clearcoat;
-
-/// Rays that say whether what is refractive has a surface.
-const RAYS_FOR_SURFACES: usize = 256;
 
 impl<B: Backend> Trainer<B> {
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
@@ -21,10 +17,15 @@ impl<B: Backend> Trainer<B> {
         let before = self.copy();
         let mut events = Vec::new();
         match self.try_to_bend(&mut events, watch) {
-            Ok(()) => self.state.bends_since = Some(self.progress().0), // the search took its time
-            Err(RecipeError::Locate(why)) => {
+            Ok(Decision { stays: None, verdict }) => {
+                self.state.verdict = verdict;
+                self.state.bends_since = Some(self.progress().0); // the search took its time
+                drop(before); // never three copies
+            }
+            Ok(Decision { stays: Some(why), verdict }) => {
                 // A scene without bent rays is better than none.
-                self.state.stays_straight = true;
+                drop(before);
+                (self.state.stays_straight, self.state.verdict) = (true, verdict);
                 events.push(Event::RaysStayStraight { why: why.clone() });
                 watch.tell(Event::RaysStayStraight { why });
             }
@@ -33,14 +34,14 @@ impl<B: Backend> Trainer<B> {
                 return Err(problem.into());
             }
         }
-        drop(before); // never three copies
+        self.sampler.give_back();
         self.events.append(&mut events);
         self.keep_good_state();
         Ok(())
     }
 
     /// Notes what happens in `events`, and tells it too.
-    fn try_to_bend(&mut self, events: &mut Vec<Event>, watch: &mut Watch) -> Result<(), RecipeError> {
+    fn try_to_bend(&mut self, events: &mut Vec<Event>, watch: &mut Watch) -> Result<Decision, RecipeError> {
         let (options, near) = (&self.options, self.plan.near);
         self.backend.refresh_occupancy(&training_marching(options, near));
         let cancel = watch.cancel();
@@ -50,24 +51,9 @@ impl<B: Backend> Trainer<B> {
             }
             watch.tell(event);
         };
-        let known = Known { sampler: &self.sampler, options, near, index: self.index.as_ref() };
-        recipe::begin(&mut self.backend, &known, &mut Watch::new(cancel, &mut report))?;
-        Ok(self.begin_reflecting(watch)?)
-    }
-
-    /// Let surfaces mirror what the field shows by now, where there are some: a lens has none.
-    fn begin_reflecting(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
-        let c = &self.options.reflection;
-        if !c.enabled.is_on() || !self.has_surfaces() {
-            return Ok(());
-        }
-        let degree = ShDegree::new(c.degree).unwrap_or_default();
-        let (source, layout) = (c.cache, ProbeLayout { longest: c.probes, degree });
-        self.backend.set_reflection(Reflection::of(self.backend.medium(), source, &layout));
-        if source != MirrorSource::Exact {
-            self.bake(Caches::Reflection, watch)?;
-        }
-        Ok(())
+        let (sampler, index, progress) = (&self.sampler, self.index.as_ref(), self.progress());
+        let known = Known { sampler, options, near, index, progress };
+        recipe::begin(&mut self.backend, &known, &mut Watch::new(cancel, &mut report))
     }
 
     fn bake(&mut self, caches: Caches, watch: &mut Watch) -> Result<(), Cancelled> {
@@ -76,14 +62,6 @@ impl<B: Backend> Trainer<B> {
         self.backend.bake(caches, &marching, watch.cancel())?;
         watch.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
         Ok(())
-    }
-
-    /// Something refractive has a sharp surface, or transitions that most rays through it meet.
-    fn has_surfaces(&self) -> bool {
-        let (refraction, domain) = (self.backend.medium(), self.backend.domain());
-        let is_sharp = refraction.medium.regions().iter().any(|r| r.level_set().is_some());
-        let rays = || self.sampler.batch(0, RAYS_FOR_SURFACES, Selection::Inside(1.0)).rays;
-        is_sharp || refraction.mirrors(&rays(), domain)
     }
 
     /// Give opaque things a clearcoat once it is time, which mirrors what the field shows by now.

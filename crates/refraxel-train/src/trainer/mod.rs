@@ -11,7 +11,7 @@ use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
-use crate::options::Options;
+use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
 use crate::run::State;
@@ -67,6 +67,13 @@ pub struct Trainer<B> {
     events: Vec<Event>,
 }
 
+/// Views that the judge keeps aside of so many; none where too few would be left to learn from.
+fn views_aside(judge: &JudgeOptions, all: usize) -> usize {
+    const LEAST: usize = 8;
+    let wanted = (judge.views * all as f64).round() as usize;
+    if all < LEAST || judge.views == 0.0 { 0 } else { wanted.clamp(2, 12) }
+}
+
 impl<B: Backend> Trainer<B> {
     /// A run that goes on from `state` with what the backend holds; [`State::default`] and [`Plan::start`] for a fresh one.
     ///
@@ -87,6 +94,9 @@ impl<B: Backend> Trainer<B> {
             since: Tally::new(),
             events: Vec::new(),
         };
+        if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
+            trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
+        }
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
         }
@@ -227,12 +237,20 @@ impl<B: Backend> Trainer<B> {
 
     fn selection(&self, moment: Moment) -> Selection {
         match moment.phase(&self.options) {
-            _ if !moment.bends => Selection::All,
-            Phase::Straight => Selection::Outside,
+            _ if !moment.bends => self.straight_selection(),
+            Phase::Straight => Selection::Outside(self.options.refraction.mask_margin),
             Phase::Index => {
                 Selection::Inside(self.options.refraction.mask_ray_fraction.max(INDEX_INSIDE_SHARE))
             }
             Phase::Joint => Selection::Inside(mask_ray_fraction(&self.options, moment)),
+        }
+    }
+
+    /// Rays that stay straight after a decision make up for the time in which they did not look inside masks.
+    fn straight_selection(&self) -> Selection {
+        match &self.state.verdict {
+            Some(v) if v.progress < 1.0 => Selection::Inside(self.sampler.mask_share() / (1.0 - v.progress)),
+            _ => Selection::All,
         }
     }
 
@@ -267,6 +285,7 @@ impl<B: Backend> Trainer<B> {
             krays_per_s: tally.krays_per_s(),
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
+            absorption: self.backend.medium().absorption(),
             events: std::mem::take(&mut self.events),
         }
     }

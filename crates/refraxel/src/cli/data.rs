@@ -66,9 +66,9 @@ pub struct InspectArgs {
 pub enum Refraction {
     /// All rays are straight
     Off,
-    /// Rays bend where the index of refraction varies
+    /// Rays bend where the best hypothesis says, even if straight rays explain the pictures as well
     On,
-    /// On where masks or a detected refractive region say so
+    /// Rays bend where masks, a box or a file say that something may refract, unless straight rays explain it as well
     #[default]
     Auto,
 }

@@ -59,7 +59,7 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
         console,
         "3. Training it with rays that bend: where is glass, what is its index, what stands around?",
     )?;
-    train::train(&training(args, Refraction::On, &data, &bent), show)?;
+    train::train(&training(args, Refraction::Auto, &data, &bent), show)?;
     say(console, "4. Rendering the views that training has not seen.")?;
     let runs = [straight, bent];
     let evaluations =

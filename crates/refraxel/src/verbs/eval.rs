@@ -51,12 +51,24 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     let bounds = options.refraction.aabb().map(|b| b.cast());
     let source = IndexSource::read(file, bounds).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.mirroring().regions;
-    if mirrors > 1 {
-        let error =
-            anyhow!("the run has {mirrors} separate mirroring bodies, but the file describes one region");
+    let mut known = recipe::known_refraction(&source, NODES, &options);
+    let bodies = known.medium.regions().len();
+    if mirrors == 1 && bodies > 1 {
+        known = recipe::known_field(&source, NODES, &options);
+    } else if mirrors > 0 && mirrors != bodies {
+        let error = anyhow!(
+            "the run has {mirrors} mirroring bodies, but the file describes {bodies}; each body needs its own \
+             radiance caches"
+        );
         return Err(error).with_context(refused).or_exit(Exit::BadInput);
     }
-    run.backend.set_medium(recipe::known_refraction(&source, NODES, &options));
+    // A file says nothing of colour.
+    for (region, tint) in run.backend.medium().absorption().into_iter().enumerate() {
+        if region < known.medium.regions().len() {
+            known.medium.region_mut(region).set_absorption(tint);
+        }
+    }
+    run.backend.set_medium(known);
     Ok(())
 }
 
@@ -101,7 +113,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         rays: Some(Rays::of(run.backend.medium())),
         index_from: None,
     };
-    Ok(Evaluation { scores: found.scores, ior: found.index, run: evaluated })
+    Ok(Evaluation { scores: found.scores, ior: found.index, verdict: run.state.verdict, run: evaluated })
 }
 
 /// The pictures of an evaluation.

@@ -7,6 +7,7 @@ use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
+use refraxel_train::verdict::Verdict;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,9 @@ pub struct Evaluation {
     /// Errors of the index of refraction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ior: Option<IndexError>,
+    /// What was decided about refractive regions, where hypotheses raced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// The run when it was evaluated.
     pub run: Evaluated,
 }
@@ -168,7 +172,7 @@ mod tests {
             index_from: None,
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
-        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), run }
+        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), verdict: None, run }
     }
 
     #[test]

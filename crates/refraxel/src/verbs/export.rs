@@ -1,4 +1,8 @@
 //! `refraxel export`: writes the surfaces of a run for other programs.
+//!
+//! Each region gets the mesh of its whole surface. Where bodies lie in each other the later region rules, theory (2.23): a
+//! bubble is a closed surface of index 1 inside that of the glass, and where two overlap in part both surfaces run through
+//! each other. Neither PLY nor glTF can state this order; path tracers know it as the priority of nested dielectrics.
 
 mod gltf;
 mod ply;
@@ -8,7 +12,7 @@ use super::loaded::load_run;
 use crate::cli::{ExportArgs, MeshFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::table::count;
+use crate::table::{colours, count};
 use anyhow::anyhow;
 use refraxel_core::Vec3;
 use refraxel_train::checkpoint::write_atomic;
@@ -42,6 +46,8 @@ struct Region {
     boundary: &'static str,
     /// Index of refraction inside.
     index: f32,
+    /// Absorption of linear red, green and blue [1 / scene unit].
+    absorption: [f32; 3],
     vertices: usize,
     faces: usize,
     /// Closed surfaces: two for a hollow ball.
@@ -98,7 +104,12 @@ fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>,
     let all = regions.iter().enumerate();
     let all =
         all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, args.detail)? }));
-    let found: Vec<Numbered> = all.filter(|n| !n.surface.mesh.triangles.is_empty()).collect();
+    // Vacuum has a surface only where it lies in a body.
+    let shows = |n: &Numbered| {
+        let is_bubble = !refraction.medium.neighbours(n.region - 1).is_empty();
+        !n.surface.mesh.triangles.is_empty() && (is_bubble || n.surface.index != 1.0)
+    };
+    let found: Vec<Numbered> = all.filter(shows).collect();
     if found.is_empty() {
         return Err(refuse(
             "its index is 1 everywhere; look at the index with `refraxel render RUN --slices --out DIR`, and train longer or with better masks",
@@ -117,6 +128,7 @@ impl Region {
                 Boundary::HalfWay => "half-way",
             },
             index: surface.index,
+            absorption: surface.absorption,
             vertices: mesh.vertices.len(),
             faces: mesh.triangles.len(),
             bodies: mesh.bodies(),
@@ -130,15 +142,27 @@ impl Region {
         let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
         let [x, y, z] = [0, 1, 2].map(|a| self.bounds[1][a] - self.bounds[0][a]);
         format!(
-            "region {}: index {:.3}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.4} × {y:.4} × {z:.4}",
+            "region {}: index {:.3}{}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.4} × {y:.4} × {z:.4}",
             self.region,
             self.index,
+            self.tint(),
             count(self.vertices as u64),
             count(self.faces as u64),
             self.bodies,
             self.volume,
             self.area,
         )
+    }
+}
+
+impl Region {
+    /// What it absorbs, if it is tinted.
+    fn tint(&self) -> String {
+        if self.absorption == [0.0; 3] {
+            String::new()
+        } else {
+            format!(", absorbs {}", colours(self.absorption))
+        }
     }
 }
 
@@ -169,7 +193,8 @@ fn ball_and_shell() -> Vec<Numbered> {
             let d = (x - center).length() - 0.5;
             if shell > 0.0 { d.abs() - shell } else { d }
         };
-        let grid = IndexGrid::sharp(LevelSet::from_samples(bounds, [33; 3], distance), index);
+        let mut grid = IndexGrid::sharp(LevelSet::from_samples(bounds, [33; 3], distance), index);
+        grid.set_absorption(if shell > 0.0 { [0.2, 1.6, 6.0] } else { [0.0; 3] });
         Surface::of(&grid, 1).unwrap()
     };
     vec![

@@ -88,6 +88,9 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
 fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Options, Failure> {
     let mut usual = Options::suited_to(scene_region(data).unbounded);
     usual.refraction.bend = bending(args, data);
+    if args.refraction == Refraction::On {
+        usual.judge.straight = Switch::Off;
+    }
     options::read(args, usual, show)
 }
 

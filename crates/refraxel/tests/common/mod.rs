@@ -1,7 +1,7 @@
 //! Tiny datasets, and the built program run on them.
 #![allow(dead_code)] // each test file uses its part
 
-use refraxel_data::synth::{CameraSet, SynthOptions, ViewCounts, cameras, opengl_matrix, synthesize};
+use refraxel_data::synth::{Elevations, SynthOptions, ViewCounts, cameras, opengl_matrix, synthesize};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -107,7 +107,7 @@ pub fn refractive(folder: &Path, scene: &str, train: usize, size: u32) -> PathBu
 /// A `transforms.json` with images in a folder of its own, changed by `edit` before it is written.
 pub fn photographs(count: usize, edit: impl FnOnce(&mut Value)) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let cameras = cameras(CameraSet::Upper, count, 1, [16, 16]);
+    let cameras = cameras(Elevations::UPPER, count, 1, [16, 16]);
     let frame = |(i, c)| json!({ "file_path": format!("r_{i}.png"), "transform_matrix": opengl_matrix(c) });
     let frames: Vec<Value> = cameras.iter().enumerate().map(frame).collect();
     let mut value = json!({ "fl_x": 22.0, "fl_y": 22.0, "w": 16, "h": 16, "frames": frames });

@@ -29,6 +29,7 @@ pub struct IndexGrid<T: Copy> {
     /// True where all cells are flat and none is free.
     is_uniform: bool,
     level_set: Option<LevelSet<T>>,
+    absorption: [T; 3],
 }
 
 impl<T: Real> IndexGrid<T> {
@@ -46,6 +47,7 @@ impl<T: Real> IndexGrid<T> {
             largest_index: T::one(),
             is_uniform: true,
             level_set: None,
+            absorption: [T::zero(); 3],
         }
     }
 
@@ -58,6 +60,7 @@ impl<T: Real> IndexGrid<T> {
             largest_index: U::of(self.largest_index.f64()),
             is_uniform: self.is_uniform,
             level_set: self.level_set.as_ref().map(LevelSet::cast),
+            absorption: self.absorption.map(|a| U::of(a.f64())),
         }
     }
 
@@ -87,6 +90,20 @@ impl<T: Real> IndexGrid<T> {
         assert!(self.level_set.is_some(), "only a body with a surface has one index");
         self.coefficients.fill(T::of(0.5) * index * index);
         self.find_flat_cells(None);
+    }
+
+    /// The absorption coefficients of the body for red, green and blue [1 / scene unit], theory (7.17); 0 for clear glass.
+    pub fn absorption(&self) -> [T; 3] {
+        self.absorption
+    }
+    /// Gives the body these absorption coefficients [1 / scene unit].
+    ///
+    /// # Panics
+    /// Unless they are finite and not negative: nothing amplifies light.
+    pub fn set_absorption(&mut self, absorption: [T; 3]) {
+        let is_valid = |a: &T| a.is_finite() && *a >= T::zero();
+        assert!(absorption.iter().all(is_valid), "absorption is finite and >= 0, got {absorption:?}");
+        self.absorption = absorption;
     }
 
     /// The box and the number of nodes per axis.

@@ -8,7 +8,7 @@ use crate::optics::{PartialReflection, PartialReflectionAdjoint, Weight};
 /// Central differences in f64 as for paths, with one more division by a sine.
 const TOLERANCE: f64 = 1e-6;
 
-fn mirrors(tracer: &Tracer<f64>, path: &Path<f64>) -> Vec<PartialReflection<f64>> {
+pub(super) fn mirrors(tracer: &Tracer<f64>, path: &Path<f64>) -> Vec<PartialReflection<f64>> {
     let mut out = Vec::new();
     tracer.partial_reflections(path, &mut out);
     out
@@ -52,13 +52,13 @@ fn total_reflection_is_left_to_the_path() {
 }
 
 /// A linear functional of segments, exit ray and partial reflections.
-struct Mirrored {
-    path: Functional,
-    reflections: Vec<PartialReflectionAdjoint<f64>>,
+pub(super) struct Mirrored {
+    pub path: Functional,
+    pub reflections: Vec<PartialReflectionAdjoint<f64>>,
 }
 
 impl Mirrored {
-    fn random(path: &Path<f64>, count: usize, r: &mut Sequence) -> Self {
+    pub fn random(path: &Path<f64>, count: usize, r: &mut Sequence) -> Self {
         let mut one = || PartialReflectionAdjoint {
             position: r.vector(),
             direction: r.vector(),
@@ -68,7 +68,7 @@ impl Mirrored {
         Self { path: Functional::random(path, r), reflections }
     }
 
-    fn of(&self, tracer: &Tracer<f64>, ray: &Ray<f64>, path: &Path<f64>) -> f64 {
+    pub fn of(&self, tracer: &Tracer<f64>, ray: &Ray<f64>, path: &Path<f64>) -> f64 {
         let path = tracer.replay(ray, path);
         let terms = mirrors(tracer, &path).into_iter().zip(&self.reflections).map(|(m, d)| {
             m.position.dot(d.position) + m.direction.dot(d.direction) + m.reflectance * d.reflectance
@@ -78,7 +78,12 @@ impl Mirrored {
 }
 
 /// [`errors`] of a functional of replayed paths and of what their surfaces mirror.
-fn mirror_errors(medium: &mut Medium<f64>, ray: &Ray<f64>, path: &Path<f64>, f: &Mirrored) -> [f64; 3] {
+pub(super) fn mirror_errors(
+    medium: &mut Medium<f64>,
+    ray: &Ray<f64>,
+    path: &Path<f64>,
+    f: &Mirrored,
+) -> [f64; 3] {
     let domain = domain();
     let mut grad = medium.zero_gradient();
     let d_ray = tracer(medium, &domain).vjp(ray, path, &f.path.adjoint(&f.reflections), &mut grad);

@@ -1,10 +1,13 @@
 //! Proofs on paths: closed forms of optics, gradients against central differences, and derivatives against Snell's law.
 
+mod absorbing;
 mod glass_ball;
 mod graded_bodies;
 mod gradients;
 mod lenses;
 mod mirrors;
+mod nested;
+mod nested_gradients;
 mod paths;
 mod sharp;
 mod sharp_gradients;
@@ -55,7 +58,7 @@ fn ramp(x: f64, width: f64) -> f64 {
 /// Momentum at the start of segment i, where leapfrog knows it only half a kick earlier and later.
 fn momentum_at_start(medium: &Medium<f64>, path: &Path<f64>, i: usize) -> Vec3<f64> {
     let (step, s) = (path.steps[i], &path.segments[i]);
-    let grid = &medium.regions()[usize::from(step.region)];
+    let grid = &medium.regions()[usize::from(step.within.unwrap())];
     // The first kick of a visit is a half one, and complete at the start.
     let is_first = i == 0 || path.steps[i - 1].lattice == 0;
     let late = if is_first { 0.0 } else { 0.5 * step.kick };

@@ -34,7 +34,7 @@ pub(super) struct Functional {
 
 impl Functional {
     pub fn random(path: &Path<f64>, r: &mut Sequence) -> Self {
-        let mut segment = || SegmentAdjoint { start: r.vector(), momentum: r.vector() };
+        let mut segment = || SegmentAdjoint { start: r.vector(), momentum: r.vector(), end: r.next() };
         let segments = path.segments.iter().map(|_| segment()).collect();
         Self { segments, exit: RayAdjoint { origin: r.vector(), direction: r.vector() } }
     }
@@ -42,7 +42,8 @@ impl Functional {
         let along: f64 = (path.segments.iter().zip(&self.segments))
             .map(|(s, d)| s.start.dot(d.start) + s.momentum.dot(d.momentum))
             .sum();
-        along + path.exit.origin.dot(self.exit.origin) + path.exit.direction.dot(self.exit.direction)
+        let ends: f64 = path.steps.iter().zip(&self.segments).map(|(s, d)| s.drift * d.end).sum();
+        ends + along + path.exit.origin.dot(self.exit.origin) + path.exit.direction.dot(self.exit.direction)
     }
     /// Its gradient by the path, with that of a functional of partial reflections.
     pub fn adjoint<'a>(&'a self, reflections: &'a [PartialReflectionAdjoint<f64>]) -> PathAdjoint<'a, f64> {
@@ -56,9 +57,9 @@ pub(super) fn tracer<'a>(medium: &'a Medium<f64>, domain: &'a Domain<f64>) -> Tr
 
 /// Sine of the smallest angle between ray and surface at the events of a path, on either side.
 fn least_sine(medium: &Medium<f64>, path: &Path<f64>) -> f64 {
-    let level = medium.regions()[0].level_set().unwrap();
     let mut least = 1.0_f64;
     for (i, step) in path.steps.iter().enumerate().filter(|(_, s)| s.event.is_some()) {
+        let level = medium.regions()[usize::from(step.region)].level_set().unwrap();
         let normal = level.sample(path.segments[i].at(step.drift)).1.normalized();
         for s in &path.segments[i..=i + 1] {
             least = least.min(s.momentum.normalized().dot(normal).abs());
@@ -96,9 +97,9 @@ fn gradient(
     (grad, d_ray)
 }
 
-/// Coefficient j of the level set (0) or the field (1) of the body.
-fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
-    let grid = medium.region_mut(0);
+/// Coefficient j of the level set (0) or the field (1) of a region.
+fn coefficient(medium: &mut Medium<f64>, [region, which, j]: [usize; 3]) -> &mut f64 {
+    let grid = medium.region_mut(region);
     if which == 0 {
         &mut grid.level_set_mut().unwrap().coefficients_mut()[j]
     } else {
@@ -107,7 +108,7 @@ fn coefficient(medium: &mut Medium<f64>, which: usize, j: usize) -> &mut f64 {
 }
 
 /// Central differences of a functional of a medium and a ray by a few coefficients and by the ray; returns the largest error of
-/// its gradient relative to the largest derivative of its kind: level set, index, ray.
+/// its gradient relative to the largest derivative of its kind: level sets, indices, ray.
 pub(super) fn errors(
     medium: &mut Medium<f64>,
     ray: &Ray<f64>,
@@ -116,15 +117,17 @@ pub(super) fn errors(
     of: impl Fn(&Medium<f64>, &Ray<f64>) -> f64,
 ) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
-    for (which, exact) in [&grad.level_set[0], &grad.index[0]].into_iter().enumerate() {
+    let surfaces = grad.level_set.iter().enumerate().map(|(region, g)| ([region, 0], g));
+    let fields = grad.index.iter().enumerate().map(|(region, g)| ([region, 1], g));
+    for ([region, which], exact) in surfaces.chain(fields) {
         let size = exact.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
         let touched: Vec<usize> = (0..exact.len()).filter(|&j| exact[j].abs() > 1e-3 * size).collect();
         for &j in touched.iter().step_by(1 + touched.len() / 40) {
-            let before = *coefficient(medium, which, j);
+            let before = *coefficient(medium, [region, which, j]);
             let mut value = |e: f64| {
-                *coefficient(medium, which, j) = before + e;
+                *coefficient(medium, [region, which, j]) = before + e;
                 let v = of(medium, ray);
-                *coefficient(medium, which, j) = before;
+                *coefficient(medium, [region, which, j]) = before;
                 v
             };
             let fd = (value(STEP) - value(-STEP)) / (2.0 * STEP);
@@ -146,7 +149,12 @@ pub(super) fn errors(
 }
 
 /// [`errors`] of a functional of replayed paths.
-fn path_errors(medium: &mut Medium<f64>, ray: &Ray<f64>, path: &Path<f64>, f: &Functional) -> [f64; 3] {
+pub(super) fn path_errors(
+    medium: &mut Medium<f64>,
+    ray: &Ray<f64>,
+    path: &Path<f64>,
+    f: &Functional,
+) -> [f64; 3] {
     let ((grad, d_ray), domain) = (gradient(medium, ray, path, f), domain());
     errors(medium, ray, &grad, &d_ray, |medium, ray| f.of(&tracer(medium, &domain).replay(ray, path)))
 }
@@ -291,6 +299,7 @@ fn single_precision_gradients_agree_with_double() {
         let single = |d: &SegmentAdjoint<f64>| SegmentAdjoint {
             start: d.start.cast::<f32>(),
             momentum: d.momentum.cast(),
+            end: d.end as f32,
         };
         let segments: Vec<_> = f.segments.iter().map(single).collect();
         let exit = RayAdjoint { origin: f.exit.origin.cast(), direction: f.exit.direction.cast() };

@@ -1,13 +1,14 @@
 //! The options of a run that writes a dataset.
 
 use super::files::io;
-use crate::synth::cameras::CameraSet;
+use crate::synth::cameras::{CameraSet, Elevations};
 use crate::synth::dataset::{DatasetOptions, ViewCounts};
 use crate::synth::error::SynthError;
 use crate::synth::scene::Scene;
 use crate::synth::scenes::{SceneOptions, scene};
 use crate::synth::shape::TriangleMesh;
 use crate::synth::trace::{Limits, Reflection};
+use crate::synth::truth::refractive_json;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -99,7 +100,7 @@ impl SynthOptions {
         Ok(())
     }
 
-    /// The scene, with the mesh where one is given.
+    /// The scene, with the mesh where one is given; refuses cameras that it is not made for.
     pub(super) fn scene(&self) -> Result<Scene, SynthError> {
         let mesh = match &self.mesh {
             None => None,
@@ -109,12 +110,24 @@ impl SynthOptions {
                 Some(TriangleMesh::from_obj(&text).map_err(bad)?)
             }
         };
-        scene(&self.scene, &SceneOptions { seed: self.seed, ior: self.ior, mesh })
+        let scene = scene(&self.scene, &SceneOptions { seed: self.seed, ior: self.ior, mesh })?;
+        if self.cameras == CameraSet::Full && scene.elevations != Elevations::UPPER {
+            let [low, high] = scene.elevations.degrees();
+            let expected =
+                format!("upper: the scene {} is seen from {low:.0}° to {high:.0}° only", self.scene);
+            return Err(SynthError::Range { option: "--cameras", found: "full".into(), expected });
+        }
+        Ok(scene)
     }
 
-    /// Everything that the bytes of the pictures depend on; `truth` are the refractive bodies.
-    pub(super) fn parameters(&self, truth: &Value) -> Value {
-        let cameras = if self.cameras == CameraSet::Upper { "upper" } else { "full" };
+    /// Everything that the bytes of the pictures depend on.
+    pub(super) fn parameters(&self, scene: &Scene) -> Value {
+        let elevations = self.cameras.elevations(scene);
+        let cameras = match elevations {
+            Elevations::UPPER => json!("upper"),
+            Elevations::FULL => json!("full"),
+            _ => json!(elevations.degrees()),
+        };
         json!({
             "program": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
             "scene": self.scene,
@@ -127,7 +140,7 @@ impl SynthOptions {
             "detail_spp": self.detail_spp,
             "exr": self.exr,
             "index_resolution": self.index_resolution,
-            "bodies": truth,
+            "bodies": refractive_json(scene),
         })
     }
 }

@@ -52,7 +52,7 @@ const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) ->
     SceneInfo { name, shows, ior }
 }
 
-const SCENES: [(SceneInfo, Build); 18] = [
+const SCENES: [(SceneInfo, Build); 23] = [
     (info("opaque", "nothing refracts: the control for straight rays", None), sharp::opaque),
     (
         info("glazed_vase", "nothing refracts: a dark opaque vase under a clearcoat that mirrors", GLASS),
@@ -78,6 +78,18 @@ const SCENES: [(SceneInfo, Build); 18] = [
     ),
     (
         info(
+            "drinking_glass",
+            "a glass of water with a straw and a ball in it: thin walls, nested media",
+            GLASS,
+        ),
+        water::drinking_glass,
+    ),
+    (
+        info("wavy_pool", "a basin of water under waves, with things on its floor, seen from above", WATER),
+        water::wavy_pool,
+    ),
+    (
+        info(
             "diamond",
             "a brilliant cut: flat facets and total internal reflection",
             Some(IorRange { default: 2.42, min: 1.0, max: 4.0 }),
@@ -85,10 +97,19 @@ const SCENES: [(SceneInfo, Build); 18] = [
         sharp::diamond,
     ),
     (
+        info(
+            "faceted",
+            "a stone with twenty irregular flat faces",
+            Some(IorRange { default: 1.7, min: 1.0, max: 4.0 }),
+        ),
+        sharp::faceted,
+    ),
+    (
         info("prism", "a right-angled prism of glass mirrors by total internal reflection", GLASS),
         sharp::prism,
     ),
     (info("hollow_ball", "a hollow glass ball with a textured cube in its air", GLASS), sharp::hollow_ball),
+    (info("bubble", "bubbles of air in a block of glass, whose faces mirror", GLASS), sharp::bubble),
     (
         info(
             "two_indices",
@@ -96,6 +117,10 @@ const SCENES: [(SceneInfo, Build); 18] = [
             Some(IorRange { default: 1.7, min: 1.0, max: 4.0 }),
         ),
         sharp::two_indices,
+    ),
+    (
+        info("pair", "a glass ball and an upright slab of 1.33, one seen through the other", GLASS),
+        sharp::pair,
     ),
     (info("tinted_glass", "a ring of amber glass around a ball of teal glass", GLASS), sharp::tinted_glass),
     (

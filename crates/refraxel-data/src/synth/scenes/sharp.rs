@@ -1,5 +1,6 @@
 //! Scenes of bodies with a sharp surface: balls, blobs, vessels, facets, hollow and tinted glass.
 
+use super::super::hash::{mix, unit};
 use super::super::medium::{Index, Medium};
 use super::super::scene::{Body, Scene};
 use super::super::shape::{Polyhedron, Primitive, Shape, TriangleMesh};
@@ -139,6 +140,51 @@ pub(super) fn hollow_ball(s: &Setting) -> Scene {
     let (a, b, c) = (vec3(0.8, 0.6, 0.0), vec3(-0.48, 0.64, 0.6), vec3(0.36, -0.48, 0.8));
     let cube = Polyhedron::around(middle(), [a, -a, b, -b, c, -c].map(|n| (n, 0.17)));
     s.scene(vec![shell, cavity, Body::opaque("cube", Shape::Polyhedron(cube), s.texture(30, 0.11))])
+}
+
+/// Three bubbles in a block that stands on the ground, turned so that its faces lie along no axis.
+pub(super) fn bubble(s: &Setting) -> Scene {
+    let (a, b) = (vec3(0.9, 0.44, 0.0).normalized(), vec3(-0.44, 0.9, 0.0).normalized());
+    let center = vec3(0.0, 0.0, -0.29);
+    let faces = [(a, 0.42), (-a, 0.42), (b, 0.36), (-b, 0.36), (UP, 0.4), (-UP, 0.4)];
+    let air = |along: [f64; 3], radius| {
+        let at = center + a * along[0] + b * along[1] + UP * along[2];
+        Body::refractive("air", Shape::sphere(at.to_array(), radius), Medium::clear(1.0), 2)
+    };
+    s.scene(vec![
+        glass(s, Shape::Polyhedron(Polyhedron::around(center, faces))),
+        air([0.04, -0.02, 0.03], 0.22),
+        air([-0.25, 0.16, 0.24], 0.09),
+        air([0.27, -0.2, -0.22], 0.07),
+    ])
+}
+
+/// A ball before an upright slab with a round edge: from about half of all views, rays pass through both.
+pub(super) fn pair(s: &Setting) -> Scene {
+    let ball = Shape::sphere([-0.176, -0.102, -0.2], 0.24);
+    let axis = vec3(0.86, 0.5, 0.0).normalized();
+    let slab = Primitive::Disk { center: vec3(0.144, 0.084, -0.29), axis, disk: 0.3, radius: 0.1 };
+    s.scene(vec![
+        Body::refractive("ball", ball, Medium::clear(s.ior), 1),
+        Body::refractive("slab", Shape::implicit(vec![slab], 0.0), Medium::clear(1.33), 1),
+    ])
+}
+
+/// A stone with twenty flat faces whose directions and distances are irregular.
+pub(super) fn faceted(s: &Setting) -> Scene {
+    const FACES: u32 = 20;
+    let golden = TAU * 0.5 * (5.0_f64.sqrt() - 1.0);
+    // Directions spread evenly, then disturbed by up to half their spacing. With these numbers every face keeps a part of
+    // the surface, which a test checks.
+    let face = |k: u32| {
+        let draw = |i: u64| 2.0 * unit(mix(u64::from(k), i)) - 1.0;
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(FACES);
+        let (sin, cos) = (f64::from(k) * golden).sin_cos();
+        let even = vec3(cos, sin, 0.0) * (1.0 - z * z).sqrt() + UP * z;
+        (even + vec3(draw(1), draw(2), draw(3)) * 0.3, 0.45 * (1.0 + 0.08 * draw(4)))
+    };
+    let stone = Polyhedron::around(vec3(0.02, -0.03, -0.17), (0..FACES).map(face));
+    s.scene(vec![glass(s, Shape::Polyhedron(stone))])
 }
 
 pub(super) fn two_indices(s: &Setting) -> Scene {

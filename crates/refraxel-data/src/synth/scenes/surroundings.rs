@@ -1,5 +1,6 @@
 //! The surroundings of the refractive body in most scenes: a tiled ground and a ring of textured objects.
 
+use super::super::cameras::Elevations;
 use super::super::hash::{mix, unit};
 use super::super::scene::{Body, Environment, Scene};
 use super::super::shape::{Polyhedron, Primitive, Rectangle, Shape, TriangleMesh};
@@ -43,8 +44,13 @@ impl Setting {
 
     /// A solid mosaic; `salt` chooses palette and pattern.
     pub(super) fn texture(&self, salt: u64, cell: f64) -> Texture {
+        self.mosaic(&PALETTES[(salt % 4) as usize], salt, cell)
+    }
+
+    /// A solid mosaic of these display colours; `salt` chooses the pattern.
+    pub(super) fn mosaic(&self, colors: &[u32], salt: u64, cell: f64) -> Texture {
         let seed = mix(self.seed, salt);
-        let palette = PALETTES[(salt % 4) as usize].map(rgb).to_vec();
+        let palette = colors.iter().map(|&c| rgb(c)).collect();
         Texture::Mosaic(Mosaic { palette, cell: Vec3::splat(cell), grain: 0.018, seed })
     }
 
@@ -125,7 +131,18 @@ impl Setting {
 
     /// The same on a calm ground, for scenes with many objects of their own.
     pub(super) fn calm_scene(&self, bodies: Vec<Body>) -> Scene {
-        self.on(self.ground(&[0xf1ecdf, 0x9db7c6, 0x54788f, 0xd8c49a], 0.22), bodies)
+        self.on(self.calm_ground(), bodies)
+    }
+
+    fn calm_ground(&self) -> Body {
+        self.ground(&[0xf1ecdf, 0x9db7c6, 0x54788f, 0xd8c49a], 0.22)
+    }
+
+    /// A scene on white with a calm ground and `bodies`, without the ring.
+    pub(super) fn wide_scene(&self, bodies: Vec<Body>) -> Scene {
+        let mut all = vec![self.calm_ground()];
+        all.extend(bodies);
+        self.bare(all)
     }
 
     fn on(&self, ground: Body, bodies: Vec<Body>) -> Scene {
@@ -143,6 +160,7 @@ impl Setting {
             bodies,
             environment: Environment::Constant([1.0; 3]),
             bounds: Scene::usual_bounds(),
+            elevations: Elevations::UPPER,
         }
     }
 }

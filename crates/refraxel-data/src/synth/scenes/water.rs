@@ -1,8 +1,9 @@
 //! Scenes of water with objects in it.
 
+use super::super::cameras::Elevations;
 use super::super::medium::Medium;
 use super::super::scene::{Body, Scene};
-use super::super::shape::{Polyhedron, Primitive, Shape};
+use super::super::shape::{HeightField, Polyhedron, Primitive, Shape, Wave};
 use super::surroundings::{GROUND, Setting};
 use refraxel_core::vec3;
 
@@ -48,4 +49,77 @@ pub(super) fn aquarium(s: &Setting) -> Scene {
     bodies.push(Body::refractive("water", water, Medium::clear(s.ior), 2));
     bodies.push(Body::refractive("air", air, Medium::clear(1.0), 3));
     s.calm_scene(bodies)
+}
+
+/// A glass of water: an open cylinder with a thick base, 60 % full, with a straw and a ball in it.
+pub(super) fn drinking_glass(s: &Setting) -> Scene {
+    const BASE: f64 = -0.6;
+    const RIM: f64 = 0.16;
+    const LEVEL: f64 = BASE + 0.6 * (RIM - BASE);
+    let upright = |radius, low, high| Shape::cylinder([0.0, 0.0, low], [0.0, 0.0, high], radius);
+    // Nested as in the aquarium: the highest priority wins, and no two surfaces coincide.
+    let glass = upright(0.36, GROUND + 0.01, RIM);
+    let water = upright(0.32, BASE, LEVEL + 0.1);
+    let air = upright(0.325, LEVEL, RIM + 0.1);
+    let straw = Shape::cylinder([0.16, 0.1, BASE + 0.05], [-0.34, -0.2, 0.5], 0.028);
+    let ball = Shape::sphere([-0.09, 0.12, BASE + 0.115], 0.11);
+    s.calm_scene(vec![
+        Body::opaque("straw", straw, s.texture(44, 0.09)),
+        Body::opaque("ball", ball, s.texture(46, 0.08)),
+        Body::refractive("glass", glass, Medium::clear(s.ior), 1),
+        Body::refractive("water", water, Medium::clear(1.33), 2),
+        Body::refractive("air", air, Medium::clear(1.0), 3),
+    ])
+}
+
+/// Water with waves in an opaque basin. The sides and the bottom of the water lie inside of walls and floor, so that only
+/// its surface is seen.
+pub(super) fn wavy_pool(s: &Setting) -> Scene {
+    const FLOOR: f64 = -0.62;
+    let wave = |amplitude, vector, phase| Wave { amplitude, vector, phase };
+    let water = HeightField {
+        min: vec3(-0.6, -0.6, FLOOR - 0.04),
+        max: [0.6, 0.6],
+        level: -0.22,
+        waves: vec![
+            wave(0.022, [9.5, 4.1], 0.3),
+            wave(0.016, [-5.2, 11.8], 1.7),
+            wave(0.008, [15.1, -13.3], 4.0),
+        ],
+    };
+    let mut bodies = basin(s, FLOOR);
+    bodies.extend(sunken_things(s, FLOOR));
+    bodies.push(Body::refractive("water", Shape::HeightField(water), Medium::clear(s.ior), 1));
+    Scene { elevations: Elevations::STEEP, ..s.wide_scene(bodies) }
+}
+
+/// Floor and walls of an open basin.
+fn basin(s: &Setting, floor: f64) -> Vec<Body> {
+    const RIM: f64 = -0.12;
+    let wall = |min: [f64; 2], max: [f64; 2]| {
+        let shape = Shape::cuboid([min[0], min[1], GROUND - 0.02], [max[0], max[1], RIM]);
+        Body::opaque("wall", shape, s.mosaic(&[0xe8dcc6, 0xc9b18c, 0xa88a66], 47, 0.13))
+    };
+    let slab = Shape::cuboid([-0.6, -0.6, GROUND - 0.01], [0.6, 0.6, floor]);
+    vec![
+        Body::opaque("floor", slab, s.mosaic(&[0xeaf3f5, 0x8fc3cf, 0x2f7f95, 0x16475c], 48, 0.12)),
+        wall([-0.65, -0.65], [-0.55, 0.65]),
+        wall([0.55, -0.65], [0.65, 0.65]),
+        wall([-0.56, -0.65], [0.56, -0.55]),
+        wall([-0.56, 0.55], [0.56, 0.65]),
+    ]
+}
+
+/// Objects on the floor of the basin, and a pole that reaches out of it.
+fn sunken_things(s: &Setting, floor: f64) -> Vec<Body> {
+    let (a, b, up) = (vec3(0.8, 0.6, 0.0), vec3(-0.6, 0.8, 0.0), vec3(0.0, 0.0, 1.0));
+    let die =
+        Polyhedron::around(vec3(0.24, -0.14, floor + 0.105), [a, -a, b, -b, up, -up].map(|n| (n, 0.105)));
+    let pole = Shape::cylinder([0.36, 0.34, floor + 0.01], [0.1, 0.42, 0.2], 0.035);
+    vec![
+        Body::opaque("ball", Shape::sphere([-0.22, 0.12, floor + 0.135], 0.135), s.texture(49, 0.1)),
+        Body::opaque("die", Shape::Polyhedron(die), s.texture(50, 0.1)),
+        Body::opaque("stone", Shape::sphere([-0.2, -0.3, floor + 0.06], 0.085), s.texture(51, 0.08)),
+        Body::opaque("pole", pole, s.texture(53, 0.09)),
+    ]
 }

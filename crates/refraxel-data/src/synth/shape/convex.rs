@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 /// The part of a line inside a convex body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
-    enter: Crossing,
-    leave: Crossing,
+    pub(super) enter: Crossing,
+    pub(super) leave: Crossing,
 }
 
 impl Interval {

@@ -6,12 +6,12 @@
 //! rays; what may be missed is a chord shorter than that, less than 2e-8 units deep for a radius of 0.3.
 
 use super::primitive::Primitive;
+use super::root::{Along, sign_change};
 use super::{Crossing, S_MIN};
 use refraxel_core::{Aabb, Ray, Vec3};
 use serde::{Deserialize, Serialize};
 
 const STEP_MIN: f64 = 2e-4; // scene unit
-const ROOT_ROUNDS: usize = 60; // bisection alone would reach f64 resolution of STEP_MIN in 40
 
 /// Primitives melted together by the quadratic smooth minimum.
 ///
@@ -72,6 +72,11 @@ impl Implicit {
         self.bounds
     }
 
+    fn along(&self, ray: &Ray<f64>, s: f64) -> Along {
+        let (value, gradient) = self.field(ray.at(s));
+        Along { value, slope: gradient.dot(ray.direction) }
+    }
+
     pub(super) fn hit(&self, ray: &Ray<f64>, s_max: f64) -> Option<Crossing> {
         let [near, far] = self.bounds.clip(ray)?;
         let mut s = near.max(S_MIN);
@@ -81,32 +86,12 @@ impl Implicit {
             let next = s + f.abs().max(STEP_MIN);
             let f_next = self.field(ray.at(next)).0;
             if f * f_next <= 0.0 && f != 0.0 {
-                let root = self.root(ray, [s, next], f > 0.0);
+                let root = sign_change([s, next], f > 0.0, |s| self.along(ray, s));
                 return (root < s_max).then(|| Crossing { s: root, normal: self.surface(ray.at(root)).1 });
             }
             (s, f) = (next, f_next);
         }
         None
-    }
-
-    /// The sign change in a bracket: Newton steps, replaced by bisection where they leave the bracket.
-    fn root(&self, ray: &Ray<f64>, bracket: [f64; 2], enters: bool) -> f64 {
-        let [mut a, mut b] = bracket;
-        let mut s = 0.5 * (a + b);
-        for _ in 0..ROOT_ROUNDS {
-            let (f, gradient) = self.field(ray.at(s));
-            if (f > 0.0) == enters {
-                a = s;
-            } else {
-                b = s;
-            }
-            let newton = s - f / gradient.dot(ray.direction);
-            if (newton - s).abs() < 1e-15 {
-                return s;
-            }
-            s = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
-        }
-        s
     }
 }
 

@@ -4,11 +4,14 @@ mod convex;
 mod implicit;
 mod mesh;
 mod primitive;
+mod root;
+mod waves;
 
 pub use convex::{Cuboid, Cylinder, Plane, Polyhedron, Sphere};
 pub use implicit::Implicit;
 pub use mesh::{MeshError, TriangleMesh};
 pub use primitive::Primitive;
+pub use waves::{HeightField, Wave};
 
 use super::vector;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
@@ -44,6 +47,8 @@ pub enum Shape {
     Implicit(Implicit),
     /// A closed triangle mesh with smooth normals.
     Mesh(TriangleMesh),
+    /// A block whose top is a sum of plane waves, exact to rounding.
+    HeightField(HeightField),
 }
 
 impl Shape {
@@ -58,13 +63,14 @@ impl Shape {
             Shape::Rectangle(s) => s.hit(ray, s_max),
             Shape::Implicit(s) => s.hit(ray, s_max),
             Shape::Mesh(s) => s.hit(ray, s_max),
+            Shape::HeightField(s) => s.hit(ray, s_max),
         }
     }
 
     /// Signed distance or a lower bound of it (negative inside) and the outward unit normal of the nearest surface.
     ///
-    /// Exact distance near the surface; for boxes, cylinders and polyhedra the distance to the most violated face
-    /// elsewhere. A rectangle counts as the half-space below it.
+    /// Exact distance near the surface; for boxes, cylinders, polyhedra and height fields the distance to the
+    /// most violated face elsewhere. A rectangle counts as the half-space below it.
     pub fn surface(&self, x: Vec3<f64>) -> (f64, Vec3<f64>) {
         match self {
             Shape::Sphere(s) => s.surface(x),
@@ -74,6 +80,7 @@ impl Shape {
             Shape::Rectangle(s) => (x.z - s.z, vec3(0.0, 0.0, 1.0)),
             Shape::Implicit(s) => s.surface(x),
             Shape::Mesh(s) => s.surface(x),
+            Shape::HeightField(s) => s.surface(x),
         }
     }
 
@@ -96,6 +103,7 @@ impl Shape {
             Shape::Rectangle(s) => Aabb::new(vec3(s.min[0], s.min[1], s.z), vec3(s.max[0], s.max[1], s.z)),
             Shape::Implicit(s) => s.bounds(),
             Shape::Mesh(s) => s.bounds(),
+            Shape::HeightField(s) => s.bounds(),
         }
     }
 

@@ -130,6 +130,7 @@ fn product(a: Rgb, b: Rgb) -> Rgb {
 mod tests {
     use super::super::Limits;
     use super::*;
+    use crate::synth::cameras::Elevations;
     use crate::synth::scene::{Body, Environment, Scene};
     use crate::synth::shape::Shape;
     use crate::synth::texture::Texture;
@@ -144,6 +145,7 @@ mod tests {
             bodies: vec![Body::glazed("ball", Shape::sphere([0.0; 3], 1.0), black, 1.5)],
             environment: Environment::Constant([1.0; 3]),
             bounds: Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)),
+            elevations: Elevations::UPPER,
         };
         let seen = |reflection, offset: f64| {
             let limits = Limits { reflection, ..Limits::default() };

@@ -5,7 +5,9 @@ use super::bent::bent_model;
 use super::clearcoated::clearcoated_model;
 use super::mirrored::sharp_ball;
 use super::scenes::{batch, index_objective, objective, straight_model};
-use crate::backend::{Backend, BrickMask, Caches, Layers, Objective, ReflectionObjective, Snapshot, step};
+use crate::backend::{
+    AbsorptionObjective, Backend, BrickMask, Caches, Layers, Objective, ReflectionObjective, Snapshot, step,
+};
 use crate::cancel::Cancel;
 use crate::model::{Model, Optimiser};
 use refraxel_core::{Background, Extent};
@@ -14,7 +16,8 @@ use refraxel_core::{Background, Extent};
 fn everything() -> Objective {
     let reflection = Some(ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 });
     let (tv_density, tv_colour) = (0.01, 0.01);
-    Objective { index: Some(index_objective()), reflection, tv_density, tv_colour, ..objective() }
+    let absorption = Some(AbsorptionObjective { rate: 0.01 });
+    Objective { index: Some(index_objective()), reflection, absorption, tv_density, tv_colour, ..objective() }
 }
 
 /// All parameters of a model, one after the other.
@@ -26,6 +29,7 @@ fn parameters(model: &Model) -> Vec<f32> {
     for region in model.refraction.medium.regions() {
         all.extend(region.coefficients());
         all.extend(region.level_set().map_or(&[][..], |l| l.coefficients()));
+        all.extend(region.absorption());
     }
     for mirror in &model.reflection.mirrors {
         all.push(mirror.strength);

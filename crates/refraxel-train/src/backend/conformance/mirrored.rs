@@ -3,11 +3,12 @@
 use super::Suite;
 use super::reference::{Marched, Reference};
 use super::scenes::{Sequence, batch, environment, index_objective, objective, smooth_field};
-use crate::backend::{Backend, Batch, BatchGradient, Caches, Layers, Objective};
+use crate::backend::{AbsorptionObjective, Backend, Batch, BatchGradient, Caches, Layers, Objective};
 use crate::cancel::Cancel;
-use crate::model::{MirrorSource, Model, ProbeLayout, Reflection, Refraction};
-use refraxel_core::optics::PartialReflection;
-use refraxel_core::radiance::{ProbeGrid, QuadraturePoint, mix, render};
+use crate::model::{Mirror, MirrorSource, Model, ProbeLayout, Reflection, Refraction};
+use refraxel_core::optics::{GRAZING, PartialReflection};
+use refraxel_core::radiance::{Absorption, ProbeGrid, QuadraturePoint, mix, render_through};
+use refraxel_core::segment::Segment;
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
     Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Medium, Path, Ray, Vec3, vec3,
@@ -24,29 +25,60 @@ pub fn sharp_ball() -> Model {
 }
 
 /// The same with a soft edge.
-fn soft_ball() -> Model {
+pub(super) fn soft_ball() -> Model {
     let n = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.4) / 0.03).tanh();
     with_ball(IndexGrid::from_control_values(bounds(), [33; 3], Interpolation::CubicBSpline, n))
 }
 
+/// A ball of glass with a drop of water in it, and a bubble partly in both: three media, surfaces below others.
+pub fn nested_balls() -> Model {
+    let ball = |center: Vec3<f32>, radius: f32, n: f32| {
+        let half = Vec3::splat(1.5 * radius);
+        let bounds = Aabb::new(center - half, center + half);
+        IndexGrid::sharp(
+            LevelSet::from_samples(bounds, [31; 3], |x: Vec3<f32>| (x - center).length() - radius),
+            n,
+        )
+    };
+    with_bodies(vec![
+        ball(Vec3::zero(), 0.4, 1.5),
+        ball(vec3(0.05, -0.05, 0.1), 0.26, 1.33),
+        ball(vec3(-0.12, 0.05, 0.0), 0.2, 1.0),
+    ])
+}
+
 fn with_ball(ball: IndexGrid<f32>) -> Model {
-    let medium = Medium::new(vec![ball]).unwrap();
+    with_bodies(vec![ball])
+}
+
+fn with_bodies(bodies: Vec<IndexGrid<f32>>) -> Model {
+    let medium = Medium::new(bodies).unwrap();
     let refraction = Refraction { medium, ..Refraction::none() };
     let layout = ProbeLayout { longest: 4, degree: ShDegree::new(2).unwrap() };
     let mut reflection = Reflection::of(&refraction, MirrorSource::Learned, &layout);
-    let (mirror, mut r) = (&mut reflection.mirrors[0], Sequence(5));
-    let coefficients = mirror.outer.coefficients.iter_mut().chain(&mut mirror.inner.coefficients);
-    coefficients.for_each(|c| *c = 0.15 * r.next());
-    mirror.strength = 0.8;
+    let mut r = Sequence(5);
+    for (k, mirror) in reflection.mirrors.iter_mut().enumerate() {
+        let coefficients = mirror.outer.coefficients.iter_mut().chain(&mut mirror.inner.coefficients);
+        coefficients.for_each(|c| *c = 0.15 * r.next());
+        mirror.strength = 0.8 - 0.1 * k as f32;
+    }
     Model { refraction, reflection, ..Model::straight(smooth_field(Extent::Bounded), environment()) }
 }
 
-/// The reference with the caches of one mirror.
+/// The reference with its mirrors.
 #[derive(Clone)]
-struct Mirrored {
+pub(super) struct Mirrored {
     scene: Reference,
+    pub(super) mirrors: Vec<WideMirror>,
+}
+
+/// A mirror in double precision: its outer and its inner cache, and its body.
+#[derive(Clone)]
+pub(super) struct WideMirror {
     caches: [ProbeGrid<f64>; 2],
     strength: f64,
+    /// What the body absorbs.
+    pub(super) absorption: [f64; 3],
 }
 
 /// A probe grid in double precision.
@@ -59,9 +91,14 @@ pub(super) fn wide(cache: &ProbeGrid<f32>) -> ProbeGrid<f64> {
 
 impl Mirrored {
     fn new(model: &Model) -> Self {
-        let mirror = &model.reflection.mirrors[0];
-        let caches = [wide(&mirror.outer), wide(&mirror.inner)];
-        Self { scene: Reference::new(model), caches, strength: mirror.strength.into() }
+        let regions = model.refraction.medium.regions();
+        let wide = |(mirror, grid): (&Mirror, &IndexGrid<f32>)| WideMirror {
+            caches: [wide(&mirror.outer), wide(&mirror.inner)],
+            strength: mirror.strength.into(),
+            absorption: grid.absorption().map(f64::from),
+        };
+        let mirrors = model.reflection.mirrors.iter().zip(regions).map(wide).collect();
+        Self { scene: Reference::new(model), mirrors }
     }
 
     /// What a ray shows that takes the steps of `path`, with the quadrature points held.
@@ -69,29 +106,47 @@ impl Mirrored {
         let (tracer, mut reflections) = (self.scene.tracer(), Vec::new());
         let path = tracer.replay(ray, path);
         tracer.partial_reflections(&path, &mut reflections);
-        let mut seen = self.scene.background.radiance(path.exit.origin, path.exit.direction);
+        let absorption = Absorption::new(&self.scene.medium, &path);
+        let seen = self.scene.background.radiance(path.exit.origin, path.exit.direction);
+        let mut seen = absorption.whole().through(seen).colour;
         for segment in (0..path.segments.len()).rev() {
             for r in reflections.iter().filter(|r| r.segment == segment).rev() {
-                seen = self.mirror(r, seen);
+                seen = self.mirror(r, &absorption, seen);
             }
             let own: Vec<QuadraturePoint<f64>> =
                 points.iter().filter(|q| q.segment == segment).copied().collect();
-            let pixel = render(&self.scene.field, &path.segments, &own);
+            let pixel = render_through(&self.scene.field, &path.segments, &own, &absorption);
             seen = [0, 1, 2].map(|c| pixel.colour[c] + pixel.transmittance * seen[c]);
         }
         seen
     }
 
-    fn mirror(&self, r: &PartialReflection<f64>, behind: [f64; 3]) -> [f64; 3] {
-        let cache = &self.caches[usize::from(r.from_inside)];
+    fn mirror(&self, r: &PartialReflection<f64>, absorption: &Absorption<f64>, behind: [f64; 3]) -> [f64; 3] {
+        // Light that arrives inside a body comes from there.
+        let from = &self.mirrors[usize::from(r.within.unwrap_or(r.region))];
+        let cache = &from.caches[usize::from(r.within.is_some())];
         let mirrored = cache.radiance(&cache.stencil(r.position, r.direction));
-        mix(self.strength * r.reflectance, mirrored, behind)
+        let mirrored = absorption.after(r.segment).through(mirrored).colour;
+        mix(self.mirrors[usize::from(r.region)].strength * r.reflectance, mirrored, behind)
+    }
+
+    /// Whether a ray of a batch meets the surface of a region in vacuum.
+    fn sees_from_vacuum(&self, region: usize, batch: &Batch) -> bool {
+        let (tracer, mut found) = (self.scene.tracer(), Vec::new());
+        batch.rays.iter().any(|ray| {
+            tracer.partial_reflections(&tracer.trace(&ray.cast()), &mut found);
+            found.iter().any(|r| usize::from(r.region) == region && r.within.is_none())
+        })
     }
 
     /// Σ |C − target|² of rays with the paths that they had once.
     fn loss(&self, batch: &Batch, marched: &[Marched]) -> f64 {
+        let mut tinted = self.clone();
+        for (k, mirror) in self.mirrors.iter().enumerate() {
+            tinted.scene.medium.region_mut(k).set_absorption(mirror.absorption);
+        }
         let error = |k: usize| {
-            let shown = self.shown(&batch.rays[k].cast(), &marched[k].path, &marched[k].points);
+            let shown = tinted.shown(&batch.rays[k].cast(), &marched[k].path, &marched[k].points);
             (0..3).map(|c| (shown[c] - f64::from(batch.target[k][c])).powi(2)).sum::<f64>()
         };
         (0..marched.len()).map(error).sum()
@@ -103,12 +158,17 @@ pub fn mirroring_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     agrees_with_the_reference(suite, sharp_ball(), 50);
 }
 
+/// The same for surfaces with a medium on both sides, of which the last in the list rules.
+pub fn bodies_in_bodies_refract_and_mirror_as_the_reference_does<B: Backend>(suite: &Suite<B>) {
+    agrees_with_the_reference(suite, nested_balls(), 50);
+}
+
 /// The same for a smooth transition of the index.
 pub fn soft_edges_mirror_as_the_reference_does<B: Backend>(suite: &Suite<B>) {
     agrees_with_the_reference(suite, soft_ball(), 40);
 }
 
-fn agrees_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model, at_least: usize) {
+pub(super) fn agrees_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model, at_least: usize) {
     let (reference, b, marching) = (Mirrored::new(&model), batch(300), objective().marching);
     let backend = suite.backend(model);
     let silent = backend.render(&b.rays, &marching, Layers::Transmitted);
@@ -131,14 +191,14 @@ const E: f64 = 1e-5;
 const COMPARED: usize = 12;
 
 /// A reference and the rays of its loss.
-struct Differences {
+pub(super) struct Differences {
     reference: Mirrored,
     batch: Batch,
 }
 
 impl Differences {
     /// Compares central differences of the loss along each of `parameters` of the reference with `got`.
-    fn compare<P>(&self, got: &[f32], tolerance: f64, parameters: P)
+    pub(super) fn compare<P>(&self, got: &[f32], tolerance: f64, parameters: P)
     where
         P: Fn(&mut Mirrored) -> &mut [f64],
     {
@@ -160,18 +220,57 @@ impl Differences {
     }
 }
 
+/// The rays of a batch along which derivatives are followed exactly: with no more events than [`index_objective`] takes, and
+/// none at grazing incidence, where adjoints are bounded.
+fn followed(batch: Batch, reference: &Reference) -> Batch {
+    let is_steep = |level: &LevelSet<f64>, segment: &Segment<f64>, x: Vec3<f64>| {
+        level.sample(x).1.normalized().dot(segment.momentum.normalized()).abs() > 1.2 * GRAZING
+    };
+    let is_followed = |ray: &Ray<f32>| {
+        let path = reference.tracer().trace(&ray.cast());
+        let events = path.steps.iter().enumerate().filter(|(_, s)| s.event.is_some());
+        let mut levels =
+            events.map(|(i, s)| (i, s, reference.medium.regions()[usize::from(s.region)].level_set()));
+        path.events().count() <= index_objective().most_events as usize
+            && levels.all(|(i, step, level)| {
+                let x = path.segments[i].at(step.drift);
+                level.is_some_and(|l| path.segments[i..=i + 1].iter().all(|s| is_steep(l, s, x)))
+            })
+    };
+    let mut out = Batch::default();
+    for (k, ray) in batch.rays.iter().enumerate().filter(|(_, ray)| is_followed(ray)) {
+        out.rays.push(*ray);
+        out.target.push(batch.target[k]);
+        out.offset.push(batch.offset[k]);
+    }
+    out
+}
+
 /// Compares what all mirroring bodies have; gives what is needed to compare what only some have.
-fn compare_what_all_have<B: Backend>(suite: &Suite<B>, model: Model) -> (BatchGradient, Differences) {
-    let d = Differences { reference: Mirrored::new(&model), batch: batch(100) };
-    let objective = Objective { index: Some(index_objective()), ..objective() };
+pub(super) fn compare_what_all_have<B: Backend>(
+    suite: &Suite<B>,
+    model: Model,
+) -> (BatchGradient, Differences) {
+    let reference = Mirrored::new(&model);
+    let d = Differences { batch: followed(batch(100), &reference.scene), reference };
+    let absorption = Some(AbsorptionObjective { rate: 0.0 });
+    let objective = Objective { index: Some(index_objective()), absorption, ..objective() };
     let got = suite.backend(model).gradient(&d.batch, &objective);
-    let (t, mirror) = (&suite.tolerances, &got.reflection[0]);
-    d.compare(&mirror.outer, t.bent, |m| &mut m.caches[0].coefficients);
-    d.compare(&mirror.inner, t.bent, |m| &mut m.caches[1].coefficients);
-    d.compare(&[mirror.strength as f32], 0.5 * t.bent, |m| std::slice::from_mut(&mut m.strength));
+    let t = &suite.tolerances;
+    for (k, mirror) in got.reflection.iter().enumerate() {
+        // No ray in vacuum sees the surface of a body that lies wholly in another.
+        if d.reference.sees_from_vacuum(k, &d.batch) {
+            d.compare(&mirror.outer, t.bent, |m| &mut m.mirrors[k].caches[0].coefficients);
+        }
+        d.compare(&mirror.inner, t.bent, |m| &mut m.mirrors[k].caches[1].coefficients);
+        let strength = [mirror.strength as f32];
+        d.compare(&strength, 0.5 * t.bent, |m| std::slice::from_mut(&mut m.mirrors[k].strength));
+        // Rounding of bent paths in single precision, as for paths without mirrors.
+        d.compare(&got.medium.index[k], t.mirrored_index, |m| {
+            m.scene.medium.region_mut(k).coefficients_mut()
+        });
+    }
     d.compare(&got.field.density, t.bent, |m| &mut m.scene.field.density);
-    // Rounding of bent paths in single precision, as for paths without mirrors.
-    d.compare(&got.medium.index[0], t.mirrored_index, |m| m.scene.medium.region_mut(0).coefficients_mut());
     (got, d)
 }
 
@@ -179,7 +278,15 @@ fn compare_what_all_have<B: Backend>(suite: &Suite<B>, model: Model) -> (BatchGr
 pub fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences<B: Backend>(
     suite: &Suite<B>,
 ) {
-    let (got, d) = compare_what_all_have(suite, sharp_ball());
+    compare_what_sharp_bodies_have(suite, sharp_ball());
+}
+
+/// Compares what bodies with a surface have, too.
+pub(super) fn compare_what_sharp_bodies_have<B: Backend>(
+    suite: &Suite<B>,
+    model: Model,
+) -> (BatchGradient, Differences) {
+    let (got, d) = compare_what_all_have(suite, model);
     let t = &suite.tolerances;
     d.compare(&got.field.colour, t.bent, |m| &mut m.scene.field.colour);
     d.compare(&got.medium.level_set[0], t.mirrored_index, |m| {
@@ -189,6 +296,26 @@ pub fn gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_dif
         Background::Environment(map) => map.texels.as_flattened_mut(),
         Background::Constant(c) => c,
     });
+    (got, d)
+}
+
+/// The same of bodies in bodies: both media of a surface, and the caches of the medium in which the light arrives.
+pub fn gradients_of_bodies_in_bodies_match_central_differences<B: Backend>(suite: &Suite<B>) {
+    compare_what_nested_bodies_have(suite, nested_balls());
+}
+
+/// Compares what bodies in bodies have: the surface of each, too.
+pub(super) fn compare_what_nested_bodies_have<B: Backend>(
+    suite: &Suite<B>,
+    model: Model,
+) -> (BatchGradient, Differences) {
+    let (got, d) = compare_what_all_have(suite, model);
+    for (k, level_set) in got.medium.level_set.iter().enumerate() {
+        d.compare(level_set, suite.tolerances.mirrored_index, |m| {
+            m.scene.medium.region_mut(k).level_set_mut().unwrap().coefficients_mut()
+        });
+    }
+    (got, d)
 }
 
 /// The same of a smooth transition, without a surface.
@@ -208,20 +335,23 @@ pub fn without_strength_a_picture_is_that_of_transmission<B: Backend>(suite: &Su
     }
 }
 
-/// A field of nothing before a background of one colour.
+/// A field of nothing before a background of one colour, around one body and around bodies in bodies: also baked probes
+/// that lie in another medium than the one that they show hold its light.
 pub fn a_furnace_shows_one_colour_whatever_is_mirrored<B: Backend>(suite: &Suite<B>) {
-    for source in [MirrorSource::Baked, MirrorSource::Exact] {
-        let mut model = sharp_ball();
-        model.field.density.fill(-40.0);
-        model.background = Background::Constant([0.3, 0.6, 0.9]);
-        model.reflection.source = source;
-        let (mut backend, marching) = (suite.backend(model), objective().marching);
-        if source == MirrorSource::Baked {
-            backend.bake(Caches::Reflection, &marching, &Cancel::new()).unwrap();
-        }
-        for pixel in backend.render(&batch(200).rays, &marching, Layers::All) {
-            for (got, want) in pixel.colour.into_iter().zip([0.3, 0.6, 0.9]) {
-                assert!((got - want).abs() < 2e-3, "{source:?}: {:?}", pixel.colour);
+    for make in [sharp_ball, nested_balls] {
+        for source in [MirrorSource::Baked, MirrorSource::Exact] {
+            let mut model = make();
+            model.field.density.fill(-40.0);
+            model.background = Background::Constant([0.3, 0.6, 0.9]);
+            model.reflection.source = source;
+            let (mut backend, marching) = (suite.backend(model), objective().marching);
+            if source == MirrorSource::Baked {
+                backend.bake(Caches::Reflection, &marching, &Cancel::new()).unwrap();
+            }
+            for pixel in backend.render(&batch(200).rays, &marching, Layers::All) {
+                for (got, want) in pixel.colour.into_iter().zip([0.3, 0.6, 0.9]) {
+                    assert!((got - want).abs() < 2e-3, "{source:?}: {:?}", pixel.colour);
+                }
             }
         }
     }

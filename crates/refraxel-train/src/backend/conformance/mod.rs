@@ -11,6 +11,7 @@
 //!
 //! The suite uses nothing but the trait. That a step gives the same bits at any number of threads is asked of the CPU alone.
 
+pub mod absorbing;
 pub mod bent;
 pub mod clearcoated;
 pub mod contract;
@@ -82,12 +83,21 @@ macro_rules! conformance_tests {
             }
             mirrored {
                 mirroring_agrees_with_the_reference,
+                bodies_in_bodies_refract_and_mirror_as_the_reference_does,
                 soft_edges_mirror_as_the_reference_does,
                 gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences,
+                gradients_of_bodies_in_bodies_match_central_differences,
                 gradients_of_soft_edges_that_mirror_match_central_differences,
                 without_strength_a_picture_is_that_of_transmission,
                 a_furnace_shows_one_colour_whatever_is_mirrored,
                 secondary_rays_see_what_a_camera_at_the_surface_sees,
+            }
+            absorbing {
+                absorbing_bodies_look_as_the_reference_says,
+                gradients_of_absorbing_bodies_match_central_differences,
+                gradients_of_absorbing_bodies_in_bodies_match_central_differences,
+                clear_glass_that_may_learn_to_absorb_shows_and_teaches_the_same,
+                tinted_glass_is_learned_from_pictures,
             }
             clearcoated {
                 clearcoats_and_their_gradients_agree_with_the_reference,

@@ -82,6 +82,7 @@ pub fn objective() -> Objective {
         rate_background: 0.01,
         index: None,
         reflection: None,
+        absorption: None,
     }
 }
 

@@ -1,6 +1,6 @@
 use super::super::contour::tests::cover;
 use super::*;
-use crate::initial::Silhouette;
+use crate::initial::{Occluders, Silhouette};
 use refraxel_core::{Aabb, Camera, Extent, Lens, Ray};
 use refraxel_data::Mask;
 
@@ -40,10 +40,12 @@ pub(in super::super) fn silhouettes(cameras: &[Camera], glass: &[Ball], opaque: 
         let coverage = cover(size, 6, |u, v| first(glass, &ray(u, v)) < first(opaque, &ray(u, v)));
         let beyond =
             |i: usize| first(opaque, &ray((i % size[0]) as f64 + 0.5, (i / size[0]) as f64 + 0.5)) as f32;
+        let look = |pixels: &[usize]| pixels.iter().map(|&i| beyond(i)).collect();
+        let mask = Mask { width: camera.width, height: camera.height, coverage };
         Silhouette {
             camera: *camera,
-            mask: Mask { width: camera.width, height: camera.height, coverage },
-            occluded_beyond: (!opaque.is_empty()).then(|| (0..size[0] * size[1]).map(beyond).collect()),
+            occluders: (!opaque.is_empty()).then(|| Occluders::new(&mask, 1, look)),
+            mask: mask.into(),
         }
     };
     cameras.par_iter().map(view).collect()
@@ -111,7 +113,7 @@ fn views_behind_something_opaque_abstain() {
         count(&|a, b| a && b) / count(&|a, b| a || b)
     };
     let with = iou(&views);
-    views.iter_mut().for_each(|v| v.occluded_beyond = None);
+    views.iter_mut().for_each(|v| v.occluders = None);
     let without = iou(&views);
     assert!(with > 0.96 && without < 0.8, "{with} {without}");
 }
@@ -135,9 +137,9 @@ fn a_general_lens_carves_what_a_pinhole_carves() {
 
 #[test]
 fn thinned_maps_carve_the_same() {
-    let views = silhouettes(&cameras(30, 120), &[BALL], &[]);
+    let views = silhouettes(&cameras(16, 240), &[BALL], &[]);
     let [a, b] =
-        [120, 40].map(|size| Outlines::with_maps(&views, size).hull(&domain(0.62, 21), &Vote::default()));
+        [240, 80].map(|size| Outlines::with_maps(&views, size).hull(&domain(0.62, 21), &Vote::default()));
     let voxel = a.domain.voxel();
     let near = a.distance.iter().zip(&b.distance).filter(|(a, _)| a.abs() < 2.0 * voxel);
     let worst = near.fold(0.0, |m: f32, (a, b)| m.max((a - b).abs()));

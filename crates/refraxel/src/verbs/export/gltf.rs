@@ -3,7 +3,7 @@
 //! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume.
 
 use super::up::Up;
-use super::{Numbered, narrow};
+use super::{Numbered, Surface, narrow};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -67,7 +67,7 @@ impl Content {
         let scalar = json!({ "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR" });
         let indices = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
         self.put(scalar, ELEMENT_ARRAY_BUFFER, indices, binary);
-        self.materials.push(material(*region, surface.index, 4.0 * mesh.volume() / mesh.area()));
+        self.materials.push(material(*region, surface, 4.0 * mesh.volume() / mesh.area()));
         self.meshes.push(json!({
             "name": format!("region {region}"),
             "primitives": [{
@@ -105,6 +105,7 @@ impl Content {
                 "extras": {
                     "coordinates": "vertices are in the world coordinates of the dataset; the root node turns `up`, \
                                     the upward direction there, to +y",
+                    "order": "where bodies overlap, the medium of the higher region number is there",
                     "up": up.direction.to_array(),
                     "up_note": up.note.as_deref().unwrap_or("mean upward direction of the cameras"),
                 },
@@ -122,11 +123,13 @@ impl Content {
     }
 }
 
-/// Clear, smooth glass.
+/// Smooth glass, clear or tinted.
 ///
 /// `thickness` [scene unit] is the mean chord of the body; renderers without rays shift the background by it. For a convex
-/// body it is 4 volume / area (Cauchy).
-fn material(region: usize, index: f32, thickness: f64) -> Value {
+/// body it is 4 volume / area (Cauchy). Over the distance d white light becomes the attenuation colour c, T(x) = c^(x/d):
+/// with d the thickness, c = e^(−α d) of theory (7.17) is the colour that the body shows. Both are of linear light.
+fn material(region: usize, surface: &Surface, thickness: f64) -> Value {
+    let (index, tint) = (surface.index, surface.absorption);
     let mut material = json!({
         "name": format!("n = {index:.3}, region {region}"),
         "pbrMetallicRoughness": {
@@ -138,6 +141,11 @@ fn material(region: usize, index: f32, thickness: f64) -> Value {
         },
         "extras": { "index": index },
     });
+    if tint != [0.0; 3] {
+        let volume = &mut material["extensions"]["KHR_materials_volume"];
+        volume["attenuationDistance"] = json!(thickness);
+        volume["attenuationColor"] = json!(tint.map(|a| (-f64::from(a) * thickness).exp()));
+    }
     // The extension allows no index below 1.
     if index >= 1.0 {
         material["extensions"]["KHR_materials_ior"] = json!({ "ior": index });
@@ -216,7 +224,14 @@ mod tests {
             let material = primitive.material();
             assert_eq!(material.ior(), Some(surface.index));
             assert_eq!(material.transmission().unwrap().transmission_factor(), 1.0);
-            assert!(material.volume().unwrap().thickness_factor() > 0.0);
+            let volume = material.volume().unwrap();
+            assert!(volume.thickness_factor() > 0.0);
+            // T(x) = c^(x/d) after one scene unit.
+            for (c, a) in volume.attenuation_color().into_iter().zip(surface.absorption) {
+                let transmitted = if a == 0.0 { 1.0 } else { c.powf(volume.attenuation_distance().recip()) };
+                assert!((transmitted - (-a).exp()).abs() < 1e-5, "{c} {a}");
+                assert!(a > 0.0 || c == 1.0);
+            }
         }
     }
 
@@ -233,6 +248,8 @@ mod tests {
 
     #[test]
     fn a_bubble_has_no_index_below_one() {
-        assert!(material(1, 0.75, 1.0)["extensions"].get("KHR_materials_ior").is_none());
+        let mut bubble = ball_and_shell().remove(0).surface;
+        bubble.index = 0.75;
+        assert!(material(1, &bubble, 1.0)["extensions"].get("KHR_materials_ior").is_none());
     }
 }

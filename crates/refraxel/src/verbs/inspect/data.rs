@@ -10,7 +10,9 @@ use refraxel_core::Aabb;
 use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
 use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
+use refraxel_train::options::Switch;
 use refraxel_train::plan::finest_domain;
+use refraxel_train::recipe::has_masks;
 use serde::Serialize;
 
 /// Photographs that are decoded to find the box; training uses as many.
@@ -30,7 +32,8 @@ struct Report {
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let data = Dataset::open(&args.path, &open_options(&args.reading)).map_err(data_failure)?;
     let region = content_region(&data, Show::suited(args.json))?;
-    let options = Options::suited_to(region.unbounded);
+    let mut options = Options::suited_to(region.unbounded);
+    options.refraction.bend = if has_masks(&data) { Switch::On } else { Switch::Off };
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
     let finest = finest_domain(&options, &region, &views);
     let report = Report {
@@ -91,8 +94,13 @@ impl Report {
     fn forecast_text(&self) -> String {
         let f = &self.forecast;
         let [x, y, z] = f.resolution;
+        let silhouettes = if f.silhouettes > 0 {
+            format!(", and {} hold silhouettes while refractive things are sought", bytes(f.silhouettes))
+        } else {
+            String::new()
+        };
         format!(
-            "training   grid {x}×{y}×{z}, about {} stored voxels of {} bytes: {}; in all up to about {}, of which {} are photographs",
+            "training   grid {x}×{y}×{z}, about {} stored voxels of {} bytes: {}; in all up to about {}, of which {} are photographs{silhouettes}",
             count(f.voxels),
             f.bytes_per_voxel,
             bytes(f.model),

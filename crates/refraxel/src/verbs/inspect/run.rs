@@ -3,12 +3,14 @@
 use crate::cli::SplitName;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::table::{bytes, count};
+use crate::sentences::verdict_text;
+use crate::table::{bytes, colours, count};
 use crate::verbs::evaluation::Evaluation;
 use crate::verbs::loaded::load_run;
 use anyhow::Context;
 use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source};
+use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, Options};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -32,6 +34,11 @@ struct Report {
     source: Source,
     /// How strongly the surface of each refractive region mirrors, 1 being Fresnel's law; empty where none does.
     reflection_strengths: Vec<f32>,
+    /// What each refractive region absorbs of linear red, green and blue [1 / scene unit]; empty where all are clear.
+    absorption: Vec<[f32; 3]>,
+    /// What was decided about refractive regions, where hypotheses raced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict: Option<Verdict>,
     /// Of the test split, as last evaluated.
     #[serde(skip_serializing_if = "Option::is_none")]
     evaluation: Option<Evaluation>,
@@ -60,7 +67,9 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         file_bytes: size,
         options: run.options,
         reflection_strengths: snapshot.model.reflection.mirrors.iter().map(|m| m.strength).collect(),
+        absorption: snapshot.model.refraction.absorption(),
         source: run.source,
+        verdict: run.state.verdict,
         evaluation: Evaluation::read(folder, SplitName::Test)?,
     };
     Console::new(json).result(&report.text(), &report).or_exit(Exit::Io)
@@ -89,6 +98,13 @@ impl Report {
             let strengths: Vec<String> =
                 self.reflection_strengths.iter().map(|s| format!("{:.0} %", 100.0 * s)).collect();
             lines.push(format!("mirrors    {} of Fresnel's reflectance", strengths.join(", ")));
+        }
+        if !self.absorption.is_empty() {
+            let bodies: Vec<String> = self.absorption.iter().map(|a| colours(*a)).collect();
+            lines.push(format!("absorbs    {}", bodies.join("; ")));
+        }
+        if let Some(verdict) = &self.verdict {
+            lines.extend(verdict_text(verdict).lines().map(|line| format!("verdict    {line}")));
         }
         lines.push(match &self.evaluation {
             None => "scores     none yet; run `refraxel eval`".to_owned(),

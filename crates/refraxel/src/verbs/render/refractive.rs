@@ -111,10 +111,12 @@ fn meet(refraction: &Refraction, path: &Path<f32>) -> Option<Met> {
         }
         let mut seen = vec![n];
         let body = &regions[usize::from(step.region).min(regions.len() - 1)];
-        if let (Some(_), Some(level)) = (&step.event, body.level_set()) {
+        if let (Some(event), Some(level)) = (&step.event, body.level_set()) {
             let place = segment.at(step.drift);
-            seen.push(body.index(place));
-            let steepness = (body.index(place) - 1.0).abs() / level.voxel();
+            let of = |region: Option<u16>| region.map_or(1.0, |r| regions[usize::from(r)].index(place));
+            let [before, beyond] = [step.within, event.beyond].map(of);
+            seen.extend([before, beyond]);
+            let steepness = (beyond - before).abs() / level.voxel();
             add(true, steepness, level.sample(place).1, step.drift);
         }
         passed += speed * step.drift;

@@ -25,7 +25,7 @@ impl Run<'_> {
         }
         write_json(&out.join("scene.json"), &scene)?;
         let path = out.join("contact.png");
-        let cameras = self.dataset.split_cameras(Part::Test);
+        let cameras = self.dataset.split_cameras(&self.scene, Part::Test);
         write_whole(
             &path,
             &color_png(&path, &contact_sheet(&self.scene, &cameras, &self.dataset.sampling()))?,
@@ -57,7 +57,8 @@ impl Run<'_> {
 
     fn transforms(&self, part: Part, folder: &str) -> Value {
         let frame = |(i, camera): (usize, &Camera)| json!({ "file_path": format!("./{folder}/r_{i}"), "transform_matrix": opengl_matrix(camera) });
-        let frames: Vec<Value> = self.dataset.split_cameras(part).iter().enumerate().map(frame).collect();
+        let frames: Vec<Value> =
+            self.dataset.split_cameras(&self.scene, part).iter().enumerate().map(frame).collect();
         let size = self.options.size;
         let mut all = json!({ "camera_angle_x": ANGLE, "w": size, "h": size });
         if let Some(background) = background_of(&self.scene) {
@@ -84,6 +85,7 @@ impl Run<'_> {
             "reflection": if o.reflection == Reflection::On { "fresnel" } else { "off" },
             "energy_cut": self.dataset.limits.energy_cut,
             "camera_angle_x": ANGLE,
+            "camera_elevations": self.dataset.cameras.elevations(&self.scene).degrees(),
             "pixel_filter": "box, averaged in linear light then sRGB-encoded",
             "up_axis": "z",
             "near": 2.0,

@@ -10,7 +10,6 @@ use crate::synth::dataset::{Cost, DatasetOptions, Part, PlannedView};
 use crate::synth::error::SynthError;
 use crate::synth::render::{Frame, refracts, render_view};
 use crate::synth::scene::Scene;
-use crate::synth::truth::refractive_json;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -94,7 +93,7 @@ impl Run<'_> {
     fn write(&self, progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Result<Summary, SynthError> {
         let out = &self.options.out;
         create_folder(out)?;
-        let manifest = prepare(out, &self.options.parameters(&refractive_json(&self.scene)))?;
+        let manifest = prepare(out, &self.options.parameters(&self.scene))?;
         let jobs = self.jobs();
         for folder in self.folders() {
             create_folder(&out.join(folder))?;
@@ -114,7 +113,7 @@ impl Run<'_> {
 
     fn jobs(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
-        for view in self.dataset.planned_views() {
+        for view in self.dataset.planned_views(&self.scene) {
             jobs.push(Job { view, twin: false });
             if view.part == Part::Test && self.twin.is_some() {
                 jobs.push(Job { view, twin: true });

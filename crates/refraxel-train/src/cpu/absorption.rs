@@ -1,0 +1,173 @@
+//! What bodies on a ray's path absorb, theory (7.17)–(7.20): the colours of samples, of mirrored light and of the background
+//! are filtered once they are shaded. On the way back, dLoss/dcolour passes the filters and leaves dLoss/dthickness.
+
+use super::adam::{DECAY, adam};
+use super::mirrored::MirroredSample;
+use super::path_adjoint::SegmentSums;
+use super::record::Record;
+use super::sample::{MarchedSegment, RaySamples, Sample};
+use super::tape::Tape;
+use super::view::{Packet, View};
+use crate::backend::AbsorptionObjective;
+use crate::model::{IndexMoments, Refraction};
+use refraxel_core::radiance::{Absorption, AbsorptionAdjoint, Filter, Filtered, SegmentAdjoint};
+use refraxel_core::{Medium, Path};
+
+/// The filtered colours of samples, in their order. Memory of one thread.
+#[derive(Default)]
+pub(super) struct Absorbed {
+    /// Of the ray at hand.
+    along: Absorption<f32>,
+    filtered: Vec<Filtered<f32>>,
+}
+
+/// A bent ray whose samples and mirrored samples have their colours, and the marched segments of its packet.
+pub(super) struct ShadedRay<'a> {
+    pub samples: &'a mut [Sample],
+    pub segments: &'a [MarchedSegment],
+    pub mirrored: &'a mut [MirroredSample],
+}
+
+impl Absorbed {
+    pub(super) fn clear(&mut self) {
+        self.filtered.clear();
+    }
+
+    /// The filtered colours of the samples of a ray.
+    pub(super) fn of(&self, range: std::ops::Range<usize>) -> &[Filtered<f32>] {
+        self.filtered.get(range).unwrap_or(&[])
+    }
+
+    /// Filters the colours of the next bent ray; what filters its background.
+    pub(super) fn filter(&mut self, medium: &Medium<f32>, path: &Path<f32>, ray: ShadedRay) -> Filter<f32> {
+        self.along.follow(medium, path);
+        let mut constant: Option<(usize, Filter<f32>)> = None;
+        for s in ray.samples {
+            let place = ray.segments[s.segment as usize].place as usize;
+            let filter = match constant {
+                Some((known, filter)) if known == place => filter,
+                _ => self.along.filter(place, s.t),
+            };
+            constant = self.along.is_constant(place).then_some((place, filter));
+            let filtered = filter.through(s.colour);
+            s.colour = filtered.colour;
+            self.filtered.push(filtered);
+        }
+        for m in ray.mirrored {
+            m.filter(&self.along.after(m.of.segment));
+        }
+        self.along.whole()
+    }
+}
+
+/// Filters the colours of all bent rays of a packet.
+pub(super) fn absorb(view: &View, packet: &mut Packet) {
+    let Packet { seen, rays, paths, mirrored, absorbed, .. } = packet;
+    absorbed.clear();
+    let (mut first, mut first_mirrored) = (0, 0);
+    for (ray, path) in rays.iter_mut().zip(paths) {
+        if ray.bent {
+            absorbed.filtered.resize(first, Filter::clear().through([0.0; 3]));
+            let (samples, segments) = (&mut seen.samples[first..ray.samples], &seen.segments[..]);
+            let shaded =
+                ShadedRay { samples, segments, mirrored: &mut mirrored[first_mirrored..ray.mirrored] };
+            ray.through = absorbed.filter(&view.scene.refraction.medium, path, shaded);
+        }
+        (first, first_mirrored) = (ray.samples, ray.mirrored);
+    }
+}
+
+/// What the way back through the filters of a ray starts from.
+pub(super) struct FilteredRay<'a> {
+    pub medium: &'a Medium<f32>,
+    pub path: &'a Path<f32>,
+    pub samples: RaySamples<'a>,
+    pub filtered: &'a [Filtered<f32>],
+    pub mirrored: &'a [MirroredSample],
+    /// dLoss/d(thickness of the whole path).
+    pub d_whole: [f32; 3],
+}
+
+/// dLoss/d(thickness) along a path, and what its segments receive. Memory of one thread.
+#[derive(Default)]
+pub(super) struct LengthAdjoint {
+    adjoint: AbsorptionAdjoint<f32>,
+    pub segments: SegmentSums,
+}
+
+impl FilteredRay<'_> {
+    /// Turns dLoss/d(filtered colour) of the samples' `records` into that of the colour, theory (7.19). Adds what the
+    /// coefficients receive to those of the tape, and notes what the segments do, theory (7.20).
+    pub(super) fn way_back(
+        &self,
+        records: &mut [Record],
+        coefficients: &mut [[f64; 3]],
+        out: &mut LengthAdjoint,
+    ) {
+        let LengthAdjoint { adjoint, segments } = out;
+        adjoint.clear(self.path.segments.len());
+        for ((s, r), f) in self.samples.samples.iter().zip(records).zip(self.filtered) {
+            let place = self.samples.segment_of(s).place as usize;
+            adjoint.add(place, s.t, product(r.d_colour, f.by_thickness));
+            r.d_colour = product(r.d_colour, f.slope);
+        }
+        for m in self.mirrored {
+            adjoint.add_after(m.of.segment, m.d_thickness);
+        }
+        adjoint.add_after(usize::MAX, self.d_whole);
+        segments.clear();
+        segments.resize(self.path.segments.len(), SegmentAdjoint::default());
+        adjoint.vjp(self.medium, self.path, segments, |region, d| {
+            // A path so chaotic that its length overflowed says nothing.
+            if d.iter().all(|d| d.is_finite()) {
+                (0..3).for_each(|c| coefficients[region][c] += f64::from(d[c]));
+            }
+        });
+    }
+}
+
+pub(super) fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
+}
+
+/// The gradient of all regions' coefficients, in the order of the tapes.
+pub(super) fn gradient(regions: usize, tapes: &[Tape]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; regions];
+    for tape in tapes {
+        for (sum, part) in sums.iter_mut().zip(&tape.absorption) {
+            (0..3).for_each(|c| sum[c] += part[c]);
+        }
+    }
+    sums
+}
+
+/// One step of Adam on the coefficients of every region that rays have met, which stay >= 0. The parameters are the optical
+/// thicknesses over the longest edge of the region: the rate does not depend on the unit of length. False when one of them
+/// left the finite numbers; it then keeps its value.
+pub(super) fn update(
+    refraction: &mut Refraction,
+    moments: &mut [IndexMoments],
+    tapes: &[Tape],
+    objective: &AbsorptionObjective,
+) -> bool {
+    let grads = gradient(moments.len(), tapes);
+    let mut finite = true;
+    for (region, (grad, moments)) in grads.iter().zip(moments).enumerate() {
+        if grad.iter().all(|g| *g == 0.0) {
+            continue;
+        }
+        let grid = refraction.medium.region_mut(region);
+        let edge = grid.domain().bounds.extent().max_element();
+        let steps = adam(&mut moments.absorption, DECAY, &[0, 1, 2], |c| grad[c] as f32 / edge);
+        let mut absorption = grid.absorption();
+        for (a, step) in absorption.iter_mut().zip(steps) {
+            *a += objective.rate * step / edge;
+        }
+        if absorption.iter().all(|a| a.is_finite()) {
+            grid.set_absorption(absorption.map(|a| a.max(0.0)));
+        } else {
+            finite = false;
+        }
+    }
+    finite
+}

@@ -1,0 +1,149 @@
+//! What may stand in a region: hypotheses as data. Each is a file with a function from the region that views show, and from
+//! a few unknown numbers, to the bodies that bend rays there.
+
+mod graded;
+mod known;
+mod polyhedron;
+mod shell;
+mod smooth;
+mod solid;
+mod vessel;
+mod water_surface;
+
+pub(super) use known::{HELD, HELD_SMOOTH};
+
+use super::region::Region;
+use crate::model::RegionState;
+use crate::options::{Options, SurfaceProfile};
+use crate::verdict::{Found, Hypothesis};
+use refraxel_core::IndexGrid;
+
+/// A number that a hypothesis does not know.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Unknown {
+    /// `index`, `wall`, …
+    pub name: &'static str,
+    /// Values that are tried first, all with all of the other unknowns.
+    pub first: Vec<f32>,
+    /// Then values at −2, −1, 0, 1 and 2 of these distances around the best one, finer and finer.
+    pub fine: Vec<f32>,
+    /// Smallest and largest value.
+    pub range: [f32; 2],
+}
+
+/// A body with what belongs to it.
+pub(super) struct Body {
+    pub grid: IndexGrid<f32>,
+    pub state: RegionState,
+}
+
+/// A hypothesis on what stands in a region.
+pub(super) struct Proposal {
+    pub kind: Hypothesis,
+    /// Its search takes long: it is left out where another hypothesis explains what is seen.
+    pub is_dear: bool,
+    /// What it does not know, the index first.
+    pub unknowns: fn(&Region) -> Vec<Unknown>,
+    /// The bodies, when the unknowns have these values.
+    pub bodies: fn(&Region, &[f32], &Options) -> Vec<Body>,
+    /// The same bodies on the grids where they learn.
+    pub learning: fn(&Region, &[f32], &Options) -> Vec<Body>,
+}
+
+impl PartialEq for Proposal {
+    fn eq(&self, other: &Self) -> bool {
+        self.kind == other.kind
+    }
+}
+
+/// A hypothesis with numbers.
+#[derive(Clone)]
+pub(super) struct Candidate {
+    pub proposal: &'static Proposal,
+    /// One per unknown.
+    pub values: Vec<f32>,
+    /// A search found them; else they are guessed or known.
+    pub searched: bool,
+}
+
+impl Candidate {
+    /// The guess before any search.
+    pub(super) fn guess(proposal: &'static Proposal, region: &Region, options: &Options) -> Self {
+        let first =
+            |u: &Unknown| if u.name == INDEX { options.search.guess } else { u.first[u.first.len() / 2] };
+        let values = (proposal.unknowns)(region).iter().map(first).collect();
+        Self { proposal, values, searched: false }
+    }
+
+    /// The bodies to search with.
+    pub(super) fn bodies(&self, region: &Region, options: &Options) -> Vec<Body> {
+        self.with_trust((self.proposal.bodies)(region, &self.values, options))
+    }
+
+    /// The bodies that learn.
+    pub(super) fn learning(&self, region: &Region, options: &Options) -> Vec<Body> {
+        self.with_trust((self.proposal.learning)(region, &self.values, options))
+    }
+
+    /// The index of a body stays near to what a search found.
+    fn with_trust(&self, mut bodies: Vec<Body>) -> Vec<Body> {
+        let index = self.values.first().copied().filter(|_| self.searched);
+        for body in bodies.iter_mut().filter(|b| b.grid.interior_index() == index) {
+            body.state.searched = index;
+        }
+        bodies
+    }
+
+    /// Its numbers with their names.
+    pub(super) fn found(&self, region: &Region) -> Vec<Found> {
+        let unknowns = (self.proposal.unknowns)(region);
+        let found = unknowns.iter().zip(&self.values);
+        found.map(|(u, &value)| Found { name: u.name.to_owned(), value }).collect()
+    }
+}
+
+const INDEX: &str = "index";
+
+/// The index of a whole body, over the range of all matter that is clear.
+fn index_of_a_body() -> Unknown {
+    let first = (0..21).map(|k| 1.0 + 0.075 * k as f32).collect();
+    Unknown { name: INDEX, first, fine: vec![0.03, 0.01, 0.005], range: [1.0, 4.0] }
+}
+
+/// The hypotheses that may hold in a region, the simplest first.
+pub(super) fn proposals(region: &Region, options: &Options) -> Vec<&'static Proposal> {
+    if region.is_body_of_truth() {
+        return vec![&HELD];
+    }
+    if region.is_known() {
+        let is_field = region.surface.is_none() || !region.has_one_index();
+        let is_smooth = is_field || options.search.profile == SurfaceProfile::Smooth;
+        return vec![if is_smooth { &HELD_SMOOTH } else { &HELD }];
+    }
+    let sharp = |all: &mut Vec<&'static Proposal>| {
+        all.push(&solid::SOLID);
+        if region.faceted.is_some() {
+            all.push(&polyhedron::POLYHEDRON);
+        }
+        all.push(&shell::SHELL);
+        if options.search.rare.is_on() && region.up.is_some() {
+            all.push(&vessel::VESSEL);
+        }
+        if region.water.is_some() {
+            all.push(&water_surface::WATER_SURFACE);
+        }
+    };
+    let mut all = Vec::new();
+    match options.search.profile {
+        // A field that varies smoothly may not overlap other bodies.
+        _ if region.is_shared => sharp(&mut all),
+        SurfaceProfile::Sharp => sharp(&mut all),
+        SurfaceProfile::Smooth => all.push(&smooth::SMOOTH),
+        SurfaceProfile::Graded => all.push(&graded::GRADED),
+        SurfaceProfile::Auto => {
+            sharp(&mut all);
+            all.push(&graded::GRADED);
+        }
+    }
+    all
+}

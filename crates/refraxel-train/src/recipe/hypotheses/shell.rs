@@ -1,0 +1,34 @@
+//! A closed shell: a body of one index with a wall and air in it.
+
+use super::{Body, INDEX, Proposal, Unknown};
+use crate::model::RegionState;
+use crate::options::Options;
+use crate::recipe::region::Region;
+use crate::recipe::shapes::{ShapeBody, Substance, shell};
+use crate::verdict::Hypothesis;
+use refraxel_core::IndexGrid;
+
+/// Unknowns: the index, and the thickness of the wall [depth of the body].
+pub(super) const SHELL: Proposal =
+    Proposal { kind: Hypothesis::Shell, is_dear: false, unknowns: |_| unknowns(), bodies, learning: bodies };
+
+fn unknowns() -> Vec<Unknown> {
+    let fine = vec![0.03, 0.01, 0.005];
+    vec![
+        Unknown { name: INDEX, first: vec![1.3, 1.4, 1.5, 1.6, 1.75], fine: fine.clone(), range: [1.0, 4.0] },
+        Unknown { name: "wall", first: vec![0.08, 0.15, 0.25, 0.4, 0.6], fine, range: [0.02, 0.95] },
+    ]
+}
+
+/// Glass, and the air that rules in it.
+fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
+    let Some(surface) = &region.surface else { return Vec::new() };
+    let body = |b: ShapeBody| {
+        let is_air = b.substance == Substance::Air;
+        let state = RegionState { fixed_index: is_air, ..RegionState::default() };
+        Body { grid: IndexGrid::sharp(b.surface, if is_air { 1.0 } else { at[0] }), state }
+    };
+    let shell = shell(surface, at[1] * region.depth());
+    let solid = || vec![ShapeBody { surface: surface.clone(), substance: Substance::Glass }];
+    shell.unwrap_or_else(solid).into_iter().map(body).collect()
+}

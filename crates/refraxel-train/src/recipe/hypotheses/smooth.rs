@@ -1,0 +1,18 @@
+//! A body of one index whose edge is some voxels wide.
+
+use super::{Body, Proposal, index_of_a_body};
+use crate::options::Options;
+use crate::recipe::region::Region;
+use crate::verdict::Hypothesis;
+
+pub(super) const SMOOTH: Proposal = Proposal {
+    kind: Hypothesis::Smooth,
+    is_dear: false,
+    unknowns: |_| vec![index_of_a_body()],
+    bodies,
+    learning: bodies,
+};
+
+fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
+    vec![Body { grid: region.site.from_occupancy(&region.occupancy, at[0]), state: region.smooth_state() }]
+}

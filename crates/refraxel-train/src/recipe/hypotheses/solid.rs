@@ -1,0 +1,97 @@
+//! A body of one index with a sharp surface: the visual hull, or the polyhedron that it is. Masks may all be too large or
+//! too small, which no mask can tell; what is seen through the body does, so that the surface may lie off the hull.
+
+use super::{Body, Proposal, Unknown, index_of_a_body};
+use crate::model::RegionState;
+use crate::options::{Options, StartShape};
+use crate::recipe::region::Region;
+use crate::verdict::Hypothesis;
+use refraxel_core::{Domain, IndexGrid, LevelSet};
+
+/// Unknowns: the index, and how far the surface lies outside the hull [voxel].
+pub(super) const SOLID: Proposal =
+    Proposal { kind: Hypothesis::Solid, is_dear: false, unknowns: |_| unknowns(), bodies, learning };
+
+fn unknowns() -> Vec<Unknown> {
+    let range = [-OFFSET, OFFSET];
+    let offset = Unknown {
+        name: "offset",
+        first: vec![-3.0, -1.5, 0.0, 1.5, 3.0],
+        fine: vec![0.5, 0.25, 0.25],
+        range,
+    };
+    vec![index_of_a_body(), offset]
+}
+
+/// Most voxels that a surface lies off its hull; the grid has room for six.
+const OFFSET: f32 = 4.0;
+
+fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
+    let by = at[1] * region.site.domain().voxel();
+    let solid = region.solid.clone().map(|s| s.grown(by));
+    let surface = match &solid {
+        Some(solid) => Some(solid.level_set(region.site.bounds, region.site.resolution)),
+        None => region.surface.as_ref().map(|s| grown(s, by)),
+    };
+    let state = RegionState { solid, ..RegionState::default() };
+    surface.map(|s| Body { grid: IndexGrid::sharp(s, at[0]), state }).into_iter().collect()
+}
+
+/// The surface moved outwards [scene unit].
+fn grown(surface: &LevelSet<f32>, by: f32) -> LevelSet<f32> {
+    let mut out = surface.clone();
+    if by != 0.0 {
+        out.coefficients_mut().iter_mut().for_each(|c| *c -= by);
+        out.find_surface();
+    }
+    out
+}
+
+/// The same body on the coarser grid where its nodes learn: pictures say less of a surface than a search needs. Planes and
+/// surfaces that are held stay as they are.
+fn learning(region: &Region, at: &[f32], options: &Options) -> Vec<Body> {
+    let mut found = bodies(region, at, options);
+    let is_held = options.surface.rate == 0.0 || options.shape.start == StartShape::File;
+    if region.solid.is_none() && !is_held {
+        found.iter_mut().for_each(|body| coarsen(&mut body.grid, options.surface.coarsening));
+    }
+    found
+}
+
+fn coarsen(grid: &mut IndexGrid<f32>, by: f32) {
+    let (Some(level), Some(index)) = (grid.level_set(), grid.interior_index()) else { return };
+    let Domain { bounds, resolution, .. } = *level.domain();
+    let coarser = resolution.map(|n| ((n - 1) as f32 / by).round() as u32 + 1);
+    if coarser != resolution {
+        *grid = IndexGrid::sharp(LevelSet::from_samples(bounds, coarser, |x| level.value(x)), index);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::initial::Site;
+    use refraxel_core::{Aabb, Vec3};
+
+    #[test]
+    fn a_body_learns_on_a_coarser_grid_unless_it_is_held() {
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let interpolation = Options::default().index.interpolation.into();
+        let site = Site { bounds, resolution: [57; 3], interpolation };
+        let region = Region::body(site, |x| x.length() - 0.6, &Options::default());
+        let resolution = |options: &Options| {
+            let body = learning(&region, &[1.5, 0.0], options).remove(0);
+            let level = body.grid.level_set().unwrap();
+            for x in [Vec3 { x: 0.6, y: 0.0, z: 0.0 }, Vec3 { x: 0.36, y: -0.48, z: 0.0 }] {
+                assert!(level.value(x).abs() < 0.01 * level.voxel(), "{}", level.value(x));
+            }
+            assert_eq!(body.grid.interior_index(), Some(1.5));
+            level.domain().resolution
+        };
+        let usual = Options::default();
+        let (mut held, mut known) = (usual.clone(), usual.clone());
+        known.shape.start = StartShape::File;
+        held.surface.rate = 0.0;
+        assert_eq!([&usual, &held, &known].map(resolution), [[41; 3], [57; 3], [57; 3]]);
+    }
+}

@@ -1,0 +1,255 @@
+//! The race between hypotheses and straight rays, and the judge's verdict: successive halving (Karnin, Koren & Somekh 2013)
+//! on the views that were kept aside.
+//!
+//! Everything here works on scores alone. Whoever trains is behind [`Contest`].
+
+use crate::cancel::Cancelled;
+use crate::options::JudgeOptions;
+use crate::verdict::{Contestant, Found, Hypothesis, RegionVerdict};
+
+/// Bent rays must be better by so many standard errors. Few views have a large error that is hardly known itself.
+const CARE: f64 = 0.5;
+
+/// Number of an entry. Entry 0 is straight rays.
+pub(super) type Entry = usize;
+/// Straight rays.
+pub(super) const STRAIGHT: Entry = 0;
+
+/// Mean squared errors of one view that was kept aside, of an entry.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ViewScore {
+    /// Per region, of the pixels inside masks that show it; none where there are too few.
+    pub inside: Vec<Option<f64>>,
+    /// Of the whole view.
+    pub all: f64,
+}
+
+/// Whoever trains the entries and scores them.
+pub(super) trait Contest {
+    /// Let an entry learn so many more steps.
+    fn learn(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled>;
+    /// How well it renders each view that was kept aside.
+    fn scores(&mut self, entry: Entry) -> Vec<ViewScore>;
+    /// The entry in which each region has its hypothesis of this entry: a new one, or an old one that is the same.
+    fn combined(&mut self, chosen: &[Entry]) -> Entry;
+    /// What an entry assumes of a region, with its numbers.
+    fn assumes(&self, entry: Entry, region: usize) -> (Hypothesis, Vec<Found>);
+}
+
+/// How long a race is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Course {
+    /// Regions on which entries compete.
+    pub regions: usize,
+    /// Entries at the start, straight rays included.
+    pub entries: usize,
+    /// Steps of the first round, for all.
+    pub first: u64,
+    /// Steps in all, for straight rays and the best other.
+    pub all: u64,
+}
+
+/// An entry with what it learned and how it scored last.
+struct Standing {
+    entry: Entry,
+    steps: u64,
+    scores: Vec<ViewScore>,
+}
+
+/// What came of a race.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    /// The entry that won where it wins.
+    pub finalist: Entry,
+    /// One per region.
+    pub verdicts: Vec<RegionVerdict>,
+}
+
+/// First all entries learn for a while. The best hypothesis of each region goes on, against straight rays.
+pub(super) fn race(
+    contest: &mut impl Contest,
+    course: Course,
+    options: &JudgeOptions,
+) -> Result<Outcome, Cancelled> {
+    let mut standings = Vec::new();
+    for entry in 0..course.entries {
+        contest.learn(entry, course.first)?;
+        standings.push(Standing { entry, steps: course.first, scores: contest.scores(entry) });
+    }
+    let best = |region: usize| {
+        let bent = standings[1..].iter();
+        let best = bent.max_by(|a, b| a.inside(region).total_cmp(&b.inside(region)));
+        best.map_or(STRAIGHT, |s| s.entry)
+    };
+    let chosen: Vec<Entry> = (0..course.regions).map(best).collect();
+    let finalist = contest.combined(&chosen);
+    let so_far = |entry: Entry| standings.iter().find(|s| s.entry == entry).map_or(0, |s| s.steps);
+    let more = [STRAIGHT, finalist].map(|entry| course.all - so_far(entry).min(course.all));
+    for (entry, steps) in [STRAIGHT, finalist].into_iter().zip(more) {
+        contest.learn(entry, steps)?;
+        let scores = contest.scores(entry);
+        standings.retain(|s| s.entry != entry);
+        standings.push(Standing { entry, steps: course.all, scores });
+    }
+    let verdicts = (0..course.regions).map(|r| verdict(contest, &standings, finalist, r, options)).collect();
+    Ok(Outcome { finalist, verdicts })
+}
+
+/// The decision on one region.
+fn verdict(
+    contest: &impl Contest,
+    standings: &[Standing],
+    finalist: Entry,
+    region: usize,
+    options: &JudgeOptions,
+) -> RegionVerdict {
+    let of = |entry: Entry| standings.iter().find(|s| s.entry == entry);
+    let (straight, bent) = (of(STRAIGHT), of(finalist));
+    let pairs = || straight.iter().zip(&bent).flat_map(|(s, b)| s.scores.iter().zip(&b.scores));
+    let inside: Vec<f64> =
+        pairs().filter_map(|(s, b)| Some(gain(s.inside[region]?, b.inside[region]?))).collect();
+    let all: Vec<f64> = pairs().map(|(s, b)| gain(s.all, b.all)).collect();
+    let (gain_inside, error) = mean_and_error(&inside);
+    let gain_all = mean_and_error(&all).0;
+    let wins = gain_inside >= options.margin.max(CARE * error) && gain_all >= -options.tolerance;
+    let (hypothesis, _) = contest.assumes(finalist, region);
+    let mut contestants: Vec<Contestant> = standings.iter().map(|s| s.contestant(contest, region)).collect();
+    contestants.sort_by(|a, b| b.steps.cmp(&a.steps).then(b.inside.total_cmp(&a.inside)));
+    RegionVerdict {
+        region,
+        hypothesis: if wins { hypothesis } else { Hypothesis::Straight },
+        gain_inside,
+        error,
+        gain_all,
+        margin: options.margin,
+        contestants,
+    }
+}
+
+impl Standing {
+    /// Mean PSNR inside the masks of a region [dB]; −∞ where nothing shows it or the entry diverged.
+    fn inside(&self, region: usize) -> f64 {
+        let psnr: Vec<f64> = self.scores.iter().filter_map(|s| s.inside[region]).map(decibel).collect();
+        let mean = psnr.iter().sum::<f64>() / psnr.len() as f64;
+        if mean.is_nan() { f64::NEG_INFINITY } else { mean }
+    }
+
+    fn contestant(&self, contest: &impl Contest, region: usize) -> Contestant {
+        let (hypothesis, found) = contest.assumes(self.entry, region);
+        Contestant { hypothesis, found, steps: self.steps, inside: self.inside(region) }
+    }
+}
+
+fn decibel(squared_error: f64) -> f64 {
+    -10.0 * squared_error.log10()
+}
+
+/// How much better `b` is than `a` [dB].
+fn gain(a: f64, b: f64) -> f64 {
+    decibel(b) - decibel(a)
+}
+
+/// Mean and its standard error. Without values the mean says nothing for bent rays.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    if values.is_empty() || mean.is_nan() {
+        return (f64::NEG_INFINITY, 0.0);
+    }
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (squares / (n * (n - 1.0).max(1.0))).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Entries whose squared errors are stated: per entry and region.
+    struct Injected {
+        inside: Vec<Vec<f64>>,
+        all: Vec<f64>,
+        learned: Vec<u64>,
+    }
+
+    impl Injected {
+        fn new(inside: Vec<Vec<f64>>, all: Vec<f64>) -> Self {
+            let learned = vec![0; inside.len()];
+            Self { inside, all, learned }
+        }
+
+        fn race(&mut self) -> Outcome {
+            let course =
+                Course { regions: self.inside[0].len(), entries: self.inside.len(), first: 10, all: 30 };
+            race(self, course, &JudgeOptions::default()).unwrap()
+        }
+    }
+
+    impl Contest for Injected {
+        fn learn(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled> {
+            self.learned[entry] += steps;
+            Ok(())
+        }
+        fn scores(&mut self, entry: Entry) -> Vec<ViewScore> {
+            let view = |k: f64| ViewScore {
+                inside: self.inside[entry].iter().map(|e| Some(e * k)).collect(),
+                all: self.all[entry] * k,
+            };
+            vec![view(1.0), view(1.3), view(0.7)]
+        }
+        fn combined(&mut self, chosen: &[Entry]) -> Entry {
+            if chosen.iter().all(|e| *e == chosen[0]) {
+                return chosen[0];
+            }
+            self.inside.push(chosen.iter().enumerate().map(|(r, e)| self.inside[*e][r]).collect());
+            self.all.push(self.all[chosen[0]]);
+            self.learned.push(0);
+            self.learned.len() - 1
+        }
+        fn assumes(&self, entry: Entry, _: usize) -> (Hypothesis, Vec<Found>) {
+            let kinds = [Hypothesis::Straight, Hypothesis::Solid, Hypothesis::Graded, Hypothesis::Shell];
+            (kinds[entry.min(3)], Vec::new())
+        }
+    }
+
+    #[test]
+    fn the_best_hypothesis_goes_on_and_wins_where_it_is_better_than_straight_rays() {
+        let mut contest = Injected::new(vec![vec![0.04], vec![0.02], vec![0.01]], vec![0.01; 3]);
+        let outcome = contest.race();
+        assert_eq!(contest.learned, [30, 10, 30]);
+        let verdict = &outcome.verdicts[0];
+        assert_eq!((outcome.finalist, verdict.hypothesis), (2, Hypothesis::Graded));
+        assert!((verdict.gain_inside - 10.0 * 4_f64.log10()).abs() < 1e-9 && verdict.error < 1e-9);
+        let order: Vec<_> = verdict.contestants.iter().map(|c| c.hypothesis).collect();
+        assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
+    }
+
+    #[test]
+    fn a_tie_a_loss_and_a_loss_over_the_whole_view_are_straight() {
+        for (inside, all) in [(0.04, 0.01), (0.05, 0.01), (0.01, 0.012), (f64::NAN, 0.01)] {
+            let mut contest = Injected::new(vec![vec![0.04], vec![inside]], vec![0.01, all]);
+            let verdict = &contest.race().verdicts[0];
+            assert_eq!(verdict.hypothesis, Hypothesis::Straight, "{inside} {all}");
+        }
+    }
+
+    #[test]
+    fn each_region_takes_its_own_best_and_may_lose_alone() {
+        let inside = vec![vec![0.04, 0.04, 0.04], vec![0.02, 0.01, 0.05], vec![0.01, 0.02, 0.06]];
+        let mut contest = Injected::new(inside, vec![0.01; 3]);
+        let outcome = contest.race();
+        assert_eq!(
+            (outcome.finalist, contest.learned[3]),
+            (3, 30),
+            "a new combination learns from the start"
+        );
+        let lost: Vec<bool> = outcome.verdicts.iter().map(|v| v.hypothesis == Hypothesis::Straight).collect();
+        assert_eq!(lost, [false, false, true]);
+    }
+
+    #[test]
+    fn views_that_disagree_decide_nothing() {
+        let (mean, error) = mean_and_error(&[4.0, -3.0, 1.0, -1.0]);
+        assert!((mean - 0.25).abs() < 1e-12 && error > mean);
+        assert_eq!(mean_and_error(&[]).0, f64::NEG_INFINITY);
+    }
+}

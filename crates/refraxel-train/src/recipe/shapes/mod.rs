@@ -1,0 +1,110 @@
+//! Hypotheses about shapes: each is a function from what views show to bodies.
+//!
+//! Nothing here knows an index or an error; whoever races the hypotheses against each other gives the bodies
+//! one.
+
+mod polyhedron;
+mod shell;
+mod vessel;
+mod water_surface;
+
+pub(super) use polyhedron::{Faceted, polyhedron};
+pub(super) use shell::shell;
+pub(super) use vessel::{Vessel, upwards, vessel};
+pub(super) use water_surface::Basin;
+
+use rayon::prelude::*;
+use refraxel_core::{Aabb, LevelSet, Vec3};
+
+/// What a body is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Substance {
+    /// Glass or another solid whose index is sought.
+    Glass,
+    /// Nothing: n = 1.
+    Air,
+    /// Water: n = 1.33, or another liquid.
+    Water,
+}
+
+/// A body with a sharp surface. In a list of bodies the later one rules where two overlap; n = 1 where there
+/// is none.
+///
+/// Surfaces of a list never coincide over an area: where one body ends at another, the one that is overruled
+/// reaches into the other.
+#[derive(Clone, Debug)]
+pub(super) struct ShapeBody {
+    /// φ < 0 inside.
+    pub surface: LevelSet<f32>,
+    pub substance: Substance,
+}
+
+/// Voxels that a wall has at least, so that neither of its surfaces feels the other: a cubic B-spline reaches
+/// 2 voxels.
+const PER_WALL: f32 = 4.0;
+/// Most nodes of a grid; a finer one costs more time than it is worth.
+const MOST_NODES: f64 = 6e5;
+
+/// The grid over a box that gives a wall of this thickness [scene unit] four voxels, but no coarser than
+/// `voxel` and of no more nodes than is sensible: fewer voxels per wall then. The box grows by less than a
+/// voxel.
+fn grid_for(bounds: &Aabb<f32>, voxel: f32, wall: f32) -> (Aabb<f32>, [u32; 3]) {
+    let extent = bounds.extent();
+    let least = (extent.to_array().map(f64::from).iter().product::<f64>() / MOST_NODES).cbrt() as f32;
+    let voxel = voxel.min(wall / PER_WALL).max(least);
+    let cells = extent.map(|e| (e / voxel - 1e-3).ceil().max(8.0));
+    let half = cells * (0.5 * voxel);
+    let bounds = Aabb::new(bounds.center() - half, bounds.center() + half);
+    (bounds, cells.to_array().map(|c| c as u32 + 1))
+}
+
+/// The level set with coefficients `phi(x)` at its nodes, on all threads.
+fn level_set(
+    bounds: Aabb<f32>,
+    resolution: [u32; 3],
+    phi: impl Fn(Vec3<f32>) -> f32 + Sync,
+) -> LevelSet<f32> {
+    let [nx, ny, nz] = resolution.map(|n| n as usize);
+    let mut values = vec![0.0; nx * ny * nz];
+    let cells = Vec3::from(resolution.map(|n| (n - 1) as f32));
+    let step = bounds.extent().zip(cells, |e, n| e / n);
+    values.par_chunks_exact_mut(nx).enumerate().for_each(|(row, out)| {
+        for (i, value) in out.iter_mut().enumerate() {
+            let node = Vec3::new(i as f32, (row % ny) as f32, (row / ny) as f32);
+            *value = phi(bounds.min + node.hadamard(step));
+        }
+    });
+    let level = LevelSet::from_coefficients(bounds, resolution, values);
+    level.unwrap_or_else(|| unreachable!("distances are finite"))
+}
+
+/// φ of a level set, and outside of its box a lower bound of the distance from it: a spline ends there.
+fn distance(level: &LevelSet<f32>, x: Vec3<f32>) -> f32 {
+    let domain = level.domain();
+    let (bounds, voxel) = (domain.bounds, level.voxel());
+    // The outermost cells belong to no spline.
+    let low = bounds.min + Vec3::splat(1.01 * voxel);
+    let high = bounds.max - Vec3::splat(1.01 * voxel);
+    let nearest = x.zip(low, f32::max).zip(high, f32::min);
+    level.value(nearest) + (x - nearest).length()
+}
+
+/// Lowest and highest point of a body along a unit vector [scene unit], to a small part of a voxel; `None`
+/// where it is empty.
+fn span(level: &LevelSet<f32>, up: Vec3<f32>) -> Option<[f32; 2]> {
+    let (voxel, inside) = (level.voxel(), |x: &Vec3<f32>| level.value(*x) < 0.0);
+    let near = |j: &usize| level.coefficients()[*j].abs() < voxel;
+    let onto = |x: Vec3<f32>| {
+        let (phi, gradient) = level.sample(x);
+        x - gradient * (phi / gradient.dot(gradient))
+    };
+    let feet = level.parameters().filter(near).map(|j| onto(onto(onto(level.position(j)))));
+    let on_surface = feet.filter(|x| level.value(*x).abs() < 0.01 * voxel);
+    let nodes = level.parameters().map(|j| level.position(j)).filter(inside);
+    let heights = on_surface.chain(nodes).map(|x| up.dot(x));
+    let span = heights.fold([f32::MAX, f32::MIN], |[low, high], h| [low.min(h), high.max(h)]);
+    (span[0] < span[1]).then_some(span)
+}
+
+#[cfg(test)]
+mod views;

@@ -1,0 +1,148 @@
+//! How many planes, and which: planes are taken away and added as long as the silhouettes pay for them.
+
+use super::boundary::{Boundary, Facet};
+use super::fit::{Fit, Miss, Model, View, loss};
+use refraxel_core::Vec3;
+
+/// Most planes.
+pub(super) const MOST: usize = 72;
+/// What a plane must lower the cost by: this squared residual [pixel²] per line of sight, and this multiple
+/// of the mean squared residual, which chance alone lowers by three times for three parameters.
+const PRICE: [f64; 2] = [1e-3, 20.0];
+/// From this number of planes on, a body whose [`score`] is below the other number has no flat faces.
+const CLEAR: (usize, f64) = (16, 0.35);
+/// Steps of a fit after a plane came or went, and at the end.
+const STEPS: [usize; 2] = [6, 30];
+/// Rounds of taking away and adding.
+const ROUNDS: usize = 4;
+/// Planes that are tried in vain before a sweep ends.
+const VAIN: usize = 6;
+/// Neighbours on each side along the outline over which residuals are averaged.
+const NEIGHBOURS: usize = 2;
+/// Least excess of the model that a plane is tried against [pixel].
+const EXCESS: f64 = 0.1;
+/// Places this near to one where a plane was tried in vain are left alone [radius of the body].
+const NEAR: f64 = 0.15;
+
+/// The planes that explain what views show best, from some to start with; `None` as soon as it is clear that
+/// the body has no flat faces.
+pub(super) fn search(start: Model, views: &[View]) -> Option<Fit> {
+    let mut fit = start.refined(views, STEPS[1]);
+    for _ in 0..ROUNDS {
+        let before = fit.clone();
+        fit = with_missing(without_needless(fit, views), views);
+        if is_hopeless(&fit, views) {
+            return None;
+        }
+        if before.cost + price(&before, views) * before.model.free as f64
+            <= fit.cost + price(&fit, views) * (fit.model.free as f64 + 0.5)
+        {
+            break;
+        }
+    }
+    Some(without_needless(fit, views).model.refined(views, STEPS[1]))
+}
+
+/// Whether so many planes should follow the contours of a polyhedron better.
+fn is_hopeless(fit: &Fit, views: &[View]) -> bool {
+    fit.model.free > CLEAR.0 && score(&fit.model, views) < CLEAR.1
+}
+
+/// What a plane costs [pixel²].
+fn price(fit: &Fit, views: &[View]) -> f64 {
+    let touches = views.iter().map(|v| v.touches.len()).sum::<usize>().max(1) as f64;
+    (PRICE[0] * touches).max(PRICE[1] * fit.cost / touches)
+}
+
+/// Takes planes away, the least needed first.
+fn without_needless(mut fit: Fit, views: &[View]) -> Fit {
+    let without = |fit: &Fit, k: usize| {
+        let mut model = fit.model.clone();
+        model.planes.remove(k);
+        model.free -= 1;
+        model
+    };
+    let mut kept: Vec<Vec3<f64>> = Vec::new();
+    while fit.model.free > 4 && kept.len() < VAIN {
+        let price = price(&fit, views);
+        let open = (0..fit.model.free).filter(|&k| !kept.contains(&fit.model.planes[k].normal));
+        let costs = open.map(|k| (k, without(&fit, k).cost(views)));
+        let Some((k, _)) = costs.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        let tried = without(&fit, k).refined(views, STEPS[0]);
+        if tried.cost - fit.cost < price && Boundary::of(&tried.model.planes).is_closed() {
+            fit = tried;
+        } else {
+            kept.push(fit.model.planes[k].normal);
+        }
+    }
+    fit
+}
+
+/// Adds planes where the model is larger than the silhouettes.
+fn with_missing(mut fit: Fit, views: &[View]) -> Fit {
+    let mut vain: Vec<Vec3<f64>> = Vec::new();
+    while fit.model.free < MOST && vain.len() < VAIN && !is_hopeless(&fit, views) {
+        let Some((facet, at)) = cut(&fit.model.misses(views), views, &vain) else { break };
+        let mut model = fit.model.clone();
+        model.planes.insert(0, facet);
+        model.free += 1;
+        let tried = model.refined(views, STEPS[0]);
+        if fit.cost - tried.cost > price(&fit, views) {
+            fit = tried;
+        } else {
+            vain.push(at);
+        }
+    }
+    fit
+}
+
+/// The tangent plane above which most of the model is, and where, away from where it was tried in vain.
+fn cut(misses: &[Vec<Miss>], views: &[View], vain: &[Vec3<f64>]) -> Option<(Facet, Vec3<f64>)> {
+    let mut best: Option<(f64, Facet, Vec3<f64>)> = None;
+    for (view, misses) in views.iter().zip(misses) {
+        for (k, pixels) in smoothed(misses).into_iter().enumerate() {
+            let at = misses[k].at;
+            let excess = -pixels;
+            let is_open = vain.iter().all(|x| (*x - at).length() > NEAR);
+            if excess > EXCESS && is_open && best.is_none_or(|b| excess > b.0) {
+                let normal = view.touches[k].normal;
+                best = Some((excess, Facet { normal, offset: normal.dot(view.eye) }, at));
+            }
+        }
+    }
+    best.map(|(_, facet, at)| (facet, at))
+}
+
+/// Residuals averaged over neighbours along the outline [pixel].
+fn smoothed(misses: &[Miss]) -> Vec<f64> {
+    let n = misses.len();
+    let width = 2 * NEIGHBOURS + 1;
+    let mean = |k: usize| (0..width).map(|i| misses[(k + n + i - NEIGHBOURS) % n].pixels).sum::<f64>();
+    if n < width { vec![0.0; n] } else { (0..n).map(|k| mean(k) / width as f64).collect() }
+}
+
+/// Residual of a line of sight, of which more than 4 pixels count less [pixel].
+fn tame(miss: &Miss) -> f64 {
+    loss(miss.pixels).sqrt() * miss.pixels.signum()
+}
+
+/// Root mean square of what of the residuals is common to neighbours along the outline [pixel]: noise of
+/// single pixels drops out, what the planes cannot follow remains. Residuals above 4 pixels count less.
+pub(super) fn structure(model: &Model, views: &[View]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for misses in model.misses(views) {
+        let tame: Vec<f64> = misses.iter().map(tame).collect();
+        sum += (0..tame.len()).map(|k| tame[k] * tame[(k + 1) % tame.len()]).sum::<f64>();
+        count += tame.len();
+    }
+    (sum / count.max(1) as f64).max(0.0).sqrt()
+}
+
+/// How much better planes follow the contours than as many would follow those of a ball of the same size: n
+/// planes around a ball of radius R [pixel] miss it by 0.5 R/n.
+pub(super) fn score(model: &Model, views: &[View]) -> f64 {
+    let scales = views.iter().flat_map(|v| v.touches.iter().map(|t| t.per_radian / v.eye.length()));
+    let count = views.iter().map(|v| v.touches.len()).sum::<usize>().max(1);
+    let radius = scales.sum::<f64>() / count as f64;
+    (1.0 - structure(model, views) * model.planes.len() as f64 / (0.5 * radius)).max(0.0)
+}

@@ -1,0 +1,130 @@
+//! What stands in a refractive region: the hypotheses that compete, and the verdict on them.
+
+use serde::{Deserialize, Serialize};
+
+/// What may stand in a refractive region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Hypothesis {
+    /// Nothing that rays should bend at: straight rays explain it better.
+    Straight,
+    /// A body of one index with a sharp surface.
+    Solid,
+    /// A convex body of one index with flat faces.
+    Polyhedron,
+    /// A body of one index with a transition of some voxels.
+    Smooth,
+    /// A body with a wall and air in it.
+    Shell,
+    /// An open vessel, empty or filled with water up to a level.
+    Vessel,
+    /// Water below an open surface that is seen from above only.
+    WaterSurface,
+    /// A lens: w = n²/2 rises from ½ at the surface to its largest value in the middle, as a parabola of the depth.
+    Graded,
+    /// What a file says.
+    Known,
+}
+
+impl Hypothesis {
+    /// As people say it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Straight => "straight rays",
+            Self::Solid => "a solid body",
+            Self::Polyhedron => "a polyhedron",
+            Self::Smooth => "a body with a soft edge",
+            Self::Shell => "a shell with air in it",
+            Self::Vessel => "an open vessel",
+            Self::WaterSurface => "water seen from above",
+            Self::Graded => "an index gradient",
+            Self::Known => "the index of a file",
+        }
+    }
+}
+
+/// A number that a search found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// What it is: `index`, `wall`, `offset`, `water` or `level`.
+    pub name: String,
+    /// Its value: the index [1], the thickness of a wall [depth of the body], how far the surface lies outside the hull
+    /// [voxel], how high water stands in a vessel [height of the vessel], the level of
+    /// water seen from above [range that the masks allow].
+    pub value: f32,
+}
+
+/// A hypothesis after its race.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contestant {
+    /// What it assumes.
+    pub hypothesis: Hypothesis,
+    /// The numbers that it began with; none of straight rays.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub found: Vec<Found>,
+    /// Steps that it learned.
+    pub steps: u64,
+    /// Mean PSNR of the views kept aside, inside the masks where they show the region [dB].
+    pub inside: f64,
+}
+
+/// What was decided about a region, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegionVerdict {
+    /// Number of the region, from 0, as it was found.
+    pub region: usize,
+    /// What stands there.
+    pub hypothesis: Hypothesis,
+    /// By how much the best bent hypothesis is better than straight rays inside the masks, in the mean over the views kept
+    /// aside [dB].
+    pub gain_inside: f64,
+    /// Standard error of this mean [dB].
+    pub error: f64,
+    /// The same over whole views [dB].
+    pub gain_all: f64,
+    /// What `gain_inside` had to reach [dB].
+    pub margin: f64,
+    /// Everything that raced, the best first.
+    pub contestants: Vec<Contestant>,
+}
+
+/// What the judge decided.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Views kept aside until the decision.
+    pub views: usize,
+    /// Share of the run after which it was decided.
+    pub progress: f64,
+    /// Time that the decision took, the search included [s].
+    pub seconds: f64,
+    /// One per region that was found.
+    pub regions: Vec<RegionVerdict>,
+}
+
+impl Verdict {
+    /// Whether rays bend in some region.
+    pub fn bends(&self) -> bool {
+        self.regions.iter().any(|r| r.hypothesis != Hypothesis::Straight)
+    }
+}
+
+/// Why rays that were to bend stay straight.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StayReason {
+    /// Nothing refractive was found.
+    #[error(transparent)]
+    NotFound(#[from] crate::initial::LocateError),
+    /// A box was given, and nothing says what is in it.
+    #[error(
+        "the box says where to look, but without masks nothing says what stands there; give masks, or choose a shape that \
+         fills the box with --set shape.start=ball or --set shape.start=block"
+    )]
+    OnlyABox,
+    /// Straight rays explain the views that were kept aside better, or as well.
+    #[error(
+        "straight rays explain the views that were kept aside as well as bent ones (--refraction on bends them all the same)"
+    )]
+    Judged,
+}
