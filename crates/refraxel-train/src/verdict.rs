@@ -127,4 +127,9 @@ pub enum StayReason {
         "straight rays explain the views that were kept aside as well as bent ones (--refraction on bends them all the same)"
     )]
     Judged,
+    /// The run is too short for a race, and no hypothesis fits clearly better than straight rays do.
+    #[error(
+        "the run is too short for hypotheses to race, and none of them explains what is seen better than straight rays do;          give it more time or steps, or bend rays all the same with --refraction on"
+    )]
+    TooShort,
 }

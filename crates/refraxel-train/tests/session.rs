@@ -209,6 +209,36 @@ fn a_run_that_is_stopped_anywhere_and_resumed_ends_with_the_same_bits() {
     }
 }
 
+/// The last bits of a run with a graded index of 30 steps that stops after so many, is saved and read again.
+fn graded(stop: u64) -> Vec<u8> {
+    let mut options = options(true);
+    for (key, value) in [
+        ("run.steps", "30"),
+        ("search.profile", "graded"),
+        ("search.enabled", "off"),
+        ("judge.enabled", "off"),
+    ] {
+        options.set(key, value).unwrap();
+    }
+    let setup = || Setup::new(glass_ball(), options.clone());
+    let mut session = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
+    if stop > 0 {
+        session.run(Until::step(stop), &mut |_| {}).unwrap();
+        let run = Run::read(&bytes(&session)[..]).unwrap();
+        session = Session::resume(setup(), run, CpuBackend::resumed, &mut |_| {}).unwrap();
+    }
+    finish(&mut session);
+    bytes(&session)
+}
+
+#[test]
+fn a_graded_index_goes_on_bit_by_bit_from_any_step() {
+    let whole = graded(0);
+    for stop in [12, 17, 22, 29] {
+        assert!(graded(stop) == whole, "stopped after {stop} steps");
+    }
+}
+
 #[test]
 fn another_thread_gets_a_copy_while_the_run_goes_on() {
     let mut session = start(false, CpuBackend::new);

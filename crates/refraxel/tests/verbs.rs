@@ -139,7 +139,8 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (glass(folder.path()), folder.path().join("run"));
+    let data = refractive(folder.path(), "glass_ball", 30, 64);
+    let run = folder.path().join("run");
     let options = [
         "--set",
         "steps=400",
@@ -152,7 +153,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
         "--set",
         "judge.enabled=off",
         "--set",
-        "shape.faces=off", // 40 pixels tell little of a shape
+        "shape.faces=off", // 64 pixels tell little of a shape
     ];
     let trained = train(&data, &run, &[&options[..], &["--json"]].concat()).done().json();
     let index = trained["ior"]["mean_inside"].as_f64().unwrap();
@@ -177,7 +178,7 @@ fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let options = ["steps=100", "grid.resolution=32", "straight_steps=20", "reflection.bake_period=20"];
     for cache in ["learned", "baked"] {
         let cache = format!("reflection.cache={cache}");
-        let mut words = vec!["--reflection", "on", "--set", &cache];
+        let mut words = vec!["--refraction", "on", "--reflection", "on", "--set", &cache];
         words.extend(options.iter().flat_map(|o| ["--set", o]));
         train(&data, &whole, &words).done();
         let stopped = train(&data, &run, &[&words[..], &["--set", "stop_after=70"]].concat());

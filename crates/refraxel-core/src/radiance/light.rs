@@ -7,7 +7,7 @@
 
 use crate::Real;
 
-/// Codes below this are proportional to light [code].
+/// Codes below this are proportional to light [1, a code].
 const TOE: f64 = 0.04045;
 /// Slope of code by light below [`TOE`] [1].
 const TOE_SLOPE: f64 = 12.92;
@@ -96,11 +96,11 @@ pub struct Filter<T> {
 /// A colour behind a [`Filter`], and its derivatives per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filtered<T> {
-    /// What is seen [code].
+    /// What is seen [1, a code].
     pub colour: [T; 3],
     /// dcolour/d(colour before) [1], theory (7.19).
     pub slope: [T; 3],
-    /// dcolour/dthickness [code], <= 0, theory (7.19).
+    /// dcolour/dthickness [1, a code], <= 0, theory (7.19).
     pub by_thickness: [T; 3],
 }
 

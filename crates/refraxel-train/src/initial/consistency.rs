@@ -15,7 +15,7 @@ use refraxel_core::{Aabb, Domain, Extent, Ray};
 /// out, a stricter hull tells the others apart.
 const SHARES: [f32; 3] = [0.75, 0.85, 0.9];
 /// Nodes along the longest edge of each hull.
-const NODES: u32 = 48;
+const NODES: u32 = 40;
 /// A mask contradicts the others when its overlap is less than the median of all views by this much, and by
 const FAR: f32 = 0.15;
 /// so many standard deviations, which 1.48 median deviations from the median estimate.

@@ -34,12 +34,12 @@ impl Default for Vote {
 pub struct Hull {
     /// The grid, with voxels that are nearly cubic.
     pub domain: Domain<f32>,
-    /// Share of each node's voxel that is inside, from 2³ samples.
+    /// Share of each node's voxel that is inside, were the surface a plane through it: ½ − distance/voxel, 0 to 1.
     pub fraction: Vec<f32>,
     /// Estimate of the signed distance to the surface [scene unit], negative inside: of the signed distances to the
     /// silhouettes of all views that vote, the largest that the vote does not overrule. Sharp to a fraction of a pixel
-    /// near the surface; away from it outside a lower bound, inside the distance to the nearest silhouette's cone. Where
-    /// too few views vote it is the diagonal of the grid.
+    /// within a voxel of the surface; away from it outside a lower bound, inside the distance to the nearest silhouette's
+    /// cone, both the mean of neighbours. Where too few views vote it is the diagonal of the grid.
     pub distance: Vec<f32>,
 }
 
@@ -55,52 +55,105 @@ impl Outlines {
     /// is subtracted: that of the share depends on the curvature and on the views.
     pub fn hull(&self, domain: &Domain<f32>, vote: &Vote) -> Hull {
         let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
+        let mut distance = vec![f32::NAN; n[0] * n[1] * n[2]];
+        // Every second node of each axis first. The others only where these say that the surface may be within a voxel.
+        self.ask_nodes(domain, vote, &mut distance, |node| Wanted::at_even(node, n));
+        let even = distance.clone();
+        self.ask_nodes(domain, vote, &mut distance, |node| Wanted::beside_even(node, n, &even, voxel));
+        let fraction = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
+        Hull { domain: *domain, fraction, distance }
+    }
+
+    /// Sets the distances of those nodes that are wanted.
+    fn ask_nodes(
+        &self,
+        domain: &Domain<f32>,
+        vote: &Vote,
+        distance: &mut [f32],
+        wanted: impl Fn(usize) -> Wanted + Sync,
+    ) {
+        let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
         let far = domain.bounds.extent().length();
-        let mut distance = vec![far; n[0] * n[1] * n[2]];
         distance.par_chunks_exact_mut(n[0]).enumerate().for_each_init(Scratch::default, |s, (row, out)| {
             if self.is_cancelled() {
                 return;
             }
             s.points.clear();
-            s.points.extend((0..n[0]).map(|x| domain.position(node_of(x, row, n))));
+            s.nodes.clear();
+            for (x, value) in out.iter_mut().enumerate() {
+                match wanted(row * n[0] + x) {
+                    Wanted::Asked => {
+                        s.nodes.push(x);
+                        s.points.push(domain.position(node_of(x, row, n)));
+                    }
+                    Wanted::Known(d) => *value = d,
+                    Wanted::No => {}
+                }
+            }
             self.ask(&s.points, vote.margin * voxel, &mut s.votes, |k, votes| {
-                out[k] = decide(votes, vote).unwrap_or(far).clamp(-far, far);
+                out[s.nodes[k]] = decide(votes, vote).unwrap_or(far).clamp(-far, far);
             });
         });
-        let fraction = self.fraction(domain, vote, &distance);
-        Hull { domain: *domain, fraction, distance }
+    }
+}
+
+/// What is wanted of a node.
+enum Wanted {
+    /// The views are asked.
+    Asked,
+    /// The distance is known.
+    Known(f32),
+    /// Nothing.
+    No,
+}
+
+/// Distances change by at most 1 per unit of length where the same views vote. A node has one that was asked within √3
+/// voxels: where that one is further from the surface than this, the node is further than a voxel [voxel].
+const REACH: f32 = 3.0;
+
+impl Wanted {
+    /// Every second node along each axis, and the last.
+    fn at_even(node: usize, n: [usize; 3]) -> Self {
+        let even = (0..3).all(|a| is_even(coordinate(node, n, a), n[a]));
+        if even { Self::Asked } else { Self::No }
     }
 
-    /// Supersampled where the surface may cross a voxel, by the sign of the distance elsewhere.
-    fn fraction(&self, domain: &Domain<f32>, vote: &Vote, distance: &[f32]) -> Vec<f32> {
-        let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
-        let mut fraction: Vec<f32> = distance.iter().map(|&d| if d <= 0.0 { 1.0 } else { 0.0 }).collect();
-        fraction.par_chunks_exact_mut(n[0]).enumerate().for_each_init(Scratch::default, |s, (row, out)| {
-            if self.is_cancelled() {
-                return;
+    /// The nodes between those, where the surface may be near.
+    fn beside_even(node: usize, n: [usize; 3], even: &[f32], voxel: f32) -> Self {
+        if !even[node].is_nan() {
+            return Self::No;
+        }
+        let stride = [1, n[0], n[0] * n[1]];
+        let (mut corners, mut count) = ([node; 8], 1);
+        for a in (0..3).filter(|&a| !is_even(coordinate(node, n, a), n[a])) {
+            for k in 0..count {
+                corners[count + k] = corners[k] + stride[a];
+                corners[k] -= stride[a];
             }
-            s.points.clear();
-            let near: Vec<usize> =
-                (0..n[0]).filter(|&x| may_be_cut(distance, n, row * n[0] + x, voxel)).collect();
-            for &x in &near {
-                out[x] = 0.0;
-                s.points.extend((0..8).map(|k| {
-                    let quarter = |bit: usize| if k >> bit & 1 == 1 { 0.25 } else { -0.25 };
-                    domain.position(node_of(x, row, n) + vec3(quarter(0), quarter(1), quarter(2)))
-                }));
-            }
-            self.ask(&s.points, vote.margin * voxel, &mut s.votes, |k, votes| {
-                let is_inside = decide(votes, vote).is_some_and(|d| d <= 0.0);
-                out[near[k / 8]] += if is_inside { 0.125 } else { 0.0 };
-            });
-        });
-        fraction
+            count *= 2;
+        }
+        let of = || corners[..count].iter().map(|&c| even[c]);
+        let inside = of().filter(|d| *d <= 0.0).count();
+        if (inside > 0 && inside < count) || of().any(|d| d.abs() < REACH * voxel) {
+            return Self::Asked;
+        }
+        Self::Known(of().sum::<f32>() / count as f32)
     }
+}
+
+fn is_even(at: usize, n: usize) -> bool {
+    at.is_multiple_of(2) || at + 1 == n
+}
+
+fn coordinate(node: usize, n: [usize; 3], axis: usize) -> usize {
+    let stride = [1, n[0], n[0] * n[1]];
+    node / stride[axis] % n[axis]
 }
 
 #[derive(Default)]
 struct Scratch {
     points: Vec<Vec3<f32>>,
+    nodes: Vec<usize>,
     votes: Vec<f32>,
 }
 
@@ -127,19 +180,6 @@ fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
     let overruled = ((1.0 - vote.share) * cast as f32 + ROUNDING) as usize;
     let rank = overruled.max(vote.dissent.min(cast / MOST_DISSENT)).min(cast - 1);
     Some(*votes.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1)
-}
-
-/// Whether the surface may cross the voxel of a node: it is near, or on the other side of a neighbour.
-fn may_be_cut(distance: &[f32], n: [usize; 3], node: usize, voxel: f32) -> bool {
-    let d = distance[node];
-    let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
-    let strides = [1, n[0], n[0] * n[1]];
-    let differs = |k: usize| (distance[k] <= 0.0) != (d <= 0.0);
-    // Half the diagonal of a voxel is 0.87; the distance is an estimate.
-    d.abs() < 1.1 * voxel
-        || (0..3).any(|a| {
-            (at[a] > 0 && differs(node - strides[a])) || (at[a] + 1 < n[a] && differs(node + strides[a]))
-        })
 }
 
 #[cfg(test)]

@@ -226,7 +226,7 @@ impl Outline {
     }
 
     /// Pixel coordinates of the point at `d` from the camera, and what one pixel covers there [scene unit].
-    #[inline]
+    #[inline(always)]
     fn project(&self, d: Vec3<f32>) -> Option<([f32; 2], f32)> {
         if let Some(rows) = &self.pinhole {
             let (z, c) = (rows[2].dot(d), self.camera.center);
@@ -242,7 +242,7 @@ impl Outline {
     /// Signed distance [scene unit] to the cone of the silhouette: that in the image times the footprint of a pixel at
     /// the point's depth. To first order in the distance from the cone, and up to the cosine of the edge's angle from the
     /// axis (6 % at the border of a field of view of 40°). `None`: out of the picture. Infinite: hidden.
-    #[inline]
+    #[inline(always)]
     fn distance_at(&self, x: Vec3<f32>, margin: f32) -> Option<f32> {
         let d = x - self.centre;
         let ([u, v], footprint) = self.project(d)?;
@@ -262,7 +262,7 @@ impl Outline {
         Some(if abstains { f32::INFINITY } else { pixels * footprint })
     }
 
-    #[inline]
+    #[inline(always)]
     fn bilinear(&self, u: f32, v: f32) -> f32 {
         let [w, h] = self.size;
         let (x, y) = (u as usize, v as usize);

@@ -47,6 +47,8 @@ struct Runner {
     /// One per region; `None` for straight rays.
     candidates: Vec<Option<Candidate>>,
     steps: u64,
+    /// Steps that it did before the race, and that count.
+    ahead: u64,
     state: Option<State>,
     /// A step overflowed.
     failed: bool,
@@ -76,15 +78,62 @@ impl<'a, 'w, B: Backend> Trained<'a, 'w, B> {
         field: &'a Field<'a>,
         watch: &'a mut Watch<'w>,
         heats: Vec<Vec<Candidate>>,
-        course: Course,
     ) -> Self {
         let Field { known, regions, start } = field;
         let straight = vec![None; regions.len()];
         let bent = heats.into_iter().map(|heat| heat.into_iter().map(Some).collect());
         let runners = std::iter::once(straight).chain(bent).map(Runner::new).collect();
-        let total = course.entries as u64 * course.first + 2 * (course.all - course.first);
-        let (aside, length) = (known.sampler.kept_aside(), course.all);
-        Self { backend, known, regions, start, watch, aside, length, runners, done: 0, total }
+        let aside = known.sampler.kept_aside();
+        Self { backend, known, regions, start, watch, aside, length: u64::MAX, runners, done: 0, total: 0 }
+    }
+
+    /// States how long the race will be.
+    pub(super) fn set_course(&mut self, course: Course) {
+        self.length = course.all;
+        self.total = course.entries as u64 * course.first + 2 * (course.all - course.first);
+    }
+
+    /// How long a step with bent rays takes [s]: that of the best candidates, which have these steps behind them then.
+    pub(super) fn seconds_per_step(&mut self) -> Result<f64, Cancelled> {
+        const BEST: Entry = STRAIGHT + 1;
+        self.load(BEST)?;
+        self.steps(BEST, 1)?;
+        let clock = Instant::now();
+        self.steps(BEST, TIMED)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        self.runners[BEST].ahead = 1 + TIMED;
+        self.keep(BEST);
+        Ok(seconds / TIMED as f64)
+    }
+
+    /// Keeps what the backend holds as what an entry has learned, unless it failed.
+    fn keep(&mut self, entry: Entry) {
+        let runner = &mut self.runners[entry];
+        runner.state = (!runner.failed).then(|| State::of(self.backend));
+    }
+
+    /// So many steps of the entry that the backend holds.
+    fn steps(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled> {
+        let options = self.known.options;
+        let share = options.refraction.mask_ray_fraction;
+        let size = (options.run.batch as usize).min(RAYS);
+        for _ in 0..steps {
+            self.watch.progress(Task::Judging, self.done, self.total.max(self.done))?;
+            let runner = &self.runners[entry];
+            let (step, failed) = (runner.steps, runner.failed);
+            self.runners[entry].steps += 1;
+            self.done += 1;
+            if failed {
+                continue;
+            }
+            // The same rays for all entries, and none that training will draw.
+            let batch = self.known.sampler.batch(u64::MAX / 4 + step, size, Selection::Inside(share));
+            let objective = objective(options, self.known.near, self.moment(entry, step));
+            self.backend.submit(&batch, &objective, step);
+            let finite = self.backend.outcomes(true).iter().all(|o| o.finite);
+            self.runners[entry].failed = !finite;
+        }
+        Ok(())
     }
 
     /// What an entry assumes of each region.
@@ -122,7 +171,7 @@ impl<'a, 'w, B: Backend> Trained<'a, 'w, B> {
 
 impl Runner {
     fn new(candidates: Vec<Option<Candidate>>) -> Self {
-        Self { candidates, steps: 0, state: None, failed: false }
+        Self { candidates, steps: 0, ahead: 0, state: None, failed: false }
     }
 }
 
@@ -160,46 +209,12 @@ pub(super) fn clear<B: Backend>(backend: &mut B, known: &Known, inside: impl Fn(
 /// Steps that are timed.
 const TIMED: u64 = 4;
 
-/// How long a step with bent rays takes [s]. The backend then holds the start again.
-pub(super) fn seconds_per_step<B: Backend>(
-    backend: &mut B,
-    field: &Field,
-    candidates: &[Candidate],
-    watch: &mut Watch,
-) -> Result<f64, Cancelled> {
-    let course = Course { regions: field.regions.len(), entries: 2, first: TIMED, all: TIMED };
-    let mut contest = Trained::new(backend, field, watch, vec![candidates.to_vec()], course);
-    contest.learn(1, 1)?;
-    let clock = Instant::now();
-    contest.learn(1, TIMED)?;
-    let seconds = clock.elapsed().as_secs_f64();
-    field.start.clone().load(backend);
-    Ok(seconds / TIMED as f64)
-}
-
 impl<B: Backend> Contest for Trained<'_, '_, B> {
     fn learn(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled> {
         self.load(entry)?;
-        let options = self.known.options;
-        let share = options.refraction.mask_ray_fraction;
-        let size = (options.run.batch as usize).min(RAYS);
-        for _ in 0..steps {
-            self.watch.progress(Task::Judging, self.done, self.total.max(self.done))?;
-            let runner = &self.runners[entry];
-            let (step, failed) = (runner.steps, runner.failed);
-            self.runners[entry].steps += 1;
-            self.done += 1;
-            if failed {
-                continue;
-            }
-            // The same rays for all entries, and none that training will draw.
-            let batch = self.known.sampler.batch(u64::MAX / 4 + step, size, Selection::Inside(share));
-            let objective = objective(options, self.known.near, self.moment(entry, step));
-            self.backend.submit(&batch, &objective, step);
-            let finite = self.backend.outcomes(true).iter().all(|o| o.finite);
-            self.runners[entry].failed = !finite;
-        }
-        Ok(())
+        let ahead = self.runners[entry].ahead.min(steps);
+        self.runners[entry].ahead -= ahead;
+        self.steps(entry, steps - ahead)
     }
 
     fn scores(&mut self, entry: Entry) -> Vec<ViewScore> {
@@ -224,7 +239,7 @@ impl<B: Backend> Contest for Trained<'_, '_, B> {
             ViewScore { inside: inside.into_iter().map(|v| v.map(nan)).collect(), all: nan(all) }
         };
         let scores = self.aside.iter().map(score).collect();
-        self.runners[entry].state = (!failed).then(|| State::of(self.backend));
+        self.keep(entry);
         scores
     }
 

@@ -128,7 +128,8 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
         watch.tell(Event::Judged { verdict: verdict.clone() });
     }
     if candidates.iter().all(Option::is_none) {
-        return Ok(Decision { stays: Some(StayReason::Judged), verdict });
+        let why = if verdict.is_some() { StayReason::Judged } else { StayReason::TooShort };
+        return Ok(Decision { stays: Some(why), verdict });
     }
     if !goes_on {
         contest::bend(backend, known, &regions, &candidates, watch)?;
@@ -195,17 +196,20 @@ fn decide<B: Backend>(
     let is_known = regions.iter().all(Region::is_known) || known.index.is_some();
     let alone = !judge.straight.is_on() && heats.len() == 1;
     let views = known.sampler.aside();
-    let mut undecided = !judge.enabled.is_on() || is_known || alone || views == 0;
-    let mut course = Course::default();
-    if !undecided {
-        course = self::course(backend, field, &heats, watch, clock)?;
-        undecided = course.first == 0;
-    }
-    if undecided {
-        let candidates = heats[0].iter().cloned().map(Some).collect();
+    let is_searched = known.options.search.enabled.is_on() && !is_known;
+    let races = judge.enabled.is_on() && !is_known && !alone && views > 0;
+    let entries = heats.len() + 1;
+    let best = heats[0].clone();
+    let mut contest = Trained::new(backend, field, watch, heats);
+    let course = if races { course(&mut contest, field, entries, clock)? } else { Course::default() };
+    if course.first == 0 {
+        field.start.clone().load(backend);
+        // Nobody bends from a mere guess where straight rays may win.
+        let must_be_found = is_searched && judge.enabled.is_on() && judge.straight.is_on();
+        let candidates = best.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
         return Ok(Decided { candidates, verdict: None, goes_on: false });
     }
-    let mut contest = Trained::new(backend, field, watch, heats, course);
+    contest.set_course(course);
     let Outcome { finalist, mut verdicts } = race(&mut contest, course, judge)?;
     let mut candidates = contest.candidates(finalist).to_vec();
     for (verdict, candidate) in verdicts.iter_mut().zip(&mut candidates) {
@@ -227,24 +231,26 @@ fn decide<B: Backend>(
     Ok(Decided { candidates, verdict, goes_on })
 }
 
+/// A run whose shortest race would take more than this part of it has none.
+const MOST_RACING: f64 = 0.3;
+
 /// How long a race of so many entries may be: what the search leaves of the share of the run. Where the run has a clock, a
 /// few steps of the best candidates are timed; else steps count alike.
 fn course<B: Backend>(
-    backend: &mut B,
+    contest: &mut Trained<B>,
     field: &Field,
-    heats: &[Vec<Candidate>],
-    watch: &mut Watch,
+    entries: usize,
     clock: Instant,
 ) -> Result<Course, Cancelled> {
     let (run, judge) = (&field.known.options.run, &field.known.options.judge);
-    let entries = heats.len() + 1;
     // All learn one third, straight rays and the best other go on: entries/3 + 2 · 2/3 of the whole length.
     let shares = (entries as f64 + 4.0) / 3.0;
     let all = if run.minutes > 0.0 {
-        let per_step = contest::seconds_per_step(backend, field, &heats[0], watch)?;
+        let per_step = contest.seconds_per_step()?;
         let left = judge.cost * 60.0 * run.minutes - clock.elapsed().as_secs_f64();
-        let all = (left.max(0.0) / (per_step * shares)) as u64;
-        if all < judge.least_steps / 3 { 0 } else { all }
+        let all = ((left.max(0.0) / (per_step * shares)) as u64).max(judge.least_steps);
+        let seconds = all as f64 * per_step * shares;
+        if seconds > MOST_RACING * 60.0 * run.minutes { 0 } else { all }
     } else {
         let budget = (judge.cost * run.steps as f64 / shares) as u64;
         if run.steps < 3 * judge.least_steps { 0 } else { budget.max(judge.least_steps) }

@@ -6,7 +6,7 @@ use crate::initial::Site;
 use crate::model::polyhedron::Polyhedron;
 use crate::model::{Gate, RegionState};
 use crate::options::Options;
-use refraxel_core::{LevelSet, Ray, Vec3};
+use refraxel_core::{Domain, LevelSet, Ray, Vec3};
 
 /// A refractive region before it has an index.
 pub(super) struct Region {
@@ -34,7 +34,14 @@ pub(super) struct Region {
     pub water: Option<Water>,
     /// Other regions reach into its box: its surface must be sharp.
     pub is_shared: bool,
+    /// What an offset of the surface counts in [scene unit]: a voxel of the finest grid.
+    pub unit: f32,
 }
+
+/// Nodes of a [sketch](Region::sketch), about.
+const SKETCH_NODES: f64 = 1.2e5;
+/// A sketch has voxels at most this much larger: thin things must not vanish.
+const SKETCH_COARSER: f64 = 2.0;
 
 /// Water that is seen through its surface only, from above.
 #[derive(Clone)]
@@ -66,6 +73,7 @@ impl Region {
             up: None,
             water: None,
             is_shared: false,
+            unit: site.domain().voxel(),
         }
     }
 
@@ -103,7 +111,34 @@ impl Region {
             up: None,
             water: None,
             is_shared: false,
+            unit: voxel,
         }
+    }
+
+    /// The same region on a coarser grid, where a search tries many shapes in the time that one takes here. Rays through a
+    /// smooth surface hardly feel the grid.
+    pub(super) fn sketch(&self, options: &Options) -> Option<Self> {
+        let (surface, nodes) = (self.surface.as_ref()?, self.distance.len() as f64);
+        let coarser = (nodes / SKETCH_NODES).cbrt().min(SKETCH_COARSER);
+        if self.is_known() || coarser <= 1.0 {
+            return None;
+        }
+        let site = Site { resolution: fewer(self.site.resolution, coarser), ..self.site };
+        let surface = LevelSet::from_samples(site.bounds, site.resolution, |x| surface.value(x));
+        let water = self.water.as_ref().map(|w| {
+            let Domain { bounds, resolution, .. } = *w.highest.domain();
+            let value = |x| w.highest.value(x);
+            Water { highest: LevelSet::from_samples(bounds, fewer(resolution, coarser), value), ..w.clone() }
+        });
+        Some(Self {
+            solid: self.solid.clone(),
+            faceted: self.faceted.clone(),
+            up: self.up,
+            water,
+            is_shared: self.is_shared,
+            unit: self.unit,
+            ..Self::new(site, surface, options)
+        })
     }
 
     /// Its index is known from a file.
@@ -157,4 +192,9 @@ impl Region {
             None => self.site.bounds.clip(ray).is_some(),
         }
     }
+}
+
+/// Nodes per axis of a grid over the same box whose voxels are larger by a factor.
+fn fewer(resolution: [u32; 3], by: f64) -> [u32; 3] {
+    resolution.map(|n| (f64::from(n - 1) / by).round().max(8.0) as u32 + 1)
 }

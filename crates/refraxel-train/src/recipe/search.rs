@@ -78,7 +78,8 @@ enum Care {
 /// A search under way.
 struct Search<'a, 'w, B> {
     backend: &'a mut B,
-    regions: &'a [Region],
+    /// Or sketches of them.
+    regions: &'a [&'a Region],
     options: &'a Options,
     watch: &'a mut Watch<'w>,
     /// What stands in the other regions meanwhile.
@@ -97,10 +98,12 @@ pub(super) fn fits<B: Backend>(
 ) -> Result<Vec<Fits>, Cancelled> {
     let options = known.options;
     let judges: Vec<Judge> = regions.iter().map(|r| Judge::new(known, r, regions.len() == 1)).collect();
+    let sketches: Vec<Option<Region>> = regions.iter().map(|r| r.sketch(options)).collect();
+    let regions: Vec<&Region> = regions.iter().zip(&sketches).map(|(r, s)| s.as_ref().unwrap_or(r)).collect();
     backend.set_medium(Refraction::none());
     let straight: Vec<f64> = judges.iter().map(|j| j.error(backend, Care::Last)).collect();
     let standing = vec![None; regions.len()];
-    let mut search = Search { backend, regions, options, watch, standing, done: 0, total: 0 };
+    let mut search = Search { backend, regions: &regions, options, watch, standing, done: 0, total: 0 };
     search.total = regions.iter().map(|r| search.candidates(r)).sum();
     let mut found = Vec::with_capacity(regions.len());
     for (k, judge) in judges.iter().enumerate() {
@@ -119,7 +122,7 @@ pub(super) fn fits<B: Backend>(
 impl<B: Backend> Search<'_, '_, B> {
     /// Whether anything is searched at all.
     fn searches(&self) -> bool {
-        self.options.search.enabled.is_on() && !self.regions.iter().all(Region::is_known)
+        self.options.search.enabled.is_on() && !self.regions.iter().all(|r| r.is_known())
     }
 
     /// About how many candidates a region has.
@@ -138,7 +141,7 @@ impl<B: Backend> Search<'_, '_, B> {
     /// others must be better by a margin.
     fn all(&mut self, region: usize, judge: &Judge, straight: f64) -> Result<Vec<Fit>, Cancelled> {
         let mut found: Vec<Fit> = Vec::new();
-        for (k, proposal) in proposals(&self.regions[region], self.options).into_iter().enumerate() {
+        for (k, proposal) in proposals(self.regions[region], self.options).into_iter().enumerate() {
             if k > 0 && !self.searches() {
                 break;
             }
@@ -148,7 +151,7 @@ impl<B: Backend> Search<'_, '_, B> {
             }
             let mut fit = self.best(region, proposal, judge)?;
             let (hypothesis, misfit) = (proposal.kind, fit.error);
-            let numbers = fit.candidate.found(&self.regions[region]);
+            let numbers = fit.candidate.found(self.regions[region]);
             self.watch.tell(Event::IndexSearched { region, hypothesis, found: numbers, misfit });
             if k > 0 {
                 fit.error /= self.options.search.better;
@@ -161,7 +164,7 @@ impl<B: Backend> Search<'_, '_, B> {
 
     /// The least error of one hypothesis on a region.
     fn best(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
-        let place = &self.regions[region];
+        let place = self.regions[region];
         let guess = Candidate::guess(proposal, place, self.options);
         if !self.searches() {
             let error = self.error(region, &guess, judge, Care::Last)?;
@@ -182,7 +185,7 @@ impl<B: Backend> Search<'_, '_, B> {
         judge: &Judge,
         pass: usize,
     ) -> Result<Fit, Cancelled> {
-        let unknowns = (from.proposal.unknowns)(&self.regions[region]);
+        let unknowns = (from.proposal.unknowns)(self.regions[region]);
         let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
         let mut fit = Fit { error: f64::INFINITY, candidate: from };
         for pass in pass..passes {
@@ -250,7 +253,7 @@ impl<B: Backend> Search<'_, '_, B> {
             .flat_map(|(k, r)| standing(k).map_or(Vec::new(), |c| c.bodies(r, self.options)))
             .collect();
         self.backend.set_medium(refraction(bodies, self.options));
-        Ok(judge.error(self.backend, care) * prior(candidate, &self.regions[region], &self.options.search))
+        Ok(judge.error(self.backend, care) * prior(candidate, self.regions[region], &self.options.search))
     }
 }
 

@@ -22,6 +22,8 @@ const LEAST: [f32; 6] = [0.9, 0.7, 0.5, 0.35, 0.2, 0.1];
 const DISSENT: [usize; 3] = [0, 1, 2];
 /// A stricter vote will do when its hull meets this part of the rays inside masks that the loosest one meets.
 const COVERED: f64 = 0.98;
+/// Nodes along the longest edge of the hulls that votes are compared by.
+const VOTED: u32 = 36;
 /// Longest edge of the maps that masks are compared with each other on [sample].
 const COMPARED: usize = 80;
 
@@ -90,7 +92,7 @@ fn occluders(backend: &impl Backend, camera: &Camera, pixels: &[usize], marching
 pub(super) fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, options: &Options) -> Vote {
     let vote =
         |dissent: usize, least: f32| Vote { share: options.shape.vote, dissent, least, ..Vote::default() };
-    let domain = Domain::with_longest(*bounds, Extent::Bounded, 48);
+    let domain = Domain::with_longest(*bounds, Extent::Bounded, VOTED);
     let covered = |vote: &Vote| {
         let gate = Gate::new(domain, &outlines.hull(&domain, vote).fraction);
         rays.iter().filter(|r| gate.admits(r)).count() as f64

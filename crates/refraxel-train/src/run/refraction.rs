@@ -79,8 +79,12 @@ pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> 
     stored.collect()
 }
 
-/// Per region: coefficients of w, both moments, the same of the surface, and what is trainable and gated; the last two are
-/// empty where there is none.
+/// No index is larger.
+const LARGEST: f32 = 10.0;
+
+/// Per region: coefficients of w, both moments, the same of the surface, what is trainable and gated, and of a
+/// field without a surface which cells rays march; the first two of these are empty
+/// where there is none.
 pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
     let mut out = Vec::new();
     let regions = model.refraction.medium.regions().iter().zip(&optimiser.index).enumerate();
@@ -93,11 +97,15 @@ pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tens
             put(".surface", level.coefficients());
             put(".surface_first_moment", &moments.surface.first);
             put(".surface_second_moment", &moments.surface.second);
+        } else {
+            put(".largest", &[region.largest_index()]);
         }
         let state = model.refraction.states.get(k);
         let trainable = state.map_or(Vec::new(), |s| s.trainable.iter().map(|&t| u8::from(t)).collect());
         let gate = state.and_then(|s| s.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
-        for (name, bytes) in [(".free", trainable), (".gate", gate)] {
+        let marched = || (".marched", region.marched_cells().into_iter().map(u8::from).collect());
+        let marched = region.level_set().is_none().then(marched);
+        for (name, bytes) in [(".free", trainable), (".gate", gate)].into_iter().chain(marched) {
             let tensor = Tensor { shape: vec![bytes.len()], data: TensorData::U8(bytes) };
             out.push((format!("index.{k}{name}"), tensor));
         }
@@ -124,6 +132,9 @@ pub(super) fn restore(
     let medium = Medium::new(grids).map_err(|e| file.wrong(&e.to_string()))?;
     let mut refraction = Refraction { medium, optics: options.optics(), states };
     refraction.find_flat_cells();
+    for (k, stored) in regions.iter().enumerate() {
+        RegionFile { stored, k, file }.restore_marched(refraction.medium.region_mut(k))?;
+    }
     Ok((refraction, moments))
 }
 
@@ -196,6 +207,21 @@ impl RegionFile<'_> {
         let second = self.values(".surface_second_moment", n)?;
         let surface = AdamMoments { first, second, steps: surface_steps };
         Ok((grid, IndexMoments { index, surface, absorption }))
+    }
+
+    /// Which cells rays march, as they did when the run was saved: they are found again every few steps only, so that a run
+    /// that goes on would else differ in its last bits. Checkpoints of earlier versions do not tell.
+    fn restore_marched(&mut self, grid: &mut IndexGrid<f32>) -> Result<(), CheckpointError> {
+        let name = format!("index.{}.marched", self.k);
+        if self.stored.surface_resolution.is_some() || !self.file.contains(&name) {
+            return Ok(());
+        }
+        let marched: Vec<bool> = self.bytes(".marched")?.into_iter().map(|m| m > 0).collect();
+        let largest = self.values(".largest", 1)?[0];
+        if largest > LARGEST || !grid.set_marched_cells(&marched, largest) {
+            return Err(self.wrong("has flags of marched cells, or a bound of its index, that do not fit it"));
+        }
+        Ok(())
     }
 
     /// What belongs to the region besides its index; its surface has `surface_nodes` nodes.

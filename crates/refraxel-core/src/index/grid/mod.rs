@@ -137,6 +137,26 @@ impl<T: Real> IndexGrid<T> {
         self.largest_index = (largest + largest).sqrt();
     }
 
+    /// Per cell (n − 1 per axis, x fastest) whether rays march it, as of the last [`Self::find_flat_cells`]. With
+    /// [`Self::largest_index`] it says how rays move where the coefficients have changed since.
+    pub fn marched_cells(&self) -> Vec<bool> {
+        self.lattice.clearance.iter().map(|d| *d == 0).collect()
+    }
+
+    /// Sets what an earlier [`Self::find_flat_cells`] found. False, without a change, unless there is one flag per cell and
+    /// the bound is a number of at least 1.
+    #[must_use]
+    pub fn set_marched_cells(&mut self, marched: &[bool], largest_index: T) -> bool {
+        let fits = marched.len() == self.lattice.clearance.len();
+        let is_bound = largest_index >= T::one() && largest_index.is_finite();
+        if fits && is_bound {
+            self.lattice.clearance = flat::distance_to(marched, self.lattice.nodes());
+            self.is_uniform = !marched.contains(&true);
+            self.largest_index = largest_index;
+        }
+        fits && is_bound
+    }
+
     /// Edge length of a voxel [scene unit], the smallest of the three axes.
     pub fn voxel(&self) -> T {
         self.lattice.domain.voxel()

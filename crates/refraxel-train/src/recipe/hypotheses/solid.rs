@@ -14,12 +14,7 @@ pub(super) const SOLID: Proposal =
 
 fn unknowns() -> Vec<Unknown> {
     let range = [-OFFSET, OFFSET];
-    let offset = Unknown {
-        name: "offset",
-        first: vec![-3.0, -1.5, 0.0, 1.5, 3.0],
-        fine: vec![0.5, 0.25, 0.25],
-        range,
-    };
+    let offset = Unknown { name: "offset", first: vec![-2.8, 0.0, 2.8], fine: vec![0.7, 0.35, 0.2], range };
     vec![index_of_a_body(), offset]
 }
 
@@ -27,7 +22,7 @@ fn unknowns() -> Vec<Unknown> {
 const OFFSET: f32 = 4.0;
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let by = at[1] * region.site.domain().voxel();
+    let by = at[1] * region.unit;
     let solid = region.solid.clone().map(|s| s.grown(by));
     let surface = match &solid {
         Some(solid) => Some(solid.level_set(region.site.bounds, region.site.resolution)),

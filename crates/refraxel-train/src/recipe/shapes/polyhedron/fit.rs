@@ -5,6 +5,7 @@
 //! unknowns per face.
 
 use super::boundary::{Boundary, Edge, Facet};
+use rayon::prelude::*;
 use refraxel_core::Vec3;
 
 /// A line of sight that touches the body, seen from a camera whose place is known.
@@ -111,9 +112,14 @@ impl Model {
 
     /// Σ ψ(ρ) [pixel²].
     pub(super) fn cost(&self, views: &[View]) -> f64 {
-        let mut cost = 0.0;
-        self.residuals(&Boundary::of(&self.planes), views, |_, _, rho, _| cost += loss(rho));
-        cost
+        let boundary = Boundary::of(&self.planes);
+        let of_view = |view: &View| {
+            let mut cost = 0.0;
+            self.residuals(&boundary, std::slice::from_ref(view), |_, _, rho, _| cost += loss(rho));
+            cost
+        };
+        // Summed in the order of the views, whatever the threads do.
+        views.par_iter().map(of_view).collect::<Vec<f64>>().into_iter().sum()
     }
 
     /// Residuals of all lines of sight, per view.
@@ -126,7 +132,7 @@ impl Model {
             });
             misses
         };
-        views.iter().map(of_view).collect()
+        views.par_iter().map(of_view).collect()
     }
 
     /// The normal equations of a step: their matrix, by rows, and right-hand side.
