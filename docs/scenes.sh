@@ -2,10 +2,11 @@
 # Trains every refractive scene of `refraxel synth --list` three times with the same budget (straight rays, bent rays, the true
 # index held) and writes a page with one row per scene.
 #
-# usage: docs/scenes.sh OUT [MINUTES | steps=N] [size=N] [views=N] [seed=N] [scenes=NAME,NAME…]
+# usage: docs/scenes.sh OUT [MINUTES | steps=N] [size=N] [views=N] [spp=N] [seed=N] [scenes=NAME,NAME…]
 #   OUT      folder for data (OUT/SCENE), runs (OUT/runs/SCENE/straight, bent, truth) and the page (OUT/scenes.md)
 #   MINUTES  wall-clock time of each run [2]; steps=N gives each run N steps instead, which any machine can repeat
 #   size, views   edge of the pictures [200 pixels] and number of training views [100]
+#   spp      samples per pixel of the pictures [4]: more takes many minutes per scene where bodies lie in bodies
 #   seed     of the training runs [0]; the data always have seed 0
 #   scenes   only these
 # A second call with the same arguments keeps runs that have scores and starts all others anew. REFRAXEL names a program to
@@ -17,8 +18,8 @@ number() { # NAME VALUE
     case $2 in '' | *[!0-9]*) fail "$1 is '$2', expected a whole number" ;; esac
 }
 
-[ $# -ge 1 ] || fail "usage: docs/scenes.sh OUT [MINUTES | steps=N] [size=N] [views=N] [seed=N] [scenes=NAME,NAME…]"
-OUT=$1 SIZE=200 VIEWS=100 SEED=0 ONLY=
+[ $# -ge 1 ] || fail "usage: docs/scenes.sh OUT [MINUTES | steps=N] [size=N] [views=N] [spp=N] [seed=N] [scenes=NAME,NAME…]"
+OUT=$1 SIZE=200 VIEWS=100 SPP=4 SEED=0 ONLY=
 BUDGET=(--minutes 2)
 shift
 for word in "$@"; do
@@ -27,10 +28,11 @@ for word in "$@"; do
         steps=*) number steps "$value" && BUDGET=(--set "run.steps=$value") ;;
         size=*) number size "$value" && SIZE=$value ;;
         views=*) number views "$value" && VIEWS=$value ;;
+        spp=*) number spp "$value" && SPP=$value ;;
         seed=*) number seed "$value" && SEED=$value ;;
         scenes=*) ONLY=${value//,/ } ;;
         [0-9]*) BUDGET=(--minutes "$word") ;;
-        *) fail "unknown argument '$word'; expected MINUTES, steps=N, size=N, views=N, seed=N or scenes=NAME,NAME…" ;;
+        *) fail "unknown argument '$word'; expected MINUTES, steps=N, size=N, views=N, spp=N, seed=N or scenes=NAME,NAME…" ;;
     esac
 done
 
@@ -56,13 +58,13 @@ for name in $SCENES; do
 done
 
 # Runs of different budgets do not belong in one table.
-BUDGET_TEXT="${BUDGET[*]} --seed $SEED, pictures of $SIZE pixels, $VIEWS training views"
+BUDGET_TEXT="${BUDGET[*]} --seed $SEED, pictures of $SIZE pixels, $VIEWS training views, $SPP samples per pixel"
 if [ -f "$OUT/budget.txt" ] && [ "$(cat "$OUT/budget.txt")" != "$BUDGET_TEXT" ]; then
     fail "$OUT holds runs with '$(cat "$OUT/budget.txt")', expected '$BUDGET_TEXT'; choose another folder"
 fi
 printf '%s\n' "$BUDGET_TEXT" >"$OUT/budget.txt"
 
-SYNTH=(--size "$SIZE" --views "$VIEWS" --quiet)
+SYNTH=(--size "$SIZE" --views "$VIEWS" --spp "$SPP" --detail-spp 0 --quiet)
 # guarded NAME COMMAND…: a failure is noted and leaves dashes in the table. Ctrl-C or a signal ends the command and the script.
 CHILD=
 trap '[ -z "$CHILD" ] || { kill "$CHILD" 2>/dev/null; wait "$CHILD"; }; exit 130' INT TERM HUP

@@ -228,7 +228,12 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
 fn pictures_of_reflection_and_transmission_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run, out) = (glass(folder.path()), folder.path().join("run"), folder.path().join("views"));
-    train(&data, &run, &["--reflection", "on", "--set", "steps=80", "--set", "straight_steps=20"]).done();
+    train(
+        &data,
+        &run,
+        &["--refraction", "on", "--reflection", "on", "--set", "steps=80", "--set", "straight_steps=20"],
+    )
+    .done();
     let layers = "colour,reflection,transmission,normal";
     refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&out), "--outputs", layers]).done();
     let picture = |name: &str| image::open(out.join(name)).unwrap().into_rgb8();

@@ -35,7 +35,7 @@ section! {
         /// In one step, total variation visits one in this many voxels.
         tv_period: u32 = 16, in 1..=1_048_576, "voxels";
         /// Factor on `tv_density` once rays bend: the views through a refractive medium show the scene from few sides.
-        tv_density_refractive: f32 = 5.0, in 0.0..=1000.0;
+        tv_density_refractive: f32 = 2.0, in 0.0..=1000.0;
         /// Rows of the learned panorama behind an unbounded scene.
         background_rows: u32 = 64, in 1..=2048, "rows";
     }

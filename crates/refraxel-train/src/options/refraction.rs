@@ -20,7 +20,7 @@ section! {
         /// Share of the run after them in which only the index learns.
         index_alone_share: f64 = 0.02, in 0.0..=0.7;
         /// When rays begin to bend, at least this fraction of the rays of a batch lies inside masks.
-        mask_ray_fraction: f64 = 0.4, in 0.0..=1.0;
+        mask_ray_fraction: f64 = 0.3, in 0.0..=1.0;
         /// Factor on `mask_ray_fraction` that is reached, linearly in time, at the end of the run.
         mask_ray_decay: f64 = 0.0, in 0.0..=1.0;
         /// Raw density inside the refractive shape when rays begin to bend.

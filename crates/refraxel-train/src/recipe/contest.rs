@@ -20,7 +20,7 @@ const ALONE: f64 = 0.15;
 /// Pixels of a region that a view must show to have a say.
 const LEAST_PIXELS: usize = 20;
 /// Rays of a batch at most.
-const RAYS: usize = 4096;
+const RAYS: usize = 2048;
 
 /// A model under way.
 #[derive(Clone)]

@@ -248,9 +248,9 @@ fn course<B: Backend>(
     let all = if run.minutes > 0.0 {
         let per_step = contest.seconds_per_step()?;
         let left = judge.cost * 60.0 * run.minutes - clock.elapsed().as_secs_f64();
+        let shortest = judge.least_steps as f64 * per_step * shares;
         let all = ((left.max(0.0) / (per_step * shares)) as u64).max(judge.least_steps);
-        let seconds = all as f64 * per_step * shares;
-        if seconds > MOST_RACING * 60.0 * run.minutes { 0 } else { all }
+        if shortest > MOST_RACING * 60.0 * run.minutes { 0 } else { all }
     } else {
         let budget = (judge.cost * run.steps as f64 / shares) as u64;
         if run.steps < 3 * judge.least_steps { 0 } else { budget.max(judge.least_steps) }

@@ -7,6 +7,7 @@ use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
 use crate::recipe::{self, Decision, Known, RecipeError};
 use crate::schedule::{Progress, training_marching};
+use crate::verdict::Verdict;
 use refraxel_core::ShDegree;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 
@@ -25,6 +26,8 @@ impl<B: Backend> Trainer<B> {
             Ok(Decision { stays: Some(why), verdict }) => {
                 // A scene without bent rays is better than none.
                 drop(before);
+                // The search and the race took their time.
+                let verdict = verdict.map(|v| Verdict { progress: self.progress().0, ..v });
                 (self.state.stays_straight, self.state.verdict) = (true, verdict);
                 events.push(Event::RaysStayStraight { why: why.clone() });
                 watch.tell(Event::RaysStayStraight { why });

@@ -132,7 +132,8 @@ fn a_general_lens_carves_what_a_pinhole_carves() {
     other.iter_mut().for_each(|c| c.lens = Lens::OpenCv { k: [1e-9, 0.0, 0.0, 0.0], p: [0.0; 2] });
     let [a, b] = [pinhole, other]
         .map(|c| Outlines::new(&silhouettes(&c, &[BALL], &[])).hull(&domain(0.62, 21), &Vote::default()));
-    assert!(a.fraction.iter().zip(&b.fraction).filter(|(a, b)| (*a - *b).abs() > 1e-3).count() < 10);
+    // A pinhole measures the footprint of a pixel along its axis, a general lens along the ray.
+    assert!(a.fraction.iter().zip(&b.fraction).filter(|(a, b)| (*a - *b).abs() > 0.05).count() < 10);
 }
 
 #[test]
