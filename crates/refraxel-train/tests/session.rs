@@ -109,10 +109,10 @@ fn a_truth_of_bodies_in_bodies_is_held_and_stored() {
 }
 
 /// A small scene with masks, written to disk and read again.
-fn scene_data(name: &str, ior: Option<f64>) -> (tempfile::TempDir, Dataset) {
+fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (tempfile::TempDir, Dataset) {
     let folder = tempfile::tempdir().unwrap();
     let options = SynthOptions {
-        size: 40,
+        size,
         views: ViewCounts { train: 30, val: 1, test: 2 },
         spp: 4,
         detail_spp: 0,
@@ -137,7 +137,7 @@ fn judged(data: Dataset, change: fn(&mut Options)) -> (Session<CpuBackend>, Vec<
 
 #[test]
 fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
-    let (_folder, data) = scene_data("glass_ball", Some(1.01));
+    let (_folder, data) = scene_data("glass_ball", 40, Some(1.01));
     let (session, events) = judged(data.clone(), |_| {});
     let verdict = session.state().verdict.as_ref().unwrap();
     assert_eq!((verdict.regions[0].hypothesis, verdict.views), (Hypothesis::Straight, 3));
@@ -152,8 +152,11 @@ fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
 
 #[test]
 fn glass_that_bends_is_judged_so() {
-    let (_folder, data) = scene_data("glass_ball", None);
-    let (ball, _) = judged(data, |_| {});
+    let (_folder, data) = scene_data("glass_ball", 64, None);
+    // Long enough to know what is seen through the glass.
+    let (ball, _) = judged(data, |o| {
+        (o.run.steps, o.run.batch, o.refraction.straight_steps) = (400, 1024, 100);
+    });
     let verdict = &ball.state().verdict.as_ref().unwrap().regions[0];
     assert!(
         verdict.hypothesis != Hypothesis::Straight && verdict.gain_inside > verdict.margin,
@@ -163,7 +166,7 @@ fn glass_that_bends_is_judged_so() {
 
 #[test]
 fn a_box_without_masks_stays_straight_and_says_so() {
-    let (_folder, data) = scene_data("opaque", None);
+    let (_folder, data) = scene_data("opaque", 40, None);
     let (session, events) = judged(data, |o| {
         o.set("refraction.bounds", "-0.5,-0.5,-0.5,0.5,0.5,0.5").unwrap();
     });
