@@ -174,6 +174,12 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
             watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
             rivals.insert(0, Candidate::guess(proposal, region, options));
         }
+        // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
+        if let Some(late) =
+            rivals.iter().skip(MOST_HEATS).position(|c| c.proposal.kind == Hypothesis::Polyhedron)
+        {
+            rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
+        }
         rivals.truncate(MOST_HEATS);
         rivals
     };

@@ -116,11 +116,12 @@ impl Region {
     }
 
     /// The same region on a coarser grid, where a search tries many shapes in the time that one takes here. Rays through a
-    /// smooth surface hardly feel the grid.
+    /// smooth surface hardly feel the grid. None where a body may have edges: those would be rounded.
     pub(super) fn sketch(&self, options: &Options) -> Option<Self> {
         let (surface, nodes) = (self.surface.as_ref()?, self.distance.len() as f64);
         let coarser = (nodes / SKETCH_NODES).cbrt().min(SKETCH_COARSER);
-        if self.is_known() || coarser <= 1.0 {
+        let has_edges = self.solid.is_some() || self.faceted.is_some();
+        if self.is_known() || has_edges || coarser <= 1.0 {
             return None;
         }
         let site = Site { resolution: fewer(self.site.resolution, coarser), ..self.site };
@@ -131,8 +132,6 @@ impl Region {
             Water { highest: LevelSet::from_samples(bounds, fewer(resolution, coarser), value), ..w.clone() }
         });
         Some(Self {
-            solid: self.solid.clone(),
-            faceted: self.faceted.clone(),
             up: self.up,
             water,
             is_shared: self.is_shared,
