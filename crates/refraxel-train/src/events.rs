@@ -44,6 +44,9 @@ pub enum Event {
         /// Number of its faces, where it is bounded by planes.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         faces: Option<usize>,
+        /// How far its outlines are from those of an ellipsoid [pixel], where it was taken for one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        ellipsoid: Option<f32>,
     },
     /// The unknown numbers of a hypothesis on a region were searched.
     IndexSearched {

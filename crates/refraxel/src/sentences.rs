@@ -10,12 +10,16 @@ pub fn sentence(event: &Event) -> Option<String> {
         Event::Stage { stage, resolution: [x, y, z], voxels } => {
             format!("stage {}: grid of {x} x {y} x {z} nodes, {voxels} voxels stored", stage + 1)
         }
-        Event::RegionFound { region, center, extent, nodes, faces } => {
+        Event::RegionFound { region, center, extent, nodes, faces, ellipsoid } => {
             let [[ex, ey, ez], [cx, cy, cz], n] = [*extent, *center, nodes.map(|n| n as f32)];
-            let faces = faces.map_or(String::new(), |n| format!(", bounded by {n} flat faces"));
+            let shape = match (faces, ellipsoid) {
+                (_, Some(misfit)) => format!(", an ellipsoid to {misfit:.2} pixels"),
+                (Some(n), _) => format!(", bounded by {n} flat faces"),
+                _ => String::new(),
+            };
             format!(
                 "refractive region {}: {ex:.3} x {ey:.3} x {ez:.3} around ({cx:.3}, {cy:.3}, {cz:.3}), \
-                 {} x {} x {} nodes{faces}",
+                 {} x {} x {} nodes{shape}",
                 region + 1,
                 n[0],
                 n[1],

@@ -29,6 +29,9 @@ section! {
         vote: f32 = 0.95, in 0.5..=1.0;
         /// Whether planes cut off the bulges of a hull that no silhouette shows.
         faces: Switch = Switch::On;
+        /// A body whose outlines leave those of an ellipsoid by at most this part of its radius, and by 0.2 pixel, is taken for
+        /// one; 0: by 0.2 pixel.
+        ellipsoid: f64 = 0.01, in 0.0..=1.0;
         /// Standard deviation of the blur of the shape [voxel of the index grid].
         smooth: f32 = 0.7, in 0.0..=8.0, "voxels";
         /// Whether only rays bend that would meet the shape on a straight line.

@@ -3,7 +3,7 @@
 use super::facets::{Face, faces, fills};
 use super::parts::parts;
 use super::region::{Region, Water};
-use super::shapes::{Basin, Faceted, polyhedron, upwards};
+use super::shapes::{Basin, Contours, Ellipsoid, Faceted, ellipsoid, polyhedron, upwards};
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
@@ -23,12 +23,32 @@ pub(super) struct Views<'a> {
     pub rays: &'a [Ray<f32>],
 }
 
-/// The convex polyhedron that the silhouettes show, sunk into what it stands on.
-fn faceted(surface: &LevelSet<f32>, views: &Views, ground: Option<Plane>) -> Option<Polyhedron> {
-    let under = ground.map(|p| Plane::facing(-p.normal(), -p.offset()));
-    let Faceted { mut body, .. } = polyhedron(views.outlines, surface, under.as_ref())?;
-    body.base = body.base.map(|p| Plane::facing(p.normal(), p.offset() + SUNK * surface.voxel()));
-    Some(body)
+/// The plane under a body, normal downwards, sunk into the ground.
+fn sunk(ground: Option<Plane>, surface: &LevelSet<f32>) -> Option<Plane> {
+    ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()))
+}
+
+/// What silhouettes show where they touch a hull.
+struct Outlined {
+    round: Option<Ellipsoid>,
+    /// Sunk into what it stands on.
+    faceted: Option<Polyhedron>,
+}
+
+impl Outlined {
+    fn new(surface: &LevelSet<f32>, views: &Views, ground: Option<Plane>, options: &Options) -> Self {
+        let under = ground.map(|p| Plane::facing(-p.normal(), -p.offset()));
+        let contours = Contours::new(views.outlines, surface, under.as_ref());
+        let round = contours.as_ref().and_then(|c| ellipsoid(c, options.shape.ellipsoid));
+        let may_have_faces = round.is_none() && options.shape.faces.is_on();
+        let contours = contours.filter(|_| may_have_faces);
+        let found = contours.and_then(|c| polyhedron(&c, surface, under.as_ref()));
+        let faceted = found.map(|Faceted { body, .. }| Polyhedron {
+            base: body.base.map(|p| Plane::facing(p.normal(), p.offset() + SUNK * surface.voxel())),
+            ..body
+        });
+        Self { round, faceted }
+    }
 }
 
 /// How far water reaches behind what any view shows of its surface [voxel].
@@ -67,13 +87,33 @@ impl Region {
         let is_shared = bodies.len() > 1;
         let region = |surface: LevelSet<f32>| {
             let ground = ground(&surface);
-            let faceted = if options.shape.faces.is_on() { faceted(&surface, views, ground) } else { None };
+            let Outlined { round, faceted } = Outlined::new(&surface, views, ground, options);
             let up = upwards(ground.as_ref(), views.outlines.cameras());
             let is_tried = options.search.rare.is_on() && !is_shared;
             let water = up.filter(|_| is_tried).and_then(|up| water(&site, views, up));
-            Self { is_shared, faceted, up, water, ..Self::hull(site, surface, views, ground, options) }
+            let hull = match &round {
+                Some(body) => Self::round(site, body, surface, ground, options),
+                None => Self::hull(site, surface, views, ground, options),
+            };
+            Self { is_shared, faceted, round, up, water, ..hull }
         };
         bodies.into_iter().map(region).collect()
+    }
+
+    /// An ellipsoid on what it stands on, instead of a hull.
+    fn round(
+        site: Site,
+        body: &Ellipsoid,
+        hull: LevelSet<f32>,
+        ground: Option<Plane>,
+        options: &Options,
+    ) -> Self {
+        let base = sunk(ground, &hull);
+        let under = |x: Vec3<f32>| base.map_or(f32::MIN, |b| b.height(x));
+        let distance = |x: Vec3<f32>| (body.distance(x.cast()) as f32).max(under(x));
+        let mut surface = LevelSet::from_samples(site.bounds, site.resolution, distance);
+        surface.redistance();
+        Self::new(site, surface, options)
     }
 
     fn hull(
@@ -83,7 +123,7 @@ impl Region {
         ground: Option<Plane>,
         options: &Options,
     ) -> Self {
-        let base = ground.map(|p| Plane::facing(-p.normal(), SUNK * surface.voxel() - p.offset()));
+        let base = sunk(ground, &surface);
         let faces = if options.shape.faces.is_on() {
             // Without what it has grown into the ground.
             faces(&Polyhedron { faces: Vec::new(), base }.cut(&surface), views.rays, base.as_ref())

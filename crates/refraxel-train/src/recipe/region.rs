@@ -1,6 +1,7 @@
 //! A refractive region before it learns: its shape, and the grid that an index gives it.
 
 use crate::blur::gaussian_blur;
+use super::shapes::Ellipsoid;
 use crate::events::Event;
 use crate::initial::Site;
 use crate::model::polyhedron::Polyhedron;
@@ -28,6 +29,8 @@ pub(super) struct Region {
     pub solid: Option<Polyhedron>,
     /// The convex polyhedron that its silhouettes show, if they may show one.
     pub faceted: Option<Polyhedron>,
+    /// The ellipsoid that its silhouettes show, if they do: its surface then.
+    pub round: Option<Ellipsoid>,
     /// Unit vector away from what it stands on, or upwards in the pictures.
     pub up: Option<Vec3<f32>>,
     /// Water below an open surface, where it may be that.
@@ -70,6 +73,7 @@ impl Region {
             shadow: None,
             solid: None,
             faceted: None,
+            round: None,
             up: None,
             water: None,
             is_shared: false,
@@ -108,6 +112,7 @@ impl Region {
             shadow,
             solid: None,
             faceted: None,
+            round: None,
             up: None,
             water: None,
             is_shared: false,
@@ -169,6 +174,7 @@ impl Region {
             extent: bounds.extent().to_array(),
             nodes: self.site.resolution,
             faces: self.solid.as_ref().or(self.faceted.as_ref()).map(|s| s.faces.len()),
+            ellipsoid: self.round.as_ref().map(|e| e.misfit as f32),
         }
     }
 

@@ -8,13 +8,11 @@ use crate::recipe::shapes::{ShapeBody, Substance, Vessel, vessel};
 use crate::verdict::Hypothesis;
 use refraxel_core::{IndexGrid, Vec3};
 
-/// Unknowns: the index of the glass, the thickness of the wall [depth of the body], the height of the water above the base
-/// [height of the vessel].
+/// Unknowns: the index of the glass, the thickness of wall and base [depth of the body], the height of the water above the
+/// base [height of the vessel].
 pub(super) const VESSEL: Proposal =
     Proposal { kind: Hypothesis::Vessel, is_dear: true, unknowns: |_| unknowns(), bodies, learning: bodies };
 
-/// The base is thicker than the wall by this factor.
-const BASE: f32 = 1.5;
 /// Index of the water, as it begins.
 const WATER: f32 = 1.33;
 
@@ -27,15 +25,16 @@ fn unknowns() -> Vec<Unknown> {
     };
     vec![
         unknown(INDEX, &[1.5], &[0.04], [1.0, 4.0]),
-        unknown("wall", &[0.08, 0.16, 0.28], &[], [0.02, 0.9]),
-        unknown("water", &[0.0, 0.35, 0.6, 0.85], &[0.08], [0.0, 1.0]),
+        unknown("wall", &[0.07, 0.13, 0.26], &[0.03, 0.01], [0.02, 0.9]),
+        unknown("base", &[0.2], &[0.1, 0.05], [0.02, 0.9]),
+        unknown("water", &[0.0, 0.35, 0.6, 0.85], &[0.08, 0.03], [0.0, 1.0]),
     ]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let (Some(surface), Some(up)) = (&region.surface, region.up) else { return Vec::new() };
-    let wall = at[1] * region.depth();
-    let assumed = Vessel { up, wall, base: BASE * wall, water: at[2] * height(region, up) };
+    let (wall, base) = (at[1] * region.depth(), at[2] * region.depth());
+    let assumed = Vessel { up, wall, base, water: at[3] * height(region, up) };
     let body = |b: ShapeBody| {
         let index = if b.substance == Substance::Water { WATER } else { at[0] };
         Body { grid: IndexGrid::sharp(b.surface, index), state: RegionState::default() }

@@ -3,11 +3,16 @@
 //! Nothing here knows an index or an error; whoever races the hypotheses against each other gives the bodies
 //! one.
 
+mod contours;
+mod ellipsoid;
+mod normal_equations;
 mod polyhedron;
 mod shell;
 mod vessel;
 mod water_surface;
 
+pub(super) use contours::Contours;
+pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use polyhedron::{Faceted, polyhedron};
 pub(super) use shell::shell;
 pub(super) use vessel::{Vessel, upwards, vessel};

@@ -9,10 +9,10 @@ mod boundary;
 mod fit;
 mod search;
 
-use crate::initial::{Outlines, Tangent};
+use super::contours::{Contours, Frame};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use boundary::{Boundary, Facet};
-use fit::{Model, Touch, View};
+use fit::Model;
 use refraxel_core::{LevelSet, Vec3};
 
 /// A polyhedron, and how well it explains the silhouettes.
@@ -33,12 +33,6 @@ pub(in crate::recipe) struct Faceted {
 
 /// Polyhedra in antialiased pictures score 0.4 to 0.8, cylinders as well: only what is seen through the body tells them apart.
 const LEAST_SCORE: f64 = 0.4;
-/// Lines of sight per view before those that touch other things are left out, and after.
-const TOUCHES: [usize; 2] = [400, 160];
-/// Lines of sight must touch the hull within this distance [pixel, and voxel].
-const TOUCHING: [f64; 2] = [2.5, 2.5];
-/// Least views with contours, and lines of sight in each.
-const LEAST: [usize; 2] = [6, 16];
 /// Normals belong together within this angle [cosine], and those within the other belong to no further plane.
 const CROWD: [f64; 2] = [0.99, 0.975];
 /// Least share of the hull's surface that starts a plane.
@@ -46,27 +40,14 @@ const SHARE: f64 = 0.004;
 /// Points of the hull's surface that start planes; more are thinned.
 const POINTS: usize = 4000;
 
-/// Where a body is and how large: planes are sought in these units.
-struct Frame {
-    center: Vec3<f64>,
-    radius: f64,
-}
-
-/// The polyhedron whose silhouettes `outlines` show where they touch `hull`, which ends at `base`, the plane
-/// that the body stands on, normal downwards; `None` where the views are too few, the contours are round, or no planes enclose the
-/// hull.
+/// The polyhedron whose silhouettes have these contours, of a body inside of `hull`, which ends at `base`, the plane that the
+/// body stands on, normal downwards; `None` where the contours are round, or no planes enclose the hull.
 pub(in crate::recipe) fn polyhedron(
-    outlines: &Outlines,
+    contours: &Contours,
     hull: &LevelSet<f32>,
     base: Option<&Plane>,
 ) -> Option<Faceted> {
-    let frame = Frame::of(hull, base)?;
-    let views: Vec<View> = (outlines.tangents(TOUCHES[0]).into_iter())
-        .filter_map(|tangents| frame.view(tangents, hull, base))
-        .collect();
-    if views.len() < LEAST[0] {
-        return None;
-    }
+    let Contours { frame, views } = contours;
     let mut planes = frame.crowds(hull, base);
     let free = planes.len();
     planes.extend(base.map(|b| frame.local(b)));
@@ -74,25 +55,13 @@ pub(in crate::recipe) fn polyhedron(
     if !Boundary::of(&start.planes).is_closed() {
         return None;
     }
-    let model = search::search(start, &views)?.model;
-    let score = search::score(&model, &views);
-    (score >= LEAST_SCORE).then(|| frame.faceted(&model, search::structure(&model, &views), score))
+    let model = search::search(start, views)?.model;
+    let score = search::score(&model, views);
+    (model.free > 0 && score >= LEAST_SCORE)
+        .then(|| frame.faceted(&model, search::structure(&model, views), score))
 }
 
 impl Frame {
-    fn of(hull: &LevelSet<f32>, base: Option<&Plane>) -> Option<Self> {
-        let is_inside = |j: &usize| hull.coefficients()[*j] < 0.0;
-        let above = |x: &Vec3<f32>| base.is_none_or(|b| b.height(*x) < 0.0);
-        let nodes = (0..hull.coefficients().len()).filter(is_inside).map(|j| hull.position(j)).filter(above);
-        let inside: Vec<Vec3<f64>> = nodes.map(Vec3::cast).collect();
-        if inside.is_empty() {
-            return None;
-        }
-        let center = inside.iter().fold(Vec3::zero(), |sum, x| sum + *x) / inside.len() as f64;
-        let radius = inside.iter().map(|x| (*x - center).length()).fold(f64::from(hull.voxel()), f64::max);
-        Some(Self { center, radius })
-    }
-
     fn local(&self, plane: &Plane) -> Facet {
         let normal: Vec3<f64> = plane.normal().cast();
         Facet { normal, offset: (f64::from(plane.offset()) - normal.dot(self.center)) / self.radius }
@@ -101,44 +70,6 @@ impl Frame {
     fn world(&self, facet: &Facet) -> Plane {
         let offset = facet.offset * self.radius + facet.normal.dot(self.center);
         Plane::facing(facet.normal.cast(), offset as f32)
-    }
-
-    /// The lines of sight that touch the hull, in their order around it.
-    fn view(&self, tangents: Vec<Tangent>, hull: &LevelSet<f32>, base: Option<&Plane>) -> Option<View> {
-        let mut touching: Vec<Tangent> =
-            tangents.into_iter().filter(|t| self.touches(t, hull, base)).collect();
-        if touching.len() < LEAST[1] {
-            return None;
-        }
-        let eye = touching[0].ray.origin;
-        let axis = touching.iter().fold(Vec3::zero(), |sum, t| sum + t.ray.direction).normalized();
-        let [u, v] = Facet { normal: axis, offset: 0.0 }.tangents();
-        let angle = |t: &Tangent| v.dot(t.ray.direction).atan2(u.dot(t.ray.direction));
-        touching.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-        let stride = touching.len().div_ceil(TOUCHES[1]);
-        let touch =
-            |t: &Tangent| Touch { direction: t.ray.direction, normal: t.normal, per_radian: t.per_radian };
-        let touches = touching.iter().step_by(stride).map(touch).collect();
-        Some(View { eye: (eye - self.center) / self.radius, touches })
-    }
-
-    /// Whether a line of sight comes near the surface of the hull, but no deeper: what hides the body cuts
-    /// its silhouette too.
-    fn touches(&self, tangent: &Tangent, hull: &LevelSet<f32>, base: Option<&Plane>) -> bool {
-        let ray = tangent.ray.cast::<f32>();
-        let Some([from, to]) = hull.domain().clip(&ray, 0.0) else { return false };
-        let depth = (self.center - tangent.ray.origin).length();
-        let near = (TOUCHING[0] * depth / tangent.per_radian).max(TOUCHING[1] * f64::from(hull.voxel()));
-        let steps = ((to - from) / hull.voxel()).ceil() as usize;
-        let height = |k: usize| {
-            let x = ray.at(from + (to - from) * (k as f32 + 0.5) / steps as f32);
-            // Far from the surface, and outside the spline, φ says nothing.
-            let inside = hull.clearance(x).filter(|c| (f64::from(*c) - 1.0) * f64::from(hull.voxel()) < near);
-            let phi = if inside.is_some() { hull.value(x) } else { f32::MAX };
-            base.map_or(phi, |b| phi.max(b.height(x)))
-        };
-        let least = (0..steps).map(height).fold(f32::MAX, f32::min);
-        f64::from(least.abs()) < near
     }
 
     /// Planes where normals of the hull crowd, the largest crowd first.

@@ -4,27 +4,11 @@
 //! the two faces that meet at the edge of that outline can move: least squares over all lines of sight, three
 //! unknowns per face.
 
+use super::super::contours::{Touch, View, loss, weight};
+use super::super::normal_equations::solved;
 use super::boundary::{Boundary, Edge, Facet};
 use rayon::prelude::*;
 use refraxel_core::Vec3;
-
-/// A line of sight that touches the body, seen from a camera whose place is known.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Touch {
-    /// Unit direction.
-    pub direction: Vec3<f64>,
-    /// Unit normal of the tangent plane.
-    pub normal: Vec3<f64>,
-    /// Pixels per radian.
-    pub per_radian: f64,
-}
-
-/// What a view knows of the outline: its lines of sight in their order around it.
-#[derive(Clone, Debug)]
-pub(super) struct View {
-    pub eye: Vec3<f64>,
-    pub touches: Vec<Touch>,
-}
 
 /// An edge of the model that a view sees as its outline: the normal of the plane through the camera and the
 /// edge, as a combination of the normals of both faces.
@@ -34,8 +18,6 @@ struct Outer<'a> {
     shares: [f64; 2],
 }
 
-/// Squared residual ρ² [pixel²] that counts half: ψ(ρ) = ρ² / (1 + ρ²/OUTLIER) (Geman & McClure 1985).
-const OUTLIER: f64 = 16.0;
 /// Parameters of a face: a shift along its normal and two slopes about its middle, in units of the body's
 /// radius.
 pub(super) const OF_FACE: usize = 3;
@@ -145,7 +127,7 @@ impl Model {
         self.residuals(&boundary, views, |eye, touch, rho, outer| {
             let x = outer.nearest(eye, touch.direction);
             let scale = -touch.per_radian / (x - eye).length();
-            let weight = (1.0 + rho * rho / OUTLIER).powi(-2);
+            let weight = weight(rho);
             // A face that rises by h pushes the outline out by its share of h.
             let mut row = [(0, 0.0); 2 * OF_FACE];
             for side in 0..2 {
@@ -233,38 +215,6 @@ impl Outer<'_> {
     }
 }
 
-/// ψ(ρ) [pixel²].
-pub(super) fn loss(rho: f64) -> f64 {
-    rho * rho / (1.0 + rho * rho / OUTLIER)
-}
-
-/// The solution of (A + damping · (diag A + mean)) x = b by Cholesky's decomposition; `None` where that is
-/// not positive.
-fn solved(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
-    let n = right.len();
-    let mean = (0..n).map(|i| matrix[i * n + i]).sum::<f64>() / n.max(1) as f64;
-    let mut l = matrix.to_vec();
-    for i in 0..n {
-        l[i * n + i] += damping * (l[i * n + i] + 0.01 * mean);
-        for j in 0..=i {
-            let (row, other) = (&l[i * n..i * n + j], &l[j * n..j * n + j]);
-            let sum = l[i * n + j] - row.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
-            if i == j && sum <= 0.0 {
-                return None;
-            }
-            l[i * n + j] = if i == j { sum.sqrt() } else { sum / l[j * n + j] };
-        }
-    }
-    let mut x = right.to_vec();
-    for i in 0..n {
-        x[i] = (x[i] - (0..i).map(|j| l[i * n + j] * x[j]).sum::<f64>()) / l[i * n + i];
-    }
-    for i in (0..n).rev() {
-        x[i] = (x[i] - (i + 1..n).map(|j| l[j * n + i] * x[j]).sum::<f64>()) / l[i * n + i];
-    }
-    x.iter().all(|v| v.is_finite()).then_some(x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -309,16 +259,5 @@ mod tests {
             // Angles stand for distances in the picture: to second order in the residual's angle.
             assert!((slope + 2.0 * right[i]).abs() < 0.02 * (1.0 + slope.abs()), "{i}: {slope} {}", right[i]);
         }
-    }
-
-    #[test]
-    fn a_system_of_equations_is_solved() {
-        let matrix = [4.0, 2.0, 0.5, 2.0, 5.0, 1.0, 0.5, 1.0, 3.0];
-        let x = solved(&matrix, &[1.0, -2.0, 0.5], 0.0).unwrap();
-        for (i, b) in [1.0, -2.0, 0.5].into_iter().enumerate() {
-            let sum: f64 = (0..3).map(|j| matrix[3 * i + j] * x[j]).sum();
-            assert!((sum - b).abs() < 1e-12);
-        }
-        assert!(solved(&[1.0, 2.0, 2.0, 1.0], &[0.0, 0.0], 0.0).is_none());
     }
 }

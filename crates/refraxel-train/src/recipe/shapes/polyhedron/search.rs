@@ -1,7 +1,8 @@
 //! How many planes, and which: planes are taken away and added as long as the silhouettes pay for them.
 
+use super::super::contours::{self, View, lines};
 use super::boundary::{Boundary, Facet};
-use super::fit::{Fit, Miss, Model, View, loss};
+use super::fit::{Fit, Miss, Model};
 use refraxel_core::Vec3;
 
 /// Most planes.
@@ -50,7 +51,7 @@ fn is_hopeless(fit: &Fit, views: &[View]) -> bool {
 
 /// What a plane costs [pixel²].
 fn price(fit: &Fit, views: &[View]) -> f64 {
-    let touches = views.iter().map(|v| v.touches.len()).sum::<usize>().max(1) as f64;
+    let touches = lines(views).max(1) as f64;
     (PRICE[0] * touches).max(PRICE[1] * fit.cost / touches)
 }
 
@@ -121,28 +122,15 @@ fn smoothed(misses: &[Miss]) -> Vec<f64> {
     if n < width { vec![0.0; n] } else { (0..n).map(|k| mean(k) / width as f64).collect() }
 }
 
-/// Residual of a line of sight, of which more than 4 pixels count less [pixel].
-fn tame(miss: &Miss) -> f64 {
-    loss(miss.pixels).sqrt() * miss.pixels.signum()
-}
-
-/// Root mean square of what of the residuals is common to neighbours along the outline [pixel]: noise of
-/// single pixels drops out, what the planes cannot follow remains. Residuals above 4 pixels count less.
+/// What of the misses the planes cannot follow [pixel].
 pub(super) fn structure(model: &Model, views: &[View]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for misses in model.misses(views) {
-        let tame: Vec<f64> = misses.iter().map(tame).collect();
-        sum += (0..tame.len()).map(|k| tame[k] * tame[(k + 1) % tame.len()]).sum::<f64>();
-        count += tame.len();
-    }
-    (sum / count.max(1) as f64).max(0.0).sqrt()
+    let pixels = |of_view: Vec<Miss>| of_view.iter().map(|miss| miss.pixels).collect();
+    contours::structure(model.misses(views).into_iter().map(pixels))
 }
 
 /// How much better planes follow the contours than as many would follow those of a ball of the same size: n
 /// planes around a ball of radius R [pixel] miss it by 0.5 R/n.
 pub(super) fn score(model: &Model, views: &[View]) -> f64 {
-    let scales = views.iter().flat_map(|v| v.touches.iter().map(|t| t.per_radian / v.eye.length()));
-    let count = views.iter().map(|v| v.touches.len()).sum::<usize>().max(1);
-    let radius = scales.sum::<f64>() / count as f64;
+    let radius = contours::pixels_per_radius(views);
     (1.0 - structure(model, views) * model.planes.len() as f64 / (0.5 * radius)).max(0.0)
 }

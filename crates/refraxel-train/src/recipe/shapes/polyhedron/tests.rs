@@ -99,7 +99,8 @@ fn meets_planes(planes: &[Facet]) -> impl Fn(&Ray<f64>) -> bool {
 
 fn found(views: &[Silhouette], base: Option<&Plane>) -> Option<Faceted> {
     let outlines = Outlines::new(views);
-    polyhedron(&outlines, &hull(&outlines, 1.05, 64), base)
+    let hull = hull(&outlines, 1.05, 64);
+    polyhedron(&Contours::new(&outlines, &hull, base)?, &hull, base)
 }
 
 /// What was found of a body whose planes are known.
