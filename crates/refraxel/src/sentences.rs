@@ -56,6 +56,7 @@ fn numbers(found: &[Found]) -> String {
         "wall" => format!("wall {:.0} % of the depth", 100.0 * f.value),
         "water" => format!("water up to {:.0} % of the height", 100.0 * f.value),
         "level" => format!("level at {:.0} % of what the masks allow", 100.0 * f.value),
+        "red" | "green" | "blue" => format!("absorbs {:.2} of {} per unit", f.value, f.name),
         "offset" => format!("offset {:.1} voxels", f.value),
         name => format!("{name} {:.3}", f.value),
     };

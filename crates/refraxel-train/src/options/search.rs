@@ -38,6 +38,9 @@ section! {
         explained: f64 = 0.93, in 0.0..=1.0;
         /// A hypothesis with more unknowns must lower the error to this part of that of a solid body.
         better: f64 = 0.985, in 0.5..=1.0;
+        /// What is seen through a body has its colour from the body, not from what stands behind, where that lowers the error to
+        /// this part.
+        tinted: f64 = 0.97, in 0.0..=1.0;
         /// Most things are of water, glass or plastic: the index that needs no evidence.
         usual_index: f64 = 1.42, in 1.0..=4.0;
         /// An index this far from the usual one must fit better by a part of `unusual`; twice as far, by four.

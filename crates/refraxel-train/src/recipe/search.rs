@@ -1,6 +1,8 @@
 //! The unknown numbers of each hypothesis on each region, by the error of rays inside the masks: all first values, then
 //! coordinate descent. The radiance field is held; it shows what straight rays have learned around the regions.
 
+mod tint;
+
 use super::hypotheses::{Body, Candidate, Proposal, Unknown, proposals};
 use super::region::Region;
 use super::{Known, refraction};
@@ -12,6 +14,7 @@ use crate::options::{Options, SearchOptions};
 use crate::rays::{Selection, squared_errors};
 use crate::schedule::training_marching;
 use crate::verdict::Found;
+use refraxel_core::radiance::Pixel;
 
 /// Candidates of a finer pass, in its distances.
 const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
@@ -56,11 +59,18 @@ impl Judge {
         Self { few, batch: chosen, marching: training_marching(options, near), saturation }
     }
 
+    fn batch(&self, care: Care) -> &Batch {
+        if care == Care::First { &self.few } else { &self.batch }
+    }
+
+    /// What its rays show.
+    fn shown(&self, backend: &impl Backend, care: Care) -> Vec<Pixel<f32>> {
+        backend.render(&self.batch(care).rays, &self.marching, Layers::All)
+    }
+
     /// Mean over the rays of e/(e + saturation), e being the squared error (Geman & McClure 1985).
-    fn error(&self, backend: &impl Backend, care: Care) -> f64 {
-        let batch = if care == Care::First { &self.few } else { &self.batch };
-        let pixels = backend.render(&batch.rays, &self.marching, Layers::All);
-        let errors = squared_errors(&pixels, batch);
+    fn error(&self, shown: &[Pixel<f32>], care: Care) -> f64 {
+        let errors = squared_errors(shown, self.batch(care));
         let robust = errors.iter().map(|e| e / (e + self.saturation));
         robust.sum::<f64>() / errors.len().max(1) as f64
     }
@@ -84,6 +94,8 @@ struct Search<'a, 'w, B> {
     watch: &'a mut Watch<'w>,
     /// What stands in the other regions meanwhile.
     standing: Vec<Option<Candidate>>,
+    /// What each region absorbs [1 / scene unit].
+    tints: Vec<[f32; 3]>,
     /// Candidates judged, and how many there will be as far as is known.
     done: u64,
     total: u64,
@@ -101,12 +113,13 @@ pub(super) fn fits<B: Backend>(
     let sketches: Vec<Option<Region>> = regions.iter().map(|r| r.sketch(options)).collect();
     let regions: Vec<&Region> = regions.iter().zip(&sketches).map(|(r, s)| s.as_ref().unwrap_or(r)).collect();
     backend.set_medium(Refraction::none());
-    let straight: Vec<f64> = judges.iter().map(|j| j.error(backend, Care::Last)).collect();
-    let standing = vec![None; regions.len()];
-    let mut search = Search { backend, regions: &regions, options, watch, standing, done: 0, total: 0 };
+    let straight: Vec<f64> = judges.iter().map(|j| j.error(&j.shown(backend, Care::Last), Care::Last)).collect();
+    let (standing, tints) = (vec![None; regions.len()], vec![[0.0; 3]; regions.len()]);
+    let mut search = Search { backend, regions: &regions, options, watch, standing, tints, done: 0, total: 0 };
     search.total = regions.iter().map(|r| search.candidates(r)).sum();
     let mut found = Vec::with_capacity(regions.len());
     for (k, judge) in judges.iter().enumerate() {
+        search.tints[k] = search.tint(k, judge)?;
         let fits = search.all(k, judge, straight[k])?;
         search.standing[k] = fits.first().map(|best| best.candidate.clone());
         found.push(Fits { straight: straight[k], fits });
@@ -165,14 +178,14 @@ impl<B: Backend> Search<'_, '_, B> {
     /// The least error of one hypothesis on a region.
     fn best(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
         let place = self.regions[region];
-        let guess = Candidate::guess(proposal, place, self.options);
+        let (guess, tint) = (Candidate::guess(proposal, place, self.options), self.tints[region]);
         if !self.searches() {
             let error = self.error(region, &guess, judge, Care::Last)?;
             return Ok(Fit { error, candidate: guess });
         }
         let unknowns = (proposal.unknowns)(place);
         let first = products(&unknowns).into_iter();
-        let candidates = first.map(|values| Candidate { proposal, values, searched: true });
+        let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
         let fit = self.least(region, candidates.collect(), judge, Care::First)?;
         self.refined(region, fit.candidate, judge, 0)
     }
@@ -246,6 +259,18 @@ impl<B: Backend> Search<'_, '_, B> {
         judge: &Judge,
         care: Care,
     ) -> Result<f64, Cancelled> {
+        let shown = self.shown(region, candidate, judge, care)?;
+        Ok(judge.error(&shown, care) * prior(candidate, self.regions[region], &self.options.search))
+    }
+
+    /// What these rays show.
+    fn shown(
+        &mut self,
+        region: usize,
+        candidate: &Candidate,
+        judge: &Judge,
+        care: Care,
+    ) -> Result<Vec<Pixel<f32>>, Cancelled> {
         self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
         self.done += 1;
         let standing = |k: usize| if k == region { Some(candidate) } else { self.standing[k].as_ref() };
@@ -253,7 +278,7 @@ impl<B: Backend> Search<'_, '_, B> {
             .flat_map(|(k, r)| standing(k).map_or(Vec::new(), |c| c.bodies(r, self.options)))
             .collect();
         self.backend.set_medium(refraction(bodies, self.options));
-        Ok(judge.error(self.backend, care) * prior(candidate, self.regions[region], &self.options.search))
+        Ok(judge.shown(self.backend, care))
     }
 }
 

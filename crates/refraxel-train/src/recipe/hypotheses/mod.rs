@@ -64,6 +64,8 @@ pub(super) struct Candidate {
     pub values: Vec<f32>,
     /// A search found them; else they are guessed or known.
     pub searched: bool,
+    /// What its glass absorbs of red, green and blue [1 / scene unit].
+    pub tint: [f32; 3],
 }
 
 impl Candidate {
@@ -72,22 +74,26 @@ impl Candidate {
         let first =
             |u: &Unknown| if u.name == INDEX { options.search.guess } else { u.first[u.first.len() / 2] };
         let values = (proposal.unknowns)(region).iter().map(first).collect();
-        Self { proposal, values, searched: false }
+        Self { proposal, values, searched: false, tint: [0.0; 3] }
     }
 
     /// The bodies to search with.
     pub(super) fn bodies(&self, region: &Region, options: &Options) -> Vec<Body> {
-        self.with_trust((self.proposal.bodies)(region, &self.values, options))
+        self.with_state((self.proposal.bodies)(region, &self.values, options))
     }
 
     /// The bodies that learn.
     pub(super) fn learning(&self, region: &Region, options: &Options) -> Vec<Body> {
-        self.with_trust((self.proposal.learning)(region, &self.values, options))
+        self.with_state((self.proposal.learning)(region, &self.values, options))
     }
 
-    /// The index of a body stays near to what a search found.
-    fn with_trust(&self, mut bodies: Vec<Body>) -> Vec<Body> {
+    /// The index of a body stays near to what a search found, and it has its colour, unless it is air.
+    fn with_state(&self, mut bodies: Vec<Body>) -> Vec<Body> {
         let index = self.values.first().copied().filter(|_| self.searched);
+        let is_air = |b: &Body| b.grid.interior_index() == Some(1.0);
+        if self.tint != [0.0; 3] {
+            bodies.iter_mut().filter(|b| !is_air(b)).for_each(|b| b.grid.set_absorption(self.tint));
+        }
         for body in bodies.iter_mut().filter(|b| b.grid.interior_index() == index) {
             body.state.searched = index;
         }
@@ -97,12 +103,15 @@ impl Candidate {
     /// Its numbers with their names.
     pub(super) fn found(&self, region: &Region) -> Vec<Found> {
         let unknowns = (self.proposal.unknowns)(region);
-        let found = unknowns.iter().zip(&self.values);
-        found.map(|(u, &value)| Found { name: u.name.to_owned(), value }).collect()
+        let numbers = unknowns.iter().map(|u| u.name).zip(self.values.iter().copied());
+        let tint = COLOURS.into_iter().zip(self.tint).filter(|_| self.tint != [0.0; 3]);
+        numbers.chain(tint).map(|(name, value)| Found { name: name.to_owned(), value }).collect()
     }
 }
 
 const INDEX: &str = "index";
+/// What glass absorbs of each [1 / scene unit].
+const COLOURS: [&str; 3] = ["red", "green", "blue"];
 
 /// The index of a whole body, over the range of all matter that is clear.
 fn index_of_a_body() -> Unknown {
