@@ -76,7 +76,10 @@ pub struct IndexObjective {
     /// Strength of the smoothing of surfaces per step, theory (2.31), in [0, 1].
     pub surface_smooth: f32,
     /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
-    pub most_events: u32,
+    pub surface_events: u32,
+    /// The index learns only from rays that meet surfaces at most this often. It is one number for many rays, whose noise
+    /// averages out.
+    pub index_events: u32,
 }
 
 impl Objective {

@@ -156,7 +156,8 @@ mod tests {
         surface_rate: 0.05,
         surface_blur: 1.0,
         surface_smooth: 0.0,
-        most_events: 8,
+        surface_events: 8,
+        index_events: 8,
     };
 
     /// A dented ball after `steps` steps without any ray that met it.

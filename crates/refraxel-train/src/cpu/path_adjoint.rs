@@ -4,7 +4,7 @@ use super::colour::{SampleStencil, shade_vjp, voxels};
 use super::record::{IndexSample, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
-use crate::backend::RayGradient;
+use crate::backend::{IndexObjective, RayGradient};
 use fearless_simd::Simd;
 use refraxel_core::grid::trilinear;
 use refraxel_core::optics::{PartialReflectionAdjoint, PathAdjoint, RayAdjoint, Tracer};
@@ -33,8 +33,7 @@ pub(super) struct WayBack<'a> {
 pub(super) struct BentPath<'a> {
     pub tracer: &'a Tracer<'a, f32>,
     pub path: &'a Path<f32>,
-    /// The index learns from the path: it meets surfaces seldom enough.
-    pub counts: bool,
+    pub teaches: Teaches,
     /// dLoss/d(partial reflections) of the path, from the first on.
     pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
     /// What the segments receive through what they absorb; empty where nothing does.
@@ -52,7 +51,7 @@ impl WayBack<'_> {
         index_samples: &mut Vec<IndexSample>,
     ) -> RayGradient {
         self.add_samples::<S, BLOCKS>(simd, scene, sums);
-        let Some(BentPath { tracer, path, counts, d_reflections, d_lengths }) = self.bent else {
+        let Some(BentPath { tracer, path, teaches, d_reflections, d_lengths }) = self.bent else {
             return RayGradient { origin: sums[0].start, direction: sums[0].momentum + self.d_exit };
         };
         for (sum, d) in sums.iter_mut().zip(d_lengths) {
@@ -61,7 +60,7 @@ impl WayBack<'_> {
         }
         let exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let d_path = PathAdjoint { segments: &sums[..], reflections: d_reflections, exit };
-        let mut noted = IndexSamples { list: index_samples, wanted: counts };
+        let mut noted = IndexSamples { list: index_samples, teaches };
         let d = tracer.vjp(self.ray, path, &d_path, &mut noted);
         RayGradient { origin: d.origin, direction: d.direction }
     }
@@ -96,17 +95,34 @@ impl WayBack<'_> {
     }
 }
 
+/// What learns from a path: what it meets surfaces seldom enough for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Teaches {
+    index: bool,
+    surface: bool,
+}
+
+impl Teaches {
+    pub(super) const NOTHING: Self = Self { index: false, surface: false };
+
+    /// Everything, where no objective says otherwise.
+    pub(super) fn of(path: &Path<f32>, objective: Option<&IndexObjective>) -> Self {
+        let events = path.events().count();
+        let within = |most: fn(&IndexObjective) -> u32| objective.is_none_or(|o| events <= most(o) as usize);
+        Self { index: within(|o| o.index_events), surface: within(|o| o.surface_events) }
+    }
+}
+
 /// Notes index samples for a later scatter.
 struct IndexSamples<'a> {
     list: &'a mut Vec<IndexSample>,
-    /// The path counts.
-    wanted: bool,
+    teaches: Teaches,
 }
 
 impl IndexGradient<f32> for IndexSamples<'_> {
     #[inline(always)]
     fn add(&mut self, region: usize, _: &IndexGrid<f32>, x: Vec3<f32>, d_value: f32, d_gradient: Vec3<f32>) {
-        if self.wanted {
+        if self.teaches.index {
             let region = region as u32;
             self.list.push(IndexSample { region, surface: false, x, d_value, d_gradient });
         }
@@ -120,7 +136,7 @@ impl IndexGradient<f32> for IndexSamples<'_> {
         d_value: f32,
         d_gradient: Vec3<f32>,
     ) {
-        if self.wanted {
+        if self.teaches.surface {
             let region = region as u32;
             self.list.push(IndexSample { region, surface: true, x, d_value, d_gradient });
         }

@@ -4,7 +4,7 @@
 use super::absorption::{FilteredRay, LengthAdjoint, absorb};
 use super::compare::{Compared, PixelAdjoint};
 use super::mirrored::{self, MirroredSample};
-use super::path_adjoint::{BentPath, SegmentSums, WayBack};
+use super::path_adjoint::{BentPath, SegmentSums, Teaches, WayBack};
 use super::record::{CLEARCOAT, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
@@ -217,10 +217,9 @@ impl LearnedRay<'_> {
         }
         tape.records.append(&mut way_back.density_gradients);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
-        let most_events = objective.index.map_or(usize::MAX, |o| o.most_events as usize);
-        let counts = bent.is_some() && path.events().count() <= most_events;
+        let teaches = bent.map_or(Teaches::NOTHING, |_| Teaches::of(path, objective.index.as_ref()));
         let squared_error = d.squared_error;
-        if wanted.is_none() && !(counts && objective.index.is_some()) {
+        if wanted.is_none() && (teaches == Teaches::NOTHING || objective.index.is_none()) {
             return squared_error;
         }
         let d_exit = Compared { batch, ray, samples, left, exit, through }.background_vjp(scene, &d);
@@ -229,7 +228,7 @@ impl LearnedRay<'_> {
         }
         let d_reflections = &way_back.d_reflections;
         let d_lengths = if absorbs { &way_back.lengths.segments[..] } else { &[] };
-        let bent = bent.map(|tracer| BentPath { tracer, path, counts, d_reflections, d_lengths });
+        let bent = bent.map(|tracer| BentPath { tracer, path, teaches, d_reflections, d_lengths });
         let (ray, records, all) = (&batch.rays[ray], &tape.records[first..], wanted.is_some());
         let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
         let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);

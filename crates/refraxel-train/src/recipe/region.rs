@@ -1,13 +1,14 @@
 //! A refractive region before it learns: its shape, and the grid that an index gives it.
 
 use crate::blur::gaussian_blur;
-use super::shapes::Ellipsoid;
+use super::shapes::{Ellipsoid, Side};
 use crate::events::Event;
 use crate::initial::Site;
 use crate::model::polyhedron::Polyhedron;
 use crate::model::{Gate, RegionState};
 use crate::options::Options;
 use refraxel_core::{Domain, LevelSet, Ray, Vec3};
+use std::sync::OnceLock;
 
 /// A refractive region before it has an index.
 pub(super) struct Region {
@@ -37,6 +38,8 @@ pub(super) struct Region {
     pub water: Option<Water>,
     /// Other regions reach into its box: its surface must be sharp.
     pub is_shared: bool,
+    /// Its side, if it is an open vessel: made when it is asked for.
+    pub side: OnceLock<Option<Side>>,
     /// What an offset of the surface counts in [scene unit]: a voxel of the finest grid.
     pub unit: f32,
 }
@@ -77,6 +80,7 @@ impl Region {
             up: None,
             water: None,
             is_shared: false,
+            side: OnceLock::new(),
             unit: site.domain().voxel(),
         }
     }
@@ -116,6 +120,7 @@ impl Region {
             up: None,
             water: None,
             is_shared: false,
+            side: OnceLock::new(),
             unit: voxel,
         }
     }
@@ -181,6 +186,12 @@ impl Region {
     /// Depth of its deepest point [scene unit].
     pub(super) fn depth(&self) -> f32 {
         -self.distance.iter().copied().fold(0.0, f32::min)
+    }
+
+    /// Its side, if it is a vessel that is open at the top.
+    pub(super) fn vessel_side(&self) -> Option<&Side> {
+        let of = || Side::new(self.surface.as_ref()?, self.up?);
+        self.side.get_or_init(of).as_ref()
     }
 
     /// What goes with a field that varies smoothly. Rays that miss a sharp surface do not bend; of a smooth one they must be

@@ -231,7 +231,7 @@ fn followed(batch: Batch, reference: &Reference) -> Batch {
         let events = path.steps.iter().enumerate().filter(|(_, s)| s.event.is_some());
         let mut levels =
             events.map(|(i, s)| (i, s, reference.medium.regions()[usize::from(s.region)].level_set()));
-        path.events().count() <= index_objective().most_events as usize
+        path.events().count() <= index_objective().surface_events as usize
             && levels.all(|(i, step, level)| {
                 let x = path.segments[i].at(step.drift);
                 level.is_some_and(|l| path.segments[i..=i + 1].iter().all(|s| is_steep(l, s, x)))

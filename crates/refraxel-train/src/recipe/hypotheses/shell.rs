@@ -13,10 +13,12 @@ pub(super) const SHELL: Proposal =
     Proposal { kind: Hypothesis::Shell, is_dear: false, unknowns: |_| unknowns(), bodies, learning: bodies };
 
 fn unknowns() -> Vec<Unknown> {
-    let fine = vec![0.03, 0.01, 0.005];
+    // A thicker wall and a lower index look much alike: the search goes down a valley between them.
+    let (index, wall) = (vec![0.06, 0.03, 0.015, 0.01], vec![0.03, 0.02, 0.01, 0.01]);
+    let walls = vec![0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
     vec![
-        Unknown { name: INDEX, first: vec![1.3, 1.4, 1.5, 1.6, 1.75], fine: fine.clone(), range: [1.0, 4.0] },
-        Unknown { name: "wall", first: vec![0.08, 0.15, 0.25, 0.4, 0.6], fine, range: [0.02, 0.95] },
+        Unknown { name: INDEX, first: vec![1.33, 1.5, 1.7], fine: index, range: [1.0, 4.0] },
+        Unknown { name: "wall", first: walls, fine: wall, range: [0.02, 0.95] },
     ]
 }
 

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::recipe::region::Region;
 use crate::recipe::shapes::{ShapeBody, Substance, Vessel, vessel};
 use crate::verdict::Hypothesis;
-use refraxel_core::{IndexGrid, Vec3};
+use refraxel_core::IndexGrid;
 
 /// Unknowns: the index of the glass, the thickness of wall and base [depth of the body], the height of the water above the
 /// base [height of the vessel].
@@ -32,27 +32,21 @@ fn unknowns() -> Vec<Unknown> {
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let (Some(surface), Some(up)) = (&region.surface, region.up) else { return Vec::new() };
-    let (wall, base) = (at[1] * region.depth(), at[2] * region.depth());
-    let assumed = Vessel { up, wall, base, water: at[3] * height(region, up) };
-    let body = |b: ShapeBody| {
-        let index = if b.substance == Substance::Water { WATER } else { at[0] };
-        Body { grid: IndexGrid::sharp(b.surface, index), state: RegionState::default() }
-    };
-    // The glass first: its index is the one that is sought.
-    let mut bodies: Vec<Body> = vessel(surface, &assumed).unwrap_or_default().into_iter().map(body).collect();
-    if bodies.is_empty() {
-        bodies.push(Body { grid: IndexGrid::sharp(surface.clone(), at[0]), state: RegionState::default() });
-    }
-    bodies
-}
-
-/// Height of the body [scene unit].
-fn height(region: &Region, up: Vec3<f32>) -> f32 {
-    let nodes = region.surface.iter().flat_map(|s| {
-        let inside = s.parameters().filter(|&j| s.coefficients()[j] < 0.0);
-        inside.map(|j| up.dot(s.position(j)))
+    let Some(outer) = &region.surface else { return Vec::new() };
+    let (depth, solid) = (region.depth(), || ShapeBody { surface: outer.clone(), substance: Substance::Glass });
+    let found = region.vessel_side().and_then(|side| {
+        let [low, high] = side.span;
+        let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low) };
+        vessel(outer, side, &assumed)
     });
-    let [low, high] = nodes.fold([f32::MAX, f32::MIN], |[a, b], h| [a.min(h), b.max(h)]);
-    (high - low).max(0.0)
+    let body = |b: ShapeBody| {
+        let (index, fixed_index) = match b.substance {
+            Substance::Glass => (at[0], false),
+            Substance::Water => (WATER, false),
+            Substance::Air => (1.0, true),
+        };
+        let state = RegionState { fixed_index, ..RegionState::default() };
+        Body { grid: IndexGrid::sharp(b.surface, index), state }
+    };
+    found.unwrap_or_else(|| vec![solid()]).into_iter().map(body).collect()
 }

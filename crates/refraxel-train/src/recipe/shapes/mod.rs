@@ -15,7 +15,7 @@ pub(super) use contours::Contours;
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use polyhedron::{Faceted, polyhedron};
 pub(super) use shell::shell;
-pub(super) use vessel::{Vessel, upwards, vessel};
+pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::Basin;
 
 use rayon::prelude::*;
@@ -42,25 +42,6 @@ pub(super) struct ShapeBody {
     /// φ < 0 inside.
     pub surface: LevelSet<f32>,
     pub substance: Substance,
-}
-
-/// Voxels that a wall has at least, so that neither of its surfaces feels the other: a cubic B-spline reaches
-/// 2 voxels.
-const PER_WALL: f32 = 4.0;
-/// Most nodes of a grid; a finer one costs more time than it is worth.
-const MOST_NODES: f64 = 6e5;
-
-/// The grid over a box that gives a wall of this thickness [scene unit] four voxels, but no coarser than
-/// `voxel` and of no more nodes than is sensible: fewer voxels per wall then. The box grows by less than a
-/// voxel.
-fn grid_for(bounds: &Aabb<f32>, voxel: f32, wall: f32) -> (Aabb<f32>, [u32; 3]) {
-    let extent = bounds.extent();
-    let least = (extent.to_array().map(f64::from).iter().product::<f64>() / MOST_NODES).cbrt() as f32;
-    let voxel = voxel.min(wall / PER_WALL).max(least);
-    let cells = extent.map(|e| (e / voxel - 1e-3).ceil().max(8.0));
-    let half = cells * (0.5 * voxel);
-    let bounds = Aabb::new(bounds.center() - half, bounds.center() + half);
-    (bounds, cells.to_array().map(|c| c as u32 + 1))
 }
 
 /// The level set with coefficients `phi(x)` at its nodes, on all threads.

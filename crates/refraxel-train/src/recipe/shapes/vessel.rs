@@ -1,14 +1,13 @@
 //! An open vessel: glass around a cavity that is open at the top, with water in it or not.
 
-use super::{ShapeBody, Substance, distance, grid_for, level_set, span};
+use super::{ShapeBody, Substance, distance, level_set, span};
+use rayon::prelude::*;
 use crate::model::polyhedron::Plane;
-use refraxel_core::{Aabb, Camera, LevelSet, Vec3};
+use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};
 
 /// What is assumed of a vessel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::recipe) struct Vessel {
-    /// Unit vector out of its opening.
-    pub up: Vec3<f32>,
     /// Thickness of its wall [scene unit].
     pub wall: f32,
     /// Thickness of its base [scene unit]; not less than the wall's where the bottom is round.
@@ -20,80 +19,80 @@ pub(in crate::recipe) struct Vessel {
 /// The lid of a visual hull is cut off this far below the rim [voxel], where its edge is rounded.
 const RIM: f32 = 2.0;
 
-/// The cavity of a vessel.
-struct Cavity {
-    /// Distance from the outer surface without its lid: the wall goes on above the rim.
-    side: LevelSet<f32>,
-    up: Vec3<f32>,
-    /// Height of its floor [scene unit].
-    floor: f32,
+/// Water ends this far inside of the wall [voxel], so that its surface and that of the air above nowhere coincide.
+const WITHIN: f32 = 0.1;
+/// It reaches this far into the air, which rules there [voxel].
+const ABOVE: f32 = 3.0;
+
+/// The outer surface of a vessel without its lid: the wall goes on above the rim. It is the same for all walls and levels.
+#[derive(Clone, Debug)]
+pub(in crate::recipe) struct Side {
+    domain: Domain<f32>,
+    /// Per node: signed distance from it, and height along the vector out of the opening [scene unit].
+    nodes: Vec<[f32; 2]>,
+    /// Lowest and highest point of the vessel along `up` [scene unit].
+    pub span: [f32; 2],
 }
 
-impl Cavity {
-    /// `None` for an empty hull.
-    fn new(outer: &LevelSet<f32>, vessel: &Vessel) -> Option<Self> {
-        let [low, rim] = span(outer, vessel.up)?;
+impl Side {
+    /// Of the hull of a vessel as if it were filled up to the rim, a signed distance; `None` for an empty one.
+    pub(in crate::recipe) fn new(outer: &LevelSet<f32>, up: Vec3<f32>) -> Option<Self> {
+        let span @ [low, rim] = span(outer, up)?;
         let voxel = outer.voxel();
         let last = rim - RIM * voxel;
-        // Far enough above the rim for the border of the grid not to be a lid again.
+        // Far enough above the rim for the border of the grid not to be a lid again, whatever the wall.
         let bounds = outer.domain().bounds;
-        let raise = vessel.up * (vessel.wall + 6.0 * voxel);
+        let raise = up * (MOST_RAISED * (rim - low) + 6.0 * voxel);
         let mut taller = bounds;
         taller.include(bounds.min + raise);
         taller.include(bounds.max + raise);
-        let (taller, resolution) = grid_for(&taller, voxel, f32::MAX);
-        let mut side = level_set(taller, resolution, |x| {
-            let above = (vessel.up.dot(x) - last).max(0.0);
-            distance(outer, x - vessel.up * above)
+        let cells = taller.extent().map(|e| (e / voxel - 1e-3).ceil());
+        let taller = Aabb { max: taller.min + cells * voxel, ..taller };
+        let resolution = cells.to_array().map(|c| c as u32 + 1);
+        let mut surface = level_set(taller, resolution, |x| {
+            let above = (up.dot(x) - last).max(0.0);
+            distance(outer, x - up * above)
         });
-        side.redistance();
-        Some(Self { side, up: vessel.up, floor: low + vessel.base })
+        surface.redistance();
+        let count = surface.coefficients().len();
+        let node = |j: usize| {
+            let x = surface.position(j);
+            [surface.value(x), up.dot(x)]
+        };
+        let nodes = (0..count).into_par_iter().map(node).collect();
+        Some(Self { domain: *surface.domain(), nodes, span })
     }
 
-    /// Negative where a point is `wall` away from the outer surface and `above` the floor [scene unit].
-    fn value(&self, x: Vec3<f32>, wall: f32, above: f32) -> f32 {
-        let over_floor = self.up.dot(x) - self.floor;
-        (distance(&self.side, x) + wall).max(above - over_floor)
+    /// What lies deeper than `within` below the side, between two heights.
+    fn body(&self, within: f32, [low, high]: [f32; 2]) -> LevelSet<f32> {
+        let phi = self.nodes.iter().map(|[d, h]| (d + within).max(low - h).max(h - high)).collect();
+        let body = LevelSet::from_coefficients(self.domain.bounds, self.domain.resolution, phi);
+        body.unwrap_or_else(|| unreachable!("distances are finite"))
     }
 }
 
-/// Water and the glass around it. The glass rules: the water reaches half a wall into it, and no two surfaces
-/// coincide. Above the water is no body.
+/// The wall goes on above the rim for this part of the height of the vessel.
+const MOST_RAISED: f32 = 0.15;
+
+/// Glass, water in it and the air above. Each rules over those before it, so that a wall is the space between two surfaces
+/// and may be thinner than a voxel.
 ///
-/// `outer` is a signed distance: the hull of the vessel as if it were filled up to the rim. The glass has
-/// four voxels per wall as far as the number of nodes allows . `None` where the wall leaves
-/// no cavity.
-pub(in crate::recipe) fn vessel(outer: &LevelSet<f32>, vessel: &Vessel) -> Option<Vec<ShapeBody>> {
-    let cavity = Cavity::new(outer, vessel)?;
-    let Vessel { up, wall, base, water } = *vessel;
-    let (bounds, resolution) = grid_for(&outer.domain().bounds, outer.voxel(), wall.min(base));
-    let glass = level_set(bounds, resolution, |x| distance(outer, x).max(-cavity.value(x, wall, 0.0)));
-    let is_open = |j: usize| {
-        let x = outer.position(j);
-        outer.coefficients()[j] < 0.0 && cavity.value(x, wall, 0.0) < -outer.voxel()
-    };
-    if !outer.parameters().any(is_open) {
+/// `outer` is the hull that `side` is of. `None` where the wall leaves no cavity.
+pub(in crate::recipe) fn vessel(outer: &LevelSet<f32>, side: &Side, vessel: &Vessel) -> Option<Vec<ShapeBody>> {
+    let Vessel { wall, base, water } = *vessel;
+    let (voxel, [low, rim]) = (outer.voxel(), side.span);
+    let level = low + base + water;
+    if !side.nodes.iter().any(|[d, h]| *d < -wall - voxel && *h > level + voxel && *h < rim) {
         return None;
     }
-    let level = cavity.floor + water;
-    let mut bodies = Vec::new();
+    let mut bodies = vec![ShapeBody { surface: outer.clone(), substance: Substance::Glass }];
     if water > 0.0 {
-        let Aabb { min, max } = outer.domain().bounds;
-        let liquid = level_set(Aabb { min, max }, outer.domain().resolution, |x| {
-            cavity.value(x, 0.5 * wall, -0.5 * base).max(up.dot(x) - level)
-        });
-        bodies.push(ShapeBody { surface: liquid, substance: Substance::Water });
+        let surface = side.body(wall + WITHIN * voxel, [low + base, level + ABOVE * voxel]);
+        bodies.push(ShapeBody { surface, substance: Substance::Water });
     }
-    bodies.push(ShapeBody { surface: glass, substance: Substance::Glass });
+    let surface = side.body(wall, [level, f32::MAX]);
+    bodies.push(ShapeBody { surface, substance: Substance::Air });
     Some(bodies)
-}
-
-/// Voxels across the wall of a vessel's glass: below 3 it is thinner than asked for, and below 2 it has
-/// holes.
-#[cfg(test)]
-fn per_wall(bodies: &[ShapeBody], vessel: &Vessel) -> f32 {
-    let glass = bodies.iter().find(|b| b.substance == Substance::Glass);
-    glass.map_or(0.0, |g| vessel.wall / g.surface.voxel())
 }
 
 /// The way up: out of the ground, or the mean of what is up in the pictures; `None` where these cancel.
@@ -133,6 +132,10 @@ mod tests {
         })
     }
 
+    fn bodies(outer: &LevelSet<f32>, up: Vec3<f32>, glass: &Vessel) -> Option<Vec<ShapeBody>> {
+        vessel(outer, &Side::new(outer, up)?, glass)
+    }
+
     fn check(found: &[(f32, f32)], expected: &[(f32, f32)], tolerance: f32) {
         let indices = |runs: &[(f32, f32)]| runs.iter().map(|r| r.0).collect::<Vec<_>>();
         assert_eq!(indices(found), indices(expected), "{found:?}");
@@ -144,10 +147,9 @@ mod tests {
     #[test]
     fn lines_through_a_glass_of_water_meet_air_glass_water_glass_air() {
         for up in [UP, vec3(0.36, -0.48, 0.8)] {
-            let glass = Vessel { up, wall: 0.1, base: 0.12, water: 0.6 };
+            let glass = Vessel { wall: 0.1, base: 0.12, water: 0.6 };
             let outer = cylinder(up);
-            let bodies = vessel(&outer, &glass).unwrap();
-            assert!(per_wall(&bodies, &glass) > 3.99);
+            let bodies = bodies(&outer, up, &glass).unwrap();
             let side = up.cross(vec3(1.0, 0.0, 0.0)).normalized();
             let tolerance = 0.2 * outer.voxel();
             let across = |h: f32| runs(|s| index(&bodies, up * h + side * s), [-0.9, 0.9]);
@@ -165,8 +167,8 @@ mod tests {
     fn a_bowl_keeps_the_thickness_of_its_wall_up_to_its_open_rim() {
         // The lower part of a ball.
         let outer = body(|x| (x.length() - 0.7).max(x.z - 0.2));
-        let bowl = Vessel { up: UP, wall: 0.05, base: 0.08, water: 0.3 };
-        let bodies = vessel(&outer, &bowl).unwrap();
+        let bowl = Vessel { wall: 0.05, base: 0.08, water: 0.3 };
+        let bodies = bodies(&outer, UP, &bowl).unwrap();
         let tolerance = 0.2 * outer.voxel();
         for angle in [0.6_f32, 0.9, 1.2, 1.5] {
             let direction = vec3(angle.sin(), 0.0, -angle.cos());
@@ -183,10 +185,10 @@ mod tests {
 
     #[test]
     fn an_empty_vessel_has_no_water_and_a_thick_wall_leaves_no_cavity() {
-        let glass = Vessel { up: UP, wall: 0.04, base: 0.1, water: 0.0 };
-        let bodies = vessel(&cylinder(UP), &glass).unwrap();
-        assert!(bodies.iter().all(|b| b.substance == Substance::Glass));
-        assert!(vessel(&cylinder(UP), &Vessel { wall: 0.6, ..glass }).is_none());
+        let glass = Vessel { wall: 0.04, base: 0.1, water: 0.0 };
+        let found = bodies(&cylinder(UP), UP, &glass).unwrap();
+        assert!(found.iter().all(|b| b.substance != Substance::Water));
+        assert!(bodies(&cylinder(UP), UP, &Vessel { wall: 0.6, ..glass }).is_none());
     }
 
     #[test]
