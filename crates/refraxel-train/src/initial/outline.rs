@@ -1,5 +1,6 @@
 //! What one view says about where a refractive object can be.
 
+mod gaps;
 mod tangent;
 
 pub(crate) use tangent::Tangent;
@@ -44,7 +45,7 @@ const SAMPLE_BYTES: u64 = 8;
 /// Least edge of a map [sample].
 const LEAST_SIZE: usize = 32;
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Outline {
     camera: Camera,
     centre: Vec3<f32>,

@@ -27,6 +27,9 @@ section! {
         start: StartShape = StartShape::Hull;
         /// A point is refractive if at least this share of the views agrees.
         vote: f32 = 0.95, in 0.5..=1.0;
+        /// Gaps in masks that are narrower than this are closed where nearly all views see glass: a straw in front of it is too
+        /// thin to be known as something opaque [part of the longest edge of the picture].
+        gap: f64 = 0.03, in 0.0..=0.5;
         /// Whether planes cut off the bulges of a hull that no silhouette shows.
         faces: Switch = Switch::On;
         /// A body whose outlines leave those of an ellipsoid by at most this part of its radius, and by 0.2 pixel, is taken for

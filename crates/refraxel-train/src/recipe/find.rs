@@ -3,7 +3,7 @@
 use super::ground::Ground;
 use super::hull::Views;
 use super::region::Region;
-use super::silhouettes::{silhouettes, vote};
+use super::silhouettes::{silhouettes, vote, without_gaps};
 use super::{Known, RecipeError};
 use crate::backend::Backend;
 use crate::events::{Task, Watch};
@@ -89,6 +89,7 @@ fn from_masks(
         return Err(stated.map_or(RecipeError::Nowhere, |_| StayReason::OnlyABox.into()));
     }
     let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
+    let outlines = without_gaps(&outlines, &stated.unwrap_or(scene), options);
     let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
     watch.progress(Task::Carving, 1, 3)?;
     let boxes = match stated {

@@ -1,7 +1,7 @@
 //! A refractive region before it learns: its shape, and the grid that an index gives it.
 
-use crate::blur::gaussian_blur;
 use super::shapes::{Ellipsoid, Side};
+use crate::blur::gaussian_blur;
 use crate::events::Event;
 use crate::initial::Site;
 use crate::model::polyhedron::Polyhedron;
@@ -126,12 +126,11 @@ impl Region {
     }
 
     /// The same region on a coarser grid, where a search tries many shapes in the time that one takes here. Rays through a
-    /// smooth surface hardly feel the grid. None where a body may have edges: those would be rounded.
+    /// smooth surface hardly feel the grid.
     pub(super) fn sketch(&self, options: &Options) -> Option<Self> {
         let (surface, nodes) = (self.surface.as_ref()?, self.distance.len() as f64);
         let coarser = (nodes / SKETCH_NODES).cbrt().min(SKETCH_COARSER);
-        let has_edges = self.solid.is_some() || self.faceted.is_some();
-        if self.is_known() || has_edges || coarser <= 1.0 {
+        if self.is_known() || coarser <= 1.0 {
             return None;
         }
         let site = Site { resolution: fewer(self.site.resolution, coarser), ..self.site };
@@ -148,6 +147,11 @@ impl Region {
             unit: self.unit,
             ..Self::new(site, surface, options)
         })
+    }
+
+    /// It is bounded by planes, or may be.
+    pub(super) fn may_have_edges(&self) -> bool {
+        self.solid.is_some() || self.faceted.is_some()
     }
 
     /// Its index is known from a file.

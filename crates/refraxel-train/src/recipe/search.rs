@@ -1,6 +1,8 @@
 //! The unknown numbers of each hypothesis on each region, by the error of rays inside the masks: all first values, then
 //! coordinate descent. The radiance field is held; it shows what straight rays have learned around the regions.
 
+#[cfg(test)]
+mod tests;
 mod tint;
 
 use super::hypotheses::{Body, Candidate, Proposal, Unknown, proposals};
@@ -18,6 +20,15 @@ use refraxel_core::radiance::Pixel;
 
 /// Candidates of a finer pass, in its distances.
 const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
+
+/// And of the index together with the second unknown: the error has a valley across both, for more glass and a lower index
+/// look alike.
+const DIAGONALS: [[f32; 2]; 8] =
+    [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [2.0, -1.0], [-2.0, 1.0], [1.0, -2.0], [-1.0, 2.0]];
+
+/// Rounds of a pass at most: another one follows where one lowers the error to this part.
+const ROUNDS: usize = 3;
+const BETTER: f64 = 0.995;
 
 /// A hypothesis with the numbers that fit best.
 #[derive(Clone)]
@@ -88,8 +99,9 @@ enum Care {
 /// A search under way.
 struct Search<'a, 'w, B> {
     backend: &'a mut B,
-    /// Or sketches of them.
-    regions: &'a [&'a Region],
+    regions: &'a [Region],
+    /// Coarser ones, where there are some.
+    sketches: Vec<Option<Region>>,
     options: &'a Options,
     watch: &'a mut Watch<'w>,
     /// What stands in the other regions meanwhile.
@@ -110,12 +122,13 @@ pub(super) fn fits<B: Backend>(
 ) -> Result<Vec<Fits>, Cancelled> {
     let options = known.options;
     let judges: Vec<Judge> = regions.iter().map(|r| Judge::new(known, r, regions.len() == 1)).collect();
-    let sketches: Vec<Option<Region>> = regions.iter().map(|r| r.sketch(options)).collect();
-    let regions: Vec<&Region> = regions.iter().zip(&sketches).map(|(r, s)| s.as_ref().unwrap_or(r)).collect();
+    let sketches = regions.iter().map(|r| r.sketch(options)).collect();
     backend.set_medium(Refraction::none());
-    let straight: Vec<f64> = judges.iter().map(|j| j.error(&j.shown(backend, Care::Last), Care::Last)).collect();
+    let straight: Vec<f64> =
+        judges.iter().map(|j| j.error(&j.shown(backend, Care::Last), Care::Last)).collect();
     let (standing, tints) = (vec![None; regions.len()], vec![[0.0; 3]; regions.len()]);
-    let mut search = Search { backend, regions: &regions, options, watch, standing, tints, done: 0, total: 0 };
+    let mut search =
+        Search { backend, regions, sketches, options, watch, standing, tints, done: 0, total: 0 };
     search.total = regions.iter().map(|r| search.candidates(r)).sum();
     let mut found = Vec::with_capacity(regions.len());
     for (k, judge) in judges.iter().enumerate() {
@@ -138,6 +151,14 @@ impl<B: Backend> Search<'_, '_, B> {
         self.options.search.enabled.is_on() && !self.regions.iter().all(|r| r.is_known())
     }
 
+    /// The region on which a hypothesis is tried: a sketch, unless the body may have edges, which that would round. Hypotheses
+    /// that are dear have none that matter.
+    fn place(&self, region: usize, proposal: &Proposal) -> &Region {
+        let whole = &self.regions[region];
+        let sketch = self.sketches[region].as_ref().filter(|_| proposal.is_dear || !whole.may_have_edges());
+        sketch.unwrap_or(whole)
+    }
+
     /// About how many candidates a region has.
     fn candidates(&self, region: &Region) -> u64 {
         if !self.searches() {
@@ -145,7 +166,8 @@ impl<B: Backend> Search<'_, '_, B> {
         }
         let of = |unknowns: Vec<Unknown>| {
             let first: usize = unknowns.iter().map(|u| u.first.len()).product();
-            first + unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>()
+            let diagonals = if unknowns.len() > 1 { unknowns[0].fine.len() * DIAGONALS.len() } else { 0 };
+            first + unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals
         };
         proposals(region, self.options).iter().map(|p| of((p.unknowns)(region)) as u64).sum()
     }
@@ -154,7 +176,7 @@ impl<B: Backend> Search<'_, '_, B> {
     /// others must be better by a margin.
     fn all(&mut self, region: usize, judge: &Judge, straight: f64) -> Result<Vec<Fit>, Cancelled> {
         let mut found: Vec<Fit> = Vec::new();
-        for (k, proposal) in proposals(self.regions[region], self.options).into_iter().enumerate() {
+        for (k, proposal) in proposals(&self.regions[region], self.options).into_iter().enumerate() {
             if k > 0 && !self.searches() {
                 break;
             }
@@ -164,7 +186,7 @@ impl<B: Backend> Search<'_, '_, B> {
             }
             let mut fit = self.best(region, proposal, judge)?;
             let (hypothesis, misfit) = (proposal.kind, fit.error);
-            let numbers = fit.candidate.found(self.regions[region]);
+            let numbers = fit.candidate.found(&self.regions[region]);
             self.watch.tell(Event::IndexSearched { region, hypothesis, found: numbers, misfit });
             if k > 0 {
                 fit.error /= self.options.search.better;
@@ -177,7 +199,7 @@ impl<B: Backend> Search<'_, '_, B> {
 
     /// The least error of one hypothesis on a region.
     fn best(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
-        let place = self.regions[region];
+        let place = &self.regions[region];
         let (guess, tint) = (Candidate::guess(proposal, place, self.options), self.tints[region]);
         if !self.searches() {
             let error = self.error(region, &guess, judge, Care::Last)?;
@@ -187,32 +209,56 @@ impl<B: Backend> Search<'_, '_, B> {
         let first = products(&unknowns).into_iter();
         let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
         let fit = self.least(region, candidates.collect(), judge, Care::First)?;
-        self.refined(region, fit.candidate, judge, 0)
+        self.refined(region, fit.candidate, judge)
     }
 
-    /// Coordinate descent from the given pass on.
-    fn refined(
-        &mut self,
-        region: usize,
-        from: Candidate,
-        judge: &Judge,
-        pass: usize,
-    ) -> Result<Fit, Cancelled> {
-        let unknowns = (from.proposal.unknowns)(self.regions[region]);
+    /// Coordinate descent.
+    fn refined(&mut self, region: usize, from: Candidate, judge: &Judge) -> Result<Fit, Cancelled> {
+        let unknowns = (from.proposal.unknowns)(&self.regions[region]);
         let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
         let mut fit = Fit { error: f64::INFINITY, candidate: from };
-        for pass in pass..passes {
-            for (which, unknown) in unknowns.iter().enumerate() {
-                let Some(step) = unknown.fine.get(pass) else { continue };
-                let around = AROUND.map(|k| {
-                    let mut moved = fit.candidate.clone();
-                    moved.values[which] =
-                        (moved.values[which] + k * step).clamp(unknown.range[0], unknown.range[1]);
-                    moved
-                });
-                let care = if pass + 1 < passes { Care::First } else { Care::Last };
-                fit = self.least(region, around.to_vec(), judge, care)?;
+        for pass in 0..passes {
+            // A narrow valley is followed in several rounds.
+            let care = if pass + 1 < passes { Care::First } else { Care::Last };
+            fit.error = f64::INFINITY;
+            for _ in 0..ROUNDS {
+                let before = fit.error;
+                fit = self.around(region, fit, judge, pass, care)?;
+                if fit.error >= BETTER * before {
+                    break;
+                }
             }
+        }
+        Ok(fit)
+    }
+
+    /// One round of a pass: along each unknown, and across the first two.
+    fn around(
+        &mut self,
+        region: usize,
+        mut fit: Fit,
+        judge: &Judge,
+        pass: usize,
+        care: Care,
+    ) -> Result<Fit, Cancelled> {
+        let unknowns = (fit.candidate.proposal.unknowns)(&self.regions[region]);
+        let moved = |from: &Candidate, by: &[(usize, f32)]| {
+            let mut moved = from.clone();
+            for &(which, k) in by {
+                let Unknown { fine, range: [low, high], .. } = &unknowns[which];
+                let step = fine.get(pass).copied().unwrap_or(0.0);
+                moved.values[which] = (moved.values[which] + k * step).clamp(*low, *high);
+            }
+            moved
+        };
+        for which in (0..unknowns.len()).filter(|&which| unknowns[which].fine.len() > pass) {
+            let around = AROUND.map(|k| moved(&fit.candidate, &[(which, k)]));
+            fit = self.least(region, around.to_vec(), judge, care)?;
+        }
+        if unknowns.len() > 1 {
+            let across = DIAGONALS.map(|[a, b]| moved(&fit.candidate, &[(0, a), (1, b)]));
+            let best = self.least(region, across.to_vec(), judge, care)?;
+            fit = if best.error < fit.error { best } else { fit };
         }
         Ok(fit)
     }
@@ -225,7 +271,7 @@ impl<B: Backend> Search<'_, '_, B> {
         found: &mut Fits,
     ) -> Result<(), Cancelled> {
         let Some(best) = found.fits.first_mut() else { return Ok(()) };
-        let fit = self.refined(region, best.candidate.clone(), judge, 0)?;
+        let fit = self.refined(region, best.candidate.clone(), judge)?;
         if fit.error.is_finite() {
             *best = fit;
             self.standing[region] = Some(best.candidate.clone());
@@ -260,7 +306,7 @@ impl<B: Backend> Search<'_, '_, B> {
         care: Care,
     ) -> Result<f64, Cancelled> {
         let shown = self.shown(region, candidate, judge, care)?;
-        Ok(judge.error(&shown, care) * prior(candidate, self.regions[region], &self.options.search))
+        Ok(judge.error(&shown, care) * prior(candidate, &self.regions[region], &self.options.search))
     }
 
     /// What these rays show.
@@ -274,8 +320,9 @@ impl<B: Backend> Search<'_, '_, B> {
         self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
         self.done += 1;
         let standing = |k: usize| if k == region { Some(candidate) } else { self.standing[k].as_ref() };
-        let bodies: Vec<Body> = (self.regions.iter().enumerate())
-            .flat_map(|(k, r)| standing(k).map_or(Vec::new(), |c| c.bodies(r, self.options)))
+        let bodies: Vec<Body> = (0..self.regions.len())
+            .filter_map(|k| standing(k).map(|c| c.bodies(self.place(k, c.proposal), self.options)))
+            .flatten()
             .collect();
         self.backend.set_medium(refraction(bodies, self.options));
         Ok(judge.shown(self.backend, care))

@@ -108,6 +108,21 @@ pub(super) fn vote(outlines: &Outlines, rays: &[Ray<f32>], bounds: &Aabb<f32>, o
     strictest.unwrap_or(vote(*dissent, LEAST[0]))
 }
 
+/// Nodes along the longest edge of the hull that says where gaps of masks are closed, and the share of the views that must see
+/// a place inside of it.
+const BRIDGED: (u32, f32) = (64, 0.8);
+
+/// The outlines without narrow gaps where nearly all other views see glass: what is too thin to be known as an occluder.
+pub(super) fn without_gaps(outlines: &Outlines, bounds: &Aabb<f32>, options: &Options) -> Outlines {
+    let domain = Domain::with_longest(*bounds, Extent::Bounded, BRIDGED.0);
+    let vote = Vote { share: BRIDGED.1, least: LEAST[2], ..Vote::default() };
+    let hull = outlines.hull(&domain, &vote);
+    // Half a voxel inside.
+    let deep: Vec<f32> = hull.distance.iter().map(|d| (-d / domain.voxel()).clamp(0.0, 1.0)).collect();
+    let gate = Gate::new(domain, &deep);
+    outlines.without_gaps(options.shape.gap, |ray| gate.admits(ray)).0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

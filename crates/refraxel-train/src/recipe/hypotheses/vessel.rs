@@ -25,15 +25,16 @@ fn unknowns() -> Vec<Unknown> {
     };
     vec![
         unknown(INDEX, &[1.5], &[0.04], [1.0, 4.0]),
-        unknown("wall", &[0.07, 0.13, 0.26], &[0.03, 0.01], [0.02, 0.9]),
-        unknown("base", &[0.2], &[0.1, 0.05], [0.02, 0.9]),
-        unknown("water", &[0.0, 0.35, 0.6, 0.85], &[0.08, 0.03], [0.0, 1.0]),
+        unknown("wall", &[0.06, 0.12, 0.24], &[0.03, 0.015], [0.02, 0.9]),
+        unknown("base", &[0.2], &[0.08, 0.04], [0.02, 0.9]),
+        unknown("water", &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
     ]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let Some(outer) = &region.surface else { return Vec::new() };
-    let (depth, solid) = (region.depth(), || ShapeBody { surface: outer.clone(), substance: Substance::Glass });
+    let (depth, solid) =
+        (region.depth(), || ShapeBody { surface: outer.clone(), substance: Substance::Glass });
     let found = region.vessel_side().and_then(|side| {
         let [low, high] = side.span;
         let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low) };

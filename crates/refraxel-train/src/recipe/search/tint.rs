@@ -22,7 +22,7 @@ impl<B: Backend> Search<'_, '_, B> {
     /// index that explains them best so. Clear, unless that lowers the error.
     pub(super) fn tint(&mut self, region: usize, judge: &Judge) -> Result<[f32; 3], Cancelled> {
         const CLEAR: [f32; 3] = [0.0; 3];
-        let (place, options) = (self.regions[region], self.options);
+        let (place, options) = (&self.regions[region], self.options);
         let depth = place.depth();
         if !self.searches() || !options.absorption.enabled.is_on() || depth <= 0.0 {
             return Ok(CLEAR);

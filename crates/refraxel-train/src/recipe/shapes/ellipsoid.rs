@@ -1,7 +1,8 @@
 //! An ellipsoid, from silhouettes: balls of glass and lenses with an index gradient.
 //!
 //! The plane through the camera and the contour touches the body. A plane m · x = h touches the ellipsoid
-//! {c + S^½ u : |u| ≤ 1} where (h − m · c)² = mᵀSm, which is linear in c and P = S − c cᵀ: least squares.
+//! {c + S^½ u : |u| ≤ 1} where (h − m · c)² = mᵀSm, which is linear in c and P = S − c cᵀ: least squares. Noise of m would
+//! make the body smaller, so that m is that of the plane through the line of sight which is nearest to touching the last one.
 
 use super::contours::{Contours, Touch, View, pixels_per_radius, structure, weight};
 use super::normal_equations::solved;
@@ -31,12 +32,13 @@ const FLATTEST: f64 = 8.0;
 /// and what no picture shows better.
 pub(in crate::recipe) fn ellipsoid(contours: &Contours, tolerance: f64) -> Option<Ellipsoid> {
     let Contours { frame, views } = contours;
-    let mut shape = Shape { center: Vec3::zero(), spread: Mat3::identity() };
+    let unit = Mat3::identity();
+    let mut shape = Shape { center: Vec3::zero(), spread: unit, metric: unit };
     for _ in 0..ROUNDS {
         shape = shape.fitted(views)?;
     }
     let misfit = structure(views.iter().map(|v| v.touches.iter().map(|t| shape.miss(v, t)).collect()));
-    let metric = inverse(&shape.spread)?;
+    let metric = shape.metric;
     // Trace and trace of the inverse bound both ends of the axes' squares.
     let trace = |m: &Mat3<f64>| (0..3).map(|k| m.columns[k][k]).sum::<f64>();
     let is_compact = trace(&shape.spread) * trace(&metric) < FLATTEST * FLATTEST;
@@ -53,30 +55,54 @@ impl Ellipsoid {
         let gradient = self.metric * y;
         let radius = y.dot(gradient).sqrt();
         let slope = gradient.length();
-        if slope > 0.0 { radius * (radius - 1.0) / slope } else { -self.metric.columns[0].length().sqrt().recip() }
+        if slope > 0.0 {
+            radius * (radius - 1.0) / slope
+        } else {
+            -self.metric.columns[0].length().sqrt().recip()
+        }
     }
 }
 
-/// An ellipsoid by c and S.
+/// An ellipsoid by c, S and S⁻¹.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     center: Vec3<f64>,
     spread: Mat3<f64>,
+    metric: Mat3<f64>,
+}
+
+/// A plane through a line of sight, and where a shape is when it meets it.
+struct Tangency {
+    /// Its unit normal m, and its distance h from the origin.
+    normal: Vec3<f64>,
+    height: f64,
+    /// √(mᵀSm), and what the plane lies outside: h − m · c − √(mᵀSm).
+    reach: f64,
+    gap: f64,
+    /// Pixels per unit of length where it touches.
+    scale: f64,
 }
 
 impl Shape {
-    /// How far a tangent plane lies outside, and where it touches nearest: h − m · c − √(mᵀSm).
-    fn gap(&self, view: &View, touch: &Touch) -> (f64, Vec3<f64>) {
-        let m = touch.normal;
-        let pole = self.spread * m;
-        let reach = m.dot(pole).max(f64::MIN_POSITIVE).sqrt();
-        (m.dot(view.eye - self.center) - reach, self.center + pole / reach)
+    /// The plane through a line of sight that is nearest to touching the shape; it faces as the contour does.
+    fn tangency(&self, view: &View, touch: &Touch) -> Tangency {
+        let along = self.metric * touch.direction;
+        let from = view.eye - self.center;
+        let nearest = from - touch.direction * (from.dot(along) / touch.direction.dot(along));
+        let normal = (self.metric * nearest).normalized();
+        let is_sound = normal.is_finite() && normal.dot(touch.normal) > 0.5;
+        let normal = if is_sound { normal } else { touch.normal };
+        let pole = self.spread * normal;
+        let reach = normal.dot(pole).max(f64::MIN_POSITIVE).sqrt();
+        let (height, at) = (normal.dot(view.eye), self.center + pole / reach);
+        let gap = height - normal.dot(self.center) - reach;
+        Tangency { normal, height, reach, gap, scale: touch.per_radian / (at - view.eye).length() }
     }
 
-    /// The same in the picture [pixel].
+    /// How far outside a line of sight passes [pixel].
     fn miss(&self, view: &View, touch: &Touch) -> f64 {
-        let (gap, at) = self.gap(view, touch);
-        gap * touch.per_radian / (at - view.eye).length()
+        let t = self.tangency(view, touch);
+        t.gap * t.scale
     }
 
     /// Least squares, in which each line of sight counts by how well the old shape follows it.
@@ -84,10 +110,7 @@ impl Shape {
         let mut matrix = vec![0.0; UNKNOWNS * UNKNOWNS];
         let mut right = vec![0.0; UNKNOWNS];
         for (view, touch) in views.iter().flat_map(|v| v.touches.iter().map(move |t| (v, t))) {
-            let (m, (gap, at)) = (touch.normal, self.gap(view, touch));
-            let height = m.dot(view.eye);
-            let reach = height - m.dot(self.center) - gap;
-            let scale = touch.per_radian / (at - view.eye).length();
+            let Tangency { normal: m, height, reach, gap, scale } = self.tangency(view, touch);
             // The squares' difference is 2 reach times the gap.
             let share = weight(gap * scale) * (scale / (2.0 * reach)).powi(2);
             let c = m * (2.0 * height);
@@ -105,7 +128,7 @@ impl Shape {
         let moment = Mat3::from_rows([[x[0], xy, zx], [xy, x[1], yz], [zx, yz, x[2]]]);
         let square = center.to_array().map(|c| center * c);
         let spread = Mat3 { columns: [0, 1, 2].map(|k| moment.columns[k] + square[k]) };
-        Some(Self { center, spread })
+        Some(Self { center, spread, metric: inverse(&spread)? })
     }
 }
 
@@ -156,7 +179,7 @@ mod tests {
     #[test]
     fn an_ellipsoid_is_found_from_views_from_above_to_a_part_of_a_pixel() {
         let views = silhouettes(&cameras(24, FROM_ABOVE), meets([0.7, 0.5, 0.6]));
-        for (views, pixels) in [(views.clone(), 0.1), (shaken(views, 1.0), 0.5)] {
+        for (views, pixels) in [(views.clone(), 0.1), (shaken(views, 1.0), 0.2)] {
             let found = found(&views).unwrap();
             for (axis, reach) in axes().into_iter().zip([0.7, 0.5, 0.6]) {
                 for pole in [CENTER + axis * reach, CENTER - axis * reach] {
@@ -179,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_a_cylinder_and_a_bent_ball_are_none() {
+    fn a_cube_and_two_balls_in_one_are_none() {
         let slab = |ray: &Ray<f64>, axis: Vec3<f64>, half: f64| {
             let (o, d) = (axis.dot(ray.origin), axis.dot(ray.direction));
             let ends = [(-half - o) / d, (half - o) / d];
@@ -191,7 +214,7 @@ mod tests {
         };
         let pair = |ray: &Ray<f64>| {
             let near = |c: Vec3<f64>| (ray.origin - c).cross(ray.direction).length() < 0.45;
-            near(vec3(0.08, 0.0, 0.0)) || near(vec3(-0.08, 0.0, 0.0))
+            near(vec3(0.15, 0.0, 0.0)) || near(vec3(-0.15, 0.0, 0.0))
         };
         let cameras = cameras(24, FROM_ABOVE);
         assert!(found(&silhouettes(&cameras, cube)).is_none());

@@ -1,8 +1,8 @@
 //! An open vessel: glass around a cavity that is open at the top, with water in it or not.
 
 use super::{ShapeBody, Substance, distance, level_set, span};
-use rayon::prelude::*;
 use crate::model::polyhedron::Plane;
+use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};
 
 /// What is assumed of a vessel.
@@ -20,7 +20,7 @@ pub(in crate::recipe) struct Vessel {
 const RIM: f32 = 2.0;
 
 /// Water ends this far inside of the wall [voxel], so that its surface and that of the air above nowhere coincide.
-const WITHIN: f32 = 0.1;
+const WITHIN: f32 = 0.02;
 /// It reaches this far into the air, which rules there [voxel].
 const ABOVE: f32 = 3.0;
 
@@ -78,7 +78,11 @@ const MOST_RAISED: f32 = 0.15;
 /// and may be thinner than a voxel.
 ///
 /// `outer` is the hull that `side` is of. `None` where the wall leaves no cavity.
-pub(in crate::recipe) fn vessel(outer: &LevelSet<f32>, side: &Side, vessel: &Vessel) -> Option<Vec<ShapeBody>> {
+pub(in crate::recipe) fn vessel(
+    outer: &LevelSet<f32>,
+    side: &Side,
+    vessel: &Vessel,
+) -> Option<Vec<ShapeBody>> {
     let Vessel { wall, base, water } = *vessel;
     let (voxel, [low, rim]) = (outer.voxel(), side.span);
     let level = low + base + water;

@@ -1,6 +1,6 @@
 use super::super::views::{cameras, footprint, hull, meets_body, shaken, silhouette, silhouettes};
 use super::*;
-use crate::initial::{Occluders, Silhouette};
+use crate::initial::{Occluders, Outlines, Silhouette};
 use crate::random::Random;
 use refraxel_core::{Ray, vec3};
 use std::f64::consts::TAU;
