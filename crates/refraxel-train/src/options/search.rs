@@ -27,9 +27,9 @@ section! {
         guess: f32 = 1.4, in 1.0..=4.0;
         /// How the index changes from the outside of a refractive body to its inside.
         profile: SurfaceProfile = SurfaceProfile::Auto;
-        /// Whether open vessels and water that is seen from above only are tried, too. They take some seconds per region, and
-        /// have not won a race yet.
-        rare: Switch = Switch::Off;
+        /// Whether open vessels and water that is seen from above only are tried, too, where no other hypothesis explains what is
+        /// seen. They take some seconds per region.
+        rare: Switch = Switch::On;
         /// Rays that judge a candidate, per region.
         rays: u32 = 4096, in 64..=65_536, "rays";
         /// Squared error, over the three channels, that counts half: rays that end at something unknown must not decide.

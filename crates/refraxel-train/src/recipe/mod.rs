@@ -160,40 +160,59 @@ const MOST_HEATS: usize = 3;
 /// not known yet, and the search says nothing.
 const DECISIVE: f64 = 0.97;
 
-/// Per heat one candidate per region: the best of the search first.
-fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Vec<Vec<Candidate>> {
+/// An index that bends nothing.
+const STRAIGHT_INDEX: f32 = 1.03;
+
+/// What races, and what is assumed where nothing can race.
+struct Heats {
+    /// Per heat one candidate per region: the best of the search first.
+    rivals: Vec<Vec<Candidate>>,
+    /// Per region: the best of the search, or a guess where the search says nothing.
+    assumed: Vec<Candidate>,
+}
+
+fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Heats {
     let options = known.options;
-    let rivals = |(k, (found, region)): (usize, (&Fits, &Region))| {
-        let least = found.fits.first().map_or(0.0, |f| f.error);
-        let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * least);
-        let mut rivals: Vec<Candidate> = near.map(|f| f.candidate.clone()).collect();
-        let is_searched = rivals.iter().any(|c| c.searched);
-        if is_searched && least > DECISIVE * found.straight {
-            let proposal = hypotheses::proposals(region, options)[0];
-            let (index, straight_misfit) = (options.search.guess, found.straight);
-            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
-            rivals.insert(0, Candidate::guess(proposal, region, options));
-        }
+    let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
+    for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
+        let Some(best) = found.fits.first() else { continue };
+        let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * best.error);
+        let mut rivals: Vec<Candidate> =
+            near.filter(|f| bends(&f.candidate)).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
-        if let Some(late) =
-            rivals.iter().skip(MOST_HEATS).position(|c| c.proposal.kind == Hypothesis::Polyhedron)
-        {
+        let is_polyhedron = |c: &Candidate| c.proposal.kind == Hypothesis::Polyhedron;
+        if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_polyhedron) {
             rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
         }
         rivals.truncate(MOST_HEATS);
-        rivals
-    };
-    let rivals: Vec<Vec<Candidate>> = fits.iter().zip(regions).enumerate().map(rivals).collect();
-    let count = rivals.iter().map(Vec::len).max().unwrap_or(0);
-    let heat = |h: usize| rivals.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
-    (0..count).map(heat).collect()
+        let mut best = best.candidate.clone();
+        if best.searched && found.fits[0].error > DECISIVE * found.straight {
+            let (index, straight_misfit) = (options.search.guess, found.straight);
+            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
+            best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
+        }
+        // A guess races where the search leaves a place.
+        if rivals.is_empty() || (!best.searched && rivals.len() < MOST_HEATS && bends(&best)) {
+            rivals.push(best.clone());
+        }
+        all.push(rivals);
+        assumed.push(best);
+    }
+    let count = all.iter().map(Vec::len).max().unwrap_or(0);
+    let heat = |h: usize| all.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
+    Heats { rivals: (0..count).map(heat).collect(), assumed }
+}
+
+/// Whether rays bend at all: otherwise it is straight rays again.
+fn bends(candidate: &Candidate) -> bool {
+    !candidate.searched || candidate.values.first().is_none_or(|n| *n > STRAIGHT_INDEX)
 }
 
 /// Lets the heats race, where there is a judge and enough time.
 fn decide<B: Backend>(
     backend: &mut B,
     field: &Field,
-    heats: Vec<Vec<Candidate>>,
+    Heats { rivals: heats, assumed }: Heats,
     watch: &mut Watch,
     clock: Instant,
 ) -> Result<Decided, Cancelled> {
@@ -205,14 +224,14 @@ fn decide<B: Backend>(
     let is_searched = known.options.search.enabled.is_on() && !is_known;
     let races = judge.enabled.is_on() && !is_known && !alone && views > 0;
     let entries = heats.len() + 1;
-    let best = heats[0].clone();
     let mut contest = Trained::new(backend, field, watch, heats);
     let course = if races { course(&mut contest, field, entries, clock)? } else { Course::default() };
     if course.first == 0 {
         field.start.clone().load(backend);
         // Nobody bends from a mere guess where straight rays may win.
         let must_be_found = is_searched && judge.enabled.is_on() && judge.straight.is_on();
-        let candidates = best.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
+        let candidates =
+            assumed.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
         return Ok(Decided { candidates, verdict: None, goes_on: false });
     }
     contest.set_course(course);

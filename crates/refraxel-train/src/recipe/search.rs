@@ -15,7 +15,7 @@ use crate::model::Refraction;
 use crate::options::{Options, SearchOptions};
 use crate::rays::{Selection, squared_errors};
 use crate::schedule::training_marching;
-use crate::verdict::Found;
+use crate::verdict::{Found, Hypothesis};
 use refraxel_core::radiance::Pixel;
 
 /// Candidates of a finer pass, in its distances.
@@ -23,12 +23,10 @@ const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 
 /// And of the index together with the second unknown: the error has a valley across both, for more glass and a lower index
 /// look alike.
-const DIAGONALS: [[f32; 2]; 8] =
-    [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [2.0, -1.0], [-2.0, 1.0], [1.0, -2.0], [-1.0, 2.0]];
-
+const DIAGONALS: [[f32; 2]; 4] = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
 /// Rounds of a pass at most: another one follows where one lowers the error to this part.
 const ROUNDS: usize = 3;
-const BETTER: f64 = 0.995;
+const BETTER: f64 = 0.97;
 
 /// A hypothesis with the numbers that fit best.
 #[derive(Clone)]
@@ -151,12 +149,14 @@ impl<B: Backend> Search<'_, '_, B> {
         self.options.search.enabled.is_on() && !self.regions.iter().all(|r| r.is_known())
     }
 
-    /// The region on which a hypothesis is tried: a sketch, unless the body may have edges, which that would round. Hypotheses
-    /// that are dear have none that matter.
+    /// The region on which a hypothesis is tried: a sketch, unless the body has edges by this hypothesis, which that would round.
     fn place(&self, region: usize, proposal: &Proposal) -> &Region {
         let whole = &self.regions[region];
-        let sketch = self.sketches[region].as_ref().filter(|_| proposal.is_dear || !whole.may_have_edges());
-        sketch.unwrap_or(whole)
+        let has_edges = match proposal.kind {
+            Hypothesis::Solid => whole.may_have_edges(),
+            kind => kind == Hypothesis::Polyhedron,
+        };
+        self.sketches[region].as_ref().filter(|_| !has_edges).unwrap_or(whole)
     }
 
     /// About how many candidates a region has.

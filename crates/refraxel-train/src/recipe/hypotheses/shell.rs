@@ -18,7 +18,7 @@ fn unknowns() -> Vec<Unknown> {
     let walls = vec![0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
     vec![
         Unknown { name: INDEX, first: vec![1.33, 1.5, 1.7], fine: index, range: [1.0, 4.0] },
-        Unknown { name: "wall", first: walls, fine: wall, range: [0.02, 0.95] },
+        Unknown { name: "wall", first: walls, fine: wall, range: [0.02, 0.7] },
     ]
 }
 

@@ -17,6 +17,9 @@ const STEPS: usize = 2;
 /// Largest optical thickness over the depth of the body: nothing is seen through more.
 const DARKEST: f32 = 5.0;
 
+/// What absorbs all channels alike, to this part of the most absorbed one, is a thing in clear glass rather than its colour.
+const COLOUR: f32 = 0.3;
+
 impl<B: Backend> Search<'_, '_, B> {
     /// Absorption coefficients [1 / scene unit]: as much as makes the mean of what is seen that of the photographs, at the
     /// index that explains them best so. Clear, unless that lowers the error.
@@ -48,7 +51,9 @@ impl<B: Backend> Search<'_, '_, B> {
                 tinted = (error, candidate.tint);
             }
         }
-        Ok(if tinted.0 < options.search.tinted * clear { tinted.1 } else { CLEAR })
+        let [low, high] = tinted.1.iter().fold([f32::MAX, 0.0], |[a, b], t| [a.min(*t), b.max(*t)]);
+        let is_colour = high - low > COLOUR * high;
+        Ok(if is_colour && tinted.0 < options.search.tinted * clear { tinted.1 } else { CLEAR })
     }
 }
 
