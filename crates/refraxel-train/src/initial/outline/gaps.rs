@@ -25,6 +25,10 @@ impl Outlines {
     }
 }
 
+/// Distance from the contour that shows a gap [sample], and how far around such samples it reaches.
+const BEYOND: f32 = 1.0;
+const AROUND: usize = 2;
+
 impl Outline {
     /// The distances with gaps closed; `None` where there are none.
     fn closed(&self, width: f64, meets: impl Fn(&Ray<f32>) -> bool) -> Option<Vec<f32>> {
@@ -35,7 +39,14 @@ impl Outline {
             (0..self.distance.len()).map(|k| if is_inside(k) { 255 } else { 0 }).collect()
         };
         let grown = signed_distance(&coverage(&|k| self.distance[k] < reach * stride), self.size);
-        let is_gap = |k: usize| grown[k] < -reach && self.distance[k] > 0.0;
+        // A closing on a raster is uncertain by half a sample: a gap reaches further beyond the contour somewhere.
+        let is_sure = |k: usize| grown[k] < -reach - 0.5 && self.distance[k] > BEYOND * stride;
+        let near_sure = |k: usize| {
+            let [x, y] = [k % self.size[0], k / self.size[0]];
+            let around = |c: usize, n: usize| c.saturating_sub(AROUND)..(c + AROUND + 1).min(n);
+            around(y, self.size[1]).any(|v| around(x, self.size[0]).any(|u| is_sure(v * self.size[0] + u)))
+        };
+        let is_gap = |k: usize| grown[k] < -reach && self.distance[k] > 0.0 && near_sure(k);
         let met: Vec<usize> =
             (0..grown.len()).filter(|&k| is_gap(k) && self.ray(k).is_some_and(|ray| meets(&ray))).collect();
         if met.is_empty() {
