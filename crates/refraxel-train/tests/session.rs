@@ -48,6 +48,8 @@ fn options(bend: bool) -> Options {
         options.set(key, value).unwrap();
     }
     options.refraction.bend = if bend { Switch::On } else { Switch::Off };
+    // So short a run does not know whether its rays should bend.
+    options.judge.straight = Switch::Off;
     options
 }
 
@@ -129,6 +131,7 @@ fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (tempfile::TempDir, Da
 fn judged(data: Dataset, change: fn(&mut Options)) -> (Session<CpuBackend>, Vec<Event>) {
     let mut options = options(true);
     (options.run.steps, options.run.batch) = (200, 512);
+    options.judge.straight = Switch::On;
     change(&mut options);
     let mut session = Session::start(Setup::new(data, options), CpuBackend::new, &mut |_| {}).unwrap();
     let events = finish(&mut session);
