@@ -9,6 +9,7 @@ pub mod cpu;
 pub mod evaluation;
 pub mod events;
 pub mod initial;
+mod level_set;
 pub mod memory;
 pub mod metrics;
 pub mod model;

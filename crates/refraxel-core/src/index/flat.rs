@@ -37,13 +37,25 @@ pub(super) fn distance_to(marked: &[bool], n: [usize; 3]) -> Vec<u8> {
     distance
 }
 
-/// Replaces 0 in marked cells and [`FAR`] elsewhere by the distances: one pass from each end.
+/// Replaces 0 in marked cells and [`FAR`] elsewhere by the distances: how often the marked cells must grow by one cell on all
+/// sides to reach a cell.
 fn transform(distance: &mut [u8], n: [usize; 3]) {
     let cells = n.map(|v| v - 1);
-    spread(distance, cells);
-    distance.reverse();
-    spread(distance, cells);
-    distance.reverse();
+    let mut reached: Vec<u8> = distance.iter().map(|d| u8::from(*d == 0)).collect();
+    let mut before = vec![0; reached.len()];
+    distance.fill(0);
+    for _ in 0..FAR {
+        distance.iter_mut().zip(&reached).for_each(|(d, r)| *d += 1 - r);
+        for axis in 0..3 {
+            before.copy_from_slice(&reached);
+            let (stride, line) = (cells[..axis].iter().product(), cells[..=axis].iter().product());
+            for (out, of) in reached.chunks_exact_mut(line).zip(before.chunks_exact(line)) {
+                let (first, last) = (line - stride, stride);
+                out[..first].iter_mut().zip(&of[last..]).for_each(|(r, next)| *r |= next);
+                out[last..].iter_mut().zip(&of[..first]).for_each(|(r, next)| *r |= next);
+            }
+        }
+    }
 }
 
 /// [`clearance`] of a grid of vacuum with `n` nodes per axis: [`FAR`] in each cell.
@@ -60,45 +72,22 @@ pub(super) fn windows<V: Copy>(v: &[V], mut n: [usize; 3], best: impl Fn(V, V) -
         let (len, old) = (n[axis], v);
         v = Vec::with_capacity(old.len());
         for line in old.chunks_exact(inner * len) {
+            if axis == 0 {
+                v.push(best(best(line[0], line[1]), line[2.min(len - 1)]));
+                v.extend(line.windows(4).map(|w| best(best(w[0], w[1]), best(w[2], w[3]))));
+                v.extend((len > 2).then(|| best(best(line[len - 3], line[len - 2]), line[len - 1])));
+                continue;
+            }
             for cell in 0..len - 1 {
                 let [a, b, c, d] = [cell.saturating_sub(1), cell, cell + 1, (cell + 2).min(len - 1)]
                     .map(|node| &line[node * inner..][..inner]);
-                v.extend((0..inner).map(|i| best(best(a[i], b[i]), best(c[i], d[i]))));
+                let pairs = a.iter().zip(b).zip(c.iter().zip(d));
+                v.extend(pairs.map(|((a, b), (c, d))| best(best(*a, *b), best(*c, *d))));
             }
         }
         n[axis] = len - 1;
     }
     v
-}
-
-/// One raster pass of the distance transform: d ← min(d, 1 + d of the 13 neighbours before). This and the same pass from
-/// the other end give the exact Chebyshev distance (Borgefors 1986).
-fn spread(distance: &mut [u8], n: [usize; 3]) {
-    let mut best = vec![u8::MAX; n[0] + 2]; // of the four rows before, with one cell more on each side
-    for row in 0..n[1] * n[2] {
-        let (y, z) = (row % n[1], row / n[1]);
-        let (before, rest) = distance.split_at_mut(row * n[0]);
-        best.fill(u8::MAX);
-        let mut include = |row: usize| {
-            for (b, d) in best[1..].iter_mut().zip(&before[row * n[0]..][..n[0]]) {
-                *b = (*b).min(*d);
-            }
-        };
-        if y > 0 {
-            include(row - 1);
-        }
-        if z > 0 {
-            let above = row - n[1];
-            let first = above - usize::from(y > 0);
-            (first..=above + usize::from(y + 1 < n[1])).for_each(include);
-        }
-        let mut left = u8::MAX;
-        for (x, d) in rest[..n[0]].iter_mut().enumerate() {
-            let neighbour = best[x].min(best[x + 1]).min(best[x + 2]).min(left);
-            *d = (*d).min(neighbour.saturating_add(1));
-            left = *d;
-        }
-    }
 }
 
 #[cfg(test)]

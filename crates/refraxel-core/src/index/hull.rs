@@ -14,8 +14,9 @@ use crate::Real;
 /// Most cells are decided by their 4³ coefficients, whose range contains that of the control values; only the others
 /// need the control values.
 pub(super) fn may_vanish<T: Real>(c: &[T], n: [usize; 3], margin: T) -> Vec<bool> {
-    let (low, high) = (windows(c, n, T::min), windows(c, n, T::max));
-    let mut out: Vec<bool> = low.iter().zip(&high).map(|(&a, &b)| a <= margin && b >= -margin).collect();
+    // Whether a coefficient may be on either side.
+    let sides: Vec<u8> = c.iter().map(|c| u8::from(*c <= margin) | u8::from(*c >= -margin) << 1).collect();
+    let mut out: Vec<bool> = windows(&sides, n, |a, b| a | b).into_iter().map(|sides| sides == 3).collect();
     let cells = n.map(|n| n - 1);
     for z in 0..cells[2] {
         for y in 0..cells[1] {

@@ -10,11 +10,10 @@ use crate::Real;
 ///
 /// Error: the spline is O(h⁴) off where the sampled function is smooth. Symmetric, hence its own transpose. Source: Unser 1999, by elimination instead of recursive filters.
 pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
-    let strides = [1, n[0], n[0] * n[1]];
     for axis in 0..3 {
         let pivots = pivots(n[axis]);
-        for start in line_starts(n, axis) {
-            solve_line(s, start, strides[axis], &pivots);
+        for lines in side_by_side(s, n, axis) {
+            solve(lines, &pivots);
         }
     }
 }
@@ -23,25 +22,29 @@ pub(super) fn interpolate<T: Real>(s: &mut [T], n: [usize; 3]) {
 /// is 0 at the first and last node of a line, whose coefficient then is the sample. Linear functions are their own
 /// coefficients.
 pub(super) fn interpolate_all<T: Real>(s: &mut [T], n: [usize; 3]) {
-    let strides = [1, n[0], n[0] * n[1]];
     let sixth = T::of(1.0 / 6.0);
     for axis in 0..3 {
-        let (stride, last) = (strides[axis], n[axis] - 1);
         let pivots = pivots(n[axis] - 2);
-        for start in line_starts(n, axis) {
-            let ends = [s[start], s[start + last * stride]];
-            s[start + stride] -= sixth * ends[0];
-            s[start + (last - 1) * stride] -= sixth * ends[1];
-            solve_line(s, start + stride, stride, &pivots);
+        for lines in side_by_side(s, n, axis) {
+            let width = lines.len() / n[axis];
+            let (first, rest) = lines.split_at_mut(width);
+            let (inner, last) = rest.split_at_mut(rest.len() - width);
+            let less = |row: &mut [T], end: &[T]| {
+                row.iter_mut().zip(end).for_each(|(v, end)| *v -= sixth * *end);
+            };
+            less(&mut inner[..width], first);
+            let beside_last = inner.len() - width;
+            less(&mut inner[beside_last..], last);
+            solve(inner, &pivots);
         }
     }
 }
 
-/// Indices of the first nodes of the lines along an axis.
-fn line_starts(n: [usize; 3], axis: usize) -> impl Iterator<Item = usize> {
-    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-    let strides = [1, n[0], n[0] * n[1]];
-    (0..n[b]).flat_map(move |j| (0..n[a]).map(move |i| i * strides[a] + j * strides[b]))
+/// The lines along an axis, in groups of those whose nodes are neighbours in memory: a group holds the first nodes of its
+/// lines, then the second ones, …
+fn side_by_side<T>(s: &mut [T], n: [usize; 3], axis: usize) -> impl Iterator<Item = &mut [T]> {
+    let width: usize = n[..axis].iter().product();
+    s.chunks_exact_mut(width * n[axis])
 }
 
 /// Reciprocal pivots of the elimination of the matrix (1, 4, 1): r₀ = 1/4, r = 1/(4 − r₋).
@@ -55,22 +58,25 @@ fn pivots<T: Real>(n: usize) -> Vec<T> {
         .collect()
 }
 
-/// Solves the system of one line in place: forward elimination, then substitution from the end. The line has one node per
-/// pivot, `stride` apart, from `start` on.
-fn solve_line<T: Real>(s: &mut [T], start: usize, stride: usize, pivots: &[T]) {
-    let six = T::of(6.0);
+/// Solves the systems of lines that are side by side, in place: forward elimination, then substitution from the end. A line
+/// has one node per pivot.
+fn solve<T: Real>(lines: &mut [T], pivots: &[T]) {
+    let (width, six) = (lines.len() / pivots.len().max(1), T::of(6.0));
     // forward: c₋ + 4 c + c₊ = 6 s, with c₋ eliminated
-    let mut before = T::zero();
     for (i, &r) in pivots.iter().enumerate() {
-        let v = &mut s[start + i * stride];
-        before = (six * *v - before) * r;
-        *v = before;
+        let (done, rest) = lines.split_at_mut(i * width);
+        let row = &mut rest[..width];
+        match i {
+            0 => row.iter_mut().for_each(|v| *v = six * *v * r),
+            _ => {
+                let before = &done[(i - 1) * width..];
+                row.iter_mut().zip(before).for_each(|(v, b)| *v = (six * *v - *b) * r);
+            }
+        }
     }
-    let mut after = T::zero();
-    for (i, &r) in pivots.iter().enumerate().rev() {
-        let v = &mut s[start + i * stride];
-        after = *v - r * after;
-        *v = after;
+    for (i, &r) in pivots.iter().enumerate().rev().skip(1) {
+        let (row, rest) = lines[i * width..].split_at_mut(width);
+        row.iter_mut().zip(&rest[..width]).for_each(|(v, after)| *v -= r * *after);
     }
 }
 

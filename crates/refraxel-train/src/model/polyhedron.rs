@@ -1,5 +1,6 @@
 //! Bodies with flat faces: the planes that enclose them are what learns, theory (4.14).
 
+use crate::level_set::level_set;
 use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 
@@ -99,13 +100,13 @@ impl Polyhedron {
 
     /// Its surface on a grid: edges are as sharp as that.
     pub fn level_set(&self, bounds: Aabb<f32>, resolution: [u32; 3]) -> LevelSet<f32> {
-        LevelSet::from_control_values(bounds, resolution, |x| self.height(x))
+        level_set(bounds, resolution, |x| self.height(x))
     }
 
     /// What of a body lies below all planes.
     pub fn cut(&self, body: &LevelSet<f32>) -> LevelSet<f32> {
         let domain = body.domain();
-        LevelSet::from_control_values(domain.bounds, domain.resolution, |x| self.height(x).max(body.value(x)))
+        level_set(domain.bounds, domain.resolution, |x| self.height(x).max(body.value(x)))
     }
 
     /// The body whose faces, all but the base, lie further out by `by` [scene unit].

@@ -36,6 +36,8 @@ section! {
         saturation: f64 = 0.01, in 1e-6..=1.0;
         /// Hypotheses whose search takes long are tried where no other lowers the error of straight rays to this part.
         explained: f64 = 0.93, in 0.0..=1.0;
+        /// After its first pass a hypothesis is searched further if it has at most this factor of the least error of any.
+        far: f64 = 1.06, in 1.0..=10.0;
         /// A hypothesis with more unknowns must lower the error to this part of that of a solid body.
         better: f64 = 0.985, in 0.5..=1.0;
         /// What is seen through a body has its colour from the body, not from what stands behind, where that lowers the error to

@@ -104,7 +104,7 @@ fn from_masks(
     let region = |bounds: &Aabb<f32>| match options.shape.start {
         StartShape::Block => vec![sites.block(bounds)],
         StartShape::Ball => vec![sites.ball(bounds)],
-        _ => Region::hulls(sites.site(bounds), bounds, &views, |s| ground.under(s), options),
+        _ => Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), options),
     };
     let regions = boxes.map_err(StayReason::from)?.iter().flat_map(region).collect();
     watch.progress(Task::Carving, 3, 3)?;

@@ -15,10 +15,14 @@ const GROUND_STRIDE: usize = 7;
 const AROUND: f32 = 1.4;
 /// Planes tried.
 const TRIALS: u64 = 400;
-/// Least share of the points around that a plane must explain.
-const EXPLAINED: f64 = 0.4;
-/// Least share of the hull that must stand above it.
-const ABOVE: f64 = 0.5;
+/// Least share of the points around that a plane must explain; 0.25 to 0.57 lie on the ground where there is one.
+const EXPLAINED: f64 = 0.2;
+/// Largest share of them that may lie below it: cameras above the ground see nothing there.
+const BELOW: f64 = 0.03;
+/// They lie below it from this distance on [voxel].
+const CLEARLY: f32 = 3.0;
+/// Least share of the hull that must stand above it. The root of a flat thing is larger than the thing.
+const ABOVE: f64 = 0.1;
 /// Points that decide; more are thinned.
 const POINTS: usize = 4000;
 
@@ -72,8 +76,10 @@ fn plane(around: &[Vec3<f32>], inside: &[Vec3<f32>], eye: Vec3<f32>, tolerance: 
     let candidates = (0..TRIALS).filter_map(|t| Plane::through(point(t, 0), point(t, 1), point(t, 2), eye));
     let (count, plane) = candidates.map(|p| (explained(&p), p)).max_by_key(|(count, _)| *count)?;
     let above = inside.iter().filter(|x| plane.height(**x) > -tolerance).count();
-    let stands = above as f64 >= ABOVE * inside.len() as f64;
-    (count as f64 >= EXPLAINED * thinned.len() as f64 && stands).then_some(plane)
+    let below = thinned.iter().filter(|x| plane.height(**x) < -CLEARLY * tolerance).count();
+    let part = |count: usize, all: &[Vec3<f32>]| count as f64 / all.len() as f64;
+    let is_ground = part(count, &thinned) >= EXPLAINED && part(below, &thinned) <= BELOW;
+    (is_ground && part(above, inside) >= ABOVE).then_some(plane)
 }
 
 /// A box, `by` times as wide about its centre.
@@ -104,6 +110,21 @@ mod tests {
         let (around, inside) = table();
         let found = plane(&around, &inside, vec3(0.0, 0.0, 3.0), 0.02).unwrap();
         assert!((found.height(vec3(0.5, 0.5, 1.3)) - 1.0).abs() < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_flat_thing_stands_on_its_ground_though_most_of_its_hull_is_a_root() {
+        let (around, inside) = table();
+        let flat: Vec<_> = inside.iter().map(|x| vec3(x.x, x.y, 0.4 - (x.z - 0.1))).collect();
+        let eye = vec3(0.0, 0.0, 3.0);
+        let found = plane(&around, &flat, eye, 0.02).unwrap();
+        assert!((found.height(vec3(0.5, 0.5, 1.3)) - 1.0).abs() < 0.02, "{found:?}");
+        // The same plane half way up a room is a shelf.
+        let room: Vec<_> = around.iter().chain(&inside).map(|x| vec3(x.x, x.y, x.z)).collect();
+        let floor = inside.iter().map(|x| vec3(x.y, x.x, 0.0));
+        let room: Vec<_> = room.into_iter().chain(floor.take(150)).collect();
+        let found = plane(&room, &flat, eye, 0.02);
+        assert!(found.is_none_or(|p| p.height(vec3(0.5, 0.5, 0.0)).abs() < 0.02), "{found:?}");
     }
 
     #[test]

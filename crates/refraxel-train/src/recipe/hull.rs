@@ -43,12 +43,39 @@ impl Outlined {
         let may_have_faces = round.is_none() && options.shape.faces.is_on();
         let contours = contours.filter(|_| may_have_faces);
         let found = contours.and_then(|c| polyhedron(&c, surface, under.as_ref()));
-        let faceted = found.map(|Faceted { body, .. }| Polyhedron {
-            base: body.base.map(|p| Plane::facing(p.normal(), p.offset() + SUNK * surface.voxel())),
-            ..body
-        });
+        let faceted = found.map(|Faceted { body, .. }| Polyhedron { base: sunk(ground, surface), ..body });
         Self { round, faceted }
     }
+}
+
+/// The visual hull on a grid; distances are rough far from its surface, where only their sign counts.
+fn carved(site: &Site, views: &Views) -> LevelSet<f32> {
+    let distance = views.outlines.hull(&site.domain(), &views.vote).distance;
+    let reach = 4.0 * site.domain().voxel();
+    let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
+    let whole = LevelSet::from_coefficients(site.bounds, site.resolution, near);
+    whole.unwrap_or_else(|| unreachable!("distances are finite"))
+}
+
+/// A box of less than this part of the volume is worth carving again.
+const SMALLER: f32 = 0.7;
+
+/// The box of what of a hull stands above the ground, where it is much smaller than that of all of it: the hull of a flat
+/// thing is mostly a root, which widens below the ground.
+fn standing(whole: &LevelSet<f32>, ground: Option<&Plane>, found: &Aabb<f32>) -> Option<Aabb<f32>> {
+    let (ground, nodes) = (ground?, whole.coefficients());
+    let reach = 2.0 * SUNK * whole.voxel();
+    let stands = |x: &Vec3<f32>| ground.height(*x) > -reach && found.contains(*x);
+    let above = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| whole.position(j)).filter(stands);
+    let corners = above.fold(None, |b: Option<Aabb<f32>>, x| {
+        let mut b = b.unwrap_or(Aabb::new(x, x));
+        b.include(x);
+        Some(b)
+    })?;
+    let room = Vec3::splat(whole.voxel());
+    let standing = Aabb::new((corners.min - room).max(found.min), (corners.max + room).min(found.max));
+    let volume = |b: &Aabb<f32>| b.extent().to_array().iter().product::<f32>();
+    (volume(&standing) < SMALLER * volume(found)).then_some(standing)
 }
 
 /// How far water reaches behind what any view shows of its surface [voxel].
@@ -68,32 +95,32 @@ fn water(site: &Site, views: &Views, up: Vec3<f32>) -> Option<Water> {
 
 impl Region {
     /// The bodies of a visual hull, down to what they stand on, with flat faces where they may have some, their surfaces
-    /// smoothed. `found` is the box where something is.
+    /// smoothed. `found` is the box where something is, and `site` makes the grid around a box.
     pub(super) fn hulls(
-        site: Site,
         found: &Aabb<f32>,
+        site: impl Fn(&Aabb<f32>) -> Site,
         views: &Views,
         ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
         options: &Options,
     ) -> Vec<Self> {
-        let distance = views.outlines.hull(&site.domain(), &views.vote).distance;
-        // Far from the surface the estimate is rough; only its sign counts there.
-        let reach = 4.0 * site.domain().voxel();
-        let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
-        let whole = LevelSet::from_coefficients(site.bounds, site.resolution, near);
-        let mut whole = whole.unwrap_or_else(|| unreachable!("distances are finite"));
+        let (mut found, mut at) = (*found, site(found));
+        let mut whole = carved(&at, views);
+        if let Some(standing) = standing(&whole, ground(&whole).as_ref(), &found) {
+            (found, at) = (standing, site(&standing));
+            whole = carved(&at, views);
+        }
         whole.redistance();
-        let bodies = parts(&whole, found);
+        let bodies = parts(&whole, &found);
         let is_shared = bodies.len() > 1;
         let region = |surface: LevelSet<f32>| {
             let ground = ground(&surface);
             let Outlined { round, faceted } = Outlined::new(&surface, views, ground, options);
             let up = upwards(ground.as_ref(), views.outlines.cameras());
             let is_tried = options.search.rare.is_on() && !is_shared;
-            let water = up.filter(|_| is_tried).and_then(|up| water(&site, views, up));
+            let water = up.filter(|_| is_tried).and_then(|up| water(&at, views, up));
             let hull = match &round {
-                Some(body) => Self::round(site, body, surface, ground, options),
-                None => Self::hull(site, surface, views, ground, options),
+                Some(body) => Self::round(at, body, surface, ground, options),
+                None => Self::hull(at, surface, views, ground, options),
             };
             Self { is_shared, faceted, round, up, water, ..hull }
         };

@@ -144,6 +144,8 @@ impl Region {
             up: self.up,
             water,
             is_shared: self.is_shared,
+            solid: self.solid.clone(),
+            faceted: self.faceted.clone(),
             unit: self.unit,
             ..Self::new(site, surface, options)
         })

@@ -1,6 +1,7 @@
 //! The unknown numbers of each hypothesis on each region, by the error of rays inside the masks: all first values, then
 //! coordinate descent. The radiance field is held; it shows what straight rays have learned around the regions.
 
+mod bodies;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -16,6 +17,7 @@ use crate::options::{Options, SearchOptions};
 use crate::rays::{Selection, squared_errors};
 use crate::schedule::training_marching;
 use crate::verdict::{Found, Hypothesis};
+use bodies::Shapes;
 use refraxel_core::radiance::Pixel;
 
 /// Candidates of a finer pass, in its distances.
@@ -100,6 +102,8 @@ struct Search<'a, 'w, B> {
     regions: &'a [Region],
     /// Coarser ones, where there are some.
     sketches: Vec<Option<Region>>,
+    /// Shapes that candidates share.
+    shapes: Shapes,
     options: &'a Options,
     watch: &'a mut Watch<'w>,
     /// What stands in the other regions meanwhile.
@@ -125,8 +129,18 @@ pub(super) fn fits<B: Backend>(
     let straight: Vec<f64> =
         judges.iter().map(|j| j.error(&j.shown(backend, Care::Last), Care::Last)).collect();
     let (standing, tints) = (vec![None; regions.len()], vec![[0.0; 3]; regions.len()]);
-    let mut search =
-        Search { backend, regions, sketches, options, watch, standing, tints, done: 0, total: 0 };
+    let mut search = Search {
+        backend,
+        regions,
+        sketches,
+        shapes: Shapes::default(),
+        options,
+        watch,
+        standing,
+        tints,
+        done: 0,
+        total: 0,
+    };
     search.total = regions.iter().map(|r| search.candidates(r)).sum();
     let mut found = Vec::with_capacity(regions.len());
     for (k, judge) in judges.iter().enumerate() {
@@ -149,14 +163,16 @@ impl<B: Backend> Search<'_, '_, B> {
         self.options.search.enabled.is_on() && !self.regions.iter().all(|r| r.is_known())
     }
 
-    /// The region on which a hypothesis is tried: a sketch, unless the body has edges by this hypothesis, which that would round.
-    fn place(&self, region: usize, proposal: &Proposal) -> &Region {
+    /// The region on which a hypothesis is tried: a sketch, unless the body has edges by this hypothesis, which that would
+    /// round: then first values only.
+    fn place(&self, region: usize, proposal: &Proposal, care: Care) -> &Region {
         let whole = &self.regions[region];
         let has_edges = match proposal.kind {
             Hypothesis::Solid => whole.may_have_edges(),
             kind => kind == Hypothesis::Polyhedron,
         };
-        self.sketches[region].as_ref().filter(|_| !has_edges).unwrap_or(whole)
+        let is_exact = has_edges && care == Care::Last;
+        self.sketches[region].as_ref().filter(|_| !is_exact).unwrap_or(whole)
     }
 
     /// About how many candidates a region has.
@@ -175,58 +191,83 @@ impl<B: Backend> Search<'_, '_, B> {
     /// The best numbers of each hypothesis on a region; the better hypotheses first. The first proposal is the simplest: the
     /// others must be better by a margin.
     fn all(&mut self, region: usize, judge: &Judge, straight: f64) -> Result<Vec<Fit>, Cancelled> {
-        let mut found: Vec<Fit> = Vec::new();
-        for (k, proposal) in proposals(&self.regions[region], self.options).into_iter().enumerate() {
-            if k > 0 && !self.searches() {
+        let proposals = proposals(&self.regions[region], self.options);
+        let simplest = proposals[0];
+        if !self.searches() {
+            let candidate = Candidate::guess(simplest, &self.regions[region], self.options);
+            let error = self.error(region, &candidate, judge, Care::Last)?;
+            return Ok(vec![self.told(region, Fit { error, candidate }, true)]);
+        }
+        let (dear, usual): (Vec<_>, Vec<_>) = proposals.into_iter().partition(|p| p.is_dear);
+        let (mut found, mut nearest) = (Vec::new(), f64::INFINITY);
+        for group in [usual, dear] {
+            let least = found.iter().map(|f: &Fit| f.error).fold(f64::INFINITY, f64::min);
+            if least < self.options.search.explained * straight {
                 break;
             }
-            let least = found.iter().map(|f| f.error).fold(f64::INFINITY, f64::min);
-            if proposal.is_dear && least < self.options.search.explained * straight {
-                continue;
+            let first = group.into_iter().map(|p| self.first(region, p, judge));
+            let first = first.collect::<Result<Vec<Fit>, _>>()?;
+            nearest = first.iter().map(|f| f.error).fold(nearest, f64::min);
+            for fit in first {
+                let is_simplest = fit.candidate.proposal == simplest;
+                let is_far = fit.error > self.options.search.far * nearest;
+                let fit = if is_far { fit } else { self.refined(region, fit, judge, 1)? };
+                found.push(self.told(region, fit, is_simplest));
             }
-            let mut fit = self.best(region, proposal, judge)?;
-            let (hypothesis, misfit) = (proposal.kind, fit.error);
-            let numbers = fit.candidate.found(&self.regions[region]);
-            self.watch.tell(Event::IndexSearched { region, hypothesis, found: numbers, misfit });
-            if k > 0 {
-                fit.error /= self.options.search.better;
-            }
-            found.push(fit);
         }
         found.sort_by(|a, b| a.error.total_cmp(&b.error));
         Ok(found)
     }
 
-    /// The least error of one hypothesis on a region.
-    fn best(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
-        let place = &self.regions[region];
-        let (guess, tint) = (Candidate::guess(proposal, place, self.options), self.tints[region]);
-        if !self.searches() {
-            let error = self.error(region, &guess, judge, Care::Last)?;
-            return Ok(Fit { error, candidate: guess });
+    /// Says what was found. A hypothesis that is not the simplest needs a lower error.
+    fn told(&mut self, region: usize, mut fit: Fit, is_simplest: bool) -> Fit {
+        let (hypothesis, misfit) = (fit.candidate.proposal.kind, fit.error);
+        let found = fit.candidate.found(&self.regions[region]);
+        self.watch.tell(Event::IndexSearched { region, hypothesis, found, misfit });
+        if !is_simplest {
+            fit.error /= self.options.search.better;
         }
-        let unknowns = (proposal.unknowns)(place);
+        fit
+    }
+
+    /// A hypothesis on a region after all first values and the first pass, by some of the rays.
+    fn first(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
+        let (unknowns, tint) = ((proposal.unknowns)(&self.regions[region]), self.tints[region]);
         let first = products(&unknowns).into_iter();
         let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
         let fit = self.least(region, candidates.collect(), judge, Care::First)?;
-        self.refined(region, fit.candidate, judge)
+        if unknowns.iter().all(|u| u.fine.len() < 2) {
+            return Ok(fit); // its only pass takes all rays
+        }
+        self.pass(region, fit, judge, 0, Care::First)
     }
 
-    /// Coordinate descent.
-    fn refined(&mut self, region: usize, from: Candidate, judge: &Judge) -> Result<Fit, Cancelled> {
-        let unknowns = (from.proposal.unknowns)(&self.regions[region]);
+    /// Coordinate descent from a pass on.
+    fn refined(&mut self, region: usize, mut fit: Fit, judge: &Judge, from: usize) -> Result<Fit, Cancelled> {
+        let unknowns = (fit.candidate.proposal.unknowns)(&self.regions[region]);
         let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
-        let mut fit = Fit { error: f64::INFINITY, candidate: from };
-        for pass in 0..passes {
-            // A narrow valley is followed in several rounds.
+        for pass in from.min(passes.saturating_sub(1))..passes {
             let care = if pass + 1 < passes { Care::First } else { Care::Last };
-            fit.error = f64::INFINITY;
-            for _ in 0..ROUNDS {
-                let before = fit.error;
-                fit = self.around(region, fit, judge, pass, care)?;
-                if fit.error >= BETTER * before {
-                    break;
-                }
+            fit = self.pass(region, fit, judge, pass, care)?;
+        }
+        Ok(fit)
+    }
+
+    /// A pass: rounds as long as they help, for a narrow valley is followed in several.
+    fn pass(
+        &mut self,
+        region: usize,
+        mut fit: Fit,
+        judge: &Judge,
+        pass: usize,
+        care: Care,
+    ) -> Result<Fit, Cancelled> {
+        fit.error = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let before = fit.error;
+            fit = self.around(region, fit, judge, pass, care)?;
+            if fit.error >= BETTER * before {
+                break;
             }
         }
         Ok(fit)
@@ -271,7 +312,7 @@ impl<B: Backend> Search<'_, '_, B> {
         found: &mut Fits,
     ) -> Result<(), Cancelled> {
         let Some(best) = found.fits.first_mut() else { return Ok(()) };
-        let fit = self.refined(region, best.candidate.clone(), judge)?;
+        let fit = self.refined(region, best.clone(), judge, 0)?;
         if fit.error.is_finite() {
             *best = fit;
             self.standing[region] = Some(best.candidate.clone());
@@ -288,6 +329,11 @@ impl<B: Backend> Search<'_, '_, B> {
         care: Care,
     ) -> Result<Fit, Cancelled> {
         let mut best: Option<Fit> = None;
+        if let Some(Candidate { proposal, .. }) = candidates.first() {
+            let mut shapes = std::mem::take(&mut self.shapes);
+            shapes.make(&candidates, region, self.place(region, proposal, care), self.options);
+            self.shapes = shapes;
+        }
         for candidate in candidates {
             let error = self.error(region, &candidate, judge, care)?;
             if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
@@ -320,10 +366,10 @@ impl<B: Backend> Search<'_, '_, B> {
         self.watch.progress(Task::SearchingIndex, self.done, self.total.max(self.done))?;
         self.done += 1;
         let standing = |k: usize| if k == region { Some(candidate) } else { self.standing[k].as_ref() };
-        let bodies: Vec<Body> = (0..self.regions.len())
-            .filter_map(|k| standing(k).map(|c| c.bodies(self.place(k, c.proposal), self.options)))
-            .flatten()
-            .collect();
+        let of =
+            |k: usize, c: &Candidate| self.shapes.bodies(c, k, self.place(k, c.proposal, care), self.options);
+        let bodies: Vec<Body> =
+            (0..self.regions.len()).filter_map(|k| standing(k).map(|c| of(k, c))).flatten().collect();
         self.backend.set_medium(refraction(bodies, self.options));
         Ok(judge.shown(self.backend, care))
     }

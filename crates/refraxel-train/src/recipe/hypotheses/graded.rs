@@ -9,6 +9,7 @@ use crate::verdict::Hypothesis;
 pub(super) const GRADED: Proposal = Proposal {
     kind: Hypothesis::Graded,
     is_dear: false,
+    is_sharp: false,
     unknowns: |_| vec![index_of_a_body()],
     bodies,
     learning: bodies,
@@ -21,5 +22,5 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s))).sqrt()
     });
     let n: Vec<f32> = n.collect();
-    vec![Body { grid: region.site.from_nodes(&n), state: region.smooth_state() }]
+    vec![Body::field(region.site.from_nodes(&n), region)]
 }

@@ -16,7 +16,7 @@ use super::region::Region;
 use crate::model::RegionState;
 use crate::options::{Options, SurfaceProfile};
 use crate::verdict::{Found, Hypothesis};
-use refraxel_core::IndexGrid;
+use refraxel_core::{IndexGrid, LevelSet};
 
 /// A number that a hypothesis does not know.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,9 +32,29 @@ pub(super) struct Unknown {
 }
 
 /// A body with what belongs to it.
+#[derive(Clone)]
 pub(super) struct Body {
     pub grid: IndexGrid<f32>,
     pub state: RegionState,
+    /// It has a sharp surface, and its index is the one that is sought.
+    pub is_sought: bool,
+}
+
+impl Body {
+    /// A body within a sharp surface, of the index that is sought.
+    fn sought(surface: LevelSet<f32>, index: f32) -> Self {
+        Self { grid: IndexGrid::sharp(surface, index), state: RegionState::default(), is_sought: true }
+    }
+
+    /// A body within a sharp surface, of an index that is known.
+    fn given(surface: LevelSet<f32>, index: f32, state: RegionState) -> Self {
+        Self { grid: IndexGrid::sharp(surface, index), state, is_sought: false }
+    }
+
+    /// A field that varies smoothly.
+    fn field(grid: IndexGrid<f32>, region: &Region) -> Self {
+        Self { grid, state: region.smooth_state(), is_sought: false }
+    }
 }
 
 /// A hypothesis on what stands in a region.
@@ -42,6 +62,8 @@ pub(super) struct Proposal {
     pub kind: Hypothesis,
     /// Its search takes long: it is left out where another hypothesis explains what is seen.
     pub is_dear: bool,
+    /// Its bodies have sharp surfaces, which the index does not move.
+    pub is_sharp: bool,
     /// What it does not know, the index first.
     pub unknowns: fn(&Region) -> Vec<Unknown>,
     /// The bodies, when the unknowns have these values.
@@ -87,15 +109,19 @@ impl Candidate {
         self.with_state((self.proposal.learning)(region, &self.values, options))
     }
 
+    /// The bodies to search with, where the surfaces of a candidate are known that differs in the index only.
+    pub(super) fn bodies_of_shape(&self, shape: &[Body]) -> Vec<Body> {
+        let mut bodies = shape.to_vec();
+        bodies.iter_mut().filter(|b| b.is_sought).for_each(|b| b.grid.set_interior_index(self.values[0]));
+        self.with_state(bodies)
+    }
+
     /// The index of a body stays near to what a search found, and it has its colour, unless it is air.
     fn with_state(&self, mut bodies: Vec<Body>) -> Vec<Body> {
-        let index = self.values.first().copied().filter(|_| self.searched);
         let is_air = |b: &Body| b.grid.interior_index() == Some(1.0);
-        if self.tint != [0.0; 3] {
-            bodies.iter_mut().filter(|b| !is_air(b)).for_each(|b| b.grid.set_absorption(self.tint));
-        }
-        for body in bodies.iter_mut().filter(|b| b.grid.interior_index() == index) {
-            body.state.searched = index;
+        bodies.iter_mut().filter(|b| !is_air(b)).for_each(|b| b.grid.set_absorption(self.tint));
+        for body in bodies.iter_mut().filter(|b| b.is_sought) {
+            body.state.searched = self.values.first().copied().filter(|_| self.searched);
         }
         bodies
     }

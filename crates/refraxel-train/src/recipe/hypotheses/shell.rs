@@ -6,11 +6,16 @@ use crate::options::Options;
 use crate::recipe::region::Region;
 use crate::recipe::shapes::{ShapeBody, Substance, shell};
 use crate::verdict::Hypothesis;
-use refraxel_core::IndexGrid;
 
 /// Unknowns: the index, and the thickness of the wall [depth of the body].
-pub(super) const SHELL: Proposal =
-    Proposal { kind: Hypothesis::Shell, is_dear: false, unknowns: |_| unknowns(), bodies, learning: bodies };
+pub(super) const SHELL: Proposal = Proposal {
+    kind: Hypothesis::Shell,
+    is_dear: false,
+    is_sharp: true,
+    unknowns: |_| unknowns(),
+    bodies,
+    learning: bodies,
+};
 
 fn unknowns() -> Vec<Unknown> {
     // A thicker wall and a lower index look much alike: the search goes down a valley between them.
@@ -26,9 +31,9 @@ fn unknowns() -> Vec<Unknown> {
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let Some(surface) = &region.surface else { return Vec::new() };
     let body = |b: ShapeBody| {
+        let air = RegionState { fixed_index: true, ..RegionState::default() };
         let is_air = b.substance == Substance::Air;
-        let state = RegionState { fixed_index: is_air, ..RegionState::default() };
-        Body { grid: IndexGrid::sharp(b.surface, if is_air { 1.0 } else { at[0] }), state }
+        if is_air { Body::given(b.surface, 1.0, air) } else { Body::sought(b.surface, at[0]) }
     };
     let shell = shell(surface, at[1] * region.depth());
     let solid = || vec![ShapeBody { surface: surface.clone(), substance: Substance::Glass }];

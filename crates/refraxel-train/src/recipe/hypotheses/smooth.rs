@@ -8,11 +8,12 @@ use crate::verdict::Hypothesis;
 pub(super) const SMOOTH: Proposal = Proposal {
     kind: Hypothesis::Smooth,
     is_dear: false,
+    is_sharp: false,
     unknowns: |_| vec![index_of_a_body()],
     bodies,
     learning: bodies,
 };
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    vec![Body { grid: region.site.from_occupancy(&region.occupancy, at[0]), state: region.smooth_state() }]
+    vec![Body::field(region.site.from_occupancy(&region.occupancy, at[0]), region)]
 }

@@ -2,15 +2,20 @@
 //! too small, which no mask can tell; what is seen through the body does, so that the surface may lie off the hull.
 
 use super::{Body, Proposal, Unknown, index_of_a_body};
-use crate::model::RegionState;
 use crate::options::{Options, StartShape};
 use crate::recipe::region::Region;
 use crate::verdict::Hypothesis;
 use refraxel_core::{Domain, IndexGrid, LevelSet};
 
 /// Unknowns: the index, and how far the surface lies outside the hull [voxel].
-pub(super) const SOLID: Proposal =
-    Proposal { kind: Hypothesis::Solid, is_dear: false, unknowns: |_| unknowns(), bodies, learning };
+pub(super) const SOLID: Proposal = Proposal {
+    kind: Hypothesis::Solid,
+    is_dear: false,
+    is_sharp: true,
+    unknowns: |_| unknowns(),
+    bodies,
+    learning,
+};
 
 fn unknowns() -> Vec<Unknown> {
     let range = [-OFFSET, OFFSET];
@@ -28,8 +33,9 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         Some(solid) => Some(solid.level_set(region.site.bounds, region.site.resolution)),
         None => region.surface.as_ref().map(|s| grown(s, by)),
     };
-    let state = RegionState { solid, ..RegionState::default() };
-    surface.map(|s| Body { grid: IndexGrid::sharp(s, at[0]), state }).into_iter().collect()
+    let mut body = surface.map(|s| Body::sought(s, at[0]));
+    body.iter_mut().for_each(|b| b.state.solid.clone_from(&solid));
+    body.into_iter().collect()
 }
 
 /// The surface moved outwards [scene unit].

@@ -6,12 +6,17 @@ use crate::options::Options;
 use crate::recipe::region::Region;
 use crate::recipe::shapes::{ShapeBody, Substance, Vessel, vessel};
 use crate::verdict::Hypothesis;
-use refraxel_core::IndexGrid;
 
 /// Unknowns: the index of the glass, the thickness of wall and base [depth of the body], the height of the water above the
 /// base [height of the vessel].
-pub(super) const VESSEL: Proposal =
-    Proposal { kind: Hypothesis::Vessel, is_dear: true, unknowns: |_| unknowns(), bodies, learning: bodies };
+pub(super) const VESSEL: Proposal = Proposal {
+    kind: Hypothesis::Vessel,
+    is_dear: true,
+    is_sharp: true,
+    unknowns: |_| unknowns(),
+    bodies,
+    learning: bodies,
+};
 
 /// Index of the water, as it begins.
 const WATER: f32 = 1.33;
@@ -40,14 +45,12 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low) };
         vessel(outer, side, &assumed)
     });
-    let body = |b: ShapeBody| {
-        let (index, fixed_index) = match b.substance {
-            Substance::Glass => (at[0], false),
-            Substance::Water => (WATER, false),
-            Substance::Air => (1.0, true),
-        };
-        let state = RegionState { fixed_index, ..RegionState::default() };
-        Body { grid: IndexGrid::sharp(b.surface, index), state }
+    let body = |b: ShapeBody| match b.substance {
+        Substance::Glass => Body::sought(b.surface, at[0]),
+        Substance::Water => Body::given(b.surface, WATER, RegionState::default()),
+        Substance::Air => {
+            Body::given(b.surface, 1.0, RegionState { fixed_index: true, ..RegionState::default() })
+        }
     };
     found.unwrap_or_else(|| vec![solid()]).into_iter().map(body).collect()
 }

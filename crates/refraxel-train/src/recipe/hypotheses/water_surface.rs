@@ -1,16 +1,16 @@
 //! Water that is seen from above only: an open surface, whose sides nobody sees. Waves are learned.
 
 use super::{Body, INDEX, Proposal, Unknown};
-use crate::model::RegionState;
 use crate::options::Options;
 use crate::recipe::region::{Region, Water};
 use crate::verdict::Hypothesis;
-use refraxel_core::{IndexGrid, LevelSet};
+use refraxel_core::LevelSet;
 
 /// Unknowns: the index, and the level of the water [range that the masks allow].
 pub(super) const WATER_SURFACE: Proposal = Proposal {
     kind: Hypothesis::WaterSurface,
     is_dear: true,
+    is_sharp: true,
     unknowns: |_| unknowns(),
     bodies,
     learning: bodies,
@@ -31,5 +31,5 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let domain = highest.domain();
     let surface = LevelSet::from_coefficients(domain.bounds, domain.resolution, phi);
     let surface = surface.unwrap_or_else(|| highest.clone());
-    vec![Body { grid: IndexGrid::sharp(surface, at[0]), state: RegionState::default() }]
+    vec![Body::sought(surface, at[0])]
 }

@@ -1,6 +1,7 @@
 //! An open vessel: glass around a cavity that is open at the top, with water in it or not.
 
-use super::{ShapeBody, Substance, distance, level_set, span};
+use super::{ShapeBody, Substance, distance, span};
+use crate::level_set::level_set;
 use crate::model::polyhedron::Plane;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};

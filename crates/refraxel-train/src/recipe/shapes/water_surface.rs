@@ -4,8 +4,9 @@
 //! their lines of sight, the masks of all views coincide; at a wrong level each is displaced away from its
 //! camera.
 
-use super::{ShapeBody, Substance, level_set};
+use super::{ShapeBody, Substance};
 use crate::initial::Outlines;
+use crate::level_set::level_set;
 use refraxel_core::{Aabb, Vec3};
 
 /// Levels of a sweep, and of each refinement around the best one.

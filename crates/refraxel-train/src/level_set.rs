@@ -1,0 +1,24 @@
+//! Level sets from functions.
+
+use rayon::prelude::*;
+use refraxel_core::{Aabb, LevelSet, Vec3};
+
+/// The level set with coefficients `phi(x)` at its nodes, on all threads.
+pub(crate) fn level_set(
+    bounds: Aabb<f32>,
+    resolution: [u32; 3],
+    phi: impl Fn(Vec3<f32>) -> f32 + Sync,
+) -> LevelSet<f32> {
+    let [nx, ny, nz] = resolution.map(|n| n as usize);
+    let mut values = vec![0.0; nx * ny * nz];
+    let cells = Vec3::from(resolution.map(|n| (n - 1) as f32));
+    let step = bounds.extent().zip(cells, |e, n| e / n);
+    values.par_chunks_exact_mut(nx).enumerate().for_each(|(row, out)| {
+        for (i, value) in out.iter_mut().enumerate() {
+            let node = Vec3::new(i as f32, (row % ny) as f32, (row / ny) as f32);
+            *value = phi(bounds.min + node.hadamard(step));
+        }
+    });
+    let level = LevelSet::from_coefficients(bounds, resolution, values);
+    level.unwrap_or_else(|| unreachable!("distances are finite"))
+}
