@@ -2,9 +2,9 @@
 
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
-use refraxel_core::{BrickMap, Domain, Ray, vec3};
+use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
 use refraxel_data::synth::{IndexTruth, SceneOptions, SynthOptions, ViewCounts, scene, synthesize};
-use refraxel_data::{Dataset, OpenOptions};
+use refraxel_data::{Backdrop, Dataset, OpenOptions};
 use refraxel_train::backend::{
     Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, Snapshot, StepOutcome,
 };
@@ -165,6 +165,73 @@ fn glass_that_bends_is_judged_so() {
         verdict.hypothesis != Hypothesis::Straight && verdict.gain_inside > verdict.margin,
         "{verdict:?}"
     );
+}
+
+#[test]
+fn bodies_of_different_index_are_found_judged_and_learned_each_by_itself() {
+    let (_folder, data) = scene_data("two_indices", 64, None);
+    let (run, events) = judged(data, |o| {
+        (o.run.steps, o.run.batch, o.refraction.straight_steps) = (400, 1024, 100);
+    });
+    let found = events.iter().filter(|e| matches!(e, Event::RegionFound { .. })).count();
+    let verdicts = &run.state().verdict.as_ref().unwrap().regions;
+    assert_eq!((found, verdicts.len()), (2, 2));
+    let bent = verdicts.iter().filter(|v| v.hypothesis != Hypothesis::Straight).count();
+    let medium = &run.backend().medium().medium;
+    assert_eq!(medium.regions().len(), bent, "a region that lost is straight, and no other");
+    assert!(bent > 0 && verdicts.iter().all(|v| v.contestants.len() > 1), "{verdicts:?}");
+}
+
+#[test]
+fn photographs_of_surroundings_bend_rays_in_a_contracted_space() {
+    let mut data = glass_ball();
+    data.backdrop = Backdrop::Surroundings;
+    let setup = Setup::new(data, options(true));
+    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let events = finish(&mut session);
+    assert_eq!(session.backend().domain().extent, Extent::Contracted);
+    assert!(events.iter().any(|e| matches!(e, Event::RaysBend { .. })));
+    assert!(!session.backend().medium().is_none());
+    let found = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {}).unwrap();
+    assert!(found.scores.psnr.unwrap() > 10.0, "{:?}", found.scores);
+}
+
+#[test]
+fn a_camera_in_the_glass_sees_the_scene_around() {
+    let mut session = start(true, CpuBackend::new);
+    finish(&mut session);
+    let mut camera = session.data().views[0].camera.clone();
+    camera.world_from_camera.translation = vec3(0.02, -0.03, -0.13);
+    let index = session.backend().medium().medium.index(camera.world_from_camera.translation.cast());
+    assert!(index > 1.1, "the camera is in the glass: {index}");
+    let view = session.render(&camera);
+    assert!(view.colour.iter().flatten().all(|c| c.is_finite() && (0.0..=1.5).contains(c)));
+    let opaque = view.colour.iter().filter(|c| c.iter().any(|v| *v > 0.02)).count();
+    assert!(opaque > view.colour.len() / 2, "{opaque} pixels show something");
+}
+
+#[test]
+fn nothing_is_pruned_before_rays_look_inside() {
+    let voxels = |bend: bool| {
+        let mut options = options(bend);
+        (options.refraction.straight_steps, options.grid.stages) = (30, 2);
+        let setup = Setup::new(glass_ball(), options);
+        let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+        let mut stages = 0;
+        let count = &mut |e| stages += usize::from(matches!(e, Event::Stage { .. }));
+        assert_eq!(session.run(Until::step(9), count).unwrap(), Stop::Reached);
+        assert_eq!(
+            (stages, session.backend().medium().is_none()),
+            (1, true),
+            "the grid is finer, all rays straight"
+        );
+        let map = session.backend().map();
+        (map.bricks().len(), BrickMap::dense(map.resolution()).bricks().len())
+    };
+    let (kept, all) = voxels(true);
+    assert_eq!(kept, all);
+    let (kept, all) = voxels(false);
+    assert!(kept < all, "straight rays prune: {kept} of {all} bricks");
 }
 
 #[test]

@@ -26,6 +26,8 @@ use tally::Tally;
 
 /// Rays that decide what is pruned.
 const PRUNING_RAYS: u64 = 600_000;
+/// Every voxel has more weight than this.
+const NOTHING: f32 = -1.0;
 /// Least share of rays inside masks while the index learns alone.
 const INDEX_INSIDE_SHARE: f64 = 0.7;
 /// Steps between two records of the training error.
@@ -308,7 +310,7 @@ impl<B: Backend> Trainer<B> {
         Ok(score.map(|s| s.psnr))
     }
 
-    /// Prune what no ray sees and move to the next, finer grid.
+    /// Prune what no ray sees, if rays look where they will, and move to the next, finer grid.
     fn next_stage(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
         let stage = self.progress().stage(&self.options);
         let marching = training_marching(&self.options, self.plan.near);
@@ -319,7 +321,9 @@ impl<B: Backend> Trainer<B> {
         watch.progress(Task::Pruning, 1, 2)?;
         self.good = None; // no copy while two grids are alive
         let domain = stage_domain(&self.options, &self.plan.finest, stage);
-        let map = kept_bricks(self.backend.map(), &peak, self.options.grid.prune_weight, &domain);
+        // Straight rays never looked inside what is refractive: where they will bend they see other places.
+        let least = if self.waits_to_bend() { NOTHING } else { self.options.grid.prune_weight };
+        let map = kept_bricks(self.backend.map(), &peak, least, &domain);
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);

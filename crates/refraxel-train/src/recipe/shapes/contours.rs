@@ -11,7 +11,7 @@ const TOUCHING: [f64; 2] = [2.5, 2.5];
 /// Least views with contours, and lines of sight in each.
 const LEAST: [usize; 2] = [6, 16];
 /// Squared residual ρ² [pixel²] that counts half: ψ(ρ) = ρ² / (1 + ρ²/OUTLIER) (Geman & McClure 1985).
-const OUTLIER: f64 = 16.0;
+pub(super) const OUTLIER: f64 = 16.0;
 
 /// A line of sight that touches the body, seen from a camera whose place is known.
 #[derive(Clone, Copy, Debug)]

@@ -86,7 +86,8 @@ impl Frame {
             ((x - self.center) / self.radius, normal.cast::<f64>())
         };
         let points = nodes.iter().step_by(stride).map(point).filter(|(_, m)| m.is_finite());
-        let mut left: Vec<(Vec3<f64>, Vec3<f64>)> = points.collect();
+        let all: Vec<(Vec3<f64>, Vec3<f64>)> = points.collect();
+        let mut left = all.clone();
         let least = SHARE * left.len() as f64;
         let mut planes = Vec::new();
         while planes.len() < search::MOST {
@@ -100,6 +101,12 @@ impl Frame {
             let offset = crowd(dense).map(|p| normal.dot(p.0)).sum::<f64>() / count;
             planes.push(Facet { normal, offset });
             left.retain(|p| p.1.dot(normal) < CROWD[1]);
+        }
+        let is_empty = Boundary::of(&planes).area() == 0.0;
+        if is_empty {
+            // Planes through dents cut everything away: they enclose the hull then.
+            let support = |n: Vec3<f64>| all.iter().map(|p| n.dot(p.0)).fold(f64::MIN, f64::max);
+            planes.iter_mut().for_each(|p| p.offset = support(p.normal));
         }
         planes
     }

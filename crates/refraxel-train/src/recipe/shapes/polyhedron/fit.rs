@@ -4,7 +4,7 @@
 //! the two faces that meet at the edge of that outline can move: least squares over all lines of sight, three
 //! unknowns per face.
 
-use super::super::contours::{Touch, View, loss, weight};
+use super::super::contours::{OUTLIER, Touch, View, loss, weight};
 use super::super::normal_equations::solved;
 use super::boundary::{Boundary, Edge, Facet};
 use rayon::prelude::*;
@@ -92,13 +92,17 @@ impl Model {
         }
     }
 
-    /// Σ ψ(ρ) [pixel²].
+    /// Σ ψ(ρ) [pixel²]. Lines of sight at which the model shows no outline miss it by any distance: a model of no body costs
+    /// most.
     pub(super) fn cost(&self, views: &[View]) -> f64 {
         let boundary = Boundary::of(&self.planes);
         let of_view = |view: &View| {
-            let mut cost = 0.0;
-            self.residuals(&boundary, std::slice::from_ref(view), |_, _, rho, _| cost += loss(rho));
-            cost
+            let (mut cost, mut without) = (0.0, view.touches.len());
+            self.residuals(&boundary, std::slice::from_ref(view), |_, _, rho, _| {
+                cost += loss(rho);
+                without -= 1;
+            });
+            cost + OUTLIER * without as f64
         };
         // Summed in the order of the views, whatever the threads do.
         views.par_iter().map(of_view).collect::<Vec<f64>>().into_iter().sum()
@@ -259,5 +263,25 @@ mod tests {
             // Angles stand for distances in the picture: to second order in the residual's angle.
             assert!((slope + 2.0 * right[i]).abs() < 0.02 * (1.0 + slope.abs()), "{i}: {slope} {}", right[i]);
         }
+    }
+
+    #[test]
+    fn a_model_of_no_body_costs_most() {
+        let planes = |by: f64| {
+            let axes = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+            let faces = axes.into_iter().flat_map(|a| [a, -a]);
+            let planes = faces.map(|normal| Facet { normal, offset: by }).collect();
+            Model { planes, free: 6 }
+        };
+        // The right and the left side of a cube, seen from far away.
+        let touch = |x: f64| Touch {
+            direction: vec3(x, 0.0, 10.0).normalized(),
+            normal: vec3(x, 0.0, 0.0),
+            per_radian: 100.0,
+        };
+        let views = [View { eye: vec3(0.0, 0.0, -10.0), touches: vec![touch(1.0), touch(-1.0)] }];
+        let [right, small, none] = [1.0, 0.5, -1.0].map(|by| planes(by).cost(&views));
+        assert!(right < small && small < none, "{right}, {small}, {none}");
+        assert_eq!(none, 2.0 * OUTLIER);
     }
 }
