@@ -196,11 +196,11 @@ fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
 #[test]
 fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let data = refractive(folder.path(), "prism", 60, 100);
+    let data = refractive(folder.path(), "prism", 60, 140);
     let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
     let options = [
-        "steps=400",
-        "straight_steps=100",
+        "steps=600",
+        "straight_steps=150",
         "grid.resolution=72",
         "batch=2048",
         "search.enabled=off",
@@ -211,10 +211,10 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
         train(&data, out, &[&words[..], &["--set", stop], more].concat()).refused(130, &[]);
     };
     let solid = |run: &Path| content(run).1["regions"][0]["solid"].clone();
-    until(&whole, "stop_after=125", &[]);
-    until(&run, "stop_after=110", &[]);
+    until(&whole, "stop_after=175", &[]);
+    until(&run, "stop_after=160", &[]);
     let before = solid(&run);
-    until(&run, "stop_after=125", &["--resume"]);
+    until(&run, "stop_after=175", &["--resume"]);
     assert!(content(&run).0 == content(&whole).0);
     let after = solid(&whole);
     assert_eq!(after, solid(&run));
