@@ -32,7 +32,8 @@ pub(crate) fn assemble(
     let headers: Vec<Header> = parsed.frames.par_iter().map(header).collect::<Result<_, _>>()?;
     let cameras = cameras(&mut parsed, &headers)?;
     check_distinct_poses(path, &cameras, &mut parsed.problems)?;
-    let masks = masks::find_all(&parsed, &cameras, truth.as_ref(), options)?;
+    let (masks, concluded) = masks::find_all(&parsed, &cameras, truth.as_ref(), options)?;
+    parsed.problems.extend(concluded);
     let views = views(&parsed.frames, cameras, masks);
     parsed.problems.extend(masks::summary(&views));
     let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;

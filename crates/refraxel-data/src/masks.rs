@@ -15,7 +15,8 @@ pub(crate) struct MaskFile {
     pub meaning: MaskMeaning,
 }
 
-/// The mask of each frame of a parsed dataset, if it has one; `cameras` has one entry per frame.
+/// The mask of each frame of a parsed dataset, if it has one, and a note where their meaning was concluded from what they show;
+/// `cameras` has one entry per frame.
 ///
 /// Errors: a mask is not of its image's size, or its header cannot be read.
 pub(crate) fn find_all(
@@ -23,24 +24,66 @@ pub(crate) fn find_all(
     cameras: &[Camera],
     truth: Option<&Value>,
     options: &OpenOptions,
-) -> Result<Vec<Option<MaskFile>>, DataError> {
+) -> Result<(Vec<Option<MaskFile>>, Option<Problem>), DataError> {
     let refractive =
         truth.and_then(|t| t.get("refractive")).and_then(Value::as_array).is_some_and(|l| !l.is_empty());
+    let mut found = Vec::with_capacity(parsed.frames.len());
     let find = |(frame, camera): (&Frame, &Camera)| {
         let Some(image) = &frame.image else { return Ok(None) };
         let Some((path, stated)) = frame.mask.clone().or_else(|| in_usual_place(parsed, image)) else {
             return Ok(None);
         };
         photo::check_mask_size(&path, image, Size { width: camera.width, height: camera.height })?;
-        let split_folder = parsed.format == Format::Blender && stated == StatedMask::Open;
-        let concluded = match stated {
-            StatedMask::Known(meaning) => meaning,
-            StatedMask::Open if refractive || split_folder => MaskMeaning::Refractive,
-            StatedMask::Open => MaskMeaning::Keep,
-        };
-        Ok(Some(MaskFile { path, meaning: options.mask_meaning.unwrap_or(concluded) }))
+        Ok(Some((path, stated)))
     };
-    parsed.frames.par_iter().zip(cameras).map(find).collect()
+    parsed.frames.par_iter().zip(cameras).map(find).collect_into_vec(&mut found);
+    let found = found.into_iter().collect::<Result<Vec<_>, DataError>>()?;
+    // Masks of unknown meaning are looked at, all together, unless somebody says what they mean.
+    let is_open = |stated: StatedMask| match stated {
+        StatedMask::Known(_) => false,
+        StatedMask::Open => !refractive && parsed.format != Format::Blender,
+        StatedMask::Shown => true,
+    };
+    let open =
+        found.iter().flatten().filter(|(_, stated)| options.mask_meaning.is_none() && is_open(*stated));
+    let open: Vec<&Path> = open.map(|(path, _)| path.as_path()).collect();
+    let white = white_share(&open)?;
+    let shown = if white.is_some_and(|w| w < SMALL) { MaskMeaning::Refractive } else { MaskMeaning::Keep };
+    let concluded = |stated: StatedMask| match stated {
+        StatedMask::Known(meaning) => meaning,
+        _ if is_open(stated) => shown,
+        _ => MaskMeaning::Refractive,
+    };
+    let mask = |(path, stated)| MaskFile { path, meaning: options.mask_meaning.unwrap_or(concluded(stated)) };
+    Ok((found.into_iter().map(|m| m.map(mask)).collect(), white.map(|w| conclusion(w, shown))))
+}
+
+/// White that covers less than this part of the picture marks a thing; masks that say what to use are mostly white.
+const SMALL: f64 = 0.5;
+
+/// Masks that are looked at to find out what their white means, at most.
+const LOOKED_AT: usize = 12;
+
+/// The median share of white in masks that are not black; `None` without any.
+fn white_share(masks: &[&Path]) -> Result<Option<f64>, DataError> {
+    let some: Vec<&Path> = masks.iter().copied().step_by(masks.len().div_ceil(LOOKED_AT).max(1)).collect();
+    let mut shares = some.into_par_iter().map(photo::white_share).collect::<Result<Vec<f64>, DataError>>()?;
+    shares.retain(|s| *s > 0.0);
+    shares.sort_by(f64::total_cmp);
+    Ok(shares.get(shares.len() / 2).copied())
+}
+
+/// What was concluded, in a sentence.
+fn conclusion(white: f64, meaning: MaskMeaning) -> Problem {
+    let (taken, other) = match meaning {
+        MaskMeaning::Refractive => ("mark something refractive", "keep"),
+        _ => ("say which pixels to use", "refractive"),
+    };
+    Problem::note(format!(
+        "nothing says what the white of the masks means; it covers {:.0} % of a picture, so they are taken to {taken} \
+         (--mask-meaning {other} says otherwise)",
+        100.0 * white
+    ))
 }
 
 /// The mask at one of the places where tools put it.
@@ -50,14 +93,17 @@ fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, Stat
     let below_first: PathBuf = inside.components().skip(1).collect();
     let (folder, stem) = (image.parent()?, image.file_stem()?.to_str()?);
     let name = image.file_name()?.to_str()?;
-    let masks = root.join("masks");
-    let in_masks = [inside, below_first.as_path()].map(|relative| masks.join(relative));
-    let open = in_masks.into_iter().flat_map(|path| {
-        let with_png = PathBuf::from(format!("{}.png", path.display()));
-        [path.with_extension("png"), with_png, path]
-    });
+    let in_folder = |folder: &str, stated: StatedMask| {
+        let in_masks = [inside, below_first.as_path()].map(|relative| root.join(folder).join(relative));
+        in_masks.into_iter().flat_map(move |path| {
+            let with_png = PathBuf::from(format!("{}.png", path.display()));
+            [path.with_extension("png"), with_png, path].map(|path| (path, stated))
+        })
+    };
     let beside = [format!("{stem}.mask.png"), format!("{stem}_mask.png"), format!("{name}.mask.png")];
-    let candidates = open.chain(beside.map(|n| folder.join(n))).map(|path| (path, StatedMask::Open));
+    let glass = in_folder("glass_masks", StatedMask::Known(MaskMeaning::Refractive));
+    let open = beside.map(|n| (folder.join(n), StatedMask::Open));
+    let candidates = glass.chain(in_folder("masks", StatedMask::Open)).chain(open);
     let dynamic = folder.join(format!("dynamic_mask_{stem}.png"));
     let ignore = std::iter::once((dynamic, StatedMask::Known(MaskMeaning::Ignore)));
     candidates.chain(ignore).find(|(path, _)| path != image && path.is_file() && parsed.root.contains(path))

@@ -70,10 +70,12 @@ pub(crate) struct Origin {
 /// What a file says about the meaning of its masks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum StatedMask {
-    /// The key has one meaning in every file.
+    /// The key or the folder has one meaning everywhere.
     Known(MaskMeaning),
     /// It depends on the dataset.
     Open,
+    /// It depends on the masks: tools write what to use and what an object covers under the same key.
+    Shown,
 }
 
 /// A part of the split.

@@ -91,6 +91,13 @@ pub(crate) fn check_mask_size(mask: &Path, image: &Path, expected: Size) -> Resu
     })
 }
 
+/// Share of a mask's pixels that are mostly white.
+pub(crate) fn white_share(mask: &Path) -> Result<f64, DataError> {
+    let decoded = decode(mask, None)?.into_luma8();
+    let white = decoded.as_raw().iter().filter(|c| **c > 127).count();
+    Ok(white as f64 / decoded.as_raw().len().max(1) as f64)
+}
+
 fn load_mask(path: &Path, image: &Path, expected: Size) -> Result<Mask, DataError> {
     let decoded = decode(path, Some(expected))?.into_luma8();
     let (width, height) = decoded.dimensions();

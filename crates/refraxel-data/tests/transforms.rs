@@ -202,6 +202,36 @@ fn the_backdrop_is_what_the_file_says_or_the_user_overrides() {
 }
 
 #[test]
+fn masks_of_unknown_meaning_mark_a_thing_where_little_is_white_and_pixels_to_use_where_most_is() {
+    let meaning = |white: u32| {
+        let folder = transforms_folder(3, |t| {
+            for k in 0..3 {
+                t["frames"][k]["mask_path"] = json!(format!("m/{k}.png"));
+            }
+        });
+        std::fs::create_dir(folder.path().join("m")).unwrap();
+        let shade = |x: u32| image::Luma([if x < white { 255_u8 } else { 0 }]);
+        for k in 0..3 {
+            let mask = image::GrayImage::from_fn(WIDTH, HEIGHT, |x, _| shade(x));
+            mask.save(folder.path().join(format!("m/{k}.png"))).unwrap();
+        }
+        let data = open(&folder).unwrap();
+        (data.views[0].mask_meaning, reports(&data, "--mask-meaning"))
+    };
+    assert_eq!(meaning(WIDTH / 5), (MaskMeaning::Refractive, true));
+    assert_eq!(meaning(WIDTH * 4 / 5), (MaskMeaning::Keep, true));
+}
+
+#[test]
+fn masks_in_a_folder_of_glass_masks_mark_glass() {
+    let folder = transforms_folder(3, |_| {});
+    write_image(folder.path(), "glass_masks/r_1.png", WIDTH, HEIGHT);
+    let data = open(&folder).unwrap();
+    assert!(data.views[1].has_mask() && data.views[1].mask_meaning == MaskMeaning::Refractive);
+    assert!(!data.views[0].has_mask());
+}
+
+#[test]
 fn masks_are_found_by_key_and_by_place_and_their_meaning_is_stated() {
     let folder = transforms_folder(3, |t| t["frames"][0]["mask_path"] = json!("m/zero.png"));
     write_image(folder.path(), "m/zero.png", WIDTH, HEIGHT);

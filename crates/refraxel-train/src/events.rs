@@ -31,6 +31,15 @@ pub enum Event {
         /// Median overlap of all views, as in [`IgnoredMask::overlap`].
         usual_overlap: f32,
     },
+    /// No masks say what is refractive, and something was found that straight rays do not explain.
+    Sought {
+        /// Number of the look, from 1.
+        look: u32,
+        /// Share of the variance of what straight rays do not explain that what was found explains, 0 to 1.
+        separation: f64,
+        /// Share of the pixels of all views that show it.
+        pixels: f64,
+    },
     /// Something refractive was found.
     RegionFound {
         /// Number of the region, from 0.
@@ -159,6 +168,8 @@ pub enum Task {
     Training,
     /// Decoding photographs.
     LoadingPhotos,
+    /// Looking for what straight rays do not explain, view by view.
+    Seeking,
     /// Looking for what hides refractive things, view by view.
     FindingOccluders,
     /// Carving shapes out of silhouettes.

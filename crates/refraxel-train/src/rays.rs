@@ -1,6 +1,9 @@
 //! Training rays: which pixel of which photograph, its ray and what it should show.
 
 mod inside;
+mod picture;
+
+pub use picture::Picture;
 
 use crate::backend::Batch;
 use crate::random::Random;
@@ -21,6 +24,8 @@ struct TrainingView {
     directions: Option<Directions>,
     photo: Photo,
     meaning: MaskMeaning,
+    /// What shows something refractive, found without a mask.
+    found: Option<Arc<Mask>>,
 }
 
 /// A view with a mask of refractive things.
@@ -91,6 +96,7 @@ impl RaySampler {
                 directions,
                 photo,
                 meaning: view.mask_meaning,
+                found: None,
             });
         }
         let mut first = vec![0];
@@ -153,6 +159,32 @@ impl RaySampler {
     /// Number of views.
     pub fn views(&self) -> usize {
         self.views.len()
+    }
+
+    /// The photographs as they are.
+    pub fn pictures(&self) -> impl Iterator<Item = Picture<'_>> {
+        self.views.iter().map(|view| Picture { camera: &view.camera, view, transparent: self.transparent })
+    }
+
+    /// From now on these masks show what is refractive, one per view; none: those of the data.
+    ///
+    /// # Panics
+    /// If there is neither one mask per view, of the view's size, nor none.
+    pub fn set_found(&mut self, masks: Option<Vec<Mask>>) {
+        let Some(masks) = masks else {
+            self.views.iter_mut().for_each(|v| v.found = None);
+            return self.count_inside();
+        };
+        assert_eq!(masks.len(), self.views.len(), "one mask per view");
+        for (view, mask) in self.views.iter_mut().zip(masks) {
+            assert_eq!(mask.coverage.len(), view.photo.image.len(), "one coverage per pixel");
+            view.found = Some(Arc::new(mask));
+        }
+        self.count_inside();
+    }
+
+    fn count_inside(&mut self) {
+        self.inside = InsidePixels::new(self.views.iter().map(|s| s.refractive().map(|m| &**m)));
     }
 
     /// The refractive masks there are.
@@ -269,7 +301,8 @@ impl TrainingView {
 
     /// The mask of what is refractive.
     fn refractive(&self) -> Option<&Arc<Mask>> {
-        self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
+        let stated = || self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive);
+        self.found.as_ref().or_else(stated)
     }
 
     /// Neither the pixel nor any within so many rows and columns shows something refractive.

@@ -116,6 +116,12 @@ pub enum StayReason {
     /// Nothing refractive was found.
     #[error(transparent)]
     NotFound(#[from] crate::initial::LocateError),
+    /// No masks, and straight rays explain the photographs.
+    #[error(
+        "no masks show what is refractive, and nothing was found that straight rays do not explain; if there is glass or water, \
+         mark it by masks, or say where it is with --refraction-box"
+    )]
+    Unnoticed,
     /// A box was given, and nothing says what is in it.
     #[error(
         "the box says where to look, but without masks nothing says what stands there; give masks, or choose a shape that \

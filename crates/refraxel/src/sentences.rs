@@ -26,6 +26,10 @@ pub fn sentence(event: &Event) -> Option<String> {
                 n[2]
             )
         }
+        Event::Sought { look, separation, pixels } => format!(
+            "no masks, look {look}: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
+            100.0 * pixels
+        ),
         Event::MasksIgnored { views, usual_overlap } => ignored(views, *usual_overlap),
         Event::IndexSearched { region, hypothesis, found, misfit } => {
             format!("region {}: {}, {}, misfit {misfit:.3}", region + 1, hypothesis.name(), numbers(found))
@@ -111,6 +115,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
 pub fn task_name(task: Task) -> &'static str {
     match task {
         Task::LoadingPhotos => "images",
+        Task::Seeking => "looking for glass",
         Task::FindingOccluders => "finding occluders",
         Task::Carving => "carving shapes",
         Task::SearchingIndex => "index search",

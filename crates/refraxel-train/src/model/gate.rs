@@ -50,6 +50,16 @@ impl Gate {
         &self.domain
     }
 
+    /// Whether the trilinear share at a point is at least ½.
+    pub fn is_inside(&self, x: Vec3<f32>) -> bool {
+        let n = self.domain.resolution;
+        self.domain.bounds.contains(x) && {
+            let g = self.domain.node(x);
+            let cell = std::array::from_fn(|a| (g[a].max(0.0) as usize).min(n[a] as usize - 2));
+            self.share(cell, g) >= HALF
+        }
+    }
+
     /// Whether a straight ray meets the object: the trilinear share is at least ½ at one of the points along it that lie
     /// half a voxel apart. Cells that cannot hold such a point are crossed in one hop. Chords shorter than half a voxel
     /// may be missed.

@@ -17,6 +17,7 @@ mod refraction;
 mod run;
 mod search;
 mod section;
+mod seek;
 mod shape;
 mod stored;
 mod surface;
@@ -39,6 +40,7 @@ pub use refraction::RefractionOptions;
 pub use run::RunOptions;
 pub use search::{SearchOptions, SurfaceProfile};
 pub use section::{Definition, Section};
+pub use seek::SeekOptions;
 pub use shape::{ShapeOptions, StartShape};
 pub use surface::SurfaceOptions;
 pub use value::{Allowed, OptionValue, Switch, Word};
@@ -64,6 +66,8 @@ pub struct Options {
     pub shape: ShapeOptions,
     /// The search for the first index.
     pub search: SearchOptions,
+    /// How refractive things are sought without masks.
+    pub seek: SeekOptions,
     /// The race between hypotheses.
     pub judge: JudgeOptions,
     /// How the index learns.
@@ -104,7 +108,7 @@ impl Options {
     }
 
     /// All sections, in the order in which they are listed.
-    pub fn sections(&self) -> [&dyn Section; 13] {
+    pub fn sections(&self) -> [&dyn Section; 14] {
         let Self {
             run,
             grid,
@@ -113,6 +117,7 @@ impl Options {
             refraction,
             shape,
             search,
+            seek,
             judge,
             index,
             surface,
@@ -121,12 +126,12 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, judge, index, surface, reflection, clearcoat,
-            absorption,
+            run, grid, march, field, refraction, shape, search, seek, judge, index, surface, reflection,
+            clearcoat, absorption,
         ]
     }
 
-    fn sections_mut(&mut self) -> [&mut dyn Section; 13] {
+    fn sections_mut(&mut self) -> [&mut dyn Section; 14] {
         let Self {
             run,
             grid,
@@ -135,6 +140,7 @@ impl Options {
             refraction,
             shape,
             search,
+            seek,
             judge,
             index,
             surface,
@@ -143,8 +149,8 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, judge, index, surface, reflection, clearcoat,
-            absorption,
+            run, grid, march, field, refraction, shape, search, seek, judge, index, surface, reflection,
+            clearcoat, absorption,
         ]
     }
 

@@ -23,10 +23,12 @@ mod parts;
 mod race;
 mod region;
 mod search;
+mod seek;
 mod shapes;
 mod silhouettes;
 
 pub use known::{known_field, known_refraction};
+pub(crate) use seek::{masks, seek};
 pub(crate) use silhouettes::OCCLUDER_RAYS;
 
 use crate::backend::{Backend, Caches};
@@ -75,7 +77,8 @@ pub fn check(options: &Options, masked: bool, index: Option<&IndexSource>) -> Re
         return Err(RecipeError::NoFile);
     }
     let named = index.is_some() || options.refraction.aabb().is_some();
-    if named || masked { Ok(()) } else { Err(RecipeError::Nowhere) }
+    let seeks = options.seek.enabled.is_on() && options.shape.start == StartShape::Hull;
+    if named || masked || seeks { Ok(()) } else { Err(RecipeError::Nowhere) }
 }
 
 /// Whether some training view has a mask of what is refractive.

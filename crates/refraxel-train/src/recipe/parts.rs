@@ -71,7 +71,8 @@ fn grow(n: [usize; 3], labels: &mut [u32]) {
     }
 }
 
-fn neighbours(node: usize, n: [usize; 3]) -> impl Iterator<Item = usize> {
+/// The nodes beside a node along the axes, of a grid of so many.
+pub(super) fn neighbours(node: usize, n: [usize; 3]) -> impl Iterator<Item = usize> {
     let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
     let stride = [1, n[0], n[0] * n[1]];
     (0..3).flat_map(move |a| {

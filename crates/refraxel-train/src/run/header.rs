@@ -3,6 +3,7 @@
 use super::clearcoat::StoredClearcoat;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
+use super::sought::StoredSought;
 use super::{RunRef, Source, State};
 use crate::options::Options;
 use refraxel_core::{Background, Extent};
@@ -33,6 +34,9 @@ pub(super) struct Header {
     /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
     #[serde(default, alias = "gloss", skip_serializing_if = "Option::is_none")]
     pub clearcoat: Option<StoredClearcoat>,
+    /// What was found without masks; its tensor is called `sought`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sought: Option<StoredSought>,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     pub world_from_model: String,
 }
@@ -74,6 +78,7 @@ impl Header {
             regions: refraction::stored(run.model, run.optimiser),
             reflection: StoredReflection::of(&run.model.reflection, &run.optimiser.reflection),
             clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
+            sought: run.sought.map(StoredSought::of),
             world_from_model: "identity".to_owned(),
         }
     }

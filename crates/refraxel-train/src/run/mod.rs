@@ -6,10 +6,11 @@ mod field;
 mod header;
 mod reflection;
 mod refraction;
+mod sought;
 mod tensors;
 
 use crate::checkpoint::{self, CheckpointError, TensorFile};
-use crate::model::{Model, Optimiser};
+use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::schedule::{Phase, Progress};
@@ -40,6 +41,9 @@ pub struct State {
     /// Share of the run after which rays bent, once they do.
     #[serde(default)]
     pub bends_since: Option<f64>,
+    /// Looks for refractive things without masks.
+    #[serde(default)]
+    pub looks: Looks,
     /// Rays were to bend, but nothing refractive was found: they stay straight.
     #[serde(default)]
     pub stays_straight: bool,
@@ -57,6 +61,23 @@ pub struct State {
     pub rollbacks: u32,
 }
 
+/// Looks at the photographs for refractive things that no mask shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Looks {
+    /// How many there were that found something.
+    pub count: u32,
+    /// The step before the last of them.
+    pub step: u64,
+}
+
+impl Looks {
+    /// The step before the last one.
+    pub fn last(&self) -> Option<u64> {
+        (self.count > 0).then_some(self.step)
+    }
+}
+
 impl Default for State {
     fn default() -> Self {
         Self {
@@ -64,6 +85,7 @@ impl Default for State {
             stage: 0,
             phase: Phase::Straight,
             bends_since: None,
+            looks: Looks::default(),
             stays_straight: false,
             verdict: None,
             seconds: 0.0,
@@ -122,6 +144,8 @@ pub struct Run {
     pub model: Model,
     /// The state of its optimiser.
     pub optimiser: Optimiser,
+    /// What was found without masks.
+    pub sought: Option<Gate>,
 }
 
 /// A run that somebody else holds: saving copies nothing.
@@ -139,6 +163,8 @@ pub struct RunRef<'a> {
     pub model: &'a Model,
     /// See [`Run`].
     pub optimiser: &'a Optimiser,
+    /// See [`Run`].
+    pub sought: Option<&'a Gate>,
 }
 
 impl RunRef<'_> {
@@ -156,6 +182,7 @@ impl RunRef<'_> {
             source: self.source.clone(),
             model: self.model.clone(),
             optimiser: self.optimiser.clone(),
+            sought: self.sought.cloned(),
         }
     }
 
@@ -186,9 +213,10 @@ impl RunRef<'_> {
             clearcoat::tensors(model, optimiser),
         ]
         .concat();
+        let sought = sought::tensor(self.sought);
         let shapes = Shapes::of(self);
         let mut tensors = shapes.tensors(self);
-        tensors.extend(small.iter().map(|(name, tensor)| (name.as_str(), tensor.view())));
+        tensors.extend(small.iter().chain(&sought).map(|(name, tensor)| (name.as_str(), tensor.view())));
         write(&header, &tensors)
     }
 }
@@ -208,8 +236,8 @@ impl Run {
 
     /// The run without its ownership.
     pub fn view(&self) -> RunRef<'_> {
-        let Self { options, plan, state, source, model, optimiser } = self;
-        RunRef { options, plan, state, source, model, optimiser }
+        let Self { options, plan, state, source, model, optimiser, sought } = self;
+        RunRef { options, plan, state, source, model, optimiser, sought: sought.as_ref() }
     }
 
     fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
@@ -238,8 +266,9 @@ impl Run {
         if !optimiser.fits(&model) {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
+        let sought = sought::restore(header.sought.as_ref(), &mut file)?;
         let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
         let Header { options, state, source, .. } = header;
-        Ok(Self { options, plan, state, source, model, optimiser })
+        Ok(Self { options, plan, state, source, model, optimiser, sought })
     }
 }

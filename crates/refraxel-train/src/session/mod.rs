@@ -184,7 +184,10 @@ impl<B: Backend> Session<B> {
         (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
         options.run.stop_after = length.stop_after;
         let options = options.checked()?;
-        let trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
+        let mut trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
+        if run.sought.is_some() {
+            trainer.go_on_with(run.sought);
+        }
         Ok(Self::of(setup, trainer))
     }
 
@@ -270,6 +273,7 @@ impl<B: Backend> Session<B> {
             source: &self.source,
             model: &snapshot.model,
             optimiser: &snapshot.optimiser,
+            sought: self.trainer.sought(),
         })
     }
 

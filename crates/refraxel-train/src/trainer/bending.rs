@@ -7,7 +7,7 @@ use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
 use crate::recipe::{self, Decision, Known, RecipeError};
 use crate::schedule::{Progress, training_marching};
-use crate::verdict::Verdict;
+use crate::verdict::{StayReason, Verdict};
 use refraxel_core::ShDegree;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 
@@ -41,6 +41,13 @@ impl<B: Backend> Trainer<B> {
         self.events.append(&mut events);
         self.keep_good_state();
         Ok(())
+    }
+
+    /// Rays stay straight from now on.
+    pub(super) fn stay_straight(&mut self, why: StayReason, watch: &mut Watch) {
+        self.state.stays_straight = true;
+        self.sampler.give_back();
+        self.note(Event::RaysStayStraight { why }, watch);
     }
 
     /// Notes what happens in `events`, and tells it too.

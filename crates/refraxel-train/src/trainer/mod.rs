@@ -3,6 +3,7 @@
 mod bending;
 mod error;
 mod recovery;
+mod seeking;
 mod tally;
 
 pub use error::TrainError;
@@ -11,12 +12,13 @@ use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
+use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
 use crate::run::State;
 use crate::schedule::{
-    Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain, training_marching,
+    Moment, Phase, Progress, mask_ray_fraction, objective, stage_domain, training_marching,
 };
 use recovery::Good;
 use refraxel_core::BrickMap;
@@ -58,6 +60,10 @@ pub struct Trainer<B> {
     sampler: RaySampler,
     validation: Option<(View, Photo)>,
     index: Option<IndexSource>,
+    /// The data have masks of what is refractive.
+    is_masked: bool,
+    /// What was found without masks.
+    sought: Option<Gate>,
     backend: B,
     state: State,
     /// The last state known to be good, to return to after an overflow.
@@ -83,7 +89,10 @@ impl<B: Backend> Trainer<B> {
     /// If the lessons have not one photo per view.
     pub fn new(options: Options, plan: Plan, lessons: Lessons, backend: B, state: State) -> Self {
         let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
+        let is_masked = sampler.masked_views().next().is_some();
         let mut trainer = Self {
+            is_masked,
+            sought: None,
             options,
             plan,
             sampler,
@@ -116,6 +125,10 @@ impl<B: Backend> Trainer<B> {
     /// The options.
     pub fn options(&self) -> &Options {
         &self.options
+    }
+    /// What was found without masks.
+    pub fn sought(&self) -> Option<&Gate> {
+        self.sought.as_ref()
     }
     /// Where the run stands.
     pub fn state(&self) -> &State {
@@ -168,6 +181,9 @@ impl<B: Backend> Trainer<B> {
         if progress.stage(&self.options) > self.state.stage {
             self.next_stage(watch)?;
         }
+        if self.is_about_to_look(progress) {
+            self.look(watch)?;
+        }
         if self.is_about_to_bend(progress) {
             self.begin_bending(watch)?;
         }
@@ -199,6 +215,7 @@ impl<B: Backend> Trainer<B> {
     /// Whether the next step begins with more than drawing rays.
     fn changes(&self, progress: Progress) -> bool {
         progress.stage(&self.options) > self.state.stage
+            || self.is_about_to_look(progress)
             || self.is_about_to_bend(progress)
             || self.is_clearcoat_due(progress)
             || self.is_bake_due()
@@ -211,7 +228,7 @@ impl<B: Backend> Trainer<B> {
     }
 
     fn is_about_to_bend(&self, progress: Progress) -> bool {
-        self.waits_to_bend() && is_time_to_bend(&self.options, self.state.step, progress)
+        self.waits_to_bend() && self.is_time_to_bend(progress)
     }
 
     /// Rays are straight, and will bend.

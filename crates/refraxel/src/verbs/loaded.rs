@@ -21,6 +21,6 @@ pub struct Loaded {
 
 /// Reads the run of a folder.
 pub fn load_run(folder: &Path) -> Result<Loaded, Failure> {
-    let Run { options, plan, state, source, model, optimiser } = Run::load(folder)?;
+    let Run { options, plan, state, source, model, optimiser, .. } = Run::load(folder)?;
     Ok(Loaded { options, plan, state, source, backend: CpuBackend::resumed(model, optimiser) })
 }

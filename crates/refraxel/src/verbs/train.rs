@@ -87,22 +87,16 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
 /// The options of a run that begins.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Options, Failure> {
     let mut usual = Options::suited_to(scene_region(data).unbounded);
-    usual.refraction.bend = bending(args, data);
+    usual.refraction.bend = if args.refraction == Refraction::Off { Switch::Off } else { Switch::On };
     if args.refraction == Refraction::On {
         usual.judge.straight = Switch::Off;
     }
-    options::read(args, usual, show)
-}
-
-/// Whether rays bend: as asked for, or where something says what is refractive.
-fn bending(args: &TrainArgs, data: &Dataset) -> Switch {
-    let named = args.refraction_box.is_some() || args.index_from.is_some();
-    match args.refraction {
-        Refraction::Off => Switch::Off,
-        Refraction::On => Switch::On,
-        Refraction::Auto if named || recipe::has_masks(data) => Switch::On,
-        Refraction::Auto => Switch::Off,
+    let mut options = options::read(args, usual, show)?;
+    let is_told = args.refraction_box.is_some() || args.index_from.is_some() || recipe::has_masks(data);
+    if args.refraction == Refraction::Auto && !is_told && !options.seek.enabled.is_on() {
+        options.refraction.bend = Switch::Off;
     }
+    Ok(options)
 }
 
 /// The index that a file gives, unless rays bend by it already.

@@ -8,9 +8,7 @@ mod region;
 use crate::formats::ply;
 use crate::parsed::{Frame, Origin, ParsedDataset, Part, StatedMask};
 use crate::root::{Root, Statement};
-use crate::{
-    Backdrop, DataError, Format, MaskMeaning, OpenOptions, Problem, json, json::Object, limits, pose,
-};
+use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits, pose};
 use refraxel_core::Pose;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -166,9 +164,10 @@ fn refuse_moving_camera(frame: &Object) -> Result<(), DataError> {
     Ok(())
 }
 
-/// The mask a frame names: nerfstudio's `mask_path` (black = ignore) or RefRef's `mask_file_path`.
+/// The mask a frame names: nerfstudio's `mask_path` (black = ignore, but segmenters mark objects by white) or RefRef's
+/// `mask_file_path`.
 fn mask(root: &Root, frame: &Object) -> Result<Option<(PathBuf, StatedMask)>, DataError> {
-    let keys = [("mask_path", StatedMask::Known(MaskMeaning::Keep)), ("mask_file_path", StatedMask::Open)];
+    let keys = [("mask_path", StatedMask::Shown), ("mask_file_path", StatedMask::Open)];
     for (key, meaning) in keys {
         if let Some(stated) = frame.text(key)? {
             let found = root.find(stated, Statement { path: frame.path(), key: &frame.key(key) })?;

@@ -1,0 +1,44 @@
+//! A photograph that is looked at as a whole.
+
+use super::{TrainingView, WHITE};
+use refraxel_core::Camera;
+
+/// A photograph and its view.
+#[derive(Clone, Copy)]
+pub struct Picture<'a> {
+    /// The view.
+    pub camera: &'a Camera,
+    pub(super) view: &'a TrainingView,
+    pub(super) transparent: bool,
+}
+
+impl Picture<'_> {
+    /// Mean colours over a grid of cells that fills the picture, x fastest, before white where pictures are transparent.
+    /// `None` where half of a cell's pixels must not be used.
+    pub fn means(&self, [width, height]: [usize; 2]) -> Vec<Option<[f32; 3]>> {
+        let full = [self.camera.width as usize, self.camera.height as usize];
+        let mut sums = vec![[0.0_f32; 3]; width * height];
+        let (mut used, mut all) = (vec![0_u32; sums.len()], vec![0_u32; sums.len()]);
+        for y in 0..full[1] {
+            let row = y * height / full[1] * width;
+            for x in 0..full[0] {
+                let (cell, pixel) = (row + x * width / full[0], y * full[0] + x);
+                all[cell] += 1;
+                if self.view.used(pixel) {
+                    used[cell] += 1;
+                    let colour = self.colour(pixel);
+                    (0..3).for_each(|c| sums[cell][c] += colour[c]);
+                }
+            }
+        }
+        let mean =
+            |cell: usize| (2 * used[cell] > all[cell]).then(|| sums[cell].map(|sum| sum / used[cell] as f32));
+        (0..sums.len()).map(mean).collect()
+    }
+
+    fn colour(&self, pixel: usize) -> [f32; 3] {
+        let [r, g, b, alpha] = self.view.photo.image.rgba(pixel);
+        let over = |c: f32, k: usize| if self.transparent { c * alpha + WHITE[k] * (1.0 - alpha) } else { c };
+        [over(r, 0), over(g, 1), over(b, 2)]
+    }
+}

@@ -1,0 +1,87 @@
+//! A first hull becomes the places that most views would rather take for refractive.
+//!
+//! Each cell of each view says by how much it would rather lie inside of the silhouette: s = log(r / τ), between −1 and 1, with its
+//! residual r and τ = κ √(r₁ r₀), of the mean residuals of the cells that the first hull covers and of those beside. A place is
+//! inside where the mean of s over the views that see it is above a bound: a vote in which nobody has to decide.
+
+use super::evidence::Evidence;
+use super::hull::{Carved, keep_large_parts};
+use crate::blur::gaussian_blur;
+use crate::model::Gate;
+use crate::model::polyhedron::Plane;
+use crate::rays::pixel_ray;
+use rayon::prelude::*;
+use refraxel_core::{Domain, Extent, Vec3, vec3};
+
+/// κ. Less takes more for refractive.
+const KAPPA: f64 = 0.8;
+/// Standard deviation of the blur of the votes [voxel].
+const BLUR: f32 = 0.6;
+/// Share of the views that must see a place.
+const SEEN: f32 = 0.3;
+/// How fast the share of a voxel that is inside rises with the mean vote.
+const SLOPE: f32 = 2.0;
+
+/// How a shape is refined.
+#[derive(Clone, Copy)]
+pub(super) struct Refining {
+    /// Nodes along its longest edge.
+    pub nodes: u32,
+    /// The mean vote of what is inside.
+    pub bound: f32,
+    /// What is seen as opaque is, and not haze in the place of glass.
+    pub clean: bool,
+    /// What it stands on.
+    pub ground: Option<Plane>,
+}
+
+/// The refined shape.
+pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
+    let domain = Domain::with_longest(first.bounds, Extent::Bounded, how.nodes);
+    let n = domain.resolution.map(|n| n as usize);
+    let threshold = threshold(&first.gate, views);
+    let position = |j: usize| {
+        domain.position(vec3((j % n[0]) as f32, (j / n[0] % n[1]) as f32, (j / (n[0] * n[1])) as f32))
+    };
+    let vote = |j: usize| {
+        let x = position(j);
+        let stands = how.ground.is_none_or(|p| p.height(x) > 0.0);
+        if stands { mean_vote(views, x, threshold, how.clean.then_some(domain.voxel())) } else { -1.0 }
+    };
+    let mut votes: Vec<f32> = (0..n[0] * n[1] * n[2]).into_par_iter().map(vote).collect();
+    gaussian_blur(&mut votes, domain.resolution, BLUR);
+    let mut share: Vec<f32> = votes.iter().map(|v| (0.5 + SLOPE * (v - how.bound)).clamp(0.0, 1.0)).collect();
+    keep_large_parts(&mut share, n);
+    Gate::new(domain, &share)
+}
+
+/// τ.
+fn threshold(first: &Gate, views: &[Evidence]) -> f32 {
+    let mut sums = [[0.0_f64; 2]; 2];
+    for view in views {
+        for cell in (0..view.residual.len()).filter(|cell| view.counts(*cell)) {
+            let covered = pixel_ray(&view.camera, cell).is_some_and(|ray| first.admits(&ray));
+            if covered || view.shows_something(cell) {
+                let of = &mut sums[usize::from(covered)];
+                (of[0], of[1]) = (of[0] + f64::from(view.residual[cell]), of[1] + 1.0);
+            }
+        }
+    }
+    let mean = |s: [f64; 2]| (s[0] / s[1].max(1.0)).max(1e-4);
+    (KAPPA * (mean(sums[0]) * mean(sums[1])).sqrt()) as f32
+}
+
+/// The mean vote about a point; −1 where too few views see it. Opaque things hide what lies further than `margin` behind them.
+fn mean_vote(views: &[Evidence], x: Vec3<f32>, threshold: f32, margin: Option<f32>) -> f32 {
+    let (mut sum, mut count, mut sees) = (0.0, 0, 0);
+    for view in views {
+        let Some(cell) = view.cell_of(x).filter(|cell| view.counts(*cell)) else { continue };
+        sees += 1;
+        if margin.is_none_or(|m| view.reaches(cell, x, m)) {
+            sum += (view.residual[cell].max(1e-6) / threshold).ln().clamp(-1.0, 1.0);
+            count += 1;
+        }
+    }
+    let enough = count > 0 && sees as f32 >= SEEN * views.len() as f32;
+    if enough { sum / count as f32 } else { -1.0 }
+}

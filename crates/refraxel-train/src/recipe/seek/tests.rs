@@ -1,0 +1,92 @@
+//! A ball among residuals that leave a part of it out.
+
+use super::*;
+use crate::random::Random;
+use refraxel_core::{Camera, Domain, Extent, Vec3, vec3};
+
+const RADIUS: f32 = 0.5;
+const BOX: Aabb<f32> = Aabb { min: vec3(-1.2, -1.2, -1.2), max: vec3(1.2, 1.2, 1.2) };
+
+/// Views of a ball before a wall: a part of its cells is explained, as plain things seen through glass are, and a tenth of the
+/// wall is not.
+fn views(explained: f64) -> Vec<Evidence> {
+    let random = Random::new(1);
+    let view = |k: u32| {
+        let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 40.0;
+        let (r, angle) = ((1.0 - z * z).sqrt(), f64::from(k) * 2.399_963);
+        let eye = vec3(r * angle.cos(), r * angle.sin(), z) * 4.0;
+        let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.7, [48, 48]);
+        let residual = |cell: usize| {
+            let u = random.uniform(u64::from(k), cell as u64);
+            let ray = pixel_ray(&camera, cell).unwrap();
+            let foot = ray.at(-ray.origin.dot(ray.direction));
+            let unexplained = if foot.length() < RADIUS { u > explained } else { u > 0.9 };
+            if unexplained { 0.2 } else { 0.02 }
+        };
+        Evidence { camera, residual: (0..48 * 48).map(residual).collect(), beyond: vec![9.0; 48 * 48] }
+    };
+    (0..40).map(view).collect()
+}
+
+fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
+    let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
+    let n = domain.resolution.map(|n| n as usize);
+    let at = |j: usize| vec3((j % n[0]) as f32, (j / n[0] % n[1]) as f32, (j / (n[0] * n[1])) as f32);
+    let inside = |j: usize| domain.position(at(j)).zip(centre, |x, c| x - c).length() < radius;
+    let share: Vec<f32> = (0..n[0] * n[1] * n[2]).map(|j| f32::from(u8::from(inside(j)))).collect();
+    Gate::new(domain, &share)
+}
+
+/// Intersection over union of a shape and the ball, by points.
+fn overlap(gate: &Gate) -> f64 {
+    let random = Random::new(2);
+    let (mut both, mut either) = (0, 0);
+    for k in 0..40_000 {
+        let x = Vec3::from([0, 1, 2].map(|a| 2.4 * random.uniform(k, a) as f32 - 1.2));
+        let (found, truth) = (gate.is_inside(x), x.length() < RADIUS);
+        both += u32::from(found && truth);
+        either += u32::from(found || truth);
+    }
+    f64::from(both) / f64::from(either)
+}
+
+const HOW: Refining = Refining { nodes: 26, bound: 0.15, clean: false, ground: None };
+
+#[test]
+fn a_ball_is_found_from_a_part_of_it_and_from_more_than_it() {
+    let views = views(0.33);
+    for (centre, radius) in [(vec3(0.08, 0.0, 0.0), 0.38), (vec3(0.0, 0.1, 0.1), 0.7)] {
+        let first = Carved::of(&ball(centre, radius), &BOX).unwrap();
+        let (before, found) = (overlap(&first.gate), overlap(&refined(&first, &views, HOW)));
+        assert!(before < 0.5 && found > 0.8, "{before} {found}");
+    }
+}
+
+#[test]
+fn nothing_is_taken_for_refractive_below_the_ground() {
+    let first = Carved::of(&ball(Vec3::zero(), 0.4), &BOX).unwrap();
+    let ground = Plane::facing(vec3(0.0, 0.0, 1.0), 0.1);
+    let found = refined(&first, &views(0.33), Refining { ground: Some(ground), ..HOW });
+    let height = |z: f32| ground.height(vec3(0.0, 0.0, z));
+    assert!(found.is_inside(vec3(0.0, 0.0, 0.3)), "{}", height(0.3));
+    assert!(!found.is_inside(vec3(0.0, 0.0, -0.3)), "{}", height(-0.3));
+}
+
+#[test]
+fn the_true_shape_separates_best_and_residuals_that_are_nowhere_in_particular_do_not() {
+    let views = views(0.33);
+    let share = |views: &[Evidence], gate: &Gate| separation(&views.iter().collect::<Vec<_>>(), gate).share;
+    let [small, right, large] = [0.3, RADIUS, 0.8].map(|r| share(&views, &ball(Vec3::zero(), r)));
+    assert!(right > small + 0.05 && right > large + 0.05 && right > 0.2, "{small} {right} {large}");
+    let random = Random::new(5);
+    let scattered: Vec<Evidence> = views
+        .into_iter()
+        .zip(0..)
+        .map(|(v, k)| {
+            let residual = (0..v.residual.len()).map(|c| 0.1 * random.uniform(k, c as u64) as f32).collect();
+            Evidence { residual, ..v }
+        })
+        .collect();
+    let nothing = share(&scattered, &ball(Vec3::zero(), RADIUS));
+    assert!(nothing < 0.01, "{nothing}");
+}

@@ -1,0 +1,98 @@
+//! Looking for refractive things where no mask shows them: between looks straight rays learn the surroundings.
+
+use super::{TrainError, Trainer};
+use crate::backend::{Backend, BrickMask};
+use crate::events::{Event, Watch};
+use crate::model::Gate;
+use crate::model::polyhedron::Plane;
+use crate::options::StartShape;
+use crate::recipe::{Known, masks, seek};
+use crate::run::Looks;
+use crate::schedule::{
+    MOST_STRAIGHT, Progress, is_time_to_bend, is_time_to_look, stage_domain, training_marching,
+};
+use crate::verdict::StayReason;
+use refraxel_core::Vec3;
+
+/// How far around what was found the field is cleared [voxel of the field].
+const CLEARED: f32 = 1.5;
+/// The ground takes so much room above its plane [voxel of the first stage].
+const GROUND: f32 = 1.2;
+
+impl<B: Backend> Trainer<B> {
+    /// Whether rays would bend if something were found that no mask shows.
+    pub(super) fn seeks(&self) -> bool {
+        let options = &self.options;
+        let is_told = self.index.is_some() || options.shape.start != StartShape::Hull || self.is_masked;
+        self.waits_to_bend() && options.seek.enabled.is_on() && !is_told
+    }
+
+    /// A look is due: the first one, or one more.
+    pub(super) fn is_about_to_look(&self, progress: Progress) -> bool {
+        let (options, looks) = (&self.options, self.state.looks);
+        let is_time = match looks.last() {
+            None => is_time_to_look(options, self.state.step, progress),
+            Some(last) => self.state.step >= last + options.seek.steps || progress.0 >= MOST_STRAIGHT,
+        };
+        self.seeks() && looks.count < options.seek.looks && is_time
+    }
+
+    /// The moment for rays to bend has come: where something had to be found first, it is found by now.
+    pub(super) fn is_time_to_bend(&self, progress: Progress) -> bool {
+        if self.seeks() {
+            return self.state.looks.count >= self.options.seek.looks;
+        }
+        is_time_to_bend(&self.options, self.state.step, progress)
+    }
+
+    /// A look at all photographs. What it finds is cleared, and rays keep clear of it from now on; where it finds nothing, rays
+    /// stay straight.
+    pub(super) fn look(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        let marching = training_marching(&self.options, self.plan.near);
+        self.backend.refresh_occupancy(&marching);
+        let (sampler, options, near) = (&self.sampler, &self.options, self.plan.near);
+        let known = Known { sampler, options, near, index: None, progress: self.progress() };
+        let Some(found) = seek(&self.backend, &known, self.sought.as_ref(), watch)? else {
+            self.go_on_with(None);
+            self.stay_straight(StayReason::Unnoticed, watch);
+            self.keep_good_state();
+            return Ok(());
+        };
+        let pixels = self.go_on_with(Some(found.gate));
+        self.state.looks = Looks { count: self.state.looks.count + 1, step: self.state.step };
+        self.note(
+            Event::Sought { look: self.state.looks.count, separation: found.separation.share, pixels },
+            watch,
+        );
+        self.clear_found(found.ground.as_ref());
+        self.keep_good_state();
+        Ok(())
+    }
+
+    /// Take this for what is refractive; the share of the pixels that show it.
+    pub fn go_on_with(&mut self, sought: Option<Gate>) -> f64 {
+        self.sampler.set_found(sought.as_ref().map(|gate| masks(gate, &self.sampler)));
+        self.sought = sought;
+        self.sampler.mask_share()
+    }
+
+    /// Straight rays have filled it with haze. What it stands on stays.
+    fn clear_found(&mut self, ground: Option<&Plane>) {
+        let Some(gate) = &self.sought else { return };
+        let voxel = self.backend.domain().voxel();
+        let reach = CLEARED * voxel;
+        let thickness = GROUND * stage_domain(&self.options, &self.plan.finest, 0).voxel();
+        let around = |x: Vec3<f32>| {
+            let beside = |a: usize, by: f32| {
+                let mut x = x;
+                x[a] += by;
+                gate.is_inside(x)
+            };
+            let stands = ground.is_none_or(|p| p.height(x) > thickness);
+            stands && (gate.is_inside(x) || (0..3).any(|a| beside(a, reach) || beside(a, -reach)))
+        };
+        let inside = BrickMask::new(self.backend.domain(), self.backend.map(), around);
+        self.backend.set_density(self.options.refraction.contents_density, &inside);
+        self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
+    }
+}
