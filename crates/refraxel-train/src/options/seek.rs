@@ -15,11 +15,11 @@ section! {
         /// Looks at the photographs: the first one, and some more at the scene without what was found.
         looks: u32 = 3, in 1..=20;
         /// Steps of straight rays from one look to the next.
-        steps: u64 = 120;
+        pause: u64 = 120;
         /// What is found must separate pixels that straight rays explain from those that they do not: least share of the variance
-        /// of the residuals that it explains. Where nothing refracts it is at most 0.02; of glass it is 0.15 to 0.55.
+        /// of the residuals that it explains. It was at most 0.02 where nothing refracts, and 0.15 to 0.55 of glass.
         separation: f64 = 0.1, in 0.0..=1.0;
-        /// Rays of a look at all photographs, about.
-        rays: u32 = 400_000, in 1000..=100_000_000, "rays";
+        /// Cells of all photographs together, each of which a look compares with one ray, about.
+        cells: u32 = 400_000, in 1000..=100_000_000, "cells";
     }
 }

@@ -68,14 +68,14 @@ pub(crate) fn seek(
 ) -> Result<Option<Sought>, Cancelled> {
     let (options, sampler) = (known.options, known.sampler);
     let marching = training_marching(options, known.near);
-    let evidence = look(backend, sampler, options.seek.rays, &marching, watch)?;
+    let evidence = look(backend, sampler, options.seek.cells, &marching, watch)?;
     let bounds = options.refraction.aabb().unwrap_or(backend.domain().bounds);
     let first = match before {
         Some(gate) => Carved::of(gate, &bounds),
         None => best_hull(&evidence, &bounds, watch)?,
     };
     let Some(first) = first else { return Ok(None) };
-    let cell = sampler.pixel_size(first.bounds.center()) * cell_edge(sampler, options.seek.rays) as f32;
+    let cell = sampler.pixel_size(first.bounds.center()) * cell_edge(sampler, options.seek.cells) as f32;
     let nodes = REFINED.1 * first.bounds.extent().max_element() / cell;
     let nodes = (nodes.round() as u32).clamp(NODES / 2, REFINED.0);
     let ground = Ground::new(&silhouettes(&evidence, RESIDUALS[0]), backend.domain().voxel());

@@ -32,7 +32,7 @@ impl<B: Backend> Trainer<B> {
         let (options, looks) = (&self.options, self.state.looks);
         let is_time = match looks.last() {
             None => is_time_to_look(options, self.state.step, progress),
-            Some(last) => self.state.step >= last + options.seek.steps || progress.0 >= MOST_STRAIGHT,
+            Some(last) => self.state.step >= last + options.seek.pause || progress.0 >= MOST_STRAIGHT,
         };
         self.seeks() && looks.count < options.seek.looks && is_time
     }

@@ -84,17 +84,22 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     learn(session, &folder, args.overwrite, watch)
 }
 
-/// The options of a run that begins.
+/// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
+/// sought.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Options, Failure> {
     let mut usual = Options::suited_to(scene_region(data).unbounded);
-    usual.refraction.bend = if args.refraction == Refraction::Off { Switch::Off } else { Switch::On };
+    let is_told = args.refraction_box.is_some() || args.index_from.is_some() || recipe::has_masks(data);
+    usual.refraction.bend = match args.refraction {
+        Refraction::On => Switch::On,
+        Refraction::Auto if is_told => Switch::On,
+        Refraction::Auto | Refraction::Off => Switch::Off,
+    };
     if args.refraction == Refraction::On {
         usual.judge.straight = Switch::Off;
     }
     let mut options = options::read(args, usual, show)?;
-    let is_told = args.refraction_box.is_some() || args.index_from.is_some() || recipe::has_masks(data);
-    if args.refraction == Refraction::Auto && !is_told && !options.seek.enabled.is_on() {
-        options.refraction.bend = Switch::Off;
+    if args.refraction == Refraction::Auto && !is_told && options.seek.enabled.is_on() {
+        options.refraction.bend = Switch::On;
     }
     Ok(options)
 }
