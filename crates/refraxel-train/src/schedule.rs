@@ -34,6 +34,11 @@ impl Progress {
         }
     }
 
+    /// The same point of a run that has done without this share of its time.
+    pub fn without(self, share: f64) -> Self {
+        Self(((self.0 - share) / (1.0 - share).max(f64::EPSILON)).clamp(0.0, 1.0))
+    }
+
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, options: &Options) -> u32 {
         (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(options, s)).unwrap_or(0)
@@ -224,6 +229,13 @@ mod tests {
         let finest = Domain::with_longest(bounds, Extent::Bounded, 129);
         assert_eq!(stage_domain(&c, &finest, c.grid.stages - 1), finest);
         assert_eq!(stage_domain(&c, &finest, 0).resolution, [33; 3]);
+    }
+
+    #[test]
+    fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
+        let at = |p: f64| Progress(p).without(0.2).0;
+        assert!((at(0.2) - 0.0).abs() < 1e-12 && (at(0.6) - 0.5).abs() < 1e-12 && (at(1.0) - 1.0).abs() < 1e-12);
+        assert_eq!((at(0.1), Progress(0.3).without(0.0).0, Progress(1.0).without(1.0).0), (0.0, 0.3, 0.0));
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {

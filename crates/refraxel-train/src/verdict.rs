@@ -21,7 +21,7 @@ pub enum Hypothesis {
     Vessel,
     /// Water below an open surface that is seen from above only.
     WaterSurface,
-    /// A lens: w = n²/2 rises from ½ at the surface to its largest value in the middle, as a parabola of the depth.
+    /// A lens: w = n²/2 rises from ½ at the surface to its largest value in the middle, as a power of a parabola of the depth.
     Graded,
     /// What a file says.
     Known,
@@ -47,11 +47,11 @@ impl Hypothesis {
 /// A number that a search found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
-    /// What it is: `index`, `wall`, `offset`, `water` or `level`.
+    /// What it is: `index`, `wall`, `offset`, `power`, `water` or `level`.
     pub name: String,
     /// Its value: the index [1], the thickness of a wall [depth of the body], how far the surface lies outside the hull
-    /// [voxel], how high water stands in a vessel [height of the vessel], the level of
-    /// water seen from above [range that the masks allow].
+    /// [voxel], how steeply the index of a lens rises (1: as a parabola), how high water stands in a vessel [height of the
+    /// vessel], the level of water seen from above [range that the masks allow].
     pub value: f32,
 }
 
@@ -94,7 +94,7 @@ pub struct RegionVerdict {
 pub struct Verdict {
     /// Views kept aside until the decision.
     pub views: usize,
-    /// Share of the run after which it was decided.
+    /// Share of the run at which the decision began.
     pub progress: f64,
     /// Time that the decision took, the search included [s].
     pub seconds: f64,

@@ -7,7 +7,7 @@ use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
 use crate::recipe::{self, Decision, Known, RecipeError};
 use crate::schedule::{Progress, training_marching};
-use crate::verdict::{StayReason, Verdict};
+use crate::verdict::StayReason;
 use refraxel_core::ShDegree;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 
@@ -20,14 +20,12 @@ impl<B: Backend> Trainer<B> {
         match self.try_to_bend(&mut events, watch) {
             Ok(Decision { stays: None, verdict }) => {
                 self.state.verdict = verdict;
-                self.state.bends_since = Some(self.progress().0); // the search took its time
+                self.state.bends_since = Some(self.scheduled().0);
                 drop(before); // never three copies
             }
             Ok(Decision { stays: Some(why), verdict }) => {
                 // A scene without bent rays is better than none.
                 drop(before);
-                // The search and the race took their time.
-                let verdict = verdict.map(|v| Verdict { progress: self.progress().0, ..v });
                 (self.state.stays_straight, self.state.verdict) = (true, verdict);
                 events.push(Event::RaysStayStraight { why: why.clone() });
                 watch.tell(Event::RaysStayStraight { why });

@@ -140,6 +140,14 @@ impl<B: Backend> Trainer<B> {
         Progress::of(&self.options, self.state.step, self.seconds())
     }
 
+    /// Where the schedule stands. The clock stands still for it while it is decided what rays bend at: a coarse grid must not
+    /// end before it has learned what is inside masks.
+    fn scheduled(&self) -> Progress {
+        let seconds = 60.0 * self.options.run.minutes;
+        let decision = self.state.verdict.as_ref().filter(|_| seconds > 0.0);
+        self.progress().without(decision.map_or(0.0, |v| v.seconds / seconds))
+    }
+
     /// Seconds spent training, over all resumptions.
     pub fn seconds(&self) -> f64 {
         self.state.seconds + self.clock.map_or(0.0, |since| since.elapsed().as_secs_f64())
@@ -174,7 +182,7 @@ impl<B: Backend> Trainer<B> {
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
     /// stands between two pieces of work: the one that was under way is undone.
     pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
-        let progress = self.progress();
+        let progress = self.scheduled();
         if self.changes(progress) && !self.settle(watch)? {
             return Ok(());
         }
@@ -329,7 +337,7 @@ impl<B: Backend> Trainer<B> {
 
     /// Prune what no ray sees, if rays look where they will, and move to the next, finer grid.
     fn next_stage(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
-        let stage = self.progress().stage(&self.options);
+        let stage = self.scheduled().stage(&self.options);
         let marching = training_marching(&self.options, self.plan.near);
         watch.progress(Task::Pruning, 0, 2)?;
         self.backend.refresh_occupancy(&marching);

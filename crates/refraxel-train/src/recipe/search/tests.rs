@@ -130,14 +130,29 @@ fn wall_and_index_of_a_shell_are_found() {
     assert!((values[0] - 1.5).abs() < 0.03 && (values[1] - 0.3).abs() < 0.03, "{values:?}");
 }
 
+/// A lens by its index at a distance from the middle [radius].
+fn lens(index: impl Fn(f32) -> f32) -> IndexGrid<f32> {
+    let of = |x: Vec3<f32>| index(x.length() / RADIUS);
+    IndexGrid::from_samples(cube(Vec3::zero()), [41; 3], Options::default().index.interpolation.into(), of)
+}
+
 #[test]
 fn a_lens_is_told_from_a_body_of_one_index() {
-    let bounds = cube(Vec3::zero());
-    let index = |x: Vec3<f32>| (1.0 + 0.96 * (1.0 - x.dot(x) / (RADIUS * RADIUS)).max(0.0)).sqrt();
-    let lens = IndexGrid::from_samples(bounds, [41; 3], Options::default().index.interpolation.into(), index);
-    let (kind, values, _) = alone(vec![lens]).best();
+    let (kind, values, _) = alone(vec![lens(|r| (1.0 + 0.96 * (1.0 - r * r).max(0.0)).sqrt())]).best();
     assert_eq!(kind, Hypothesis::Graded);
-    assert!((values[0] - 1.4).abs() < 0.02, "{values:?}");
+    assert!((values[0] - 1.4).abs() < 0.02 && (values[1] - 1.0).abs() < 0.15, "{values:?}");
+}
+
+#[test]
+fn steep_lenses_are_found() {
+    // A bell that has faded to 0.02 at the border, and the fish eye.
+    let bell = |r: f32| 1.0 + 0.5 * (-3.22 * r * r).exp() * f32::from(u8::from(r < 1.2));
+    let fish_eye = |r: f32| if r < 1.0 { 2.0 / (1.0 + r * r) } else { 1.0 };
+    for (truth, middle) in [(lens(bell), 1.5), (lens(fish_eye), 2.0)] {
+        let (kind, values, part) = alone(vec![truth]).best();
+        assert_eq!(kind, Hypothesis::Graded, "{values:?} {part}");
+        assert!((values[0] - middle).abs() < 0.06 && values[1] > 1.4, "{middle}: {values:?} {part}");
+    }
 }
 
 #[test]
