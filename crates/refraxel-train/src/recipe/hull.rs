@@ -3,7 +3,7 @@
 use super::facets::{Face, faces, fills};
 use super::parts::parts;
 use super::region::{Region, Water};
-use super::shapes::{Basin, Contours, Ellipsoid, Faceted, ellipsoid, polyhedron, upwards};
+use super::shapes::{Basin, Contours, Ellipsoid, Faceted, Levels, ellipsoid, polyhedron, upwards};
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
@@ -84,13 +84,14 @@ const BEYOND: f32 = 3.0;
 /// Water below an open surface, if all views look down on it.
 fn water(site: &Site, views: &Views, up: Vec3<f32>) -> Option<Water> {
     let basin = Basin { bounds: site.bounds, up, voxel: site.domain().voxel() };
-    let range = basin.levels(views.outlines)?.range;
+    let Levels { best, range } = basin.levels(views.outlines)?;
     let above = |c: &Camera| up.dot(c.world_from_camera.translation.cast()) > range[1];
     if !views.outlines.cameras().all(above) {
         return None;
     }
     let highest = basin.water(views.outlines, range[1], BEYOND * basin.voxel).surface;
-    Some(Water { highest, up, range })
+    let level = (best.height - range[0]) / (range[1] - range[0]).max(f32::EPSILON);
+    Some(Water { highest, up, range, level })
 }
 
 impl Region {

@@ -40,7 +40,7 @@ use crate::rays::{RaySampler, Selection};
 use crate::schedule::{Progress, training_marching};
 use crate::verdict::{Hypothesis, StayReason, Verdict};
 use contest::Trained;
-use hypotheses::{Body, Candidate};
+use hypotheses::{Body, Candidate, Unknown, WALL};
 use race::{Course, Outcome, race};
 use refraxel_core::{Medium, ShDegree};
 use refraxel_data::{Dataset, IndexSource, MaskMeaning};
@@ -181,7 +181,7 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
         let Some(best) = found.fits.first() else { continue };
         let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * best.error);
         let mut rivals: Vec<Candidate> =
-            near.filter(|f| bends(&f.candidate)).map(|f| f.candidate.clone()).collect();
+            near.filter(|f| bends(&f.candidate, region)).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
         let is_polyhedron = |c: &Candidate| c.proposal.kind == Hypothesis::Polyhedron;
         if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_polyhedron) {
@@ -195,7 +195,7 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
             best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
         }
         // A guess races where the search leaves a place.
-        if rivals.is_empty() || (!best.searched && rivals.len() < MOST_HEATS && bends(&best)) {
+        if rivals.is_empty() || (!best.searched && rivals.len() < MOST_HEATS && bends(&best, region)) {
             rivals.push(best.clone());
         }
         all.push(rivals);
@@ -206,9 +206,13 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     Heats { rivals: (0..count).map(heat).collect(), assumed }
 }
 
-/// Whether rays bend at all: otherwise it is straight rays again.
-fn bends(candidate: &Candidate) -> bool {
-    !candidate.searched || candidate.values.first().is_none_or(|n| *n > STRAIGHT_INDEX)
+/// Whether rays bend at all: otherwise it is straight rays again. A wall at the least thickness that is searched hardly bends
+/// any, and wins the first round of a race by that, over all that has to be learned anew.
+fn bends(candidate: &Candidate, region: &Region) -> bool {
+    let unknowns = (candidate.proposal.unknowns)(region);
+    let thinnest = |(u, v): (&Unknown, &f32)| u.name == WALL && *v <= u.range[0];
+    let is_bare = unknowns.iter().zip(&candidate.values).any(thinnest);
+    !candidate.searched || (candidate.values.first().is_none_or(|n| *n > STRAIGHT_INDEX) && !is_bare)
 }
 
 /// Lets the heats race, where there is a judge and enough time.

@@ -10,6 +10,10 @@ use crate::verdict::{Contestant, Found, Hypothesis, RegionVerdict};
 /// Bent rays must be better by so many standard errors. Few views have a large error that is hardly known itself.
 const CARE: f64 = 0.5;
 
+/// Bent rays that lead by so many margins, and by so many standard errors, after the first round have won. Straight rays never
+/// have: at first bent ones are behind, because what stands inside is cleared, and catch up.
+const CLEAR: f64 = 2.0;
+
 /// Number of an entry. Entry 0 is straight rays.
 pub(super) type Entry = usize;
 /// Straight rays.
@@ -65,7 +69,8 @@ pub(super) struct Outcome {
     pub verdicts: Vec<RegionVerdict>,
 }
 
-/// First all entries learn for a while. The best hypothesis of each region goes on, against straight rays.
+/// First all entries learn for a while. The best hypothesis of each region goes on against straight rays, unless it leads
+/// clearly by then.
 pub(super) fn race(
     contest: &mut impl Contest,
     course: Course,
@@ -83,6 +88,15 @@ pub(super) fn race(
     };
     let chosen: Vec<Entry> = (0..course.regions).map(best).collect();
     let finalist = contest.combined(&chosen);
+    let verdicts = |contest: &_, standings: &[Standing]| -> Vec<RegionVerdict> {
+        (0..course.regions).map(|r| verdict(contest, standings, finalist, r, options)).collect()
+    };
+    if standings.iter().any(|s| s.entry == finalist) {
+        let verdicts = verdicts(&*contest, &standings);
+        if verdicts.iter().all(RegionVerdict::is_clear) {
+            return Ok(Outcome { finalist, verdicts });
+        }
+    }
     let so_far = |entry: Entry| standings.iter().find(|s| s.entry == entry).map_or(0, |s| s.steps);
     let more = [STRAIGHT, finalist].map(|entry| course.all - so_far(entry).min(course.all));
     for (entry, steps) in [STRAIGHT, finalist].into_iter().zip(more) {
@@ -91,8 +105,7 @@ pub(super) fn race(
         standings.retain(|s| s.entry != entry);
         standings.push(Standing { entry, steps: course.all, scores });
     }
-    let verdicts = (0..course.regions).map(|r| verdict(contest, &standings, finalist, r, options)).collect();
-    Ok(Outcome { finalist, verdicts })
+    Ok(Outcome { finalist, verdicts: verdicts(&*contest, &standings) })
 }
 
 /// The decision on one region.
@@ -123,6 +136,13 @@ fn verdict(
         gain_all,
         margin: options.margin,
         contestants,
+    }
+}
+
+impl RegionVerdict {
+    /// Bent rays have won, whatever else they learn.
+    fn is_clear(&self) -> bool {
+        self.hypothesis != Hypothesis::Straight && self.gain_inside >= CLEAR * self.margin.max(self.error)
     }
 }
 
@@ -213,14 +233,27 @@ mod tests {
 
     #[test]
     fn the_best_hypothesis_goes_on_and_wins_where_it_is_better_than_straight_rays() {
-        let mut contest = Injected::new(vec![vec![0.04], vec![0.02], vec![0.01]], vec![0.01; 3]);
+        let mut contest = Injected::new(vec![vec![0.04], vec![0.038], vec![0.036]], vec![0.01; 3]);
         let outcome = contest.race();
         assert_eq!(contest.learned, [30, 10, 30]);
         let verdict = &outcome.verdicts[0];
         assert_eq!((outcome.finalist, verdict.hypothesis), (2, Hypothesis::Graded));
-        assert!((verdict.gain_inside - 10.0 * 4_f64.log10()).abs() < 1e-9 && verdict.error < 1e-9);
+        assert!((verdict.gain_inside - 10.0 * (0.04_f64 / 0.036).log10()).abs() < 1e-9 && verdict.error < 1e-9);
         let order: Vec<_> = verdict.contestants.iter().map(|c| c.hypothesis).collect();
         assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
+    }
+
+    #[test]
+    fn a_clear_lead_after_the_first_round_ends_the_race() {
+        let mut contest = Injected::new(vec![vec![0.04], vec![0.02], vec![0.03]], vec![0.01; 3]);
+        let outcome = contest.race();
+        assert_eq!((outcome.finalist, contest.learned), (1, vec![10, 10, 10]));
+        assert_eq!(outcome.verdicts[0].hypothesis, Hypothesis::Solid);
+        let mut behind = Injected::new(vec![vec![0.02], vec![0.04]], vec![0.01; 2]);
+        assert_eq!((behind.race().finalist, behind.learned), (1, vec![30, 30]), "who is behind may catch up");
+        let mut mixed = Injected::new(vec![vec![0.04, 0.04], vec![0.02, 0.0395]], vec![0.01; 2]);
+        mixed.race();
+        assert_eq!(mixed.learned, [30, 30], "one region is not clear");
     }
 
     #[test]

@@ -58,6 +58,8 @@ pub(super) struct Water {
     pub up: Vec3<f32>,
     /// Lowest and highest level along `up` [scene unit].
     pub range: [f32; 2],
+    /// The level at which masks coincide best [that range].
+    pub level: f32,
 }
 
 impl Region {

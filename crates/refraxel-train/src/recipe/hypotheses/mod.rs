@@ -136,6 +136,8 @@ impl Candidate {
 }
 
 const INDEX: &str = "index";
+/// Thickness of a wall [depth of the body].
+pub(super) const WALL: &str = "wall";
 /// What glass absorbs of each [1 / scene unit].
 const COLOURS: [&str; 3] = ["red", "green", "blue"];
 

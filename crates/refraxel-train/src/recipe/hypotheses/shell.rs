@@ -1,6 +1,6 @@
 //! A closed shell: a body of one index with a wall and air in it.
 
-use super::{Body, INDEX, Proposal, Unknown};
+use super::{Body, INDEX, Proposal, Unknown, WALL};
 use crate::model::RegionState;
 use crate::options::Options;
 use crate::recipe::region::Region;
@@ -23,7 +23,7 @@ fn unknowns() -> Vec<Unknown> {
     let walls = vec![0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
     vec![
         Unknown { name: INDEX, first: vec![1.33, 1.5, 1.7], fine: index, range: [1.0, 4.0] },
-        Unknown { name: "wall", first: walls, fine: wall, range: [0.02, 0.7] },
+        Unknown { name: WALL, first: walls, fine: wall, range: [0.02, 0.7] },
     ]
 }
 

@@ -1,6 +1,6 @@
 //! An open vessel: glass with a wall and a base, empty or filled with water up to a level.
 
-use super::{Body, INDEX, Proposal, Unknown};
+use super::{Body, INDEX, Proposal, Unknown, WALL};
 use crate::model::RegionState;
 use crate::options::Options;
 use crate::recipe::region::Region;
@@ -30,7 +30,7 @@ fn unknowns() -> Vec<Unknown> {
     };
     vec![
         unknown(INDEX, &[1.5], &[0.04], [1.0, 4.0]),
-        unknown("wall", &[0.06, 0.12, 0.24], &[0.03, 0.015], [0.02, 0.9]),
+        unknown(WALL, &[0.06, 0.12, 0.24], &[0.03, 0.015], [0.02, 0.9]),
         unknown("base", &[0.2], &[0.08, 0.04], [0.02, 0.9]),
         unknown("water", &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
     ]

@@ -16,7 +16,7 @@ pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use polyhedron::{Faceted, polyhedron};
 pub(super) use shell::shell;
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
-pub(super) use water_surface::Basin;
+pub(super) use water_surface::{Basin, Levels};
 
 use refraxel_core::{LevelSet, Vec3};
 
