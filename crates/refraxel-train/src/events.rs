@@ -56,6 +56,9 @@ pub enum Event {
         /// How far its outlines are from those of an ellipsoid [pixel], where it was taken for one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ellipsoid: Option<f32>,
+        /// It was taken for a body of revolution.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        turned: bool,
     },
     /// The unknown numbers of a hypothesis on a region were searched.
     IndexSearched {

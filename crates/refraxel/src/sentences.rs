@@ -10,10 +10,11 @@ pub fn sentence(event: &Event) -> Option<String> {
         Event::Stage { stage, resolution: [x, y, z], voxels } => {
             format!("stage {}: grid of {x} x {y} x {z} nodes, {voxels} voxels stored", stage + 1)
         }
-        Event::RegionFound { region, center, extent, nodes, faces, ellipsoid } => {
+        Event::RegionFound { region, center, extent, nodes, faces, ellipsoid, turned } => {
             let [[ex, ey, ez], [cx, cy, cz], n] = [*extent, *center, nodes.map(|n| n as f32)];
             let shape = match (faces, ellipsoid) {
                 (_, Some(misfit)) => format!(", an ellipsoid to {misfit:.2} pixels"),
+                _ if *turned => ", round about an upright axis".to_owned(),
                 (Some(n), _) => format!(", bounded by {n} flat faces"),
                 _ => String::new(),
             };

@@ -3,7 +3,7 @@
 use super::facets::{Face, faces, fills};
 use super::parts::parts;
 use super::region::{Region, Water};
-use super::shapes::{Basin, Contours, Ellipsoid, Faceted, Levels, ellipsoid, polyhedron, upwards};
+use super::shapes::{Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards};
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
@@ -116,14 +116,24 @@ impl Region {
         let region = |surface: LevelSet<f32>| {
             let ground = ground(&surface);
             let Outlined { round, faceted } = Outlined::new(&surface, views, ground, options);
-            let up = upwards(ground.as_ref(), views.outlines.cameras());
+            let upright = upwards(ground.as_ref(), views.outlines.cameras());
+            let may_be_turned = round.is_none() && options.shape.faces.is_on();
+            let about = upright.filter(|_| may_be_turned);
+            let turned = about.and_then(|up| turned(&surface, up, ground.as_ref()));
+            let up = turned.as_ref().map(Turned::up).or(upright);
+            let faceted = faceted.filter(|_| turned.is_none());
             let is_tried = options.search.rare.is_on() && !is_shared;
             let water = up.filter(|_| is_tried).and_then(|up| water(&at, views, up));
-            let hull = match &round {
-                Some(body) => Self::round(at, body, surface, ground, options),
-                None => Self::hull(at, surface, views, ground, options),
+            let hull = match (&round, &turned) {
+                (Some(body), _) => Self::round(at, body, surface, ground, options),
+                (_, Some(body)) => {
+                    let on_ground = body.surface(&at.domain(), sunk(ground, &surface).as_ref());
+                    Self::new(at, on_ground, options)
+                }
+                _ => Self::hull(at, surface, views, ground, options),
             };
-            Self { is_shared, faceted, round, up, water, ..hull }
+            let is_turned = turned.is_some();
+            Self { is_shared, faceted, round, is_turned, up, water, ..hull }
         };
         bodies.into_iter().map(region).collect()
     }

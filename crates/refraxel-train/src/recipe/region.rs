@@ -32,6 +32,8 @@ pub(super) struct Region {
     pub faceted: Option<Polyhedron>,
     /// The ellipsoid that its silhouettes show, if they do: its surface then.
     pub round: Option<Ellipsoid>,
+    /// It is a body of revolution.
+    pub is_turned: bool,
     /// Unit vector away from what it stands on, or upwards in the pictures.
     pub up: Option<Vec3<f32>>,
     /// Water below an open surface, where it may be that.
@@ -79,6 +81,7 @@ impl Region {
             solid: None,
             faceted: None,
             round: None,
+            is_turned: false,
             up: None,
             water: None,
             is_shared: false,
@@ -119,6 +122,7 @@ impl Region {
             solid: None,
             faceted: None,
             round: None,
+            is_turned: false,
             up: None,
             water: None,
             is_shared: false,
@@ -188,6 +192,7 @@ impl Region {
             nodes: self.site.resolution,
             faces: self.solid.as_ref().or(self.faceted.as_ref()).map(|s| s.faces.len()),
             ellipsoid: self.round.as_ref().map(|e| e.misfit as f32),
+            turned: self.is_turned,
         }
     }
 

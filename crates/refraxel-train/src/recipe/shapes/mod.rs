@@ -8,6 +8,7 @@ mod ellipsoid;
 mod normal_equations;
 mod polyhedron;
 mod shell;
+mod turned;
 mod vessel;
 mod water_surface;
 
@@ -15,6 +16,7 @@ pub(super) use contours::Contours;
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use polyhedron::{Faceted, polyhedron};
 pub(super) use shell::shell;
+pub(super) use turned::{Turned, turned};
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};
 
