@@ -22,9 +22,6 @@ section! {
         least_steps: u64 = 60, in 3..;
         /// Bent rays must be better than straight ones inside the masks by this much [dB].
         margin: f64 = 0.3, in 0.0..=10.0, "dB";
-        /// Where a hypothesis lowers the error of straight rays in the search to this part, it is presumed to be right: then
-        /// straight rays must lead by the margin. A race on a coarse grid hides what fine facets and strong lenses show.
-        presumed: f64 = 0.9, in 0.0..=1.0;
         /// Over whole views they may be worse than straight ones by this much [dB].
         tolerance: f64 = 0.2, in 0.0..=10.0, "dB";
         /// A hypothesis races if its error in the search is at most this factor of the least one.

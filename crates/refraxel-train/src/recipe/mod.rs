@@ -172,13 +172,11 @@ struct Heats {
     rivals: Vec<Vec<Candidate>>,
     /// Per region: the best of the search, or a guess where the search says nothing.
     assumed: Vec<Candidate>,
-    /// Per region what bent rays must be better by [dB].
-    margins: Vec<f64>,
 }
 
 fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Heats {
     let options = known.options;
-    let (mut all, mut assumed, mut margins) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
     for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
         let Some(best) = found.fits.first() else { continue };
         let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * best.error);
@@ -200,14 +198,12 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
         if rivals.is_empty() || (!best.searched && rivals.len() < MOST_HEATS && bends(&best, region)) {
             rivals.push(best.clone());
         }
-        let is_presumed = found.fits[0].error <= options.judge.presumed * found.straight;
-        margins.push(if is_presumed { -options.judge.margin } else { options.judge.margin });
         all.push(rivals);
         assumed.push(best);
     }
     let count = all.iter().map(Vec::len).max().unwrap_or(0);
     let heat = |h: usize| all.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
-    Heats { rivals: (0..count).map(heat).collect(), assumed, margins }
+    Heats { rivals: (0..count).map(heat).collect(), assumed }
 }
 
 /// Whether rays bend at all: otherwise it is straight rays again. A wall at the least thickness that is searched hardly bends
@@ -223,7 +219,7 @@ fn bends(candidate: &Candidate, region: &Region) -> bool {
 fn decide<B: Backend>(
     backend: &mut B,
     field: &Field,
-    Heats { rivals: heats, assumed, margins }: Heats,
+    Heats { rivals: heats, assumed }: Heats,
     watch: &mut Watch,
     clock: Instant,
 ) -> Result<Decided, Cancelled> {
@@ -246,7 +242,7 @@ fn decide<B: Backend>(
         return Ok(Decided { candidates, verdict: None, goes_on: false });
     }
     contest.set_course(course);
-    let Outcome { finalist, mut verdicts } = race(&mut contest, course, &margins, judge)?;
+    let Outcome { finalist, mut verdicts } = race(&mut contest, course, judge)?;
     let mut candidates = contest.candidates(finalist).to_vec();
     for (verdict, candidate) in verdicts.iter_mut().zip(&mut candidates) {
         if judge.straight.is_on() && verdict.hypothesis == Hypothesis::Straight {
