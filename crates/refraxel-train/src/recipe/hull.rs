@@ -132,8 +132,8 @@ impl Region {
                 }
                 _ => Self::hull(at, surface, views, ground, options),
             };
-            let is_turned = turned.is_some();
-            Self { is_shared, faceted, round, is_turned, up, water, ..hull }
+            let (is_turned, sunk) = (turned.is_some(), ground.map_or(0.0, |_| SUNK * at.domain().voxel()));
+            Self { is_shared, faceted, round, is_turned, up, sunk, water, ..hull }
         };
         bodies.into_iter().map(region).collect()
     }

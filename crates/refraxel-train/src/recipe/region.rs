@@ -36,6 +36,8 @@ pub(super) struct Region {
     pub is_turned: bool,
     /// Unit vector away from what it stands on, or upwards in the pictures.
     pub up: Option<Vec3<f32>>,
+    /// How far it reaches into what it stands on [scene unit]; 0 where nothing is known of that.
+    pub sunk: f32,
     /// Water below an open surface, where it may be that.
     pub water: Option<Water>,
     /// Other regions reach into its box: its surface must be sharp.
@@ -83,6 +85,7 @@ impl Region {
             round: None,
             is_turned: false,
             up: None,
+            sunk: 0.0,
             water: None,
             is_shared: false,
             side: OnceLock::new(),
@@ -124,6 +127,7 @@ impl Region {
             round: None,
             is_turned: false,
             up: None,
+            sunk: 0.0,
             water: None,
             is_shared: false,
             side: OnceLock::new(),
@@ -148,6 +152,7 @@ impl Region {
         });
         Some(Self {
             up: self.up,
+            sunk: self.sunk,
             water,
             is_shared: self.is_shared,
             solid: self.solid.clone(),

@@ -8,7 +8,7 @@ use crate::recipe::shapes::{ShapeBody, Substance, Vessel, vessel};
 use crate::verdict::Hypothesis;
 
 /// Unknowns: the index of the glass, the thickness of wall and base [depth of the body], the height of the water above the
-/// base [height of the vessel].
+/// base [height of the vessel], and that of its foot above where it seems to stand [voxel].
 pub(super) const VESSEL: Proposal = Proposal {
     kind: Hypothesis::Vessel,
     is_dear: true,
@@ -33,6 +33,7 @@ fn unknowns() -> Vec<Unknown> {
         unknown(WALL, &[0.06, 0.12, 0.2], &[0.03, 0.015], [0.02, 0.9]),
         unknown("base", &[0.15, 0.35], &[0.08, 0.04], [0.02, 0.9]),
         unknown("water", &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
+        unknown("foot", &[0.0], &[0.5, 0.5], [-2.0, 2.0]),
     ]
 }
 
@@ -42,7 +43,8 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         (region.depth(), || ShapeBody { surface: outer.clone(), substance: Substance::Glass });
     let found = region.vessel_side().and_then(|side| {
         let [low, high] = side.span;
-        let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low) };
+        let raised = if region.sunk > 0.0 { (region.sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
+        let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low), raised };
         vessel(outer, side, &assumed)
     });
     let body = |b: ShapeBody| match b.substance {

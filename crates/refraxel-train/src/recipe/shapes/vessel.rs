@@ -15,6 +15,9 @@ pub(in crate::recipe) struct Vessel {
     pub base: f32,
     /// Height of the water above the base [scene unit]; 0 where it is empty.
     pub water: f32,
+    /// Height of its bottom above the lowest point of the hull [scene unit]. Below it is air: what stands on a table does not
+    /// touch it, and mirrors at its bottom.
+    pub raised: f32,
 }
 
 /// The lid of a visual hull is cut off this far below the rim [voxel], where its edge is rounded.
@@ -29,6 +32,8 @@ const ABOVE: f32 = 3.0;
 #[derive(Clone, Debug)]
 pub(in crate::recipe) struct Side {
     domain: Domain<f32>,
+    /// Unit vector out of the opening.
+    up: Vec3<f32>,
     /// Per node: signed distance from it, and height along the vector out of the opening [scene unit].
     nodes: Vec<[f32; 2]>,
     /// Lowest and highest point of the vessel along `up` [scene unit].
@@ -61,7 +66,13 @@ impl Side {
             [surface.value(x), up.dot(x)]
         };
         let nodes = (0..count).into_par_iter().map(node).collect();
-        Some(Self { domain: *surface.domain(), nodes, span })
+        Some(Self { domain: *surface.domain(), up, nodes, span })
+    }
+
+    /// The hull above a height.
+    fn standing(&self, outer: &LevelSet<f32>, low: f32) -> LevelSet<f32> {
+        let grid = outer.domain();
+        level_set(grid.bounds, grid.resolution, |x| outer.value(x).max(low - self.up.dot(x)))
     }
 
     /// What lies deeper than `within` below the side, between two heights.
@@ -84,13 +95,15 @@ pub(in crate::recipe) fn vessel(
     side: &Side,
     vessel: &Vessel,
 ) -> Option<Vec<ShapeBody>> {
-    let Vessel { wall, base, water } = *vessel;
+    let Vessel { wall, base, water, raised } = *vessel;
     let (voxel, [low, rim]) = (outer.voxel(), side.span);
+    let low = low + raised;
     let level = low + base + water;
     if !side.nodes.iter().any(|[d, h]| *d < -wall - voxel && *h > level + voxel && *h < rim) {
         return None;
     }
-    let mut bodies = vec![ShapeBody { surface: outer.clone(), substance: Substance::Glass }];
+    let glass = if raised > 0.0 { side.standing(outer, low) } else { outer.clone() };
+    let mut bodies = vec![ShapeBody { surface: glass, substance: Substance::Glass }];
     if water > 0.0 {
         let surface = side.body(wall + WITHIN * voxel, [low + base, level + ABOVE * voxel]);
         bodies.push(ShapeBody { surface, substance: Substance::Water });
@@ -152,7 +165,7 @@ mod tests {
     #[test]
     fn lines_through_a_glass_of_water_meet_air_glass_water_glass_air() {
         for up in [UP, vec3(0.36, -0.48, 0.8)] {
-            let glass = Vessel { wall: 0.1, base: 0.12, water: 0.6 };
+            let glass = Vessel { wall: 0.1, base: 0.12, water: 0.6, raised: 0.0 };
             let outer = cylinder(up);
             let bodies = bodies(&outer, up, &glass).unwrap();
             let side = up.cross(vec3(1.0, 0.0, 0.0)).normalized();
@@ -169,10 +182,24 @@ mod tests {
     }
 
     #[test]
+    fn a_vessel_whose_foot_stands_higher_is_shorter_and_has_air_below() {
+        let outer = cylinder(UP);
+        let along = |raised: f32| {
+            let bodies = bodies(&outer, UP, &Vessel { wall: 0.1, base: 0.12, water: 0.5, raised }).unwrap();
+            runs(|s| index(&bodies, vec3(0.1, 0.0, s)), [-0.9, 0.9])
+        };
+        let (deep, high) = (along(0.0), along(0.07));
+        let expected = [(1.0, 0.0), (1.5, 0.12), (1.33, 0.5), (1.0, 0.0)];
+        check(&deep, &expected, 0.2 * outer.voxel());
+        check(&high, &expected, 0.2 * outer.voxel());
+        assert!((high[0].1 - deep[0].1 - 0.07).abs() < 0.2 * outer.voxel());
+    }
+
+    #[test]
     fn a_bowl_keeps_the_thickness_of_its_wall_up_to_its_open_rim() {
         // The lower part of a ball.
         let outer = body(|x| (x.length() - 0.7).max(x.z - 0.2));
-        let bowl = Vessel { wall: 0.05, base: 0.08, water: 0.3 };
+        let bowl = Vessel { wall: 0.05, base: 0.08, water: 0.3, raised: 0.0 };
         let bodies = bodies(&outer, UP, &bowl).unwrap();
         let tolerance = 0.2 * outer.voxel();
         for angle in [0.6_f32, 0.9, 1.2, 1.5] {
@@ -190,7 +217,7 @@ mod tests {
 
     #[test]
     fn an_empty_vessel_has_no_water_and_a_thick_wall_leaves_no_cavity() {
-        let glass = Vessel { wall: 0.04, base: 0.1, water: 0.0 };
+        let glass = Vessel { wall: 0.04, base: 0.1, water: 0.0, raised: 0.0 };
         let found = bodies(&cylinder(UP), UP, &glass).unwrap();
         assert!(found.iter().all(|b| b.substance != Substance::Water));
         assert!(bodies(&cylinder(UP), UP, &Vessel { wall: 0.6, ..glass }).is_none());
