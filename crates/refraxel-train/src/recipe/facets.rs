@@ -86,6 +86,12 @@ pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Pl
     faces
 }
 
+/// The lowest plane across `up` above which nothing of the body is, by the same rays.
+pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
+    let chords = Chords::new(surface, rays);
+    (!chords.first.is_empty()).then(|| Plane::facing(up, chords.deepest(up)))
+}
+
 /// The plane near a normal that cuts most off the points above it.
 fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>) -> Option<Plane> {
     let gain = |plane: &Plane| points.iter().map(|p| plane.height(p.x).max(0.0)).sum::<f32>();

@@ -1,6 +1,6 @@
 //! The shape of a region from silhouettes.
 
-use super::facets::{Face, faces, fills};
+use super::facets::{Face, faces, fills, lid};
 use super::parts::parts;
 use super::region::{Region, Water};
 use super::shapes::{Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards};
@@ -126,10 +126,7 @@ impl Region {
             let water = up.filter(|_| is_tried).and_then(|up| water(&at, views, up));
             let hull = match (&round, &turned) {
                 (Some(body), _) => Self::round(at, body, surface, ground, options),
-                (_, Some(body)) => {
-                    let on_ground = body.surface(&at.domain(), sunk(ground, &surface).as_ref());
-                    Self::new(at, on_ground, options)
-                }
+                (_, Some(body)) => Self::turned(at, body, &surface, views, ground, options),
                 _ => Self::hull(at, surface, views, ground, options),
             };
             let (is_turned, sunk) = (turned.is_some(), ground.map_or(0.0, |_| SUNK * at.domain().voxel()));
@@ -152,6 +149,21 @@ impl Region {
         let mut surface = LevelSet::from_samples(site.bounds, site.resolution, distance);
         surface.redistance();
         Self::new(site, surface, options)
+    }
+
+    /// A body of revolution between what it stands on and its upper end: a hull goes on above that as a roof.
+    fn turned(
+        site: Site,
+        body: &Turned,
+        hull: &LevelSet<f32>,
+        views: &Views,
+        ground: Option<Plane>,
+        options: &Options,
+    ) -> Self {
+        let mut ends = Polyhedron { faces: Vec::new(), base: sunk(ground, hull) };
+        let roofed = body.surface(&site.domain(), &ends);
+        ends.faces.extend(lid(&roofed, views.rays, body.up()));
+        Self::new(site, body.surface(&site.domain(), &ends), options)
     }
 
     fn hull(

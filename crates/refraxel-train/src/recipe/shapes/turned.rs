@@ -7,7 +7,7 @@
 use super::normal_equations::solved;
 use super::{distance, span};
 use crate::level_set::level_set;
-use crate::model::polyhedron::Plane;
+use crate::model::polyhedron::{Plane, Polyhedron};
 use rayon::prelude::*;
 use refraxel_core::{Domain, LevelSet, Vec3};
 use std::f32::consts::TAU;
@@ -233,10 +233,10 @@ impl Turned {
         self.axis.up
     }
 
-    /// The body on a grid, above a plane that it does not reach below.
-    pub(in crate::recipe) fn surface(&self, grid: &Domain<f32>, base: Option<&Plane>) -> LevelSet<f32> {
-        let under = |x: Vec3<f32>| base.map_or(f32::MIN, |b| b.height(x));
-        let mut surface = level_set(grid.bounds, grid.resolution, |x| self.distance(x).max(under(x)));
+    /// The body on a grid, as far as planes leave it.
+    pub(in crate::recipe) fn surface(&self, grid: &Domain<f32>, ends: &Polyhedron) -> LevelSet<f32> {
+        let phi = |x: Vec3<f32>| self.distance(x).max(ends.height(x));
+        let mut surface = level_set(grid.bounds, grid.resolution, phi);
         surface.redistance();
         surface
     }
@@ -293,7 +293,8 @@ mod tests {
         let voxel = hull.voxel();
         let found = turned(&hull, vec3(0.0, 0.0, 1.0), None).unwrap();
         assert!(found.up().dot(axis().up).acos() < 0.2_f32.to_radians(), "{:?}", found.up());
-        let surface = found.surface(hull.domain(), None);
+        let whole = Polyhedron { faces: Vec::new(), base: None };
+        let surface = found.surface(hull.domain(), &whole);
         for height in [-0.3, 0.0, 0.3] {
             let ring: Vec<f32> = axis().ring(height, RADIUS).map(|x| surface.value(x) / voxel).collect();
             assert!(ring.iter().all(|d| d.abs() < 0.25), "{height}: {ring:?}");
@@ -320,8 +321,11 @@ mod tests {
     fn a_body_ends_at_what_it_stands_on() {
         let ground = Plane::facing(vec3(0.0, 0.0, 1.0), -0.2);
         let found = turned(&hull(cylinder), vec3(0.0, 0.0, 1.0), Some(&ground)).unwrap();
-        let base = Plane::facing(vec3(0.0, 0.0, -1.0), 0.25);
-        let surface = found.surface(hull(cylinder).domain(), Some(&base));
-        assert!(surface.is_inside(vec3(0.0, 0.0, -0.22)) && !surface.is_inside(vec3(0.0, 0.0, -0.28)));
+        let base = Some(Plane::facing(vec3(0.0, 0.0, -1.0), 0.25));
+        let lid = Plane::facing(vec3(0.0, 0.0, 1.0), 0.15);
+        let surface = found.surface(hull(cylinder).domain(), &Polyhedron { faces: vec![lid], base });
+        for (height, is_inside) in [(-0.28, false), (-0.22, true), (0.12, true), (0.18, false)] {
+            assert_eq!(surface.is_inside(vec3(0.0, 0.0, height)), is_inside, "{height}");
+        }
     }
 }
