@@ -66,10 +66,12 @@ pub(super) fn update(
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
         let state = refraction.states.get_mut(region);
-        let is_held = state.as_ref().is_some_and(|s| s.fixed_index);
+        let (is_held, is_rigid) =
+            state.as_ref().map_or((false, false), |s| (s.fixed_index, s.fixed_surface));
         let searched = state.as_ref().and_then(|s| s.searched);
         let solid = state.and_then(|s| s.solid.as_mut());
-        if let Some(level) = refraction.medium.region_mut(region).level_set_mut() {
+        let level = refraction.medium.region_mut(region).level_set_mut();
+        if let Some(level) = level.filter(|_| !is_rigid) {
             surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
         }
         if is_held {
@@ -229,6 +231,34 @@ mod tests {
         let indices: Vec<f32> =
             refraction.medium.regions().iter().map(|r| r.interior_index().unwrap()).collect();
         assert!(indices[0] > 1.505 && indices[1] == 1.0, "{indices:?}");
+    }
+
+    #[test]
+    fn a_surface_that_is_held_stays_while_its_index_learns() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let sample = |surface| IndexSample {
+            region: 0,
+            surface,
+            x: Vec3 { x: if surface { 0.6 } else { 0.0 }, y: 0.0, z: 0.0 },
+            d_value: -1.0,
+            d_gradient: Vec3::zero(),
+        };
+        let mut tapes = [Tape::default()];
+        tapes[0].index_samples.extend([sample(true), sample(false)]);
+        for fixed_surface in [false, true] {
+            let grids = vec![IndexGrid::sharp(ball.clone(), 1.5)];
+            let mut moments: Vec<IndexMoments> = grids.iter().map(IndexMoments::zero).collect();
+            let mut refraction = Refraction::none();
+            refraction.medium = Medium::new(grids).unwrap();
+            refraction.states = vec![RegionState { fixed_surface, ..Default::default() }];
+            let learned = Learned { tapes: &tapes, rays: 1, step: 0 };
+            update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+            let body = &refraction.medium.regions()[0];
+            assert!(body.interior_index().unwrap() > 1.505);
+            let stayed = body.level_set().unwrap().coefficients() == ball.coefficients();
+            assert_eq!(stayed, fixed_surface);
+        }
     }
 
     #[test]

@@ -27,6 +27,9 @@ pub struct RegionState {
     pub searched: Option<f32>,
     /// The index is held as it is, as that of the air in a bubble; the surface may still learn.
     pub fixed_index: bool,
+    /// The surface is held as it is, as that of a thin wall, which what single pixels want would dent; the index may still
+    /// learn.
+    pub fixed_surface: bool,
     /// The planes of a body whose faces are all flat: they learn, and not the nodes of its surface.
     pub solid: Option<Polyhedron>,
 }

@@ -45,7 +45,7 @@ use race::{Course, Outcome, race};
 use refraxel_core::{Medium, ShDegree};
 use refraxel_data::{Dataset, IndexSource, MaskMeaning};
 use region::Region;
-use search::Fits;
+use search::{Fit, Fits};
 use std::time::Instant;
 
 /// Why nothing can bend.
@@ -179,7 +179,8 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
     for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
         let Some(best) = found.fits.first() else { continue };
-        let near = found.fits.iter().filter(|f| f.error <= options.judge.rivals * best.error);
+        let is_rival = |f: &&Fit| f.error <= options.judge.rivals * best.error && f.misfit < found.straight;
+        let near = found.fits.iter().filter(is_rival);
         let mut rivals: Vec<Candidate> =
             near.filter(|f| bends(&f.candidate, region)).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
@@ -194,8 +195,8 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
             watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
             best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
         }
-        // A guess races where the search leaves a place.
-        if rivals.is_empty() || (!best.searched && rivals.len() < MOST_HEATS && bends(&best, region)) {
+        // A guess races where the search supports nothing.
+        if rivals.is_empty() {
             rivals.push(best.clone());
         }
         all.push(rivals);

@@ -206,9 +206,11 @@ impl Region {
         -self.distance.iter().copied().fold(0.0, f32::min)
     }
 
-    /// Its side, if it is a vessel that is open at the top.
+    /// Its side, if it is a vessel that is open at the top: of flat walls where silhouettes may show them.
     pub(super) fn vessel_side(&self) -> Option<&Side> {
-        let of = || Side::new(self.surface.as_ref()?, self.up?);
+        let planes = |solid: &Polyhedron| solid.level_set(self.site.bounds, self.site.resolution);
+        let outer = || self.faceted.as_ref().map(planes).or_else(|| self.surface.clone());
+        let of = || Side::new(outer()?, self.up?);
         self.side.get_or_init(of).as_ref()
     }
 

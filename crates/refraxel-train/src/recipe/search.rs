@@ -34,6 +34,8 @@ const BETTER: f64 = 0.97;
 #[derive(Clone)]
 pub(super) struct Fit {
     /// Mean of e/(e + saturation), times the prior on the index.
+    pub misfit: f64,
+    /// The same by which hypotheses compare: larger where one has more unknowns.
     pub error: f64,
     pub candidate: Candidate,
 }
@@ -196,7 +198,7 @@ impl<B: Backend> Search<'_, '_, B> {
         if !self.searches() {
             let candidate = Candidate::guess(simplest, &self.regions[region], self.options);
             let error = self.error(region, &candidate, judge, Care::Last)?;
-            return Ok(vec![self.told(region, Fit { error, candidate }, true)]);
+            return Ok(vec![self.told(region, Fit { misfit: error, error, candidate }, true)]);
         }
         let (dear, usual): (Vec<_>, Vec<_>) = proposals.into_iter().partition(|p| p.is_dear);
         let (mut found, mut nearest) = (Vec::new(), f64::INFINITY);
@@ -221,7 +223,8 @@ impl<B: Backend> Search<'_, '_, B> {
 
     /// Says what was found. A hypothesis that is not the simplest needs a lower error.
     fn told(&mut self, region: usize, mut fit: Fit, is_simplest: bool) -> Fit {
-        let (hypothesis, misfit) = (fit.candidate.proposal.kind, fit.error);
+        fit.misfit = fit.error;
+        let (hypothesis, misfit) = (fit.candidate.proposal.kind, fit.misfit);
         let found = fit.candidate.found(&self.regions[region]);
         self.watch.tell(Event::IndexSearched { region, hypothesis, found, misfit });
         if !is_simplest {
@@ -337,7 +340,7 @@ impl<B: Backend> Search<'_, '_, B> {
         for candidate in candidates {
             let error = self.error(region, &candidate, judge, care)?;
             if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
-                best = Some(Fit { error, candidate });
+                best = Some(Fit { misfit: error, error, candidate });
             }
         }
         Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))

@@ -20,6 +20,9 @@ pub(super) struct StoredRegion {
     /// Its index does not learn.
     #[serde(default)]
     fixed_index: bool,
+    /// Its surface does not learn.
+    #[serde(default)]
+    fixed_surface: bool,
     /// The planes of its faces, where all are flat.
     #[serde(default)]
     solid: Option<Polyhedron>,
@@ -71,6 +74,7 @@ pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> 
             surface_resolution: region.level_set().map(|l| l.domain().resolution),
             searched: state.and_then(|s| s.searched),
             fixed_index: state.is_some_and(|s| s.fixed_index),
+            fixed_surface: state.is_some_and(|s| s.fixed_surface),
             solid: state.and_then(|s| s.solid.clone()),
             moment_steps: [moments.index.steps, moments.surface.steps],
             absorption: StoredAbsorption::of(region.absorption(), &moments.absorption),
@@ -242,8 +246,8 @@ impl RegionFile<'_> {
         if solid.as_ref().is_some_and(|s| s.parameters() > surface_nodes) {
             return Err(self.wrong("has more faces than its surface has room for"));
         }
-        let StoredRegion { searched, fixed_index, .. } = *self.stored;
-        Ok(RegionState { trainable, gate: gate.transpose()?, searched, fixed_index, solid })
+        let StoredRegion { searched, fixed_index, fixed_surface, .. } = *self.stored;
+        Ok(RegionState { trainable, gate: gate.transpose()?, searched, fixed_index, fixed_surface, solid })
     }
 }
 

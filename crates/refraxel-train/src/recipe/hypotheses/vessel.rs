@@ -45,14 +45,14 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         let [low, high] = side.span;
         let raised = if region.sunk > 0.0 { (region.sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
         let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low), raised };
-        vessel(outer, side, &assumed)
+        vessel(side, &assumed)
     });
+    // Nodes of a surface follow pixels, which dents walls thinner than a voxel: what was measured is better.
+    let rigid = |fixed_index| RegionState { fixed_index, fixed_surface: true, ..RegionState::default() };
     let body = |b: ShapeBody| match b.substance {
-        Substance::Glass => Body::sought(b.surface, at[0]),
-        Substance::Water => Body::given(b.surface, WATER, RegionState::default()),
-        Substance::Air => {
-            Body::given(b.surface, 1.0, RegionState { fixed_index: true, ..RegionState::default() })
-        }
+        Substance::Glass => Body { state: rigid(false), ..Body::sought(b.surface, at[0]) },
+        Substance::Water => Body::given(b.surface, WATER, rigid(false)),
+        Substance::Air => Body::given(b.surface, 1.0, rigid(true)),
     };
     found.unwrap_or_else(|| vec![solid()]).into_iter().map(body).collect()
 }

@@ -28,9 +28,12 @@ const WITHIN: f32 = 0.02;
 /// It reaches this far into the air, which rules there [voxel].
 const ABOVE: f32 = 3.0;
 
-/// The outer surface of a vessel without its lid: the wall goes on above the rim. It is the same for all walls and levels.
+/// The outer surface of a vessel, with and without its lid: without it, the wall goes on above the rim. It is the same for all
+/// walls and levels.
 #[derive(Clone, Debug)]
 pub(in crate::recipe) struct Side {
+    /// The hull, as if it were filled up to the rim.
+    outer: LevelSet<f32>,
     domain: Domain<f32>,
     /// Unit vector out of the opening.
     up: Vec3<f32>,
@@ -42,8 +45,8 @@ pub(in crate::recipe) struct Side {
 
 impl Side {
     /// Of the hull of a vessel as if it were filled up to the rim, a signed distance; `None` for an empty one.
-    pub(in crate::recipe) fn new(outer: &LevelSet<f32>, up: Vec3<f32>) -> Option<Self> {
-        let span @ [low, rim] = span(outer, up)?;
+    pub(in crate::recipe) fn new(outer: LevelSet<f32>, up: Vec3<f32>) -> Option<Self> {
+        let span @ [low, rim] = span(&outer, up)?;
         let voxel = outer.voxel();
         let last = rim - RIM * voxel;
         // Far enough above the rim for the border of the grid not to be a lid again, whatever the wall.
@@ -57,7 +60,7 @@ impl Side {
         let resolution = cells.to_array().map(|c| c as u32 + 1);
         let mut surface = level_set(taller, resolution, |x| {
             let above = (up.dot(x) - last).max(0.0);
-            distance(outer, x - up * above)
+            distance(&outer, x - up * above)
         });
         surface.redistance();
         let count = surface.coefficients().len();
@@ -66,13 +69,13 @@ impl Side {
             [surface.value(x), up.dot(x)]
         };
         let nodes = (0..count).into_par_iter().map(node).collect();
-        Some(Self { domain: *surface.domain(), up, nodes, span })
+        Some(Self { domain: *surface.domain(), outer, up, nodes, span })
     }
 
     /// The hull above a height.
-    fn standing(&self, outer: &LevelSet<f32>, low: f32) -> LevelSet<f32> {
-        let grid = outer.domain();
-        level_set(grid.bounds, grid.resolution, |x| outer.value(x).max(low - self.up.dot(x)))
+    fn standing(&self, low: f32) -> LevelSet<f32> {
+        let grid = self.outer.domain();
+        level_set(grid.bounds, grid.resolution, |x| self.outer.value(x).max(low - self.up.dot(x)))
     }
 
     /// What lies deeper than `within` below the side, between two heights.
@@ -89,20 +92,16 @@ const MOST_RAISED: f32 = 0.15;
 /// Glass, water in it and the air above. Each rules over those before it, so that a wall is the space between two surfaces
 /// and may be thinner than a voxel.
 ///
-/// `outer` is the hull that `side` is of. `None` where the wall leaves no cavity.
-pub(in crate::recipe) fn vessel(
-    outer: &LevelSet<f32>,
-    side: &Side,
-    vessel: &Vessel,
-) -> Option<Vec<ShapeBody>> {
+/// `None` where the wall leaves no cavity.
+pub(in crate::recipe) fn vessel(side: &Side, vessel: &Vessel) -> Option<Vec<ShapeBody>> {
     let Vessel { wall, base, water, raised } = *vessel;
-    let (voxel, [low, rim]) = (outer.voxel(), side.span);
+    let (voxel, [low, rim]) = (side.outer.voxel(), side.span);
     let low = low + raised;
     let level = low + base + water;
     if !side.nodes.iter().any(|[d, h]| *d < -wall - voxel && *h > level + voxel && *h < rim) {
         return None;
     }
-    let glass = if raised > 0.0 { side.standing(outer, low) } else { outer.clone() };
+    let glass = if raised > 0.0 { side.standing(low) } else { side.outer.clone() };
     let mut bodies = vec![ShapeBody { surface: glass, substance: Substance::Glass }];
     if water > 0.0 {
         let surface = side.body(wall + WITHIN * voxel, [low + base, level + ABOVE * voxel]);
@@ -151,7 +150,7 @@ mod tests {
     }
 
     fn bodies(outer: &LevelSet<f32>, up: Vec3<f32>, glass: &Vessel) -> Option<Vec<ShapeBody>> {
-        vessel(outer, &Side::new(outer, up)?, glass)
+        vessel(&Side::new(outer.clone(), up)?, glass)
     }
 
     fn check(found: &[(f32, f32)], expected: &[(f32, f32)], tolerance: f32) {
