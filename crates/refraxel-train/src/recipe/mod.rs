@@ -174,6 +174,7 @@ struct Heats {
     assumed: Vec<Candidate>,
 }
 
+/// What the search supports in each region: the best first, side by side with those of the other regions.
 fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Heats {
     let options = known.options;
     let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
@@ -191,11 +192,13 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
         rivals.truncate(MOST_HEATS);
         let mut best = best.candidate.clone();
         if best.searched && found.fits[0].error > DECISIVE * found.straight {
-            let (index, straight_misfit) = (options.search.guess, found.straight);
-            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
             best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
         }
-        // A guess races where the search supports nothing.
+        // A guess races where the search supports nothing, and is taken where nothing races.
+        if !best.searched && (rivals.is_empty() || !options.judge.enabled.is_on()) {
+            let (index, straight_misfit) = (options.search.guess, found.straight);
+            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
+        }
         if rivals.is_empty() {
             rivals.push(best.clone());
         }
