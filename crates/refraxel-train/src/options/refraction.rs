@@ -25,6 +25,8 @@ section! {
         mask_ray_decay: f64 = 0.0, in 0.0..=1.0;
         /// Raw density inside the refractive shape when rays begin to bend.
         contents_density: f32 = -5.0, in -12.0..=9.0;
+        /// The same below water that is seen from above only: something must stand there, and is learned sooner from haze.
+        submerged_density: f32 = -2.0, in -12.0..=9.0;
     }
 }
 

@@ -189,6 +189,13 @@ pub(super) fn bend<B: Backend>(
     let mut found = refraction(bodies, options);
     let near = |x: Vec3<f32>| found.medium.regions().iter().any(|r| near_surface(r, x));
     clear(backend, known, |x| standing().any(|(r, _)| r.is_inside(x)) || near(x));
+    let is_water = |c: &Candidate| c.proposal.kind == Hypothesis::WaterSurface;
+    let mut waters = standing().zip(found.medium.regions()).filter(|((_, c), _)| is_water(c));
+    if let Some((_, water)) = waters.next() {
+        let inside = |x: Vec3<f32>| water.level_set().is_some_and(|l| l.is_inside(x));
+        let inside = BrickMask::new(backend.domain(), backend.map(), inside);
+        backend.set_density(options.refraction.submerged_density, &inside);
+    }
     found.find_flat_cells();
     backend.set_medium(found);
     begin_mirroring(backend, known, watch)

@@ -163,6 +163,10 @@ const MOST_HEATS: usize = 3;
 /// not known yet, and the search says nothing.
 const DECISIVE: f64 = 0.97;
 
+/// What races must lower it to this part, but for water seen from above, of which the search can say nothing: what is seen
+/// through that is seen nowhere else.
+const SUPPORTED: f64 = 0.99;
+
 /// An index that bends nothing.
 const STRAIGHT_INDEX: f32 = 1.03;
 
@@ -180,7 +184,9 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
     for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
         let Some(best) = found.fits.first() else { continue };
-        let is_rival = |f: &&Fit| f.error <= options.judge.rivals * best.error && f.misfit < found.straight;
+        let is_water = |f: &Fit| f.candidate.proposal.kind == Hypothesis::WaterSurface;
+        let is_supported = |f: &Fit| is_water(f) || f.misfit < SUPPORTED * found.straight;
+        let is_rival = |f: &&Fit| f.error <= options.judge.rivals * best.error && is_supported(f);
         let near = found.fits.iter().filter(is_rival);
         let mut rivals: Vec<Candidate> =
             near.filter(|f| bends(&f.candidate, region)).map(|f| f.candidate.clone()).collect();

@@ -7,7 +7,7 @@ use crate::verdict::Hypothesis;
 use refraxel_core::LevelSet;
 
 /// Unknowns: the index, and the level of the water [range that the masks allow]. What lies below is seen through the water
-/// alone, so that the field knows nothing of it yet: the masks tell the level better than what is seen.
+/// alone, so that the field knows nothing of it yet: the masks tell the level, and neither is searched.
 pub(super) const WATER_SURFACE: Proposal = Proposal {
     kind: Hypothesis::WaterSurface,
     is_dear: true,
@@ -20,7 +20,7 @@ pub(super) const WATER_SURFACE: Proposal = Proposal {
 fn unknowns(level: f32) -> Vec<Unknown> {
     let unknown = |name, first, fine, range| Unknown { name, first: vec![first], fine, range };
     vec![
-        unknown(INDEX, 1.33, vec![0.02], [1.0, 4.0]),
+        unknown(INDEX, 1.33, vec![0.0], [1.0, 4.0]),
         unknown("level", level, Vec::new(), [0.0, 1.0]),
     ]
 }
