@@ -234,7 +234,9 @@ mod tests {
     #[test]
     fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
         let at = |p: f64| Progress(p).without(0.2).0;
-        assert!((at(0.2) - 0.0).abs() < 1e-12 && (at(0.6) - 0.5).abs() < 1e-12 && (at(1.0) - 1.0).abs() < 1e-12);
+        assert!(
+            (at(0.2) - 0.0).abs() < 1e-12 && (at(0.6) - 0.5).abs() < 1e-12 && (at(1.0) - 1.0).abs() < 1e-12
+        );
         assert_eq!((at(0.1), Progress(0.3).without(0.0).0, Progress(1.0).without(1.0).0), (0.0, 0.3, 0.0));
     }
 

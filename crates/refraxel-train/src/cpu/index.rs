@@ -66,8 +66,7 @@ pub(super) fn update(
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
         let state = refraction.states.get_mut(region);
-        let (is_held, is_rigid) =
-            state.as_ref().map_or((false, false), |s| (s.fixed_index, s.fixed_surface));
+        let (is_held, is_rigid) = state.as_ref().map_or((false, false), |s| (s.fixed_index, s.fixed_surface));
         let searched = state.as_ref().and_then(|s| s.searched);
         let solid = state.and_then(|s| s.solid.as_mut());
         let level = refraction.medium.region_mut(region).level_set_mut();

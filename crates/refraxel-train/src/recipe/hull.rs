@@ -3,7 +3,9 @@
 use super::facets::{Face, faces, fills, lid};
 use super::parts::parts;
 use super::region::{Region, Water};
-use super::shapes::{Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards};
+use super::shapes::{
+    Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards,
+};
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;

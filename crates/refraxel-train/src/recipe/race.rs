@@ -238,7 +238,9 @@ mod tests {
         assert_eq!(contest.learned, [30, 10, 30]);
         let verdict = &outcome.verdicts[0];
         assert_eq!((outcome.finalist, verdict.hypothesis), (2, Hypothesis::Graded));
-        assert!((verdict.gain_inside - 10.0 * (0.04_f64 / 0.036).log10()).abs() < 1e-9 && verdict.error < 1e-9);
+        assert!(
+            (verdict.gain_inside - 10.0 * (0.04_f64 / 0.036).log10()).abs() < 1e-9 && verdict.error < 1e-9
+        );
         let order: Vec<_> = verdict.contestants.iter().map(|c| c.hypothesis).collect();
         assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
     }

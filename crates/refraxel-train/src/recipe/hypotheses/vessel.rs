@@ -44,7 +44,8 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let found = region.vessel_side().and_then(|side| {
         let [low, high] = side.span;
         let raised = if region.sunk > 0.0 { (region.sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
-        let assumed = Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low), raised };
+        let assumed =
+            Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low), raised };
         vessel(side, &assumed)
     });
     // Nodes of a surface follow pixels, which dents walls thinner than a voxel: what was measured is better.

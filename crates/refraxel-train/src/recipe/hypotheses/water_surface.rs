@@ -19,10 +19,7 @@ pub(super) const WATER_SURFACE: Proposal = Proposal {
 
 fn unknowns(level: f32) -> Vec<Unknown> {
     let unknown = |name, first, fine, range| Unknown { name, first: vec![first], fine, range };
-    vec![
-        unknown(INDEX, 1.33, vec![0.0], [1.0, 4.0]),
-        unknown("level", level, Vec::new(), [0.0, 1.0]),
-    ]
+    vec![unknown(INDEX, 1.33, vec![0.0], [1.0, 4.0]), unknown("level", level, Vec::new(), [0.0, 1.0])]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {

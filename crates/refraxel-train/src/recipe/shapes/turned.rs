@@ -140,11 +140,8 @@ pub(in crate::recipe) fn turned(
 ) -> Option<Turned> {
     let voxel = hull.voxel();
     let stands = |x: Vec3<f32>| ground.is_none_or(|g| g.height(x) > voxel);
-    let inside: Vec<Vec3<f32>> = hull
-        .parameters()
-        .map(|j| hull.position(j))
-        .filter(|x| stands(*x) && hull.is_inside(*x))
-        .collect();
+    let inside: Vec<Vec3<f32>> =
+        hull.parameters().map(|j| hull.position(j)).filter(|x| stands(*x) && hull.is_inside(*x)).collect();
     let middle = inside.iter().fold(Vec3::zero(), |s, x| s + *x) / inside.len().max(1) as f32;
     let farthest = 0.5 * hull.domain().bounds.extent().length();
     let mut axis = Axis { at: middle, up };
@@ -165,7 +162,7 @@ pub(in crate::recipe) fn turned(
     }
     is_round(&slices, voxel).then_some(())?;
     let body = Turned::of(hull, axis, farthest)?;
-    body.fills(hull, &stands).then_some(body)
+    body.fills(hull, stands).then_some(body)
 }
 
 /// Whether surfaces at the same height are about equally far from the axis.
