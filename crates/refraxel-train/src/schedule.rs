@@ -34,9 +34,13 @@ impl Progress {
         }
     }
 
-    /// The same point of a run that has done without this share of its time.
-    pub fn without(self, share: f64) -> Self {
-        Self(((self.0 - share) / (1.0 - share).max(f64::EPSILON)).clamp(0.0, 1.0))
+    /// The same point of a run whose schedule stood still from `since` on, for this share of the run.
+    pub fn without(self, since: f64, share: f64) -> Self {
+        if self.0 <= since {
+            return self;
+        }
+        let left = (1.0 - since) / (1.0 - since - share).max(f64::EPSILON);
+        Self((since + (self.0 - since - share).max(0.0) * left).min(1.0))
     }
 
     /// The stage (from 0) that this point belongs to.
@@ -233,11 +237,12 @@ mod tests {
 
     #[test]
     fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
-        let at = |p: f64| Progress(p).without(0.2).0;
-        assert!(
-            (at(0.2) - 0.0).abs() < 1e-12 && (at(0.6) - 0.5).abs() < 1e-12 && (at(1.0) - 1.0).abs() < 1e-12
-        );
-        assert_eq!((at(0.1), Progress(0.3).without(0.0).0, Progress(1.0).without(1.0).0), (0.0, 0.3, 0.0));
+        let at = |p: f64| Progress(p).without(0.1, 0.3).0;
+        let points = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0].map(at);
+        let expected = [0.05, 0.1, 0.1, 0.1, 0.55, 1.0];
+        assert!(points.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{points:?}");
+        assert_eq!(Progress(0.25).without(0.25, 0.0), Progress(0.25));
+        assert!(Progress(0.9).without(0.1, 2.0).0 <= 1.0, "a budget that became smaller");
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {

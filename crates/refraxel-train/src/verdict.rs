@@ -47,7 +47,7 @@ impl Hypothesis {
 /// A number that a search found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
-    /// What it is: `index`, `wall`, `offset`, `power`, `water` or `level`.
+    /// What it is: `index`, `wall`, `base`, `foot`, `offset`, `power`, `water` or `level`.
     pub name: String,
     /// Its value: the index [1], the thickness of a wall [depth of the body], how far the surface lies outside the hull
     /// [voxel], how steeply the index of a lens rises (1: as a parabola), how high water stands in a vessel [height of the

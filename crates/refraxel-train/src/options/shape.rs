@@ -30,7 +30,8 @@ section! {
         /// Gaps in masks that are narrower than this are closed where nearly all views see glass: a straw in front of it is too
         /// thin to be known as something opaque [part of the longest edge of the picture].
         gap: f64 = 0.03, in 0.0..=0.5;
-        /// Whether planes cut off the bulges of a hull that no silhouette shows.
+        /// Whether planes cut off the bulges of a hull that no silhouette shows, and hulls that are round about an upright axis are
+        /// made so.
         faces: Switch = Switch::On;
         /// A body whose outlines leave those of an ellipsoid by at most this part of its radius, and by 0.2 pixel, is taken for
         /// one; 0: by 0.2 pixel.

@@ -189,12 +189,12 @@ pub(super) fn bend<B: Backend>(
     let mut found = refraction(bodies, options);
     let near = |x: Vec3<f32>| found.medium.regions().iter().any(|r| near_surface(r, x));
     clear(backend, known, |x| standing().any(|(r, _)| r.is_inside(x)) || near(x));
-    let is_water = |c: &Candidate| c.proposal.kind == Hypothesis::WaterSurface;
-    let mut waters = standing().zip(found.medium.regions()).filter(|((_, c), _)| is_water(c));
-    if let Some((_, water)) = waters.next() {
-        let inside = |x: Vec3<f32>| water.level_set().is_some_and(|l| l.is_inside(x));
-        let inside = BrickMask::new(backend.domain(), backend.map(), inside);
-        backend.set_density(options.refraction.submerged_density, &inside);
+    let waters = standing().filter(|(_, c)| c.proposal.kind == Hypothesis::WaterSurface);
+    for water in waters.flat_map(|(r, c)| c.learning(r, options)) {
+        let surface = water.grid.level_set();
+        fill(backend, known, options.refraction.submerged_density, |x| {
+            surface.is_some_and(|s| s.domain().bounds.contains(x) && s.is_inside(x))
+        });
     }
     found.find_flat_cells();
     backend.set_medium(found);
@@ -208,8 +208,13 @@ fn near_surface(body: &IndexGrid<f32>, x: Vec3<f32>) -> bool {
 
 /// Clears the haze that straight rays left inside.
 pub(super) fn clear<B: Backend>(backend: &mut B, known: &Known, inside: impl Fn(Vec3<f32>) -> bool) {
+    fill(backend, known, known.options.refraction.contents_density, inside);
+}
+
+/// Sets the raw density inside.
+fn fill<B: Backend>(backend: &mut B, known: &Known, density: f32, inside: impl Fn(Vec3<f32>) -> bool) {
     let inside = BrickMask::new(backend.domain(), backend.map(), inside);
-    backend.set_density(known.options.refraction.contents_density, &inside);
+    backend.set_density(density, &inside);
     backend.refresh_occupancy(&training_marching(known.options, known.near));
 }
 

@@ -17,6 +17,9 @@ const SMOOTHING: (u32, f32) = (10, 0.6);
 /// ground would be another surface.
 const SUNK: f32 = 2.0;
 
+/// A face across an axis has its normal along it [cosine].
+const ALONG: f32 = 0.98;
+
 /// What views say about shapes.
 pub(super) struct Views<'a> {
     pub outlines: &'a Outlines,
@@ -131,7 +134,8 @@ impl Region {
                 (_, Some(body)) => Self::turned(at, body, &surface, views, ground, options),
                 _ => Self::hull(at, surface, views, ground, options),
             };
-            let (is_turned, sunk) = (turned.is_some(), ground.map_or(0.0, |_| SUNK * at.domain().voxel()));
+            let is_turned = turned.is_some();
+            let sunk = ground.filter(|g| hull.reaches_below(g)).map_or(0.0, |_| SUNK * at.domain().voxel());
             Self { is_shared, faceted, round, is_turned, up, sunk, water, ..hull }
         };
         bodies.into_iter().map(region).collect()
@@ -153,7 +157,7 @@ impl Region {
         Self::new(site, surface, options)
     }
 
-    /// A body of revolution between what it stands on and its upper end: a hull goes on above that as a roof.
+    /// A body of revolution between what it stands on and its upper end, if that is flat: a hull goes on above it as a roof.
     fn turned(
         site: Site,
         body: &Turned,
@@ -164,7 +168,10 @@ impl Region {
     ) -> Self {
         let mut ends = Polyhedron { faces: Vec::new(), base: sunk(ground, hull) };
         let roofed = body.surface(&site.domain(), &ends);
-        ends.faces.extend(lid(&roofed, views.rays, body.up()));
+        let found = faces(&roofed, views.rays, ends.base.as_ref());
+        if found.iter().any(|f| f.large && f.plane.normal().dot(body.up()) > ALONG) {
+            ends.faces.extend(lid(&roofed, views.rays, body.up()));
+        }
         Self::new(site, body.surface(&site.domain(), &ends), options)
     }
 

@@ -176,6 +176,8 @@ struct Heats {
     rivals: Vec<Vec<Candidate>>,
     /// Per region: the best of the search, or a guess where the search says nothing.
     assumed: Vec<Candidate>,
+    /// Per region: the misfit of straight rays.
+    straight: Vec<f64>,
 }
 
 /// What the search supports in each region: the best first, side by side with those of the other regions.
@@ -185,14 +187,16 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
         let Some(best) = found.fits.first() else { continue };
         let is_water = |f: &Fit| f.candidate.proposal.kind == Hypothesis::WaterSurface;
-        let is_supported = |f: &Fit| is_water(f) || f.misfit < SUPPORTED * found.straight;
-        let is_rival = |f: &&Fit| f.error <= options.judge.rivals * best.error && is_supported(f);
+        let is_supported = |f: &Fit| f.misfit < SUPPORTED * found.straight;
+        let is_near = |f: &Fit| f.error <= options.judge.rivals * best.error;
+        let is_rival = |f: &&Fit| is_water(f) || (is_near(f) && is_supported(f));
         let near = found.fits.iter().filter(is_rival);
         let mut rivals: Vec<Candidate> =
             near.filter(|f| bends(&f.candidate, region)).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
-        let is_polyhedron = |c: &Candidate| c.proposal.kind == Hypothesis::Polyhedron;
-        if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_polyhedron) {
+        let shown = [Hypothesis::Polyhedron, Hypothesis::WaterSurface];
+        let is_shown = |c: &Candidate| shown.contains(&c.proposal.kind);
+        if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_shown) {
             rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
         }
         rivals.truncate(MOST_HEATS);
@@ -200,12 +204,11 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
         if best.searched && found.fits[0].error > DECISIVE * found.straight {
             best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
         }
-        // A guess races where the search supports nothing, and is taken where nothing races.
-        if !best.searched && (rivals.is_empty() || !options.judge.enabled.is_on()) {
-            let (index, straight_misfit) = (options.search.guess, found.straight);
-            watch.tell(Event::IndexGuessed { region: k, straight_misfit, index });
-        }
+        // A guess races where the search supports nothing.
         if rivals.is_empty() {
+            if !best.searched {
+                watch.tell(guessed(k, found.straight, options));
+            }
             rivals.push(best.clone());
         }
         all.push(rivals);
@@ -213,7 +216,12 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     }
     let count = all.iter().map(Vec::len).max().unwrap_or(0);
     let heat = |h: usize| all.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
-    Heats { rivals: (0..count).map(heat).collect(), assumed }
+    let straight = fits.iter().map(|f| f.straight).collect();
+    Heats { rivals: (0..count).map(heat).collect(), assumed, straight }
+}
+
+fn guessed(region: usize, straight_misfit: f64, options: &Options) -> Event {
+    Event::IndexGuessed { region, straight_misfit, index: options.search.guess }
 }
 
 /// Whether rays bend at all: otherwise it is straight rays again. A wall at the least thickness that is searched hardly bends
@@ -229,7 +237,7 @@ fn bends(candidate: &Candidate, region: &Region) -> bool {
 fn decide<B: Backend>(
     backend: &mut B,
     field: &Field,
-    Heats { rivals: heats, assumed }: Heats,
+    Heats { rivals: heats, assumed, straight }: Heats,
     watch: &mut Watch,
     clock: Instant,
 ) -> Result<Decided, Cancelled> {
@@ -247,8 +255,13 @@ fn decide<B: Backend>(
         field.start.clone().load(backend);
         // Nobody bends from a mere guess where straight rays may win.
         let must_be_found = is_searched && judge.enabled.is_on() && judge.straight.is_on();
-        let candidates =
+        let candidates: Vec<Option<Candidate>> =
             assumed.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
+        for (k, _) in candidates.iter().enumerate().filter(|(_, c)| c.as_ref().is_some_and(|c| !c.searched)) {
+            if is_searched {
+                watch.tell(guessed(k, straight[k], known.options));
+            }
+        }
         return Ok(Decided { candidates, verdict: None, goes_on: false });
     }
     contest.set_course(course);

@@ -13,6 +13,8 @@ const CARE: f64 = 0.5;
 /// Bent rays that lead by so many margins, and by so many standard errors, after the first round have won. Straight rays never
 /// have: at first bent ones are behind, because what stands inside is cleared, and catch up.
 const CLEAR: f64 = 2.0;
+/// Fewer views that show a region have no standard error to speak of.
+const SOME_VIEWS: usize = 3;
 
 /// Number of an entry. Entry 0 is straight rays.
 pub(super) type Entry = usize;
@@ -91,9 +93,9 @@ pub(super) fn race(
     let verdicts = |contest: &_, standings: &[Standing]| -> Vec<RegionVerdict> {
         (0..course.regions).map(|r| verdict(contest, standings, finalist, r, options)).collect()
     };
-    if standings.iter().any(|s| s.entry == finalist) {
+    if let Some(leader) = standings.iter().find(|s| s.entry == finalist) {
         let verdicts = verdicts(&*contest, &standings);
-        if verdicts.iter().all(RegionVerdict::is_clear) {
+        if verdicts.iter().all(|v| v.is_clear() && leader.views(v.region) >= SOME_VIEWS) {
             return Ok(Outcome { finalist, verdicts });
         }
     }
@@ -142,7 +144,9 @@ fn verdict(
 impl RegionVerdict {
     /// Bent rays have won, whatever else they learn.
     fn is_clear(&self) -> bool {
-        self.hypothesis != Hypothesis::Straight && self.gain_inside >= CLEAR * self.margin.max(self.error)
+        self.hypothesis != Hypothesis::Straight
+            && self.gain_inside > 0.0
+            && self.gain_inside >= CLEAR * self.margin.max(self.error)
     }
 }
 
@@ -152,6 +156,11 @@ impl Standing {
         let psnr: Vec<f64> = self.scores.iter().filter_map(|s| s.inside[region]).map(decibel).collect();
         let mean = psnr.iter().sum::<f64>() / psnr.len() as f64;
         if mean.is_nan() { f64::NEG_INFINITY } else { mean }
+    }
+
+    /// How many views show a region.
+    fn views(&self, region: usize) -> usize {
+        self.scores.iter().filter(|s| s.inside[region].is_some()).count()
     }
 
     fn contestant(&self, contest: &impl Contest, region: usize) -> Contestant {

@@ -4,7 +4,7 @@ use super::shapes::{Ellipsoid, Side};
 use crate::blur::gaussian_blur;
 use crate::events::Event;
 use crate::initial::Site;
-use crate::model::polyhedron::Polyhedron;
+use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::model::{Gate, RegionState};
 use crate::options::Options;
 use refraxel_core::{Domain, LevelSet, Ray, Vec3};
@@ -160,6 +160,15 @@ impl Region {
             unit: self.unit,
             ..Self::new(site, surface, options)
         })
+    }
+
+    /// It goes on below a plane.
+    pub(super) fn reaches_below(&self, ground: &Plane) -> bool {
+        let below = |s: &LevelSet<f32>| {
+            let depth = |j: usize| ground.height(s.position(j)) < -0.5 * s.voxel();
+            s.parameters().any(|j| depth(j) && self.distance[j] < 0.0)
+        };
+        self.surface.as_ref().is_some_and(below)
     }
 
     /// It is bounded by planes, or may be.

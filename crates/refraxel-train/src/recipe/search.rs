@@ -249,6 +249,9 @@ impl<B: Backend> Search<'_, '_, B> {
     fn refined(&mut self, region: usize, mut fit: Fit, judge: &Judge, from: usize) -> Result<Fit, Cancelled> {
         let unknowns = (fit.candidate.proposal.unknowns)(&self.regions[region]);
         let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
+        if passes == 0 {
+            return self.least(region, vec![fit.candidate], judge, Care::Last);
+        }
         for pass in from.min(passes.saturating_sub(1))..passes {
             let care = if pass + 1 < passes { Care::First } else { Care::Last };
             fit = self.pass(region, fit, judge, pass, care)?;

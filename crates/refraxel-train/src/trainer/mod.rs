@@ -140,12 +140,13 @@ impl<B: Backend> Trainer<B> {
         Progress::of(&self.options, self.state.step, self.seconds())
     }
 
-    /// Where the schedule stands. The clock stands still for it while it is decided what rays bend at: a coarse grid must not
-    /// end before it has learned what is inside masks.
+    /// Where the schedule stands. Its clock stands still while hypotheses are searched and race: a coarse grid must not end
+    /// before it has learned what is inside masks.
     fn scheduled(&self) -> Progress {
         let seconds = 60.0 * self.options.run.minutes;
         let decision = self.state.verdict.as_ref().filter(|_| seconds > 0.0);
-        self.progress().without(decision.map_or(0.0, |v| v.seconds / seconds))
+        let progress = self.progress();
+        decision.map_or(progress, |v| progress.without(v.progress, v.seconds / seconds))
     }
 
     /// Seconds spent training, over all resumptions.

@@ -18,8 +18,8 @@ pub(super) const WATER_SURFACE: Proposal = Proposal {
 };
 
 fn unknowns(level: f32) -> Vec<Unknown> {
-    let unknown = |name, first, fine, range| Unknown { name, first: vec![first], fine, range };
-    vec![unknown(INDEX, 1.33, vec![0.0], [1.0, 4.0]), unknown("level", level, Vec::new(), [0.0, 1.0])]
+    let known = |name, value, range| Unknown { name, first: vec![value], fine: Vec::new(), range };
+    vec![known(INDEX, 1.33, [1.0, 4.0]), known("level", level, [0.0, 1.0])]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {

@@ -8,7 +8,7 @@ use crate::verdict::Hypothesis;
 use rayon::prelude::*;
 
 /// Shapes that are kept.
-const KEPT: usize = 24;
+const KEPT: usize = 32;
 
 /// What a shape depends on: the hypothesis, the nodes of its grid, and all numbers but the index.
 #[derive(Clone, PartialEq)]

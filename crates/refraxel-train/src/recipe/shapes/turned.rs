@@ -22,8 +22,9 @@ const SCALES: [f32; 7] = [2.0, 1.0, 0.5, 0.3, 0.3, 0.3, 0.3];
 const LEAST_HEIGHTS: usize = 8;
 /// Smallest mean radius [voxel].
 const LEAST_RADIUS: f32 = 4.0;
-/// Half of all distances from the axis differ by at most this from the median at their height [voxel] …
-const USUAL: f32 = 0.4;
+/// Half of all distances from the axis differ by at most this from the median at their height [voxel; radius]: those of an
+/// octagon by 0.017 radii …
+const USUAL: (f32, f32) = (0.4, 0.012);
 /// … and of all but these shares none lies inwards or outwards by more than so much [voxel]: a dent may be large, a handle is
 /// none.
 const DENTED: f64 = 0.1;
@@ -177,7 +178,9 @@ fn is_round(slices: &[(f32, Vec<Option<f32>>)], voxel: f32) -> bool {
     let at = |share: f64| off[((share * off.len() as f64) as usize).min(off.len() - 1)];
     let [low, high] = [at(DENTED), at(1.0 - BULGING)];
     let usual = median(off.iter().map(|d| d.abs()).collect());
-    radii > LEAST_RADIUS * slices.len() as f32 && usual <= USUAL && low >= -FARTHEST && high <= FARTHEST
+    let radius = radii / slices.len() as f32;
+    let is_usual = usual <= USUAL.0.min(USUAL.1 * radius);
+    radius > LEAST_RADIUS && is_usual && low >= -FARTHEST && high <= FARTHEST
 }
 
 fn median(mut values: Vec<f32>) -> f32 {
@@ -309,6 +312,20 @@ mod tests {
             (vec3(x.x, x.y, 0.0).length() - 0.36).max(x.z.abs() - 0.4).min(ring)
         };
         let lying = |x: Vec3<f32>| (vec3(0.0, x.y, x.z).length() - 0.3).max(x.x.abs() - 0.5);
+        let polygon = |sides: u32, radius: f32| {
+            move |x: Vec3<f32>| {
+                let side = |k: u32| {
+                    let (sin, cos) = (TAU * (k as f32 + 0.3) / sides as f32).sin_cos();
+                    x.x * cos + x.y * sin - radius
+                };
+                (0..sides).map(side).fold(x.z.abs() - 0.4, f32::max)
+            }
+        };
+        for radius in [0.2, 0.3, 0.45] {
+            for sides in [4, 6, 8] {
+                assert!(turned(&hull(polygon(sides, radius)), upright, None).is_none(), "{sides} {radius}");
+            }
+        }
         assert!(turned(&hull(block), upright, None).is_none());
         assert!(turned(&hull(mug), upright, None).is_none());
         assert!(turned(&hull(lying), upright, None).is_none());
