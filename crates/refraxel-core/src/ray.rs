@@ -47,6 +47,14 @@ impl<T: Real> Aabb<T> {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
     }
+    /// The least box that contains all points; `None` without any.
+    pub fn around(points: impl IntoIterator<Item = Vec3<T>>) -> Option<Self> {
+        let mut points = points.into_iter().peekable();
+        points.peek()?;
+        let mut bounds = Self::empty();
+        points.for_each(|p| bounds.include(p));
+        Some(bounds)
+    }
     /// Edge lengths [scene unit].
     pub fn extent(&self) -> Vec3<T> {
         self.max - self.min

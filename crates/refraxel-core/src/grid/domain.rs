@@ -132,6 +132,12 @@ impl<T: Real> Domain<T> {
         Some(Contraction { u, axis, scale: inv * (two - inv), slope })
     }
 
+    /// Coordinates of a node from its number, x fastest.
+    pub fn coordinates(&self, node: usize) -> Vec3<T> {
+        let n = self.resolution.map(|n| n as usize);
+        Vec3::from([node % n[0], node / n[0] % n[1], node / (n[0] * n[1])].map(|i| T::of(i as f64)))
+    }
+
     /// World position of node coordinates [scene unit], the inverse of [`Self::node`]. The outermost nodes of a contracted
     /// domain lie at infinity; their positions are moved to [`CONTRACTED_FAR`].
     pub fn position(&self, node: Vec3<T>) -> Vec3<T> {

@@ -66,9 +66,7 @@ impl Mesh {
 
     /// The box around all vertices; `None` if there are none.
     pub fn bounds(&self) -> Option<Aabb<f64>> {
-        let mut bounds = Aabb::empty();
-        self.vertices.iter().for_each(|&x| bounds.include(x));
-        (!self.vertices.is_empty()).then_some(bounds)
+        Aabb::around(self.vertices.iter().copied())
     }
 }
 

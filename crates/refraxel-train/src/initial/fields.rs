@@ -106,7 +106,7 @@ impl Site {
         let offset = |k: usize| (k as f32 + 0.5) / samples as f32 - 0.5;
         let total = samples.pow(3);
         let mean = |node: usize| {
-            let at = vec3((node % n[0]) as f32, (node / n[0] % n[1]) as f32, (node / (n[0] * n[1])) as f32);
+            let at = domain.coordinates(node);
             let sum: f32 = (0..total)
                 .map(|k| {
                     vec3(offset(k % samples), offset(k / samples % samples), offset(k / samples / samples))

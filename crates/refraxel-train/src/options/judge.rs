@@ -17,8 +17,9 @@ section! {
         cost: f64 = 0.15, in 0.0..=0.5;
         /// Most steps that a hypothesis learns in its race.
         race_steps: u64 = 300;
-        /// Fewer steps say nothing: a short run races for so many, whatever they cost. One of less than three times as many
-        /// steps, and one whose clock they would take three tenths of, takes the least error of the search.
+        /// Fewer steps say nothing: a short run races for so many, whatever they cost, and where water is seen from above for
+        /// three times as many, within three tenths of the run. One of less than three times as many steps, and one whose
+        /// clock they would take three tenths of, takes the least error of the search.
         least_steps: u64 = 60, in 3..;
         /// Bent rays must be better than straight ones inside the masks by this much [dB].
         margin: f64 = 0.3, in 0.0..=10.0, "dB";

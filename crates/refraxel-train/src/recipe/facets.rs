@@ -26,6 +26,9 @@ const TILTS: [f32; 4] = [0.06, 0.02, 0.006, 0.002];
 /// Points of the surface that decide; more are thinned.
 const POINTS: usize = 3000;
 
+/// A face across a direction has its normal along it [cosine].
+const ALONG: f32 = 0.98;
+
 /// A polyhedron fills at least this share of what its planes enclose.
 const FILLED: f64 = 0.85;
 /// At least this share of its surface is on them.
@@ -57,12 +60,15 @@ pub(super) struct Face {
 /// The planes above which nothing of the body is: faces of a hull that `rays`, all of which meet the true body, allow. The body
 /// ends at `base`, which is not sought.
 pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Plane>) -> Vec<Face> {
+    faces_by(&Chords::new(surface, rays), surface, base)
+}
+
+fn faces_by(chords: &Chords, surface: &LevelSet<f32>, base: Option<&Plane>) -> Vec<Face> {
     let mut left = points(surface);
     let apart = |m: Vec3<f32>| move |p: &Point| p.normal.dot(m) < (2.0 * CONE).cos();
     if let Some(base) = base {
         left.retain(apart(base.normal()));
     }
-    let chords = Chords::new(surface, rays);
     let all = left.len();
     let mut faces = Vec::new();
     while !chords.first.is_empty() {
@@ -74,7 +80,7 @@ pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Pl
         }
         let mean = members.iter().fold(Vec3::zero(), |sum, p| sum + p.normal).normalized();
         let large = members.len() as f64 >= LARGE * all as f64;
-        let found = match face(&chords, &members, mean) {
+        let found = match face(chords, &members, mean) {
             Some(plane) => Face { plane, large: large && is_shallow(&plane, surface) },
             None => Face { plane: fitted(&members, mean), large: false },
         };
@@ -86,10 +92,17 @@ pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Pl
     faces
 }
 
-/// The lowest plane across `up` above which nothing of the body is, by the same rays.
-pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
+/// The plane across `up` that takes the place of a large [face](faces) there; `None` where the body has none.
+pub(super) fn lid(
+    surface: &LevelSet<f32>,
+    rays: &[Ray<f32>],
+    base: Option<&Plane>,
+    up: Vec3<f32>,
+) -> Option<Plane> {
     let chords = Chords::new(surface, rays);
-    (!chords.first.is_empty()).then(|| Plane::facing(up, chords.deepest(up)))
+    let is_flat = |f: &Face| f.large && f.plane.normal().dot(up) > ALONG;
+    let found = faces_by(&chords, surface, base).iter().any(is_flat);
+    found.then(|| Plane::facing(up, chords.deepest(up)))
 }
 
 /// The plane near a normal that cuts most off the points above it.

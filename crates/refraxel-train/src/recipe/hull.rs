@@ -17,9 +17,6 @@ const SMOOTHING: (u32, f32) = (10, 0.6);
 /// ground would be another surface.
 const SUNK: f32 = 2.0;
 
-/// A face across an axis has its normal along it [cosine].
-const ALONG: f32 = 0.98;
-
 /// What views say about shapes.
 pub(super) struct Views<'a> {
     pub outlines: &'a Outlines,
@@ -72,11 +69,7 @@ fn standing(whole: &LevelSet<f32>, ground: Option<&Plane>, found: &Aabb<f32>) ->
     let reach = 2.0 * SUNK * whole.voxel();
     let stands = |x: &Vec3<f32>| ground.height(*x) > -reach && found.contains(*x);
     let above = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| whole.position(j)).filter(stands);
-    let corners = above.fold(None, |b: Option<Aabb<f32>>, x| {
-        let mut b = b.unwrap_or(Aabb::new(x, x));
-        b.include(x);
-        Some(b)
-    })?;
+    let corners = Aabb::around(above)?;
     let room = Vec3::splat(whole.voxel());
     let standing = Aabb::new((corners.min - room).max(found.min), (corners.max + room).min(found.max));
     let volume = |b: &Aabb<f32>| b.extent().to_array().iter().product::<f32>();
@@ -168,10 +161,7 @@ impl Region {
     ) -> Self {
         let mut ends = Polyhedron { faces: Vec::new(), base: sunk(ground, hull) };
         let roofed = body.surface(&site.domain(), &ends);
-        let found = faces(&roofed, views.rays, ends.base.as_ref());
-        if found.iter().any(|f| f.large && f.plane.normal().dot(body.up()) > ALONG) {
-            ends.faces.extend(lid(&roofed, views.rays, body.up()));
-        }
+        ends.faces.extend(lid(&roofed, views.rays, ends.base.as_ref(), body.up()));
         Self::new(site, body.surface(&site.domain(), &ends), options)
     }
 

@@ -186,13 +186,13 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
     let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
     for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
         let Some(best) = found.fits.first() else { continue };
-        let is_water = |f: &Fit| f.candidate.proposal.kind == Hypothesis::WaterSurface;
+        let is_water = |f: &Fit| f.candidate.relearns();
         let is_supported = |f: &Fit| f.misfit < SUPPORTED * found.straight;
         let is_near = |f: &Fit| f.error <= options.judge.rivals * best.error;
-        let is_rival = |f: &&Fit| is_water(f) || (is_near(f) && is_supported(f));
-        let near = found.fits.iter().filter(is_rival);
+        let is_rival =
+            |f: &&Fit| (is_water(f) || (is_near(f) && is_supported(f))) && bends(&f.candidate, region);
         let mut rivals: Vec<Candidate> =
-            near.filter(|f| bends(&f.candidate, region)).map(|f| f.candidate.clone()).collect();
+            found.fits.iter().filter(is_rival).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
         let shown = [Hypothesis::Polyhedron, Hypothesis::WaterSurface];
         let is_shown = |c: &Candidate| shown.contains(&c.proposal.kind);
@@ -257,8 +257,8 @@ fn decide<B: Backend>(
         let must_be_found = is_searched && judge.enabled.is_on() && judge.straight.is_on();
         let candidates: Vec<Option<Candidate>> =
             assumed.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
-        for (k, _) in candidates.iter().enumerate().filter(|(_, c)| c.as_ref().is_some_and(|c| !c.searched)) {
-            if is_searched {
+        for (k, candidate) in candidates.iter().enumerate() {
+            if is_searched && candidate.as_ref().is_some_and(|c| !c.searched) {
                 watch.tell(guessed(k, straight[k], known.options));
             }
         }
@@ -288,6 +288,8 @@ fn decide<B: Backend>(
 
 /// A run whose shortest race would take more than this part of it has none.
 const MOST_RACING: f64 = 0.3;
+/// Where all that lies within is learned anew, the least race is longer by this factor, if the run has that much time.
+const RELEARNING: u64 = 3;
 
 /// How long a race of so many entries may be: what the search leaves of the share of the run. Where the run has a clock, a
 /// few steps of the best candidates are timed; else steps count alike.
@@ -300,17 +302,17 @@ fn course<B: Backend>(
     let (run, judge) = (&field.known.options.run, &field.known.options.judge);
     // All learn one third, straight rays and the best other go on: entries/3 + 2 · 2/3 of the whole length.
     let shares = (entries as f64 + 4.0) / 3.0;
-    let all = if run.minutes > 0.0 {
+    let (budget, most) = if run.minutes > 0.0 {
         let per_step = contest.seconds_per_step()?;
+        let steps = |seconds: f64| (seconds.max(0.0) / (per_step * shares)) as u64;
         let left = judge.cost * 60.0 * run.minutes - clock.elapsed().as_secs_f64();
-        let shortest = judge.least_steps as f64 * per_step * shares;
-        let all = ((left.max(0.0) / (per_step * shares)) as u64).max(judge.least_steps);
-        if shortest > MOST_RACING * 60.0 * run.minutes { 0 } else { all }
+        (steps(left), steps(MOST_RACING * 60.0 * run.minutes))
     } else {
-        let budget = (judge.cost * run.steps as f64 / shares) as u64;
-        if run.steps < 3 * judge.least_steps { 0 } else { budget.max(judge.least_steps) }
+        ((judge.cost * run.steps as f64 / shares) as u64, run.steps / 3)
     };
-    let all = all.min(judge.race_steps);
+    let relearns = (0..entries).flat_map(|e| contest.candidates(e)).flatten().any(Candidate::relearns);
+    let wanted = judge.least_steps * if relearns { RELEARNING } else { 1 };
+    let all = if most < judge.least_steps { 0 } else { budget.max(wanted.min(most)).min(judge.race_steps) };
     Ok(Course { regions: field.regions.len(), entries, first: all / 3, all })
 }
 

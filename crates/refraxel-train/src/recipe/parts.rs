@@ -8,7 +8,7 @@ const SPECK: f32 = 0.02;
 const LEAST: usize = 27;
 
 /// No part.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// One level set per connected part of a body (nodes inside that touch along an axis), the largest first, all on the grid of
 /// the whole. Specks, and parts of which less than half lies in the box where something was found, are none. A body of one
@@ -16,12 +16,7 @@ const NONE: u32 = u32::MAX;
 pub(super) fn parts(whole: &LevelSet<f32>, found: &Aabb<f32>) -> Vec<LevelSet<f32>> {
     let n = whole.domain().resolution.map(|n| n as usize);
     let phi = whole.coefficients();
-    let (mut labels, mut sizes) = (vec![NONE; phi.len()], Vec::new());
-    for seed in 0..phi.len() {
-        if phi[seed] < 0.0 && labels[seed] == NONE {
-            sizes.push(flood(phi, n, seed, sizes.len() as u32, &mut labels));
-        }
-    }
+    let (mut labels, sizes) = connected(n, |j| phi[j] < 0.0);
     let mut within = vec![0; sizes.len()];
     for (j, label) in labels.iter().enumerate().filter(|(_, l)| **l != NONE) {
         within[*label as usize] += usize::from(found.contains(whole.position(j)));
@@ -38,20 +33,29 @@ pub(super) fn parts(whole: &LevelSet<f32>, found: &Aabb<f32>) -> Vec<LevelSet<f3
     kept.iter().map(|k| of_label(whole, &labels, *k)).collect()
 }
 
-/// Labels what is connected with a node inside; the number of nodes.
-fn flood(phi: &[f32], n: [usize; 3], seed: usize, label: u32, labels: &mut [u32]) -> usize {
-    let (mut stack, mut count) = (vec![seed], 0);
-    labels[seed] = label;
-    while let Some(node) = stack.pop() {
-        count += 1;
-        for next in neighbours(node, n) {
-            if phi[next] < 0.0 && labels[next] == NONE {
-                labels[next] = label;
-                stack.push(next);
+/// Per node of a grid the number of the part that it belongs to, [`NONE`] for nodes that are not inside, and per part how many
+/// nodes it has. Nodes inside that touch along an axis are one part.
+pub(super) fn connected(n: [usize; 3], inside: impl Fn(usize) -> bool) -> (Vec<u32>, Vec<usize>) {
+    let total = n.iter().product();
+    let (mut labels, mut sizes) = (vec![NONE; total], Vec::new());
+    for seed in 0..total {
+        if !inside(seed) || labels[seed] != NONE {
+            continue;
+        }
+        let (label, mut stack, mut count) = (sizes.len() as u32, vec![seed], 0);
+        labels[seed] = label;
+        while let Some(node) = stack.pop() {
+            count += 1;
+            for next in neighbours(node, n) {
+                if inside(next) && labels[next] == NONE {
+                    labels[next] = label;
+                    stack.push(next);
+                }
             }
         }
+        sizes.push(count);
     }
-    count
+    (labels, sizes)
 }
 
 /// Gives every node the label of the nearest labelled one, along axes.

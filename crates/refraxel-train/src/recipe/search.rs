@@ -223,7 +223,6 @@ impl<B: Backend> Search<'_, '_, B> {
 
     /// Says what was found. A hypothesis that is not the simplest needs a lower error.
     fn told(&mut self, region: usize, mut fit: Fit, is_simplest: bool) -> Fit {
-        fit.misfit = fit.error;
         let (hypothesis, misfit) = (fit.candidate.proposal.kind, fit.misfit);
         let found = fit.candidate.found(&self.regions[region]);
         self.watch.tell(Event::IndexSearched { region, hypothesis, found, misfit });

@@ -121,8 +121,9 @@ pub(crate) struct Separation {
     pub covered: f64,
 }
 
-/// The separation of the cells that show something: what is empty is explained by anything.
-fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
+/// Number, sum and sum of squares of the residuals of cells beside what a gate covers, and of cells that it covers: of those that
+/// show something, for what is empty is explained by anything.
+fn moments(views: &[&Evidence], gate: &Gate) -> [[f64; 3]; 2] {
     let of = |view: &&Evidence| {
         let mut sums = [[0.0_f64; 3]; 2];
         for (cell, residual) in view.residual.iter().enumerate().filter(|(cell, _)| view.counts(*cell)) {
@@ -137,7 +138,12 @@ fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
     let add =
         |a: [[f64; 3]; 2], b: [[f64; 3]; 2]| [0, 1].map(|s| [0, 1, 2].map(|k: usize| a[s][k] + b[s][k]));
     let per_view: Vec<[[f64; 3]; 2]> = views.par_iter().map(of).collect();
-    let [out, inside] = per_view.into_iter().fold([[0.0; 3]; 2], add);
+    per_view.into_iter().fold([[0.0; 3]; 2], add)
+}
+
+/// The separation by a gate.
+fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
+    let [out, inside] = moments(views, gate);
     let all: [f64; 3] = [0, 1, 2].map(|k| out[k] + inside[k]);
     if out[0] == 0.0 || inside[0] == 0.0 {
         return Separation::default();

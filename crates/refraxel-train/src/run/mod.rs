@@ -38,7 +38,7 @@ pub struct State {
     /// What the run is busy with.
     #[serde(default, alias = "act")]
     pub phase: Phase,
-    /// Share of the run after which rays bent, once they do.
+    /// Share of the schedule after which rays bent, once they do: it stands still while that is decided.
     #[serde(default)]
     pub bends_since: Option<f64>,
     /// Looks for refractive things without masks.

@@ -99,6 +99,11 @@ impl Candidate {
         Self { proposal, values, searched: false, tint: [0.0; 3] }
     }
 
+    /// All that lies within is seen through it alone, so that the field must learn it anew.
+    pub(super) fn relearns(&self) -> bool {
+        self.proposal.kind == Hypothesis::WaterSurface
+    }
+
     /// The bodies to search with.
     pub(super) fn bodies(&self, region: &Region, options: &Options) -> Vec<Body> {
         self.with_state((self.proposal.bodies)(region, &self.values, options))

@@ -62,13 +62,8 @@ impl Evidence {
         let mut differences = [0, 1, 2].map(|_| vec![0.0; rays.len()]);
         let mut beyond = vec![0.0; rays.len()];
         for (cell, ray) in rays.iter().enumerate() {
-            let (Some(_), Some(mean)) = (ray, means[cell]) else {
-                if ray.is_some() {
-                    seen.next();
-                }
-                continue;
-            };
-            let Some(shown) = seen.next() else { continue };
+            let shown = ray.and_then(|_| seen.next()); // one for each ray, whatever the photograph says
+            let (Some(shown), Some(mean)) = (shown, means[cell]) else { continue };
             (0..3).for_each(|c| differences[c][cell] = shown.colour[c] - mean[c]);
             let opacity = 1.0 - shown.transmittance;
             beyond[cell] = if opacity > OPAQUE { shown.depth / opacity } else { f32::INFINITY };

@@ -2,8 +2,8 @@
 
 use crate::initial::{Outlines, Vote};
 use crate::model::Gate;
-use crate::recipe::parts::neighbours;
-use refraxel_core::{Aabb, Domain, Extent, LevelSet, Vec3, vec3};
+use crate::recipe::parts::{NONE, connected, neighbours};
+use refraxel_core::{Aabb, Domain, Extent, LevelSet, Vec3};
 
 /// Parts of less than this share of the largest are none: highlights, and places that few views see.
 const SPECK: f32 = 0.1;
@@ -24,14 +24,9 @@ pub(super) struct Carved {
 impl Carved {
     /// What lies in a gate; `None` if nothing does. Their box stays in `bounds`.
     pub fn of(gate: &Gate, bounds: &Aabb<f32>) -> Option<Self> {
-        let (domain, n) = (gate.domain(), gate.domain().resolution.map(|n| n as usize));
-        let at = |j: usize| vec3((j % n[0]) as f32, (j / n[0] % n[1]) as f32, (j / (n[0] * n[1])) as f32);
+        let domain = gate.domain();
         let inside = gate.values().iter().enumerate().filter(|(_, f)| **f > 127);
-        let found = inside.map(|(j, _)| domain.position(at(j))).fold(None, |b: Option<Aabb<f32>>, x| {
-            let mut b = b.unwrap_or(Aabb::new(x, x));
-            b.include(x);
-            Some(b)
-        })?;
+        let found = Aabb::around(inside.map(|(j, _)| domain.position(domain.coordinates(j))))?;
         let room = Vec3::splat(MARGIN * found.extent().max_element() + 2.0 * domain.voxel());
         let bounds = Aabb::new((found.min - room).max(bounds.min), (found.max + room).min(bounds.max));
         Some(Self { gate: gate.clone(), bounds })
@@ -58,31 +53,13 @@ pub(super) fn bodies(outlines: &Outlines, bounds: &Aabb<f32>, share: f32, nodes:
 
 /// Empties all but the large parts of nodes that are at least half inside, with what surrounds them.
 pub(super) fn keep_large_parts(fraction: &mut [f32], n: [usize; 3]) {
-    let mut label = vec![0_u32; fraction.len()];
-    let mut sizes = vec![0_usize];
-    for seed in 0..fraction.len() {
-        if fraction[seed] < 0.5 || label[seed] > 0 {
-            continue;
-        }
-        let (part, mut stack) = (sizes.len() as u32, vec![seed]);
-        label[seed] = part;
-        sizes.push(0);
-        while let Some(node) = stack.pop() {
-            sizes[part as usize] += 1;
-            for next in neighbours(node, n) {
-                if fraction[next] >= 0.5 && label[next] == 0 {
-                    label[next] = part;
-                    stack.push(next);
-                }
-            }
-        }
-    }
-    let largest = sizes.iter().copied().max().unwrap_or(0);
-    let is_large =
-        |part: usize| part > 0 && sizes[part] >= LEAST && sizes[part] as f32 >= SPECK * largest as f32;
-    let keeps = |node: usize| {
-        is_large(label[node] as usize) || neighbours(node, n).any(|k| is_large(label[k] as usize))
+    let (labels, sizes) = connected(n, |node| fraction[node] >= 0.5);
+    let largest = sizes.iter().copied().max().unwrap_or(0) as f32;
+    let is_large = |node: usize| {
+        let size = if labels[node] == NONE { 0 } else { sizes[labels[node] as usize] };
+        size >= LEAST && size as f32 >= SPECK * largest
     };
+    let keeps = |node: usize| is_large(node) || neighbours(node, n).any(is_large);
     let kept: Vec<bool> = (0..fraction.len()).map(keeps).collect();
     fraction.iter_mut().zip(kept).filter(|(_, keep)| !keep).for_each(|(f, _)| *f = 0.0);
 }

@@ -6,12 +6,12 @@
 
 use super::evidence::Evidence;
 use super::hull::{Carved, keep_large_parts};
+use super::moments;
 use crate::blur::gaussian_blur;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
-use crate::rays::pixel_ray;
 use rayon::prelude::*;
-use refraxel_core::{Domain, Extent, Vec3, vec3};
+use refraxel_core::{Domain, Extent, Vec3};
 
 /// κ. Less takes more for refractive.
 const KAPPA: f64 = 0.8;
@@ -40,11 +40,8 @@ pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate
     let domain = Domain::with_longest(first.bounds, Extent::Bounded, how.nodes);
     let n = domain.resolution.map(|n| n as usize);
     let threshold = threshold(&first.gate, views);
-    let position = |j: usize| {
-        domain.position(vec3((j % n[0]) as f32, (j / n[0] % n[1]) as f32, (j / (n[0] * n[1])) as f32))
-    };
     let vote = |j: usize| {
-        let x = position(j);
+        let x = domain.position(domain.coordinates(j));
         let stands = how.ground.is_none_or(|p| p.height(x) > 0.0);
         if stands { mean_vote(views, x, threshold, how.clean.then_some(domain.voxel())) } else { -1.0 }
     };
@@ -57,18 +54,9 @@ pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate
 
 /// τ.
 fn threshold(first: &Gate, views: &[Evidence]) -> f32 {
-    let mut sums = [[0.0_f64; 2]; 2];
-    for view in views {
-        for cell in (0..view.residual.len()).filter(|cell| view.counts(*cell)) {
-            let covered = pixel_ray(&view.camera, cell).is_some_and(|ray| first.admits(&ray));
-            if covered || view.shows_something(cell) {
-                let of = &mut sums[usize::from(covered)];
-                (of[0], of[1]) = (of[0] + f64::from(view.residual[cell]), of[1] + 1.0);
-            }
-        }
-    }
-    let mean = |s: [f64; 2]| (s[0] / s[1].max(1.0)).max(1e-4);
-    (KAPPA * (mean(sums[0]) * mean(sums[1])).sqrt()) as f32
+    let mean = |[count, sum, _]: [f64; 3]| (sum / count.max(1.0)).max(1e-4);
+    let [beside, within] = moments(&views.iter().collect::<Vec<_>>(), first).map(mean);
+    (KAPPA * (beside * within).sqrt()) as f32
 }
 
 /// The mean vote about a point; −1 where too few views see it. Opaque things hide what lies further than `margin` behind them.

@@ -30,10 +30,9 @@ fn views(explained: f64) -> Vec<Evidence> {
 
 fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
     let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
-    let n = domain.resolution.map(|n| n as usize);
-    let at = |j: usize| vec3((j % n[0]) as f32, (j / n[0] % n[1]) as f32, (j / (n[0] * n[1])) as f32);
-    let inside = |j: usize| domain.position(at(j)).zip(centre, |x, c| x - c).length() < radius;
-    let share: Vec<f32> = (0..n[0] * n[1] * n[2]).map(|j| f32::from(u8::from(inside(j)))).collect();
+    let inside = |j: usize| (domain.position(domain.coordinates(j)) - centre).length() < radius;
+    let total = domain.resolution.map(|n| n as usize).iter().product();
+    let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(j)))).collect();
     Gate::new(domain, &share)
 }
 
