@@ -202,6 +202,17 @@ impl<T: Real> Mat3<T> {
     pub fn from_rows(r: [[T; 3]; 3]) -> Self {
         Self { columns: [0, 1, 2].map(|c| vec3(r[0][c], r[1][c], r[2][c])) }
     }
+    /// The rotation about an axis by an angle [rad], both given by the axis times the angle (Rodrigues).
+    pub fn turning(by: Vec3<T>) -> Self {
+        let angle = by.length();
+        if angle == T::zero() {
+            return Self::identity();
+        }
+        let axis = by * (T::one() / angle);
+        let (sin, cos) = (angle.sin(), angle.cos());
+        let turned = |v: Vec3<T>| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (T::one() - cos));
+        Self { columns: Self::identity().columns.map(turned) }
+    }
     /// The three rows, top to bottom.
     pub fn rows(&self) -> [[T; 3]; 3] {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| self.columns[c][r]))
@@ -241,6 +252,17 @@ mod tests {
         let (u, v) = (vec3(0.3_f64, -2.0, 1.5), vec3(4.0, 0.1, -0.7));
         assert!(((a * u).dot(v) - u.dot(a.transpose() * v)).abs() < 1e-12);
         assert_eq!((a * Mat3::identity()).rows(), a.rows());
+    }
+
+    #[test]
+    fn a_turn_follows_its_axis() {
+        let quarter = Mat3::turning(vec3(0.0, 0.0, std::f64::consts::FRAC_PI_2));
+        assert!((quarter * vec3(1.0, 0.0, 0.5) - vec3(0.0, 1.0, 0.5)).length() < 1e-15);
+        let by: Vec3<f64> = vec3(0.3, -0.2, 0.5);
+        let there_and_back = Mat3::turning(by) * Mat3::turning(-by);
+        assert!((there_and_back.columns[1] - vec3(0.0, 1.0, 0.0)).length() < 1e-15);
+        assert!((Mat3::turning(by).determinant() - 1.0).abs() < 1e-15);
+        assert_eq!(Mat3::turning(Vec3::<f64>::zero()).rows(), Mat3::identity().rows());
     }
 
     #[test]

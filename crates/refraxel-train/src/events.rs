@@ -1,6 +1,7 @@
 //! What happens in a run: typed events for whoever follows it, and how it is stopped.
 
 use crate::cancel::{Cancel, Cancelled};
+use crate::poses::PoseShift;
 use crate::schedule::Phase;
 use crate::verdict::{Found, Hypothesis, StayReason, Verdict};
 use serde::{Deserialize, Serialize};
@@ -148,6 +149,9 @@ pub struct Record {
     /// What each refractive region absorbs of red, green and blue [1 / scene unit]; empty where all are clear.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absorption: Vec<[f32; 3]>,
+    /// How far the cameras are from where the data put them, if poses learn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseShift>,
     /// What happened since the last record, apart from progress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
@@ -185,6 +189,8 @@ pub enum Task {
     Baking,
     /// Finding out which voxels no ray sees, and moving to a finer grid.
     Pruning,
+    /// Finding out from where views were taken that the scene was not learned from.
+    Posing,
     /// Rendering and scoring views.
     Evaluating,
 }

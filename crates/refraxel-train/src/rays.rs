@@ -10,7 +10,7 @@ use crate::random::Random;
 use inside::InsidePixels;
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
-use refraxel_core::{Camera, Lens, Ray, Vec3};
+use refraxel_core::{Camera, Lens, Pose, Ray, Vec3};
 use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View};
 use std::sync::Arc;
 
@@ -69,6 +69,15 @@ pub struct AsideView {
     pub batch: Batch,
     /// Per ray: whether a refractive mask holds it, or there is no mask.
     pub inside: Vec<bool>,
+}
+
+/// A ray of a batch.
+struct Drawn {
+    view: usize,
+    ray: Ray<f32>,
+    target: [f32; 3],
+    behind: [f32; 3],
+    offset: f32,
 }
 
 /// Rays of a view that is kept aside, at most about.
@@ -161,6 +170,20 @@ impl RaySampler {
         self.views.len()
     }
 
+    /// Where the cameras are.
+    pub fn poses(&self) -> impl Iterator<Item = &Pose> {
+        self.views.iter().map(|v| &v.camera.world_from_camera)
+    }
+
+    /// From now on the cameras are here.
+    ///
+    /// # Panics
+    /// If there is not one pose per view.
+    pub fn set_poses(&mut self, poses: &[Pose]) {
+        assert_eq!(poses.len(), self.views.len(), "one pose per view");
+        self.views.iter_mut().zip(poses).for_each(|(v, pose)| v.camera.world_from_camera = *pose);
+    }
+
     /// The photographs as they are.
     pub fn pictures(&self) -> impl Iterator<Item = Picture<'_>> {
         self.views.iter().map(|view| Picture { camera: &view.camera, view, transparent: self.transparent })
@@ -217,25 +240,28 @@ impl RaySampler {
 
     /// At most `size` rays through random pixels of all photographs: a function of the seed, the step and the selection.
     pub fn batch(&self, step: u64, size: usize, selection: Selection) -> Batch {
-        let draw = |i| self.draw(step, i, size as u64, selection);
-        let drawn: Vec<_> = (0..size as u64).into_par_iter().filter_map(draw).collect();
-        let mut batch = Batch::default();
-        for (ray, target, behind, offset) in drawn {
-            batch.rays.push(ray);
-            batch.target.push(target);
-            batch.offset.push(offset);
-            batch.behind.extend(self.transparent.then_some(behind));
-        }
-        batch
+        self.drawn(step, size, selection, &self.aside).0
     }
 
-    fn draw(
-        &self,
-        step: u64,
-        i: u64,
-        size: u64,
-        selection: Selection,
-    ) -> Option<(Ray<f32>, [f32; 3], [f32; 3], f32)> {
+    /// The same of all views, also of those that are kept aside, and the number of each ray's view.
+    pub fn batch_of_views(&self, step: u64, size: usize, selection: Selection) -> (Batch, Vec<usize>) {
+        self.drawn(step, size, selection, &[])
+    }
+
+    fn drawn(&self, step: u64, size: usize, selection: Selection, aside: &[usize]) -> (Batch, Vec<usize>) {
+        let draw = |i| self.draw(step, i, size as u64, selection, aside);
+        let drawn: Vec<Drawn> = (0..size as u64).into_par_iter().filter_map(draw).collect();
+        let mut batch = Batch::default();
+        for Drawn { ray, target, behind, offset, .. } in &drawn {
+            batch.rays.push(*ray);
+            batch.target.push(*target);
+            batch.offset.push(*offset);
+            batch.behind.extend(self.transparent.then_some(*behind));
+        }
+        (batch, drawn.iter().map(|d| d.view).collect())
+    }
+
+    fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, aside: &[usize]) -> Option<Drawn> {
         let lane = |k: u64| i * 64 + k;
         let from_inside = match selection {
             Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
@@ -258,7 +284,7 @@ impl RaySampler {
                 Selection::Outside(margin) => of.clearly_outside(pixel, margin as usize),
                 _ => true,
             };
-            let free = !self.aside.contains(&view);
+            let free = !aside.contains(&view);
             (free && of.used(pixel) && selected).then_some((view, pixel, ray))
         })?;
         let [r, g, b, alpha] = self.views[view].photo.image.rgba(pixel);
@@ -266,7 +292,7 @@ impl RaySampler {
         let over =
             |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
         let offset = self.random.uniform(step, lane(3)) as f32;
-        Some((ray, [over(r, 0), over(g, 1), over(b, 2)], behind, offset))
+        Some(Drawn { view, ray, target: [over(r, 0), over(g, 1), over(b, 2)], behind, offset })
     }
 
     /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.

@@ -147,6 +147,25 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
     }
 }
 
+/// The error of pictures alone, of which nothing learns but poses.
+pub fn picture_objective(marching: Marching) -> Objective {
+    Objective {
+        marching,
+        sparsity: 0.0,
+        opacity: 0.0,
+        tv_density: 0.0,
+        tv_colour: 0.0,
+        tv_period: 1,
+        rate_density: 0.0,
+        rate_colour: 0.0,
+        rate_view: 0.0,
+        rate_background: 0.0,
+        index: None,
+        reflection: None,
+        absorption: None,
+    }
+}
+
 /// The objective of a field before which nothing refracts or mirrors.
 fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective {
     let (field, p) = (&options.field, moment.progress.0.clamp(0.0, 1.0) as f32);

@@ -6,7 +6,8 @@ use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
 use refraxel_data::synth::{IndexTruth, SceneOptions, SynthOptions, ViewCounts, scene, synthesize};
 use refraxel_data::{Backdrop, Dataset, OpenOptions};
 use refraxel_train::backend::{
-    Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, Snapshot, StepOutcome,
+    Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient, Snapshot,
+    StepOutcome,
 };
 use refraxel_train::cancel::{Cancel, Cancelled};
 use refraxel_train::evaluation::Part;
@@ -282,17 +283,11 @@ fn a_run_that_is_stopped_anywhere_and_resumed_ends_with_the_same_bits() {
     }
 }
 
-/// The last bits of a run with a graded index of 30 steps that stops after so many, is saved and read again.
-fn graded(stop: u64) -> Vec<u8> {
+/// The last bits of a run of 30 steps with a guessed index that stops after so many, is saved and read again.
+fn stopped_after(stop: u64, settings: &[(&str, &str)]) -> Vec<u8> {
     let mut options = options(true);
-    for (key, value) in [
-        ("run.steps", "30"),
-        ("search.profile", "graded"),
-        ("search.enabled", "off"),
-        ("judge.enabled", "off"),
-    ] {
-        options.set(key, value).unwrap();
-    }
+    let usual = [("run.steps", "30"), ("search.enabled", "off"), ("judge.enabled", "off")];
+    usual.iter().chain(settings).for_each(|(key, value)| drop(options.set(key, value).unwrap()));
     let setup = || Setup::new(glass_ball(), options.clone());
     let mut session = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
     if stop > 0 {
@@ -304,12 +299,21 @@ fn graded(stop: u64) -> Vec<u8> {
     bytes(&session)
 }
 
+fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
+    let whole = stopped_after(0, settings);
+    for stop in [8, 12, 17, 22, 29] {
+        assert!(stopped_after(stop, settings) == whole, "stopped after {stop} steps");
+    }
+}
+
 #[test]
 fn a_graded_index_goes_on_bit_by_bit_from_any_step() {
-    let whole = graded(0);
-    for stop in [12, 17, 22, 29] {
-        assert!(graded(stop) == whole, "stopped after {stop} steps");
-    }
+    goes_on_bit_by_bit(&[("search.profile", "graded")]);
+}
+
+#[test]
+fn poses_that_learn_go_on_bit_by_bit_from_any_step() {
+    goes_on_bit_by_bit(&[("pose.learn", "on"), ("pose.first", "6"), ("pose.every", "3")]);
 }
 
 #[test]
@@ -492,6 +496,9 @@ impl Backend for Late {
     }
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
         self.cpu.gradient(batch, objective)
+    }
+    fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {
+        self.cpu.ray_gradients(batch, objective)
     }
     fn peak_weights(
         &self,

@@ -49,18 +49,20 @@ impl Batch {
     }
 }
 
-/// dLoss/d(origin, direction) of a ray.
+/// What a ray shows beside its target, and dLoss/d(origin, direction).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayGradient {
     /// With respect to the origin [1 / scene unit].
     pub origin: Vec3<f32>,
     /// With respect to the unit direction.
     pub direction: Vec3<f32>,
+    /// C − target.
+    pub residual: [f32; 3],
 }
 
 impl RayGradient {
     /// No gradient.
     pub fn zero() -> Self {
-        Self { origin: Vec3::zero(), direction: Vec3::zero() }
+        Self { origin: Vec3::zero(), direction: Vec3::zero(), residual: [0.0; 3] }
     }
 }

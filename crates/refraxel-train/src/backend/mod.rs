@@ -126,6 +126,8 @@ pub trait Backend: Send {
     fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome>;
     /// The gradient of the batch's loss without total variation; changes nothing.
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient;
+    /// The gradient of the batch's loss with respect to each of its rays; changes nothing.
+    fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient>;
     /// Largest rendering weight T a that any of the rays gives to the samples around each voxel, theory (4.11).
     fn peak_weights(
         &self,

@@ -401,6 +401,12 @@ impl Backend for CpuBackend {
         }
     }
 
+    fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {
+        let mut rays = vec![RayGradient::zero(); batch.rays.len()];
+        self.trace(batch, objective, &mut rays, Vec::new());
+        rays
+    }
+
     fn peak_weights(
         &self,
         rays: &[Ray<f32>],

@@ -41,7 +41,7 @@ pub(super) struct BentPath<'a> {
 }
 
 impl WayBack<'_> {
-    /// dLoss/d(origin, direction) of the ray, theory (3.14); what index samples receive is noted, theory (2.16).
+    /// dLoss/d(origin, direction) of the ray, theory (3.14), without what it shows; what index samples receive is noted, theory (2.16).
     #[inline(always)]
     pub(super) fn run<S: Simd, const BLOCKS: usize>(
         &self,
@@ -52,7 +52,8 @@ impl WayBack<'_> {
     ) -> RayGradient {
         self.add_samples::<S, BLOCKS>(simd, scene, sums);
         let Some(BentPath { tracer, path, teaches, d_reflections, d_lengths }) = self.bent else {
-            return RayGradient { origin: sums[0].start, direction: sums[0].momentum + self.d_exit };
+            let direction = sums[0].momentum + self.d_exit;
+            return RayGradient { origin: sums[0].start, direction, ..RayGradient::zero() };
         };
         for (sum, d) in sums.iter_mut().zip(d_lengths) {
             sum.momentum += d.momentum;
@@ -62,7 +63,7 @@ impl WayBack<'_> {
         let d_path = PathAdjoint { segments: &sums[..], reflections: d_reflections, exit };
         let mut noted = IndexSamples { list: index_samples, teaches };
         let d = tracer.vjp(self.ray, path, &d_path, &mut noted);
-        RayGradient { origin: d.origin, direction: d.direction }
+        RayGradient { origin: d.origin, direction: d.direction, ..RayGradient::zero() }
     }
 
     /// dLoss/d(start, momentum) of the segments, from the samples on them.

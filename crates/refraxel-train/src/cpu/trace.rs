@@ -218,7 +218,7 @@ impl LearnedRay<'_> {
         tape.records.append(&mut way_back.density_gradients);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
         let teaches = bent.map_or(Teaches::NOTHING, |_| Teaches::of(path, objective.index.as_ref()));
-        let squared_error = d.squared_error;
+        let (squared_error, residual) = (d.squared_error, d.shown.d_colour.map(|d| 0.5 * d));
         if wanted.is_none() && (teaches == Teaches::NOTHING || objective.index.is_none()) {
             return squared_error;
         }
@@ -233,7 +233,7 @@ impl LearnedRay<'_> {
         let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
         let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);
         if let Some(wanted) = wanted {
-            *wanted = d_ray;
+            *wanted = RayGradient { residual, ..d_ray };
         }
         squared_error
     }

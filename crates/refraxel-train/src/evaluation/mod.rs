@@ -1,10 +1,12 @@
 //! Rendering views and scoring them: pictures, a part of the data, errors of the index.
 
 mod index_error;
+mod posed;
 mod rendering;
 mod score;
 
 pub use index_error::{IndexError, index_error};
+pub use posed::posed;
 pub use rendering::{Rendering, render, render_reflection, render_transmission};
 pub use score::{score, truth, truth_checksum};
 

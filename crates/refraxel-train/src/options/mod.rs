@@ -12,6 +12,7 @@ mod judge;
 mod list;
 mod march;
 mod names;
+mod pose;
 mod reflection;
 mod refraction;
 mod run;
@@ -35,6 +36,7 @@ pub use judge::JudgeOptions;
 pub use list::{OptionInfo, list, list_as_markdown, list_as_text};
 pub use march::MarchOptions;
 pub use names::Renamed;
+pub use pose::PoseOptions;
 pub use reflection::{ReflectionOptions, ReflectionWeight};
 pub use refraction::RefractionOptions;
 pub use run::RunOptions;
@@ -70,6 +72,8 @@ pub struct Options {
     pub seek: SeekOptions,
     /// The race between hypotheses.
     pub judge: JudgeOptions,
+    /// How poses learn.
+    pub pose: PoseOptions,
     /// How the index learns.
     pub index: IndexOptions,
     /// How sharp surfaces learn.
@@ -108,7 +112,7 @@ impl Options {
     }
 
     /// All sections, in the order in which they are listed.
-    pub fn sections(&self) -> [&dyn Section; 14] {
+    pub fn sections(&self) -> [&dyn Section; 15] {
         let Self {
             run,
             grid,
@@ -119,6 +123,7 @@ impl Options {
             search,
             seek,
             judge,
+            pose,
             index,
             surface,
             reflection,
@@ -126,12 +131,12 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, index, surface, reflection,
-            clearcoat, absorption,
+            run, grid, march, field, refraction, shape, search, seek, judge, pose, index, surface,
+            reflection, clearcoat, absorption,
         ]
     }
 
-    fn sections_mut(&mut self) -> [&mut dyn Section; 14] {
+    fn sections_mut(&mut self) -> [&mut dyn Section; 15] {
         let Self {
             run,
             grid,
@@ -142,6 +147,7 @@ impl Options {
             search,
             seek,
             judge,
+            pose,
             index,
             surface,
             reflection,
@@ -149,8 +155,8 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, index, surface, reflection,
-            clearcoat, absorption,
+            run, grid, march, field, refraction, shape, search, seek, judge, pose, index, surface,
+            reflection, clearcoat, absorption,
         ]
     }
 

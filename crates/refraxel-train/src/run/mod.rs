@@ -4,6 +4,7 @@ mod boxes;
 mod clearcoat;
 mod field;
 mod header;
+mod poses;
 mod reflection;
 mod refraction;
 mod sought;
@@ -13,6 +14,7 @@ use crate::checkpoint::{self, CheckpointError, TensorFile};
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
+use crate::poses::Poses;
 use crate::schedule::{Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
@@ -146,6 +148,8 @@ pub struct Run {
     pub optimiser: Optimiser,
     /// What was found without masks.
     pub sought: Option<Gate>,
+    /// Where the cameras are, if they learn that.
+    pub poses: Option<Poses>,
 }
 
 /// A run that somebody else holds: saving copies nothing.
@@ -165,6 +169,8 @@ pub struct RunRef<'a> {
     pub optimiser: &'a Optimiser,
     /// See [`Run`].
     pub sought: Option<&'a Gate>,
+    /// See [`Run`].
+    pub poses: Option<&'a Poses>,
 }
 
 impl RunRef<'_> {
@@ -183,6 +189,7 @@ impl RunRef<'_> {
             model: self.model.clone(),
             optimiser: self.optimiser.clone(),
             sought: self.sought.cloned(),
+            poses: self.poses.cloned(),
         }
     }
 
@@ -213,10 +220,11 @@ impl RunRef<'_> {
             clearcoat::tensors(model, optimiser),
         ]
         .concat();
-        let sought = sought::tensor(self.sought);
+        let (sought, poses) = (sought::tensor(self.sought), poses::tensor(self.poses));
         let shapes = Shapes::of(self);
         let mut tensors = shapes.tensors(self);
-        tensors.extend(small.iter().chain(&sought).map(|(name, tensor)| (name.as_str(), tensor.view())));
+        let named = small.iter().chain(&sought).chain(&poses);
+        tensors.extend(named.map(|(name, tensor)| (name.as_str(), tensor.view())));
         write(&header, &tensors)
     }
 }
@@ -236,8 +244,9 @@ impl Run {
 
     /// The run without its ownership.
     pub fn view(&self) -> RunRef<'_> {
-        let Self { options, plan, state, source, model, optimiser, sought } = self;
-        RunRef { options, plan, state, source, model, optimiser, sought: sought.as_ref() }
+        let Self { options, plan, state, source, model, optimiser, sought, poses } = self;
+        let (sought, poses) = (sought.as_ref(), poses.as_ref());
+        RunRef { options, plan, state, source, model, optimiser, sought, poses }
     }
 
     fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
@@ -267,8 +276,9 @@ impl Run {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
         let sought = sought::restore(header.sought.as_ref(), &mut file)?;
+        let poses = poses::restore(header.poses.as_ref(), header.source.train.len(), &mut file)?;
         let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
         let Header { options, state, source, .. } = header;
-        Ok(Self { options, plan, state, source, model, optimiser, sought })
+        Ok(Self { options, plan, state, source, model, optimiser, sought, poses })
     }
 }

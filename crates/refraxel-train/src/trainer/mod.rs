@@ -2,6 +2,7 @@
 
 mod bending;
 mod error;
+mod posing;
 mod recovery;
 mod seeking;
 mod tally;
@@ -15,6 +16,7 @@ use crate::events::{Event, Record, Task, Watch};
 use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
+use crate::poses::Poses;
 use crate::rays::{RaySampler, Selection};
 use crate::run::State;
 use crate::schedule::{
@@ -64,6 +66,8 @@ pub struct Trainer<B> {
     is_masked: bool,
     /// What was found without masks.
     sought: Option<Gate>,
+    /// Where the cameras are, if they learn that.
+    poses: Option<Poses>,
     backend: B,
     state: State,
     /// The last state known to be good, to return to after an overflow.
@@ -93,6 +97,7 @@ impl<B: Backend> Trainer<B> {
         let mut trainer = Self {
             is_masked,
             sought: None,
+            poses: None,
             options,
             plan,
             sampler,
@@ -108,6 +113,7 @@ impl<B: Backend> Trainer<B> {
         if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
         }
+        trainer.poses = trainer.fresh_poses();
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
         }
@@ -200,6 +206,7 @@ impl<B: Backend> Trainer<B> {
         self.enter(moment.phase(&self.options), watch);
         self.add_clearcoat_if_due(progress, watch)?;
         self.bake_if_due(watch)?;
+        self.learn_poses_if_due(moment);
         let mut objective = objective(&self.options, self.plan.near, moment);
         objective.scale_rates(self.state.rate_scale);
         let size = self.options.run.batch as usize;
@@ -314,6 +321,7 @@ impl<B: Backend> Trainer<B> {
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
             absorption: self.backend.medium().absorption(),
+            poses: self.poses.as_ref().map(Poses::shift),
             events: std::mem::take(&mut self.events),
         }
     }

@@ -4,6 +4,7 @@ use super::{TrainError, Trainer};
 use crate::backend::Backend;
 use crate::events::{Event, Watch};
 use crate::model::{Model, Optimiser};
+use crate::poses::Poses;
 use crate::run::State;
 use half::f16;
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ pub(super) struct Good {
     state: State,
     model: Model,
     optimiser: Optimiser,
+    poses: Option<Poses>,
 }
 
 impl Good {
@@ -31,12 +33,13 @@ impl<B: Backend> Trainer<B> {
     pub(super) fn copy(&self) -> Good {
         let snapshot = self.backend.snapshot();
         let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
-        Good { state: self.state.clone(), model, optimiser }
+        Good { state: self.state.clone(), model, optimiser, poses: self.poses.clone() }
     }
 
     /// Stand where a copy was made.
     pub(super) fn return_to(&mut self, good: Good) {
         self.backend.load(good.model, Some(good.optimiser));
+        self.go_on_with_poses(good.poses);
         self.state = State { seconds: self.state.seconds, ..good.state };
     }
 
@@ -57,6 +60,7 @@ impl<B: Backend> Trainer<B> {
             Some(good) => self.return_to(*good),
             None => {
                 self.backend.load(self.plan.start(&self.options), None);
+                self.go_on_with_poses(self.poses.as_ref().map(Poses::forgotten));
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
         }

@@ -73,12 +73,22 @@ pub enum Refraction {
     Auto,
 }
 
+/// Whether poses learn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Poses {
+    /// The data say exactly where the cameras are
+    Fixed,
+    /// Each camera finds where it is, beginning where the data put it
+    Learn,
+}
+
 /// `refraxel train`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel train my_photos --out run
   refraxel train glass --out run --refraction on --minutes 10
   refraxel train glass --out run --refraction-box -0.5,-0.5,0,0.5,0.5,1
+  refraxel train my_photos --out run --poses learn
   refraxel train glass --out run --config quick.toml --set run.steps=2000 --set field.sh_degree=1
   refraxel train --options
 
@@ -108,6 +118,11 @@ pub struct TrainArgs {
     /// Whether opaque things have a clearcoat that mirrors
     #[arg(long, alias = "gloss", value_enum, value_name = "WHETHER")]
     pub clearcoat: Option<super::scene::Switch>,
+    /// Whether the poses of the photographs learn, too [default: fixed]
+    ///
+    /// Held-out photographs are then posed against the finished scene, by half of their own pixels.
+    #[arg(long, value_enum, value_name = "WHETHER")]
+    pub poses: Option<Poses>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
     /// What a scene.json tells is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.

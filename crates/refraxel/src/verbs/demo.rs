@@ -115,6 +115,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         reflection: None,
         refraction_box: None,
         clearcoat: None,
+        poses: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),
         options: false,

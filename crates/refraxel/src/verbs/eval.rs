@@ -1,6 +1,6 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
-use super::evaluation::{Evaluated, Evaluation, Rays, folder, folder_of_index};
+use super::evaluation::{Evaluated, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index};
 use super::loaded::{Loaded, load_run};
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{cancel, create_folder, data_failure, reopen, set_threads, watch_for_interrupts};
@@ -9,12 +9,12 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
-use refraxel_data::{Backdrop, IndexSource, View, load_photo};
-use refraxel_train::evaluation::{EvaluateError, evaluate as evaluate_part};
+use refraxel_data::{Backdrop, Dataset, IndexSource, View, load_photo};
+use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part, posed};
 use refraxel_train::evaluation::{Rendering, truth};
-use refraxel_train::events::Watch;
+use refraxel_train::events::{Event, Watch};
 use refraxel_train::metrics::ImageScore;
-use refraxel_train::schedule::rendering_marching;
+use refraxel_train::schedule::{rendering_marching, training_marching};
 use refraxel_train::{Backend, recipe};
 use std::path::Path;
 
@@ -85,6 +85,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
+    let data = posed_data(&run, data, part, show)?;
     let mut progress = Progress::new(show, "rendering", count as u64);
     let mut drawn =
         Drawn { out, backdrop: data.backdrop, count, rows: Vec::new(), done: 0, progress: &mut progress };
@@ -113,7 +114,38 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         rays: Some(Rays::of(run.backend.medium())),
         index_from: None,
     };
-    Ok(Evaluation { scores: found.scores, ior: found.index, verdict: run.state.verdict, run: evaluated })
+    let poses = run.poses.as_ref().map(|poses| EvaluatedPoses {
+        shift: poses.shift(),
+        evaluated: if part == Part::Train { LEARNED } else { FOUND }.to_owned(),
+    });
+    Ok(Evaluation {
+        scores: found.scores,
+        ior: found.index,
+        verdict: run.state.verdict,
+        poses,
+        run: evaluated,
+    })
+}
+
+/// How cameras of evaluated views were found.
+const LEARNED: &str = "have learned";
+const FOUND: &str = "were found by half of their own pixels";
+
+/// The data with the cameras of a split where they are, if poses have learned.
+fn posed_data(run: &Loaded, data: Dataset, part: Part, show: Show) -> Result<Dataset, Failure> {
+    let Some(poses) = &run.poses else { return Ok(data) };
+    let count = part.views(&data).len();
+    let mut progress = Progress::new(show, "posing held-out views", count as u64);
+    let marching = training_marching(&run.options, run.plan.near);
+    let cancel = cancel();
+    let mut report = |event: Event| {
+        if let Event::Progress { done, .. } = event {
+            progress.set(done, "");
+        }
+    };
+    let found = posed(&run.backend, &data, part, poses, &marching, &mut Watch::new(&cancel, &mut report));
+    progress.finish("");
+    Ok(found?)
 }
 
 /// The pictures of an evaluation.

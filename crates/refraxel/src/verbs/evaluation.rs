@@ -7,6 +7,7 @@ use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
+use refraxel_train::poses::PoseShift;
 use refraxel_train::verdict::Verdict;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -24,8 +25,21 @@ pub struct Evaluation {
     /// What was decided about refractive regions, where hypotheses raced.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
+    /// Where its cameras are, if they learned that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<EvaluatedPoses>,
     /// The run when it was evaluated.
     pub run: Evaluated,
+}
+
+/// Where the cameras of an evaluated run are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvaluatedPoses {
+    /// How far the cameras of the training views are from where the data put them.
+    #[serde(flatten)]
+    pub shift: PoseShift,
+    /// How those of the evaluated views were found.
+    pub evaluated: String,
 }
 
 /// A run when it was evaluated.
@@ -130,6 +144,13 @@ impl Evaluation {
         ];
         let scores: Vec<String> = parts.into_iter().flatten().collect();
         let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
+        if let Some(EvaluatedPoses { shift, evaluated }) = &self.poses {
+            text += &format!(
+                "\nposes: cameras turned by up to {:.2} degrees (median {:.2}) and moved by up to {:.4} (median {:.4}); \
+                 those of these images {evaluated}",
+                shift.largest_turn, shift.median_turn, shift.largest_way, shift.median_way
+            );
+        }
         if let Some(index) = &self.ior {
             text += &format!("\n{}", index_text(index));
         }
@@ -172,7 +193,7 @@ mod tests {
             index_from: None,
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
-        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), verdict: None, run }
+        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), verdict: None, poses: None, run }
     }
 
     #[test]

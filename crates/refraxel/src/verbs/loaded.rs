@@ -1,6 +1,7 @@
 //! A run that was read back, with a backend that renders it.
 
 use crate::exit::Failure;
+use refraxel_train::poses::Poses;
 use refraxel_train::run::{Run, Source, State};
 use refraxel_train::{CpuBackend, Options, plan::Plan};
 use std::path::Path;
@@ -15,12 +16,14 @@ pub struct Loaded {
     pub state: State,
     /// What it was trained on.
     pub source: Source,
+    /// Where its cameras are, if they learned that.
+    pub poses: Option<Poses>,
     /// Its parameters.
     pub backend: CpuBackend,
 }
 
 /// Reads the run of a folder.
 pub fn load_run(folder: &Path) -> Result<Loaded, Failure> {
-    let Run { options, plan, state, source, model, optimiser, .. } = Run::load(folder)?;
-    Ok(Loaded { options, plan, state, source, backend: CpuBackend::resumed(model, optimiser) })
+    let Run { options, plan, state, source, model, optimiser, poses, .. } = Run::load(folder)?;
+    Ok(Loaded { options, plan, state, source, poses, backend: CpuBackend::resumed(model, optimiser) })
 }

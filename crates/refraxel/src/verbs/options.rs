@@ -66,6 +66,9 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     }
     options.reflection.enabled = args.reflection.map_or(options.reflection.enabled, switch);
     options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
+    if let Some(poses) = args.poses {
+        options.pose.learn = if poses == cli::Poses::Learn { Switch::On } else { Switch::Off };
+    }
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }

@@ -89,3 +89,13 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
         assert!(error < tolerance, "{name}: {error}");
     }
 }
+
+/// See [`Backend::ray_gradients`].
+pub fn gradients_of_rays_alone_are_the_same<B: Backend>(suite: &Suite<B>) {
+    let (backend, b) = (suite.backend(bent_model(Extent::Bounded)), batch(150));
+    let (all, alone) = (backend.gradient(&b, &objective()), backend.ray_gradients(&b, &objective()));
+    assert_eq!(all.rays, alone);
+    let squared = |r: &[f32; 3]| r.iter().map(|r| f64::from(*r).powi(2)).sum::<f64>();
+    let sum: f64 = alone.iter().map(|d| squared(&d.residual)).sum();
+    assert!((sum / all.outcome.squared_error - 1.0).abs() < 1e-6, "{sum} {}", all.outcome.squared_error);
+}

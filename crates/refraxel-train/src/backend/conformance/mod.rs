@@ -80,6 +80,7 @@ macro_rules! conformance_tests {
             bent {
                 bent_rendering_agrees_with_the_reference,
                 bent_gradients_agree_with_the_reference,
+                gradients_of_rays_alone_are_the_same,
             }
             mirrored {
                 mirroring_agrees_with_the_reference,

@@ -5,7 +5,7 @@
 //! make the body smaller, so that m is that of the plane through the line of sight which is nearest to touching the last one.
 
 use super::contours::{Contours, Touch, View, pixels_per_radius, structure, weight};
-use super::normal_equations::solved;
+use crate::least_squares::solved;
 use refraxel_core::{Mat3, Vec3};
 
 /// A body whose surface is |x − c|² = 1 in the metric S⁻¹.

@@ -5,7 +5,6 @@
 
 mod contours;
 mod ellipsoid;
-mod normal_equations;
 mod polyhedron;
 mod shell;
 mod turned;

@@ -4,8 +4,8 @@
 //! The axis is where opposite sides of all heights are equally far away. The profile is the median around it, which the dents
 //! do not reach.
 
-use super::normal_equations::solved;
 use super::{distance, span};
+use crate::least_squares::solved;
 use crate::level_set::level_set;
 use crate::model::polyhedron::{Plane, Polyhedron};
 use rayon::prelude::*;

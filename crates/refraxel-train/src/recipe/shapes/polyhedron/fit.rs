@@ -5,8 +5,8 @@
 //! unknowns per face.
 
 use super::super::contours::{OUTLIER, Touch, View, loss, weight};
-use super::super::normal_equations::solved;
 use super::boundary::{Boundary, Edge, Facet};
+use crate::least_squares::solved;
 use rayon::prelude::*;
 use refraxel_core::Vec3;
 

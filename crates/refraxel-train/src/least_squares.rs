@@ -2,7 +2,7 @@
 
 /// The solution of (A + damping · (diag A + mean)) x = b by Cholesky's decomposition; `None` where that is
 /// not positive.
-pub(super) fn solved(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
+pub(crate) fn solved(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
     let n = right.len();
     let mean = (0..n).map(|i| matrix[i * n + i]).sum::<f64>() / n.max(1) as f64;
     let mut l = matrix.to_vec();

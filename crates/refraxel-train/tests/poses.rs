@@ -1,0 +1,71 @@
+//! Cameras that find where they are.
+
+use refraxel_core::{Mat3, Pose, vec3};
+use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
+use refraxel_data::{Dataset, OpenOptions};
+use refraxel_train::evaluation::Part;
+use refraxel_train::options::Switch;
+use refraxel_train::random::Random;
+use refraxel_train::session::{Session, Setup, Until};
+use refraxel_train::{CpuBackend, Options};
+use std::ops::ControlFlow;
+
+/// Opaque things, and a copy whose cameras are off by half a degree and one part in a hundred of their distance.
+fn data() -> (Dataset, Dataset, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let options = SynthOptions {
+        size: 64,
+        views: ViewCounts { train: 36, val: 1, test: 3 },
+        spp: 4,
+        detail_spp: 0,
+        index_resolution: 0,
+        ..SynthOptions::new("opaque", folder.path())
+    };
+    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
+    let truth = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
+    let (mut off, random) = (truth.clone(), Random::new(3));
+    for (view, k) in off.views.iter_mut().zip(0..) {
+        let direction = |i: u64| {
+            let number = |j| random.uniform(k, i + j) - 0.5;
+            vec3(number(0), number(1), number(2)).normalized()
+        };
+        let Pose { rotation, translation } = view.camera.world_from_camera;
+        let distance = translation.length();
+        view.camera.world_from_camera = Pose {
+            rotation: Mat3::turning(direction(0) * 0.5_f64.to_radians()) * rotation,
+            translation: translation + direction(3) * (0.01 * distance),
+        };
+    }
+    (truth, off, folder)
+}
+
+fn trained(data: &Dataset, learn: Switch) -> Session {
+    let mut options = Options::default();
+    let settings =
+        [("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64"), ("pose.rays", "2048")];
+    settings.iter().for_each(|(key, value)| assert!(options.set(key, value).unwrap().is_none()));
+    options.refraction.bend = Switch::Off;
+    options.pose.learn = learn;
+    let mut session =
+        Session::start(Setup::new(data.clone(), options), CpuBackend::new, &mut |_| {}).unwrap();
+    session.run(Until::finished(), &mut |_| {}).unwrap();
+    session
+}
+
+fn psnr(session: &Session) -> f64 {
+    let found = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {}).unwrap();
+    found.scores.psnr.unwrap()
+}
+
+#[test]
+fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
+    let (truth, off, _folder) = data();
+    let exact = psnr(&trained(&truth, Switch::Off));
+    let fixed = psnr(&trained(&off, Switch::Off));
+    let session = trained(&off, Switch::On);
+    let learned = psnr(&session);
+    println!("exact {exact:.2} dB, disturbed {fixed:.2} dB, learned {learned:.2} dB");
+    assert!(learned > fixed + 0.6 * (exact - fixed) && exact > fixed + 1.0, "{exact} {fixed} {learned}");
+    let shift = session.snapshot().poses.unwrap().shift();
+    assert!(shift.median_turn > 0.1 && shift.largest_turn < 2.0, "{shift:?}");
+}
