@@ -22,8 +22,8 @@ pub(super) fn without_gauge(given: &[Pose], unit: f64, corrections: &mut [Correc
     let (turn, way) = (Vec3 { x: s[0], y: s[1], z: s[2] }, Vec3 { x: s[3], y: s[4], z: s[5] });
     for (pose, c) in given.iter().zip(corrections) {
         let from_middle = pose.translation - middle;
-        c.rotation = c.rotation - turn;
-        c.translation = c.translation - turn.cross(from_middle) - way - from_middle * s[6];
+        c.rotation -= turn;
+        c.translation -= turn.cross(from_middle) + way + from_middle * s[6];
     }
 }
 
