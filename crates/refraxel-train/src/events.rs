@@ -1,6 +1,7 @@
 //! What happens in a run: typed events for whoever follows it, and how it is stopped.
 
 use crate::cancel::{Cancel, Cancelled};
+use crate::exposures::ExposureShift;
 use crate::poses::PoseShift;
 use crate::schedule::Phase;
 use crate::verdict::{Found, Hypothesis, StayReason, Verdict};
@@ -152,6 +153,9 @@ pub struct Record {
     /// How far the cameras are from where the data put them, if poses learn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<PoseShift>,
+    /// How far the exposures of the photographs are from their mean, if they learn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposures: Option<ExposureShift>,
     /// What happened since the last record, apart from progress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,

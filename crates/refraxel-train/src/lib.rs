@@ -8,6 +8,7 @@ pub mod checkpoint;
 pub mod cpu;
 pub mod evaluation;
 pub mod events;
+pub mod exposures;
 pub mod initial;
 mod least_squares;
 mod level_set;

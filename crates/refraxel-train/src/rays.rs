@@ -9,7 +9,7 @@ use crate::backend::Batch;
 use crate::random::Random;
 use inside::InsidePixels;
 use rayon::prelude::*;
-use refraxel_core::radiance::Pixel;
+use refraxel_core::radiance::{Filter, Pixel};
 use refraxel_core::{Camera, Lens, Pose, Ray, Vec3};
 use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View};
 use std::sync::Arc;
@@ -26,6 +26,8 @@ struct TrainingView {
     meaning: MaskMeaning,
     /// What shows something refractive, found without a mask.
     found: Option<Arc<Mask>>,
+    /// What gives it the exposure that all have in common.
+    exposure: Filter<f32>,
 }
 
 /// A view with a mask of refractive things.
@@ -106,6 +108,7 @@ impl RaySampler {
                 photo,
                 meaning: view.mask_meaning,
                 found: None,
+                exposure: Filter::clear(),
             });
         }
         let mut first = vec![0];
@@ -153,10 +156,8 @@ impl RaySampler {
         for (pixels, inside) in [(thinned(&within), true), (thinned(&beside), false)] {
             for pixel in pixels {
                 let Some(ray) = of.ray(pixel) else { continue };
-                let [r, g, b, alpha] = of.photo.image.rgba(pixel);
-                let over = |c: f32| if self.transparent { c * alpha + (1.0 - alpha) } else { c };
                 out.batch.rays.push(ray);
-                out.batch.target.push([over(r), over(g), over(b)]);
+                out.batch.target.push(of.colour(pixel, self.transparent.then_some(WHITE)));
                 out.batch.offset.push(0.5);
                 out.batch.behind.extend(self.transparent.then_some(WHITE));
                 out.inside.push(inside);
@@ -168,6 +169,15 @@ impl RaySampler {
     /// Number of views.
     pub fn views(&self) -> usize {
         self.views.len()
+    }
+
+    /// From now on this makes the photographs of common exposure.
+    ///
+    /// # Panics
+    /// If there is not one filter per view.
+    pub fn set_exposures(&mut self, filters: &[Filter<f32>]) {
+        assert_eq!(filters.len(), self.views.len(), "one filter per view");
+        self.views.iter_mut().zip(filters).for_each(|(v, filter)| v.exposure = *filter);
     }
 
     /// Where the cameras are.
@@ -287,12 +297,10 @@ impl RaySampler {
             let free = !aside.contains(&view);
             (free && of.used(pixel) && selected).then_some((view, pixel, ray))
         })?;
-        let [r, g, b, alpha] = self.views[view].photo.image.rgba(pixel);
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
-        let over =
-            |c: f32, k: usize| if self.transparent { c * alpha + behind[k] * (1.0 - alpha) } else { c };
+        let target = self.views[view].colour(pixel, self.transparent.then_some(behind));
         let offset = self.random.uniform(step, lane(3)) as f32;
-        Some(Drawn { view, ray, target: [over(r, 0), over(g, 1), over(b, 2)], behind, offset })
+        Some(Drawn { view, ray, target, behind, offset })
     }
 
     /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
@@ -323,6 +331,15 @@ impl TrainingView {
         let columns = pose.rotation.columns.map(|c| c.cast::<f32>());
         let direction = columns[0] * d.x + columns[1] * d.y + columns[2] * d.z;
         d.is_finite().then(|| Ray { origin: pose.translation.cast(), direction: direction.normalized() })
+    }
+
+    /// The colour of a pixel: before something, where pictures are transparent, and of common exposure.
+    fn colour(&self, pixel: usize, behind: Option<[f32; 3]>) -> [f32; 3] {
+        let [r, g, b, alpha] = self.photo.image.rgba(pixel);
+        match behind {
+            Some(behind) => [0, 1, 2].map(|c| [r, g, b][c] * alpha + behind[c] * (1.0 - alpha)),
+            None => self.exposure.through([r, g, b]).colour,
+        }
     }
 
     /// The mask of what is refractive.

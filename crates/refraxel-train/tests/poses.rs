@@ -45,7 +45,7 @@ fn trained(data: &Dataset, learn: Switch) -> Session {
         [("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64"), ("pose.rays", "2048")];
     settings.iter().for_each(|(key, value)| assert!(options.set(key, value).unwrap().is_none()));
     options.refraction.bend = Switch::Off;
-    options.pose.learn = learn;
+    options.pose.enabled = learn;
     let mut session =
         Session::start(Setup::new(data.clone(), options), CpuBackend::new, &mut |_| {}).unwrap();
     session.run(Until::finished(), &mut |_| {}).unwrap();
@@ -64,7 +64,6 @@ fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
     let fixed = psnr(&trained(&off, Switch::Off));
     let session = trained(&off, Switch::On);
     let learned = psnr(&session);
-    println!("exact {exact:.2} dB, disturbed {fixed:.2} dB, learned {learned:.2} dB");
     assert!(learned > fixed + 0.6 * (exact - fixed) && exact > fixed + 1.0, "{exact} {fixed} {learned}");
     let shift = session.snapshot().poses.unwrap().shift();
     assert!(shift.median_turn > 0.1 && shift.largest_turn < 2.0, "{shift:?}");

@@ -312,8 +312,10 @@ fn a_graded_index_goes_on_bit_by_bit_from_any_step() {
 }
 
 #[test]
-fn poses_that_learn_go_on_bit_by_bit_from_any_step() {
-    goes_on_bit_by_bit(&[("pose.learn", "on"), ("pose.first", "6"), ("pose.every", "3")]);
+fn poses_and_exposures_that_learn_go_on_bit_by_bit_from_any_step() {
+    let often = [("pose.first", "6"), ("pose.every", "3"), ("exposure.enabled", "on")];
+    goes_on_bit_by_bit(&often);
+    goes_on_bit_by_bit(&[&often[..], &[("pose.enabled", "on")]].concat());
 }
 
 #[test]

@@ -13,8 +13,10 @@ pub use score::{score, truth, truth_checksum};
 use crate::backend::{Backend, Marching};
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
+use crate::exposures::{Exposures, exposed, fitted};
 use crate::metrics::{ImageScore, MetricsError, Scores};
 use crate::model::Refraction;
+use crate::poses;
 use refraxel_data::synth::IndexTruth;
 use refraxel_data::{DataError, Dataset, View, load_photo};
 use serde::{Deserialize, Serialize};
@@ -83,12 +85,14 @@ pub enum EvaluateError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Renders and scores a part of the data; `each` is told of every view, and may fail.
+/// Renders and scores a part of the data; `each` is told of every view, and may fail. Where exposures have learned, renderings are
+/// exposed as their photographs: those of training views as learned, those of others as half of their pixels say.
 pub fn evaluate<B: Backend, E: From<EvaluateError>>(
     backend: &B,
     data: &Dataset,
     part: Part,
     marching: &Marching,
+    exposures: Option<&Exposures>,
     watch: &mut Watch,
     each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
 ) -> Result<Evaluation, E> {
@@ -102,11 +106,19 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
         progress.map_err(EvaluateError::from)?;
         let view = &data.views[i];
         let photo = load_photo(view).map_err(EvaluateError::from)?;
-        let rendering = render(backend, &view.camera, marching);
+        let mut rendering = render(backend, &view.camera, marching);
+        let shown = truth(&photo, data.backdrop);
+        if let Some(exposures) = exposures {
+            let is_black =
+                |p: usize| poses::is_black(p as u32 % view.camera.width, p as u32 / view.camera.width);
+            let found = || fitted(&rendering, &shown, is_black);
+            let gain = if part == Part::Train { exposures.gain(k) } else { found() };
+            exposed(&mut rendering, gain);
+        }
         let score = score(&rendering, view, &photo, data.backdrop).map_err(EvaluateError::from)?;
         each(view, &rendering, &score)?;
         scores.push(score);
-        truths.push(truth(&photo, data.backdrop));
+        truths.push(shown);
     }
     let truth_crc32 = truth_checksum(truths.iter().map(Vec::as_slice));
     Ok(Evaluation { scores: Scores::new(scores), index: index_errors(data, backend.medium()), truth_crc32 })

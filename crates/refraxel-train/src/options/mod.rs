@@ -4,6 +4,7 @@
 mod absorption;
 mod clearcoat;
 mod error;
+mod exposure;
 mod field;
 mod former;
 mod grid;
@@ -29,6 +30,7 @@ mod value;
 pub use absorption::AbsorptionOptions;
 pub use clearcoat::ClearcoatOptions;
 pub use error::OptionError;
+pub use exposure::ExposureOptions;
 pub use field::FieldOptions;
 pub use grid::GridOptions;
 pub use index::{IndexIntegrator, IndexInterpolation, IndexOptions, IndexPenalty};
@@ -74,6 +76,8 @@ pub struct Options {
     pub judge: JudgeOptions,
     /// How poses learn.
     pub pose: PoseOptions,
+    /// Whether exposures learn.
+    pub exposure: ExposureOptions,
     /// How the index learns.
     pub index: IndexOptions,
     /// How sharp surfaces learn.
@@ -112,7 +116,7 @@ impl Options {
     }
 
     /// All sections, in the order in which they are listed.
-    pub fn sections(&self) -> [&dyn Section; 15] {
+    pub fn sections(&self) -> [&dyn Section; 16] {
         let Self {
             run,
             grid,
@@ -124,6 +128,7 @@ impl Options {
             seek,
             judge,
             pose,
+            exposure,
             index,
             surface,
             reflection,
@@ -131,12 +136,12 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, pose, index, surface,
+            run, grid, march, field, refraction, shape, search, seek, judge, pose, exposure, index, surface,
             reflection, clearcoat, absorption,
         ]
     }
 
-    fn sections_mut(&mut self) -> [&mut dyn Section; 15] {
+    fn sections_mut(&mut self) -> [&mut dyn Section; 16] {
         let Self {
             run,
             grid,
@@ -148,6 +153,7 @@ impl Options {
             seek,
             judge,
             pose,
+            exposure,
             index,
             surface,
             reflection,
@@ -155,7 +161,7 @@ impl Options {
             absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, pose, index, surface,
+            run, grid, march, field, refraction, shape, search, seek, judge, pose, exposure, index, surface,
             reflection, clearcoat, absorption,
         ]
     }

@@ -8,7 +8,7 @@ section! {
     /// together is left out, for photographs cannot tell it from the scene doing the opposite.
     pub struct PoseOptions "pose" {
         /// Whether poses learn. Otherwise they are taken as exact.
-        learn: Switch = Switch::Off;
+        enabled: Switch = Switch::Off;
         /// Steps of training from one step of the poses to the next.
         every: u64 = 4, in 1..;
         /// Rays of such a step.

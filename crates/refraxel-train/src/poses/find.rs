@@ -54,6 +54,11 @@ struct Sight<'a> {
     is_transparent: bool,
 }
 
+/// Whether a pixel lies in a black square: that half of a photograph says how it was taken.
+pub fn is_black(x: u32, y: u32) -> bool {
+    (x / SQUARE + y / SQUARE).is_multiple_of(2)
+}
+
 /// Rays in cells.
 #[derive(Default)]
 struct Cells {
@@ -65,14 +70,13 @@ struct Cells {
 impl Sight<'_> {
     /// Whether the pixel lies in a black square and says something.
     fn counts(&self, x: u32, y: u32) -> bool {
-        let is_black = (x / SQUARE + y / SQUARE).is_multiple_of(2);
         let pixel = (y * self.view.camera.width + x) as usize;
         let is_used = self.photo.mask.as_ref().is_none_or(|mask| match self.view.mask_meaning {
             MaskMeaning::Refractive => true,
             MaskMeaning::Keep => mask.coverage[pixel] > 127,
             MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
         });
-        is_black && is_used
+        is_black(x, y) && is_used
     }
 
     /// Some cells within black squares, with rays through all of their pixels or 16 of them.

@@ -5,7 +5,7 @@ mod find;
 mod gauge;
 mod normal;
 
-pub use find::find;
+pub use find::{find, is_black};
 
 use crate::backend::RayGradient;
 use gauge::without_gauge;

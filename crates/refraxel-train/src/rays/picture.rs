@@ -26,7 +26,7 @@ impl Picture<'_> {
                 all[cell] += 1;
                 if self.view.used(pixel) {
                     used[cell] += 1;
-                    let colour = self.colour(pixel);
+                    let colour = self.view.colour(pixel, self.transparent.then_some(WHITE));
                     (0..3).for_each(|c| sums[cell][c] += colour[c]);
                 }
             }
@@ -34,11 +34,5 @@ impl Picture<'_> {
         let mean =
             |cell: usize| (2 * used[cell] > all[cell]).then(|| sums[cell].map(|sum| sum / used[cell] as f32));
         (0..sums.len()).map(mean).collect()
-    }
-
-    fn colour(&self, pixel: usize) -> [f32; 3] {
-        let [r, g, b, alpha] = self.view.photo.image.rgba(pixel);
-        let over = |c: f32, k: usize| if self.transparent { c * alpha + WHITE[k] * (1.0 - alpha) } else { c };
-        [over(r, 0), over(g, 1), over(b, 2)]
     }
 }

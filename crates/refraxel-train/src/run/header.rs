@@ -1,10 +1,10 @@
 //! The description of a run in the header of its checkpoint.
 
 use super::clearcoat::StoredClearcoat;
-use super::poses::StoredPoses;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
 use super::sought::StoredSought;
+use super::views::StoredViews;
 use super::{RunRef, Source, State};
 use crate::options::Options;
 use refraxel_core::{Background, Extent};
@@ -38,9 +38,9 @@ pub(super) struct Header {
     /// What was found without masks; its tensor is called `sought`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sought: Option<StoredSought>,
-    /// Cameras that have learned where they are; their tensor is called `poses`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poses: Option<StoredPoses>,
+    /// What the photographs themselves have learned; tensors `poses` and `exposures`.
+    #[serde(default)]
+    pub views: StoredViews,
     /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
     pub world_from_model: String,
 }
@@ -83,7 +83,7 @@ impl Header {
             reflection: StoredReflection::of(&run.model.reflection, &run.optimiser.reflection),
             clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
             sought: run.sought.map(StoredSought::of),
-            poses: run.poses.map(StoredPoses::of),
+            views: StoredViews::of(run.poses, run.exposures),
             world_from_model: "identity".to_owned(),
         }
     }

@@ -4,13 +4,14 @@ mod boxes;
 mod clearcoat;
 mod field;
 mod header;
-mod poses;
 mod reflection;
 mod refraction;
 mod sought;
 mod tensors;
+mod views;
 
 use crate::checkpoint::{self, CheckpointError, TensorFile};
+use crate::exposures::Exposures;
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
@@ -150,6 +151,8 @@ pub struct Run {
     pub sought: Option<Gate>,
     /// Where the cameras are, if they learn that.
     pub poses: Option<Poses>,
+    /// How its photographs are exposed, if they learn that.
+    pub exposures: Option<Exposures>,
 }
 
 /// A run that somebody else holds: saving copies nothing.
@@ -171,6 +174,8 @@ pub struct RunRef<'a> {
     pub sought: Option<&'a Gate>,
     /// See [`Run`].
     pub poses: Option<&'a Poses>,
+    /// See [`Run`].
+    pub exposures: Option<&'a Exposures>,
 }
 
 impl RunRef<'_> {
@@ -190,6 +195,7 @@ impl RunRef<'_> {
             optimiser: self.optimiser.clone(),
             sought: self.sought.cloned(),
             poses: self.poses.cloned(),
+            exposures: self.exposures.cloned(),
         }
     }
 
@@ -220,10 +226,10 @@ impl RunRef<'_> {
             clearcoat::tensors(model, optimiser),
         ]
         .concat();
-        let (sought, poses) = (sought::tensor(self.sought), poses::tensor(self.poses));
+        let (sought, views) = (sought::tensor(self.sought), views::tensors(self.poses, self.exposures));
         let shapes = Shapes::of(self);
         let mut tensors = shapes.tensors(self);
-        let named = small.iter().chain(&sought).chain(&poses);
+        let named = small.iter().chain(&sought).chain(&views);
         tensors.extend(named.map(|(name, tensor)| (name.as_str(), tensor.view())));
         write(&header, &tensors)
     }
@@ -244,9 +250,9 @@ impl Run {
 
     /// The run without its ownership.
     pub fn view(&self) -> RunRef<'_> {
-        let Self { options, plan, state, source, model, optimiser, sought, poses } = self;
-        let (sought, poses) = (sought.as_ref(), poses.as_ref());
-        RunRef { options, plan, state, source, model, optimiser, sought, poses }
+        let Self { options, plan, state, source, model, optimiser, sought, poses, exposures } = self;
+        let (sought, poses, exposures) = (sought.as_ref(), poses.as_ref(), exposures.as_ref());
+        RunRef { options, plan, state, source, model, optimiser, sought, poses, exposures }
     }
 
     fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
@@ -276,9 +282,9 @@ impl Run {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
         let sought = sought::restore(header.sought.as_ref(), &mut file)?;
-        let poses = poses::restore(header.poses.as_ref(), header.source.train.len(), &mut file)?;
+        let (poses, exposures) = views::restore(&header.views, header.source.train.len(), &mut file)?;
         let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
         let Header { options, state, source, .. } = header;
-        Ok(Self { options, plan, state, source, model, optimiser, sought, poses })
+        Ok(Self { options, plan, state, source, model, optimiser, sought, poses, exposures })
     }
 }

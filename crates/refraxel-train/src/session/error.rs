@@ -16,6 +16,12 @@ pub enum SessionError {
         "the dataset has no training images; name some in its training split, or hold out fewer with --holdout"
     )]
     NoTrainingViews,
+    /// Exposures are to learn from transparent pictures.
+    #[error(
+        "exposures cannot learn: the pictures are transparent, and what is put behind them has no exposure; leave out \
+         `--exposure learn`"
+    )]
+    TransparentPictures,
     /// A saved run was trained on something else.
     #[error(
         "the run was trained on other images ({was} of them) than {data} offers now ({found}); resume with the same dataset \

@@ -31,7 +31,7 @@ use crate::schedule::rendering_marching;
 use crate::trainer::{Lessons, TrainError, Trainer};
 use handle::Requests;
 use refraxel_core::Camera;
-use refraxel_data::{Dataset, IndexSource, Photo, View, load_photo};
+use refraxel_data::{Backdrop, Dataset, IndexSource, Photo, View, load_photo};
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -63,6 +63,9 @@ impl Setup {
             return Err(SessionError::NoTrainingViews);
         }
         self.options.clone().checked()?;
+        if self.options.exposure.enabled.is_on() && self.data.backdrop == Backdrop::Transparent {
+            return Err(SessionError::TransparentPictures);
+        }
         let options = self.effective_options();
         Ok(recipe::check(&options, recipe::has_masks(&self.data), self.index.as_ref())?)
     }
@@ -188,6 +191,9 @@ impl<B: Backend> Session<B> {
         if run.poses.is_some() {
             trainer.go_on_with_poses(run.poses);
         }
+        if run.exposures.is_some() {
+            trainer.go_on_with_exposures(run.exposures);
+        }
         if run.sought.is_some() {
             trainer.go_on_with(run.sought);
         }
@@ -278,6 +284,7 @@ impl<B: Backend> Session<B> {
             optimiser: &snapshot.optimiser,
             sought: self.trainer.sought(),
             poses: self.trainer.poses(),
+            exposures: self.trainer.exposures(),
         })
     }
 
@@ -319,7 +326,7 @@ impl<B: Backend> Session<B> {
         };
         let found = moved.map_err(SessionError::from).and_then(|moved| {
             let data = moved.as_ref().unwrap_or(&self.data);
-            evaluate(self.backend(), data, part, &marching, &mut watch, &mut each)
+            evaluate(self.backend(), data, part, &marching, self.trainer.exposures(), &mut watch, &mut each)
         });
         if let Err(SessionError::Evaluate(EvaluateError::Cancelled(_))) = &found {
             self.cancel.reset();

@@ -1,8 +1,8 @@
 //! The training loop: draw rays, let the backend learn from them, follow the schedule, watch for trouble.
 
+mod aligning;
 mod bending;
 mod error;
-mod posing;
 mod recovery;
 mod seeking;
 mod tally;
@@ -13,6 +13,7 @@ use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
+use crate::exposures::Exposures;
 use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
@@ -68,6 +69,8 @@ pub struct Trainer<B> {
     sought: Option<Gate>,
     /// Where the cameras are, if they learn that.
     poses: Option<Poses>,
+    /// How the photographs are exposed, if they learn that.
+    exposures: Option<Exposures>,
     backend: B,
     state: State,
     /// The last state known to be good, to return to after an overflow.
@@ -98,6 +101,7 @@ impl<B: Backend> Trainer<B> {
             is_masked,
             sought: None,
             poses: None,
+            exposures: None,
             options,
             plan,
             sampler,
@@ -114,6 +118,8 @@ impl<B: Backend> Trainer<B> {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
         }
         trainer.poses = trainer.fresh_poses();
+        let learns_exposures = trainer.options.exposure.enabled.is_on();
+        trainer.exposures = learns_exposures.then(|| Exposures::new(trainer.sampler.views()));
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
         }
@@ -206,7 +212,7 @@ impl<B: Backend> Trainer<B> {
         self.enter(moment.phase(&self.options), watch);
         self.add_clearcoat_if_due(progress, watch)?;
         self.bake_if_due(watch)?;
-        self.learn_poses_if_due(moment);
+        self.align_if_due(moment);
         let mut objective = objective(&self.options, self.plan.near, moment);
         objective.scale_rates(self.state.rate_scale);
         let size = self.options.run.batch as usize;
@@ -322,6 +328,7 @@ impl<B: Backend> Trainer<B> {
             index: self.backend.medium().mean_indices(),
             absorption: self.backend.medium().absorption(),
             poses: self.poses.as_ref().map(Poses::shift),
+            exposures: self.exposures.as_ref().map(Exposures::shift),
             events: std::mem::take(&mut self.events),
         }
     }
@@ -338,7 +345,9 @@ impl<B: Backend> Trainer<B> {
             let rendering = render(&self.backend, &view.camera, &marching);
             score(&rendering, view, photo, self.plan.backdrop)
         };
-        let score = self.validation.as_ref().map(score_of).transpose()?;
+        // Of photographs that learn nothing: nobody knows the camera and the exposure of another one.
+        let is_plain = self.poses.is_none() && self.exposures.is_none();
+        let score = self.validation.as_ref().filter(|_| is_plain).map(score_of).transpose()?;
         self.since = Tally::new();
         self.keep_good_state();
         Ok(score.map(|s| s.psnr))

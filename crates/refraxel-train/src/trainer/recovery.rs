@@ -3,6 +3,7 @@
 use super::{TrainError, Trainer};
 use crate::backend::Backend;
 use crate::events::{Event, Watch};
+use crate::exposures::Exposures;
 use crate::model::{Model, Optimiser};
 use crate::poses::Poses;
 use crate::run::State;
@@ -18,6 +19,7 @@ pub(super) struct Good {
     model: Model,
     optimiser: Optimiser,
     poses: Option<Poses>,
+    exposures: Option<Exposures>,
 }
 
 impl Good {
@@ -33,13 +35,20 @@ impl<B: Backend> Trainer<B> {
     pub(super) fn copy(&self) -> Good {
         let snapshot = self.backend.snapshot();
         let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
-        Good { state: self.state.clone(), model, optimiser, poses: self.poses.clone() }
+        Good {
+            state: self.state.clone(),
+            model,
+            optimiser,
+            poses: self.poses.clone(),
+            exposures: self.exposures.clone(),
+        }
     }
 
     /// Stand where a copy was made.
     pub(super) fn return_to(&mut self, good: Good) {
         self.backend.load(good.model, Some(good.optimiser));
         self.go_on_with_poses(good.poses);
+        self.go_on_with_exposures(good.exposures);
         self.state = State { seconds: self.state.seconds, ..good.state };
     }
 
@@ -61,6 +70,7 @@ impl<B: Backend> Trainer<B> {
             None => {
                 self.backend.load(self.plan.start(&self.options), None);
                 self.go_on_with_poses(self.poses.as_ref().map(Poses::forgotten));
+                self.go_on_with_exposures(self.exposures.as_ref().map(|e| Exposures::new(e.len())));
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
         }

@@ -73,12 +73,12 @@ pub enum Refraction {
     Auto,
 }
 
-/// Whether poses learn.
+/// Whether something of the photographs learns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Poses {
-    /// The data say exactly where the cameras are
+pub enum Learning {
+    /// It is as the data say
     Fixed,
-    /// Each camera finds where it is, beginning where the data put it
+    /// It learns, beginning as the data say
     Learn,
 }
 
@@ -122,7 +122,12 @@ pub struct TrainArgs {
     ///
     /// Held-out photographs are then posed against the finished scene, by half of their own pixels.
     #[arg(long, value_enum, value_name = "WHETHER")]
-    pub poses: Option<Poses>,
+    pub poses: Option<Learning>,
+    /// Whether exposure and white balance of the photographs learn, too [default: fixed]
+    ///
+    /// Renderings of held-out photographs are then exposed as half of their pixels say.
+    #[arg(long, value_enum, value_name = "WHETHER")]
+    pub exposure: Option<Learning>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
     /// What a scene.json tells is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.

@@ -5,7 +5,7 @@ mod run;
 mod scene;
 mod values;
 
-pub use data::{InspectArgs, Poses, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use values::Setting;

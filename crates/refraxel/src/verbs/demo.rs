@@ -116,6 +116,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         refraction_box: None,
         clearcoat: None,
         poses: None,
+        exposure: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),
         options: false,

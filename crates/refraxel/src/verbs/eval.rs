@@ -1,6 +1,8 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
-use super::evaluation::{Evaluated, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index};
+use super::evaluation::{
+    Evaluated, EvaluatedExposures, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index,
+};
 use super::loaded::{Loaded, load_run};
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{cancel, create_folder, data_failure, reopen, set_threads, watch_for_interrupts};
@@ -93,7 +95,8 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let cancel = cancel();
     let mut ignore = |_| {};
     let mut watch = Watch::new(&cancel, &mut ignore);
-    let evaluated = evaluate_part(&run.backend, &data, part, &marching, &mut watch, &mut each);
+    let evaluated =
+        evaluate_part(&run.backend, &data, part, &marching, run.exposures.as_ref(), &mut watch, &mut each);
     let rows = drawn.rows;
     let found = match evaluated {
         Ok(found) => found,
@@ -114,20 +117,16 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         rays: Some(Rays::of(run.backend.medium())),
         index_from: None,
     };
-    let poses = run.poses.as_ref().map(|poses| EvaluatedPoses {
-        shift: poses.shift(),
-        evaluated: if part == Part::Train { LEARNED } else { FOUND }.to_owned(),
-    });
-    Ok(Evaluation {
-        scores: found.scores,
-        ior: found.index,
-        verdict: run.state.verdict,
-        poses,
-        run: evaluated,
-    })
+    let how = || if part == Part::Train { LEARNED } else { FOUND }.to_owned();
+    let poses = run.poses.as_ref();
+    let poses = poses.map(|poses| EvaluatedPoses { shift: poses.shift(), evaluated: how() });
+    let exposures = run.exposures.as_ref();
+    let exposures = exposures.map(|e| EvaluatedExposures { shift: e.shift(), evaluated: how() });
+    let (scores, ior, verdict) = (found.scores, found.index, run.state.verdict);
+    Ok(Evaluation { scores, ior, verdict, poses, exposures, run: evaluated })
 }
 
-/// How cameras of evaluated views were found.
+/// How cameras and exposures of evaluated views were found.
 const LEARNED: &str = "have learned";
 const FOUND: &str = "were found by half of their own pixels";
 

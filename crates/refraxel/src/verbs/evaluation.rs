@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow};
 use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::evaluation::IndexError;
+use refraxel_train::exposures::ExposureShift;
 use refraxel_train::metrics::Scores;
 use refraxel_train::poses::PoseShift;
 use refraxel_train::verdict::Verdict;
@@ -28,8 +29,21 @@ pub struct Evaluation {
     /// Where its cameras are, if they learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<EvaluatedPoses>,
+    /// How its photographs are exposed, if they learned that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposures: Option<EvaluatedExposures>,
     /// The run when it was evaluated.
     pub run: Evaluated,
+}
+
+/// How the photographs of an evaluated run are exposed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvaluatedExposures {
+    /// How far those of the training views are from their mean.
+    #[serde(flatten)]
+    pub shift: ExposureShift,
+    /// How those of the evaluated views were found.
+    pub evaluated: String,
 }
 
 /// Where the cameras of an evaluated run are.
@@ -151,6 +165,12 @@ impl Evaluation {
                 shift.largest_turn, shift.median_turn, shift.largest_way, shift.median_way
             );
         }
+        if let Some(EvaluatedExposures { shift, evaluated }) = &self.exposures {
+            text += &format!(
+                "\nexposures: up to {:.2} stops from their mean (median {:.2}); those of these images {evaluated}",
+                shift.largest, shift.median
+            );
+        }
         if let Some(index) = &self.ior {
             text += &format!("\n{}", index_text(index));
         }
@@ -193,7 +213,14 @@ mod tests {
             index_from: None,
         };
         let ior = IndexError { mean_inside: Some(1.0), mae_inside: Some(0.5), ..Default::default() };
-        Evaluation { scores: Scores::new(vec![score]), ior: Some(ior), verdict: None, poses: None, run }
+        Evaluation {
+            scores: Scores::new(vec![score]),
+            ior: Some(ior),
+            verdict: None,
+            poses: None,
+            exposures: None,
+            run,
+        }
     }
 
     #[test]

@@ -66,9 +66,9 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     }
     options.reflection.enabled = args.reflection.map_or(options.reflection.enabled, switch);
     options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
-    if let Some(poses) = args.poses {
-        options.pose.learn = if poses == cli::Poses::Learn { Switch::On } else { Switch::Off };
-    }
+    let learning = |l: cli::Learning| if l == cli::Learning::Learn { Switch::On } else { Switch::Off };
+    options.pose.enabled = args.poses.map_or(options.pose.enabled, learning);
+    options.exposure.enabled = args.exposure.map_or(options.exposure.enabled, learning);
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }

@@ -1,0 +1,50 @@
+//! What a checkpoint keeps of what the photographs themselves learn: where their cameras are, and their exposures.
+
+use super::tensors::Tensors;
+use crate::checkpoint::{CheckpointError, Tensor, TensorData};
+use crate::exposures::Exposures;
+use crate::poses::Poses;
+use serde::{Deserialize, Serialize};
+
+/// Names of the tensors of their numbers, the bits of f64.
+const POSES: &str = "poses";
+const EXPOSURES: &str = "exposures";
+
+/// What learns.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct StoredViews {
+    poses: bool,
+    exposures: bool,
+}
+
+impl StoredViews {
+    pub(super) fn of(poses: Option<&Poses>, exposures: Option<&Exposures>) -> Self {
+        Self { poses: poses.is_some(), exposures: exposures.is_some() }
+    }
+}
+
+pub(super) fn tensors(poses: Option<&Poses>, exposures: Option<&Exposures>) -> Vec<(String, Tensor)> {
+    let tensor = |name: &str, numbers: Vec<f64>| {
+        let bits: Vec<u64> = numbers.into_iter().map(f64::to_bits).collect();
+        (name.to_owned(), Tensor { shape: vec![bits.len()], data: TensorData::U64(bits) })
+    };
+    let (poses, exposures) = (poses.map(Poses::to_numbers), exposures.map(Exposures::to_numbers));
+    poses.map(|n| tensor(POSES, n)).into_iter().chain(exposures.map(|n| tensor(EXPOSURES, n))).collect()
+}
+
+pub(super) fn restore(
+    stored: &StoredViews,
+    views: usize,
+    file: &mut Tensors,
+) -> Result<(Option<Poses>, Option<Exposures>), CheckpointError> {
+    let mut numbers = |is_there: bool, name: &str| -> Result<Option<Vec<f64>>, CheckpointError> {
+        let bits = if is_there { Some(file.u64s(name)?) } else { None };
+        Ok(bits.map(|bits| bits.into_iter().map(f64::from_bits).collect()))
+    };
+    let (poses, exposures) = (numbers(stored.poses, POSES)?, numbers(stored.exposures, EXPOSURES)?);
+    let wrong = |what: &str| file.wrong(&format!("its {what} are not those of its views"));
+    let poses = poses.map(|n| Poses::of_numbers(&n).filter(|p| p.len() == views).ok_or_else(|| wrong(POSES)));
+    let exposures = exposures
+        .map(|n| Exposures::of_numbers(&n).filter(|e| e.len() == views).ok_or_else(|| wrong(EXPOSURES)));
+    Ok((poses.transpose()?, exposures.transpose()?))
+}
