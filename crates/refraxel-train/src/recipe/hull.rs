@@ -79,12 +79,16 @@ fn standing(whole: &LevelSet<f32>, ground: Option<&Plane>, found: &Aabb<f32>) ->
 /// How far water reaches behind what any view shows of its surface [voxel].
 const BEYOND: f32 = 3.0;
 
-/// Water below an open surface, if all views look down on it.
+/// Masks that coincide less at the best level show more than a surface. It was 0.93 for a pool, and at most 0.6 for what is also seen
+/// from the side.
+const COINCIDE: f64 = 0.75;
+
+/// Water below an open surface, if all views look down on it and see nothing else of it.
 fn water(site: &Site, views: &Views, up: Vec3<f32>) -> Option<Water> {
     let basin = Basin { bounds: site.bounds, up, voxel: site.domain().voxel() };
     let Levels { best, range } = basin.levels(views.outlines)?;
     let above = |c: &Camera| up.dot(c.world_from_camera.translation.cast()) > range[1];
-    if !views.outlines.cameras().all(above) {
+    if best.score < COINCIDE || !views.outlines.cameras().all(above) {
         return None;
     }
     let highest = basin.water(views.outlines, range[1], BEYOND * basin.voxel).surface;

@@ -188,14 +188,23 @@ fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) ->
         let Some(best) = found.fits.first() else { continue };
         let is_water = |f: &Fit| f.candidate.relearns();
         let is_supported = |f: &Fit| f.misfit < SUPPORTED * found.straight;
+        let shown = [Hypothesis::Polyhedron, Hypothesis::WaterSurface];
+        let is_shown = |c: &Candidate| shown.contains(&c.proposal.kind);
         let is_near = |f: &Fit| f.error <= options.judge.rivals * best.error;
-        let is_rival =
-            |f: &&Fit| (is_water(f) || (is_near(f) && is_supported(f))) && bends(&f.candidate, region);
+        // What explains less than a solid body does not race, unless silhouettes show it; with more unknowns it must explain more.
+        let simplest = hypotheses::proposals(region, options)[0];
+        let of_simplest = found.fits.iter().find(|f| *f.candidate.proposal == *simplest).map(|f| f.misfit);
+        let unknowns = |f: &Fit| f.candidate.values.len();
+        let most = (simplest.unknowns)(region).len();
+        let is_worth_it = |f: &Fit| {
+            let misfit = if unknowns(f) > most { f.error } else { f.misfit };
+            is_shown(&f.candidate) || of_simplest.is_none_or(|simplest| misfit <= simplest)
+        };
+        let is_explained = |f: &Fit| is_near(f) && is_supported(f) && is_worth_it(f);
+        let is_rival = |f: &&Fit| (is_water(f) || is_explained(f)) && bends(&f.candidate, region);
         let mut rivals: Vec<Candidate> =
             found.fits.iter().filter(is_rival).map(|f| f.candidate.clone()).collect();
         // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
-        let shown = [Hypothesis::Polyhedron, Hypothesis::WaterSurface];
-        let is_shown = |c: &Candidate| shown.contains(&c.proposal.kind);
         if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_shown) {
             rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
         }
