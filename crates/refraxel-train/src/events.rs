@@ -193,8 +193,6 @@ pub enum Task {
     Baking,
     /// Finding out which voxels no ray sees, and moving to a finer grid.
     Pruning,
-    /// Finding out from where views were taken that the scene was not learned from.
-    Posing,
     /// Rendering and scoring views.
     Evaluating,
 }

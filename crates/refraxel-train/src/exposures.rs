@@ -1,6 +1,8 @@
 //! Exposure and white balance of each photograph: three gains of light per view learn beside the scene, theory (8.7)–(8.9).
 
+use crate::alignment::largest_and_median;
 use crate::evaluation::Rendering;
+use crate::least_squares::outlier_weight;
 use crate::metrics::quantize;
 use refraxel_core::radiance::Filter;
 use serde::{Deserialize, Serialize};
@@ -62,10 +64,8 @@ impl Exposures {
     /// How far they are from 1.
     pub fn shift(&self) -> ExposureShift {
         let largest = |v: &View| v.gain.iter().fold(0.0_f64, |m, g| m.max(g.abs())) / std::f64::consts::LN_2;
-        let mut all: Vec<f64> = self.views.iter().map(largest).collect();
-        all.sort_by(f64::total_cmp);
-        let at = |k: usize| all.get(k).copied().unwrap_or(0.0);
-        ExposureShift { largest: at(all.len().saturating_sub(1)), median: at(all.len() / 2) }
+        let [largest, median] = largest_and_median(self.views.iter().map(largest));
+        ExposureShift { largest, median }
     }
 
     /// Takes note of what rays of some views show beside their targets of common exposure, and changes the gains; their mean over
@@ -119,7 +119,7 @@ impl View {
         let by = Filter::clear().through(target).by_thickness;
         for c in 0..3 {
             let (j, r) = (-f64::from(by[c]), f64::from(residual[c]));
-            let weight = (1.0 + r * r / (ROBUST * ROBUST)).powi(-2);
+            let weight = outlier_weight(r * r, ROBUST * ROBUST);
             if (weight * j * r).is_finite() {
                 self.matrix[c] += weight * j * j;
                 self.slope[c] += weight * j * r;

@@ -27,6 +27,11 @@ pub(crate) fn solved(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<
     x.iter().all(|v| v.is_finite()).then_some(x)
 }
 
+/// Weight of a squared residual, ¼ at `scale`: ψ'(s) of ψ(s) = s/(1 + s/scale) (Geman & McClure 1985).
+pub(crate) fn outlier_weight(squared: f64, scale: f64) -> f64 {
+    (1.0 + squared / scale).powi(-2)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,6 @@
 //! Training on the CPU and what surrounds it: backends, sampling, schedules, evaluation, image metrics, checkpoints.
 
+pub mod alignment;
 pub mod backend;
 pub mod bench;
 pub mod blur;

@@ -335,10 +335,10 @@ impl TrainingView {
 
     /// The colour of a pixel: before something, where pictures are transparent, and of common exposure.
     fn colour(&self, pixel: usize, behind: Option<[f32; 3]>) -> [f32; 3] {
-        let [r, g, b, alpha] = self.photo.image.rgba(pixel);
+        let rgba = self.photo.image.rgba(pixel);
         match behind {
-            Some(behind) => [0, 1, 2].map(|c| [r, g, b][c] * alpha + behind[c] * (1.0 - alpha)),
-            None => self.exposure.through([r, g, b]).colour,
+            Some(behind) => over(rgba, behind),
+            None => self.exposure.through([rgba[0], rgba[1], rgba[2]]).colour,
         }
     }
 
@@ -360,24 +360,41 @@ impl TrainingView {
 
     /// Whether a mask lets the pixel count.
     fn used(&self, pixel: usize) -> bool {
-        let Some(mask) = &self.photo.mask else { return true };
-        match self.meaning {
-            MaskMeaning::Refractive => true,
-            MaskMeaning::Keep => mask.coverage[pixel] > 127,
-            MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
-        }
+        is_used(&self.photo, self.meaning, pixel)
     }
 }
 
-/// |C − target|² of each ray of a batch, of what rays show over the model's own background. Where a batch brings its own
+/// Whether a mask of this meaning lets the pixel of a photograph count.
+pub fn is_used(photo: &Photo, meaning: MaskMeaning, pixel: usize) -> bool {
+    let Some(mask) = &photo.mask else { return true };
+    match meaning {
+        MaskMeaning::Refractive => true,
+        MaskMeaning::Keep => mask.coverage[pixel] > 127,
+        MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
+    }
+}
+
+/// A transparent pixel before something.
+pub fn over([r, g, b, alpha]: [f32; 4], behind: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|c| [r, g, b][c] * alpha + behind[c] * (1.0 - alpha))
+}
+
+/// The colour C of each ray of a batch, from what rays show over the model's own background. Where a batch brings its own
 /// radiance behind the field, the model's is white.
-pub fn squared_errors(pixels: &[Pixel<f32>], batch: &Batch) -> Vec<f64> {
-    let error = |(ray, (pixel, target)): (usize, (&Pixel<f32>, &[f32; 3]))| {
+pub fn shown(pixels: &[Pixel<f32>], batch: &Batch) -> Vec<[f32; 3]> {
+    let colour = |(ray, pixel): (usize, &Pixel<f32>)| {
         let behind: [f32; 3] = batch.behind.get(ray).map_or([0.0; 3], |b| [0, 1, 2].map(|c| b[c] - WHITE[c]));
-        let of = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - target[c];
-        (0..3).map(|c| f64::from(of(c)).powi(2)).sum()
+        [0, 1, 2].map(|c| pixel.colour[c] + pixel.transmittance * behind[c])
     };
-    pixels.iter().zip(&batch.target).enumerate().map(error).collect()
+    pixels.iter().enumerate().map(colour).collect()
+}
+
+/// |C − target|² of each ray of a batch, from what rays [show](shown).
+pub fn squared_errors(pixels: &[Pixel<f32>], batch: &Batch) -> Vec<f64> {
+    let error = |(colour, target): ([f32; 3], &[f32; 3])| {
+        (0..3).map(|c| f64::from(colour[c] - target[c]).powi(2)).sum()
+    };
+    shown(pixels, batch).into_iter().zip(&batch.target).map(error).collect()
 }
 
 /// The colour behind transparent pictures in renderings and scores.

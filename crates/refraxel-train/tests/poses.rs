@@ -65,6 +65,6 @@ fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
     let session = trained(&off, Switch::On);
     let learned = psnr(&session);
     assert!(learned > fixed + 0.6 * (exact - fixed) && exact > fixed + 1.0, "{exact} {fixed} {learned}");
-    let shift = session.snapshot().poses.unwrap().shift();
+    let shift = session.snapshot().alignment.poses.unwrap().shift();
     assert!(shift.median_turn > 0.1 && shift.largest_turn < 2.0, "{shift:?}");
 }

@@ -123,7 +123,6 @@ pub fn task_name(task: Task) -> &'static str {
         Task::Judging => "race of hypotheses",
         Task::Baking => "baking reflections",
         Task::Pruning => "finer grid",
-        Task::Posing => "posing held-out views",
         Task::Evaluating => "rendering",
         _ => "training",
     }

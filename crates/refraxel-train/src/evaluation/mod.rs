@@ -1,24 +1,25 @@
 //! Rendering views and scoring them: pictures, a part of the data, errors of the index.
 
 mod index_error;
-mod posed;
 mod rendering;
 mod score;
 
 pub use index_error::{IndexError, index_error};
-pub use posed::posed;
 pub use rendering::{Rendering, render, render_reflection, render_transmission};
 pub use score::{score, truth, truth_checksum};
 
+use crate::alignment::Alignment;
 use crate::backend::{Backend, Marching};
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
-use crate::exposures::{Exposures, exposed, fitted};
+use crate::exposures::{exposed, fitted};
 use crate::metrics::{ImageScore, MetricsError, Scores};
 use crate::model::Refraction;
-use crate::poses;
+use crate::poses::{find, is_black};
+use crate::schedule::picture_objective;
+use refraxel_core::Camera;
 use refraxel_data::synth::IndexTruth;
-use refraxel_data::{DataError, Dataset, View, load_photo};
+use refraxel_data::{DataError, Dataset, Photo, View, load_photo};
 use serde::{Deserialize, Serialize};
 
 /// A part of a dataset.
@@ -85,14 +86,15 @@ pub enum EvaluateError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Renders and scores a part of the data; `each` is told of every view, and may fail. Where exposures have learned, renderings are
-/// exposed as their photographs: those of training views as learned, those of others as half of their pixels say.
+/// Renders and scores a part of the data; `each` is told of every view, and may fail. Where photographs have learned their poses or
+/// exposures, training views are rendered as learned; cameras of the others are [found](find) against the finished scene, and
+/// exposures fitted, by half of their own pixels.
 pub fn evaluate<B: Backend, E: From<EvaluateError>>(
     backend: &B,
     data: &Dataset,
     part: Part,
     marching: &Marching,
-    exposures: Option<&Exposures>,
+    alignment: &Alignment,
     watch: &mut Watch,
     each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
 ) -> Result<Evaluation, E> {
@@ -106,13 +108,14 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
         progress.map_err(EvaluateError::from)?;
         let view = &data.views[i];
         let photo = load_photo(view).map_err(EvaluateError::from)?;
-        let mut rendering = render(backend, &view.camera, marching);
+        let learned = (part == Part::Train).then_some(k);
+        let camera = camera(backend, (view, &photo), data, learned, alignment, marching);
+        let mut rendering = render(backend, &camera, marching);
         let shown = truth(&photo, data.backdrop);
-        if let Some(exposures) = exposures {
-            let is_black =
-                |p: usize| poses::is_black(p as u32 % view.camera.width, p as u32 / view.camera.width);
+        if let Some(exposures) = &alignment.exposures {
+            let is_black = |p: usize| is_black(p as u32 % camera.width, p as u32 / camera.width);
             let found = || fitted(&rendering, &shown, is_black);
-            let gain = if part == Part::Train { exposures.gain(k) } else { found() };
+            let gain = learned.map_or_else(found, |view| exposures.gain(view));
             exposed(&mut rendering, gain);
         }
         let score = score(&rendering, view, &photo, data.backdrop).map_err(EvaluateError::from)?;
@@ -122,6 +125,24 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
     }
     let truth_crc32 = truth_checksum(truths.iter().map(Vec::as_slice));
     Ok(Evaluation { scores: Scores::new(scores), index: index_errors(data, backend.medium()), truth_crc32 })
+}
+
+/// Where the camera of a photograph is: of a training view as learned, of another one as its own pixels say.
+fn camera(
+    backend: &impl Backend,
+    (view, photo): (&View, &Photo),
+    data: &Dataset,
+    learned: Option<usize>,
+    alignment: &Alignment,
+    marching: &Marching,
+) -> Camera {
+    match (&alignment.poses, learned) {
+        (None, _) => view.camera,
+        (Some(poses), Some(k)) => Camera { world_from_camera: poses.pose(k), ..view.camera },
+        (Some(poses), None) => {
+            find(backend, &picture_objective(*marching), (view, photo), data.backdrop, poses.unit())
+        }
+    }
 }
 
 /// Errors of the index where the truth is known. Straight rays mean an index of 1 everywhere.

@@ -4,9 +4,9 @@ use super::normal::Normal;
 use super::{Correction, slope};
 use crate::backend::{Backend, Batch, Layers, Objective};
 use crate::random::Random;
-use crate::rays::{WHITE, pixel_ray};
+use crate::rays::{WHITE, is_used, over, pixel_ray, shown};
 use refraxel_core::{Camera, Pose};
-use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+use refraxel_data::{Backdrop, Photo, View};
 
 /// Edge of the squares of the chequer of which every other one is looked at [pixel].
 const SQUARE: u32 = 8;
@@ -38,8 +38,7 @@ pub fn find(
             let normal = cells.normal(backend, objective, unit);
             let most = MOST / found.focal[0].max(found.focal[1]);
             let Some(by) = normal.step(most, None) else { return found };
-            let now = correction.numbers(unit);
-            correction = Correction::of_numbers([0, 1, 2, 3, 4, 5].map(|k| now[k] + by[k]), unit);
+            correction = correction.moved(&by, unit);
             let pose: Pose = correction.of(&view.camera.world_from_camera);
             found = Camera { world_from_camera: pose, ..view.camera };
         }
@@ -71,12 +70,7 @@ impl Sight<'_> {
     /// Whether the pixel lies in a black square and says something.
     fn counts(&self, x: u32, y: u32) -> bool {
         let pixel = (y * self.view.camera.width + x) as usize;
-        let is_used = self.photo.mask.as_ref().is_none_or(|mask| match self.view.mask_meaning {
-            MaskMeaning::Refractive => true,
-            MaskMeaning::Keep => mask.coverage[pixel] > 127,
-            MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
-        });
-        is_black(x, y) && is_used
+        is_black(x, y) && is_used(self.photo, self.view.mask_meaning, pixel)
     }
 
     /// Some cells within black squares, with rays through all of their pixels or 16 of them.
@@ -97,9 +91,9 @@ impl Sight<'_> {
                 let pixel = (y * camera.width + x) as usize;
                 let Some(ray) = pixel_ray(camera, pixel) else { continue };
                 let [r, g, b, alpha] = self.photo.image.rgba(pixel);
-                let over = |c: f32| if self.is_transparent { c * alpha + 1.0 - alpha } else { c };
+                let alpha = if self.is_transparent { alpha } else { 1.0 };
                 cells.batch.rays.push(ray);
-                cells.batch.target.push([over(r), over(g), over(b)]);
+                cells.batch.target.push(over([r, g, b, alpha], WHITE));
                 cells.batch.offset.push(0.5);
                 cells.batch.behind.extend(self.is_transparent.then_some(WHITE));
             }
@@ -113,12 +107,9 @@ impl Cells {
     /// What the mean grey of the cells says. Targets that lie ½ below what is seen make the gradient of a ray the sum of the
     /// Jacobians of its channels.
     fn normal(&self, backend: &impl Backend, objective: &Objective, unit: f64) -> Normal {
-        let seen = backend.render(&self.batch.rays, &objective.marching, Layers::All);
-        let behind =
-            |ray: usize| self.batch.behind.get(ray).map_or([0.0; 3], |b| [0, 1, 2].map(|c| b[c] - WHITE[c]));
-        let shown =
-            |ray: usize| [0, 1, 2].map(|c| seen[ray].colour[c] + seen[ray].transmittance * behind(ray)[c]);
-        let below = (0..self.batch.rays.len()).map(|ray| shown(ray).map(|c| c - 0.5)).collect();
+        let pixels = backend.render(&self.batch.rays, &objective.marching, Layers::All);
+        let seen = shown(&pixels, &self.batch);
+        let below = seen.iter().map(|colour| colour.map(|c| c - 0.5)).collect();
         let gradients = backend.ray_gradients(&Batch { target: below, ..self.batch.clone() }, objective);
         let (mut normal, mut first) = (Normal::default(), 0);
         for &end in &self.ends {
@@ -126,7 +117,7 @@ impl Cells {
             for ray in first..end {
                 let of = slope(&self.batch.rays[ray], &gradients[ray], unit);
                 (0..6).for_each(|k| jacobian[k] += of[k]);
-                residual += (0..3).map(|c| f64::from(shown(ray)[c] - self.batch.target[ray][c])).sum::<f64>();
+                residual += (0..3).map(|c| f64::from(seen[ray][c] - self.batch.target[ray][c])).sum::<f64>();
             }
             let count = 3.0 * (end - first) as f64;
             if end > first {

@@ -11,10 +11,10 @@ pub(super) fn without_gauge(given: &[Pose], unit: f64, corrections: &mut [Correc
     let middle = given.iter().fold(Vec3::zero(), |sum, p| sum + p.translation) * (1.0 / count);
     let (mut matrix, mut right) = ([0.0; 49], [0.0; 7]);
     for (pose, c) in given.iter().zip(&*corrections) {
-        for (row, value) in rows(pose.translation - middle, unit).into_iter().zip(values(c, unit)) {
+        for (row, value) in rows(pose.translation - middle, unit).into_iter().zip(c.numbers(unit)) {
             for i in 0..7 {
                 (0..7).for_each(|j| matrix[7 * i + j] += row[i] * row[j]);
-                right[i] += row[i] * value;
+                right[i] += row[i] * value * unit;
             }
         }
     }
@@ -37,11 +37,6 @@ fn rows(c: Vec3<f64>, unit: f64) -> [[f64; 7]; 6] {
         [-c.z, 0.0, c.x, 0.0, 1.0, 0.0, c.y],
         [c.y, -c.x, 0.0, 0.0, 0.0, 1.0, c.z],
     ]
-}
-
-fn values(c: &Correction, unit: f64) -> [f64; 6] {
-    let (r, t) = (c.rotation * unit, c.translation);
-    [r.x, r.y, r.z, t.x, t.y, t.z]
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod normal;
 
 pub use find::{find, is_black};
 
+use crate::alignment::largest_and_median;
 use crate::backend::RayGradient;
 use gauge::without_gauge;
 use normal::{NUMBERS, Normal};
@@ -37,9 +38,10 @@ impl Correction {
         [r.x, r.y, r.z, t.x, t.y, t.z]
     }
 
-    fn of_numbers(n: [f64; 6], unit: f64) -> Self {
-        let vector = |k: usize| Vec3 { x: n[k], y: n[k + 1], z: n[k + 2] };
-        Self { rotation: vector(0), translation: vector(3) * unit }
+    /// A step further, in one unit for all six numbers.
+    fn moved(&self, step: &[f64; 6], unit: f64) -> Self {
+        let part = |k: usize| Vec3 { x: step[k], y: step[k + 1], z: step[k + 2] };
+        Self { rotation: self.rotation + part(0), translation: self.translation + part(3) * unit }
     }
 }
 
@@ -91,18 +93,19 @@ impl Poses {
 
     /// Where the cameras are.
     pub fn current(&self) -> Vec<Pose> {
-        self.given.iter().zip(&self.views).map(|(given, v)| v.correction.of(given)).collect()
+        (0..self.len()).map(|view| self.pose(view)).collect()
+    }
+
+    /// Where the camera of a view is.
+    pub fn pose(&self, view: usize) -> Pose {
+        self.views[view].correction.of(&self.given[view])
     }
 
     /// How far that is from where the data put them.
     pub fn shift(&self) -> PoseShift {
-        let sorted = |of: &dyn Fn(&Correction) -> f64| {
-            let mut all: Vec<f64> = self.views.iter().map(|v| of(&v.correction)).collect();
-            all.sort_by(f64::total_cmp);
-            [all.last().copied().unwrap_or(0.0), all.get(all.len() / 2).copied().unwrap_or(0.0)]
-        };
-        let [largest_turn, median_turn] = sorted(&|c| c.rotation.length().to_degrees());
-        let [largest_way, median_way] = sorted(&|c| c.translation.length());
+        let all = || self.views.iter().map(|v| v.correction);
+        let [largest_turn, median_turn] = largest_and_median(all().map(|c| c.rotation.length().to_degrees()));
+        let [largest_way, median_way] = largest_and_median(all().map(|c| c.translation.length()));
         PoseShift { largest_turn, median_turn, largest_way, median_way }
     }
 
@@ -118,10 +121,9 @@ impl Poses {
         }
         let unit = self.unit;
         for View { correction, normal } in &mut self.views {
-            let now = correction.numbers(unit);
-            let Some(step) = normal.step(rate.most, Some(now)) else { continue };
+            let Some(step) = normal.step(rate.most, Some(correction.numbers(unit))) else { continue };
             normal.moved(&step);
-            *correction = Correction::of_numbers([0, 1, 2, 3, 4, 5].map(|k| now[k] + step[k]), unit);
+            *correction = correction.moved(&step, unit);
         }
         let mut all: Vec<Correction> = self.views.iter().map(|v| v.correction).collect();
         without_gauge(&self.given, unit, &mut all);

@@ -1,9 +1,9 @@
 //! What rays say of the six numbers of a camera: a quadratic model of their error.
 
-use crate::least_squares::solved;
+use crate::least_squares::{outlier_weight, solved};
 
-/// Entries of a symmetric matrix of six rows.
-const ENTRIES: usize = 21;
+/// Entries of a matrix of six rows and columns.
+const ENTRIES: usize = 36;
 /// Rays whose root mean square error over the channels is this count a quarter.
 const ROBUST: f64 = 0.1;
 /// Rays whose colour changes by so much when the camera turns by a pixel count a quarter.
@@ -18,7 +18,7 @@ pub(super) const NUMBERS: usize = ENTRIES + 6;
 /// M and g of the error E(δ) ≈ E + g·δ + ½ δᵀ M δ.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Normal {
-    /// The lower triangle, row by row.
+    /// Symmetric, row by row.
     matrix: [f64; ENTRIES],
     slope: [f64; 6],
 }
@@ -42,7 +42,7 @@ impl Normal {
         let error: f64 = residual.iter().map(|r| f64::from(*r).powi(2)).sum();
         let scale = 1.0 / (4.0 * error + f64::from(f32::MIN_POSITIVE));
         let steepness: f64 = scale * slope.iter().map(|s| (s * pixel).powi(2)).sum::<f64>();
-        let weight = robust(error) * (1.0 + steepness / (STEEP * STEEP)).powi(-2);
+        let weight = robust(error) * outlier_weight(steepness, STEEP * STEEP);
         if error > 0.0 && slope.iter().all(|s| s.is_finite()) {
             self.add(slope, weight * scale, weight);
         }
@@ -57,12 +57,8 @@ impl Normal {
     }
 
     fn add(&mut self, v: [f64; 6], squared: f64, linear: f64) {
-        let mut entry = 0;
         for i in 0..6 {
-            for j in 0..=i {
-                self.matrix[entry] += squared * v[i] * v[j];
-                entry += 1;
-            }
+            (0..6).for_each(|j| self.matrix[6 * i + j] += squared * v[i] * v[j]);
             self.slope[i] += linear * v[i];
         }
     }
@@ -70,23 +66,15 @@ impl Normal {
     /// The step to the least error, theory (8.4); shorter where it would be longer than `most`. Where the data put the camera,
     /// `from` there, has a say as well. `None` where nothing is known.
     pub(super) fn step(&self, most: f64, from: Option<[f64; 6]>) -> Option<[f64; 6]> {
-        let mut full = [0.0; 36];
-        let mut entry = 0;
-        for i in 0..6 {
-            for j in 0..=i {
-                (full[6 * i + j], full[6 * j + i]) = (self.matrix[entry], self.matrix[entry]);
-                entry += 1;
-            }
-        }
-        let mut right = self.slope.map(|s| -s);
+        let (mut matrix, mut right) = (self.matrix, self.slope.map(|s| -s));
         if let Some(from) = from {
-            let prior = PRIOR * (0..6).map(|i| full[7 * i]).sum::<f64>() / 6.0;
+            let prior = PRIOR * (0..6).map(|i| matrix[7 * i]).sum::<f64>() / 6.0;
             for i in 0..6 {
-                full[7 * i] += prior;
+                matrix[7 * i] += prior;
                 right[i] -= prior * from[i];
             }
         }
-        let step = solved(&full, &right, DAMPING)?;
+        let step = solved(&matrix, &right, DAMPING)?;
         let half = |k: usize| step[k..k + 3].iter().map(|s| s * s).sum::<f64>().sqrt();
         let shorter = (most / half(0).max(half(3))).min(1.0);
         Some(std::array::from_fn(|k| shorter * step[k]))
@@ -94,16 +82,8 @@ impl Normal {
 
     /// The camera has moved: the same model around the place where it is now.
     pub(super) fn moved(&mut self, step: &[f64; 6]) {
-        let mut entry = 0;
-        for i in 0..6 {
-            for j in 0..=i {
-                let m = self.matrix[entry];
-                self.slope[i] += m * step[j];
-                if i != j {
-                    self.slope[j] += m * step[i];
-                }
-                entry += 1;
-            }
+        for (i, slope) in self.slope.iter_mut().enumerate() {
+            *slope += (0..6).map(|j| self.matrix[6 * i + j] * step[j]).sum::<f64>();
         }
     }
 
@@ -118,9 +98,9 @@ impl Normal {
     }
 }
 
-/// Weight of a ray of a squared error (Geman & McClure).
+/// Weight of a ray of a squared error.
 fn robust(squared_error: f64) -> f64 {
-    (1.0 + squared_error / (3.0 * ROBUST * ROBUST)).powi(-2)
+    outlier_weight(squared_error, 3.0 * ROBUST * ROBUST)
 }
 
 #[cfg(test)]

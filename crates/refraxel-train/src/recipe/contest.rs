@@ -13,6 +13,7 @@ use crate::rays::{AsideView, Selection, squared_errors};
 use crate::schedule::{Moment, objective, training_marching};
 use crate::verdict::{Found, Hypothesis};
 use refraxel_core::{IndexGrid, Vec3};
+use std::iter::repeat;
 use std::time::Instant;
 
 /// Part of the steps of an entry in which its index and surfaces learn alone.
@@ -185,13 +186,13 @@ pub(super) fn bend<B: Backend>(
 ) -> Result<(), Cancelled> {
     let options = known.options;
     let standing = || regions.iter().zip(candidates).filter_map(|(r, c)| Some((r, c.as_ref()?)));
-    let bodies: Vec<Body> = standing().flat_map(|(r, c)| c.learning(r, options)).collect();
+    let learning = standing().flat_map(|(r, c)| c.learning(r, options).into_iter().zip(repeat(c.relearns())));
+    let (bodies, relearned): (Vec<Body>, Vec<bool>) = learning.unzip();
     let mut found = refraction(bodies, options);
     let near = |x: Vec3<f32>| found.medium.regions().iter().any(|r| near_surface(r, x));
     clear(backend, known, |x| standing().any(|(r, _)| r.is_inside(x)) || near(x));
-    let waters = standing().filter(|(_, c)| c.proposal.kind == Hypothesis::WaterSurface);
-    for water in waters.flat_map(|(r, c)| c.learning(r, options)) {
-        let surface = water.grid.level_set();
+    for (body, _) in found.medium.regions().iter().zip(relearned).filter(|(_, relearned)| *relearned) {
+        let surface = body.level_set();
         fill(backend, known, options.refraction.submerged_density, |x| {
             surface.is_some_and(|s| s.domain().bounds.contains(x) && s.is_inside(x))
         });

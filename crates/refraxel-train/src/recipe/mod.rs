@@ -16,6 +16,7 @@ mod contest;
 mod facets;
 mod find;
 mod ground;
+mod heats;
 mod hull;
 mod hypotheses;
 mod known;
@@ -40,12 +41,12 @@ use crate::rays::{RaySampler, Selection};
 use crate::schedule::{Progress, training_marching};
 use crate::verdict::{Hypothesis, StayReason, Verdict};
 use contest::Trained;
-use hypotheses::{Body, Candidate, Unknown, WALL};
+use heats::{Heats, heats};
+use hypotheses::{Body, Candidate};
 use race::{Course, Outcome, race};
 use refraxel_core::{Medium, ShDegree};
 use refraxel_data::{Dataset, IndexSource, MaskMeaning};
 use region::Region;
-use search::{Fit, Fits};
 use std::time::Instant;
 
 /// Why nothing can bend.
@@ -157,91 +158,6 @@ struct Decided {
     goes_on: bool,
 }
 
-/// Rivals at most.
-const MOST_HEATS: usize = 3;
-/// The best index must lower the error of straight rays to this part. Where it does not, what is seen through the body is
-/// not known yet, and the search says nothing.
-const DECISIVE: f64 = 0.97;
-
-/// What races must lower it to this part, but for water seen from above, of which the search can say nothing: what is seen
-/// through that is seen nowhere else.
-const SUPPORTED: f64 = 0.99;
-
-/// An index that bends nothing.
-const STRAIGHT_INDEX: f32 = 1.03;
-
-/// What races, and what is assumed where nothing can race.
-struct Heats {
-    /// Per heat one candidate per region: the best of the search first.
-    rivals: Vec<Vec<Candidate>>,
-    /// Per region: the best of the search, or a guess where the search says nothing.
-    assumed: Vec<Candidate>,
-    /// Per region: the misfit of straight rays.
-    straight: Vec<f64>,
-}
-
-/// What the search supports in each region: the best first, side by side with those of the other regions.
-fn heats(fits: &[Fits], regions: &[Region], known: &Known, watch: &mut Watch) -> Heats {
-    let options = known.options;
-    let (mut all, mut assumed) = (Vec::with_capacity(fits.len()), Vec::with_capacity(fits.len()));
-    for (k, (found, region)) in fits.iter().zip(regions).enumerate() {
-        let Some(best) = found.fits.first() else { continue };
-        let is_water = |f: &Fit| f.candidate.relearns();
-        let is_supported = |f: &Fit| f.misfit < SUPPORTED * found.straight;
-        let shown = [Hypothesis::Polyhedron, Hypothesis::WaterSurface];
-        let is_shown = |c: &Candidate| shown.contains(&c.proposal.kind);
-        let is_near = |f: &Fit| f.error <= options.judge.rivals * best.error;
-        // What explains less than a solid body does not race, unless silhouettes show it; with more unknowns it must explain more.
-        let simplest = hypotheses::proposals(region, options)[0];
-        let of_simplest = found.fits.iter().find(|f| *f.candidate.proposal == *simplest).map(|f| f.misfit);
-        let unknowns = |f: &Fit| f.candidate.values.len();
-        let most = (simplest.unknowns)(region).len();
-        let is_worth_it = |f: &Fit| {
-            let misfit = if unknowns(f) > most { f.error } else { f.misfit };
-            is_shown(&f.candidate) || of_simplest.is_none_or(|simplest| misfit <= simplest)
-        };
-        let is_explained = |f: &Fit| is_near(f) && is_supported(f) && is_worth_it(f);
-        let is_rival = |f: &&Fit| (is_water(f) || is_explained(f)) && bends(&f.candidate, region);
-        let mut rivals: Vec<Candidate> =
-            found.fits.iter().filter(is_rival).map(|f| f.candidate.clone()).collect();
-        // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
-        if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_shown) {
-            rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
-        }
-        rivals.truncate(MOST_HEATS);
-        let mut best = best.candidate.clone();
-        if best.searched && found.fits[0].error > DECISIVE * found.straight {
-            best = Candidate::guess(hypotheses::proposals(region, options)[0], region, options);
-        }
-        // A guess races where the search supports nothing.
-        if rivals.is_empty() {
-            if !best.searched {
-                watch.tell(guessed(k, found.straight, options));
-            }
-            rivals.push(best.clone());
-        }
-        all.push(rivals);
-        assumed.push(best);
-    }
-    let count = all.iter().map(Vec::len).max().unwrap_or(0);
-    let heat = |h: usize| all.iter().map(|r| r[h.min(r.len() - 1)].clone()).collect();
-    let straight = fits.iter().map(|f| f.straight).collect();
-    Heats { rivals: (0..count).map(heat).collect(), assumed, straight }
-}
-
-fn guessed(region: usize, straight_misfit: f64, options: &Options) -> Event {
-    Event::IndexGuessed { region, straight_misfit, index: options.search.guess }
-}
-
-/// Whether rays bend at all: otherwise it is straight rays again. A wall at the least thickness that is searched hardly bends
-/// any, and wins the first round of a race by that, over all that has to be learned anew.
-fn bends(candidate: &Candidate, region: &Region) -> bool {
-    let unknowns = (candidate.proposal.unknowns)(region);
-    let thinnest = |(u, v): (&Unknown, &f32)| u.name == WALL && *v <= u.range[0];
-    let is_bare = unknowns.iter().zip(&candidate.values).any(thinnest);
-    !candidate.searched || (candidate.values.first().is_none_or(|n| *n > STRAIGHT_INDEX) && !is_bare)
-}
-
 /// Lets the heats race, where there is a judge and enough time.
 fn decide<B: Backend>(
     backend: &mut B,
@@ -268,7 +184,7 @@ fn decide<B: Backend>(
             assumed.into_iter().map(|c| Some(c).filter(|c| c.searched || !must_be_found)).collect();
         for (k, candidate) in candidates.iter().enumerate() {
             if is_searched && candidate.as_ref().is_some_and(|c| !c.searched) {
-                watch.tell(guessed(k, straight[k], known.options));
+                watch.tell(heats::guessed(k, straight[k], known.options));
             }
         }
         return Ok(Decided { candidates, verdict: None, goes_on: false });

@@ -83,7 +83,7 @@ impl Header {
             reflection: StoredReflection::of(&run.model.reflection, &run.optimiser.reflection),
             clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
             sought: run.sought.map(StoredSought::of),
-            views: StoredViews::of(run.poses, run.exposures),
+            views: StoredViews::of(run.alignment),
             world_from_model: "identity".to_owned(),
         }
     }

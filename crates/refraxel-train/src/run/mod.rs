@@ -10,12 +10,11 @@ mod sought;
 mod tensors;
 mod views;
 
+use crate::alignment::Alignment;
 use crate::checkpoint::{self, CheckpointError, TensorFile};
-use crate::exposures::Exposures;
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
-use crate::poses::Poses;
 use crate::schedule::{Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
@@ -149,10 +148,8 @@ pub struct Run {
     pub optimiser: Optimiser,
     /// What was found without masks.
     pub sought: Option<Gate>,
-    /// Where the cameras are, if they learn that.
-    pub poses: Option<Poses>,
-    /// How its photographs are exposed, if they learn that.
-    pub exposures: Option<Exposures>,
+    /// What its photographs themselves have learned.
+    pub alignment: Alignment,
 }
 
 /// A run that somebody else holds: saving copies nothing.
@@ -173,9 +170,7 @@ pub struct RunRef<'a> {
     /// See [`Run`].
     pub sought: Option<&'a Gate>,
     /// See [`Run`].
-    pub poses: Option<&'a Poses>,
-    /// See [`Run`].
-    pub exposures: Option<&'a Exposures>,
+    pub alignment: &'a Alignment,
 }
 
 impl RunRef<'_> {
@@ -194,8 +189,7 @@ impl RunRef<'_> {
             model: self.model.clone(),
             optimiser: self.optimiser.clone(),
             sought: self.sought.cloned(),
-            poses: self.poses.cloned(),
-            exposures: self.exposures.cloned(),
+            alignment: self.alignment.clone(),
         }
     }
 
@@ -226,7 +220,7 @@ impl RunRef<'_> {
             clearcoat::tensors(model, optimiser),
         ]
         .concat();
-        let (sought, views) = (sought::tensor(self.sought), views::tensors(self.poses, self.exposures));
+        let (sought, views) = (sought::tensor(self.sought), views::tensors(self.alignment));
         let shapes = Shapes::of(self);
         let mut tensors = shapes.tensors(self);
         let named = small.iter().chain(&sought).chain(&views);
@@ -250,9 +244,9 @@ impl Run {
 
     /// The run without its ownership.
     pub fn view(&self) -> RunRef<'_> {
-        let Self { options, plan, state, source, model, optimiser, sought, poses, exposures } = self;
-        let (sought, poses, exposures) = (sought.as_ref(), poses.as_ref(), exposures.as_ref());
-        RunRef { options, plan, state, source, model, optimiser, sought, poses, exposures }
+        let Self { options, plan, state, source, model, optimiser, sought, alignment } = self;
+        let sought = sought.as_ref();
+        RunRef { options, plan, state, source, model, optimiser, sought, alignment }
     }
 
     fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
@@ -282,9 +276,9 @@ impl Run {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
         let sought = sought::restore(header.sought.as_ref(), &mut file)?;
-        let (poses, exposures) = views::restore(&header.views, header.source.train.len(), &mut file)?;
+        let alignment = views::restore(&header.views, header.source.train.len(), &mut file)?;
         let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
         let Header { options, state, source, .. } = header;
-        Ok(Self { options, plan, state, source, model, optimiser, sought, poses, exposures })
+        Ok(Self { options, plan, state, source, model, optimiser, sought, alignment })
     }
 }

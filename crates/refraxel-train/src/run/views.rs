@@ -1,6 +1,7 @@
 //! What a checkpoint keeps of what the photographs themselves learn: where their cameras are, and their exposures.
 
 use super::tensors::Tensors;
+use crate::alignment::Alignment;
 use crate::checkpoint::{CheckpointError, Tensor, TensorData};
 use crate::exposures::Exposures;
 use crate::poses::Poses;
@@ -18,25 +19,26 @@ pub(super) struct StoredViews {
 }
 
 impl StoredViews {
-    pub(super) fn of(poses: Option<&Poses>, exposures: Option<&Exposures>) -> Self {
-        Self { poses: poses.is_some(), exposures: exposures.is_some() }
+    pub(super) fn of(alignment: &Alignment) -> Self {
+        Self { poses: alignment.poses.is_some(), exposures: alignment.exposures.is_some() }
     }
 }
 
-pub(super) fn tensors(poses: Option<&Poses>, exposures: Option<&Exposures>) -> Vec<(String, Tensor)> {
+pub(super) fn tensors(alignment: &Alignment) -> Vec<(String, Tensor)> {
     let tensor = |name: &str, numbers: Vec<f64>| {
         let bits: Vec<u64> = numbers.into_iter().map(f64::to_bits).collect();
         (name.to_owned(), Tensor { shape: vec![bits.len()], data: TensorData::U64(bits) })
     };
-    let (poses, exposures) = (poses.map(Poses::to_numbers), exposures.map(Exposures::to_numbers));
-    poses.map(|n| tensor(POSES, n)).into_iter().chain(exposures.map(|n| tensor(EXPOSURES, n))).collect()
+    let poses = alignment.poses.as_ref().map(|p| tensor(POSES, p.to_numbers()));
+    let exposures = alignment.exposures.as_ref().map(|e| tensor(EXPOSURES, e.to_numbers()));
+    poses.into_iter().chain(exposures).collect()
 }
 
 pub(super) fn restore(
     stored: &StoredViews,
     views: usize,
     file: &mut Tensors,
-) -> Result<(Option<Poses>, Option<Exposures>), CheckpointError> {
+) -> Result<Alignment, CheckpointError> {
     let mut numbers = |is_there: bool, name: &str| -> Result<Option<Vec<f64>>, CheckpointError> {
         let bits = if is_there { Some(file.u64s(name)?) } else { None };
         Ok(bits.map(|bits| bits.into_iter().map(f64::from_bits).collect()))
@@ -46,5 +48,5 @@ pub(super) fn restore(
     let poses = poses.map(|n| Poses::of_numbers(&n).filter(|p| p.len() == views).ok_or_else(|| wrong(POSES)));
     let exposures = exposures
         .map(|n| Exposures::of_numbers(&n).filter(|e| e.len() == views).ok_or_else(|| wrong(EXPOSURES)));
-    Ok((poses.transpose()?, exposures.transpose()?))
+    Ok(Alignment { poses: poses.transpose()?, exposures: exposures.transpose()? })
 }

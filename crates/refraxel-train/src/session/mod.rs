@@ -20,7 +20,7 @@ use crate::backend::Backend;
 use crate::cancel::Cancel;
 use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
-use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, posed, render};
+use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, render};
 use crate::events::{Event, Task, Watch};
 use crate::model::{Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
@@ -188,12 +188,7 @@ impl<B: Backend> Session<B> {
         options.run.stop_after = length.stop_after;
         let options = options.checked()?;
         let mut trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
-        if run.poses.is_some() {
-            trainer.go_on_with_poses(run.poses);
-        }
-        if run.exposures.is_some() {
-            trainer.go_on_with_exposures(run.exposures);
-        }
+        trainer.go_on_with_alignment(run.alignment);
         if run.sought.is_some() {
             trainer.go_on_with(run.sought);
         }
@@ -283,8 +278,7 @@ impl<B: Backend> Session<B> {
             model: &snapshot.model,
             optimiser: &snapshot.optimiser,
             sought: self.trainer.sought(),
-            poses: self.trainer.poses(),
-            exposures: self.trainer.exposures(),
+            alignment: self.trainer.alignment(),
         })
     }
 
@@ -320,14 +314,8 @@ impl<B: Backend> Session<B> {
             each(view, rendering);
             Ok::<(), SessionError>(())
         };
-        let moved = match self.trainer.poses() {
-            Some(poses) => posed(self.backend(), &self.data, part, poses, &marching, &mut watch).map(Some),
-            None => Ok(None),
-        };
-        let found = moved.map_err(SessionError::from).and_then(|moved| {
-            let data = moved.as_ref().unwrap_or(&self.data);
-            evaluate(self.backend(), data, part, &marching, self.trainer.exposures(), &mut watch, &mut each)
-        });
+        let (data, alignment) = (&self.data, self.trainer.alignment());
+        let found = evaluate(self.backend(), data, part, &marching, alignment, &mut watch, &mut each);
         if let Err(SessionError::Evaluate(EvaluateError::Cancelled(_))) = &found {
             self.cancel.reset();
         }

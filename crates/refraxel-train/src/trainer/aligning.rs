@@ -1,10 +1,11 @@
 //! When the photographs themselves learn: where their cameras are, and their exposures.
 
 use super::Trainer;
+use crate::alignment::Alignment;
 use crate::backend::{Backend, Layers};
 use crate::exposures::Exposures;
 use crate::poses::{PoseRate, Poses};
-use crate::rays::Selection;
+use crate::rays::{Selection, shown};
 use crate::schedule::{Moment, Phase, picture_objective, training_marching};
 use refraxel_core::Pose;
 
@@ -16,48 +17,44 @@ const MEMORY: [f64; 2] = [0.8, 0.97];
 const MOST: f64 = 0.5;
 
 impl<B: Backend> Trainer<B> {
-    /// Poses that begin where the data put the cameras, where they are to learn.
-    pub(super) fn fresh_poses(&self) -> Option<Poses> {
+    /// What the photographs are to learn, before they have learned anything.
+    pub(super) fn fresh_alignment(&self) -> Alignment {
+        let learns_exposures = self.options.exposure.enabled.is_on();
+        let exposures = learns_exposures.then(|| Exposures::new(self.sampler.views()));
+        Alignment { poses: self.options.pose.enabled.is_on().then(|| self.given_poses()), exposures }
+    }
+
+    /// Poses that begin where the data put the cameras.
+    fn given_poses(&self) -> Poses {
         let middle = self.plan.finest.bounds.center().cast();
         let given: Vec<Pose> = self.sampler.poses().copied().collect();
         let distance = |p: &Pose| (p.translation - middle).length();
         let unit = given.iter().map(distance).sum::<f64>() / given.len().max(1) as f64;
-        self.options.pose.enabled.is_on().then(|| Poses::new(given, unit.max(f64::EPSILON)))
+        Poses::new(given, unit.max(f64::EPSILON))
     }
 
-    /// What the poses have learned.
-    pub fn poses(&self) -> Option<&Poses> {
-        self.poses.as_ref()
+    /// What the photographs themselves have learned.
+    pub fn alignment(&self) -> &Alignment {
+        &self.alignment
     }
 
-    /// Go on with these poses.
-    pub fn go_on_with_poses(&mut self, poses: Option<Poses>) {
-        if let Some(poses) = &poses {
+    /// Go on with what photographs have learned.
+    pub fn go_on_with_alignment(&mut self, alignment: Alignment) {
+        if let Some(poses) = &alignment.poses {
             self.sampler.set_poses(&poses.current());
         }
-        self.poses = poses;
-    }
-
-    /// What the exposures have learned.
-    pub fn exposures(&self) -> Option<&Exposures> {
-        self.exposures.as_ref()
-    }
-
-    /// Go on with these exposures.
-    pub fn go_on_with_exposures(&mut self, exposures: Option<Exposures>) {
-        if let Some(exposures) = &exposures {
+        if let Some(exposures) = &alignment.exposures {
             self.sampler.set_exposures(&exposures.filters());
         }
-        self.exposures = exposures;
+        self.alignment = alignment;
     }
 
     /// A step of what the photographs themselves learn, when it is time for one.
     pub(super) fn align_if_due(&mut self, moment: Moment) {
         let (step, options) = (self.state.step, &self.options.pose);
-        let learns = self.poses.is_some() || self.exposures.is_some();
         let is_due =
             step >= options.first && step.is_multiple_of(options.every) && moment.progress.0 < options.hold;
-        if learns && is_due {
+        if self.alignment.learns() && is_due {
             self.align(moment);
         }
     }
@@ -70,7 +67,7 @@ impl<B: Backend> Trainer<B> {
         let (batch, views) = self.sampler.batch_of_views(number, rays, selection);
         let marching = training_marching(&self.options, self.plan.near);
         let memory = MEMORY[0] + (MEMORY[1] - MEMORY[0]) * moment.progress.0;
-        let residuals: Vec<[f32; 3]> = if let Some(poses) = &mut self.poses {
+        let residuals: Vec<[f32; 3]> = if let Some(poses) = &mut self.alignment.poses {
             let gradients = self.backend.ray_gradients(&batch, &picture_objective(marching));
             let pixel = f64::from(self.sampler.pixel_size(self.plan.finest.bounds.center())) / poses.unit();
             let rate = PoseRate { memory, pixel, most: MOST * pixel };
@@ -78,11 +75,11 @@ impl<B: Backend> Trainer<B> {
             self.sampler.set_poses(&poses.current());
             gradients.iter().map(|d| d.residual).collect()
         } else {
-            let seen = self.backend.render(&batch.rays, &marching, Layers::All);
+            let seen = shown(&self.backend.render(&batch.rays, &marching, Layers::All), &batch);
             let pairs = seen.iter().zip(&batch.target);
-            pairs.map(|(p, target)| [0, 1, 2].map(|c| p.colour[c] - target[c])).collect()
+            pairs.map(|(colour, target)| [0, 1, 2].map(|c| colour[c] - target[c])).collect()
         };
-        if let Some(exposures) = &mut self.exposures {
+        if let Some(exposures) = &mut self.alignment.exposures {
             exposures.learn(&views, &batch.target, &residuals, memory);
             self.sampler.set_exposures(&exposures.filters());
         }

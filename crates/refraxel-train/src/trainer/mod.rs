@@ -9,15 +9,14 @@ mod tally;
 
 pub use error::TrainError;
 
+use crate::alignment::Alignment;
 use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancelled;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
-use crate::exposures::Exposures;
 use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
-use crate::poses::Poses;
 use crate::rays::{RaySampler, Selection};
 use crate::run::State;
 use crate::schedule::{
@@ -67,10 +66,8 @@ pub struct Trainer<B> {
     is_masked: bool,
     /// What was found without masks.
     sought: Option<Gate>,
-    /// Where the cameras are, if they learn that.
-    poses: Option<Poses>,
-    /// How the photographs are exposed, if they learn that.
-    exposures: Option<Exposures>,
+    /// What the photographs themselves have learned.
+    alignment: Alignment,
     backend: B,
     state: State,
     /// The last state known to be good, to return to after an overflow.
@@ -100,8 +97,7 @@ impl<B: Backend> Trainer<B> {
         let mut trainer = Self {
             is_masked,
             sought: None,
-            poses: None,
-            exposures: None,
+            alignment: Alignment::default(),
             options,
             plan,
             sampler,
@@ -117,9 +113,7 @@ impl<B: Backend> Trainer<B> {
         if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
         }
-        trainer.poses = trainer.fresh_poses();
-        let learns_exposures = trainer.options.exposure.enabled.is_on();
-        trainer.exposures = learns_exposures.then(|| Exposures::new(trainer.sampler.views()));
+        trainer.alignment = trainer.fresh_alignment();
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
         }
@@ -327,8 +321,8 @@ impl<B: Backend> Trainer<B> {
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
             absorption: self.backend.medium().absorption(),
-            poses: self.poses.as_ref().map(Poses::shift),
-            exposures: self.exposures.as_ref().map(Exposures::shift),
+            poses: self.alignment.poses.as_ref().map(|p| p.shift()),
+            exposures: self.alignment.exposures.as_ref().map(|e| e.shift()),
             events: std::mem::take(&mut self.events),
         }
     }
@@ -346,7 +340,7 @@ impl<B: Backend> Trainer<B> {
             score(&rendering, view, photo, self.plan.backdrop)
         };
         // Of photographs that learn nothing: nobody knows the camera and the exposure of another one.
-        let is_plain = self.poses.is_none() && self.exposures.is_none();
+        let is_plain = !self.alignment.learns();
         let score = self.validation.as_ref().filter(|_| is_plain).map(score_of).transpose()?;
         self.since = Tally::new();
         self.keep_good_state();

@@ -1,11 +1,10 @@
 //! Going back: to the last good state after an overflow, and to where a run stood before a phase that was stopped.
 
 use super::{TrainError, Trainer};
+use crate::alignment::Alignment;
 use crate::backend::Backend;
 use crate::events::{Event, Watch};
-use crate::exposures::Exposures;
 use crate::model::{Model, Optimiser};
-use crate::poses::Poses;
 use crate::run::State;
 use half::f16;
 use rayon::prelude::*;
@@ -18,8 +17,7 @@ pub(super) struct Good {
     state: State,
     model: Model,
     optimiser: Optimiser,
-    poses: Option<Poses>,
-    exposures: Option<Exposures>,
+    alignment: Alignment,
 }
 
 impl Good {
@@ -35,20 +33,13 @@ impl<B: Backend> Trainer<B> {
     pub(super) fn copy(&self) -> Good {
         let snapshot = self.backend.snapshot();
         let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
-        Good {
-            state: self.state.clone(),
-            model,
-            optimiser,
-            poses: self.poses.clone(),
-            exposures: self.exposures.clone(),
-        }
+        Good { state: self.state.clone(), model, optimiser, alignment: self.alignment.clone() }
     }
 
     /// Stand where a copy was made.
     pub(super) fn return_to(&mut self, good: Good) {
         self.backend.load(good.model, Some(good.optimiser));
-        self.go_on_with_poses(good.poses);
-        self.go_on_with_exposures(good.exposures);
+        self.go_on_with_alignment(good.alignment);
         self.state = State { seconds: self.state.seconds, ..good.state };
     }
 
@@ -69,8 +60,7 @@ impl<B: Backend> Trainer<B> {
             Some(good) => self.return_to(*good),
             None => {
                 self.backend.load(self.plan.start(&self.options), None);
-                self.go_on_with_poses(self.poses.as_ref().map(Poses::forgotten));
-                self.go_on_with_exposures(self.exposures.as_ref().map(|e| Exposures::new(e.len())));
+                self.go_on_with_alignment(self.alignment.forgotten());
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
         }

@@ -11,12 +11,12 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
-use refraxel_data::{Backdrop, Dataset, IndexSource, View, load_photo};
-use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part, posed};
+use refraxel_data::{Backdrop, IndexSource, View, load_photo};
+use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part};
 use refraxel_train::evaluation::{Rendering, truth};
-use refraxel_train::events::{Event, Watch};
+use refraxel_train::events::Watch;
 use refraxel_train::metrics::ImageScore;
-use refraxel_train::schedule::{rendering_marching, training_marching};
+use refraxel_train::schedule::rendering_marching;
 use refraxel_train::{Backend, recipe};
 use std::path::Path;
 
@@ -87,7 +87,6 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
-    let data = posed_data(&run, data, part, show)?;
     let mut progress = Progress::new(show, "rendering", count as u64);
     let mut drawn =
         Drawn { out, backdrop: data.backdrop, count, rows: Vec::new(), done: 0, progress: &mut progress };
@@ -96,7 +95,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let mut ignore = |_| {};
     let mut watch = Watch::new(&cancel, &mut ignore);
     let evaluated =
-        evaluate_part(&run.backend, &data, part, &marching, run.exposures.as_ref(), &mut watch, &mut each);
+        evaluate_part(&run.backend, &data, part, &marching, &run.alignment, &mut watch, &mut each);
     let rows = drawn.rows;
     let found = match evaluated {
         Ok(found) => found,
@@ -118,9 +117,9 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         index_from: None,
     };
     let how = || if part == Part::Train { LEARNED } else { FOUND }.to_owned();
-    let poses = run.poses.as_ref();
+    let poses = run.alignment.poses.as_ref();
     let poses = poses.map(|poses| EvaluatedPoses { shift: poses.shift(), evaluated: how() });
-    let exposures = run.exposures.as_ref();
+    let exposures = run.alignment.exposures.as_ref();
     let exposures = exposures.map(|e| EvaluatedExposures { shift: e.shift(), evaluated: how() });
     let (scores, ior, verdict) = (found.scores, found.index, run.state.verdict);
     Ok(Evaluation { scores, ior, verdict, poses, exposures, run: evaluated })
@@ -129,23 +128,6 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
 /// How cameras and exposures of evaluated views were found.
 const LEARNED: &str = "have learned";
 const FOUND: &str = "were found by half of their own pixels";
-
-/// The data with the cameras of a split where they are, if poses have learned.
-fn posed_data(run: &Loaded, data: Dataset, part: Part, show: Show) -> Result<Dataset, Failure> {
-    let Some(poses) = &run.poses else { return Ok(data) };
-    let count = part.views(&data).len();
-    let mut progress = Progress::new(show, "posing held-out views", count as u64);
-    let marching = training_marching(&run.options, run.plan.near);
-    let cancel = cancel();
-    let mut report = |event: Event| {
-        if let Event::Progress { done, .. } = event {
-            progress.set(done, "");
-        }
-    };
-    let found = posed(&run.backend, &data, part, poses, &marching, &mut Watch::new(&cancel, &mut report));
-    progress.finish("");
-    Ok(found?)
-}
 
 /// The pictures of an evaluation.
 struct Drawn<'a> {

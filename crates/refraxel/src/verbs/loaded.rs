@@ -1,8 +1,7 @@
 //! A run that was read back, with a backend that renders it.
 
 use crate::exit::Failure;
-use refraxel_train::exposures::Exposures;
-use refraxel_train::poses::Poses;
+use refraxel_train::alignment::Alignment;
 use refraxel_train::run::{Run, Source, State};
 use refraxel_train::{CpuBackend, Options, plan::Plan};
 use std::path::Path;
@@ -17,24 +16,15 @@ pub struct Loaded {
     pub state: State,
     /// What it was trained on.
     pub source: Source,
-    /// Where its cameras are, if they learned that.
-    pub poses: Option<Poses>,
-    /// How its photographs are exposed, if they learned that.
-    pub exposures: Option<Exposures>,
+    /// What its photographs themselves have learned.
+    pub alignment: Alignment,
     /// Its parameters.
     pub backend: CpuBackend,
 }
 
 /// Reads the run of a folder.
 pub fn load_run(folder: &Path) -> Result<Loaded, Failure> {
-    let Run { options, plan, state, source, model, optimiser, poses, exposures, .. } = Run::load(folder)?;
-    Ok(Loaded {
-        options,
-        plan,
-        state,
-        source,
-        poses,
-        exposures,
-        backend: CpuBackend::resumed(model, optimiser),
-    })
+    let Run { options, plan, state, source, model, optimiser, alignment, .. } = Run::load(folder)?;
+    let backend = CpuBackend::resumed(model, optimiser);
+    Ok(Loaded { options, plan, state, source, alignment, backend })
 }

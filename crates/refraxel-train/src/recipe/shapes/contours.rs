@@ -1,6 +1,7 @@
 //! What silhouettes say of a body: lines of sight that touch it.
 
 use crate::initial::{Outlines, Tangent};
+use crate::least_squares::outlier_weight;
 use crate::model::polyhedron::Plane;
 use refraxel_core::{LevelSet, Vec3};
 
@@ -79,7 +80,7 @@ pub(super) fn loss(rho: f64) -> f64 {
 
 /// Weight of a squared residual in least squares that lead to the least Σ ψ(ρ): ψ′(ρ) / 2ρ.
 pub(super) fn weight(rho: f64) -> f64 {
-    (1.0 + rho * rho / OUTLIER).powi(-2)
+    outlier_weight(rho * rho, OUTLIER)
 }
 
 /// Root mean square of what of the residuals [pixel] is common to neighbours along the outline of each view: noise of

@@ -1,0 +1,46 @@
+//! What the photographs themselves learn beside the scene.
+
+use crate::exposures::Exposures;
+use crate::poses::Poses;
+
+/// Where the cameras of the training views are, and how their photographs are exposed, as far as a run learns that.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Alignment {
+    /// Where the cameras are.
+    pub poses: Option<Poses>,
+    /// How the photographs are exposed.
+    pub exposures: Option<Exposures>,
+}
+
+impl Alignment {
+    /// Whether anything of it learns.
+    pub fn learns(&self) -> bool {
+        self.poses.is_some() || self.exposures.is_some()
+    }
+
+    /// The same before it has learned anything.
+    #[must_use]
+    pub fn forgotten(&self) -> Self {
+        let poses = self.poses.as_ref().map(Poses::forgotten);
+        let exposures = self.exposures.as_ref().map(|e| Exposures::new(e.len()));
+        Self { poses, exposures }
+    }
+}
+
+/// The largest and the median of some numbers; zero where there are none.
+pub(crate) fn largest_and_median(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let mut all: Vec<f64> = numbers.collect();
+    all.sort_by(f64::total_cmp);
+    [all.last(), all.get(all.len() / 2)].map(|n| n.copied().unwrap_or(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_and_the_median_of_numbers() {
+        assert_eq!(largest_and_median([3.0, 1.0, 2.0].into_iter()), [3.0, 2.0]);
+        assert_eq!(largest_and_median(std::iter::empty()), [0.0, 0.0]);
+    }
+}
