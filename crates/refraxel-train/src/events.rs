@@ -33,6 +33,19 @@ pub enum Event {
         /// Median overlap of all views, as in [`IgnoredMask::overlap`].
         usual_overlap: f32,
     },
+    /// Masks of some views said which rays of the others meet something refractive.
+    MasksCompleted {
+        /// Views that have masks.
+        stated: usize,
+        /// All training views.
+        views: usize,
+        /// Masks that are needed at least.
+        needed: usize,
+        /// Whether it was found out. Otherwise views without masks count as if they showed nothing refractive.
+        is_completed: bool,
+        /// Share of the pixels of all views inside masks from then on.
+        pixels: f64,
+    },
     /// No masks say what is refractive, and something was found that straight rays do not explain.
     Sought {
         /// Number of the look, from 1.

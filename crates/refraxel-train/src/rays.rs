@@ -24,7 +24,7 @@ struct TrainingView {
     directions: Option<Directions>,
     photo: Photo,
     meaning: MaskMeaning,
-    /// What shows something refractive, found without a mask.
+    /// What shows something refractive, where no mask says it.
     found: Option<Arc<Mask>>,
     /// What gives it the exposure that all have in common.
     exposure: Filter<f32>,
@@ -63,6 +63,8 @@ pub struct RaySampler {
     random: Random,
     /// Views that batches do not draw from, until they are given back.
     aside: Vec<usize>,
+    /// Masks that were found say where outlines are.
+    traces_found: bool,
 }
 
 /// Pixels of a view that is kept aside.
@@ -118,7 +120,7 @@ impl RaySampler {
         let inside = InsidePixels::new(with_photos.iter().map(|s| s.refractive().map(|m| &**m)));
         let transparent = backdrop == Backdrop::Transparent;
         let (views, random, aside) = (with_photos, Random::new(seed), Vec::new());
-        Self { views, inside, first, transparent, random, aside }
+        Self { views, inside, first, transparent, random, aside, traces_found: false }
     }
 
     /// From now on batches draw from the other views only: every so many-th is kept aside, `count` in all.
@@ -199,11 +201,13 @@ impl RaySampler {
         self.views.iter().map(|view| Picture { camera: &view.camera, view, transparent: self.transparent })
     }
 
-    /// From now on these masks show what is refractive, one per view; none: those of the data.
+    /// From now on these masks show what is refractive in views whose data have none; none: nothing does. `traced`: they say where
+    /// outlines are; else only which rays meet something refractive.
     ///
     /// # Panics
     /// If there is neither one mask per view, of the view's size, nor none.
-    pub fn set_found(&mut self, masks: Option<Vec<Mask>>) {
+    pub fn set_found(&mut self, masks: Option<Vec<Mask>>, traced: bool) {
+        self.traces_found = traced;
         let Some(masks) = masks else {
             self.views.iter_mut().for_each(|v| v.found = None);
             return self.count_inside();
@@ -216,15 +220,22 @@ impl RaySampler {
         self.count_inside();
     }
 
+    /// Number of views whose data have a mask of what is refractive.
+    pub fn stated(&self) -> usize {
+        self.views.iter().filter(|v| v.stated().is_some()).count()
+    }
+
     fn count_inside(&mut self) {
         self.inside = InsidePixels::new(self.views.iter().map(|s| s.refractive().map(|m| &**m)));
     }
 
-    /// The refractive masks there are.
+    /// The refractive masks that say where outlines are.
     pub fn masked_views(&self) -> impl Iterator<Item = MaskedView<'_>> {
+        let masks = self.views.iter().map(|v| if self.traces_found { v.refractive() } else { v.stated() });
         self.views
             .iter()
-            .filter_map(|s| Some(MaskedView { name: &s.name, camera: &s.camera, mask: s.refractive()? }))
+            .zip(masks)
+            .filter_map(|(v, mask)| Some(MaskedView { name: &v.name, camera: &v.camera, mask: mask? }))
     }
 
     /// Size of a pixel at a point, the median over the cameras [scene unit].
@@ -344,8 +355,12 @@ impl TrainingView {
 
     /// The mask of what is refractive.
     fn refractive(&self) -> Option<&Arc<Mask>> {
-        let stated = || self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive);
-        self.found.as_ref().or_else(stated)
+        self.stated().or(self.found.as_ref())
+    }
+
+    /// That of the data.
+    fn stated(&self) -> Option<&Arc<Mask>> {
+        self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
     }
 
     /// Neither the pixel nor any within so many rows and columns shows something refractive.

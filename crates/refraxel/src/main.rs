@@ -27,6 +27,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
             Console::Text.say(&String::from_utf8_lossy(&script)).or_exit(Exit::Io)
         }
         Verb::Train(args) => verbs::train::run(&args),
+        Verb::Mask(args) => verbs::mask::run(&args),
         Verb::Eval(args) => verbs::eval::run(&args),
         Verb::Demo(args) => verbs::demo::run(&args),
         Verb::Inspect(args) => verbs::inspect::run(&args),

@@ -27,6 +27,20 @@ pub fn sentence(event: &Event) -> Option<String> {
                 n[2]
             )
         }
+        Event::MasksCompleted { stated, views, is_completed: true, pixels, .. } => format!(
+            "{stated} of {views} training views have masks: the hull of these shows where the others see the same things \
+             ({:.1} % of the pixels in all)",
+            100.0 * pixels
+        ),
+        Event::MasksCompleted { stated, views, needed, .. } => format!(
+            "{stated} of {views} training views have masks, which {}: the other views count as if they showed nothing \
+             refractive; `refraxel mask DATA` makes the masks that are missing",
+            if stated < needed {
+                format!("is too few ({needed} are needed)")
+            } else {
+                "agree nowhere".to_owned()
+            }
+        ),
         Event::Sought { look, separation, pixels } => format!(
             "no masks, look {look}: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels

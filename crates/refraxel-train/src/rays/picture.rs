@@ -2,6 +2,8 @@
 
 use super::{TrainingView, WHITE};
 use refraxel_core::Camera;
+use refraxel_data::Mask;
+use std::sync::Arc;
 
 /// A photograph and its view.
 #[derive(Clone, Copy)]
@@ -13,6 +15,11 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
+    /// The mask of what is refractive that the data have.
+    pub fn mask(&self) -> Option<&Arc<Mask>> {
+        self.view.stated()
+    }
+
     /// Mean colours over a grid of cells that fills the picture, x fastest, before white where pictures are transparent.
     /// `None` where half of a cell's pixels must not be used.
     pub fn means(&self, [width, height]: [usize; 2]) -> Vec<Option<[f32; 3]>> {

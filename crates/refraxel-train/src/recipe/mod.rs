@@ -12,6 +12,7 @@
 //!
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
+mod completing;
 mod contest;
 mod facets;
 mod find;
@@ -28,7 +29,9 @@ mod seek;
 mod shapes;
 mod silhouettes;
 
+pub(crate) use completing::{LEAST as LEAST_MASKS, hulls};
 pub use known::{known_field, known_refraction};
+pub use seek::{Hints, mask};
 pub(crate) use seek::{masks, seek};
 pub(crate) use silhouettes::OCCLUDER_RAYS;
 

@@ -10,17 +10,20 @@
 //! the scene without the thing.
 
 mod evidence;
+mod hints;
 mod hull;
 mod refine;
 #[cfg(test)]
 mod tests;
+
+pub use hints::Hints;
 
 use crate::backend::Backend;
 use crate::cancel::Cancelled;
 use crate::events::Watch;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
-use crate::rays::{Picture, RaySampler, pixel_ray};
+use crate::rays::{RaySampler, pixel_ray};
 use crate::recipe::Known;
 use crate::recipe::ground::Ground;
 use crate::schedule::training_marching;
@@ -28,7 +31,7 @@ use evidence::{Evidence, cell_edge, look, outlines, silhouettes};
 use hull::{Carved, bodies};
 use rayon::prelude::*;
 use refine::{Refining, refined};
-use refraxel_core::Aabb;
+use refraxel_core::{Aabb, Camera};
 use refraxel_data::Mask;
 
 /// Residuals that count as large, tried one after the other: root mean square over the channels of sRGB code values.
@@ -59,10 +62,12 @@ pub(crate) struct Sought {
 }
 
 /// Looks at all photographs, for the first time or once more: what was found before is refined by what is seen now. `None`:
-/// straight rays explain them, or what they do not explain is nowhere in particular.
+/// straight rays explain them, or what they do not explain is nowhere in particular. With hints, something is there, however
+/// little it stands out.
 pub(crate) fn seek(
     backend: &impl Backend,
     known: &Known,
+    hints: &Hints,
     before: Option<&Gate>,
     watch: &mut Watch,
 ) -> Result<Option<Sought>, Cancelled> {
@@ -72,7 +77,7 @@ pub(crate) fn seek(
     let bounds = options.refraction.aabb().unwrap_or(backend.domain().bounds);
     let first = match before {
         Some(gate) => Carved::of(gate, &bounds),
-        None => best_hull(&evidence, &bounds, watch)?,
+        None => best_hull(&evidence, &bounds, hints, watch)?,
     };
     let Some(first) = first else { return Ok(None) };
     let cell = sampler.pixel_size(first.bounds.center()) * cell_edge(sampler, options.seek.cells) as f32;
@@ -81,18 +86,20 @@ pub(crate) fn seek(
     let ground = Ground::new(&silhouettes(&evidence, RESIDUALS[0]), backend.domain().voxel());
     let ground = ground.under(&first.surface());
     let clean = before.is_some();
-    let gate =
-        refined(&first, &evidence, Refining { nodes, bound: BOUNDS[usize::from(clean)], clean, ground });
+    let how = Refining { nodes, bound: BOUNDS[usize::from(clean)], clean, ground };
+    let gate = refined(&first, &evidence, how, hints);
     watch.cancel().check()?;
     let separation = separation(&evidence.iter().collect::<Vec<_>>(), &gate);
     let sought = Sought { gate, ground, separation };
-    Ok(Some(sought).filter(|s| s.separation.share >= options.seek.separation))
+    let needed = if hints.is_empty() { options.seek.separation } else { 0.0 };
+    Ok(Some(sought).filter(|s| s.separation.share >= needed))
 }
 
 /// The hull to begin with.
 fn best_hull(
     evidence: &[Evidence],
     bounds: &Aabb<f32>,
+    hints: &Hints,
     watch: &mut Watch,
 ) -> Result<Option<Carved>, Cancelled> {
     let few: Vec<&Evidence> = evidence.iter().step_by(evidence.len().div_ceil(COMPARED).max(1)).collect();
@@ -101,7 +108,7 @@ fn best_hull(
         let outlines = outlines(evidence, residual).cancelled_by(watch.cancel());
         for vote in VOTES {
             watch.cancel().check()?;
-            if let Some(found) = bodies(&outlines, bounds, vote, NODES) {
+            if let Some(found) = bodies(&outlines, bounds, vote, NODES, hints) {
                 tried.push((separation(&few, &found.gate), found));
             }
         }
@@ -161,17 +168,19 @@ fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
 const PROJECTED: f64 = 2e6;
 
 /// What was found, as masks of all views.
-pub(crate) fn masks(gate: &Gate, sampler: &RaySampler) -> Vec<Mask> {
+pub(crate) fn masks(found: &[Gate], sampler: &RaySampler) -> Vec<Mask> {
     let edge = (sampler.pixels() as f64 / PROJECTED).sqrt().max(1.0);
-    sampler.pictures().map(|picture| mask(gate, &picture, edge)).collect()
+    sampler.pictures().map(|picture| mask(found, picture.camera, edge)).collect()
 }
 
-fn mask(gate: &Gate, picture: &Picture, edge: f64) -> Mask {
-    let (width, height) = (picture.camera.width, picture.camera.height);
+/// The mask of what was found in a view, in squares of `edge` pixels. What stands before it is not left out.
+pub fn mask(found: &[Gate], camera: &Camera, edge: f64) -> Mask {
+    let (width, height) = (camera.width, camera.height);
     let cells = |n: u32| ((f64::from(n) / edge).round() as u32).clamp(1, n);
-    let coarse = picture.camera.resized(cells(width), cells(height));
+    let coarse = camera.resized(cells(width), cells(height));
     let (across, down) = (coarse.width as usize, coarse.height as usize);
-    let covers = |cell: usize| pixel_ray(&coarse, cell).is_some_and(|ray| gate.admits(&ray));
+    let covers =
+        |cell: usize| pixel_ray(&coarse, cell).is_some_and(|ray| found.iter().any(|gate| gate.admits(&ray)));
     let covered: Vec<u8> =
         (0..across * down).into_par_iter().map(|c| if covers(c) { 255 } else { 0 }).collect();
     let (w, h) = (width as usize, height as usize);

@@ -22,10 +22,10 @@ use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
 use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, render};
 use crate::events::{Event, Task, Watch};
-use crate::model::{Model, Optimiser};
+use crate::model::{Gate, Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
 use crate::plan::Plan;
-use crate::recipe;
+use crate::recipe::{self, Hints};
 use crate::run::{Run, RunRef, Source, State};
 use crate::schedule::rendering_marching;
 use crate::trainer::{Lessons, TrainError, Trainer};
@@ -44,6 +44,8 @@ pub struct Setup {
     pub options: Options,
     /// The index of refraction, where somebody knows it. It is held as `shape.start = file` says.
     pub index: Option<IndexSource>,
+    /// Where refractive things are seen, as far as somebody knows it beside masks.
+    pub hints: Hints,
     /// Where the data come from, for the record.
     pub source: Source,
     /// A wish to stop, which holds from the first photograph on.
@@ -54,7 +56,7 @@ impl Setup {
     /// Data and options, and nothing else known.
     pub fn new(data: Dataset, options: Options) -> Self {
         let source = Source::of(&data);
-        Self { data, options, index: None, source, cancel: Cancel::new() }
+        Self { data, options, index: None, hints: Hints::default(), source, cancel: Cancel::new() }
     }
 
     /// Refuses what cannot lead to a result, before any work is done.
@@ -97,7 +99,8 @@ impl Setup {
         let validation = self.data.split.val.first().map(|&i| &self.data.views[i]);
         let validation = validation.map(|view| load_photo(view).map(|photo| (view.clone(), photo)));
         let (backdrop, index) = (self.data.backdrop, self.index.clone());
-        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index })
+        let hints = self.hints.clone();
+        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index, hints })
     }
 }
 
@@ -331,6 +334,11 @@ impl<B: Backend> Session<B> {
     /// The backend, to look at the model.
     pub fn backend(&self) -> &B {
         self.trainer.backend()
+    }
+
+    /// What was found where no mask shows it.
+    pub fn sought(&self) -> Option<&Gate> {
+        self.trainer.sought()
     }
 
     /// Where the run stands.

@@ -18,6 +18,7 @@ use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
+use crate::recipe::Hints;
 use crate::run::State;
 use crate::schedule::{
     Moment, Phase, Progress, mask_ray_fraction, objective, stage_domain, training_marching,
@@ -53,6 +54,8 @@ pub struct Lessons {
     pub validation: Option<(View, Photo)>,
     /// The index of refraction, where somebody knows it.
     pub index: Option<IndexSource>,
+    /// What somebody knows of where refractive things are seen.
+    pub hints: Hints,
 }
 
 /// A run in progress.
@@ -62,8 +65,10 @@ pub struct Trainer<B> {
     sampler: RaySampler,
     validation: Option<(View, Photo)>,
     index: Option<IndexSource>,
-    /// The data have masks of what is refractive.
-    is_masked: bool,
+    /// What somebody knows of where refractive things are seen.
+    hints: Hints,
+    /// Masks of some views may still say what others show.
+    completes_masks: bool,
     /// What was found without masks.
     sought: Option<Gate>,
     /// What the photographs themselves have learned.
@@ -93,9 +98,9 @@ impl<B: Backend> Trainer<B> {
     /// If the lessons have not one photo per view.
     pub fn new(options: Options, plan: Plan, lessons: Lessons, backend: B, state: State) -> Self {
         let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
-        let is_masked = sampler.masked_views().next().is_some();
         let mut trainer = Self {
-            is_masked,
+            hints: lessons.hints,
+            completes_masks: true,
             sought: None,
             alignment: Alignment::default(),
             options,
@@ -189,6 +194,7 @@ impl<B: Backend> Trainer<B> {
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
     /// stands between two pieces of work: the one that was under way is undone.
     pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        self.complete_masks(watch);
         let progress = self.scheduled();
         if self.changes(progress) && !self.settle(watch)? {
             return Ok(());

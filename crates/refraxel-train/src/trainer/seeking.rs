@@ -6,7 +6,7 @@ use crate::events::{Event, Watch};
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
 use crate::options::StartShape;
-use crate::recipe::{Known, masks, seek};
+use crate::recipe::{Hints, Known, LEAST_MASKS, hulls, masks, seek};
 use crate::run::Looks;
 use crate::schedule::{
     MOST_STRAIGHT, Progress, is_time_to_bend, is_time_to_look, stage_domain, training_marching,
@@ -23,8 +23,36 @@ impl<B: Backend> Trainer<B> {
     /// Whether rays would bend if something were found that no mask shows.
     pub(super) fn seeks(&self) -> bool {
         let options = &self.options;
-        let is_told = self.index.is_some() || options.shape.start != StartShape::Hull || self.is_masked;
+        let is_told =
+            self.index.is_some() || options.shape.start != StartShape::Hull || self.all_are_masked();
         self.waits_to_bend() && options.seek.enabled.is_on() && !is_told
+    }
+
+    /// All views have masks of what is refractive.
+    fn all_are_masked(&self) -> bool {
+        self.sampler.stated() == self.sampler.views()
+    }
+
+    /// Where some views have masks and others have none, finds out once which rays of the others meet the same things: until rays
+    /// bend they must not learn there.
+    pub(super) fn complete_masks(&mut self, watch: &mut Watch) {
+        let (stated, views) = (self.sampler.stated(), self.sampler.views());
+        if !std::mem::take(&mut self.completes_masks) || !self.bends() || stated == 0 || stated == views {
+            return;
+        }
+        let bounds = self.options.refraction.aabb().unwrap_or(self.plan.finest.bounds);
+        let found = hulls(&self.sampler, &bounds);
+        let is_completed = found.is_some();
+        if let Some(found) = found.filter(|_| self.sought.is_none()) {
+            self.sampler.set_found(Some(masks(&found, &self.sampler)), false);
+        }
+        let pixels = self.sampler.mask_share();
+        if self.state.step == 0 {
+            self.note(
+                Event::MasksCompleted { stated, views, needed: LEAST_MASKS, is_completed, pixels },
+                watch,
+            );
+        }
     }
 
     /// A look is due: the first one, or one more.
@@ -52,11 +80,8 @@ impl<B: Backend> Trainer<B> {
         self.backend.refresh_occupancy(&marching);
         let (sampler, options, near) = (&self.sampler, &self.options, self.plan.near);
         let known = Known { sampler, options, near, index: None, progress: self.progress() };
-        let Some(found) = seek(&self.backend, &known, self.sought.as_ref(), watch)? else {
-            self.go_on_with(None);
-            self.stay_straight(StayReason::Unnoticed, watch);
-            self.keep_good_state();
-            return Ok(());
+        let Some(found) = seek(&self.backend, &known, &self.hints(), self.sought.as_ref(), watch)? else {
+            return self.nothing_found(watch);
         };
         let pixels = self.go_on_with(Some(found.gate));
         self.state.looks = Looks { count: self.state.looks.count + 1, step: self.state.step };
@@ -69,9 +94,30 @@ impl<B: Backend> Trainer<B> {
         Ok(())
     }
 
+    /// What is known of where refractive things are seen: what somebody told, and the masks that there are.
+    fn hints(&self) -> Hints {
+        let mut hints = self.hints.clone();
+        let stated = self.sampler.pictures().filter_map(|p| Some((*p.camera, p.mask()?.clone())));
+        hints.within.extend(stated);
+        hints
+    }
+
+    /// Rays stay straight, unless masks of some views show what is refractive: then no more is sought.
+    fn nothing_found(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        if self.sampler.stated() >= LEAST_MASKS {
+            self.state.looks = Looks { count: self.options.seek.looks, step: self.state.step };
+        } else {
+            self.go_on_with(None);
+            self.stay_straight(StayReason::Unnoticed, watch);
+        }
+        self.keep_good_state();
+        Ok(())
+    }
+
     /// Take this for what is refractive; the share of the pixels that show it.
     pub fn go_on_with(&mut self, sought: Option<Gate>) -> f64 {
-        self.sampler.set_found(sought.as_ref().map(|gate| masks(gate, &self.sampler)));
+        let found = sought.as_ref().map(|gate| masks(std::slice::from_ref(gate), &self.sampler));
+        self.sampler.set_found(found, true);
         self.sought = sought;
         self.sampler.mask_share()
     }

@@ -1,11 +1,13 @@
 //! The command line: every verb and flag, with examples. What a verb does lives in a file of its own.
 
 mod data;
+mod mask;
 mod run;
 mod scene;
 mod values;
 
 pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use values::Setting;
@@ -36,6 +38,8 @@ pub enum Verb {
     Demo(DemoArgs),
     /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),
+    /// Makes masks of glass and water: from a click, a box or an outline in some photographs, or from nothing
+    Mask(MaskArgs),
     /// Trains on a dataset and evaluates the held-out images
     Train(TrainArgs),
     /// Renders and scores the held-out images of a run

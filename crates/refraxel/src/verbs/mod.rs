@@ -8,6 +8,7 @@ pub mod evaluation;
 pub mod export;
 pub mod inspect;
 pub mod loaded;
+pub mod mask;
 pub mod options;
 pub mod render;
 pub mod sheet;

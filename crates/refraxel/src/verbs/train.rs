@@ -18,13 +18,14 @@ use folder::RunFolder;
 use log::Log;
 use refraxel_data::{Dataset, IndexSource, scene_region};
 use refraxel_train::options::Switch;
+use refraxel_train::recipe::Hints;
 use refraxel_train::run::{Run, Source};
 use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options, TrainError, recipe};
 use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::Duration;
-use watch::Watch;
+pub(super) use watch::Watch;
 
 /// Time between two checkpoints.
 const SAVE_EVERY: Duration = Duration::from_secs(60);
@@ -73,7 +74,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
         None => options_of_new_run(args, &data, show)?,
     };
     let index = index_source(&source, saved.as_ref(), &options)?;
-    let setup = Setup { data, options, index, source, cancel: cancel() };
+    let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
     let mut watch = Watch::new(show);
     let session = match saved {
         Some(run) => Session::resume(setup, run, CpuBackend::resumed, &mut |event| watch.load(&event)),
@@ -153,7 +154,7 @@ fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: W
     Err(Failure::new(Exit::Interrupted, note))
 }
 
-fn session_failure(error: SessionError) -> Failure {
+pub(super) fn session_failure(error: SessionError) -> Failure {
     match error {
         SessionError::Data(e) => data_failure(e),
         SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),

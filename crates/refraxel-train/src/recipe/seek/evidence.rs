@@ -15,12 +15,28 @@ const OPAQUE: f32 = 0.5;
 /// Standard deviation of the blur of differences [cell], and where it ends.
 const BLUR: (f32, usize) = (0.8, 2);
 
+/// Residual of cells that a mask shows to be refractive: as large as that of glass where straight rays fail most.
+const STATED: f32 = 0.3;
+
+/// Share of each cell that a mask covers.
+fn covered(mask: &Mask, [across, down]: [usize; 2]) -> Vec<f32> {
+    let [width, height] = [mask.width as usize, mask.height as usize];
+    let (mut sums, mut counts) = (vec![0.0_f32; across * down], vec![0.0_f32; across * down]);
+    for (pixel, coverage) in mask.coverage.iter().enumerate() {
+        let cell = pixel / width * down / height * across + pixel % width * across / width;
+        sums[cell] += f32::from(*coverage) / 255.0;
+        counts[cell] += 1.0;
+    }
+    sums.iter().zip(&counts).map(|(sum, count)| sum / count.max(1.0)).collect()
+}
+
 /// A view on cells of some pixels.
 pub(super) struct Evidence {
     /// The view, with one pixel per cell.
     pub camera: Camera,
     /// Per cell how far what straight rays show is from the photograph: the root mean square over the channels of their
-    /// difference, of means over the cell. Fine texture that the field does not resolve yet vanishes in the means.
+    /// difference, of means over the cell. Fine texture that the field does not resolve yet vanishes in the means. Where the view
+    /// has a mask, the mask says it.
     pub residual: Vec<f32>,
     /// Per cell the distance beyond which something opaque hides everything [scene unit]; 0 where the photograph says nothing.
     pub beyond: Vec<f32>,
@@ -74,7 +90,12 @@ impl Evidence {
             kernel.across_rows(channel, size[0]);
         }
         let of = |cell: usize| (differences.iter().map(|d| d[cell] * d[cell]).sum::<f32>() / 3.0).sqrt();
-        Self { camera, residual: (0..rays.len()).map(of).collect(), beyond }
+        let stated = picture.mask().map(|mask| covered(mask, size));
+        let residual = match stated {
+            Some(covered) => covered.into_iter().map(|share| STATED * share).collect(),
+            None => (0..rays.len()).map(of).collect(),
+        };
+        Self { camera, residual, beyond }
     }
 
     /// The cells whose residual is above a threshold, as a mask with what hides things.

@@ -1,9 +1,11 @@
 //! The things among what straight rays do not explain: the largest connected parts of a hull.
 
+use super::Hints;
 use crate::initial::{Outlines, Vote};
 use crate::model::Gate;
 use crate::recipe::parts::{NONE, connected, neighbours};
-use refraxel_core::{Aabb, Domain, Extent, LevelSet, Vec3};
+use rayon::prelude::*;
+use refraxel_core::{Aabb, Domain, Extent, LevelSet, Ray, Vec3};
 
 /// Parts of less than this share of the largest are none: highlights, and places that few views see.
 const SPECK: f32 = 0.1;
@@ -43,23 +45,86 @@ impl Carved {
 }
 
 /// The things in a box on which a share of the views agrees; `None` without any.
-pub(super) fn bodies(outlines: &Outlines, bounds: &Aabb<f32>, share: f32, nodes: u32) -> Option<Carved> {
+pub(super) fn bodies(
+    outlines: &Outlines,
+    bounds: &Aabb<f32>,
+    share: f32,
+    nodes: u32,
+    hints: &Hints,
+) -> Option<Carved> {
     let domain = Domain::with_longest(*bounds, Extent::Bounded, nodes);
     let vote = Vote { share, least: SEEN, ..Vote::default() };
     let mut fraction = outlines.hull(&domain, &vote).fraction;
-    keep_large_parts(&mut fraction, domain.resolution.map(|n| n as usize));
+    let allowed = |node: usize| hints.allow(domain.position(domain.coordinates(node)));
+    fraction
+        .par_iter_mut()
+        .enumerate()
+        .filter(|(node, f)| **f > 0.0 && !allowed(*node))
+        .for_each(|(_, f)| *f = 0.0);
+    keep_parts(&mut fraction, &domain, hints);
     Carved::of(&Gate::new(domain, &fraction), bounds)
 }
 
-/// Empties all but the large parts of nodes that are at least half inside, with what surrounds them.
-pub(super) fn keep_large_parts(fraction: &mut [f32], n: [usize; 3]) {
+/// Empties all but some parts of nodes that are at least half inside, with what surrounds them: the large ones, or those that
+/// lines of sight meet first, where somebody knows some.
+pub(super) fn keep_parts(fraction: &mut [f32], domain: &Domain<f32>, hints: &Hints) {
+    let n = domain.resolution.map(|n| n as usize);
     let (labels, sizes) = connected(n, |node| fraction[node] >= 0.5);
     let largest = sizes.iter().copied().max().unwrap_or(0) as f32;
-    let is_large = |node: usize| {
-        let size = if labels[node] == NONE { 0 } else { sizes[labels[node] as usize] };
-        size >= LEAST && size as f32 >= SPECK * largest
-    };
-    let keeps = |node: usize| is_large(node) || neighbours(node, n).any(is_large);
+    let is_large = |size: usize| size >= LEAST && size as f32 >= SPECK * largest;
+    let mut is_kept: Vec<bool> = sizes.iter().map(|size| is_large(*size)).collect();
+    if !hints.clicks.is_empty() {
+        let met: Vec<u32> = hints.clicks.iter().filter_map(|ray| first_part(&labels, domain, ray)).collect();
+        is_kept = (0..sizes.len()).map(|k| met.contains(&(k as u32))).collect();
+    }
+    let is_in = |node: usize| labels[node] != NONE && is_kept[labels[node] as usize];
+    let keeps = |node: usize| is_in(node) || neighbours(node, n).any(is_in);
     let kept: Vec<bool> = (0..fraction.len()).map(keeps).collect();
     fraction.iter_mut().zip(kept).filter(|(_, keep)| !keep).for_each(|(f, _)| *f = 0.0);
+}
+
+/// The part that a ray meets first.
+fn first_part(labels: &[u32], domain: &Domain<f32>, ray: &Ray<f32>) -> Option<u32> {
+    let [enter, leave] = domain.bounds.clip(ray)?;
+    let step = 0.5 * domain.voxel();
+    let n = domain.resolution.map(|n| n as usize);
+    let node = |s: f32| {
+        let nearest = domain.node(ray.at(s)).map(f32::round).to_array();
+        let [x, y, z] = [0, 1, 2].map(|a| (nearest[a].max(0.0) as usize).min(n[a] - 1));
+        x + n[0] * (y + n[1] * z)
+    };
+    let steps = ((leave - enter) / step).ceil().max(0.0) as usize;
+    (0..=steps).map(|k| labels[node(enter + k as f32 * step)]).find(|label| *label != NONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::vec3;
+
+    #[test]
+    fn lines_of_sight_choose_the_things_that_they_meet_first() {
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let domain = Domain::with_longest(bounds, Extent::Bounded, 33);
+        let middles = [vec3(-0.6, 0.0, 0.0), vec3(0.0, 0.0, 0.0), vec3(0.6, 0.0, 0.0)];
+        let radii = [0.3, 0.2, 0.12];
+        let total = 33 * 33 * 33;
+        let fraction = |j: usize| {
+            let x = domain.position(domain.coordinates(j));
+            let inside = middles.iter().zip(radii).any(|(m, r)| (x - *m).length() < r);
+            f32::from(u8::from(inside))
+        };
+        let kept = |clicks: Vec<Ray<f32>>| {
+            let mut fraction: Vec<f32> = (0..total).map(fraction).collect();
+            keep_parts(&mut fraction, &domain, &Hints { clicks, ..Hints::default() });
+            let gate = Gate::new(domain, &fraction);
+            middles.map(|m| gate.is_inside(m))
+        };
+        let along = |origin: Vec3<f32>, direction: Vec3<f32>| Ray { origin, direction };
+        assert_eq!(kept(Vec::new()), [true, true, false], "the last one is a speck");
+        assert_eq!(kept(vec![along(vec3(4.0, 0.0, 0.0), vec3(-1.0, 0.0, 0.0))]), [false, false, true]);
+        let two = [-0.6, 0.0].map(|x| along(vec3(x, -3.0, 0.0), vec3(0.0, 1.0, 0.0)));
+        assert_eq!(kept(two.to_vec()), [true, true, false]);
+        assert_eq!(kept(vec![along(vec3(4.0, 0.0, 0.9), vec3(-1.0, 0.0, 0.0))]), [false; 3]);
+    }
 }

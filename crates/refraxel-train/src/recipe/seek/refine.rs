@@ -4,8 +4,9 @@
 //! residual r and τ = κ √(r₁ r₀), of the mean residuals of the cells that the first hull covers and of those beside. A place is
 //! inside where the mean of s over the views that see it is above a bound: a vote in which nobody has to decide.
 
+use super::Hints;
 use super::evidence::Evidence;
-use super::hull::{Carved, keep_large_parts};
+use super::hull::{Carved, keep_parts};
 use super::moments;
 use crate::blur::gaussian_blur;
 use crate::model::Gate;
@@ -36,19 +37,19 @@ pub(super) struct Refining {
 }
 
 /// The refined shape.
-pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
+pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining, hints: &Hints) -> Gate {
     let domain = Domain::with_longest(first.bounds, Extent::Bounded, how.nodes);
     let n = domain.resolution.map(|n| n as usize);
     let threshold = threshold(&first.gate, views);
     let vote = |j: usize| {
         let x = domain.position(domain.coordinates(j));
-        let stands = how.ground.is_none_or(|p| p.height(x) > 0.0);
-        if stands { mean_vote(views, x, threshold, how.clean.then_some(domain.voxel())) } else { -1.0 }
+        let may_be = how.ground.is_none_or(|p| p.height(x) > 0.0) && hints.allow(x);
+        if may_be { mean_vote(views, x, threshold, how.clean.then_some(domain.voxel())) } else { -1.0 }
     };
     let mut votes: Vec<f32> = (0..n[0] * n[1] * n[2]).into_par_iter().map(vote).collect();
     gaussian_blur(&mut votes, domain.resolution, BLUR);
     let mut share: Vec<f32> = votes.iter().map(|v| (0.5 + SLOPE * (v - how.bound)).clamp(0.0, 1.0)).collect();
-    keep_large_parts(&mut share, n);
+    keep_parts(&mut share, &domain, hints);
     Gate::new(domain, &share)
 }
 
