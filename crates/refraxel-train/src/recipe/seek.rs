@@ -30,7 +30,7 @@ use crate::schedule::training_marching;
 use evidence::{Evidence, cell_edge, look, outlines, silhouettes};
 use hull::{Carved, bodies};
 use rayon::prelude::*;
-use refine::{Refining, refined};
+use refine::{Refining, Votes};
 use refraxel_core::{Aabb, Camera};
 use refraxel_data::Mask;
 
@@ -47,8 +47,11 @@ const COMPARED: usize = 32;
 const NODES: u32 = 52;
 /// Nodes along the longest edge of the refined shape at most, and voxels per cell there.
 const REFINED: (u32, f32) = (96, 1.2);
-/// Mean vote of what is inside, at the first look and later: haze at the border of a thing must be cleared, too.
-const BOUNDS: [f32; 2] = [0.15, 0.25];
+/// Mean votes that what is inside must have, tried one after the other: the shapes shrink.
+const BOUNDS: [f32; 8] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
+/// Of refined shapes that separate to this part as well as the best, the largest is taken, at the first look and later: haze at the
+/// border of a thing must be cleared, too.
+const NEARLY: [f64; 2] = [0.85, 0.98];
 
 /// What straight rays cannot explain.
 #[derive(Clone, Debug)]
@@ -86,10 +89,17 @@ pub(crate) fn seek(
     let ground = Ground::new(&silhouettes(&evidence, RESIDUALS[0]), backend.domain().voxel());
     let ground = ground.under(&first.surface());
     let clean = before.is_some();
-    let how = Refining { nodes, bound: BOUNDS[usize::from(clean)], clean, ground };
-    let gate = refined(&first, &evidence, how, hints);
-    watch.cancel().check()?;
-    let separation = separation(&evidence.iter().collect::<Vec<_>>(), &gate);
+    let votes = Votes::new(&first, &evidence, Refining { nodes, clean, ground }, hints);
+    let all: Vec<&Evidence> = evidence.iter().collect();
+    let mut tried: Vec<(Separation, Gate)> = Vec::new();
+    for bound in BOUNDS {
+        watch.cancel().check()?;
+        let gate = votes.shape(bound, hints);
+        tried.push((separation(&all, &gate), gate));
+    }
+    let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
+    let enough = NEARLY[usize::from(clean)] * most;
+    let Some((separation, gate)) = tried.into_iter().find(|t| t.0.share >= enough) else { return Ok(None) };
     let sought = Sought { gate, ground, separation };
     let needed = if hints.is_empty() { options.seek.separation } else { 0.0 };
     Ok(Some(sought).filter(|s| s.separation.share >= needed))

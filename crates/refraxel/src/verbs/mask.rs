@@ -2,7 +2,7 @@
 
 mod pointed;
 
-use super::sheet::{chosen, png_path, save_png};
+use super::sheet::{chosen, save_png};
 use super::{
     cancel, create_folder, data_failure, interrupted, load_photos, open_options, set_threads, source_of,
     watch_for_interrupts,
@@ -59,8 +59,10 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let mut data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
     let out = folder(args, &data)?;
     refuse_earlier(&out, args.overwrite)?;
+    refuse_complete(&data)?;
     let options = options(args, &data)?;
     let pointed = Pointed::new(args, &data)?;
+    let paths: Vec<PathBuf> = data.views.iter().map(|view| path(&data, view)).collect();
     for (view, mask) in &pointed.outlines {
         let photo = load_photo(&data.views[*view]).map_err(data_failure)?;
         let of = &mut data.views[*view];
@@ -71,7 +73,7 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let data_kept = data.clone();
     let setup = Setup { data, options, index: None, hints: pointed.hints, source, cancel: cancel() };
     let (gate, separation) = found(setup, show)?;
-    let made = write(&data_kept, &gate, &out, show)?;
+    let made = write(&data_kept, &paths, &gate, &out, show)?;
     let Written { written, stated, covered, picture } = made;
     let text = format!(
         "{written} masks in {} ({stated} of them as they were), {:.1} % of all pixels, separation {separation:.2}\nlook at {} and \
@@ -93,6 +95,15 @@ fn folder(args: &MaskArgs, data: &Dataset) -> Result<PathBuf, Failure> {
     args.out.clone().or_else(usual).ok_or_else(nowhere)
 }
 
+/// Where the mask of a view lies in its folder: as the image lies in the dataset's.
+fn path(data: &Dataset, view: &View) -> PathBuf {
+    let inside = match (&view.source, &data.root) {
+        (PhotoSource::Files { image, .. }, Some(root)) => image.strip_prefix(root).ok(),
+        _ => None,
+    };
+    inside.unwrap_or(Path::new(&view.name)).with_extension("png")
+}
+
 fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let is_empty = std::fs::read_dir(out).map_or(true, |mut entries| entries.next().is_none());
     if is_empty || overwrite {
@@ -102,6 +113,20 @@ fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
         "{} holds files already; replace the masks there by --overwrite (which uses them as they are where they mark something), \
          or choose another folder with --out",
         out.display()
+    );
+    Err(Failure::new(Exit::BadInput, error))
+}
+
+/// Refuses data in which nothing is to be found.
+fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
+    let is_masked =
+        |v: &usize| data.views[*v].has_mask() && data.views[*v].mask_meaning == MaskMeaning::Refractive;
+    if !data.split.train.iter().all(is_masked) {
+        return Ok(());
+    }
+    let error = anyhow!(
+        "all {} training views have masks of refractive things already; take away those that are wrong, and this makes them anew",
+        data.split.train.len()
     );
     Err(Failure::new(Exit::BadInput, error))
 }
@@ -163,14 +188,14 @@ struct Written {
 }
 
 /// Writes the masks of all views, those that there are as they are, and a picture of some.
-fn write(data: &Dataset, gate: &Gate, out: &Path, show: Show) -> Result<Written, Failure> {
+fn write(data: &Dataset, paths: &[PathBuf], gate: &Gate, out: &Path, show: Show) -> Result<Written, Failure> {
     create_folder(out)?;
     let found = std::slice::from_ref(gate);
     let (mut inside, mut pixels, mut stated) = (0, 0, 0);
     let shown: Vec<usize> = chosen(data.views.len()).collect();
     let photos = load_photos(data, &shown, show)?;
     let mut rows = Vec::new();
-    for (k, view) in data.views.iter().enumerate() {
+    for (k, (view, path)) in data.views.iter().zip(paths).enumerate() {
         let camera = &view.camera;
         let edge = (f64::from(camera.width) * f64::from(camera.height) / PROJECTED).sqrt().max(1.0);
         let given = given(view)?;
@@ -178,7 +203,7 @@ fn write(data: &Dataset, gate: &Gate, out: &Path, show: Show) -> Result<Written,
         let mask = given.unwrap_or_else(|| Arc::new(recipe::mask(found, camera, edge)));
         inside += mask.coverage.iter().filter(|c| **c > 127).count();
         pixels += mask.coverage.len();
-        let path = png_path(out, &view.name);
+        let path = out.join(path);
         path.parent().map_or(Ok(()), create_folder)?;
         save_png(&path, &mask.coverage, [mask.width, mask.height], image::ExtendedColorType::L8)?;
         if let Some(row) = shown.iter().position(|&s| s == k) {

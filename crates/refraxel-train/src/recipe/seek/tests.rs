@@ -49,15 +49,18 @@ fn overlap(gate: &Gate) -> f64 {
     f64::from(both) / f64::from(either)
 }
 
-const HOW: Refining = Refining { nodes: 26, bound: 0.15, clean: false, ground: None };
+const HOW: Refining = Refining { nodes: 26, clean: false, ground: None };
+
+fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
+    Votes::new(first, views, how, &Hints::default()).shape(0.15, &Hints::default())
+}
 
 #[test]
 fn a_ball_is_found_from_a_part_of_it_and_from_more_than_it() {
     let views = views(0.33);
     for (centre, radius) in [(vec3(0.08, 0.0, 0.0), 0.38), (vec3(0.0, 0.1, 0.1), 0.7)] {
         let first = Carved::of(&ball(centre, radius), &BOX).unwrap();
-        let (before, found) =
-            (overlap(&first.gate), overlap(&refined(&first, &views, HOW, &Hints::default())));
+        let (before, found) = (overlap(&first.gate), overlap(&refined(&first, &views, HOW)));
         assert!(before < 0.5 && found > 0.8, "{before} {found}");
     }
 }
@@ -66,7 +69,7 @@ fn a_ball_is_found_from_a_part_of_it_and_from_more_than_it() {
 fn nothing_is_taken_for_refractive_below_the_ground() {
     let first = Carved::of(&ball(Vec3::zero(), 0.4), &BOX).unwrap();
     let ground = Plane::facing(vec3(0.0, 0.0, 1.0), 0.1);
-    let found = refined(&first, &views(0.33), Refining { ground: Some(ground), ..HOW }, &Hints::default());
+    let found = refined(&first, &views(0.33), Refining { ground: Some(ground), ..HOW });
     let height = |z: f32| ground.height(vec3(0.0, 0.0, z));
     assert!(found.is_inside(vec3(0.0, 0.0, 0.3)), "{}", height(0.3));
     assert!(!found.is_inside(vec3(0.0, 0.0, -0.3)), "{}", height(-0.3));
