@@ -33,6 +33,10 @@ use work::WorkFolder;
 /// Photographs of which every pair is compared, at most: 19 900 pairs.
 const ALL_PAIRS: usize = 200;
 
+/// Said of photographs that cannot share one camera.
+const SIZES_DIFFER: &str = "photographs have different sizes; those of each size share a camera, whose principal point is \
+                            held in the middle; photographs of one camera at one size give better poses";
+
 /// The verb.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
@@ -171,19 +175,16 @@ impl Plan {
 
     /// Does everything and moves the result to `out`.
     fn make(&self, work: WorkFolder, out: &Path, show: Show) -> Result<Report, Failure> {
-        let stages = self.colmap.len() as u64 + 1;
-        let mut progress = Progress::new(show, "import", stages);
+        let mut progress = Progress::new(show, "import", self.colmap.len() as u64 + 1);
         if work.goes_on {
             progress.say(&format!("going on from what {} holds", self.root.display()));
         }
-        let made = self.stages(&work, &mut progress);
-        let (mut times, models, warnings) = match made {
-            Ok(made) => made,
-            Err(failure) => {
-                progress.abandon("");
-                return Err(failure);
-            }
-        };
+        let mut done = Done::default();
+        let stages = self.photographs(&work, &mut done, &mut progress);
+        if let Err(failure) = stages.and_then(|()| self.pose(&work, &mut done, &mut progress, show)) {
+            progress.abandon("");
+            return Err(failure);
+        }
         progress.finish("");
         let (names, meaning, left_out) = match &self.source {
             Source::Photographs(set) => (set.names(), set.meaning, set.unread.clone()),
@@ -191,18 +192,8 @@ impl Plan {
         };
         // Masks of what to ignore were stored as masks of what to use.
         let meaning = meaning.map(|m| if m == MaskMeaning::Ignore { MaskMeaning::Keep } else { m });
-        let data = opened(&work, meaning, models[0].images.len())?;
-        times.retain(|(_, time)| *time > Duration::ZERO);
-        let report = Report::new(Made {
-            out,
-            names,
-            models: &models,
-            data: &data,
-            meaning,
-            left_out,
-            warnings,
-            times,
-        });
+        let data = opened(&work, meaning, done.models[0].images.len())?;
+        let report = Report::new(Made { out, names, done: &done, data: &data, meaning, left_out });
         for name in ["features.db", "features.db-wal", "features.db-shm", "feature_masks"] {
             work::remove(&work.join(name))?;
         }
@@ -210,47 +201,75 @@ impl Plan {
         Ok(report)
     }
 
-    /// Copies or takes photographs, and calls COLMAP. Returns times, models and warnings.
-    fn stages(
+    /// Copies photographs, or takes them from the video.
+    fn photographs(
         &self,
         work: &WorkFolder,
+        done: &mut Done,
         progress: &mut Progress,
-    ) -> Result<(Vec<(Stage, Duration)>, Vec<ColmapModel>, Vec<String>), Failure> {
-        let (mut times, mut models, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
-        let log = work.join(work::LOG);
+    ) -> Result<(), Failure> {
         match &self.source {
-            Source::Photographs(set) => set.copy(work, progress)?,
-            Source::Video(_) if Frames::are_taken(work) => {}
+            Source::Photographs(set) => {
+                if set.shared == Shared::InFolders {
+                    done.warnings.push(SIZES_DIFFER.to_owned());
+                }
+                set.copy(work, progress)
+            }
+            Source::Video(_) if Frames::are_taken(work) => Ok(()),
             Source::Video(frames) => {
                 Frames::prepare(work)?;
-                times.push((Stage::Frames, stage::run(&frames.call(&self.root), &log, progress)?));
-                frames.choose(work)?;
+                let time = stage::run(&frames.call(&self.root), &work.join(work::LOG), progress)?;
+                done.times.push((Stage::Frames, time));
+                frames.choose(work)
             }
         }
-        for (done, call) in self.colmap.iter().enumerate() {
-            progress.set(done as u64 + 1, "");
+    }
+
+    /// Calls COLMAP.
+    fn pose(
+        &self,
+        work: &WorkFolder,
+        done: &mut Done,
+        progress: &mut Progress,
+        show: Show,
+    ) -> Result<(), Failure> {
+        for (before, call) in self.colmap.iter().enumerate() {
+            progress.set(before as u64 + 1, "");
             if call.stage == Stage::Poses {
                 // A model of an import that was stopped would be taken for one of this import.
                 work::remove(&work.join("sparse"))?;
                 create_folder(&work.join("sparse"))?;
             }
-            match stage::run(call, &log, progress) {
+            match stage::run(call, &work.join(work::LOG), progress) {
                 Ok(time) => {
-                    progress.say(&format!("{} took {}", call.stage.name(), clock(time)));
-                    times.push((call.stage, time));
+                    // Plain lines say it by themselves.
+                    if show == Show::Bar {
+                        progress.say(&format!("{} took {}", call.stage.name(), clock(time)));
+                    }
+                    done.times.push((call.stage, time));
                 }
                 // The mapper's model is whole without it.
                 Err(failure) if call.stage == Stage::Refinement && !interrupted() => {
-                    warnings.push(format!("the principal point stays in the middle: {}", failure.error));
+                    let text = format!("the principal point stays in the middle: {}", failure.error);
+                    done.warnings.push(text);
                 }
                 Err(failure) => return Err(failure),
             }
             if call.stage == Stage::Poses {
-                models = keep_largest(work)?;
+                done.models = keep_largest(work)?;
             }
         }
-        Ok((times, models, warnings))
+        Ok(())
     }
+}
+
+/// What the stages of an import have given.
+#[derive(Default)]
+struct Done {
+    times: Vec<(Stage, Duration)>,
+    /// The largest first.
+    models: Vec<ColmapModel>,
+    warnings: Vec<String>,
 }
 
 /// Moves the largest model to `sparse/0` and removes the others, whose coordinates are not its own. Returns all of them,
@@ -296,5 +315,8 @@ fn image_names(work: &WorkFolder) -> Result<Vec<String>, Failure> {
     let read = fs::read_dir(&images)
         .with_context(|| format!("cannot read {}", images.display()))
         .or_exit(Exit::Io)?;
-    Ok(read.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+    let mut names: Vec<String> =
+        read.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    Ok(names)
 }

@@ -1,11 +1,12 @@
 //! What an import made.
 
+use super::Done;
 use super::calls::Stage;
 use crate::progress::clock;
 use crate::shell::quoted;
 use crate::table::count;
 use crate::verbs::meaning_name;
-use refraxel_data::{ColmapModel, Dataset, MaskMeaning, report};
+use refraxel_data::{Dataset, MaskMeaning, report};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Duration;
@@ -53,18 +54,17 @@ pub struct StageTime {
 pub struct Made<'a> {
     pub out: &'a Path,
     pub names: Vec<String>,
-    pub models: &'a [ColmapModel],
+    pub done: &'a Done,
     pub data: &'a Dataset,
     /// As stored in the dataset.
     pub meaning: Option<MaskMeaning>,
+    /// Files in formats that are not read.
     pub left_out: Vec<String>,
-    pub warnings: Vec<String>,
-    pub times: Vec<(Stage, Duration)>,
 }
 
 impl Report {
     pub fn new(made: Made<'_>) -> Self {
-        let model = &made.models[0];
+        let model = &made.done.models[0];
         let inspection = report(made.data);
         let out = made.out.display().to_string();
         // Masks of glass lie in a folder whose name says so; of others the user has to.
@@ -81,14 +81,14 @@ impl Report {
             not_posed,
             mean_reprojection_error: model.mean_error,
             points: model.points,
-            models: made.models.iter().map(|model| model.images.len()).collect(),
+            models: made.done.models.iter().map(|model| model.images.len()).collect(),
             lenses: inspection.cameras.lenses,
             focal: inspection.cameras.focal,
             masks: inspection.masks.map_or(0, |masks| masks.count),
             mask_meaning: made.meaning.map(meaning_name),
             left_out: made.left_out,
-            warnings: made.warnings,
-            seconds: made.times.iter().map(time).collect(),
+            warnings: made.done.warnings.clone(),
+            seconds: made.done.times.iter().map(time).collect(),
             log: made.out.join(super::work::LOG).display().to_string(),
             next: format!("refraxel train {} --out run{keep} --minutes 10", quoted(&out)),
             out,

@@ -56,8 +56,9 @@ fn wait(
         counted =
             read.lines().iter().filter_map(|line| count(call.stage, line)).next_back().unwrap_or(counted);
         show(counted);
-        if let Some(status) = status {
-            return Ok(status);
+        // Ctrl-C in a terminal reaches the program too, and it may end before this process has heard of it.
+        if status.is_some_and(|status| !status.success()) {
+            sleep(LOOK_EVERY);
         }
         if interrupted() {
             // Either may fail because Ctrl-C has ended the program already.
@@ -67,6 +68,9 @@ fn wait(
                 Exit::Interrupted,
                 anyhow!("stopped while {} was at work", call.program),
             ));
+        }
+        if let Some(status) = status {
+            return Ok(status);
         }
         sleep(LOOK_EVERY);
     }
