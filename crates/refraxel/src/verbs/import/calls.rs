@@ -142,7 +142,12 @@ pub fn colmap(work: &Path, settings: &Settings) -> Vec<Call> {
         Pairs::All => "exhaustive_matcher",
         Pairs::Neighbours => "sequential_matcher",
     };
-    let matches = database().into_iter().chain(on_cpu(matching)).chain(threads(matching)).collect();
+    let mut matches = database();
+    if settings.pairs == Pairs::Neighbours {
+        // Loops need a vocabulary, which newer versions would download.
+        matches.extend(["--SequentialMatching.loop_detection", "0"].map(str::to_owned));
+    }
+    matches.extend(on_cpu(matching).into_iter().chain(threads(matching)));
 
     let mut poses = database();
     poses.extend(["--image_path".to_owned(), file("images"), "--output_path".to_owned(), file("sparse")]);
@@ -230,7 +235,7 @@ mod tests {
             "--ImageReader.single_camera_per_folder 1 --ImageReader.mask_path 'my work/feature_masks' \
              --FeatureExtraction.use_gpu 0 --FeatureExtraction.num_threads 2"
         ));
-        assert!(lines[1].starts_with("colmap sequential_matcher"));
+        assert!(lines[1].starts_with("colmap sequential_matcher") && lines[1].contains("loop_detection 0"));
         assert!(lines[1].ends_with("--FeatureMatching.use_gpu 0 --FeatureMatching.num_threads 2"));
         assert!(lines[2].ends_with("--Mapper.num_threads 2") && lines.len() == 3, "{lines:?}");
     }
