@@ -10,6 +10,10 @@ use std::path::Path;
 /// simple would bend straight lines, and rays would miss the glass.
 pub const CAMERA_MODEL: &str = "OPENCV";
 
+/// What to do where COLMAP finds too little that several photographs show.
+pub const TOO_LITTLE: &str = "it found too little that several photographs show; take more, each of which shows most of what \
+                              its neighbour shows, sharp and bright, with textured things around the glass";
+
 /// What is done, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {

@@ -16,7 +16,7 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show, clock};
 use anyhow::{Context, anyhow};
-use calls::{Call, Dialect, Pairs, Settings, Shared, Stage};
+use calls::{Call, Dialect, Pairs, Settings, Shared, Stage, TOO_LITTLE};
 use frames::Frames;
 use photos::{FEWEST, PhotoSet};
 use refraxel_data::photographs::is_video;
@@ -279,11 +279,10 @@ fn keep_largest(work: &WorkFolder) -> Result<Vec<ColmapModel>, Failure> {
     let models = colmap_models(&sparse).map_err(data_failure)?;
     let posed = models.first().map_or(0, |model| model.images.len());
     if posed < FEWEST {
+        let log = work.join(work::LOG);
         let text = format!(
-            "COLMAP posed {posed} photographs, and at least {FEWEST} are needed: it found too little that several of them \
-             show; take more photographs, each of which shows most of what its neighbour shows, with textured things \
-             around the glass; {} has its output",
-            work.join(work::LOG).display()
+            "COLMAP posed {posed} photographs, and at least {FEWEST} are needed: {TOO_LITTLE}; {} has its output",
+            log.display()
         );
         return Err(Failure::new(Exit::BadInput, anyhow!(text)));
     }

@@ -1,6 +1,6 @@
 //! One call of another program: its output goes to the log, its progress to the terminal, and Ctrl-C ends it.
 
-use super::calls::{Call, Stage};
+use super::calls::{Call, Stage, TOO_LITTLE};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Subtask, clock};
 use crate::verbs::interrupted;
@@ -82,7 +82,8 @@ fn failed(call: &Call, status: ExitStatus, log: &Path, last: &str) -> Failure {
         _ if status.code().is_none() => {
             "it may have needed more memory than there is; try fewer or smaller photographs"
         }
-        _ => "check that the photographs overlap and are sharp",
+        Stage::Poses => TOO_LITTLE,
+        _ => "the log says why",
     };
     let text = format!(
         "{} failed at the {} ({status}); {advice}\n  {call}\nits last lines, of {}:\n{last}",
