@@ -124,6 +124,7 @@ impl Source {
 struct Plan {
     source: Source,
     root: PathBuf,
+    settings: Settings,
     /// The calls of COLMAP.
     colmap: Vec<Call>,
 }
@@ -144,7 +145,7 @@ impl Plan {
         let threads = args.work.threads.map(usize::from);
         let settings = Settings { dialect, pairs, shared, masks, threads };
         let colmap = calls::colmap(&root, &settings);
-        Self { source, root, colmap }
+        Self { source, root, settings, colmap }
     }
 
     /// Everything that the features and matches of an earlier import depend on.
@@ -163,7 +164,9 @@ impl Plan {
                 (vec![stamp(&frames.video)], None, Some(frames.call(&self.root).to_string()))
             }
         };
-        let calls: Vec<String> = frames.into_iter().chain(self.colmap.iter().map(Call::to_string)).collect();
+        // The number of threads changes nothing.
+        let colmap_calls = calls::colmap(&self.root, &Settings { threads: None, ..self.settings });
+        let calls: Vec<String> = frames.into_iter().chain(colmap_calls.iter().map(Call::to_string)).collect();
         json!({
             "source": super::absolute(&args.source),
             "colmap": colmap.version,

@@ -2,7 +2,6 @@
 
 use super::calls::Dialect;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::shell::quoted;
 use anyhow::{Context, anyhow};
 use std::io;
 use std::path::Path;
@@ -80,12 +79,11 @@ fn answer(program: &str, words: &[&str]) -> Result<Option<String>, Failure> {
 pub fn missing(names: &[&str], script: &[String]) -> Failure {
     let (is, it) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
     let packages = names.join(" ").to_ascii_lowercase();
-    let packages = quoted(&packages).replace('\'', "");
     let text = format!(
         "{} {is} not installed: not found on the PATH; install {it} and run the same command again\n  \
          apt-get install {packages}    (Debian, Ubuntu)\n  \
          brew install {packages}       (macOS)\n\
-         or run these commands where {it} {is} installed; they make the same dataset:\n  {}",
+         or run these commands where {it} {is} installed; they make such a dataset:\n  {}",
         names.join(" and "),
         script.join("\n  "),
     );
