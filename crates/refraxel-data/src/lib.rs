@@ -23,6 +23,7 @@ mod open;
 mod options;
 mod parsed;
 mod photo;
+pub mod photographs;
 mod pose;
 mod region;
 mod root;
@@ -34,6 +35,7 @@ pub use dataset::{
     Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split, View,
 };
 pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
+pub use formats::colmap::{ColmapModel, colmap_models};
 pub use image::{Image, Mask, Pixels};
 pub use index_source::{IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};

@@ -48,7 +48,7 @@ pub(crate) fn find_all(
         found.iter().flatten().filter(|(_, stated)| options.mask_meaning.is_none() && is_open(*stated));
     let open: Vec<&Path> = open.map(|(path, _)| path.as_path()).collect();
     let white = white_share(&open)?;
-    let shown = if white.is_some_and(|w| w < SMALL) { MaskMeaning::Refractive } else { MaskMeaning::Keep };
+    let shown = meaning_of(white);
     let concluded = |stated: StatedMask| match stated {
         StatedMask::Known(meaning) => meaning,
         _ if is_open(stated) => shown,
@@ -63,6 +63,15 @@ const SMALL: f64 = 0.5;
 
 /// Masks that are looked at to find out what their white means, at most.
 const LOOKED_AT: usize = 12;
+
+/// [`crate::photographs::meaning_shown`].
+pub(crate) fn meaning_shown(masks: &[&Path]) -> Result<MaskMeaning, DataError> {
+    white_share(masks).map(meaning_of)
+}
+
+fn meaning_of(white: Option<f64>) -> MaskMeaning {
+    if white.is_some_and(|w| w < SMALL) { MaskMeaning::Refractive } else { MaskMeaning::Keep }
+}
 
 /// The median share of white in masks that are not black; `None` without any.
 fn white_share(masks: &[&Path]) -> Result<Option<f64>, DataError> {

@@ -2,6 +2,7 @@
 
 use crate::formats::{colmap, llff, nsvf, transforms};
 use crate::parsed::ParsedDataset;
+use crate::photographs::{Photographs, is_video};
 use crate::{DataError, Dataset, NamedCamera, OpenOptions, assemble};
 use std::path::Path;
 
@@ -49,5 +50,18 @@ fn import(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError
     if let Some(poses) = nsvf::pose_folder(path) {
         return nsvf::read(path, &poses, options);
     }
-    Err(DataError::UnknownFormat { path: path.to_owned() })
+    Err(without_poses(path))
+}
+
+/// Why nothing that was found has poses.
+fn without_poses(path: &Path) -> DataError {
+    let path = path.to_owned();
+    if path.is_file() && is_video(&path) {
+        return DataError::Video { path };
+    }
+    let found = Photographs::in_folder(&path).unwrap_or_default();
+    match found.names.len() + found.unread.len() {
+        0 => DataError::UnknownFormat { path },
+        count => DataError::NoPoses { path, count },
+    }
 }

@@ -3,8 +3,9 @@
 use crate::error::Size;
 use crate::image::{BadPixel, not_finite};
 use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, limits};
+use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;
-use ::image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader, Limits};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -106,6 +107,63 @@ fn load_mask(path: &Path, image: &Path, expected: Size) -> Result<Mask, DataErro
         return Err(DataError::MaskSize { path: path.to_owned(), mask, image: image.to_owned(), expected });
     }
     Ok(Mask { width, height, coverage: decoded.into_raw() })
+}
+
+/// [`crate::photographs::turned_upright`].
+pub(crate) fn turned_upright(path: &Path) -> Result<Option<Vec<u8>>, DataError> {
+    let broken = |source| DataError::Decode { path: path.to_owned(), source };
+    let (mut decoder, orientation) = open(path)?;
+    if orientation == Orientation::NoTransforms {
+        return Ok(None);
+    }
+    // Tags that cannot be read are no reason to refuse the pixels.
+    let mut exif = decoder.exif_metadata().ok().flatten().unwrap_or_default();
+    let profile = decoder.icc_profile().ok().flatten().unwrap_or_default();
+    let mut image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    image.apply_orientation(orientation);
+    let _ = Orientation::remove_from_exif_chunk(&mut exif); // the orientation that was obeyed
+    let mut bytes = Vec::new();
+    let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if is_png {
+        let encoder = with_tags(PngEncoder::new(&mut bytes), exif, profile);
+        image.write_with_encoder(encoder).map_err(broken)?;
+    } else {
+        let encoder = with_tags(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY), exif, profile);
+        image.into_rgb8().write_with_encoder(encoder).map_err(broken)?;
+    }
+    Ok(Some(bytes))
+}
+
+/// Quality of photographs that are encoded anew, in percent: hardly to be told from the original.
+const JPEG_QUALITY: u8 = 97;
+
+/// The tags are for other programs; a format that cannot hold them loses nothing that is used here.
+fn with_tags<E: ImageEncoder>(mut encoder: E, exif: Vec<u8>, profile: Vec<u8>) -> E {
+    if !exif.is_empty() {
+        let _ = encoder.set_exif_metadata(exif);
+    }
+    if !profile.is_empty() {
+        let _ = encoder.set_icc_profile(profile);
+    }
+    encoder
+}
+
+/// [`crate::photographs::upright_mask`].
+pub(crate) fn upright_mask(path: &Path, photograph: &Path) -> Result<Mask, DataError> {
+    let (decoder, orientation) = open(photograph)?;
+    let (width, height) = decoder.dimensions();
+    let expected = header(photograph)?.upright;
+    let mut mask = decode(path, Some(expected))?;
+    let size = |mask: &DynamicImage| Size { width: mask.width(), height: mask.height() };
+    if size(&mask) != expected && size(&mask) == (Size { width, height }) {
+        mask.apply_orientation(orientation);
+    }
+    let found = size(&mask);
+    if found != expected {
+        let (path, image) = (path.to_owned(), photograph.to_owned());
+        return Err(DataError::MaskSize { path, mask: found, image, expected });
+    }
+    Ok(Mask { width: found.width, height: found.height, coverage: mask.into_luma8().into_raw() })
 }
 
 /// The file's decoder, checked against the pixel limit, and its orientation tag.

@@ -10,5 +10,6 @@ pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod sentences;
+pub mod shell;
 pub mod table;
 pub mod verbs;

@@ -30,6 +30,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
         Verb::Mask(args) => verbs::mask::run(&args),
         Verb::Eval(args) => verbs::eval::run(&args),
         Verb::Demo(args) => verbs::demo::run(&args),
+        Verb::Import(args) => verbs::import::run(&args),
         Verb::Inspect(args) => verbs::inspect::run(&args),
         Verb::Render(args) => verbs::render::run(&args),
         Verb::Export(args) => verbs::export::run(&args),

@@ -5,6 +5,7 @@ mod lines;
 
 use bar::Bar;
 use lines::Lines;
+pub(crate) use lines::clock;
 use std::io::{self, IsTerminal, Write};
 use std::time::Instant;
 

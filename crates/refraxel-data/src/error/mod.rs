@@ -36,6 +36,20 @@ pub enum DataError {
         /// The folder or file.
         path: PathBuf,
     },
+    /// Photographs that no file gives poses to.
+    #[error("{path}: {count} photographs without poses; their poses have to be computed first", path = path.display())]
+    NoPoses {
+        /// The folder.
+        path: PathBuf,
+        /// How many photographs it holds.
+        count: usize,
+    },
+    /// A video, of which photographs have to be taken.
+    #[error("{path}: a video, which has no poses; photographs have to be taken from it and posed first", path = path.display())]
+    Video {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file or count is beyond the limit that protects memory.
     #[error("{path}: {what} is {found}, the limit is {limit}; split or shrink the data", path = path.display())]
     TooLarge {

@@ -12,7 +12,7 @@ use crate::DataError;
 use std::path::Path;
 
 /// The names in a folder, sorted.
-fn names(folder: &Path) -> Result<Vec<String>, DataError> {
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>, DataError> {
     let failed = |source| DataError::Read { path: folder.to_owned(), source };
     let entries = std::fs::read_dir(folder).map_err(failed)?;
     let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();

@@ -1,12 +1,14 @@
 //! The command line: every verb and flag, with examples. What a verb does lives in a file of its own.
 
 mod data;
+mod import;
 mod mask;
 mod run;
 mod scene;
 mod values;
 
 pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
@@ -21,6 +23,7 @@ use clap::{Args, Parser, Subcommand};
 #[command(version, subcommand_required = true, arg_required_else_help = true)]
 #[command(after_help = "Examples:
   refraxel demo                         a glass scene from start to score, in about a minute
+  refraxel import photos --out scene    poses for plain photographs
   refraxel inspect my_photos            what a dataset contains, and its problems
   refraxel train my_photos --out run    train on photographs with poses
 
@@ -36,6 +39,8 @@ pub struct Cli {
 pub enum Verb {
     /// Makes a glass scene, trains on it and compares the result with the truth
     Demo(DemoArgs),
+    /// Poses plain photographs or a video with COLMAP, and makes a dataset of them
+    Import(ImportArgs),
     /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),
     /// Makes masks of glass and water: from a click, a box or an outline in some photographs, or from nothing

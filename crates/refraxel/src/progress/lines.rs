@@ -136,7 +136,7 @@ fn time_left(passed: Duration, done: u64, left: u64) -> Option<Duration> {
 }
 
 /// "0:07", "12:30" or "1:02:03".
-fn clock(time: Duration) -> String {
+pub(crate) fn clock(time: Duration) -> String {
     let seconds = time.as_secs();
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }

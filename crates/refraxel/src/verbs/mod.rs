@@ -6,6 +6,7 @@ pub mod demo;
 pub mod eval;
 pub mod evaluation;
 pub mod export;
+pub mod import;
 pub mod inspect;
 pub mod loaded;
 pub mod mask;
@@ -18,7 +19,8 @@ pub mod train;
 use crate::cli::{ReadingArgs, WorkArgs};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
-use anyhow::Context;
+use crate::shell::quoted;
+use anyhow::{Context, anyhow};
 use loaded::Loaded;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
 use refraxel_train::cancel::Cancel;
@@ -120,7 +122,15 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
 }
 
 /// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.
+///
+/// Where poses are missing, the message says which command computes them.
 pub fn data_failure(error: DataError) -> Failure {
+    if let DataError::NoPoses { path, .. } | DataError::Video { path } = &error {
+        let source = quoted(&path.display().to_string());
+        let commands =
+            format!("  refraxel import {source} --out scene\n  refraxel train scene --out run --minutes 10");
+        return Failure::new(Exit::BadInput, anyhow!("{error}:\n{commands}"));
+    }
     let exit = match &error {
         DataError::Read { source, .. } if source.kind() != io::ErrorKind::NotFound => Exit::Io,
         _ => Exit::BadInput,

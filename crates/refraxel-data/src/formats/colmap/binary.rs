@@ -1,7 +1,7 @@
 //! `cameras.bin`, `images.bin`, `points3D.bin`.
 
 use super::models::{self, Calibration};
-use super::{Calibrations, Image};
+use super::{Calibrations, Image, Point};
 use crate::DataError;
 use crate::bytes::Bytes;
 use refraxel_core::Vec3;
@@ -52,7 +52,7 @@ pub(super) fn images(path: &Path, content: &[u8]) -> Result<Vec<Image>, DataErro
 
 /// u64 n; each: u64 id, f64 position, 3 u8 colour, f64 error, u64 m and m track elements of 8 bytes. Points that are
 /// not finite are dropped.
-pub(super) fn points(path: &Path, content: &[u8]) -> Result<Vec<Vec3<f64>>, DataError> {
+pub(super) fn points(path: &Path, content: &[u8]) -> Result<Vec<Point>, DataError> {
     const EXPECTED: &str = "points of COLMAP (id, position, colour, error, track)";
     let mut bytes = Bytes::new(path, content);
     let count = bytes.u64(EXPECTED)?;
@@ -61,10 +61,11 @@ pub(super) fn points(path: &Path, content: &[u8]) -> Result<Vec<Vec3<f64>>, Data
     for _ in 0..count {
         bytes.u64(EXPECTED)?;
         let position = Vec3::from(bytes.f64s::<3>(EXPECTED)?);
-        bytes.take(11, EXPECTED)?;
+        bytes.take(3, EXPECTED)?; // colour
+        let [error] = bytes.f64s(EXPECTED)?;
         let track = bytes.u64(EXPECTED)?;
         bytes.skip(track, 8, EXPECTED)?;
-        points.extend(position.is_finite().then_some(position));
+        points.extend(position.is_finite().then_some(Point { position, error: Some(error) }));
     }
     Ok(points)
 }

@@ -4,6 +4,7 @@
 
 mod binary;
 mod models;
+mod summary;
 mod text;
 
 use crate::error::PoseFault;
@@ -15,6 +16,7 @@ use refraxel_core::{Pose, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+pub use summary::{ColmapModel, colmap_models};
 
 /// One registered image.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +30,14 @@ struct Image {
     camera: u32,
     /// Path below the image folder.
     name: String,
+}
+
+/// One triangulated point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    position: Vec3<f64>,
+    /// Mean distance between where the point is seen and where it is projected [pixel], where it is stated.
+    error: Option<f64>,
 }
 
 type Calibrations = HashMap<u32, Calibration>;
@@ -87,13 +97,26 @@ pub(crate) fn read(
     parsed
         .problems
         .push(Problem::note(format!("{} of {total} images are registered by COLMAP", images.len())));
-    if let Some(points) = file(&model, "points3D") {
-        parsed.points = match is_binary(&points) {
-            true => binary::points(&points, &limits::read(&points, limits::BINARY_BYTES)?)?,
-            false => text::points(&points, &limits::read_text(&points)?)?,
-        };
-    }
+    parsed.points = points(&model)?.iter().map(|point| point.position).collect();
     Ok(parsed)
+}
+
+/// The images that a model poses.
+fn images(model: &Path) -> Result<Vec<Image>, DataError> {
+    let path = file(model, "images").unwrap_or_default();
+    match is_binary(&path) {
+        true => binary::images(&path, &limits::read(&path, limits::BINARY_BYTES)?),
+        false => text::images(&path, &limits::read_text(&path)?),
+    }
+}
+
+/// The points of a model; none where it has no file of them.
+fn points(model: &Path) -> Result<Vec<Point>, DataError> {
+    let Some(path) = file(model, "points3D") else { return Ok(Vec::new()) };
+    match is_binary(&path) {
+        true => binary::points(&path, &limits::read(&path, limits::BINARY_BYTES)?),
+        false => text::points(&path, &limits::read_text(&path)?),
+    }
 }
 
 /// The images of the model that has most of them, and a note when there were several.
@@ -101,11 +124,7 @@ fn largest(candidates: &[PathBuf], problems: &mut Vec<Problem>) -> Result<(PathB
     let mut best: (PathBuf, Vec<Image>) = Default::default();
     let mut sizes = Vec::new();
     for model in candidates {
-        let path = file(model, "images").unwrap_or_default();
-        let images = match is_binary(&path) {
-            true => binary::images(&path, &limits::read(&path, limits::BINARY_BYTES)?)?,
-            false => text::images(&path, &limits::read_text(&path)?)?,
-        };
+        let images = images(model)?;
         sizes.push(format!("{} ({} images)", model.display(), images.len()));
         if best.0.as_os_str().is_empty() || images.len() > best.1.len() {
             best = (model.clone(), images);

@@ -1,7 +1,7 @@
 //! `cameras.txt`, `images.txt`, `points3D.txt`.
 
 use super::models::Calibration;
-use super::{Calibrations, Image};
+use super::{Calibrations, Image, Point};
 use crate::DataError;
 use refraxel_core::Vec3;
 use std::path::Path;
@@ -49,14 +49,16 @@ pub(super) fn images(path: &Path, text: &str) -> Result<Vec<Image>, DataError> {
 }
 
 /// `POINT3D_ID X Y Z R G B ERROR TRACK…` per line. Points that are not finite are dropped.
-pub(super) fn points(path: &Path, text: &str) -> Result<Vec<Vec3<f64>>, DataError> {
+pub(super) fn points(path: &Path, text: &str) -> Result<Vec<Point>, DataError> {
     const EXPECTED: &str = "POINT3D_ID X Y Z R G B ERROR TRACK...";
     let mut points = Vec::new();
     for (line, key) in lines(text) {
         let mut fields = Fields { path, key: &key, line, rest: line, expected: EXPECTED };
         let _id: u64 = fields.parse()?;
         let position = Vec3::new(fields.parse()?, fields.parse()?, fields.parse()?);
-        points.extend(position.is_finite().then_some(position));
+        // Behind three values of colour; programs that only look for positions leave both out.
+        let error = fields.rest.split_whitespace().nth(3).and_then(|e| e.parse().ok());
+        points.extend(position.is_finite().then_some(Point { position, error }));
     }
     Ok(points)
 }
