@@ -220,6 +220,11 @@ impl RaySampler {
         self.count_inside();
     }
 
+    /// Whether masks that were found say where outlines are.
+    pub fn traces_found(&self) -> bool {
+        self.traces_found
+    }
+
     /// Number of views whose data have a mask of what is refractive.
     pub fn stated(&self) -> usize {
         self.views.iter().filter(|v| v.stated().is_some()).count()

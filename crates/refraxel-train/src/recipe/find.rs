@@ -8,8 +8,8 @@ use super::{Known, RecipeError};
 use crate::backend::Backend;
 use crate::events::{Task, Watch};
 use crate::initial::{Outlines, Search, Site, Spacing, region_grid};
-use crate::options::StartShape;
-use crate::rays::Selection;
+use crate::options::{Options, StartShape};
+use crate::rays::{RaySampler, Selection};
 use crate::verdict::StayReason;
 use refraxel_core::{Aabb, Vec3};
 
@@ -104,11 +104,25 @@ fn from_masks(
     let region = |bounds: &Aabb<f32>| match options.shape.start {
         StartShape::Block => vec![sites.block(bounds)],
         StartShape::Ball => vec![sites.ball(bounds)],
-        _ => Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), options),
+        _ => {
+            Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), &as_rough(options, sampler))
+        }
     };
     let regions = boxes.map_err(StayReason::from)?.iter().flat_map(region).collect();
     watch.progress(Task::Carving, 3, 3)?;
     Ok(regions)
+}
+
+/// Outlines that were found where no mask shows them are known to this part of a body's radius.
+const ROUGH: f64 = 0.06;
+
+/// The options, with what rough outlines need.
+fn as_rough(options: &Options, sampler: &RaySampler) -> Options {
+    let mut rough = options.clone();
+    if sampler.traces_found() && rough.shape.ellipsoid > 0.0 {
+        rough.shape.ellipsoid = rough.shape.ellipsoid.max(ROUGH);
+    }
+    rough
 }
 
 /// Signed distance from the ellipsoid in a box, exact on its surface.
