@@ -318,6 +318,7 @@ impl<B: Backend> Trainer<B> {
             voxels: self.backend.map().voxels() as u64,
             samples_per_ray: tally.samples_per_ray(),
             krays_per_s: tally.krays_per_s(),
+            overflows: tally.overflows(),
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
             absorption: self.backend.medium().absorption(),
