@@ -81,8 +81,8 @@ pub(crate) fn seek(
     let ground = Ground::new(&silhouettes(&evidence, RESIDUALS[0]), backend.domain().voxel());
     let ground = ground.under(&first.surface());
     let clean = before.is_some();
-    let gate =
-        refined(&first, &evidence, Refining { nodes, bound: BOUNDS[usize::from(clean)], clean, ground });
+    let how = Refining { nodes, bound: BOUNDS[usize::from(clean)], clean, ground };
+    let gate = refined(&first, &evidence, how, watch.cancel());
     watch.cancel().check()?;
     let separation = separation(&evidence.iter().collect::<Vec<_>>(), &gate);
     let sought = Sought { gate, ground, separation };

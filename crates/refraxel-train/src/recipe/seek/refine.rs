@@ -8,6 +8,7 @@ use super::evidence::Evidence;
 use super::hull::{Carved, keep_large_parts};
 use super::moments;
 use crate::blur::gaussian_blur;
+use crate::cancel::Cancel;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
 use rayon::prelude::*;
@@ -35,14 +36,14 @@ pub(super) struct Refining {
     pub ground: Option<Plane>,
 }
 
-/// The refined shape.
-pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
+/// The refined shape; without meaning once somebody wishes to stop.
+pub(super) fn refined(first: &Carved, views: &[Evidence], how: Refining, cancel: &Cancel) -> Gate {
     let domain = Domain::with_longest(first.bounds, Extent::Bounded, how.nodes);
     let n = domain.resolution.map(|n| n as usize);
     let threshold = threshold(&first.gate, views);
     let vote = |j: usize| {
         let x = domain.position(domain.coordinates(j));
-        let stands = how.ground.is_none_or(|p| p.height(x) > 0.0);
+        let stands = how.ground.is_none_or(|p| p.height(x) > 0.0) && !cancel.is_cancelled();
         if stands { mean_vote(views, x, threshold, how.clean.then_some(domain.voxel())) } else { -1.0 }
     };
     let mut votes: Vec<f32> = (0..n[0] * n[1] * n[2]).into_par_iter().map(vote).collect();

@@ -1,6 +1,7 @@
 //! A ball among residuals that leave a part of it out.
 
 use super::*;
+use crate::cancel::Cancel;
 use crate::random::Random;
 use refraxel_core::{Camera, Domain, Extent, Vec3, vec3};
 
@@ -56,7 +57,7 @@ fn a_ball_is_found_from_a_part_of_it_and_from_more_than_it() {
     let views = views(0.33);
     for (centre, radius) in [(vec3(0.08, 0.0, 0.0), 0.38), (vec3(0.0, 0.1, 0.1), 0.7)] {
         let first = Carved::of(&ball(centre, radius), &BOX).unwrap();
-        let (before, found) = (overlap(&first.gate), overlap(&refined(&first, &views, HOW)));
+        let (before, found) = (overlap(&first.gate), overlap(&refined(&first, &views, HOW, &Cancel::new())));
         assert!(before < 0.5 && found > 0.8, "{before} {found}");
     }
 }
@@ -65,7 +66,7 @@ fn a_ball_is_found_from_a_part_of_it_and_from_more_than_it() {
 fn nothing_is_taken_for_refractive_below_the_ground() {
     let first = Carved::of(&ball(Vec3::zero(), 0.4), &BOX).unwrap();
     let ground = Plane::facing(vec3(0.0, 0.0, 1.0), 0.1);
-    let found = refined(&first, &views(0.33), Refining { ground: Some(ground), ..HOW });
+    let found = refined(&first, &views(0.33), Refining { ground: Some(ground), ..HOW }, &Cancel::new());
     let height = |z: f32| ground.height(vec3(0.0, 0.0, z));
     assert!(found.is_inside(vec3(0.0, 0.0, 0.3)), "{}", height(0.3));
     assert!(!found.is_inside(vec3(0.0, 0.0, -0.3)), "{}", height(-0.3));
