@@ -6,7 +6,7 @@ use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
-use crate::verbs::cancel;
+use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::sheet::save_png;
 use anyhow::anyhow;
