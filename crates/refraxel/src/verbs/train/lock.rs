@@ -38,7 +38,12 @@ impl Lock {
     /// Takes the lock of a run. One whose holder is gone is taken over, and a line says so.
     pub fn take(run: &Path, show: Show) -> Result<Self, Failure> {
         let path = run.join(LOCK);
-        let unusable = || format!("cannot write {}; choose a folder you may write to", path.display());
+        let unusable = || {
+            format!(
+                "cannot write {}; make room there, or choose an --out that you may write to",
+                path.display()
+            )
+        };
         loop {
             let mut file = open(&path).with_context(unusable).or_exit(Exit::Io)?;
             match file.try_lock() {
