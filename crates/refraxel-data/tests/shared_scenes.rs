@@ -1,22 +1,19 @@
-//! The independent scenes in `shared/data`, where they are present.
-#![allow(clippy::print_stdout)] // a test that did not run says so
+//! The independent scenes in the folder `shared/data` beside the repository, of which they are no part.
 
 use refraxel_data::{Backdrop, Dataset, Format, MaskMeaning, OpenOptions, Pixels};
 use std::path::PathBuf;
 
-/// Opens one of the shared scenes; says loudly when it is absent.
-fn open(scene: &str) -> Option<Dataset> {
+/// Opens one of the shared scenes.
+fn open(scene: &str) -> Dataset {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(scene);
-    if !path.exists() {
-        println!("skipped: {} does not exist", path.display());
-        return None;
-    }
-    Some(Dataset::open(path, &OpenOptions::default()).unwrap())
+    assert!(path.exists(), "there is no scene at {}; this test needs it", path.display());
+    Dataset::open(path, &OpenOptions::default()).unwrap()
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_glass_ball_has_masks_truth_and_a_white_backdrop() {
-    let Some(data) = open("glass_ball") else { return };
+    let data = open("glass_ball");
     assert_eq!((data.format, data.backdrop), (Format::Blender, Backdrop::Color([1.0; 3])));
     assert_eq!((data.split.train.len(), data.split.test.len()), (100, 40));
     assert!(data.views.iter().all(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Refractive));
@@ -30,8 +27,9 @@ fn the_glass_ball_has_masks_truth_and_a_white_backdrop() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_masks_of_the_glass_ball_cover_the_projection_of_its_centre() {
-    let Some(data) = open("glass_ball") else { return };
+    let data = open("glass_ball");
     let center = refraxel_core::vec3(0.03, -0.04, -0.14);
     for &i in &data.split.train[..10] {
         let [u, v] = data.views[i].camera.project(center).unwrap();
@@ -41,8 +39,9 @@ fn the_masks_of_the_glass_ball_cover_the_projection_of_its_centre() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_opaque_scene_is_transparent_behind_its_things() {
-    let Some(data) = open("opaque") else { return };
+    let data = open("opaque");
     assert_eq!(data.backdrop, Backdrop::Transparent);
     assert!(data.views.iter().all(|v| !v.has_mask()));
     let photo = refraxel_data::load_photo(&data.views[0]).unwrap();
@@ -51,8 +50,9 @@ fn the_opaque_scene_is_transparent_behind_its_things() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_fox_has_a_lens_a_held_out_split_and_real_surroundings() {
-    let Some(data) = open("fox") else { return };
+    let data = open("fox");
     assert_eq!((data.format, data.backdrop), (Format::Blender, Backdrop::Surroundings));
     assert_eq!((data.split.train.len(), data.split.test.len()), (43, 7));
     let camera = &data.views[data.split.train[0]].camera;
@@ -62,9 +62,10 @@ fn the_fox_has_a_lens_a_held_out_split_and_real_surroundings() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_region_contains_the_true_content_with_modest_slack() {
     for scene in ["opaque", "glass_ball", "water_tank", "grin_luneburg"] {
-        let Some(data) = open(scene) else { continue };
+        let data = open(scene);
         let truth = &data.truth.as_ref().unwrap()["aabb"];
         let corner = |i: usize| refraxel_core::Vec3::from([0, 1, 2].map(|a| truth[i][a].as_f64().unwrap()));
         let content = refraxel_core::Aabb::new(corner(0), corner(1));
@@ -89,8 +90,9 @@ fn the_region_contains_the_true_content_with_modest_slack() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_region_of_the_fox_is_seen_by_all_cameras_and_nearly_all_stand_outside() {
-    let Some(data) = open("fox") else { return };
+    let data = open("fox");
     let region = refraxel_data::scene_region(&data);
     assert!(region.unbounded && region.bounds.extent().min_element() > 2.0, "{region:?}");
     let cameras = || data.views.iter().map(|v| &v.camera);
@@ -100,8 +102,9 @@ fn the_region_of_the_fox_is_seen_by_all_cameras_and_nearly_all_stand_outside() {
 }
 
 #[test]
+#[ignore = "needs the scenes in shared/data beside the repository"]
 fn the_report_of_the_fox_says_what_a_user_asks() {
-    let Some(data) = open("fox") else { return };
+    let data = open("fox");
     let report = refraxel_data::report(&data);
     assert_eq!((report.views.total, report.views.train, report.views.test), (50, 43, 7));
     assert_eq!(report.test_names[..2], ["0001.png", "0012.png"]);

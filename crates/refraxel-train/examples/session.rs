@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut session = Session::resume(setup(), Run::read(&saved[..])?, CpuBackend::resumed, &mut |_| {})?;
     assert_eq!(session.run(Until::finished(), &mut |_| {})?, Stop::Finished);
     let scores = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {})?.scores;
-    let view = session.render(&data.views[0].camera);
+    let view = session.render(&data.views[0].camera)?;
     println!("held out: {:.1} dB; a view of {} x {}", scores.psnr.unwrap_or(0.0), view.width, view.height);
     assert!(scores.psnr.is_some_and(|psnr| psnr > 25.0), "{scores:?}");
     Ok(())

@@ -154,6 +154,9 @@ pub struct Record {
     pub samples_per_ray: f64,
     /// Thousand rays per second since the last record.
     pub krays_per_s: f64,
+    /// Evaluations of the index that taught nothing since the last record: their paths were so chaotic that derivatives overflowed.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub overflows: u64,
     /// What the run is busy with.
     #[serde(default, alias = "act")]
     pub phase: Phase,
@@ -172,6 +175,10 @@ pub struct Record {
     /// What happened since the last record, apart from progress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// A mask that contradicts those of the other views.

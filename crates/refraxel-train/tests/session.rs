@@ -205,7 +205,7 @@ fn a_camera_in_the_glass_sees_the_scene_around() {
     camera.world_from_camera.translation = vec3(0.02, -0.03, -0.13);
     let index = session.backend().medium().medium.index(camera.world_from_camera.translation.cast());
     assert!(index > 1.1, "the camera is in the glass: {index}");
-    let view = session.render(&camera);
+    let view = session.render(&camera).unwrap();
     let lit = view.colour.iter().filter(|c| c.iter().any(|v| *v > 5)).count();
     assert!(lit > view.colour.len() / 2, "{lit} of {} pixels show something", view.colour.len());
 }
@@ -307,8 +307,10 @@ fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
 }
 
 #[test]
-fn a_graded_index_goes_on_bit_by_bit_from_any_step() {
-    goes_on_bit_by_bit(&[("search.profile", "graded")]);
+fn sharp_smooth_and_graded_bodies_go_on_bit_by_bit_from_any_step() {
+    for profile in ["sharp", "smooth", "graded"] {
+        goes_on_bit_by_bit(&[("search.profile", profile)]);
+    }
 }
 
 #[test]
@@ -380,8 +382,19 @@ fn a_session_renders_and_scores_what_it_holds() {
     let found = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| views += 1).unwrap();
     assert_eq!((found.scores.images, views), (2, 2));
     assert!(found.scores.psnr.unwrap() > 15.0 && found.index.is_some());
-    let view = session.render(&session.data().views[0].camera);
+    let view = session.render(&session.data().views[0].camera).unwrap();
     assert_eq!((view.width, view.colour.len()), (32, 32 * 32));
+}
+
+#[test]
+fn a_wish_to_stop_ends_a_rendering_and_an_evaluation_and_is_fulfilled_then() {
+    let session = start(false, CpuBackend::new);
+    let camera = session.data().views[0].camera;
+    session.handle().cancel();
+    assert!(session.render(&camera).is_err() && session.render(&camera).is_ok());
+    session.handle().cancel();
+    assert!(session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| panic!("a view")).is_err());
+    assert!(session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {}).is_ok());
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub enum Exit {
     Io = 4,
     /// The computation diverged.
     Numerical = 5,
-    /// Stopped by Ctrl-C or a termination signal, after saving.
+    /// Stopped by Ctrl-C or a termination signal: after saving, or at once by a second one, which says what is kept.
     Interrupted = 130,
 }
 

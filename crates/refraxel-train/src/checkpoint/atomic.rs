@@ -1,12 +1,16 @@
-use std::fs;
+//! Files that are whole at any moment: written beside their place and renamed.
+
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// A file could not be written; what stood there before still stands there.
+use super::faults::reach;
+
+/// A file could not be written. What stood there before still stands there, unless only its folder was not flushed.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {action}: {source}; {}", path.display(), advice(source))]
+#[error("cannot write {}: {action}: {source}; {}", path.display(), advice(action, source))]
 pub struct WriteError {
     /// The file that was to be written.
     pub path: PathBuf,
@@ -16,7 +20,13 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
-fn advice(source: &io::Error) -> &'static str {
+/// The step after the new file has taken the place of the earlier one.
+const FLUSHING_FOLDER: &str = "flushing its folder to disk";
+
+fn advice(action: &str, source: &io::Error) -> &'static str {
+    if action == FLUSHING_FOLDER {
+        return "the new file is whole, but a power failure may bring the earlier one back";
+    }
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
             "free some space or choose another folder; an earlier file of this name is unchanged"
@@ -40,27 +50,23 @@ pub fn write_atomic(
     let failed = |action| move |source| WriteError { path: path.to_owned(), action, source };
     let folder = folder_of(path);
     let temporary = create_beside(path).map_err(failed("creating a temporary file in its folder"))?;
-    let mut writer = BufWriter::with_capacity(1 << 20, temporary.as_file());
+    let mut writer = BufWriter::with_capacity(1 << 20, Temporary(temporary.as_file()));
     fill(&mut writer).and_then(|()| writer.flush()).map_err(failed("writing its content"))?;
     drop(writer);
-    temporary.as_file().sync_all().map_err(failed("flushing its content to disk"))?;
-    temporary.persist(path).map_err(|e| failed("renaming the temporary file")(e.error))?;
-    sync_folder(folder).map_err(failed("flushing its folder to disk"))
+    sync(temporary.as_file()).map_err(failed("flushing its content to disk"))?;
+    rename(temporary, path).map_err(failed("renaming the temporary file"))?;
+    sync_folder(folder).map_err(failed(FLUSHING_FOLDER))
 }
 
-/// Removes the temporary files that killed programs left when they wrote `path`; returns how many.
+/// Removes the temporary files in a folder whose writers were killed before they could; returns how many.
 ///
-/// Only for the one program that owns the folder: the file that another one is writing right now looks the same.
-pub fn remove_leftovers(path: &Path) -> io::Result<usize> {
-    let prefix = temporary_prefix(path);
+/// The file that another program is writing right now stays: it is locked. Where the file system knows no locks, all stay.
+pub fn remove_leftovers(folder: &Path) -> io::Result<usize> {
     let mut removed = 0;
-    for entry in fs::read_dir(folder_of(path))? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(SUFFIX));
-        if random.is_some_and(|r| r.len() == RANDOM && r.bytes().all(|b| b.is_ascii_alphanumeric())) {
-            fs::remove_file(entry.path())?;
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if is_temporary(&path) && is_abandoned(&path) {
+            fs::remove_file(&path)?;
             removed += 1;
         }
     }
@@ -71,6 +77,20 @@ const SUFFIX: &str = ".tmp";
 /// Random letters in the name of a temporary file.
 const RANDOM: usize = 8;
 
+/// `.NAME.RANDOM.tmp`.
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let parts = name.strip_prefix('.').and_then(|rest| rest.strip_suffix(SUFFIX)?.rsplit_once('.'));
+    parts.is_some_and(|(name, random)| {
+        !name.is_empty() && random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
+    })
+}
+
+/// The system releases the lock of a writer that is gone.
+fn is_abandoned(path: &Path) -> bool {
+    OpenOptions::new().write(true).open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -78,12 +98,9 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-fn temporary_prefix(path: &Path) -> String {
-    format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy())
-}
-
 fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let prefix = temporary_prefix(path);
+    reach()?;
+    let prefix = format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy());
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
     #[cfg(unix)]
@@ -91,17 +108,49 @@ fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666)); // less the umask, as for any file
     }
-    builder.tempfile_in(folder_of(path))
+    let temporary = builder.tempfile_in(folder_of(path))?;
+    // Without locks it stays behind where its writer is killed, and harms nobody.
+    let _ = temporary.as_file().try_lock();
+    Ok(temporary)
+}
+
+/// The temporary file, as it is written.
+struct Temporary<'a>(&'a File);
+
+impl Write for Temporary<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Err(error) = reach() {
+            // As on a disk that is full: some of it is there.
+            self.0.write_all(&bytes[..bytes.len() / 2])?;
+            return Err(error);
+        }
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+fn sync(file: &File) -> io::Result<()> {
+    reach()?;
+    file.sync_all()
+}
+
+fn rename(temporary: NamedTempFile, path: &Path) -> io::Result<()> {
+    reach()?;
+    temporary.persist(path).map(drop).map_err(|e| e.error)
 }
 
 #[cfg(unix)]
 fn sync_folder(folder: &Path) -> io::Result<()> {
-    fs::File::open(folder)?.sync_all()
+    reach()?;
+    File::open(folder)?.sync_all()
 }
 
 #[cfg(not(unix))]
 fn sync_folder(_folder: &Path) -> io::Result<()> {
-    Ok(()) // folders cannot be opened for flushing; the rename is journalled by the file system
+    reach() // folders cannot be opened for flushing; the rename is journalled by the file system
 }
 
 #[cfg(test)]
@@ -160,30 +209,32 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_this_file_only_are_removed() {
+    fn leftovers_are_removed_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.st");
         write_atomic(&path, |w| w.write_all(b"x")).unwrap();
-        let kept = [".other.st.aaaaaaaa.tmp", ".run.st.tmp", "notes.tmp", "run.st"];
-        for name in kept.iter().chain(&[".run.st.aB3dE6gH.tmp"]) {
+        let kept = [".run.st.aB3dE6g.tmp", ".run.st.tmp", "notes.aaaaaaaa.tmp", "run.st"];
+        let leftovers = [".run.st.aB3dE6gH.tmp", ".log.jsonl.aaaaaaaa.tmp"];
+        for name in kept.iter().chain(&leftovers) {
             fs::write(folder.path().join(name), "y").unwrap();
         }
-        assert_eq!(remove_leftovers(&path).unwrap(), 1);
+        assert_eq!(remove_leftovers(folder.path()).unwrap(), 2);
         let mut left = names(folder.path());
         left.sort();
         assert_eq!(left, kept);
     }
 
     #[test]
-    fn temporary_file_counts_as_leftover() {
+    fn a_file_that_is_being_written_is_no_leftover() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.st");
-        let mut removed = 0;
-        let written = write_atomic(&path, |_| {
-            removed = remove_leftovers(&path)?;
-            Ok(())
-        });
-        assert_eq!((removed, written.is_err()), (1, true));
+        let mut removed = 1;
+        write_atomic(&path, |w| {
+            removed = remove_leftovers(folder.path())?;
+            w.write_all(b"x")
+        })
+        .unwrap();
+        assert_eq!((removed, fs::read(&path).unwrap()), (0, b"x".to_vec()));
     }
 
     #[cfg(unix)]

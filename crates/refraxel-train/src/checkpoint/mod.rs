@@ -7,11 +7,14 @@
 
 mod atomic;
 mod envelope;
+mod faults;
 mod load;
 mod save;
 mod tensor;
 
 pub use atomic::{WriteError, remove_leftovers, write_atomic};
+#[cfg(test)]
+pub(crate) use faults::{Fault, with_fault};
 pub use save::{save, write};
 pub use tensor::{DataView, Rows, Tensor, TensorData, TensorFile, TensorView};
 

@@ -234,7 +234,9 @@ impl CpuBackend {
         }
     }
 
-    /// One step, all or nothing as far as the loss goes: a loss that is not finite changes nothing.
+    /// One step, all or nothing as far as the loss goes: a loss that is not finite changes nothing. Where a parameter leaves the
+    /// finite numbers, others have moved by then. Nobody uses the mixture: no step follows, and nothing is copied or saved,
+    /// before the last good state is loaded with its moments.
     fn learn(&mut self, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
@@ -244,6 +246,7 @@ impl CpuBackend {
         outcome.step = step;
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays: batch.rays.len(), step };
+            outcome.overflows = if objective.index.is_some() { index::overflows(&tapes) } else { 0 };
             outcome.finite = self.update_all(&learned, objective);
         }
         if outcome.finite {

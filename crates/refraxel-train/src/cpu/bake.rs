@@ -19,7 +19,7 @@ const MARGIN: f32 = 1.0;
 /// Probes farther from a surface than this are asked by no ray [distance of neighbouring probes]: the diagonal of a cell.
 const REACH: f32 = 1.8;
 /// Probes that look at the same time: bounds the memory of their rays, and the time until a wish to stop is seen.
-const PORTION: usize = 256;
+const PORTION: usize = 64;
 
 /// A probe of a region, and from where it looks.
 struct Lookout {

@@ -36,14 +36,23 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
     sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
+/// Index samples of the tapes that are left out.
+pub(super) fn overflows(tapes: &[Tape]) -> u64 {
+    tapes.iter().flat_map(|tape| &tape.index_samples).filter(|sample| has_overflowed(sample)).count() as u64
+}
+
+fn has_overflowed(sample: &IndexSample) -> bool {
+    !(sample.d_gradient.length().is_finite() && sample.d_value.is_finite())
+}
+
 fn add(medium: &Medium<f32>, sample: &IndexSample, clip: f32, sums: &mut MediumGradient<f32>) {
     let IndexSample { x, d_value, d_gradient, .. } = *sample;
     let region = sample.region as usize;
     let grid = &medium.regions()[region];
-    let slope = d_gradient.length();
-    if !(slope.is_finite() && d_value.is_finite()) {
+    if has_overflowed(sample) {
         return; // a path so chaotic that its derivative overflowed says nothing
     }
+    let slope = d_gradient.length();
     // What a smooth transition mirrors depends on w itself.
     let of_value = if grid.level_set().is_none() { d_value.abs() * grid.voxel() } else { 0.0 };
     let size = slope.max(of_value);
@@ -181,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_whose_derivative_overflowed_teach_nothing() {
+    fn paths_whose_derivative_overflowed_teach_nothing_and_are_counted() {
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let grid = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
         let medium = Medium::new(vec![grid]).unwrap();
@@ -195,13 +204,12 @@ mod tests {
         let of = |index_samples: &[IndexSample]| {
             let mut tape = Tape::default();
             tape.index_samples.extend_from_slice(index_samples);
-            gradient(&medium, &[tape], 1.0).index[0].clone()
+            let tapes = [tape];
+            (gradient(&medium, &tapes, 1.0).index[0].clone(), overflows(&tapes))
         };
-        assert!(of(&[index_sample(2.0)]).iter().any(|g| *g != 0.0));
-        assert_eq!(
-            of(&[index_sample(2.0), index_sample(f32::INFINITY), index_sample(f32::NAN)]),
-            of(&[index_sample(2.0)])
-        );
+        let (usual, none) = of(&[index_sample(2.0)]);
+        assert!(usual.iter().any(|g| *g != 0.0) && none == 0);
+        assert_eq!(of(&[index_sample(2.0), index_sample(f32::INFINITY), index_sample(f32::NAN)]), (usual, 2));
     }
 
     #[test]

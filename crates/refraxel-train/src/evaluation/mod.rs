@@ -10,7 +10,7 @@ pub use score::{score, truth, truth_checksum};
 
 use crate::alignment::Alignment;
 use crate::backend::{Backend, Marching};
-use crate::cancel::Cancelled;
+use crate::cancel::{Cancel, Cancelled};
 use crate::events::{Task, Watch};
 use crate::exposures::{exposed, fitted};
 use crate::metrics::{ImageScore, MetricsError, Scores};
@@ -109,8 +109,10 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
         let view = &data.views[i];
         let photo = load_photo(view).map_err(EvaluateError::from)?;
         let learned = (part == Part::Train).then_some(k);
-        let camera = camera(backend, (view, &photo), data, learned, alignment, marching);
-        let mut rendering = render(backend, &camera, marching);
+        let camera = camera(backend, (view, &photo), data, learned, alignment, (marching, watch.cancel()));
+        let camera = camera.map_err(EvaluateError::from)?;
+        let rendering = render(backend, &camera, marching, watch.cancel());
+        let mut rendering = rendering.map_err(EvaluateError::from)?;
         let shown = truth(&photo, data.backdrop);
         if let Some(exposures) = &alignment.exposures {
             let is_black = |p: usize| is_black(p as u32 % camera.width, p as u32 / camera.width);
@@ -134,13 +136,14 @@ fn camera(
     data: &Dataset,
     learned: Option<usize>,
     alignment: &Alignment,
-    marching: &Marching,
-) -> Camera {
+    (marching, cancel): (&Marching, &Cancel),
+) -> Result<Camera, Cancelled> {
     match (&alignment.poses, learned) {
-        (None, _) => view.camera,
-        (Some(poses), Some(k)) => Camera { world_from_camera: poses.pose(k), ..view.camera },
+        (None, _) => Ok(view.camera),
+        (Some(poses), Some(k)) => Ok(Camera { world_from_camera: poses.pose(k), ..view.camera }),
         (Some(poses), None) => {
-            find(backend, &picture_objective(*marching), (view, photo), data.backdrop, poses.unit())
+            let objective = picture_objective(*marching);
+            find(backend, &objective, (view, photo), data.backdrop, poses.unit(), cancel)
         }
     }
 }

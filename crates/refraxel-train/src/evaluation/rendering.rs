@@ -1,6 +1,7 @@
 //! Rendering views and scoring them: the one function behind training curves, `eval` and `compare`.
 
 use crate::backend::{Backend, Layers, Marching};
+use crate::cancel::{Cancel, Cancelled};
 use crate::metrics::quantize;
 use crate::model::{MirrorSource, Refraction};
 use crate::rays::{pixel_ray, ray_within};
@@ -27,14 +28,27 @@ pub struct Rendering {
 /// ball, and one ray would miss most of it.
 const WITHIN: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
 
-/// Render a camera's whole image. Pixels that the lens does not see are black.
-pub fn render(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(backend, camera, |rays| backend.render(rays, marching, Layers::All))
+/// Rays between two looks at a wish to stop: a fraction of a second of one thread. A multiple of 256, the rays of a chunk.
+const PORTION: usize = 16_384;
+
+/// Render a camera's whole image, unless somebody wishes to stop. Pixels that the lens does not see are black.
+pub fn render(
+    backend: &impl Backend,
+    camera: &Camera,
+    marching: &Marching,
+    cancel: &Cancel,
+) -> Result<Rendering, Cancelled> {
+    render_with(backend, camera, cancel, |rays| backend.render(rays, marching, Layers::All))
 }
 
 /// What the surfaces that a camera sees mirror, alone: its picture without what it would be if they mirrored blackness.
-pub fn render_reflection(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(backend, camera, |rays| {
+pub fn render_reflection(
+    backend: &impl Backend,
+    camera: &Camera,
+    marching: &Marching,
+    cancel: &Cancel,
+) -> Result<Rendering, Cancelled> {
+    render_with(backend, camera, cancel, |rays| {
         let mut all = backend.render(rays, marching, Layers::All);
         let black = backend.render(rays, marching, Layers::Mirroring(MirrorSource::Black));
         for (all, black) in all.iter_mut().zip(black) {
@@ -45,8 +59,13 @@ pub fn render_reflection(backend: &impl Backend, camera: &Camera, marching: &Mar
 }
 
 /// What a camera would see if no surface mirrored but totally.
-pub fn render_transmission(backend: &impl Backend, camera: &Camera, marching: &Marching) -> Rendering {
-    render_with(backend, camera, |rays| backend.render(rays, marching, Layers::Transmitted))
+pub fn render_transmission(
+    backend: &impl Backend,
+    camera: &Camera,
+    marching: &Marching,
+    cancel: &Cancel,
+) -> Result<Rendering, Cancelled> {
+    render_with(backend, camera, cancel, |rays| backend.render(rays, marching, Layers::Transmitted))
 }
 
 /// The rays of a pixel; none where the lens is blind.
@@ -68,8 +87,9 @@ fn rays_of_pixel(
 fn render_with(
     backend: &impl Backend,
     camera: &Camera,
-    pixels: impl FnOnce(&[Ray<f32>]) -> Vec<Pixel<f32>>,
-) -> Rendering {
+    cancel: &Cancel,
+    pixels: impl Fn(&[Ray<f32>]) -> Vec<Pixel<f32>>,
+) -> Result<Rendering, Cancelled> {
     let count = camera.width as usize * camera.height as usize;
     let (medium, domain) = (backend.medium(), backend.domain());
     let order = tiles(camera.width, camera.height);
@@ -82,7 +102,11 @@ fn render_with(
         opacity: vec![0.0; count],
         depth: vec![0.0; count],
     };
-    let all = pixels(&rays.concat());
+    let mut all = Vec::with_capacity(count);
+    for portion in rays.concat().chunks(PORTION) {
+        cancel.check()?;
+        all.extend(pixels(portion));
+    }
     let mut rest = &all[..];
     for (&p, rays) in order.iter().zip(&rays) {
         let own;
@@ -93,7 +117,7 @@ fn render_with(
         out.opacity[p] = opacity;
         out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
     }
-    out
+    Ok(out)
 }
 
 /// The mean of what the rays of a pixel show, of code values as the field's colours are.

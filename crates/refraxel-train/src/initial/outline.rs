@@ -79,8 +79,13 @@ impl Outlines {
     }
 
     /// True once nobody is interested in the result any more.
-    pub(super) fn is_cancelled(&self) -> bool {
+    pub(crate) fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
+    }
+
+    /// The wish to stop.
+    pub(crate) fn cancel(&self) -> &Cancel {
+        &self.cancel
     }
 
     /// [`Self::new`] with maps of at most `longest` samples along an edge.

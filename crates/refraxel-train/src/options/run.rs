@@ -14,6 +14,8 @@ section! {
         stop_after: u64 = 0;
         /// Wall-clock time of the run [minute]; 0: it takes `steps` instead. A clock is not reproducible, steps are.
         minutes: f64 = 0.0, in 0.0.., "minutes";
+        /// Time between two checkpoints [second]; 0: a minute, or longer where saving would take more than 1 % of the time.
+        save_every: f64 = 0.0, in 0.0..=1e6, "seconds";
         /// Rays in the batch of a step.
         batch: u32 = 8192, in 1..=1_048_576, "rays";
         /// Largest estimated memory of parameters and moments [GiB]. The resolution is lowered until they fit.

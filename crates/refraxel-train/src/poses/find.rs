@@ -3,6 +3,7 @@
 use super::normal::Normal;
 use super::{Correction, slope};
 use crate::backend::{Backend, Batch, Layers, Objective};
+use crate::cancel::{Cancel, Cancelled};
 use crate::random::Random;
 use crate::rays::{WHITE, is_used, over, pixel_ray, shown};
 use refraxel_core::{Camera, Pose};
@@ -28,22 +29,24 @@ pub fn find(
     (view, photo): (&View, &Photo),
     backdrop: Backdrop,
     unit: f64,
-) -> Camera {
+    cancel: &Cancel,
+) -> Result<Camera, Cancelled> {
     let mut found = view.camera;
     let mut correction = Correction::default();
     let sight = Sight { view, photo, is_transparent: backdrop == Backdrop::Transparent };
     for (edge, first) in CELLS.into_iter().zip((0..).step_by(STEPS as usize)) {
         for step in first..first + STEPS {
+            cancel.check()?;
             let cells = sight.cells(&found, edge, step);
             let normal = cells.normal(backend, objective, unit);
             let most = MOST / found.focal[0].max(found.focal[1]);
-            let Some(by) = normal.step(most, None) else { return found };
+            let Some(by) = normal.step(most, None) else { return Ok(found) };
             correction = correction.moved(&by, unit);
             let pose: Pose = correction.of(&view.camera.world_from_camera);
             found = Camera { world_from_camera: pose, ..view.camera };
         }
     }
-    found
+    Ok(found)
 }
 
 /// A photograph with what may be seen of it.

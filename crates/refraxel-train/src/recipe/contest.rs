@@ -230,12 +230,14 @@ impl<B: Backend> Contest for Trained<'_, '_, B> {
         self.steps(entry, steps - ahead)
     }
 
-    fn scores(&mut self, entry: Entry) -> Vec<ViewScore> {
+    fn scores(&mut self, entry: Entry) -> Result<Vec<ViewScore>, Cancelled> {
         let marching = training_marching(self.known.options, self.known.near);
         self.backend.refresh_occupancy(&marching);
         let failed = self.runners[entry].failed;
         let (backend, regions) = (&*self.backend, self.regions);
+        let cancel = self.watch.cancel();
         let score = |view: &AsideView| {
+            cancel.check()?;
             let pixels = backend.render(&view.batch.rays, &marching, Layers::All);
             let errors = squared_errors(&pixels, &view.batch);
             let mean = |chosen: &dyn Fn(usize) -> bool| {
@@ -249,11 +251,11 @@ impl<B: Backend> Contest for Trained<'_, '_, B> {
             let all = mean(&|_| true).unwrap_or(0.0);
             let nan = |v: f64| if failed { f64::NAN } else { v };
             let inside: Vec<Option<f64>> = inside;
-            ViewScore { inside: inside.into_iter().map(|v| v.map(nan)).collect(), all: nan(all) }
+            Ok(ViewScore { inside: inside.into_iter().map(|v| v.map(nan)).collect(), all: nan(all) })
         };
-        let scores = self.aside.iter().map(score).collect();
+        let scores = self.aside.iter().map(score).collect::<Result<_, Cancelled>>()?;
         self.keep(entry);
-        scores
+        Ok(scores)
     }
 
     fn combined(&mut self, chosen: &[Entry]) -> Entry {

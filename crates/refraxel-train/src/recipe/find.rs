@@ -102,15 +102,16 @@ fn from_masks(
     watch.progress(Task::Carving, 2, 3)?;
     let views = Views { outlines: &outlines, vote, rays: &rays };
     let region = |bounds: &Aabb<f32>| match options.shape.start {
-        StartShape::Block => vec![sites.block(bounds)],
-        StartShape::Ball => vec![sites.ball(bounds)],
+        StartShape::Block => Ok(vec![sites.block(bounds)]),
+        StartShape::Ball => Ok(vec![sites.ball(bounds)]),
         _ => {
             Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), &as_rough(options, sampler))
         }
     };
-    let regions = boxes.map_err(StayReason::from)?.iter().flat_map(region).collect();
+    let boxes = boxes.map_err(StayReason::from)?;
+    let regions = boxes.iter().map(region).collect::<Result<Vec<_>, _>>()?;
     watch.progress(Task::Carving, 3, 3)?;
-    Ok(regions)
+    Ok(regions.into_iter().flatten().collect())
 }
 
 /// Outlines that were found where no mask shows them are known to this part of a body's radius.

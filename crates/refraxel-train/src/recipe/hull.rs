@@ -6,6 +6,7 @@ use super::region::{Region, Water};
 use super::shapes::{
     Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards,
 };
+use crate::cancel::Cancelled;
 use crate::initial::{Outlines, Site, Vote};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::options::Options;
@@ -51,12 +52,13 @@ impl Outlined {
 }
 
 /// The visual hull on a grid; distances are rough far from its surface, where only their sign counts.
-fn carved(site: &Site, views: &Views) -> LevelSet<f32> {
+fn carved(site: &Site, views: &Views) -> Result<LevelSet<f32>, Cancelled> {
     let distance = views.outlines.hull(&site.domain(), &views.vote).distance;
+    views.outlines.cancel().check()?; // else distances are missing
     let reach = 4.0 * site.domain().voxel();
     let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
     let whole = LevelSet::from_coefficients(site.bounds, site.resolution, near);
-    whole.unwrap_or_else(|| unreachable!("distances are finite"))
+    Ok(whole.unwrap_or_else(|| unreachable!("distances are finite")))
 }
 
 /// A box of less than this part of the volume is worth carving again.
@@ -98,19 +100,21 @@ fn water(site: &Site, views: &Views, up: Vec3<f32>) -> Option<Water> {
 
 impl Region {
     /// The bodies of a visual hull, down to what they stand on, with flat faces where they may have some, their surfaces
-    /// smoothed. `found` is the box where something is, and `site` makes the grid around a box.
+    /// smoothed. `found` is the box where something is, and `site` makes the grid around a box. Ends early where somebody wishes to
+    /// stop.
     pub(super) fn hulls(
         found: &Aabb<f32>,
         site: impl Fn(&Aabb<f32>) -> Site,
         views: &Views,
         ground: impl Fn(&LevelSet<f32>) -> Option<Plane>,
         options: &Options,
-    ) -> Vec<Self> {
+    ) -> Result<Vec<Self>, Cancelled> {
+        let go_on = || views.outlines.cancel().check();
         let (mut found, mut at) = (*found, site(found));
-        let mut whole = carved(&at, views);
+        let mut whole = carved(&at, views)?;
         if let Some(standing) = standing(&whole, ground(&whole).as_ref(), &found) {
             (found, at) = (standing, site(&standing));
-            whole = carved(&at, views);
+            whole = carved(&at, views)?;
         }
         whole.redistance();
         let bodies = parts(&whole, &found);
@@ -118,14 +122,17 @@ impl Region {
         let region = |surface: LevelSet<f32>| {
             let ground = ground(&surface);
             let Outlined { round, faceted } = Outlined::new(&surface, views, ground, options);
+            go_on()?;
             let upright = upwards(ground.as_ref(), views.outlines.cameras());
             let may_be_turned = round.is_none() && options.shape.faces.is_on();
             let about = upright.filter(|_| may_be_turned);
             let turned = about.and_then(|up| turned(&surface, up, ground.as_ref()));
+            go_on()?;
             let up = turned.as_ref().map(Turned::up).or(upright);
             let faceted = faceted.filter(|_| turned.is_none());
             let is_tried = options.search.rare.is_on() && !is_shared;
             let water = up.filter(|_| is_tried).and_then(|up| water(&at, views, up));
+            go_on()?;
             let hull = match (&round, &turned) {
                 (Some(body), _) => Self::round(at, body, surface, ground, options),
                 (_, Some(body)) => Self::turned(at, body, &surface, views, ground, options),
@@ -133,7 +140,7 @@ impl Region {
             };
             let is_turned = turned.is_some();
             let sunk = ground.filter(|g| hull.reaches_below(g)).map_or(0.0, |_| SUNK * at.domain().voxel());
-            Self { is_shared, faceted, round, is_turned, up, sunk, water, ..hull }
+            Ok(Self { is_shared, faceted, round, is_turned, up, sunk, water, ..hull })
         };
         bodies.into_iter().map(region).collect()
     }
@@ -202,5 +209,39 @@ impl Region {
         }
         surface.redistance();
         Self::new(site, surface, options)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cancel::Cancel;
+    use crate::initial::Silhouette;
+    use refraxel_core::vec3;
+    use refraxel_data::Mask;
+
+    /// Something in the middle, seen from four sides.
+    fn silhouette(k: u32) -> Silhouette {
+        let (y, x) = (1.571 * f64::from(k)).sin_cos();
+        let camera =
+            Camera::look_at(vec3(4.0 * x, 4.0 * y, 1.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, [32; 2]);
+        let is_inside = |p: u32| (8..24).contains(&(p % 32)) && (8..24).contains(&(p / 32));
+        let coverage = (0..32 * 32).map(|p| if is_inside(p) { 255 } else { 0 }).collect();
+        Silhouette { camera, mask: Mask { width: 32, height: 32, coverage }.into(), occluders: None }
+    }
+
+    #[test]
+    fn a_wish_to_stop_ends_the_making_of_hulls() {
+        let (cancel, options) = (Cancel::new(), Options::default());
+        let silhouettes: Vec<Silhouette> = (0..4).map(silhouette).collect();
+        let outlines = Outlines::new(&silhouettes).cancelled_by(&cancel);
+        let views = Views { outlines: &outlines, vote: Vote::default(), rays: &[] };
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let interpolation = options.index.interpolation.into();
+        let site = |b: &Aabb<f32>| Site { bounds: *b, resolution: [17; 3], interpolation };
+        let hulls = || Region::hulls(&cube, site, &views, |_| None, &options).map(|bodies| bodies.len());
+        assert_eq!(hulls(), Ok(1));
+        cancel.cancel();
+        assert_eq!(hulls(), Err(Cancelled));
     }
 }

@@ -35,7 +35,7 @@ pub(super) trait Contest {
     /// Let an entry learn so many more steps.
     fn learn(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled>;
     /// How well it renders each view that was kept aside.
-    fn scores(&mut self, entry: Entry) -> Vec<ViewScore>;
+    fn scores(&mut self, entry: Entry) -> Result<Vec<ViewScore>, Cancelled>;
     /// The entry in which each region has its hypothesis of this entry: a new one, or an old one that is the same.
     fn combined(&mut self, chosen: &[Entry]) -> Entry;
     /// What an entry assumes of a region, with its numbers.
@@ -81,7 +81,7 @@ pub(super) fn race(
     let mut standings = Vec::new();
     for entry in 0..course.entries {
         contest.learn(entry, course.first)?;
-        standings.push(Standing { entry, steps: course.first, scores: contest.scores(entry) });
+        standings.push(Standing { entry, steps: course.first, scores: contest.scores(entry)? });
     }
     let best = |region: usize| {
         let bent = standings[1..].iter();
@@ -103,7 +103,7 @@ pub(super) fn race(
     let more = [STRAIGHT, finalist].map(|entry| course.all - so_far(entry).min(course.all));
     for (entry, steps) in [STRAIGHT, finalist].into_iter().zip(more) {
         contest.learn(entry, steps)?;
-        let scores = contest.scores(entry);
+        let scores = contest.scores(entry)?;
         standings.retain(|s| s.entry != entry);
         standings.push(Standing { entry, steps: course.all, scores });
     }
@@ -218,12 +218,12 @@ mod tests {
             self.learned[entry] += steps;
             Ok(())
         }
-        fn scores(&mut self, entry: Entry) -> Vec<ViewScore> {
+        fn scores(&mut self, entry: Entry) -> Result<Vec<ViewScore>, Cancelled> {
             let view = |k: f64| ViewScore {
                 inside: self.inside[entry].iter().map(|e| Some(e * k)).collect(),
                 all: self.all[entry] * k,
             };
-            vec![view(1.0), view(1.3), view(0.7)]
+            Ok(vec![view(1.0), view(1.3), view(0.7)])
         }
         fn combined(&mut self, chosen: &[Entry]) -> Entry {
             if chosen.iter().all(|e| *e == chosen[0]) {

@@ -336,7 +336,8 @@ impl<B: Backend> Search<'_, '_, B> {
         let mut best: Option<Fit> = None;
         if let Some(Candidate { proposal, .. }) = candidates.first() {
             let mut shapes = std::mem::take(&mut self.shapes);
-            shapes.make(&candidates, region, self.place(region, proposal, care), self.options);
+            let place = self.place(region, proposal, care);
+            shapes.make(&candidates, region, place, (self.options, self.watch.cancel()))?;
             self.shapes = shapes;
         }
         for candidate in candidates {

@@ -89,7 +89,7 @@ pub(crate) fn seek(
     let ground = Ground::new(&silhouettes(&evidence, RESIDUALS[0]), backend.domain().voxel());
     let ground = ground.under(&first.surface());
     let clean = before.is_some();
-    let votes = Votes::new(&first, &evidence, Refining { nodes, clean, ground }, hints);
+    let votes = Votes::new(&first, &evidence, Refining { nodes, clean, ground }, hints, watch.cancel());
     let all: Vec<&Evidence> = evidence.iter().collect();
     let mut tried: Vec<(Separation, Gate)> = Vec::new();
     for bound in BOUNDS {

@@ -8,6 +8,8 @@ mod reflection;
 mod refraction;
 mod sought;
 mod tensors;
+#[cfg(test)]
+mod tests;
 mod views;
 
 use crate::alignment::Alignment;

@@ -17,7 +17,7 @@ pub use error::SessionError;
 pub use handle::Handle;
 
 use crate::backend::Backend;
-use crate::cancel::Cancel;
+use crate::cancel::{Cancel, Cancelled};
 use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
 use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, render};
@@ -85,7 +85,7 @@ impl Setup {
     fn photos(&self, observer: &mut dyn FnMut(Event)) -> Result<Vec<Photo>, SessionError> {
         let mut watch = Watch::new(&self.cancel, observer);
         let (all, mut photos) = (&self.data.split.train, Vec::new());
-        for part in all.chunks(2 * rayon::current_num_threads()) {
+        for part in all.chunks(rayon::current_num_threads()) {
             watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
             photos.extend(self.data.load_photos(part, |_| {})?);
         }
@@ -168,7 +168,8 @@ impl<B: Backend> Session<B> {
     }
 
     /// Go on with a run that was saved; `make` gives a backend with its model, such as [`CpuBackend::resumed`]. The options of
-    /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, which are those of the setup.
+    /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, and `run.save_every`, which are those
+    /// of the setup.
     pub fn resume(
         setup: Setup,
         run: Run,
@@ -188,7 +189,7 @@ impl<B: Backend> Session<B> {
         let mut options = run.options;
         let length = &setup.options.run;
         (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
-        options.run.stop_after = length.stop_after;
+        (options.run.stop_after, options.run.save_every) = (length.stop_after, length.save_every);
         let options = options.checked()?;
         let mut trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
         trainer.go_on_with_alignment(run.alignment);
@@ -325,10 +326,14 @@ impl<B: Backend> Session<B> {
         found
     }
 
-    /// What a camera sees.
-    pub fn render(&self, camera: &Camera) -> Rendering {
+    /// What a camera sees, unless somebody wishes to stop.
+    pub fn render(&self, camera: &Camera) -> Result<Rendering, Cancelled> {
         let marching = rendering_marching(self.trainer.options(), self.trainer.plan().near);
-        render(self.backend(), camera, &marching)
+        let rendering = render(self.backend(), camera, &marching, &self.cancel);
+        if rendering.is_err() {
+            self.cancel.reset();
+        }
+        rendering
     }
 
     /// The backend, to look at the model.

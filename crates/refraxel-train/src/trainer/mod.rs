@@ -11,9 +11,10 @@ pub use error::TrainError;
 
 use crate::alignment::Alignment;
 use crate::backend::{Backend, StepOutcome};
-use crate::cancel::Cancelled;
+use crate::cancel::{Cancel, Cancelled};
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
+use crate::metrics::ImageScore;
 use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
@@ -226,8 +227,10 @@ impl<B: Backend> Trainer<B> {
         let outcomes = self.backend.outcomes(due);
         if self.take(&outcomes, watch)? && due {
             let mut record = self.record();
-            record.val_psnr = self.validate_if_due()?;
-            watch.tell(Event::Record(record));
+            let scored = self.validate_if_due(watch.cancel());
+            record.val_psnr = *scored.as_ref().unwrap_or(&None);
+            watch.tell(Event::Record(record)); // its events would else be told nowhere
+            scored?;
         }
         let (done, total) = ((self.progress().0 * f64::from(PARTS)).round() as u64, PARTS.into());
         watch.tell(Event::Progress { task: Task::Training, done, total });
@@ -324,6 +327,7 @@ impl<B: Backend> Trainer<B> {
             voxels: self.backend.map().voxels() as u64,
             samples_per_ray: tally.samples_per_ray(),
             krays_per_s: tally.krays_per_s(),
+            overflows: tally.overflows(),
             phase: self.state.phase,
             index: self.backend.medium().mean_indices(),
             absorption: self.backend.medium().absorption(),
@@ -334,20 +338,20 @@ impl<B: Backend> Trainer<B> {
     }
 
     /// PSNR of the validation view, some times in a run; then the state counts as good, too.
-    fn validate_if_due(&mut self) -> Result<Option<f64>, TrainError> {
+    fn validate_if_due(&mut self, cancel: &Cancel) -> Result<Option<f64>, TrainError> {
         let progress = self.progress();
         if progress.0 * VALIDATIONS < f64::from(self.state.validations + 1) {
             return Ok(None);
         }
-        self.state.validations = (progress.0 * VALIDATIONS) as u32;
         let marching = training_marching(&self.options, self.plan.near);
-        let score_of = |(view, photo): &(View, Photo)| {
-            let rendering = render(&self.backend, &view.camera, &marching);
-            score(&rendering, view, photo, self.plan.backdrop)
+        let score_of = |(view, photo): &(View, Photo)| -> Result<ImageScore, TrainError> {
+            let rendering = render(&self.backend, &view.camera, &marching, cancel)?;
+            Ok(score(&rendering, view, photo, self.plan.backdrop)?)
         };
         // Of photographs that learn nothing: nobody knows the camera and the exposure of another one.
         let is_plain = !self.alignment.learns();
         let score = self.validation.as_ref().filter(|_| is_plain).map(score_of).transpose()?;
+        self.state.validations = (progress.0 * VALIDATIONS) as u32;
         self.since = Tally::new();
         self.keep_good_state();
         Ok(score.map(|s| s.psnr))

@@ -9,6 +9,7 @@ pub(super) struct Tally {
     squared_error: f64,
     rays: u64,
     samples: u64,
+    overflows: u64,
     /// Time counted before `start` [s].
     seconds: f64,
     start: Instant,
@@ -16,7 +17,7 @@ pub(super) struct Tally {
 
 impl Tally {
     pub(super) fn new() -> Self {
-        Self { squared_error: 0.0, rays: 0, samples: 0, seconds: 0.0, start: Instant::now() }
+        Self { squared_error: 0.0, rays: 0, samples: 0, overflows: 0, seconds: 0.0, start: Instant::now() }
     }
 
     /// Time until [`Self::go_on`] does not count.
@@ -34,6 +35,12 @@ impl Tally {
         self.squared_error += outcome.squared_error;
         self.rays += outcome.rays;
         self.samples += outcome.samples;
+        self.overflows += outcome.overflows;
+    }
+
+    /// Index samples that were left out.
+    pub(super) fn overflows(&self) -> u64 {
+        self.overflows
     }
 
     /// True before the first step.

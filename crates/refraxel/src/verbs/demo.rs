@@ -1,7 +1,8 @@
 //! `refraxel demo`: a glass scene from its making to its score, in about a minute.
 
 use super::eval::evaluate;
-use super::{absolute, compare, create_folder, set_threads, sheet, synth, train, watch_for_interrupts};
+use super::interrupts::watch_for_interrupts;
+use super::{absolute, compare, create_folder, set_threads, sheet, synth, train};
 use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -54,12 +55,12 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     )?;
     synth::make(&scene(&data, args.seed), show)?;
     say(console, "2. Training a voxel scene with straight rays, as others do.")?;
-    train::train(&training(args, Refraction::Off, &data, &straight), show)?;
+    drop(train::train(&training(args, Refraction::Off, &data, &straight), show)?);
     say(
         console,
         "3. Training it with rays that bend: where is glass, what is its index, what stands around?",
     )?;
-    train::train(&training(args, Refraction::Auto, &data, &bent), show)?;
+    drop(train::train(&training(args, Refraction::Auto, &data, &bent), show)?);
     say(console, "4. Rendering the views that training has not seen.")?;
     let runs = [straight, bent];
     let evaluations =

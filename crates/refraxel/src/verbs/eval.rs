@@ -3,15 +3,17 @@
 use super::evaluation::{
     Evaluated, EvaluatedExposures, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index,
 };
+use super::interrupts::{cancel, watch_for_interrupts};
 use super::loaded::{Loaded, load_run};
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
-use super::{cancel, create_folder, data_failure, reopen, set_threads, watch_for_interrupts};
+use super::{create_folder, data_failure, reopen, set_threads};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
 use refraxel_data::{Backdrop, IndexSource, View, load_photo};
+use refraxel_train::checkpoint::remove_leftovers;
 use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part};
 use refraxel_train::evaluation::{Rendering, truth};
 use refraxel_train::events::Watch;
@@ -84,6 +86,9 @@ pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evalu
 
 fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Result<Evaluation, Failure> {
     let data = reopen(&run)?;
+    for folder in [Some(out), out.parent()].into_iter().flatten() {
+        let _ = remove_leftovers(folder); // that of a first evaluation is not there yet
+    }
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);

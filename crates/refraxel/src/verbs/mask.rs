@@ -2,11 +2,9 @@
 
 mod pointed;
 
+use super::interrupts::{cancel, interrupted, watch_for_interrupts};
 use super::sheet::{chosen, save_png};
-use super::{
-    cancel, create_folder, data_failure, interrupted, load_photos, open_options, set_threads, source_of,
-    watch_for_interrupts,
-};
+use super::{create_folder, data_failure, load_photos, open_options, set_threads, source_of};
 use crate::cli::MaskArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

@@ -8,6 +8,7 @@ pub mod evaluation;
 pub mod export;
 pub mod import;
 pub mod inspect;
+pub mod interrupts;
 pub mod loaded;
 pub mod mask;
 pub mod options;
@@ -23,39 +24,10 @@ use crate::shell::quoted;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
-use refraxel_train::cancel::Cancel;
 use refraxel_train::run::Source;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock};
-
-/// Set by Ctrl-C and by termination signals.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// The same wish, for long work that looks at it now and then.
-static CANCEL: OnceLock<Cancel> = OnceLock::new();
-
-/// The wish to stop that Ctrl-C makes.
-pub fn cancel() -> Cancel {
-    CANCEL.get_or_init(Cancel::new).clone()
-}
-
-/// Asks long work to save and stop on Ctrl-C instead of dying. A second Ctrl-C kills as usual.
-pub fn watch_for_interrupts() -> Result<(), Failure> {
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
-            std::process::exit(Exit::Interrupted as i32);
-        }
-        cancel().cancel();
-    })
-    .context("cannot watch for Ctrl-C")
-    .or_exit(Exit::Io)
-}
-
-/// True once the user wants to stop.
-pub fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
-}
+use std::sync::Mutex;
 
 /// Starts as many threads as asked for.
 pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {

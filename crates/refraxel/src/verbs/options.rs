@@ -10,7 +10,7 @@ use refraxel_train::options::{Renamed, StartShape, Switch, list, list_as_markdow
 use std::path::Path;
 
 /// Options that a resumed run may change.
-const FREE: [&str; 2] = ["run.minutes", "run.stop_after"];
+const FREE: [&str; 3] = ["run.minutes", "run.stop_after", "run.save_every"];
 
 /// `refraxel train --options`.
 pub fn print(args: &TrainArgs) -> Result<(), Failure> {

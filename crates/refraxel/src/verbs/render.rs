@@ -8,8 +8,9 @@ mod refractive;
 mod slices;
 mod views;
 
+use super::interrupts::watch_for_interrupts;
 use super::loaded::{Loaded, load_run};
-use super::{reopen, set_threads, watch_for_interrupts};
+use super::{reopen, set_threads};
 use crate::cli::RenderArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

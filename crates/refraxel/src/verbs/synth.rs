@@ -1,6 +1,7 @@
 //! `refraxel synth`: makes datasets with the exact tracer.
 
-use super::{interrupted, set_threads, watch_for_interrupts};
+use super::interrupts::{interrupted, watch_for_interrupts};
+use super::set_threads;
 use crate::cli::{Around, Switch, SynthArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

@@ -1,34 +1,33 @@
 //! `refraxel train`: from a dataset to an evaluated run.
 
 mod folder;
+mod lock;
 mod log;
+mod saving;
 mod watch;
 
 use super::eval::evaluate;
-use super::{
-    absolute, cancel, create_folder, data_failure, open_options, options, set_threads, source_of,
-    watch_for_interrupts,
-};
+use super::interrupts::{cancel, keeps, watch_for_interrupts};
+use super::{absolute, create_folder, data_failure, open_options, options, set_threads, source_of};
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::anyhow;
 use folder::RunFolder;
+use lock::Lock;
 use log::Log;
 use refraxel_data::{Dataset, IndexSource, scene_region};
+use refraxel_train::checkpoint::WriteError;
 use refraxel_train::options::Switch;
 use refraxel_train::recipe::Hints;
 use refraxel_train::run::{Run, Source};
 use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options, TrainError, recipe};
+use saving::Saving;
 use std::num::NonZeroU64;
 use std::path::Path;
-use std::time::Duration;
 pub(super) use watch::Watch;
-
-/// Time between two checkpoints.
-const SAVE_EVERY: Duration = Duration::from_secs(60);
 
 /// The verb.
 pub fn run(args: &TrainArgs) -> Result<(), Failure> {
@@ -38,7 +37,9 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
-    train(args, show)?;
+    let _lock = train(args, show)?;
+    let out = args.out().display();
+    keeps(format!("the run is saved in {out}; `refraxel eval {out}` scores it"));
     let evaluation = evaluate(args.out(), SplitName::Test, show)?;
     let out = super::evaluation::folder(args.out(), SplitName::Test);
     let console = Console::new(args.work.json);
@@ -56,10 +57,12 @@ fn what_next(run: &Path) -> String {
     )
 }
 
-/// Trains to the end and saves; an interruption is a failure, after saving.
-pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
-    // Everything that can be wrong with the input is found before the first file is written.
+/// Trains to the end and saves; an interruption is a failure, after saving. Nobody else trains there until the lock is dropped.
+pub fn train(args: &TrainArgs, show: Show) -> Result<Lock, Failure> {
     let folder = RunFolder::new(args.out());
+    let is_there = folder.path().is_dir();
+    let lock = is_there.then(|| Lock::take(folder.path(), show)).transpose()?;
+    // Everything that can be wrong with the input is found before the first file is written.
     if !args.resume && !args.overwrite {
         folder.refuse_earlier_run()?;
     }
@@ -82,7 +85,9 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     };
     let session = session.map_err(session_failure)?;
     create_folder(args.out())?;
-    learn(session, &folder, args.overwrite, watch)
+    let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
+    learn(session, &folder, args.overwrite, watch)?;
+    Ok(lock)
 }
 
 /// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
@@ -122,15 +127,18 @@ fn index_source(
 fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: Watch) -> Result<(), Failure> {
     let out = folder.path();
     folder.remove_leftovers();
-    let mut log = Log::open(out, session.state().step)?;
+    keeps(kept_before(folder, session.state().step));
     // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
-    let length = &session.options().run;
+    let length = session.options().run.clone();
     watch.start(if length.minutes > 0.0 { None } else { Some(length.steps) });
+    let mut log = Log::open(out, session.state().step);
+    warn(&mut watch, log.complete());
     let stop_after = NonZeroU64::new(length.stop_after).map(u64::from);
+    let mut saving = Saving::new(length.save_every);
     let mut replaces = overwrite;
     let stop = loop {
         watch.stands(session.progress());
-        let stop = session.run(Until::elapsed(SAVE_EVERY), &mut |event| {
+        let stop = session.run(Until::elapsed(saving.pause()), &mut |event| {
             watch.tell(&event);
             log.note(&event);
         });
@@ -138,20 +146,47 @@ fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: W
         if std::mem::take(&mut replaces) {
             folder.clear_scores()?;
         }
-        session.save(out)?;
-        log.check()?;
-        if stop != Stop::Reached || stop_after.is_some_and(|step| session.state().step >= step) {
+        let goes_on = stop == Stop::Reached && stop_after.is_none_or(|last| session.state().step < last);
+        match saving.time(|| session.save(out)) {
+            Ok(()) => keeps(as_saved(out, session.state().step)),
+            // What was learned is still in memory, and there may be room for it next time.
+            Err(error) if goes_on => watch.warn(&format!("{error}; training goes on and saves again later")),
+            Err(error) => return Err(error.into()),
+        }
+        warn(&mut watch, log.complete());
+        if !goes_on {
             break stop;
         }
     };
+    warn(&mut watch, log.draw(out));
     watch.end(stop == Stop::Finished);
-    log.draw(out)?;
     if stop == Stop::Finished {
         return Ok(());
     }
     let step = session.state().step;
     let note = anyhow!("stopped at step {step} and saved; the same command with --resume goes on");
     Err(Failure::new(Exit::Interrupted, note))
+}
+
+/// What a program that ends before its first save has kept.
+fn kept_before(folder: &RunFolder, step: u64) -> String {
+    match step {
+        0 if folder.holds_run() => format!("the earlier run in {} is unchanged", folder.path().display()),
+        0 => "nothing of this run is kept".to_owned(),
+        step => as_saved(folder.path(), step),
+    }
+}
+
+/// What a program that ends after a save has kept.
+fn as_saved(out: &Path, step: u64) -> String {
+    format!("{} is as saved at step {step}, and --resume goes on from there", out.display())
+}
+
+/// What a run can do without must not end it.
+fn warn(watch: &mut Watch, written: Result<(), WriteError>) {
+    if let Err(error) = written {
+        watch.warn(&error.to_string());
+    }
 }
 
 pub(super) fn session_failure(error: SessionError) -> Failure {

@@ -1,7 +1,7 @@
 //! The parameters that a folder was made with, so that an interrupted run can continue and a different one starts anew.
 
 use super::super::error::SynthError;
-use super::files::{clear_folder, io, write_whole};
+use super::files::{clear_folder, io, remove_leftovers, write_whole};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
@@ -59,6 +59,11 @@ impl Manifest {
 /// those of any other run of this program are removed, and a folder with a dataset from elsewhere is refused.
 pub(super) fn prepare(folder: &Path, parameters: &Value) -> Result<Manifest, SynthError> {
     let wanted = |state| Manifest { state, parameters: parameters.clone() };
+    remove_leftovers(folder, |name| name == MANIFEST || FILES.contains(&name))?;
+    for split in PICTURES {
+        let beside = BESIDE.iter().map(|kind| folder.join(kind).join(split));
+        beside.chain([folder.join(split)]).try_for_each(|f| remove_leftovers(&f, is_picture))?;
+    }
     match Manifest::read(folder)? {
         Some(found) if found.parameters == reread(parameters) && found.state != State::Clearing => {
             return Ok(wanted(found.state));
@@ -83,6 +88,12 @@ pub(super) fn prepare(folder: &Path, parameters: &Value) -> Result<Manifest, Syn
     let manifest = wanted(State::Rendering);
     manifest.write(folder)?;
     Ok(manifest)
+}
+
+/// `r_0.png`.
+fn is_picture(name: &str) -> bool {
+    let number = name.strip_prefix("r_").and_then(|rest| rest.split_once('.'));
+    number.is_some_and(|(number, _)| number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// A value as it comes back from a file: reading may change the last bit of a number.

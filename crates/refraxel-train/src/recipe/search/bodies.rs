@@ -1,6 +1,7 @@
 //! Bodies of candidates: shapes take longer to make than a few thousand rays take to judge them, and most candidates differ
 //! from one before in the index alone.
 
+use crate::cancel::{Cancel, Cancelled};
 use crate::options::Options;
 use crate::recipe::hypotheses::{Body, Candidate};
 use crate::recipe::region::Region;
@@ -36,14 +37,15 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Makes the shapes of these candidates for a region on all threads; `place` is the region or its sketch.
+    /// Makes the shapes of these candidates for a region on all threads, unless somebody wishes to stop; `place` is the region or
+    /// its sketch.
     pub(super) fn make(
         &mut self,
         candidates: &[Candidate],
         region: usize,
         place: &Region,
-        options: &Options,
-    ) {
+        (options, cancel): (&Options, &Cancel),
+    ) -> Result<(), Cancelled> {
         let mut wanted: Vec<(Key, &Candidate)> = Vec::new();
         for candidate in candidates {
             let key = Key::of(candidate, region, place).filter(|key| self.find(key).is_none());
@@ -52,10 +54,14 @@ impl Shapes {
             }
         }
         wanted.truncate(KEPT);
-        let of = |(key, candidate): (Key, &Candidate)| (key, candidate.bodies(place, options));
-        let made: Vec<_> = wanted.into_par_iter().map(of).collect();
+        let of = |(key, candidate): (Key, &Candidate)| {
+            cancel.check()?;
+            Ok((key, candidate.bodies(place, options)))
+        };
+        let made: Vec<_> = wanted.into_par_iter().map(of).collect::<Result<_, Cancelled>>()?;
         self.made.extend(made);
         self.made.drain(..self.made.len().saturating_sub(KEPT));
+        Ok(())
     }
 
     /// The bodies of a candidate.
@@ -97,7 +103,11 @@ mod tests {
             let candidate =
                 |index| Candidate { proposal, values: numbers(index), searched: true, tint: [0.1, 0.0, 0.2] };
             let mut shapes = Shapes::default();
-            shapes.make(&[candidate(1.3)], 0, &region, &options);
+            let cancel = Cancel::new();
+            shapes.make(&[candidate(1.3)], 0, &region, (&options, &cancel)).unwrap();
+            cancel.cancel();
+            let stopped = Shapes::default().make(&[candidate(1.3)], 0, &region, (&options, &cancel));
+            assert_eq!(stopped.is_err(), proposal.is_sharp, "a wish to stop is seen before a shape is made");
             assert_eq!(shapes.made.len(), usize::from(proposal.is_sharp), "{:?}", proposal.kind);
             let found = shapes.bodies(&candidate(1.7), 0, &region, &options);
             let made = candidate(1.7).bodies(&region, &options);

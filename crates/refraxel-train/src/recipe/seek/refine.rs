@@ -10,6 +10,7 @@ use super::evidence::Evidence;
 use super::hull::{Carved, keep_parts};
 use super::moments;
 use crate::blur::gaussian_blur;
+use crate::cancel::Cancel;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
 use rayon::prelude::*;
@@ -48,14 +49,21 @@ pub(super) struct Votes {
 }
 
 impl Votes {
-    /// Votes about and around the first hull.
-    pub(super) fn new(first: &Carved, views: &[Evidence], how: Refining, hints: &Hints) -> Self {
+    /// Votes about and around the first hull; without meaning once somebody wishes to stop.
+    pub(super) fn new(
+        first: &Carved,
+        views: &[Evidence],
+        how: Refining,
+        hints: &Hints,
+        cancel: &Cancel,
+    ) -> Self {
         let domain = Domain::with_longest(first.bounds, Extent::Bounded, how.nodes);
         let n = domain.resolution.map(|n| n as usize);
         let threshold = threshold(&first.gate, views);
         let vote = |j: usize| {
             let x = domain.position(domain.coordinates(j));
-            let may_be = how.ground.is_none_or(|p| p.height(x) > 0.0) && hints.allow(x);
+            let may_be =
+                how.ground.is_none_or(|p| p.height(x) > 0.0) && hints.allow(x) && !cancel.is_cancelled();
             let margin = how.clean.then_some(domain.voxel());
             if may_be {
                 mean_vote(views, x, threshold, margin)

@@ -1,6 +1,7 @@
 //! A ball among residuals that leave a part of it out.
 
 use super::*;
+use crate::cancel::Cancel;
 use crate::random::Random;
 use refraxel_core::{Camera, Domain, Extent, Vec3, vec3};
 
@@ -52,7 +53,7 @@ fn overlap(gate: &Gate) -> f64 {
 const HOW: Refining = Refining { nodes: 26, clean: false, ground: None };
 
 fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
-    Votes::new(first, views, how, &Hints::default()).shape(0.15, &Hints::default())
+    Votes::new(first, views, how, &Hints::default(), &Cancel::new()).shape(0.15, &Hints::default())
 }
 
 #[test]

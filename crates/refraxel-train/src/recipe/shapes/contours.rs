@@ -1,5 +1,6 @@
 //! What silhouettes say of a body: lines of sight that touch it.
 
+use crate::cancel::Cancel;
 use crate::initial::{Outlines, Tangent};
 use crate::least_squares::outlier_weight;
 use crate::model::polyhedron::Plane;
@@ -45,6 +46,8 @@ pub(in crate::recipe) struct Contours {
     pub(super) frame: Frame,
     /// In units of the frame.
     pub(super) views: Vec<View>,
+    /// Once cancelled, searches by them end early and mean nothing.
+    pub(super) cancel: Cancel,
 }
 
 impl Contours {
@@ -58,7 +61,7 @@ impl Contours {
         let frame = Frame::of(hull, base)?;
         let all = outlines.tangents(TOUCHES[0]).into_iter();
         let views: Vec<View> = all.filter_map(|tangents| frame.view(tangents, hull, base)).collect();
-        (views.len() >= LEAST[0]).then_some(Self { frame, views })
+        (views.len() >= LEAST[0]).then(|| Self { frame, views, cancel: outlines.cancel().clone() })
     }
 }
 

@@ -31,7 +31,7 @@ const FLATTEST: f64 = 8.0;
 /// The ellipsoid whose silhouettes have these contours; `None` where they miss it by more than `tolerance` [part of its radius],
 /// and what no picture shows better.
 pub(in crate::recipe) fn ellipsoid(contours: &Contours, tolerance: f64) -> Option<Ellipsoid> {
-    let Contours { frame, views } = contours;
+    let Contours { frame, views, .. } = contours;
     let unit = Mat3::identity();
     let mut shape = Shape { center: Vec3::zero(), spread: unit, metric: unit };
     for _ in 0..ROUNDS {

@@ -47,7 +47,7 @@ pub(in crate::recipe) fn polyhedron(
     hull: &LevelSet<f32>,
     base: Option<&Plane>,
 ) -> Option<Faceted> {
-    let Contours { frame, views } = contours;
+    let Contours { frame, views, cancel } = contours;
     let mut planes = frame.crowds(hull, base);
     let free = planes.len();
     planes.extend(base.map(|b| frame.local(b)));
@@ -55,7 +55,7 @@ pub(in crate::recipe) fn polyhedron(
     if !Boundary::of(&start.planes).is_closed() {
         return None;
     }
-    let model = search::search(start, views)?.model;
+    let model = search::search(start, views, cancel)?.model;
     let score = search::score(&model, views);
     (model.free > 0 && score >= LEAST_SCORE)
         .then(|| frame.faceted(&model, search::structure(&model, views), score))

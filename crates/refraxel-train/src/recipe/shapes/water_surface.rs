@@ -109,7 +109,10 @@ impl Basin {
         let [low, high] = self.heights();
         let coarse = (high - low) / (SWEEP - 1) as f32;
         let mut step = coarse;
-        let at = |height: f32| self.level(outlines, height);
+        // Once nobody is interested any more, no level is as good as another.
+        let at = |height: f32| {
+            if outlines.is_cancelled() { Level::default() } else { self.level(outlines, height) }
+        };
         let sweep: Vec<Level> = (0..SWEEP).map(|k| at(low + step * k as f32)).collect();
         let better = |a: Level, b: Level| if b.score > a.score { b } else { a };
         let mut best = sweep.iter().copied().fold(Level::default(), better);

@@ -10,7 +10,8 @@ mod stage;
 mod tools;
 mod work;
 
-use super::{create_folder, data_failure, interrupted, set_threads, watch_for_interrupts};
+use super::interrupts::{interrupted, watch_for_interrupts};
+use super::{create_folder, data_failure, set_threads};
 use crate::cli::{ImportArgs, Matching};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

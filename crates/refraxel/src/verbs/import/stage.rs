@@ -3,7 +3,7 @@
 use super::calls::{Call, Stage, TOO_LITTLE};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Subtask, clock};
-use crate::verbs::interrupted;
+use crate::verbs::interrupts::interrupted;
 use anyhow::{Context, anyhow};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};

@@ -6,7 +6,7 @@ use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
-use crate::verbs::interrupted;
+use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::sheet::save_png;
 use anyhow::anyhow;
@@ -14,6 +14,7 @@ use image::ExtendedColorType;
 use refraxel_core::Camera;
 use refraxel_data::NamedCamera;
 use refraxel_train::backend::Marching;
+use refraxel_train::cancel::Cancelled;
 use refraxel_train::evaluation::{Rendering, render, render_reflection, render_transmission};
 use refraxel_train::metrics::quantize;
 use refraxel_train::model::index_edit::index_range;
@@ -91,14 +92,7 @@ pub fn render_all(
     let count = views.cameras.len();
     let mut progress = Progress::new(show, "rendering", count as u64);
     for (k, NamedCamera { name, camera }) in views.cameras.iter().enumerate() {
-        if interrupted() {
-            progress.abandon("");
-            let error = anyhow!(
-                "stopped after {k} of {count} views; those are written, and the same command with --overwrite starts anew"
-            );
-            return Err(Failure::new(Exit::Interrupted, error));
-        }
-        let rendering = render(&run.backend, camera, &marching);
+        let rendering = render(&run.backend, camera, &marching, &cancel()).map_err(stopped)?;
         depths.seen.choose_range(opaque(&rendering));
         let refractive = with_index.then(|| Refractive::of(refraction, domain, run.plan.near, camera));
         if let Some(met) = &refractive {
@@ -113,6 +107,14 @@ pub fn render_all(
     }
     progress.finish("");
     Ok(())
+}
+
+fn stopped(_: Cancelled) -> Failure {
+    let error = anyhow!(
+        "stopped before all views were rendered; finished pictures are written, and the same command with --overwrite starts \
+         anew"
+    );
+    Failure::new(Exit::Interrupted, error)
 }
 
 impl Seen<'_> {
@@ -137,11 +139,13 @@ impl Seen<'_> {
                 save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Reflection, _) => {
-                let mirrored = render_reflection(self.backend, self.camera, self.marching);
+                let mirrored = render_reflection(self.backend, self.camera, self.marching, &cancel());
+                let mirrored = mirrored.map_err(stopped)?;
                 save(0, mirrored.colour.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Transmission, _) => {
-                let transmitted = render_transmission(self.backend, self.camera, self.marching);
+                let transmitted = render_transmission(self.backend, self.camera, self.marching, &cancel());
+                let transmitted = transmitted.map_err(stopped)?;
                 save(0, transmitted.colour.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index, Some(met)) => {

@@ -4,6 +4,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
 use refraxel_train::checkpoint::remove_leftovers;
 use refraxel_train::run::CHECKPOINT;
+use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -19,7 +20,7 @@ impl<'a> RunFolder<'a> {
 
     /// Refuses a folder that holds a run already.
     pub fn refuse_earlier_run(&self) -> Result<(), Failure> {
-        if !self.path.join(CHECKPOINT).exists() {
+        if !self.holds_run() {
             return Ok(());
         }
         let error = anyhow!(
@@ -29,15 +30,24 @@ impl<'a> RunFolder<'a> {
         Err(Failure::new(Exit::BadInput, error))
     }
 
+    /// Whether a run was saved there.
+    pub fn holds_run(&self) -> bool {
+        self.path.join(CHECKPOINT).exists()
+    }
+
     /// Where it is.
     pub fn path(&self) -> &'a Path {
         self.path
     }
 
-    /// Removes what killed saves have left.
+    /// Removes what killed programs have left: parts of checkpoints, logs, pictures and scores.
     pub fn remove_leftovers(&self) {
-        // Failing to do so harms nobody.
-        let _ = remove_leftovers(&self.path.join(CHECKPOINT));
+        let eval = self.path.join("eval");
+        let below = fs::read_dir(&eval).into_iter().flatten().flatten().map(|entry| entry.path());
+        for folder in [self.path.to_owned(), eval.clone()].into_iter().chain(below) {
+            // Failing to do so harms nobody, and not everything there is a folder.
+            let _ = remove_leftovers(&folder);
+        }
     }
 
     /// Removes the scores and curves of the run that is overwritten. Other files stay.
@@ -46,12 +56,12 @@ impl<'a> RunFolder<'a> {
         for split in ["train", "val", "test"] {
             for folder in [split.to_owned(), format!("{split}-index")] {
                 let (pictures, sheet) = (eval.join(&folder), eval.join(format!("{folder}.png")));
-                removed_or_absent(&pictures, std::fs::remove_dir_all(&pictures))?;
-                removed_or_absent(&sheet, std::fs::remove_file(&sheet))?;
+                removed_or_absent(&pictures, fs::remove_dir_all(&pictures))?;
+                removed_or_absent(&sheet, fs::remove_file(&sheet))?;
             }
         }
         let curves = self.path.join("curves.png");
-        removed_or_absent(&curves, std::fs::remove_file(&curves))
+        removed_or_absent(&curves, fs::remove_file(&curves))
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::progress::{Progress, Show, Subtask};
 use crate::sentences::{phase_name, sentence, task_name};
 use refraxel_train::events::{Event, Record, Task};
+use std::io::{self, Write};
 
 /// Thousandths of a time budget.
 const THOUSAND: u64 = 1000;
@@ -73,6 +74,15 @@ impl Watch {
         }
     }
 
+    /// Something is wrong that the run can do without; told even where no progress is shown.
+    pub fn warn(&mut self, text: &str) {
+        let text = format!("warning: {text}");
+        match &mut self.progress {
+            Some(progress) if self.show != Show::Nothing => progress.say(&text),
+            _ => drop(writeln!(io::stderr(), "{text}")), // nowhere else to complain
+        }
+    }
+
     /// Training ends, at its end or before.
     pub fn end(self, finished: bool) {
         let Some(progress) = self.progress else { return };
@@ -84,5 +94,7 @@ fn note(r: &Record) -> String {
     let index: Vec<String> = r.index.iter().take(3).map(|n| format!("{n:.3}")).collect();
     let index = if index.is_empty() { String::new() } else { format!("  n {}", index.join(" ")) };
     let (phase, size, psnr, speed) = (phase_name(r.phase), r.resolution, r.train_psnr, r.krays_per_s);
-    format!("{phase}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s")
+    let overflows =
+        if r.overflows > 0 { format!("  {} gradients overflowed", r.overflows) } else { String::new() };
+    format!("{phase}  {size}³  {psnr:.2} dB{index}  {speed:.0} krays/s{overflows}")
 }

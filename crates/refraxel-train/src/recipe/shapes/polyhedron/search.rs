@@ -3,6 +3,7 @@
 use super::super::contours::{self, View, lines};
 use super::boundary::{Boundary, Facet};
 use super::fit::{Fit, Miss, Model};
+use crate::cancel::Cancel;
 use refraxel_core::Vec3;
 
 /// Most planes.
@@ -26,13 +27,13 @@ const EXCESS: f64 = 0.1;
 const NEAR: f64 = 0.15;
 
 /// The planes that explain what views show best, from some to start with; `None` as soon as it is clear that
-/// the body has no flat faces.
-pub(super) fn search(start: Model, views: &[View]) -> Option<Fit> {
+/// the body has no flat faces, or somebody wishes to stop.
+pub(super) fn search(start: Model, views: &[View], cancel: &Cancel) -> Option<Fit> {
     let mut fit = start.refined(views, STEPS[1]);
     for _ in 0..ROUNDS {
         let before = fit.clone();
-        fit = with_missing(without_needless(fit, views), views);
-        if is_hopeless(&fit, views) {
+        fit = with_missing(without_needless(fit, views, cancel), views, cancel);
+        if is_hopeless(&fit, views) || cancel.is_cancelled() {
             return None;
         }
         if before.cost + price(&before, views) * before.model.free as f64
@@ -41,7 +42,7 @@ pub(super) fn search(start: Model, views: &[View]) -> Option<Fit> {
             break;
         }
     }
-    Some(without_needless(fit, views).model.refined(views, STEPS[1]))
+    Some(without_needless(fit, views, cancel).model.refined(views, STEPS[1]))
 }
 
 /// Whether so many planes should follow the contours of a polyhedron better.
@@ -56,7 +57,7 @@ fn price(fit: &Fit, views: &[View]) -> f64 {
 }
 
 /// Takes planes away, the least needed first.
-fn without_needless(mut fit: Fit, views: &[View]) -> Fit {
+fn without_needless(mut fit: Fit, views: &[View], cancel: &Cancel) -> Fit {
     let without = |fit: &Fit, k: usize| {
         let mut model = fit.model.clone();
         model.planes.remove(k);
@@ -64,7 +65,7 @@ fn without_needless(mut fit: Fit, views: &[View]) -> Fit {
         model
     };
     let mut kept: Vec<Vec3<f64>> = Vec::new();
-    while fit.model.free > 4 && kept.len() < VAIN {
+    while fit.model.free > 4 && kept.len() < VAIN && !cancel.is_cancelled() {
         let price = price(&fit, views);
         let open = (0..fit.model.free).filter(|&k| !kept.contains(&fit.model.planes[k].normal));
         let costs = open.map(|k| (k, without(&fit, k).cost(views)));
@@ -80,9 +81,9 @@ fn without_needless(mut fit: Fit, views: &[View]) -> Fit {
 }
 
 /// Adds planes where the model is larger than the silhouettes.
-fn with_missing(mut fit: Fit, views: &[View]) -> Fit {
+fn with_missing(mut fit: Fit, views: &[View], cancel: &Cancel) -> Fit {
     let mut vain: Vec<Vec3<f64>> = Vec::new();
-    while fit.model.free < MOST && vain.len() < VAIN && !is_hopeless(&fit, views) {
+    while fit.model.free < MOST && vain.len() < VAIN && !is_hopeless(&fit, views) && !cancel.is_cancelled() {
         let Some((facet, at)) = cut(&fit.model.misses(views), views, &vain) else { break };
         let mut model = fit.model.clone();
         model.planes.insert(0, facet);

@@ -1,5 +1,6 @@
 use super::super::views::{cameras, footprint, hull, meets_body, shaken, silhouette, silhouettes};
 use super::*;
+use crate::cancel::Cancel;
 use crate::initial::{Occluders, Outlines, Silhouette};
 use crate::random::Random;
 use refraxel_core::{Ray, vec3};
@@ -250,4 +251,16 @@ fn a_cylinder_scores_less_than_polyhedra() {
     let cylinder = meets_body(|x| (x.x.hypot(x.y) - 0.5).max(x.z.abs() - 0.5));
     let found = found(&silhouettes(&cameras(60, EVERYWHERE), cylinder), None);
     assert!(found.is_none_or(|f| f.score < 0.85 && f.misfit > 0.2));
+}
+
+#[test]
+fn a_wish_to_stop_ends_the_search_for_planes() {
+    let cancel = Cancel::new();
+    let views = silhouettes(&cameras(20, EVERYWHERE), meets_planes(&cube()));
+    let outlines = Outlines::new(&views).cancelled_by(&cancel);
+    let hull = hull(&outlines, 1.05, 32);
+    let contours = Contours::new(&outlines, &hull, None).unwrap();
+    assert!(polyhedron(&contours, &hull, None).is_some());
+    cancel.cancel();
+    assert!(polyhedron(&contours, &hull, None).is_none());
 }

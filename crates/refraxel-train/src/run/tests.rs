@@ -1,0 +1,85 @@
+//! Saving a run, with a fault at each of its requests to the system.
+
+use super::*;
+use crate::checkpoint::{Fault, remove_leftovers, with_fault};
+use refraxel_core::{Aabb, Extent, Vec3};
+use refraxel_data::Backdrop;
+use std::process::Command;
+
+/// A run of so many steps, larger than the buffer of a write.
+fn run(step: u64) -> Run {
+    let mut options = Options::default();
+    options.grid.stages = 1;
+    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let finest = Domain::with_longest(cube, Extent::Bounded, 24);
+    let plan = Plan { finest, near: 0.1, backdrop: Backdrop::Color([1.0; 3]) };
+    let model = plan.start(&options);
+    let optimiser = Optimiser::new(&model);
+    let (state, source) = (State { step, ..State::default() }, Source::default());
+    Run { options, plan, state, source, model, optimiser, sought: None, alignment: Alignment::default() }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// Requests to the system in a save: create, some writes, flush, rename, flush of the folder.
+fn requests(of: &Run) -> usize {
+    let folder = tempfile::tempdir().unwrap();
+    let (saved, requests) = with_fault(Fault::Full, usize::MAX, || of.view().save(folder.path()));
+    saved.unwrap();
+    assert!(requests > 5, "{requests}");
+    requests
+}
+
+#[test]
+fn a_save_that_fails_anywhere_leaves_a_whole_checkpoint_and_nothing_else() {
+    let (earlier, later) = (run(1), run(2));
+    let requests = requests(&later);
+    for at in 0..requests {
+        let folder = tempfile::tempdir().unwrap();
+        let save = || with_fault(Fault::Full, at, || later.view().save(folder.path())).0;
+        // Only the folder is flushed after the new file has its name.
+        let is_there = at + 1 == requests;
+        let error = save().unwrap_err().to_string();
+        assert!(error.contains(CHECKPOINT), "{error}");
+        assert_eq!(names(folder.path()).len(), usize::from(is_there), "first save, request {at}");
+        earlier.view().save(folder.path()).unwrap();
+        let error = save().unwrap_err().to_string();
+        assert_eq!(error.contains("is unchanged"), !is_there, "{error}");
+        let step = Run::load(folder.path()).unwrap().state.step;
+        assert_eq!(step, if is_there { 2 } else { 1 }, "request {at}");
+        assert_eq!(names(folder.path()), [CHECKPOINT], "request {at}");
+    }
+}
+
+/// In the environment of a child: the folder to save in, and the request at which to die.
+const CHILD: [&str; 2] = ["REFRAXEL_TEST_FOLDER", "REFRAXEL_TEST_DEATH"];
+
+/// A program that gets no memory ends as one that is killed.
+#[test]
+fn a_program_that_dies_anywhere_in_a_save_leaves_a_whole_checkpoint_and_what_the_next_start_removes() {
+    let (earlier, later) = (run(1), run(2));
+    if let [Some(folder), Some(at)] = CHILD.map(std::env::var_os) {
+        let at = at.to_str().and_then(|at| at.parse().ok()).unwrap();
+        let _ = with_fault(Fault::Death, at, || later.view().save(Path::new(&folder)));
+        return;
+    }
+    let this = "run::tests::\
+                a_program_that_dies_anywhere_in_a_save_leaves_a_whole_checkpoint_and_what_the_next_start_removes";
+    let requests = requests(&later);
+    for at in 0..requests {
+        let folder = tempfile::tempdir().unwrap();
+        earlier.view().save(folder.path()).unwrap();
+        let mut child = Command::new(std::env::current_exe().unwrap());
+        let child = child.args(["--exact", this]).env(CHILD[0], folder.path()).env(CHILD[1], at.to_string());
+        assert!(!child.output().unwrap().status.success(), "request {at}: the child lives");
+        let step = Run::load(folder.path()).unwrap().state.step;
+        assert_eq!(step, if at + 1 == requests { 2 } else { 1 }, "request {at}");
+        let is_beside = at > 0 && at + 1 < requests;
+        assert_eq!(remove_leftovers(folder.path()).unwrap(), usize::from(is_beside), "request {at}");
+        assert_eq!(names(folder.path()), [CHECKPOINT], "request {at}");
+        later.view().save(folder.path()).unwrap();
+    }
+}

@@ -1,0 +1,71 @@
+//! Ctrl-C and termination signals: the first one asks for a stop, the second one ends the program at once.
+
+use crate::exit::{Exit, Failure, OrExit};
+use anyhow::Context;
+use refraxel_train::cancel::Cancel;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock};
+
+/// Set by the first signal.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// The same wish, for long work that looks at it now and then.
+static CANCEL: OnceLock<Cancel> = OnceLock::new();
+/// What a second signal finds.
+static STANDING: Mutex<Standing> = Mutex::new(Standing { kept: None, lock: None });
+
+/// Where the work stands, for a program that ends at once.
+struct Standing {
+    /// What is on disk.
+    kept: Option<String>,
+    /// A lock file that would stay behind.
+    lock: Option<PathBuf>,
+}
+
+/// The wish to stop that the first signal makes.
+pub fn cancel() -> Cancel {
+    CANCEL.get_or_init(Cancel::new).clone()
+}
+
+/// True once the user wants to stop.
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// Asks long work to stop on the first Ctrl-C or termination signal. The second one ends the program, and says what is kept.
+pub fn watch_for_interrupts() -> Result<(), Failure> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            leave();
+        }
+        cancel().cancel();
+    })
+    .context("cannot watch for Ctrl-C")
+    .or_exit(Exit::Io)
+}
+
+/// From now on a program that ends at once has kept this.
+pub fn keeps(what: String) {
+    standing().kept = Some(what);
+}
+
+/// This lock file is to be removed by a program that ends at once.
+pub(super) fn holds(lock: Option<&Path>) {
+    standing().lock = lock.map(Path::to_owned);
+}
+
+fn standing() -> MutexGuard<'static, Standing> {
+    STANDING.lock().unwrap_or_else(|e| e.into_inner())
+}
+
+fn leave() -> ! {
+    let standing = standing();
+    if let Some(lock) = &standing.lock {
+        let _ = std::fs::remove_file(lock); // it is free without its holder, too
+    }
+    let kept = standing.kept.as_deref().unwrap_or("files that were finished before are kept");
+    // Nowhere else to complain.
+    let _ = writeln!(io::stderr(), "error: stopped at once by a second signal, without saving; {kept}");
+    std::process::exit(Exit::Interrupted as i32)
+}
