@@ -37,13 +37,28 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
-    train(args, show)?;
-    let evaluation = evaluate(args.out(), SplitName::Test, show)?;
-    let out = super::evaluation::folder(args.out(), SplitName::Test);
     let console = Console::new(args.work.json);
-    super::eval::print(&evaluation, &out, SplitName::Test, console)?;
+    match train(args, show)? {
+        HeldOut::No => console.result(NOT_SCORED, &serde_json::Value::Null).or_exit(Exit::Io)?,
+        HeldOut::Yes => {
+            let evaluation = evaluate(args.out(), SplitName::Test, show)?;
+            let out = super::evaluation::folder(args.out(), SplitName::Test);
+            super::eval::print(&evaluation, &out, SplitName::Test, console)?;
+        }
+    }
     console.say(&what_next(args.out())).or_exit(Exit::Io)
 }
+
+/// Whether some photographs are held out, by which a run is scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeldOut {
+    /// None is.
+    No,
+    /// Some are.
+    Yes,
+}
+
+const NOT_SCORED: &str = "no images are held out: the run is not scored";
 
 /// What people do with a run that is finished.
 fn what_next(run: &Path) -> String {
@@ -56,7 +71,7 @@ fn what_next(run: &Path) -> String {
 }
 
 /// Trains to the end and saves; an interruption is a failure, after saving.
-pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
+pub fn train(args: &TrainArgs, show: Show) -> Result<HeldOut, Failure> {
     // Everything that can be wrong with the input is found before the first file is written.
     let folder = RunFolder::new(args.out());
     if !args.resume && !args.overwrite {
@@ -64,6 +79,11 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     }
     let reading = open_options(&args.reading);
     let data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
+    if held_out == HeldOut::No {
+        let rule = &data.split.rule;
+        show.say(&format!("note: {NOT_SCORED} ({rule}); name some for testing to learn how good it is"));
+    }
     let mut source = source_of(args.data(), &reading, &data);
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
     let earlier = saved.as_ref().and_then(|run| run.source.index_from.clone());
@@ -81,7 +101,8 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(), Failure> {
     };
     let session = session.map_err(session_failure)?;
     create_folder(args.out())?;
-    learn(session, &folder, args.overwrite, watch)
+    learn(session, &folder, args.overwrite, watch)?;
+    Ok(held_out)
 }
 
 /// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
