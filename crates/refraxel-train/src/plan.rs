@@ -23,27 +23,16 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The box has no size, or one that cannot be computed with.
+    /// The box has no size, one that cannot be computed with, or is small beside its distance from the origin.
     #[error(
-        "the scene's box reaches from {:?} to {:?}; expected edges from {least:e} to {most:e} scene units: state the region in the \
-         data, or choose another unit of length",
+        "the scene's box reaches from {:?} to {:?}; expected edges from {least:e} to {most:e} scene units, with voxels that single \
+         precision tells apart so far from the origin: choose another unit of length, or subtract the mean position of the \
+         cameras from all of them",
         bounds.min.to_array(), bounds.max.to_array(), least = EDGES[0], most = EDGES[1]
     )]
     Box {
         /// The box.
         bounds: Aabb<f32>,
-    },
-    /// The box is small beside its distance from the origin.
-    #[error(
-        "the scene's box reaches from {:?} to {:?}: so far from the origin, numbers of single precision cannot tell its voxels \
-         of {voxel:.1e} scene units apart; subtract the mean position of the cameras from all of them",
-        bounds.min.to_array(), bounds.max.to_array()
-    )]
-    FarAway {
-        /// The box.
-        bounds: Aabb<f32>,
-        /// Edge length of a voxel [scene unit].
-        voxel: f32,
     },
     /// The limit below which nothing is seen is no distance.
     #[error("nothing is seen nearer than {found}; expected a distance from 0 to {most:e} scene units", most = EDGES[1])]
@@ -140,14 +129,12 @@ impl Plan {
     /// Refuses a plan that no checkpoint could hold, or that no arithmetic could follow: for runs that begin and for those
     /// that are read back.
     pub fn check(&self) -> Result<(), PlanError> {
-        let (bounds, voxel) = (self.finest.bounds, self.finest.voxel());
+        let bounds = self.finest.bounds;
         let is_edge = |e: f32| (EDGES[0]..=EDGES[1]).contains(&e);
-        if !bounds.extent().to_array().into_iter().all(is_edge) {
-            return Err(PlanError::Box { bounds });
-        }
         let farthest = bounds.min.map(f32::abs).max(bounds.max.map(f32::abs)).max_element();
-        if voxel < f32::EPSILON * farthest {
-            return Err(PlanError::FarAway { bounds, voxel });
+        let is_told_apart = self.finest.voxel() >= f32::EPSILON * farthest;
+        if !bounds.extent().to_array().into_iter().all(is_edge) || !is_told_apart {
+            return Err(PlanError::Box { bounds });
         }
         let is_distance = (0.0..=EDGES[1]).contains(&self.near);
         if is_distance { Ok(()) } else { Err(PlanError::Near { found: self.near }) }
@@ -212,13 +199,11 @@ mod tests {
             Plan { finest, near, backdrop: Backdrop::Surroundings }.check()
         };
         assert_eq!((plan(-1.0, 1.0, 0.1), plan(1e4, 1e4 + 2.0, 0.0)), (Ok(()), Ok(())));
-        for (low, high) in
-            [(1.0, 1.0), (1.0, -1.0), (-1e-13, 0.0), (-1e13, 1e13), (f32::NAN, 1.0), (0.0, f32::INFINITY)]
-        {
+        let nothing =
+            [(1.0, 1.0), (1.0, -1.0), (-1e-13, 0.0), (-1e13, 1e13), (f32::NAN, 1.0), (0.0, f32::INFINITY)];
+        for (low, high) in nothing.into_iter().chain([(1e8, 1e8 + 16.0), (1e5, 1e5 + 0.1)]) {
             assert!(matches!(plan(low, high, 0.1), Err(PlanError::Box { .. })), "{low} {high}");
         }
-        let far = plan(1e8, 1e8 + 16.0, 0.1).unwrap_err();
-        assert!(far.to_string().contains("subtract the mean position of the cameras"), "{far}");
         for near in [f32::NAN, f32::INFINITY, -1.0] {
             assert!(matches!(plan(-1.0, 1.0, near), Err(PlanError::Near { .. })), "{near}");
         }

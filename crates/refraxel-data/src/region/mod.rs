@@ -59,14 +59,22 @@ const SCALE: f64 = 1000.0;
 /// A box that is out of scale with the scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "{what} reaches from {:?} to {:?}, out of scale with the scene's box from {:?} to {:?}; expected a longest edge from \
-     1/{SCALE} to {SCALE} times that of the scene, and a middle within as many of them; check its unit of length and its place",
-    found.min.to_array(), found.max.to_array(), scene.min.to_array(), scene.max.to_array()
+    "{what} reaches {found}, out of scale with the scene's box {scene}; expected a longest edge from 1/{SCALE} to {SCALE} times \
+     that of the scene, and a middle within as many of them; check its unit of length and its place",
+    found = corners(found),
+    scene = corners(scene)
 )]
 pub struct OutOfScale {
     what: &'static str,
     found: Aabb<f64>,
     scene: Aabb<f64>,
+}
+
+/// The corners of a box, to four digits.
+fn corners(bounds: &Aabb<f64>) -> String {
+    let rounded = |v: f64| format!("{v:.3e}").parse().unwrap_or(v);
+    let [low, high] = [bounds.min, bounds.max].map(|c| c.to_array().map(rounded));
+    format!("from {low:?} to {high:?}")
 }
 
 /// Refuses a box, called `what` in the message, that is out of scale with the box of the scene.

@@ -13,7 +13,7 @@ use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use folder::RunFolder;
 use log::Log;
 use refraxel_data::{Dataset, IndexSource, scene_region};
@@ -92,7 +92,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<HeldOut, Failure> {
         Some(run) => options::resumed(args, run.options.clone(), show)?,
         None => options_of_new_run(args, &data, show)?,
     };
-    let index = index_source(&source, saved.as_ref(), &options)?;
+    let index = index_source(&source, &data, saved.as_ref(), &options)?;
     let setup = Setup { data, options, index, source, cancel: cancel() };
     let mut watch = Watch::new(show);
     let session = match saved {
@@ -128,6 +128,7 @@ fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Op
 /// The index that a file gives, unless rays bend by it already.
 fn index_source(
     source: &Source,
+    data: &Dataset,
     saved: Option<&Run>,
     options: &Options,
 ) -> Result<Option<IndexSource>, Failure> {
@@ -135,7 +136,10 @@ fn index_source(
     let is_needed = options.refraction.bend.is_on() && !saved.is_some_and(decided);
     let Some(path) = source.index_from.as_ref().filter(|_| is_needed) else { return Ok(None) };
     let bounds = options.refraction.aabb().map(|b| b.cast());
-    IndexSource::read(path, bounds).or_exit(Exit::BadInput).map(Some)
+    let index = IndexSource::read(path, bounds).or_exit(Exit::BadInput)?;
+    let refused = || format!("cannot start from {}", path.display());
+    index.check_scale(&scene_region(data).bounds).with_context(refused).or_exit(Exit::BadInput)?;
+    Ok(Some(index))
 }
 
 /// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.
