@@ -156,7 +156,8 @@ mod tests {
         );
         let unknown = read("a.stl", "").unwrap_err();
         assert!(unknown.contains("a.stl: expected a scene.json"), "{unknown}");
-        let open = read("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n").unwrap_err();
+        let open =
+            read("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n").unwrap_err();
         assert!(open.contains("cannot start from") && open.contains("open at 3 edges"), "{open}");
     }
 }

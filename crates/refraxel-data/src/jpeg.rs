@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn a_picture_that_is_overwritten_in_the_middle_is_refused() {
         let whole = jpeg(120, 75);
-        let garbage = |i: usize| (i * 7919 >> 3) as u8;
+        let garbage = |i: usize| ((i * 7919) >> 3) as u8;
         for fill in [|_| 0, |_| 0xff, garbage as fn(usize) -> u8, |_| b' '] {
             for start in (whole.len() / 4..whole.len() / 2).step_by(61) {
                 let mut damaged = whole.clone();

@@ -57,8 +57,8 @@ fn extension(rest: &str) -> Option<(usize, &'static str)> {
     if rest.starts_with("//") {
         return Some((rest.find('\n').unwrap_or(rest.len()), " "));
     }
-    if rest.starts_with("/*") {
-        return Some((rest[2..].find("*/").map_or(rest.len(), |end| end + 4), " "));
+    if let Some(comment) = rest.strip_prefix("/*") {
+        return Some((comment.find("*/").map_or(rest.len(), |end| end + 4), " "));
     }
     let word = ["NaN", "-Infinity", "Infinity"].into_iter().find(|word| rest.starts_with(word))?;
     Some((word.len(), "null"))
