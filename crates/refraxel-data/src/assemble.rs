@@ -6,6 +6,7 @@ use crate::error::Size;
 use crate::masks::MaskFile;
 use crate::parsed::{Frame, Origin, ParsedDataset};
 use crate::photo::{self, Header};
+use crate::synth::IndexTruth;
 use crate::{
     Backdrop, DataError, Dataset, Format, MaskMeaning, NamedCamera, OpenOptions, PhotoSource, Problem, View,
     json, masks, pose, split,
@@ -27,7 +28,7 @@ pub(crate) fn assemble(
         return Err(DataError::TooFewViews { path: path.to_owned(), found: parsed.frames.len() });
     }
     refuse_duplicates(&parsed.frames)?;
-    let split = split::decide(&mut parsed, options)?;
+    let split = split::decide(path, &mut parsed, options)?;
     let truth = truth(&mut parsed);
     let headers: Vec<Header> = parsed.frames.par_iter().map(header).collect::<Result<_, _>>()?;
     let cameras = cameras(&mut parsed, &headers)?;
@@ -226,15 +227,20 @@ fn names(frames: &[Frame]) -> Vec<String> {
     named.map(|(f, key)| if count[key] == 1 { key.1.clone() } else { with_folders(f) }).collect()
 }
 
-/// `scene.json` beside the data; unreadable truth is only a warning.
+/// `scene.json` beside the data; what is wrong with it is only a warning.
 fn truth(parsed: &mut ParsedDataset) -> Option<Value> {
     let file = parsed.root.folder().join("scene.json");
     if !file.is_file() || !parsed.root.contains(&file) {
         return None;
     }
     let read = json::read(&file);
-    read.map_err(|error| parsed.problems.push(Problem::warning(format!("the truth is not used: {error}"))))
-        .ok()
+    let warning = |what: &str, error| Problem::warning(format!("{what}: {error}"));
+    let truth = read.map_err(|error| parsed.problems.push(warning("the truth is not used", error))).ok()?;
+    let is_refractive = truth.get("refractive").and_then(Value::as_array).is_some_and(|l| !l.is_empty());
+    if let Some(error) = IndexTruth::parse(&file, &truth).err().filter(|_| is_refractive) {
+        parsed.problems.push(warning("errors of the index will not be measured", error));
+    }
+    Some(truth)
 }
 
 /// The backdrop, from the first of these that states one: the user, alpha in the images, the description, the truth, the

@@ -1,23 +1,94 @@
 //! What a usable camera and a usable set of cameras have, wherever they come from.
 
 use crate::Problem;
+use crate::error::Size;
 use refraxel_core::{Camera, Lens};
 
 /// Fewest views that a scene can be reconstructed from.
 pub(crate) const MIN_VIEWS: usize = 3;
 
-/// True where both focal lengths are finite and > 0.
-pub(crate) fn has_focal(camera: &Camera) -> bool {
-    camera.focal.iter().all(|f| f.is_finite() && *f > 0.0)
+/// A focal length is from `FOCAL[0]` to `FOCAL[1]` times the longer edge of the picture: fields of view from 0.06 to 179
+/// degrees.
+const FOCAL: [f64; 2] = [0.01, 1000.0];
+/// The principal point is at most so many times the longer edge away: crops of large pictures have it outside.
+const CENTER: f64 = 100.0;
+/// At least this share of the picture shows something; a circular fisheye fills half of it and more.
+const LEAST_SHOWN: f64 = 0.1;
+/// Places along each edge at which a lens is tried.
+const PLACES: u32 = 9;
+
+/// Why a camera can take no picture.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CameraFault {
+    /// A focal length is not finite, not positive, or belongs to another picture.
+    #[error(
+        "the focal lengths are {found:?} [pixel] in a picture of {size}; expected two numbers from {low} to {high} times its longer \
+         edge",
+        low = FOCAL[0],
+        high = FOCAL[1]
+    )]
+    Focal {
+        /// Both focal lengths [pixel].
+        found: [f64; 2],
+        /// The picture.
+        size: Size,
+    },
+    /// The principal point is not finite, or far away.
+    #[error(
+        "the principal point is {found:?} [pixel] in a picture of {size}; expected two numbers up to {most} times its longer \
+         edge",
+        most = CENTER
+    )]
+    Center {
+        /// The principal point [pixel].
+        found: [f64; 2],
+        /// The picture.
+        size: Size,
+    },
+    /// A coefficient of the lens is not finite.
+    #[error("the lens has a coefficient that is not a finite number")]
+    Lens,
+    /// Nearly no pixel has a ray.
+    #[error(
+        "the lens shows something on {:.0} % of the picture only; expected coefficients of distortion that belong to this lens \
+         model",
+        100.0 * shown
+    )]
+    Blind {
+        /// Share of the picture that has rays.
+        shown: f64,
+    },
 }
 
-/// True where the principal point is finite.
-pub(crate) fn has_center(camera: &Camera) -> bool {
-    camera.center.iter().all(|c| c.is_finite())
+/// Refuses a camera that can take no picture.
+pub(crate) fn check(camera: &Camera) -> Result<(), CameraFault> {
+    let size = Size { width: camera.width, height: camera.height };
+    let longest = f64::from(size.width.max(size.height));
+    let is_focal = |f: &f64| (FOCAL[0] * longest..=FOCAL[1] * longest).contains(f) && *f > 0.0;
+    if !camera.focal.iter().all(is_focal) {
+        return Err(CameraFault::Focal { found: camera.focal, size });
+    }
+    if !camera.center.iter().all(|c| c.abs() <= CENTER * longest) {
+        return Err(CameraFault::Center { found: camera.center, size });
+    }
+    if !has_lens(camera) {
+        return Err(CameraFault::Lens);
+    }
+    let shown = shown(camera);
+    if shown < LEAST_SHOWN { Err(CameraFault::Blind { shown }) } else { Ok(()) }
+}
+
+/// Share of the picture that has rays.
+fn shown(camera: &Camera) -> f64 {
+    let place = |k: u32, edge: u32| (f64::from(k) + 0.5) / f64::from(PLACES) * f64::from(edge);
+    let all =
+        (0..PLACES * PLACES).map(|k| [place(k % PLACES, camera.width), place(k / PLACES, camera.height)]);
+    all.filter(|&[u, v]| camera.ray(u, v).is_some()).count() as f64 / f64::from(PLACES * PLACES)
 }
 
 /// True where all coefficients of the lens are finite.
-pub(crate) fn has_lens(camera: &Camera) -> bool {
+fn has_lens(camera: &Camera) -> bool {
     let are_finite = |list: &[f64]| list.iter().all(|v| v.is_finite());
     match &camera.lens {
         Lens::Pinhole | Lens::Equirectangular => true,
@@ -41,7 +112,9 @@ pub(crate) enum Coincidence {
 /// What all cameras have in common, if it is anything.
 pub(crate) fn coincidence<'a>(cameras: impl Iterator<Item = &'a Camera> + Clone) -> Option<Coincidence> {
     let first = cameras.clone().next()?.world_from_camera;
-    let is_there = |c: &Camera| (c.world_from_camera.translation - first.translation).length() == 0.0;
+    // Rays have single precision.
+    let rounding = f64::from(f32::EPSILON) * first.translation.length();
+    let is_there = |c: &Camera| (c.world_from_camera.translation - first.translation).length() <= rounding;
     if !cameras.clone().all(is_there) {
         return None;
     }
@@ -49,9 +122,17 @@ pub(crate) fn coincidence<'a>(cameras: impl Iterator<Item = &'a Camera> + Clone)
     Some(if is_same { Coincidence::Pose } else { Coincidence::Place })
 }
 
+/// Whether all cameras stand in one place, as those of a panorama do.
+pub fn is_one_place<'a>(cameras: impl Iterator<Item = &'a Camera> + Clone) -> bool {
+    coincidence(cameras).is_some()
+}
+
 /// The warning about cameras that all stand in one place.
 pub(crate) fn one_place() -> Problem {
-    Problem::warning("all views are taken from one point: depth cannot be reconstructed")
+    Problem::warning(
+        "all views are taken from one point: depth cannot be reconstructed, and rays stay straight where no file says what \
+         is refractive",
+    )
 }
 
 /// A note about rotations that were repaired, by their errors.

@@ -46,22 +46,48 @@ impl Image {
     }
 }
 
-/// A pixel whose value is NaN or infinite.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BadPixel {
+/// Values of colours, encoded as sRGB with 1 = white: filters of renderers leave a little below 0, the sun stands far
+/// above white.
+const COLOUR: [f32; 2] = [-1.0, 1000.0];
+/// Values of alpha: half precision rounds.
+const ALPHA: [f32; 2] = [-0.01, 1.01];
+
+/// A pixel with a value that is no colour.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "pixel (column {column}, row {row}) has the {name} {value}; expected {low} to {high}",
+    name = if *is_alpha { "alpha" } else { "colour value" },
+    low = self.range()[0],
+    high = self.range()[1]
+)]
+pub struct BadPixel {
     /// Column from the left.
     pub column: u32,
     /// Row from the top.
     pub row: u32,
-    /// NaN, inf or -inf.
+    /// The value is that of alpha, not of a colour.
+    pub is_alpha: bool,
+    /// The value, sRGB-encoded with 1 = white.
     pub value: f32,
 }
 
-/// The first pixel of an image of `width` columns and `channels` interleaved channels that has such a value.
-pub(crate) fn not_finite(values: &[f32], width: u32, channels: u32) -> Option<BadPixel> {
-    let at = values.iter().position(|v| !v.is_finite())?;
-    let (pixel, width) = (at / channels as usize, width as usize);
-    Some(BadPixel { column: (pixel % width) as u32, row: (pixel / width) as u32, value: values[at] })
+impl BadPixel {
+    fn range(&self) -> [f32; 2] {
+        if self.is_alpha { ALPHA } else { COLOUR }
+    }
+}
+
+/// The first value of an image of `width` columns and `channels` interleaved channels that is no colour.
+pub(crate) fn bad_pixel(values: &[f32], width: u32, channels: u32) -> Option<BadPixel> {
+    let (channels, width) = (channels as usize, width as usize);
+    let is_alpha = |at: usize| at % channels == 3;
+    let is_bad = |(at, v): (usize, &f32)| {
+        let [low, high] = if is_alpha(at) { ALPHA } else { COLOUR };
+        !(low..=high).contains(v)
+    };
+    let at = values.iter().enumerate().position(is_bad)?;
+    let (column, row) = ((at / channels % width) as u32, (at / channels / width) as u32);
+    Some(BadPixel { column, row, is_alpha: is_alpha(at), value: values[at] })
 }
 
 /// A coverage mask, 0..=255, rows from the top: the shape is (height, width), and columns run fastest.

@@ -1,9 +1,13 @@
 //! A refractive index that is known: from a file, or from values in memory.
 
+use crate::region::check_scale;
 use crate::synth::{IndexTruth, Shape, TriangleMesh};
-use crate::{DataError, IndexVolume, read_mesh};
+use crate::{DataError, IndexVolume, OutOfScale, read_mesh};
 use refraxel_core::Aabb;
 use std::path::{Path, PathBuf};
+
+/// Indices of refraction that matter has. One below 1 is relative to what is around: air in water has 0.75.
+pub const INDICES: [f64; 2] = [0.25, 5.0];
 
 /// A refractive index, or the shape of a body, that is known before training.
 ///
@@ -24,19 +28,8 @@ pub enum IndexSource {
 #[non_exhaustive]
 pub enum IndexSourceError {
     /// The file cannot be read, or is not what its extension says.
-    #[error("cannot start from {path}: {source}", path = path.display())]
-    Data {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: DataError,
-    },
-    /// A `scene.json` without refractive shapes, or with one of an unknown kind.
-    #[error("cannot start from {path}: it has no list `refractive` of known shapes", path = path.display())]
-    NoKnownShapes {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("cannot start from this index of refraction: {0}")]
+    Data(#[from] DataError),
     /// The extension is not one of those that are read.
     #[error(
         "cannot start from {path}: expected a scene.json, an index volume (.npz, .npy) or a mesh (.ply, .obj)",
@@ -55,17 +48,22 @@ impl IndexSource {
     /// `bounds_of_volume` is the box of a volume, instead of the one that an `.npz` states; an `.npy` needs it. Other
     /// kinds ignore it.
     pub fn read(path: &Path, bounds_of_volume: Option<Aabb<f64>>) -> Result<IndexSource, IndexSourceError> {
-        let in_file = |source| IndexSourceError::Data { path: path.to_owned(), source };
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
         Ok(match extension.as_str() {
-            "json" => {
-                let truth = IndexTruth::read(path).map_err(in_file)?;
-                truth.ok_or_else(|| IndexSourceError::NoKnownShapes { path: path.to_owned() })?.into()
-            }
-            "npz" | "npy" => IndexVolume::read(path, bounds_of_volume).map_err(in_file)?.into(),
-            "ply" | "obj" => read_mesh(path).map_err(in_file)?.into(),
+            "json" => IndexTruth::read(path)?.into(),
+            "npz" | "npy" => IndexVolume::read(path, bounds_of_volume)?.into(),
+            "ply" | "obj" => read_mesh(path)?.into(),
             _ => return Err(IndexSourceError::UnknownKind { path: path.to_owned() }),
         })
+    }
+
+    /// Refuses bodies that are out of scale with the scene's box.
+    pub fn check_scale(&self, scene: &Aabb<f64>) -> Result<(), OutOfScale> {
+        let check = |bounds: &Aabb<f64>| check_scale("a body of the known index", bounds, scene);
+        match self {
+            Self::Truth(truth) => truth.boxes().try_for_each(|b| check(&b)),
+            Self::Volume(_) | Self::Mesh(_) => check(&self.bounds()),
+        }
     }
 
     /// The box outside of which the index is 1.
@@ -130,15 +128,36 @@ mod tests {
     }
 
     #[test]
+    fn bodies_out_of_scale_with_the_scene_are_refused() {
+        let scene = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = |radius: f64, x: f64| {
+            let ball = r#"{"shape": "sphere", "center": [0, 0, 0], "radius": 0.5, "ior": 1.5}"#;
+            let other =
+                format!(r#"{{"shape": "sphere", "center": [{x}, 0, 0], "radius": {radius}, "ior": 1.3}}"#);
+            read("a.json", format!(r#"{{"refractive": [{ball}, {other}]}}"#)).unwrap().check_scale(&scene)
+        };
+        assert_eq!((ball(0.01, 0.0), ball(20.0, 100.0)), (Ok(()), Ok(())));
+        for (radius, x) in [(1e-30, 0.0), (1e30, 0.0), (0.5, 1e6)] {
+            let message = ball(radius, x).unwrap_err().to_string();
+            assert!(
+                message.contains("a body of the known index") && message.contains("unit of length"),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
     fn a_file_that_says_nothing_is_refused_with_its_name() {
         let nothing = read("a.json", "{}").unwrap_err();
         assert!(
-            nothing.contains("cannot start from") && nothing.contains("no list `refractive`"),
+            nothing.contains("cannot start from")
+                && nothing.contains("refractive is missing; expected a list"),
             "{nothing}"
         );
         let unknown = read("a.stl", "").unwrap_err();
         assert!(unknown.contains("a.stl: expected a scene.json"), "{unknown}");
-        let open = read("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap_err();
+        let open =
+            read("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n").unwrap_err();
         assert!(open.contains("cannot start from") && open.contains("open at 3 edges"), "{open}");
     }
 }

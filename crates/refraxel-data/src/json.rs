@@ -6,40 +6,62 @@ use std::path::Path;
 
 /// Reads a JSON file. Comments and the literals NaN and ±Infinity (Python writes them) are allowed; the literals
 /// are read as `null`, so that an error names their key when its number is needed.
+///
+/// Errors: it cannot be read, is larger than the [`limits`] allow, or is no JSON.
 pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
-    let text = limits::read_text(path)?;
-    serde_json::from_str(&plain(&text)).map_err(|source| DataError::Json { path: path.to_owned(), source })
+    let Plain { text, values, objects } = plain(&limits::read_text(path)?);
+    limits::json(path, values, objects)?;
+    serde_json::from_str(&text).map_err(|source| DataError::Json { path: path.to_owned(), source })
+}
+
+/// JSON without extensions.
+struct Plain {
+    text: String,
+    /// Values, if it is well formed; a few more, if it is not.
+    values: usize,
+    objects: usize,
 }
 
 /// The text with `//` and `/* */` comments blanked and non-finite literals turned into `null`; line numbers are kept.
-fn plain(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let (taken, replacement) = token(rest, first);
-        match replacement {
-            Some(r) => out.push_str(r),
-            None => out.push_str(&rest[..taken]),
-        }
-        if replacement == Some(" ") {
-            out.extend(rest[..taken].matches('\n'));
-        }
-        rest = &rest[taken..];
+fn plain(text: &str) -> Plain {
+    let (mut out, mut copied, mut at) = (String::with_capacity(text.len()), 0, 0);
+    let (mut values, mut objects) = (1, 0);
+    while let Some(&byte) = text.as_bytes().get(at) {
+        let rest = &text[at..];
+        at += match byte {
+            b'"' => string_length(rest),
+            b'/' | b'N' | b'-' | b'I' => match extension(rest) {
+                Some((length, replacement)) => {
+                    out.push_str(&text[copied..at]);
+                    out.push_str(replacement);
+                    out.extend(rest[..length].matches('\n'));
+                    copied = at + length;
+                    length
+                }
+                None => 1,
+            },
+            byte => {
+                values += usize::from(matches!(byte, b',' | b'[' | b'{'));
+                objects += usize::from(byte == b'{');
+                // To the next character: none but those of one byte matter here.
+                (1..rest.len()).find(|&k| rest.is_char_boundary(k)).unwrap_or(rest.len())
+            }
+        };
     }
-    out
+    out.push_str(&text[copied..]);
+    Plain { text: out, values, objects }
 }
 
-/// Byte length of the next token of `rest` and what to write instead of it, if not itself.
-fn token(rest: &str, first: char) -> (usize, Option<&'static str>) {
-    match first {
-        '"' => (string_length(rest), None),
-        '/' if rest.starts_with("//") => (rest.find('\n').unwrap_or(rest.len()), Some(" ")),
-        '/' if rest.starts_with("/*") => (rest[2..].find("*/").map_or(rest.len(), |end| end + 4), Some(" ")),
-        _ => match ["NaN", "-Infinity", "Infinity"].into_iter().find(|word| rest.starts_with(word)) {
-            Some(word) => (word.len(), Some("null")),
-            None => (first.len_utf8(), None),
-        },
+/// Byte length of the comment or literal that `rest` starts with, and what to write instead of it.
+fn extension(rest: &str) -> Option<(usize, &'static str)> {
+    if rest.starts_with("//") {
+        return Some((rest.find('\n').unwrap_or(rest.len()), " "));
     }
+    if let Some(comment) = rest.strip_prefix("/*") {
+        return Some((comment.find("*/").map_or(rest.len(), |end| end + 4), " "));
+    }
+    let word = ["NaN", "-Infinity", "Infinity"].into_iter().find(|word| rest.starts_with(word))?;
+    Some((word.len(), "null"))
 }
 
 /// Byte length of the string literal that `rest` starts with, quotes included.
@@ -171,7 +193,8 @@ fn row<const N: usize>(value: &Value) -> Option<[f64; N]> {
     numbers.collect::<Option<Vec<_>>>()?.try_into().ok()
 }
 
-fn wrong(path: &Path, key: String, found: &Value, expected: &'static str) -> DataError {
+/// The error that the value of a key is not `expected`.
+pub(crate) fn wrong(path: &Path, key: String, found: &Value, expected: &'static str) -> DataError {
     let key = if key.is_empty() { "the top level".to_owned() } else { key };
     DataError::Value { path: path.to_owned(), key, found: shorten(found), expected }
 }
@@ -197,10 +220,10 @@ mod tests {
     fn comments_are_blanked_but_not_inside_strings() {
         let text =
             "{ // a \"quote\"\n \"a//b\": \"/* kept \\\" */\", /* gone\n\n */ \"x\": NaN, \"y\": -Infinity }";
-        let value: Value = serde_json::from_str(&plain(text)).unwrap();
+        let value: Value = serde_json::from_str(&plain(text).text).unwrap();
         assert_eq!(value["a//b"], "/* kept \" */");
         assert!(value["x"].is_null() && value["y"].is_null());
-        assert_eq!(plain(text).matches('\n').count(), text.matches('\n').count(), "line numbers stay");
+        assert_eq!(plain(text).text.matches('\n').count(), text.matches('\n').count(), "line numbers stay");
     }
 
     #[test]
@@ -214,6 +237,21 @@ mod tests {
         assert_eq!(inner.number("fl_y").unwrap(), None);
         let message = inner.number("w").unwrap_err().to_string();
         assert_eq!(message, "t.json: w is \"wide\"; expected a finite number");
+    }
+
+    #[test]
+    fn a_file_of_too_many_values_is_refused_before_they_take_memory() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let refusal = |text: String| {
+            std::fs::write(file.path(), text).unwrap();
+            read(file.path()).unwrap_err().to_string()
+        };
+        let objects = refusal(format!("[{}{{}}]", "{},".repeat(300_000)));
+        assert!(objects.contains("the number of objects {…} is 300001, the limit is 300000"), "{objects}");
+        let numbers = refusal(format!("[{}1]", "1,".repeat(5_000_000)));
+        assert!(numbers.contains("the number of values is 5000002, the limit is 5000000"), "{numbers}");
+        let texts = plain(r#"["[,{", "\"{,", {"a": [1, 2]}]"#);
+        assert_eq!((texts.values, texts.objects), (7, 1), "texts hold no values");
     }
 
     proptest::proptest! {

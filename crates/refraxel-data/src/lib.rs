@@ -14,6 +14,7 @@ mod formats;
 pub mod image;
 pub mod index_source;
 pub mod inspect;
+mod jpeg;
 mod json;
 pub mod limits;
 mod masks;
@@ -31,18 +32,20 @@ mod split;
 pub mod synth;
 mod volume;
 
+pub use camera::{CameraFault, is_one_place};
 pub use dataset::{
     Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split, View,
 };
 pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
 pub use formats::colmap::{ColmapModel, colmap_models};
-pub use image::{Image, Mask, Pixels};
-pub use index_source::{IndexSource, IndexSourceError};
+pub use image::{BadPixel, Image, Mask, Pixels};
+pub use index_source::{INDICES, IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};
+pub use jpeg::JpegFault;
 pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
 pub use open::open_cameras;
 pub use options::OpenOptions;
 pub use photo::load_photo;
-pub use region::{Region, scene_region};
+pub use region::{OutOfScale, Region, check_scale, scene_region};
 pub use volume::IndexVolume;

@@ -11,6 +11,14 @@ pub const JSON_BYTES: u64 = 64 << 20;
 pub const BINARY_BYTES: u64 = 4 << 30;
 /// Most frames of a dataset.
 pub const FRAMES: usize = 100_000;
+/// Most values in a JSON file: the matrices of [`FRAMES`] frames, and as much again.
+pub const JSON_VALUES: usize = 5_000_000;
+/// Most objects in a JSON file.
+pub const JSON_OBJECTS: usize = 3 * FRAMES;
+/// Most bodies of a scene: a set of them is one machine word.
+pub const BODIES: usize = 64;
+/// Most faces, parts or waves of one body.
+pub const PIECES: usize = 128;
 /// Largest image [pixel].
 pub const IMAGE_PIXELS: u64 = 64 << 20;
 
@@ -41,11 +49,31 @@ pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
 
 /// Checks a frame count against [`FRAMES`].
 pub(crate) fn frames(path: &Path, found: usize) -> Result<(), DataError> {
-    let fits = found <= FRAMES;
+    at_most(path, "the number of frames", found, FRAMES)
+}
+
+/// Checks a number of bodies against [`BODIES`].
+pub(crate) fn bodies(path: &Path, found: usize) -> Result<(), DataError> {
+    at_most(path, "the number of bodies", found, BODIES)
+}
+
+/// Checks the pieces of a body against [`PIECES`].
+pub(crate) fn pieces(path: &Path, found: usize) -> Result<(), DataError> {
+    at_most(path, "the number of faces, parts or waves of a body", found, PIECES)
+}
+
+/// Checks the content of a JSON file before it takes memory.
+pub(crate) fn json(path: &Path, values: usize, objects: usize) -> Result<(), DataError> {
+    at_most(path, "the number of values", values, JSON_VALUES)?;
+    at_most(path, "the number of objects {…}", objects, JSON_OBJECTS)
+}
+
+fn at_most(path: &Path, what: &'static str, found: usize, limit: usize) -> Result<(), DataError> {
+    let fits = found <= limit;
     fits.then_some(()).ok_or_else(|| DataError::TooLarge {
         path: path.to_owned(),
-        what: "the number of frames",
+        what,
         found: found as u64,
-        limit: FRAMES as u64,
+        limit: limit as u64,
     })
 }

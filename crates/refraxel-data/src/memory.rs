@@ -1,10 +1,8 @@
 //! Datasets made of arrays, without a file: what importers check is checked here too.
 
-use crate::camera::{
-    Coincidence, MIN_VIEWS, coincidence, has_center, has_focal, has_lens, one_place, repairs,
-};
+use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
 use crate::error::{MemoryError, Size, ViewFault};
-use crate::image::not_finite;
+use crate::image::bad_pixel;
 use crate::{
     Backdrop, DataError, Dataset, Format, Image, Mask, MaskMeaning, Photo, PhotoSource, Pixels, Split, View,
     masks, pose,
@@ -122,16 +120,8 @@ fn checked_camera(posed: &PosedPhoto) -> Result<CheckedCamera, ViewFault> {
         return Err(ViewFault::Name);
     }
     let checked = pose::check(&camera.world_from_camera)?;
-    if !has_focal(camera) {
-        return Err(ViewFault::Focal(camera.focal));
-    }
-    if !has_center(camera) {
-        return Err(ViewFault::Center(camera.center));
-    }
-    if !has_lens(camera) {
-        return Err(ViewFault::Lens);
-    }
     check_image(&posed.photo.image, camera)?;
+    crate::camera::check(camera)?;
     if let Some(mask) = &posed.photo.mask {
         check_mask(mask, &posed.photo.image)?;
     }
@@ -161,8 +151,8 @@ fn check_image(image: &Image, camera: &Camera) -> Result<(), ViewFault> {
     }
     match &image.pixels {
         Pixels::U8(_) => Ok(()),
-        Pixels::F32(values) => match not_finite(values, image.width, image.channels) {
-            Some(at) => Err(ViewFault::NotFinite { column: at.column, row: at.row, value: at.value }),
+        Pixels::F32(values) => match bad_pixel(values, image.width, image.channels) {
+            Some(pixel) => Err(ViewFault::Pixel(pixel)),
             None => Ok(()),
         },
     }

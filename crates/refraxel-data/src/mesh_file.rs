@@ -3,6 +3,8 @@
 use crate::formats::ply;
 use crate::synth::TriangleMesh;
 use crate::{DataError, limits};
+use refraxel_core::Aabb;
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -17,9 +19,7 @@ pub fn read_mesh(path: &Path) -> Result<TriangleMesh, DataError> {
         found,
         expected,
     };
-    let unusable = |e: crate::synth::MeshError| {
-        fault("the mesh", e.to_string(), "vertices and triangles that name them")
-    };
+    let unusable = |source| DataError::Mesh { path: path.to_owned(), source };
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let mesh = match extension.as_str() {
         "obj" => TriangleMesh::from_obj(&limits::read_text(path)?).map_err(unusable)?,
@@ -37,6 +37,11 @@ pub fn read_mesh(path: &Path) -> Result<TriangleMesh, DataError> {
             format!("{:?}", vertices[at].to_array()),
             "finite numbers",
         ));
+    }
+    let bounds = Aabb::around(vertices.iter().copied()).unwrap_or(Aabb::empty());
+    if bounds.extent().min_element().partial_cmp(&0.0) != Some(Ordering::Greater) {
+        let found = format!("{:?} long along x, y and z", bounds.extent().to_array());
+        return Err(fault("the mesh", found, "a body with edges > 0"));
     }
     match open_edges(&mesh) {
         0 => Ok(mesh),
@@ -93,6 +98,17 @@ mod tests {
     fn an_open_or_foreign_mesh_says_so() {
         let open = OBJ.replace("f 2 3 4\n", "");
         assert!(read("a.obj", open.as_bytes()).unwrap_err().contains("open at 3 edges"));
+        let flat = OBJ.replace("0 0 1\nf", "0 1 0\nf");
+        assert!(
+            read("a.obj", flat.as_bytes())
+                .unwrap_err()
+                .contains("the mesh is [1.0, 1.0, 0.0] long along x, y and z")
+        );
+        let empty = read("a.obj", b"").unwrap_err();
+        assert!(
+            empty.contains("a.obj: it has 0 vertices and 0 triangles; expected one triangle or more"),
+            "{empty}"
+        );
         assert!(read("a.stl", b"").unwrap_err().contains(".obj or .ply"));
         assert!(read("a.obj", b"v 0 0 0\nf 1 2 3\n").unwrap_err().contains("a.obj"));
     }

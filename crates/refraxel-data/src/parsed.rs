@@ -1,8 +1,7 @@
 //! What an importer reads: everything that the files of a dataset state, before images are looked at and poses are
 //! checked.
 
-use crate::camera::{has_center, has_focal};
-use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, error::Size, root::Root};
+use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, camera, error::Size, root::Root};
 use refraxel_core::{Aabb, Camera, Lens, Pose, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -140,23 +139,9 @@ impl Intrinsics {
             lens: self.lens,
             world_from_camera: pose,
         };
-        check_intrinsics(&camera, origin)?;
+        let refused =
+            |fault| DataError::Camera { path: origin.path.to_path_buf(), key: origin.key.clone(), fault };
+        camera::check(&camera).map_err(refused)?;
         Ok(camera)
     }
-}
-
-fn check_intrinsics(camera: &Camera, origin: &Origin) -> Result<(), DataError> {
-    let fault = |key: &str, found: [f64; 2], expected| DataError::Value {
-        path: origin.path.to_path_buf(),
-        key: format!("{} ({key})", origin.key),
-        found: format!("{}, {}", found[0], found[1]),
-        expected,
-    };
-    if !has_focal(camera) {
-        return Err(fault("focal length [pixel]", camera.focal, "positive, finite focal lengths"));
-    }
-    if !has_center(camera) {
-        return Err(fault("principal point [pixel]", camera.center, "a finite principal point"));
-    }
-    Ok(())
 }

@@ -1,12 +1,14 @@
 //! Image files to pixels: PNG, JPEG and EXR, colour, alpha and masks.
 
 use crate::error::Size;
-use crate::image::{BadPixel, not_finite};
-use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, limits};
+use crate::image::bad_pixel;
+use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, jpeg, limits};
 use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader, Limits};
 use rayon::prelude::*;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 /// What an image file says about itself before it is decoded.
@@ -190,6 +192,7 @@ fn open(path: &Path) -> Result<(impl ImageDecoder, Orientation), DataError> {
 /// The pixels, turned upright unless only the stored size is the `expected` one.
 fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError> {
     let (decoder, orientation) = open(path)?;
+    check_jpeg(path)?;
     let (width, height) = decoder.dimensions();
     let mut image = DynamicImage::from_decoder(decoder)
         .map_err(|source: ImageError| DataError::Decode { path: path.to_owned(), source })?;
@@ -199,6 +202,18 @@ fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError
         image.apply_orientation(orientation);
     }
     Ok(image)
+}
+
+/// Refuses a JPEG that lacks pixels.
+fn check_jpeg(path: &Path) -> Result<(), DataError> {
+    let unreadable = |source| DataError::Read { path: path.to_owned(), source };
+    let mut start = [0; jpeg::START.len()];
+    let length = File::open(path).and_then(|mut file| file.read(&mut start)).map_err(unreadable)?;
+    if start[..length] != jpeg::START {
+        return Ok(());
+    }
+    let content = limits::read(path, limits::BINARY_BYTES)?;
+    jpeg::check(&content).map_err(|fault| DataError::Jpeg { path: path.to_owned(), fault })
 }
 
 fn swaps_axes(orientation: Orientation) -> bool {
@@ -214,29 +229,26 @@ fn to_image(path: &Path, decoded: DynamicImage) -> Result<Image, DataError> {
         1 => Pixels::U8(decoded.into_rgb8().into_raw()),
         2 if alpha => Pixels::F32(decoded.into_rgba32f().into_raw()),
         2 => Pixels::F32(decoded.into_rgb32f().into_raw()),
-        _ if alpha => Pixels::F32(encode_linear(path, width, 4, decoded.into_rgba32f().into_raw())?),
-        _ => Pixels::F32(encode_linear(path, width, 3, decoded.into_rgb32f().into_raw())?),
+        _ if alpha => Pixels::F32(encode_linear(4, decoded.into_rgba32f().into_raw())),
+        _ => Pixels::F32(encode_linear(3, decoded.into_rgb32f().into_raw())),
     };
+    if let Pixels::F32(values) = &pixels
+        && let Some(pixel) = bad_pixel(values, width, channels)
+    {
+        return Err(DataError::Pixel { path: path.to_owned(), pixel });
+    }
     Ok(Image { width, height, channels, pixels })
 }
 
 /// Linear, premultiplied EXR values to straight alpha and sRGB.
-fn encode_linear(
-    path: &Path,
-    width: u32,
-    channels: u32,
-    mut values: Vec<f32>,
-) -> Result<Vec<f32>, DataError> {
-    if let Some(BadPixel { column, row, value }) = not_finite(&values, width, channels) {
-        return Err(DataError::NotFinite { path: path.to_owned(), column, row, value });
-    }
-    for pixel in values.chunks_exact_mut(channels as usize) {
+fn encode_linear(channels: usize, mut values: Vec<f32>) -> Vec<f32> {
+    for pixel in values.chunks_exact_mut(channels) {
         let alpha = pixel.get(3).copied().unwrap_or(1.0);
         for c in &mut pixel[..3] {
             *c = srgb_encode(if alpha > 0.0 { *c / alpha } else { *c });
         }
     }
-    Ok(values)
+    values
 }
 
 /// sRGB transfer function (IEC 61966-2-1), continued beyond 1 for high dynamic range.

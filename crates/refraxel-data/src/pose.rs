@@ -5,6 +5,8 @@ use refraxel_core::{Mat3, Pose, Vec3};
 
 /// Largest |RᵀR − 1| that is repaired without a note: single precision with some digits lost in text.
 const EXACT: f64 = 1e-5;
+/// Largest coordinate of a camera [scene unit]: its cube is a number in single precision, too.
+pub(crate) const FARTHEST: f64 = 1e12;
 /// Largest |RᵀR − 1| that is repaired.
 const REPAIRABLE: f64 = 1e-2;
 
@@ -23,6 +25,10 @@ pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
     let rotation = &pose.rotation;
     if !(rotation.columns.iter().all(|c| c.is_finite()) && pose.translation.is_finite()) {
         return Err(PoseFault::NotFinite);
+    }
+    let farthest = pose.translation.map(f64::abs).max_element();
+    if farthest > FARTHEST {
+        return Err(PoseFault::TooFar(farthest));
     }
     let (error, det) = (deviation(rotation), rotation.determinant());
     if error > REPAIRABLE || det <= 0.0 {
@@ -116,6 +122,8 @@ mod tests {
         let [a, b, c] = turned().columns;
         let fault = |columns| check(&posed(Mat3 { columns })).unwrap_err();
         assert_eq!(fault([a, b, vec3(f64::NAN, 0.0, 0.0)]), PoseFault::NotFinite);
+        let away = Pose { rotation: turned(), translation: vec3(0.0, -1e300, 0.0) };
+        assert_eq!(check(&away).unwrap_err(), PoseFault::TooFar(1e300));
         assert!(matches!(fault([a, b, -c]), PoseFault::Mirrored(_)));
         assert!(matches!(fault([a, b, b]), PoseFault::Singular(_)));
         assert!(matches!(fault([a, b, vec3(0.0, 0.0, 0.0)]), PoseFault::Singular(_)));

@@ -10,7 +10,22 @@ const DEFAULT_HOLDOUT: usize = 8;
 
 /// Decides the split: lists in the file, then `{train,val,test}_list.txt`, then the format's own, then every n-th view
 /// of the list sorted by name, starting with the first. Writes the parts to the frames too.
-pub(crate) fn decide(parsed: &mut ParsedDataset, options: &OpenOptions) -> Result<Split, DataError> {
+///
+/// Errors: no view trains, or a list cannot be read.
+pub(crate) fn decide(
+    path: &Path,
+    parsed: &mut ParsedDataset,
+    options: &OpenOptions,
+) -> Result<Split, DataError> {
+    let split = decided(parsed, options)?;
+    if split.train.is_empty() {
+        let (count, rule) = (parsed.frames.len(), split.rule);
+        return Err(DataError::NoTraining { path: path.to_owned(), count, rule });
+    }
+    Ok(split)
+}
+
+fn decided(parsed: &mut ParsedDataset, options: &OpenOptions) -> Result<Split, DataError> {
     let mut lists = std::mem::take(&mut parsed.split_lists);
     let mut rule = "lists of file names in the dataset's file".to_owned();
     if lists.is_empty() {

@@ -1,7 +1,7 @@
 //! Volumes of the refractive index: the `index.npz` of synthetic scenes, and `.npy` arrays of other tools.
 
 use crate::formats::{npy, npz};
-use crate::{DataError, limits};
+use crate::{DataError, INDICES, limits};
 use refraxel_core::{Aabb, Vec3};
 use std::path::Path;
 
@@ -14,16 +14,15 @@ pub struct IndexVolume {
 }
 
 const SHAPE: &str = "three dimensions n[x, y, z], none of them empty";
-const POSITIVE: &str = "finite numbers > 0";
+const INDEX: &str = "numbers from 0.25 to 5";
 const CORNER: &str = "three finite numbers, each of max above that of min";
 
 impl IndexVolume {
     /// A volume of `cells` per axis in a box, z fastest and x slowest; `None` unless there is one value per cell, all are
-    /// finite and > 0, and the box is not empty.
+    /// [indices of matter](INDICES), and the box is not empty.
     pub fn new(bounds: Aabb<f64>, cells: [usize; 3], values: Vec<f32>) -> Option<Self> {
         let count = cells.iter().try_fold(1_usize, |n, &c| n.checked_mul(c))?;
-        let is_valid = |v: &f32| v.is_finite() && *v > 0.0;
-        let fits = count > 0 && count == values.len() && values.iter().all(is_valid) && is_box(&bounds);
+        let fits = count > 0 && count == values.len() && values.iter().all(is_index) && is_box(&bounds);
         fits.then_some(Self { bounds, cells, values })
     }
 
@@ -75,12 +74,16 @@ impl IndexVolume {
         let n = array("n")?;
         let cells: [usize; 3] =
             n.shape.try_into().map_err(|s: Vec<usize>| fault("the shape", format!("{s:?}"), SHAPE))?;
-        let wrong = n.values.iter().find(|v| !((**v as f32).is_finite() && **v > 0.0)).copied();
-        let values = n.values.into_iter().map(|v| v as f32).collect();
-        Self::new(bounds, cells, values).ok_or_else(|| match wrong {
-            Some(v) => fault("the index", v.to_string(), POSITIVE),
+        let values: Vec<f32> = n.values.into_iter().map(|v| v as f32).collect();
+        let wrong = values.iter().find(|v| !is_index(v)).copied();
+        let volume = Self::new(bounds, cells, values).ok_or_else(|| match wrong {
+            Some(v) => fault("the index", v.to_string(), INDEX),
             None => fault("the shape", format!("{cells:?}"), SHAPE),
-        })
+        })?;
+        if volume.values.iter().all(|v| *v == 1.0) {
+            return Err(fault("the index", "1 everywhere".into(), "values other than 1: nothing bends rays"));
+        }
+        Ok(volume)
     }
 
     /// The box.
@@ -112,6 +115,10 @@ impl IndexVolume {
         };
         weights.iter().enumerate().map(|(k, w)| w * at(k)).sum()
     }
+}
+
+fn is_index(n: &f32) -> bool {
+    (INDICES[0]..=INDICES[1]).contains(&f64::from(*n))
 }
 
 fn is_box(b: &Aabb<f64>) -> bool {
@@ -167,7 +174,9 @@ mod tests {
             let (_folder, path) = file("n.npy", &npy::tests::npy(shape, n));
             IndexVolume::read(&path, Some(unit())).unwrap_err().to_string()
         };
-        assert!(read("(4, 2, 3)", &n).contains("the index is -0.5; expected finite numbers > 0"));
+        assert!(read("(4, 2, 3)", &n).contains("the index is -0.5; expected numbers from 0.25 to 5"));
+        assert!(read("(4, 2, 3)", &[1e30; 24]).contains("expected numbers from 0.25 to 5"));
+        assert!(read("(4, 2, 3)", &[1.0; 24]).contains("the index is 1 everywhere"));
         assert!(read("(4, 6)", &[1.0; 24]).contains("three dimensions"));
         assert!(read("(0, 2, 3)", &[]).contains("none of them empty"));
         let (_folder, path) = file("other.npz", b"PK\x03\x04 and no more");

@@ -53,6 +53,28 @@ fn a_pixel_that_is_not_finite_is_named() {
     assert!(message.contains("column 2, row 1") && message.contains("NaN"), "{message}");
 }
 
+#[test]
+fn a_linear_pixel_that_is_no_colour_is_refused_with_its_file() {
+    let with = |rgba: [f32; 4]| {
+        let image = DynamicImage::ImageRgba32F(ImageBuffer::from_pixel(2, 1, Rgba(rgba)));
+        load(&image, "a.exr").map_err(|e| e.to_string())
+    };
+    assert!(with([-0.001, 5.0, 0.2, 1.0]).is_ok() && with([0.0; 4]).is_ok());
+    for (rgba, expected) in [
+        ([-1.0, 0.5, 0.5, 1.0], "the colour value -12.92; expected -1 to 1000"),
+        ([1e38, 0.5, 0.5, 1.0], "expected -1 to 1000"),
+        ([0.5, 0.5, 0.5, -1.0], "the alpha -1; expected -0.01 to 1.01"),
+        ([0.5, 0.5, 0.5, 5.0], "the alpha 5; expected"),
+        ([0.5, 0.5, 0.5, 1e-38], "expected -1 to 1000"),
+    ] {
+        let message = with(rgba).unwrap_err();
+        assert!(
+            message.contains("a.exr: pixel (column 0, row 0)") && message.contains(expected),
+            "{message}"
+        );
+    }
+}
+
 /// A JPEG with an EXIF orientation tag, 8 × 16 stored, left half dark.
 fn turned_jpeg(orientation: u8) -> Vec<u8> {
     let picture = image::GrayImage::from_fn(16, 8, |x, _| image::Luma([if x < 8 { 0 } else { 255 }]));
@@ -98,13 +120,11 @@ fn truncated_images_and_other_files_are_errors_that_name_the_file() {
     write_image(folder.path(), "whole.png", 6, 4);
     let png = std::fs::read(folder.path().join("whole.png")).unwrap();
     let jpeg = turned_jpeg(1);
-    for (name, whole) in [("cut.png", png), ("cut.jpg", jpeg)] {
+    for (name, whole, [w, h]) in [("cut.png", png, [6, 4]), ("cut.jpg", jpeg, [16, 8])] {
         for cut in (0..whole.len() - 16).step_by(3) {
             write_file(folder.path(), name, &whole[..cut]);
-            // A JPEG may be shown as far as it goes; what matters is that nothing panics and errors name the file.
-            if let Err(error) = load_photo(&view(folder.path(), name, 6, 4)) {
-                assert!(error.to_string().contains(name), "{error}");
-            }
+            let error = load_photo(&view(folder.path(), name, w, h)).unwrap_err();
+            assert!(error.to_string().contains(name), "{error}");
         }
     }
 }

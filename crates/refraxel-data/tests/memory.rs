@@ -125,7 +125,7 @@ fn a_camera_that_cannot_be_used_is_refused_by_view() {
         (|p| p.camera.world_from_camera.rotation.columns[0] *= 0.0, "singular"),
         (
             |p| p.camera.focal[1] = 0.0,
-            "focal lengths are [30.0, 0.0] [pixel]; expected two finite numbers > 0",
+            "focal lengths are [30.0, 0.0] [pixel] in a picture of 24x16; expected two numbers from 0.01 to 1000 times",
         ),
         (|p| p.camera.center[0] = f64::INFINITY, "principal point is [inf, 8.0]"),
         (|p| p.camera.lens = Lens::Fisheye { k: [f64::NAN; 4] }, "lens has a coefficient"),
@@ -152,7 +152,7 @@ fn pixels_that_cannot_be_used_are_refused_by_view() {
         (image(&|i| i.channels = 4), "1152 values; expected height * width * channels = 1536"),
         (
             image(&|i| i.pixels = Pixels::F32(bright.clone())),
-            "pixel (column 5, row 2) of its image has the value NaN",
+            "its image: pixel (column 5, row 2) has the colour value NaN; expected -1 to 1000",
         ),
         (mask(&|m| m.width = 23), "its mask is 23x16, but its image is 24x16"),
         (mask(&|m| m.coverage.truncate(383)), "383 values; expected height * width = 384"),

@@ -5,7 +5,7 @@ use crate::options::Options;
 use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, Vec3, VoxelField};
+use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Vec3, VoxelField};
 use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
 
 /// What does not change during a run.
@@ -18,6 +18,32 @@ pub struct Plan {
     /// What lies behind.
     pub backdrop: Backdrop,
 }
+
+/// Why a scene has no place in single precision.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The box has no size, one that cannot be computed with, or is small beside its distance from the origin.
+    #[error(
+        "the scene's box reaches from {:?} to {:?}; expected edges from {least:e} to {most:e} scene units, with voxels that single \
+         precision tells apart so far from the origin: choose another unit of length, or subtract the mean position of the \
+         cameras from all of them",
+        bounds.min.to_array(), bounds.max.to_array(), least = EDGES[0], most = EDGES[1]
+    )]
+    Box {
+        /// The box.
+        bounds: Aabb<f32>,
+    },
+    /// The limit below which nothing is seen is no distance.
+    #[error("nothing is seen nearer than {found}; expected a distance from 0 to {most:e} scene units", most = EDGES[1])]
+    Near {
+        /// The limit [scene unit].
+        found: f32,
+    },
+}
+
+/// Edges of a scene's box [scene unit]: their cubes are normal numbers in single precision.
+const EDGES: [f32; 2] = [1e-12, 1e12];
 
 /// Bytes per stored voxel, in f32: density, its moment, padded SH coefficients and the one moment they share.
 pub fn bytes_per_voxel(degree: ShDegree) -> u64 {
@@ -89,10 +115,29 @@ impl Plan {
         let region = refraxel_data::scene_region(data);
         let region =
             if region.unbounded { region } else { region.around_content(data, &data.split.train, photos) };
+        Self::of_region(options, data, &region)
+    }
+
+    /// The plan for a dataset whose scene lies in this region.
+    pub fn of_region(options: &Options, data: &Dataset, region: &Region) -> Self {
         let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
-        let finest = finest_domain(options, &region, &views);
+        let finest = finest_domain(options, region, &views);
         let near = near_limit(&views, region.bounds.center(), options.march.near);
         Self { finest, near, backdrop: data.backdrop }
+    }
+
+    /// Refuses a plan that no checkpoint could hold, or that no arithmetic could follow: for runs that begin and for those
+    /// that are read back.
+    pub fn check(&self) -> Result<(), PlanError> {
+        let bounds = self.finest.bounds;
+        let is_edge = |e: f32| (EDGES[0]..=EDGES[1]).contains(&e);
+        let farthest = bounds.min.map(f32::abs).max(bounds.max.map(f32::abs)).max_element();
+        let is_told_apart = self.finest.voxel() >= f32::EPSILON * farthest;
+        if !bounds.extent().to_array().into_iter().all(is_edge) || !is_told_apart {
+            return Err(PlanError::Box { bounds });
+        }
+        let is_distance = (0.0..=EDGES[1]).contains(&self.near);
+        if is_distance { Ok(()) } else { Err(PlanError::Near { found: self.near }) }
     }
 
     /// The untrained model.
@@ -144,7 +189,25 @@ const DILATION: f32 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, vec3};
+    use refraxel_core::vec3;
+
+    #[test]
+    fn a_box_without_size_or_far_from_the_origin_is_refused() {
+        let plan = |low: f32, high: f32, near: f32| {
+            let bounds = Aabb::new(Vec3::splat(low), Vec3::splat(high));
+            let finest = Domain { bounds, extent: Extent::Bounded, resolution: [64; 3] };
+            Plan { finest, near, backdrop: Backdrop::Surroundings }.check()
+        };
+        assert_eq!((plan(-1.0, 1.0, 0.1), plan(1e4, 1e4 + 2.0, 0.0)), (Ok(()), Ok(())));
+        let nothing =
+            [(1.0, 1.0), (1.0, -1.0), (-1e-13, 0.0), (-1e13, 1e13), (f32::NAN, 1.0), (0.0, f32::INFINITY)];
+        for (low, high) in nothing.into_iter().chain([(1e8, 1e8 + 16.0), (1e5, 1e5 + 0.1)]) {
+            assert!(matches!(plan(low, high, 0.1), Err(PlanError::Box { .. })), "{low} {high}");
+        }
+        for near in [f32::NAN, f32::INFINITY, -1.0] {
+            assert!(matches!(plan(-1.0, 1.0, near), Err(PlanError::Near { .. })), "{near}");
+        }
+    }
 
     #[test]
     fn bricks_near_visible_voxels_are_kept_and_others_dropped() {

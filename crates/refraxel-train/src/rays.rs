@@ -11,7 +11,7 @@ use inside::InsidePixels;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Filter, Pixel};
 use refraxel_core::{Camera, Lens, Pose, Ray, Vec3};
-use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View};
+use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View, is_one_place};
 use std::sync::Arc;
 
 /// Unit directions of all pixel centres in the camera frame; NaN where the lens sees nothing.
@@ -185,6 +185,11 @@ impl RaySampler {
     /// Where the cameras are.
     pub fn poses(&self) -> impl Iterator<Item = &Pose> {
         self.views.iter().map(|v| &v.camera.world_from_camera)
+    }
+
+    /// Whether all photographs are taken from one place.
+    pub fn is_one_place(&self) -> bool {
+        is_one_place(self.views.iter().map(|v| &v.camera))
     }
 
     /// From now on the cameras are here.

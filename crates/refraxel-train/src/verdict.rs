@@ -122,6 +122,12 @@ pub enum StayReason {
          mark it by masks, or say where it is with --refraction-box"
     )]
     Unnoticed,
+    /// All photographs are taken from one place.
+    #[error(
+        "all photographs are taken from one point, where no shape can be told from its outlines; take some from elsewhere, or \
+         name a known shape with --index-from"
+    )]
+    OnePlace,
     /// A box was given, and nothing says what is in it.
     #[error(
         "the box says where to look, but without masks nothing says what stands there; give masks, or choose a shape that \

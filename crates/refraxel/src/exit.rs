@@ -1,8 +1,9 @@
 //! How the program ends: a stable exit code, and one clear message when it fails.
 
-use std::fmt::Write;
-use std::io;
-use std::process::ExitCode;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::panic;
+use std::process::{self, ExitCode};
 
 use refraxel_train::checkpoint::{CheckpointError, WriteError};
 use refraxel_train::metrics::MetricsError;
@@ -21,6 +22,8 @@ pub enum Exit {
     Io = 4,
     /// The computation diverged.
     Numerical = 5,
+    /// The program has a bug.
+    Bug = 101,
     /// Stopped by Ctrl-C or a termination signal: after saving, or at once by a second one, which says what is kept.
     Interrupted = 130,
 }
@@ -29,6 +32,20 @@ impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(exit as u8)
     }
+}
+
+/// From now on a panic ends the whole process, whatever thread it is in: others may wait for that thread for ever.
+pub fn end_on_panic() {
+    panic::set_hook(Box::new(|panic| {
+        let place = panic.location().map(|l| format!(" at {l}")).unwrap_or_default();
+        let what = panic.payload_as_str().unwrap_or("it does not say what");
+        let _ = writeln!(
+            io::stderr(),
+            "error: the program has a bug{place}: {what}\n  please report this with the command and its input; what was \
+             saved before is whole"
+        ); // nowhere else to complain
+        process::exit(Exit::Bug as i32);
+    }));
 }
 
 /// Why a verb stopped, and the exit code for that.

@@ -3,14 +3,15 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::CommandFactory;
 use refraxel::cli::{Cli, Verb};
 use refraxel::console::Console;
-use refraxel::exit::{Exit, Failure, OrExit};
+use refraxel::exit::{Exit, Failure, OrExit, end_on_panic};
 use refraxel::verbs;
 
 fn main() -> ExitCode {
-    match run(Cli::parse().verb) {
+    end_on_panic();
+    match run(Cli::read().verb) {
         Ok(()) => Exit::Done.into(),
         Err(failure) => {
             let _ = writeln!(io::stderr(), "{}", failure.report()); // nowhere else to complain

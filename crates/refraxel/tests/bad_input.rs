@@ -48,6 +48,26 @@ fn damaged_images() {
 }
 
 #[test]
+fn jpegs_that_lack_a_part_of_their_picture() {
+    let jpeg = |i: usize| format!("r_{i}.jpg");
+    let folder = photographs(9, |t| {
+        let frames = t["frames"].as_array_mut().unwrap();
+        frames.iter_mut().enumerate().for_each(|(i, f)| f["file_path"] = json!(jpeg(i)));
+    });
+    for i in 0..9 {
+        write_image(&folder.path().join(jpeg(i)), 16, 16);
+    }
+    // The first is held out: it would be decoded after training.
+    for i in [4, 0] {
+        let file = folder.path().join(jpeg(i));
+        let whole = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &whole[..whole.len() - 40]).unwrap();
+        refused_training(folder.path(), &[&jpeg(i), "breaks off after", "export the image again"]);
+        std::fs::write(&file, whole).unwrap();
+    }
+}
+
+#[test]
 fn absurd_image_sizes() {
     let mut bytes = std::fs::read(photographs(4, |_| {}).path().join("r_2.png")).unwrap();
     bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]); // 65536 × 65536 in the header
@@ -97,6 +117,150 @@ fn a_pose_that_is_not_a_number() {
 }
 
 #[test]
+fn cameras_that_show_nothing() {
+    let set = |key: &'static str, value: f64| move |t: &mut Value| t[key] = json!(value);
+    refused_photographs(
+        4,
+        |t| (t["fl_x"], t["fl_y"]) = (json!(1e-9), json!(1e-9)),
+        &["frames[0]", "focal lengths are [1e-9"],
+    );
+    refused_photographs(
+        4,
+        |t| (t["fl_x"], t["fl_y"]) = (json!(1e12), json!(1e12)),
+        &["focal lengths", "1000 times"],
+    );
+    refused_photographs(
+        4,
+        |t| (t["cx"], t["cy"]) = (json!(1e9), json!(8)),
+        &["principal point is [1000000000.0"],
+    );
+    refused_photographs(4, set("k1", -1e4), &["frames[0]", "the lens shows something on"]);
+}
+
+/// All cameras of a dataset, changed.
+fn move_cameras(t: &mut Value, edit: impl Fn(usize, f64) -> f64) {
+    for frame in t["frames"].as_array_mut().unwrap() {
+        for row in 0..3 {
+            let entry = &mut frame["transform_matrix"][row][3];
+            *entry = json!(edit(row, entry.as_f64().unwrap()));
+        }
+    }
+}
+
+#[test]
+fn cameras_out_of_reach_of_single_precision() {
+    let one_far = |t: &mut Value| t["frames"][1]["transform_matrix"][0][3] = json!(1e300);
+    refused_photographs(4, one_far, &["frames[1]", "stands 1.0e300 scene units from the origin"]);
+    let all_far = photographs(4, |t| move_cameras(t, |row, x| if row == 0 { x + 1e8 } else { x }));
+    refused_training(all_far.path(), &["single precision", "subtract the mean position of the cameras"]);
+    let tiny = photographs(4, |t| move_cameras(t, |_, x| x * 1e-20));
+    refused_training(tiny.path(), &["the scene's box reaches from", "another unit of length"]);
+}
+
+#[test]
+fn a_panorama_from_a_tripod_trains_with_straight_rays() {
+    let data = photographs(9, |t| move_cameras(t, |row, _| row as f64));
+    std::fs::create_dir(data.path().join("glass_masks")).unwrap();
+    for i in 0..9 {
+        let mask = image::GrayImage::from_fn(16, 16, |x, y| image::Luma([if x + y < 12 { 255 } else { 0 }]));
+        mask.save(data.path().join(format!("glass_masks/r_{i}.png"))).unwrap();
+    }
+    let out = data.path().join("run");
+    train(data.path(), &out, &["--poses", "learn"]).done();
+    let log = std::fs::read_to_string(out.join("log.jsonl")).unwrap();
+    assert!(log.contains(r#""why":"one_place""#), "{log}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_path_that_no_checkpoint_can_name() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = photographs(4, |_| {});
+    let strange = folder.path().join(std::ffi::OsStr::from_bytes(b"da\xffta"));
+    std::os::unix::fs::symlink(folder.path(), &strange).unwrap();
+    let out = folder.path().join("run");
+    let mut line = command(&["train", "--quiet", "--out", path(&out)]);
+    Ran::of(line.arg(&strange).output().unwrap()).refused(3, &["no text in UTF-8", "rename it"]);
+    assert!(!out.exists());
+}
+
+#[test]
+fn splits_without_training_or_test_images() {
+    let lists = |edit: &dyn Fn(&Path)| {
+        let folder = photographs(4, |_| {});
+        edit(folder.path());
+        folder
+    };
+    let unknown = lists(&|p| std::fs::write(p.join("train_list.txt"), "nobody.png").unwrap());
+    refused_dataset(unknown.path(), &["none of the 4 views trains", "train_list.txt"]);
+    let none = photographs(4, |t| t["train_filenames"] = json!([]));
+    refused_dataset(none.path(), &["none of the 4 views trains"]);
+    let all =
+        lists(&|p| std::fs::write(p.join("train_list.txt"), "r_0.png\nr_1.png\nr_2.png\nr_3.png").unwrap());
+    let out = all.path().join("run");
+    let ran = train(all.path(), &out, &["--json"]).done();
+    assert!(ran.json().is_null() && out.join(CHECKPOINT).exists() && !out.join("eval").exists());
+    let loud = [
+        "train",
+        path(all.path()),
+        "--out",
+        path(&out),
+        "--overwrite",
+        "--set",
+        "steps=1",
+        "--set",
+        "batch=64",
+    ];
+    let ran = refraxel(&loud).done();
+    assert!(
+        ran.err.contains("note: no images are held out") && ran.out.contains("the run is not scored"),
+        "{}",
+        ran.err
+    );
+}
+
+#[test]
+fn known_indices_that_no_ray_can_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, out) = (ball(folder.path()), folder.path().join("run"));
+    let refused = |name: &str, content: &str, words: &[&str]| {
+        std::fs::write(folder.path().join(name), content).unwrap();
+        train(&data, &out, &["--index-from", path(&folder.path().join(name))]).refused(3, words);
+        assert!(!out.exists(), "{name}");
+    };
+    let sphere = |radius: &str, x: &str, ior: &str| {
+        format!(
+            r#"{{"refractive": [{{"shape": "sphere", "center": [{x}, 0, 0], "radius": {radius}, "ior": {ior}}}]}}"#
+        )
+    };
+    refused("r0.json", &sphere("0", "0", "1.5"), &["r0.json", "refractive[0].radius is 0"]);
+    refused("nan.json", &sphere("NaN", "0", "1.5"), &["refractive[0].radius is null (or NaN)"]);
+    refused(
+        "tiny.json",
+        &sphere("1e-30", "0", "1.5"),
+        &["tiny.json", "out of scale with the scene's box from [", "unit of length"],
+    );
+    refused("huge.json", &sphere("1e30", "0", "1.5"), &["huge.json", "out of scale"]);
+    refused("far.json", &sphere("0.5", "1e6", "1.5"), &["out of scale"]);
+    refused("r300.json", &sphere("1e300", "0", "1.5"), &["out of scale"]);
+    refused("n1.json", &sphere("0.5", "0", "1"), &["refractive is of index 1 in all bodies"]);
+    refused("n30.json", &sphere("0.5", "0", "1e30"), &["refractive[0].ior", "from 0.25 to 5"]);
+    let mesh =
+        |top: &str| format!("v {top}\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    refused("m.obj", &mesh("1e300 0 1"), &["out of scale"]);
+    refused("flat.obj", &mesh("0 0 0"), &["flat.obj", "a body with edges > 0"]);
+    refused("empty.obj", "", &["empty.obj", "it has 0 vertices"]);
+    let usual = data.join("scene.json");
+    let unused = |flags: &[&str], words: &[&str]| {
+        train(&data, &out, &[&["--index-from", path(&usual)], flags].concat()).refused(2, words);
+    };
+    unused(&["--refraction", "off"], &["--index-from would not be used", "--refraction off"]);
+    unused(&["--set", "shape.start=hull"], &["--index-from would not be used", "`shape.start`"]);
+    train(&data, &out, &["--refraction-box", "0,0,0,1e30,1e30,1e30"])
+        .refused(3, &["refraction.bounds", "out of scale"]);
+}
+
+#[test]
 fn too_few_views() {
     for count in 0..3 {
         refused_photographs(count, |_| {}, &[&format!("{count} usable views; at least 3")]);
@@ -122,6 +286,14 @@ fn masks_that_leave_nothing() {
     let out = folder.path().join("run");
     train(folder.path(), &out, &[]).refused(3, &["no training pixel", "--mask-meaning"]);
     assert!(!out.join(CHECKPOINT).exists());
+}
+
+#[test]
+fn descriptions_that_would_take_all_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames = "{\"a\":{}},".repeat(400_000);
+    std::fs::write(folder.path().join("transforms.json"), format!("{{\"frames\":[{frames}{{}}]}}")).unwrap();
+    refused_dataset(folder.path(), &["transforms.json", "the number of objects", "the limit is"]);
 }
 
 #[test]
@@ -212,7 +384,7 @@ fn runs_that_are_not_there_or_not_ready() {
     let run = short_run(folder.path());
     refraxel(&["compare", path(&run)]).refused(3, &["has not been evaluated", "refraxel eval"]);
     refraxel(&["compare", "/no/run"]).refused(3, &["/no/run is not the folder of a run"]);
-    refraxel(&["eval", "/no/run"]).refused(3, &["/no/run"]);
+    refraxel(&["eval", "/no/run"]).refused(3, &["/no/run", "name the folder", "--out"]);
     refraxel(&["render", "/no/run", "--orbit", "1", "--out", "x"]).refused(3, &["/no/run"]);
     train(&folder.path().join("ball"), Path::new("/no/run"), &["--resume"]).refused(3, &["/no/run"]);
     std::fs::rename(folder.path().join("ball"), folder.path().join("moved")).unwrap();

@@ -1,6 +1,8 @@
 //! What can be wrong with a dataset that is handed over in memory.
 
 use super::{PoseFault, Size};
+use crate::camera::CameraFault;
+use crate::image::BadPixel;
 
 /// Arrays in memory do not make a dataset. Views are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -79,15 +81,9 @@ pub enum ViewFault {
     /// The pose is not a rigid motion.
     #[error(transparent)]
     Pose(#[from] PoseFault),
-    /// A focal length is not finite or not positive.
-    #[error("its focal lengths are {0:?} [pixel]; expected two finite numbers > 0")]
-    Focal([f64; 2]),
-    /// The principal point is not finite.
-    #[error("its principal point is {0:?} [pixel]; expected two finite numbers")]
-    Center([f64; 2]),
-    /// A coefficient of the lens is not finite.
-    #[error("its lens has a coefficient that is not a finite number")]
-    Lens,
+    /// The camera can take no picture.
+    #[error(transparent)]
+    Camera(#[from] CameraFault),
     /// The image has no pixel.
     #[error("its image is {0}; expected at least one pixel")]
     NoPixels(Size),
@@ -110,18 +106,9 @@ pub enum ViewFault {
         /// How many there must be.
         expected: u128,
     },
-    /// A value of the image is NaN or infinite.
-    #[error(
-        "pixel (column {column}, row {row}) of its image has the value {value}; expected a finite number"
-    )]
-    NotFinite {
-        /// Column from the left.
-        column: u32,
-        /// Row from the top.
-        row: u32,
-        /// NaN, inf or -inf.
-        value: f32,
-    },
+    /// A value of the image is not a colour.
+    #[error("its image: {0}")]
+    Pixel(BadPixel),
     /// Mask and image differ in size.
     #[error("its mask is {mask}, but its image is {image}; make the mask at the image's size")]
     MaskSize {

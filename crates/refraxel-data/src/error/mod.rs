@@ -5,6 +5,9 @@ mod memory;
 
 pub use memory::{MemoryError, ViewFault};
 
+use crate::camera::CameraFault;
+use crate::image::BadPixel;
+use crate::jpeg::JpegFault;
 use std::path::PathBuf;
 
 /// A dataset or one of its files cannot be used.
@@ -94,6 +97,14 @@ pub enum DataError {
         /// What was expected.
         expected: &'static str,
     },
+    /// A mesh is none.
+    #[error("{path}: {source}; export the mesh again", path = path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: crate::synth::MeshError,
+    },
     /// A camera model that cannot be traced.
     #[error(
         "{path}: {key}: unsupported camera model {model}; supported are SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, \
@@ -171,6 +182,26 @@ pub enum DataError {
         /// What is wrong.
         fault: PoseFault,
     },
+    /// A camera can take no picture.
+    #[error("{path}: {key}: {fault}; calibrate or export the camera again", path = path.display())]
+    Camera {
+        /// The file.
+        path: PathBuf,
+        /// Frame or line.
+        key: String,
+        /// What is wrong.
+        fault: CameraFault,
+    },
+    /// No view trains.
+    #[error("{path}: none of the {count} views trains ({rule}); name some for training, or leave the split out", path = path.display())]
+    NoTraining {
+        /// The dataset.
+        path: PathBuf,
+        /// How many views there are.
+        count: usize,
+        /// The rule of the split.
+        rule: String,
+    },
     /// All cameras coincide.
     #[error(
         "{path}: all {count} views have the same pose, so nothing can be triangulated; check that the poses were exported",
@@ -222,17 +253,21 @@ pub enum DataError {
         /// The image's size.
         expected: Size,
     },
-    /// A pixel is NaN or infinite.
-    #[error("{path}: pixel (column {column}, row {row}) has the value {value}; repair it before training", path = path.display())]
-    NotFinite {
+    /// A pixel has no colour.
+    #[error("{path}: {pixel}; repair it before training", path = path.display())]
+    Pixel {
         /// The image.
         path: PathBuf,
-        /// Column from the left.
-        column: u32,
-        /// Row from the top.
-        row: u32,
-        /// NaN, inf or -inf.
-        value: f32,
+        /// The first such pixel.
+        pixel: BadPixel,
+    },
+    /// A JPEG whose pixels are not all there: decoders fill the rest with grey.
+    #[error("{path}: damaged: {fault}; copy or export the image again", path = path.display())]
+    Jpeg {
+        /// The image.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: JpegFault,
     },
     /// Arrays in memory do not make a dataset.
     #[error(transparent)]
@@ -245,6 +280,12 @@ pub enum PoseFault {
     /// An entry is NaN or infinite.
     #[error("the pose has an entry that is not a finite number")]
     NotFinite,
+    /// The camera is too far away.
+    #[error(
+        "the camera stands {0:.1e} scene units from the origin, at most {farthest:.0e} can be computed with; choose another unit of length",
+        farthest = crate::pose::FARTHEST
+    )]
+    TooFar(f64),
     /// The rotation contains a reflection.
     #[error("the rotation has determinant {0:.3}: it mirrors the world (one axis has the wrong sign)")]
     Mirrored(f64),

@@ -1,6 +1,7 @@
 //! What the optical axes say about a capture: where they meet, from how far, which way is up.
 
 use super::quantile;
+use crate::is_one_place;
 use refraxel_core::{Camera, Mat3, Vec3, vec3};
 
 /// How the cameras of a capture are arranged.
@@ -41,7 +42,8 @@ impl Capture {
         };
         let up = unit_or_z(mean(&|c| -c.world_from_camera.rotation.columns[1]));
         let (place, forward) = (mean(&|c| c.world_from_camera.translation), mean(&Camera::forward));
-        let met = (forward.length() < PARALLEL).then(|| meeting_point(cameras)).flatten();
+        let is_one_place = is_one_place(cameras.iter().copied());
+        let met = (!is_one_place && forward.length() < PARALLEL).then(|| meeting_point(cameras)).flatten();
         let ahead = |p: Vec3<f64>| {
             let count = cameras
                 .iter()
@@ -49,14 +51,15 @@ impl Capture {
                 .count();
             2 * count > cameras.len()
         };
-        let from = |center| median_distance(cameras, center).max(f64::MIN_POSITIVE);
+        // Pictures from one place have no size: any will do.
+        let spread = if is_one_place { 1.0 } else { reach(cameras, place) };
         match met.filter(|p| ahead(*p)) {
-            Some(center) => Self { center, distance: from(center), up, kind: Kind::Inward },
+            Some(center) => Self { center, distance: reach(cameras, center), up, kind: Kind::Inward },
             None if forward.length() > 0.5 => {
-                let distance = FORWARD_DISTANCE * from(place);
+                let distance = FORWARD_DISTANCE * spread;
                 Self { center: place + forward.normalized() * distance, distance, up, kind: Kind::Forward }
             }
-            None => Self { center: place, distance: 2.0 * from(place), up, kind: Kind::Outward },
+            None => Self { center: place, distance: 2.0 * spread, up, kind: Kind::Outward },
         }
     }
 
@@ -73,6 +76,14 @@ impl Capture {
 
 fn median_distance(cameras: &[&Camera], point: Vec3<f64>) -> f64 {
     quantile(cameras.iter().map(|c| (c.world_from_camera.translation - point).length()), 0.5)
+}
+
+/// Median distance of the cameras from a point; the largest one where most of them stand there.
+fn reach(cameras: &[&Camera], point: Vec3<f64>) -> f64 {
+    let median = median_distance(cameras, point);
+    let largest =
+        || cameras.iter().map(|c| (c.world_from_camera.translation - point).length()).fold(0.0, f64::max);
+    if median > 0.0 { median } else { largest() }
 }
 
 /// The point with the least sum of distances to all axes (re-weighted least squares, robust like a median).
@@ -160,5 +171,18 @@ mod tests {
             })
             .collect();
         assert_eq!(Capture::of(&around.iter().collect::<Vec<_>>()).kind, Kind::Outward);
+    }
+
+    #[test]
+    fn a_panorama_from_a_tripod_has_a_size() {
+        let place = vec3(1.0, -2.0, 0.5);
+        for (count, kind) in [(12, Kind::Outward), (4, Kind::Forward)] {
+            let towards = |i: i32| vec3((0.5 * f64::from(i)).cos(), (0.5 * f64::from(i)).sin(), 0.1);
+            let camera = |i| Camera::look_at(place, place + towards(i), vec3(0.0, 0.0, 1.0), 0.7, [90, 60]);
+            let cameras: Vec<Camera> = (0..count).map(camera).collect();
+            let capture = Capture::of(&cameras.iter().collect::<Vec<_>>());
+            assert_eq!(capture.kind, kind);
+            assert!(capture.distance >= 1.0 && capture.center.is_finite(), "{capture:?}");
+        }
     }
 }

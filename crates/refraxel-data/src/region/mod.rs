@@ -20,6 +20,8 @@ pub struct Region {
 
 /// Half-size of the box of an unbounded scene in median camera distances: cameras on a ring stand well outside.
 const UNBOUNDED_HALF_SIZE: f64 = 0.55;
+/// What views see whole is larger than this, in camera distances: far above rounding.
+const LEAST_RADIUS: f64 = 1e-6;
 /// Points counted as the subject of an unbounded capture lie nearer to the centre than this many camera distances.
 const SUBJECT_RADIUS: f64 = 1.0;
 /// Fewest points that describe a subject.
@@ -48,6 +50,40 @@ pub fn scene_region(data: &Dataset) -> Region {
         (false, _) => cube(capture.center, visible_radius(&cameras, &capture)),
     });
     Region { bounds, up: capture.up, unbounded }
+}
+
+/// Boxes in a scene have longest edges from `1 / SCALE` to `SCALE` times that of the scene: smaller than a pixel, and far
+/// beyond what photographs show.
+const SCALE: f64 = 1000.0;
+
+/// A box that is out of scale with the scene.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{what} reaches {found}, out of scale with the scene's box {scene}; expected a longest edge from 1/{SCALE} to {SCALE} times \
+     that of the scene, and a middle within as many of them; check its unit of length and its place",
+    found = corners(found),
+    scene = corners(scene)
+)]
+pub struct OutOfScale {
+    what: &'static str,
+    found: Aabb<f64>,
+    scene: Aabb<f64>,
+}
+
+/// The corners of a box, to four digits.
+fn corners(bounds: &Aabb<f64>) -> String {
+    let rounded = |v: f64| format!("{v:.3e}").parse().unwrap_or(v);
+    let [low, high] = [bounds.min, bounds.max].map(|c| c.to_array().map(rounded));
+    format!("from {low:?} to {high:?}")
+}
+
+/// Refuses a box, called `what` in the message, that is out of scale with the box of the scene.
+pub fn check_scale(what: &'static str, found: &Aabb<f64>, scene: &Aabb<f64>) -> Result<(), OutOfScale> {
+    let unit = scene.extent().max_element();
+    let is_sized = (unit / SCALE..=unit * SCALE).contains(&found.extent().max_element());
+    let is_near = (found.center() - scene.center()).map(f64::abs).max_element() <= unit * SCALE;
+    let fits = is_sized && is_near && found.extent().min_element() >= 0.0;
+    fits.then_some(()).ok_or(OutOfScale { what, found: *found, scene: *scene })
 }
 
 fn cube(center: Vec3<f64>, half: f64) -> Aabb<f64> {
@@ -97,7 +133,9 @@ fn visible_radius(cameras: &[&Camera], capture: &Capture) -> f64 {
     });
     let nearest =
         quantile(cameras.iter().map(|c| (c.world_from_camera.translation - capture.center).length()), 0.05);
-    quantile(seen.filter(|r| r.is_finite()), 0.5).min(0.95 * nearest)
+    let radius = quantile(seen.filter(|r| r.is_finite()), 0.5).min(0.95 * nearest);
+    // Cameras that look around from the centre see nothing there.
+    if radius > LEAST_RADIUS * capture.distance { radius } else { capture.distance }
 }
 
 /// Rays through the border of the image, corners included.

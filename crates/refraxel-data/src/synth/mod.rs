@@ -8,6 +8,7 @@
 
 mod cameras;
 mod dataset;
+mod entry;
 mod error;
 mod grin;
 mod hash;

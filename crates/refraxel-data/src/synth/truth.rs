@@ -2,11 +2,12 @@
 //! the path-traced ones.
 
 use super::cameras::Elevations;
-use super::medium::{Index, Medium};
+use super::entry;
+use super::medium::Index;
 use super::scene::{Body, Environment, Matter, Scene};
 use super::shape::Shape;
-use super::texture::Texture;
-use crate::{DataError, json};
+use crate::json::{self, Object};
+use crate::{DataError, limits};
 use refraxel_core::{Aabb, Vec3};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -20,31 +21,47 @@ pub struct IndexTruth {
 }
 
 impl IndexTruth {
-    /// Reads a `scene.json`; `None` where it has no such list as [`IndexTruth::from_scene_json`] understands.
+    /// Reads a `scene.json`.
     ///
-    /// Errors: the file cannot be read, is too large, or is not JSON (`NaN` and `Infinity`, which Python writes, are
-    /// understood).
-    pub fn read(path: &Path) -> Result<Option<IndexTruth>, DataError> {
-        Ok(Self::from_scene_json(&json::read(path)?))
+    /// Errors: those of [`IndexTruth::parse`], or the file cannot be read, is too large, or is not JSON (`NaN` and
+    /// `Infinity`, which Python writes, are understood where nothing needs them).
+    pub fn read(path: &Path) -> Result<IndexTruth, DataError> {
+        Self::parse(path, &json::read(path)?)
     }
 
-    /// Reads the list `refractive` (and `opaque`, where there is one) of a `scene.json`.
+    /// Reads the list `refractive` (and `opaque`, where there is one) of the `scene.json` at `path`.
     ///
     /// It understands our own entries (keys `region` and `index`) and those of the path-traced scenes: `shape` sphere
     /// (`center`, `radius`, `ior`), box (`min`, `max`, `ior`) and luneburg (`center`, `radius`). Later entries lie
-    /// inside earlier ones. `None` when there is no such list, it is empty, or an entry is of another kind.
+    /// inside earlier ones.
+    ///
+    /// Errors: there is no such list, it is empty or has more than 64 bodies, an entry is of another kind, a body has no
+    /// size or an index that no matter has, or nothing bends a ray.
+    pub fn parse(path: &Path, json: &Value) -> Result<IndexTruth, DataError> {
+        let top = Object::new(path, "", json)?;
+        let list = |key: &str| top.get(key).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let (refractive, opaque) = (list("refractive"), list("opaque"));
+        if refractive.is_empty() {
+            return Err(top.wrong("refractive", "a list of one refractive body or more"));
+        }
+        limits::bodies(path, refractive.len() + opaque.len())?;
+        let numbered = refractive.iter().enumerate().map(|(i, e)| entry::refractive(path, i, e));
+        let mut bodies = numbered.collect::<Result<Vec<Body>, DataError>>()?;
+        let is_air = |b: &Body| b.medium().is_some_and(|m| m.index == Index::Constant { ior: 1.0 });
+        if bodies.iter().all(is_air) {
+            let (path, key, found) =
+                (path.to_owned(), "refractive".to_owned(), "of index 1 in all bodies".to_owned());
+            return Err(DataError::Value { path, key, found, expected: "one body or more that bends rays" });
+        }
+        for (i, e) in opaque.iter().enumerate() {
+            bodies.push(entry::opaque(path, i, e)?);
+        }
+        Ok(IndexTruth::from_bodies(bodies))
+    }
+
+    /// The truth that comes with a dataset; `None` where [`IndexTruth::parse`] refuses it.
     pub fn from_scene_json(json: &Value) -> Option<IndexTruth> {
-        let list = json.get("refractive")?.as_array()?;
-        let mut bodies: Vec<Body> =
-            list.iter().enumerate().map(|(i, entry)| body_of(entry, i)).collect::<Option<_>>()?;
-        if bodies.is_empty() {
-            return None;
-        }
-        for entry in json.get("opaque").and_then(Value::as_array).into_iter().flatten() {
-            let shape = serde_json::from_value(entry.clone()).ok()?;
-            bodies.push(Body::opaque("opaque", shape, Texture::Plain([0.0; 3])));
-        }
-        Some(IndexTruth::from_bodies(bodies))
+        Self::parse(Path::new("scene.json"), json).ok()
     }
 
     /// The truth of a scene; `None` for one without refractive bodies.
@@ -100,6 +117,11 @@ impl IndexTruth {
         all
     }
 
+    /// The box of each refractive body.
+    pub fn boxes(&self) -> impl Iterator<Item = Aabb<f64>> {
+        self.media().map(|(_, body, _)| body.shape.bounds())
+    }
+
     /// Refractive bodies with their priority, and whether they are bubbles of air.
     fn media(&self) -> impl Iterator<Item = (u32, &Body, bool)> {
         self.scene.bodies.iter().filter_map(|b| match &b.matter {
@@ -149,27 +171,6 @@ pub struct ConstantBody<'a> {
     pub index: f64,
     /// Where it is.
     pub shape: &'a Shape,
-}
-
-fn body_of(entry: &Value, position: usize) -> Option<Body> {
-    let read = |key: &str| entry.get(key).cloned();
-    let number = |key: &str| entry.get(key).and_then(Value::as_f64);
-    let priority = number("priority").map_or(position as u32 + 1, |p| p as u32);
-    let (shape, index) = if let (Some(region), Some(index)) = (read("region"), read("index")) {
-        (serde_json::from_value(region).ok()?, serde_json::from_value(index).ok()?)
-    } else if entry.get("shape")?.as_str()? == "luneburg" {
-        let center: [f64; 3] = serde_json::from_value(read("center")?).ok()?;
-        let radius = number("radius")?;
-        (Shape::sphere(center, radius), Index::Luneburg { center: center.into(), radius })
-    } else {
-        (serde_json::from_value(entry.clone()).ok()?, Index::Constant { ior: number("ior")? })
-    };
-    let visible = match read("visible") {
-        Some(v) => Some(serde_json::from_value(v).ok()?),
-        None => None,
-    };
-    let medium = Medium { index, absorption: [0.0; 3] };
-    Some(Body { name: String::new(), shape, matter: Matter::Refractive { medium, priority, visible } })
 }
 
 /// The entries of `refractive`. Each states its body twice: for people and for tools that know spheres and boxes
@@ -246,10 +247,8 @@ mod tests {
         let file = folder.path().join("scene.json");
         let lens = r#"{"shape": "luneburg", "center": [0, 0, 0], "radius": 0.5}"#;
         std::fs::write(&file, format!(r#"{{"psnr": Infinity, "refractive": [{lens}]}}"#)).unwrap();
-        let truth = IndexTruth::read(&file).unwrap().unwrap();
+        let truth = IndexTruth::read(&file).unwrap();
         assert!((truth.n(vec3(0.0, 0.0, 0.0)) - 2.0_f64.sqrt()).abs() < 1e-12);
-        std::fs::write(&file, "{}").unwrap();
-        assert!(IndexTruth::read(&file).unwrap().is_none());
         assert!(IndexTruth::read(&folder.path().join("none.json")).is_err());
     }
 
@@ -294,6 +293,69 @@ mod tests {
         assert!(IndexTruth::from_scene_json(&json!({ "refractive": [] })).is_none());
         assert!(IndexTruth::from_scene_json(&json!({ "refractive": [{ "shape": "fog" }] })).is_none());
         assert!(IndexTruth::from_scene_json(&json!({ "name": "x" })).is_none());
+    }
+
+    /// Why a `scene.json` with this list of refractive bodies is refused.
+    fn refusal(refractive: Value) -> String {
+        let json = json!({ "refractive": refractive });
+        IndexTruth::parse(Path::new("scene.json"), &json).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_entry_that_makes_no_sense_is_refused_by_its_field() {
+        let ball = |key: &str, value: Value| {
+            let mut entry = json!({ "shape": "sphere", "center": [0, 0, 0], "radius": 0.5, "ior": 1.5 });
+            entry[key] = value;
+            entry
+        };
+        let tube = |axis: [f64; 3]| {
+            let ring =
+                json!({ "part": "torus", "center": [0, 0, 0], "axis": axis, "major": 0.3, "minor": 0.1 });
+            json!({ "region": { "shape": "implicit", "parts": [ring], "blend": 0.0 },
+                    "index": { "kind": "constant", "ior": 1.5 } })
+        };
+        let fibre = json!({ "region": { "shape": "sphere", "center": [0, 0, 0], "radius": 0.5 },
+            "index": { "kind": "fibre", "center": [0, 0, 0], "axis": [0, 0, 1], "ior": 1.5, "alpha": 9.0 } });
+        let cases = [
+            (ball("radius", json!(0)), "refractive[1].radius is 0; expected a finite number > 0"),
+            (ball("radius", Value::Null), "refractive[1].radius is null (or NaN)"),
+            (ball("center", json!([0, 0])), "refractive[1] is invalid length 2"),
+            (
+                ball("center", json!([0, "a", 0])),
+                "refractive[1].center is [0,\"a\",0]; expected finite numbers",
+            ),
+            (ball("center", json!([1e300, 0, 0])), "refractive[1] is a body from [1e300, -0.5, -0.5]"),
+            (ball("ior", json!("glass")), "refractive[1].ior is \"glass\""),
+            (
+                ball("ior", json!(1e30)),
+                "refractive[1].ior is 1000000000000000000000000000000; expected an index",
+            ),
+            (ball("ior", json!(0)), "refractive[1].ior is 0; expected an index"),
+            (ball("shape", json!("teapot")), "refractive[1] is unknown variant `teapot`"),
+            (
+                tube([0.0, 0.0, 2.0]),
+                "refractive[1].region.parts[0].axis is [0.0,0.0,2.0]; expected a vector of length 1",
+            ),
+            (fibre, "refractive[1].index is NaN; expected an index"),
+        ];
+        for (entry, expected) in cases {
+            let message = refusal(json!([ball("ior", json!(1.5)), entry]));
+            assert!(message.contains("scene.json: ") && message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn too_many_bodies_and_bodies_of_air_alone_are_refused() {
+        let ball = |ior: f64| json!({ "shape": "sphere", "center": [0, 0, 0], "radius": 0.5, "ior": ior });
+        assert!(refusal(json!([ball(1.0)])).contains("refractive is of index 1 in all bodies"));
+        let bubble = json!({ "refractive": [ball(1.5), ball(1.0)] });
+        assert!(IndexTruth::from_scene_json(&bubble).is_some(), "a bubble in glass is welcome");
+        let many = refusal(vec![ball(1.5); 10_000].into());
+        assert!(many.contains("the number of bodies is 10000, the limit is 64"), "{many}");
+        let wave = json!({ "amplitude": 0.0, "vector": [1, 0], "phase": 0 });
+        let sea = json!({ "shape": "height_field", "min": [0, 0, 0], "max": [1, 1], "level": 1, "waves": vec![wave; 999] });
+        let sea = refusal(json!([{ "region": sea, "index": { "kind": "constant", "ior": 1.33 } }]));
+        assert!(sea.contains("is 999, the limit is 128"), "{sea}");
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub const SCHEMA: u32 = 1;
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file could not be opened or read.
-    #[error("cannot read the checkpoint {}: {source}", path.display())]
+    #[error("cannot read the checkpoint {}: {source}; name the folder that `refraxel train` was given as --out", path.display())]
     Read {
         /// The checkpoint.
         path: PathBuf,

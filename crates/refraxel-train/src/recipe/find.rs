@@ -80,6 +80,9 @@ fn from_masks(
     watch: &mut Watch,
 ) -> Result<Vec<Region>, RecipeError> {
     let Known { sampler, options, .. } = *sites.known;
+    if sampler.is_one_place() {
+        return Err(StayReason::OnePlace.into());
+    }
     let scene = backend.domain().bounds;
     let silhouettes = silhouettes(backend, sites.known, watch)?;
     watch.progress(Task::Carving, 0, 3)?;

@@ -1,11 +1,10 @@
 //! What a checkpoint keeps of the field and the background.
 
 use super::RunRef;
-use super::boxes::{bounds_of, is_box};
 use super::header::{Header, StoredBackground};
 use super::tensors::Tensors;
 use crate::checkpoint::{CheckpointError, DataView, Rows, TensorView};
-use refraxel_core::{Background, BrickMap, Domain, EnvironmentMap, Extent, ShDegree, VoxelField};
+use refraxel_core::{Background, BrickMap, EnvironmentMap, ShDegree, VoxelField};
 
 /// The shapes of the tensors, slowest axis first.
 pub(super) struct Shapes {
@@ -56,19 +55,17 @@ fn texels(background: &Background<f32>) -> &[f32] {
     }
 }
 
+/// Refuses grids that no run has: 2048³ nodes already need a table of half a gigabyte.
+pub(super) fn check_resolution(h: &Header, file: &Tensors) -> Result<(), CheckpointError> {
+    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=2048).contains(n));
+    let is_valid = valid(&h.resolution) && valid(&h.finest_resolution);
+    if is_valid { Ok(()) } else { Err(file.wrong("its resolution is not 2 to 2048 per axis")) }
+}
+
 /// The field of a checkpoint.
 pub(super) fn restore(h: &Header, file: &mut Tensors) -> Result<VoxelField<f32>, CheckpointError> {
     let degree = ShDegree::new(h.sh_degree).ok_or_else(|| file.wrong("its SH degree is not 0 to 3"))?;
-    // 2048³ nodes already need a table of half a gigabyte.
-    let valid = |r: &[u32; 3]| r.iter().all(|n| (2..=2048).contains(n));
-    if !valid(&h.resolution) || !valid(&h.finest_resolution) {
-        return Err(file.wrong("its resolution is not 2 to 2048 per axis"));
-    }
-    if !is_box(h.bounds) || !(0.0..f32::MAX).contains(&h.near) {
-        return Err(file.wrong("its box or near limit is not a finite size"));
-    }
-    let extent = if h.contracted { Extent::Contracted } else { Extent::Bounded };
-    let domain = Domain { bounds: bounds_of(h.bounds), extent, resolution: h.resolution };
+    let domain = h.domain();
     let map = BrickMap::with_bricks(h.resolution, file.triples("bricks")?)
         .ok_or_else(|| file.wrong("a brick lies outside the grid or occurs twice"))?;
     let density = file.aligned("density", map.voxels())?;

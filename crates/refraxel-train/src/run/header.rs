@@ -1,5 +1,6 @@
 //! The description of a run in the header of its checkpoint.
 
+use super::boxes::bounds_of;
 use super::clearcoat::StoredClearcoat;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
@@ -7,7 +8,8 @@ use super::sought::StoredSought;
 use super::views::StoredViews;
 use super::{RunRef, Source, State};
 use crate::options::Options;
-use refraxel_core::{Background, Extent};
+use crate::plan::Plan;
+use refraxel_core::{Background, Domain, Extent};
 use refraxel_data::Backdrop;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +47,7 @@ pub(super) struct Header {
     pub world_from_model: String,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum StoredBackdrop {
     Transparent,
@@ -61,6 +63,18 @@ pub(super) enum StoredBackground {
 }
 
 impl Header {
+    /// What does not change during the run.
+    pub(super) fn plan(&self) -> Plan {
+        let finest = Domain { resolution: self.finest_resolution, ..self.domain() };
+        Plan { finest, near: self.near, backdrop: self.backdrop.into() }
+    }
+
+    /// Where the field lies.
+    pub(super) fn domain(&self) -> Domain<f32> {
+        let extent = if self.contracted { Extent::Contracted } else { Extent::Bounded };
+        Domain { bounds: bounds_of(self.bounds), extent, resolution: self.resolution }
+    }
+
     pub(super) fn of(run: &RunRef) -> Self {
         let field = &run.model.field;
         Self {

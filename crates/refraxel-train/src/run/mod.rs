@@ -21,7 +21,6 @@ use crate::schedule::{Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
 use header::Header;
-use refraxel_core::Domain;
 use refraxel_data::Dataset;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
@@ -120,7 +119,24 @@ pub struct Source {
     pub test: Vec<String>,
 }
 
+/// A path that checkpoints cannot name.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: the path is no text in UTF-8, so that no checkpoint can name it; rename it, or name a link to it", path.display())]
+pub struct PathNotText {
+    path: PathBuf,
+}
+
+/// Refuses a path that checkpoints and scores cannot name.
+pub fn check_path(path: &Path) -> Result<(), PathNotText> {
+    if path.to_str().is_some() { Ok(()) } else { Err(PathNotText { path: path.to_owned() }) }
+}
+
 impl Source {
+    /// Refuses paths that a checkpoint cannot name.
+    pub fn check(&self) -> Result<(), PathNotText> {
+        self.path.iter().chain(&self.index_from).try_for_each(|path| check_path(path))
+    }
+
     /// What there is to know of data in memory.
     pub fn of(data: &Dataset) -> Self {
         let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
@@ -256,6 +272,9 @@ impl Run {
             .map_err(|e| file.wrong(&format!("its header does not fit: {e}")))?;
         let options = header.options.clone().checked();
         options.map_err(|e| file.wrong(&format!("its options make no sense: {e}")))?;
+        let plan = header.plan();
+        field::check_resolution(&header, &file)?;
+        plan.check().map_err(|e| file.wrong(&e.to_string()))?;
         let field = field::restore(&header, &mut file)?;
         let (background, texel_moments) = field::restore_background(&header, &mut file)?;
         let (refraction, index) = refraction::restore(&header.regions, &header.options, &mut file)?;
@@ -272,14 +291,12 @@ impl Run {
             clearcoat: clearcoat_moments,
             occupied: file.u64s("occupied")?,
         };
-        let finest = Domain { resolution: header.finest_resolution, ..field.domain };
         let model = Model { field, background, refraction, reflection, clearcoat };
         if !optimiser.fits(&model) {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
         let sought = sought::restore(header.sought.as_ref(), &mut file)?;
         let alignment = views::restore(&header.views, header.source.train.len(), &mut file)?;
-        let plan = Plan { finest, near: header.near, backdrop: header.backdrop.into() };
         let Header { options, state, source, .. } = header;
         Ok(Self { options, plan, state, source, model, optimiser, sought, alignment })
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::checkpoint::{Fault, remove_leftovers, with_fault};
-use refraxel_core::{Aabb, Extent, Vec3};
+use refraxel_core::{Aabb, Domain, Extent, Vec3};
 use refraxel_data::Backdrop;
 use std::process::Command;
 

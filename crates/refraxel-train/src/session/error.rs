@@ -3,9 +3,11 @@
 use crate::cancel::Cancelled;
 use crate::evaluation::EvaluateError;
 use crate::options::OptionError;
+use crate::plan::PlanError;
 use crate::recipe::RecipeError;
+use crate::run::PathNotText;
 use crate::trainer::TrainError;
-use refraxel_data::DataError;
+use refraxel_data::{DataError, OutOfScale};
 
 /// Why a session cannot start or go on.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +40,15 @@ pub enum SessionError {
     /// Options make no sense.
     #[error(transparent)]
     Options(#[from] OptionError),
+    /// The scene has no place in single precision.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// What is refractive is out of scale with the scene.
+    #[error(transparent)]
+    Scale(#[from] OutOfScale),
+    /// A checkpoint could not name the data.
+    #[error(transparent)]
+    Path(#[from] PathNotText),
     /// Photographs cannot be used.
     #[error(transparent)]
     Data(#[from] DataError),

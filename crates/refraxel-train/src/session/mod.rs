@@ -31,7 +31,7 @@ use crate::schedule::rendering_marching;
 use crate::trainer::{Lessons, TrainError, Trainer};
 use handle::Requests;
 use refraxel_core::Camera;
-use refraxel_data::{Backdrop, Dataset, IndexSource, Photo, View, load_photo};
+use refraxel_data::{Backdrop, Dataset, IndexSource, Photo, View, check_scale, load_photo, scene_region};
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -68,8 +68,19 @@ impl Setup {
         if self.options.exposure.enabled.is_on() && self.data.backdrop == Backdrop::Transparent {
             return Err(SessionError::TransparentPictures);
         }
+        self.source.check()?;
         let options = self.effective_options();
-        Ok(recipe::check(&options, recipe::has_masks(&self.data), self.index.as_ref())?)
+        Plan::of_region(&options, &self.data, &scene_region(&self.data)).check()?;
+        self.check_refraction(&options)
+    }
+
+    /// Refuses what rays cannot bend by.
+    fn check_refraction(&self, options: &Options) -> Result<(), SessionError> {
+        recipe::check(options, recipe::has_masks(&self.data), self.index.as_ref())?;
+        let scene = scene_region(&self.data).bounds;
+        let stated = options.refraction.aabb().map(|b| b.cast());
+        stated.map_or(Ok(()), |b| check_scale("the box `refraction.bounds`", &b, &scene))?;
+        Ok(self.index.as_ref().map_or(Ok(()), |index| index.check_scale(&scene))?)
     }
 
     /// The options, with what a known index implies.
@@ -90,6 +101,11 @@ impl Setup {
             photos.extend(self.data.load_photos(part, |_| {})?);
         }
         watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
+        // Those that will be scored are looked at: damage is said before training and not after.
+        for part in self.data.split.test.chunks(2 * rayon::current_num_threads()) {
+            watch.cancel().check()?;
+            self.data.load_photos(part, |_| {})?;
+        }
         Ok(photos)
     }
 
@@ -161,6 +177,7 @@ impl<B: Backend> Session<B> {
         setup.check()?;
         let (options, photos) = (setup.effective_options(), setup.photos(observer)?);
         let plan = Plan::new(&options, &setup.data, &photos);
+        plan.check()?;
         let backend = make(plan.start(&options));
         let lessons = setup.lessons(photos)?;
         let trainer = Trainer::new(options, plan, lessons, backend, State::default());
@@ -182,7 +199,7 @@ impl<B: Backend> Session<B> {
             return Err(SessionError::OtherViews { data: setup.source.name(), was, found });
         }
         if run.state.bends_since.is_none() && !run.state.stays_straight {
-            recipe::check(&run.options, recipe::has_masks(&setup.data), setup.index.as_ref())?;
+            setup.check_refraction(&run.options)?;
         }
         let lessons = setup.lessons(setup.photos(observer)?)?;
         let backend = make(run.model, run.optimiser);

@@ -76,6 +76,10 @@ impl<B: Backend> Trainer<B> {
     /// A look at all photographs. What it finds is cleared, and rays keep clear of it from now on; where it finds nothing, rays
     /// stay straight.
     pub(super) fn look(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        if self.sampler.is_one_place() {
+            self.stay_straight(StayReason::OnePlace, watch);
+            return Ok(());
+        }
         let marching = training_marching(&self.options, self.plan.near);
         self.backend.refresh_occupancy(&marching);
         let (sampler, options, near) = (&self.sampler, &self.options, self.plan.near);

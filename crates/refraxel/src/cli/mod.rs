@@ -14,9 +14,7 @@ pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, 
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use values::Setting;
 
-use std::num::NonZeroUsize;
-
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Reconstructs scenes with glass, water and other refractive objects from photographs, with rays that bend.
 #[derive(Debug, Parser)]
@@ -27,11 +25,30 @@ use clap::{Args, Parser, Subcommand};
   refraxel inspect my_photos            what a dataset contains, and its problems
   refraxel train my_photos --out run    train on photographs with poses
 
-Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 130 interrupted.")]
+Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 101 a bug, 130 interrupted.")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub verb: Verb,
+}
+
+impl Cli {
+    /// The command line of this process; ends it with a message where that is wrong.
+    pub fn read() -> Self {
+        let matches = Self::with_negative_numbers().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
+    /// The definition of the command line, in which `-1` after a flag is its value: what is wrong with it is then said of
+    /// the number, not of a flag called `-1`.
+    pub fn with_negative_numbers() -> clap::Command {
+        let takes_value = |arg: &clap::Arg| arg.get_action().takes_values() && !arg.is_positional();
+        let number = move |arg: clap::Arg| {
+            let takes = takes_value(&arg);
+            arg.allow_negative_numbers(takes)
+        };
+        Self::command().mut_subcommands(move |verb| verb.mut_args(number))
+    }
 }
 
 /// The verbs.
@@ -72,9 +89,9 @@ pub enum Verb {
 /// How many threads to use and how much to print; shared by the verbs that take a while.
 #[derive(Args, Clone, Debug)]
 pub struct WorkArgs {
-    /// Threads to use [default: all cores]
-    #[arg(long, value_name = "N")]
-    pub threads: Option<NonZeroUsize>,
+    /// Threads to use, at most 1024 [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,

@@ -1,13 +1,13 @@
 use super::*;
-use clap::CommandFactory;
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {
-    Cli::try_parse_from(line.split(' ')).map(|cli| cli.verb)
+    let matches = Cli::with_negative_numbers().try_get_matches_from(line.split(' '))?;
+    Cli::from_arg_matches(&matches).map(|cli| cli.verb)
 }
 
 #[test]
 fn definitions_are_consistent() {
-    Cli::command().debug_assert();
+    Cli::with_negative_numbers().debug_assert();
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn train_understands_the_contract() {
     assert_eq!((args.refraction, args.seed, args.minutes), (Refraction::Off, Some(7), Some(0.5)));
     assert_eq!(args.settings[1], Setting { key: "b.c".into(), value: "x=y".into() });
     assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(WhiteMeans::Keep)));
-    assert_eq!(args.work.threads.map(NonZeroUsize::get), Some(2));
+    assert_eq!(args.work.threads, Some(2));
     assert!(parse("refraxel train --options --json").is_ok());
     assert!(args.resume && args.reading.allow_outside && args.work.json);
 }
@@ -69,6 +69,8 @@ fn nonsense_is_a_usage_error() {
         "refraxel train photos --out run --minutes -1",
         "refraxel train photos --out run --minutes NaN",
         "refraxel train photos --out run --threads 0",
+        "refraxel train photos --out run --threads 100000",
+        "refraxel train photos --out run --seed -1",
         "refraxel train photos --out run --holdout 1",
         "refraxel render run --out views",
         "refraxel render run --orbit 5 --cameras c.json --out views",
@@ -87,6 +89,15 @@ fn nonsense_is_a_usage_error() {
     ] {
         assert_eq!(parse(line).expect_err(line).exit_code(), 2, "{line}");
     }
+}
+
+#[test]
+fn a_negative_number_is_refused_as_a_number() {
+    for flag in ["--seed", "--minutes", "--threads", "--holdout"] {
+        let refusal = parse(&format!("refraxel train photos --out run {flag} -1")).unwrap_err().to_string();
+        assert!(refusal.contains("invalid value '-1' for") && !refusal.contains("tip:"), "{refusal}");
+    }
+    assert!(parse("refraxel train -p --out run").is_err(), "only numbers may begin with a dash");
 }
 
 #[test]

@@ -18,6 +18,7 @@ use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part}
 use refraxel_train::evaluation::{Rendering, truth};
 use refraxel_train::events::Watch;
 use refraxel_train::metrics::ImageScore;
+use refraxel_train::run::check_path;
 use refraxel_train::schedule::rendering_marching;
 use refraxel_train::{Backend, recipe};
 use std::path::Path;
@@ -48,12 +49,14 @@ pub fn run(args: &EvalArgs) -> Result<(), Failure> {
 /// Bends the rays of a run by the index of a file.
 fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failure> {
     let refused = || format!("cannot bend the rays of {} by {}", folder.display(), file.display());
+    check_path(file).or_exit(Exit::BadInput)?;
     let mut options = run.options.clone();
     if let Some(&index) = run.backend.medium().mean_indices().first() {
         options.search.guess = index as f32;
     }
     let bounds = options.refraction.aabb().map(|b| b.cast());
     let source = IndexSource::read(file, bounds).with_context(refused).or_exit(Exit::BadInput)?;
+    source.check_scale(&run.plan.finest.bounds.cast()).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.mirroring().regions;
     let mut known = recipe::known_refraction(&source, NODES, &options);
     let bodies = known.medium.regions().len();

@@ -26,6 +26,10 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         // A scene.json is exact; images of 200 pixels know less of a surface.
         (options.surface.rate, options.index.rate) = (0.0, 0.0);
     }
+    if args.index_from.is_some() {
+        options.shape.start = StartShape::File;
+        options.search.enabled = Switch::Off;
+    }
     let mut renamed = Vec::new();
     if let Some(path) = &args.config {
         let refused = || format!("the options of {} are refused", path.display());
@@ -39,7 +43,11 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         show.say(&format!("note: option `{former}` is now `{now}`"));
     }
     set_flags(args, &mut options);
-    options.checked().or_exit(Exit::Usage)
+    let options = options.checked().or_exit(Exit::Usage)?;
+    if args.index_from.is_some() {
+        refuse_unused_index(&options)?;
+    }
+    Ok(options)
 }
 
 /// A TOML file as a tree of values.
@@ -72,10 +80,21 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }
-    if args.index_from.is_some() {
-        options.shape.start = StartShape::File;
-        options.search.enabled = Switch::Off;
+}
+
+/// Refuses options by which the file of `--index-from` would not be used.
+fn refuse_unused_index(options: &Options) -> Result<(), Failure> {
+    let refused =
+        |why: &str| Err(Failure::new(Exit::Usage, anyhow!("--index-from would not be used: {why}")));
+    if !options.refraction.bend.is_on() {
+        return refused(
+            "rays do not bend with --refraction off or refraction.bend=off; leave out one of them",
+        );
     }
+    if options.shape.start != StartShape::File {
+        return refused("option `shape.start` asks for another shape; leave it out, or set it to `file`");
+    }
+    Ok(())
 }
 
 /// The options with which a stored run goes on: its own, of which only `FREE` may change.

@@ -13,7 +13,7 @@ use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use folder::RunFolder;
 use lock::Lock;
 use log::Log;
@@ -37,15 +37,31 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
-    let _lock = train(args, show)?;
+    let console = Console::new(args.work.json);
+    let (_lock, held_out) = train(args, show)?;
     let out = args.out().display();
     keeps(format!("the run is saved in {out}; `refraxel eval {out}` scores it"));
-    let evaluation = evaluate(args.out(), SplitName::Test, show)?;
-    let out = super::evaluation::folder(args.out(), SplitName::Test);
-    let console = Console::new(args.work.json);
-    super::eval::print(&evaluation, &out, SplitName::Test, console)?;
+    match held_out {
+        HeldOut::No => console.result(NOT_SCORED, &serde_json::Value::Null).or_exit(Exit::Io)?,
+        HeldOut::Yes => {
+            let evaluation = evaluate(args.out(), SplitName::Test, show)?;
+            let out = super::evaluation::folder(args.out(), SplitName::Test);
+            super::eval::print(&evaluation, &out, SplitName::Test, console)?;
+        }
+    }
     console.say(&what_next(args.out())).or_exit(Exit::Io)
 }
+
+/// Whether some photographs are held out, by which a run is scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeldOut {
+    /// None is.
+    No,
+    /// Some are.
+    Yes,
+}
+
+const NOT_SCORED: &str = "no images are held out: the run is not scored";
 
 /// What people do with a run that is finished.
 fn what_next(run: &Path) -> String {
@@ -58,7 +74,7 @@ fn what_next(run: &Path) -> String {
 }
 
 /// Trains to the end and saves; an interruption is a failure, after saving. Nobody else trains there until the lock is dropped.
-pub fn train(args: &TrainArgs, show: Show) -> Result<Lock, Failure> {
+pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
     let folder = RunFolder::new(args.out());
     let is_there = folder.path().is_dir();
     let lock = is_there.then(|| Lock::take(folder.path(), show)).transpose()?;
@@ -68,6 +84,11 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<Lock, Failure> {
     }
     let reading = open_options(&args.reading);
     let data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
+    if held_out == HeldOut::No {
+        let rule = &data.split.rule;
+        show.say(&format!("note: {NOT_SCORED} ({rule}); name some for testing to learn how good it is"));
+    }
     let mut source = source_of(args.data(), &reading, &data);
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
     let earlier = saved.as_ref().and_then(|run| run.source.index_from.clone());
@@ -76,7 +97,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<Lock, Failure> {
         Some(run) => options::resumed(args, run.options.clone(), show)?,
         None => options_of_new_run(args, &data, show)?,
     };
-    let index = index_source(&source, saved.as_ref(), &options)?;
+    let index = index_source(&source, &data, saved.as_ref(), &options)?;
     let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
     let mut watch = Watch::new(show);
     let session = match saved {
@@ -87,7 +108,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<Lock, Failure> {
     create_folder(args.out())?;
     let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
     learn(session, &folder, args.overwrite, watch)?;
-    Ok(lock)
+    Ok((lock, held_out))
 }
 
 /// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
@@ -113,6 +134,7 @@ fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Op
 /// The index that a file gives, unless rays bend by it already.
 fn index_source(
     source: &Source,
+    data: &Dataset,
     saved: Option<&Run>,
     options: &Options,
 ) -> Result<Option<IndexSource>, Failure> {
@@ -120,7 +142,10 @@ fn index_source(
     let is_needed = options.refraction.bend.is_on() && !saved.is_some_and(decided);
     let Some(path) = source.index_from.as_ref().filter(|_| is_needed) else { return Ok(None) };
     let bounds = options.refraction.aabb().map(|b| b.cast());
-    IndexSource::read(path, bounds).or_exit(Exit::BadInput).map(Some)
+    let index = IndexSource::read(path, bounds).or_exit(Exit::BadInput)?;
+    let refused = || format!("cannot start from {}", path.display());
+    index.check_scale(&scene_region(data).bounds).with_context(refused).or_exit(Exit::BadInput)?;
+    Ok(Some(index))
 }
 
 /// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.

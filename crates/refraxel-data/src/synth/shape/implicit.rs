@@ -68,6 +68,10 @@ impl Implicit {
         (f, gradient.normalized())
     }
 
+    pub(super) fn pieces(&self) -> usize {
+        self.union.parts.len()
+    }
+
     pub(super) fn bounds(&self) -> Aabb<f64> {
         self.bounds
     }

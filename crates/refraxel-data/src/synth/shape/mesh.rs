@@ -13,7 +13,7 @@ const PAD: f64 = 1e-9; // scene unit
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
     /// A line of an OBJ file that is not understood.
-    #[error("line {line} of the OBJ file: cannot read {found:?}; expected `v x y z` or `f a b c`")]
+    #[error("line {line} of the OBJ file is {found:?}; expected `v x y z` or `f a b c`")]
     Line {
         /// One-based line number.
         line: usize,
@@ -22,7 +22,7 @@ pub enum MeshError {
     },
     /// A face names a vertex that does not exist, or there is no face at all.
     #[error(
-        "the mesh has {vertices} vertices and {faces} triangles, and a triangle names a vertex that is missing or there is none"
+        "it has {vertices} vertices and {faces} triangles; expected one triangle or more, and the vertices that triangles name"
     )]
     Empty {
         /// Number of vertices read.

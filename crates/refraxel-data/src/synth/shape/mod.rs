@@ -107,6 +107,16 @@ impl Shape {
         }
     }
 
+    /// Faces, parts or waves that it is made of.
+    pub(in crate::synth) fn pieces(&self) -> usize {
+        match self {
+            Shape::Polyhedron(s) => s.faces.len(),
+            Shape::Implicit(s) => s.pieces(),
+            Shape::HeightField(s) => s.waves.len(),
+            _ => 1,
+        }
+    }
+
     /// A ball.
     pub fn sphere(center: [f64; 3], radius: f64) -> Shape {
         Shape::Sphere(Sphere { center: center.into(), radius })
