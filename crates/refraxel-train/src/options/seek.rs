@@ -9,8 +9,8 @@ section! {
     /// while straight rays learn the surroundings anew, and is then looked at again.
     pub struct SeekOptions "seek" {
         /// Whether refractive things are sought. Otherwise rays stay straight where nothing says what is refractive. What is found
-        /// shows where glass is better than it shows its shape: of four scenes one bends so far, and the others stay straight,
-        /// at the cost of a fifth of a short run.
+        /// shows where glass is better than it shows its shape: balls bend so far, other things stay straight, at the cost of a fifth
+        /// of a short run.
         enabled: Switch = Switch::Off;
         /// Looks at the photographs: the first one, and some more at the scene without what was found.
         looks: u32 = 3, in 1..=20;

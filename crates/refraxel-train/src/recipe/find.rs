@@ -118,7 +118,7 @@ fn from_masks(
 }
 
 /// Outlines that were found where no mask shows them are known to this part of a body's radius.
-const ROUGH: f64 = 0.06;
+const ROUGH: f64 = 0.03;
 
 /// The options, with what rough outlines need.
 fn as_rough(options: &Options, sampler: &RaySampler) -> Options {

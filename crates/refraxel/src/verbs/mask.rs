@@ -208,7 +208,7 @@ fn write(data: &Dataset, paths: &[PathBuf], gate: &Gate, out: &Path, show: Show)
             rows.push((view.name.clone(), dimmed(&photos[row], data, &mask), mask));
         }
     }
-    let picture = out.with_extension("png");
+    let picture = PathBuf::from(format!("{}.png", out.display()));
     draw(&rows, &picture)?;
     Ok(Written { written: data.views.len(), stated, covered: inside as f64 / pixels.max(1) as f64, picture })
 }
