@@ -210,17 +210,18 @@ impl RaySampler {
     /// outlines are; else only which rays meet something refractive.
     ///
     /// # Panics
-    /// If there is neither one mask per view, of the view's size, nor none.
-    pub fn set_found(&mut self, masks: Option<Vec<Mask>>, traced: bool) {
+    /// If there is neither one entry per view, with masks of the view's size, nor none.
+    pub fn set_found(&mut self, masks: Option<Vec<Option<Mask>>>, traced: bool) {
         self.traces_found = traced;
         let Some(masks) = masks else {
             self.views.iter_mut().for_each(|v| v.found = None);
             return self.count_inside();
         };
-        assert_eq!(masks.len(), self.views.len(), "one mask per view");
+        assert_eq!(masks.len(), self.views.len(), "one entry per view");
         for (view, mask) in self.views.iter_mut().zip(masks) {
-            assert_eq!(mask.coverage.len(), view.photo.image.len(), "one coverage per pixel");
-            view.found = Some(Arc::new(mask));
+            let is_fit = |m: &Mask| m.coverage.len() == view.photo.image.len();
+            assert!(mask.as_ref().is_none_or(is_fit), "one coverage per pixel");
+            view.found = mask.map(Arc::new);
         }
         self.count_inside();
     }

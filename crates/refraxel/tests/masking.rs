@@ -46,15 +46,24 @@ fn an_outline_in_two_photographs_becomes_masks_of_all() {
     }
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let made = mask(&data, &words).done().json();
-    assert_eq!((&made["written"], &made["stated"]), (&33.into(), &2.into()));
-    assert!(data.join("glass_masks.png").is_file());
+    assert_eq!((&made["written"], &made["kept"]), (&33.into(), &0.into()));
+    assert!(data.join("glass_masks_overview.png").is_file());
     let found = Dataset::open(&data, &OpenOptions::default()).unwrap();
     assert!(found.views.iter().all(|v| v.has_mask()), "the program finds what it has written");
     let overlaps: Vec<f64> =
         found.views.iter().zip(&truth).map(|(v, t)| overlap(&load_photo(v).unwrap(), t)).collect();
     let mean = overlaps.iter().sum::<f64>() / overlaps.len() as f64;
     assert!(mean > 0.6, "{mean}: {overlaps:?}");
-    mask(&data, &["--click", "r_10.png", "20", "20"]).refused(3, &["glass_masks", "--overwrite"]);
+    mask(&data, &[]).refused(3, &["30 training views have masks", "--overwrite"]);
+    // Masks that were deleted are made anew, with the help of the others, which stay as they are.
+    let (good, bad) = (data.join("glass_masks/train/r_10.png"), data.join("glass_masks/train/r_4.png"));
+    let before = std::fs::read(&good).unwrap();
+    std::fs::remove_file(&bad).unwrap();
+    let again = mask(&data, &[]).done().json();
+    assert_eq!((&again["written"], &again["kept"]), (&1.into(), &32.into()));
+    assert!(bad.is_file() && std::fs::read(&good).unwrap() == before);
+    let anew = mask(&data, &["--overwrite", "--set", "run.stop_after=3"]).done().json();
+    assert_eq!((&anew["written"], &anew["kept"]), (&33.into(), &0.into()));
 }
 
 /// Eight corners around the white of a mask.
@@ -88,6 +97,7 @@ fn what_cannot_be_pointed_at_is_refused_before_any_work() {
     let data = ball(folder.path());
     mask(&data, &[]).refused(3, &["5 training views have masks"]);
     std::fs::remove_dir_all(data.join("masks")).unwrap();
+    mask(&data, &["--set", "run.steps=2"]).refused(3, &["--click VIEW X Y"]);
     mask(&data, &["--click", "IMG_7.jpg", "1", "1"]).refused(2, &["IMG_7.jpg", "r_0.png"]);
     mask(&data, &["--click", "r_3.png", "1", "99"]).refused(2, &["(1, 99)", "16 x 16 pixels"]);
     mask(&data, &["--click", "r_3.png", "left", "9"]).refused(2, &["'left'", "number of pixels"]);

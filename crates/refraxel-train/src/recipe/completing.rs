@@ -7,7 +7,7 @@ use crate::rays::RaySampler;
 use refraxel_core::{Aabb, Domain, Extent};
 
 /// Fewer masks than this carve nothing that is worth projecting.
-pub(crate) const LEAST: usize = 4;
+pub const LEAST: usize = 4;
 /// Share of the masks that must show a place. What hides things is not known yet, and what is taken for refractive without being
 /// so costs little.
 const SHARE: f32 = 0.75;

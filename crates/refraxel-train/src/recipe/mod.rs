@@ -29,7 +29,8 @@ mod seek;
 mod shapes;
 mod silhouettes;
 
-pub(crate) use completing::{LEAST as LEAST_MASKS, hulls};
+pub use completing::LEAST as LEAST_MASKS;
+pub(crate) use completing::hulls;
 pub use known::{known_field, known_refraction};
 pub use seek::{Hints, mask};
 pub(crate) use seek::{masks, seek};

@@ -102,7 +102,7 @@ pub(crate) fn seek(
     let Some((separation, gate)) = tried.into_iter().find(|t| t.0.share >= enough) else { return Ok(None) };
     let sought = Sought { gate, ground, separation };
     let needed = if hints.is_empty() { options.seek.separation } else { 0.0 };
-    Ok(Some(sought).filter(|s| s.separation.share >= needed))
+    Ok(Some(sought).filter(|s| s.separation.share > 0.0 && s.separation.share >= needed))
 }
 
 /// The hull to begin with.
@@ -174,13 +174,16 @@ fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
     Separation { share, covered }
 }
 
-/// Rays that project what was found into all views, about.
-const PROJECTED: f64 = 2e6;
+/// Rays that project what was found into a view, about.
+const PROJECTED: f64 = 1e5;
 
-/// What was found, as masks of all views.
-pub(crate) fn masks(found: &[Gate], sampler: &RaySampler) -> Vec<Mask> {
-    let edge = (sampler.pixels() as f64 / PROJECTED).sqrt().max(1.0);
-    sampler.pictures().map(|picture| mask(found, picture.camera, edge)).collect()
+/// What was found, as masks of the views that have none.
+pub(crate) fn masks(found: &[Gate], sampler: &RaySampler) -> Vec<Option<Mask>> {
+    let project = |camera: &Camera| {
+        let pixels = f64::from(camera.width) * f64::from(camera.height);
+        mask(found, camera, (pixels / PROJECTED).sqrt().max(1.0))
+    };
+    sampler.pictures().map(|picture| picture.mask().is_none().then(|| project(picture.camera))).collect()
 }
 
 /// The mask of what was found in a view, in squares of `edge` pixels. What stands before it is not left out.

@@ -68,8 +68,8 @@ pub struct Trainer<B> {
     index: Option<IndexSource>,
     /// What somebody knows of where refractive things are seen.
     hints: Hints,
-    /// Masks of some views may still say what others show.
-    completes_masks: bool,
+    /// What masks of some views said of the others, until it is told.
+    completed: Option<Event>,
     /// What was found without masks.
     sought: Option<Gate>,
     /// What the photographs themselves have learned.
@@ -101,7 +101,7 @@ impl<B: Backend> Trainer<B> {
         let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
         let mut trainer = Self {
             hints: lessons.hints,
-            completes_masks: true,
+            completed: None,
             sought: None,
             alignment: Alignment::default(),
             options,
@@ -119,6 +119,7 @@ impl<B: Backend> Trainer<B> {
         if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
         }
+        trainer.completed = trainer.complete_masks();
         trainer.alignment = trainer.fresh_alignment();
         if trainer.state.step > 0 {
             trainer.keep_good_state(); // else an overflow would start from nothing again
@@ -195,7 +196,9 @@ impl<B: Backend> Trainer<B> {
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
     /// stands between two pieces of work: the one that was under way is undone.
     pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
-        self.complete_masks(watch);
+        if let Some(event) = self.completed.take() {
+            self.note(event, watch);
+        }
         let progress = self.scheduled();
         if self.changes(progress) && !self.settle(watch)? {
             return Ok(());

@@ -33,26 +33,22 @@ impl<B: Backend> Trainer<B> {
         self.sampler.stated() == self.sampler.views()
     }
 
-    /// Where some views have masks and others have none, finds out once which rays of the others meet the same things: until rays
-    /// bend they must not learn there.
-    pub(super) fn complete_masks(&mut self, watch: &mut Watch) {
+    /// Where some views have masks and others have none, finds out which rays of the others meet the same things: until rays
+    /// bend they must not learn there. What is to be told of it. Cameras are where the data put them, also in a run that goes on.
+    pub(super) fn complete_masks(&mut self) -> Option<Event> {
         let (stated, views) = (self.sampler.stated(), self.sampler.views());
-        if !std::mem::take(&mut self.completes_masks) || !self.bends() || stated == 0 || stated == views {
-            return;
+        if !self.options.refraction.bend.is_on() || stated == 0 || stated == views {
+            return None;
         }
         let bounds = self.options.refraction.aabb().unwrap_or(self.plan.finest.bounds);
         let found = hulls(&self.sampler, &bounds);
         let is_completed = found.is_some();
-        if let Some(found) = found.filter(|_| self.sought.is_none()) {
+        if let Some(found) = found {
             self.sampler.set_found(Some(masks(&found, &self.sampler)), false);
         }
         let pixels = self.sampler.mask_share();
-        if self.state.step == 0 {
-            self.note(
-                Event::MasksCompleted { stated, views, needed: LEAST_MASKS, is_completed, pixels },
-                watch,
-            );
-        }
+        let told = Event::MasksCompleted { stated, views, needed: LEAST_MASKS, is_completed, pixels };
+        Some(told).filter(|_| self.state.step == 0)
     }
 
     /// A look is due: the first one, or one more.

@@ -30,7 +30,7 @@ pub struct MaskArgs {
     /// Folder for the masks [default: glass_masks in the dataset's folder]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the masks in that folder
+    /// Make all masks in that folder anew, instead of those that are missing
     #[arg(long)]
     pub overwrite: bool,
     /// Change one training option, such as seek.looks=5; may be repeated

@@ -4,7 +4,7 @@ mod pointed;
 
 use super::interrupts::{cancel, interrupted, watch_for_interrupts};
 use super::sheet::{chosen, save_png};
-use super::{create_folder, data_failure, load_photos, open_options, set_threads, source_of};
+use super::{absolute, create_folder, data_failure, load_photos, open_options, set_threads, source_of};
 use crate::cli::MaskArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -12,16 +12,18 @@ use crate::progress::Show;
 use crate::verbs::train::{Watch, session_failure};
 use anyhow::anyhow;
 use pointed::Pointed;
-use refraxel_data::{Dataset, Mask, MaskMeaning, Photo, PhotoSource, View, load_photo, scene_region};
+use refraxel_data::{
+    Dataset, Mask, MaskMeaning, OpenOptions, Photo, PhotoSource, View, load_photo, scene_region,
+};
 use refraxel_train::evaluation::truth;
 use refraxel_train::events::{Event, Task};
 use refraxel_train::metrics::Rgb8;
 use refraxel_train::model::Gate;
 use refraxel_train::options::Switch;
-use refraxel_train::session::{Session, Setup, Until};
+use refraxel_train::session::{Session, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options, recipe};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// Masks of large photographs are projected in squares of so many pixels, so that a view takes at most about this many rays.
@@ -38,9 +40,9 @@ struct Made {
     masks: PathBuf,
     /// Masks written.
     written: usize,
-    /// Of them, how many somebody had made before.
-    stated: usize,
-    /// Share of the pixels of all photographs that they cover.
+    /// Masks that were there before, and are as they were.
+    kept: usize,
+    /// Share of the pixels of all photographs that all of them cover.
     covered: f64,
     /// How well straight rays separate what was found from everything else, 0 to 1.
     separation: f64,
@@ -56,11 +58,14 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let reading = open_options(&args.reading);
     let mut data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
     let out = folder(args, &data)?;
-    refuse_earlier(&out, args.overwrite)?;
+    refuse_other_masks(&data)?;
+    if args.overwrite {
+        forget(&mut data, &out);
+    }
     refuse_complete(&data)?;
     let options = options(args, &data)?;
     let pointed = Pointed::new(args, &data)?;
-    let paths: Vec<PathBuf> = data.views.iter().map(|view| path(&data, view)).collect();
+    let targets = targets(&data, &out)?;
     for (view, mask) in &pointed.outlines {
         let photo = load_photo(&data.views[*view]).map_err(data_failure)?;
         let of = &mut data.views[*view];
@@ -71,18 +76,29 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let data_kept = data.clone();
     let setup = Setup { data, options, index: None, hints: pointed.hints, source, cancel: cancel() };
     let (gate, separation) = found(setup, show)?;
-    let made = write(&data_kept, &paths, &gate, &out, show)?;
-    let Written { written, stated, covered, picture } = made;
+    let Written { written, kept, covered, picture } = write(&data_kept, &targets, &gate, &out, show)?;
     let text = format!(
-        "{written} masks in {} ({stated} of them as they were), {:.1} % of all pixels, separation {separation:.2}\nlook at {} and \
-         correct them where they are wrong, then: refraxel train {} --out RUN",
+        "{written} masks written in {}, {kept} kept; they cover {:.1} % of all pixels (separation {separation:.2})\nlook at {}: \
+         correct or delete masks that are wrong (this command makes those anew that are missing), then {}",
         out.display(),
         100.0 * covered,
         picture.display(),
-        args.data.display(),
+        what_next(args, &reading),
     );
-    let made = Made { masks: out, written, stated, covered, separation, picture };
+    let made = Made { masks: out, written, kept, covered, separation, picture };
     Console::new(args.work.json).result(&text, &made).or_exit(Exit::Io)
+}
+
+/// What people do with masks.
+fn what_next(args: &MaskArgs, reading: &OpenOptions) -> String {
+    let data = args.data.display();
+    let is_masked = |data: &Dataset| data.split.train.iter().all(|&v| data.views[v].has_mask());
+    match Dataset::open(&args.data, reading) {
+        Ok(again) if is_masked(&again) => format!("train: refraxel train {data} --out RUN"),
+        _ => format!(
+            "put them where {data} is read with masks: in its folder glass_masks, or under the key it names them by"
+        ),
+    }
 }
 
 /// Where the masks go: where the program looks for them, if nobody says where.
@@ -99,18 +115,45 @@ fn path(data: &Dataset, view: &View) -> PathBuf {
         (PhotoSource::Files { image, .. }, Some(root)) => image.strip_prefix(root).ok(),
         _ => None,
     };
-    inside.unwrap_or(Path::new(&view.name)).with_extension("png")
+    let stays_inside = |path: &&Path| path.components().all(|c| matches!(c, Component::Normal(_)));
+    inside.filter(stays_inside).unwrap_or(Path::new(&view.name)).with_extension("png")
 }
 
-fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
-    let is_empty = std::fs::read_dir(out).map_or(true, |mut entries| entries.next().is_none());
-    if is_empty || overwrite {
-        return Ok(());
+/// The file of each view's mask. Refuses two views with one file.
+fn targets(data: &Dataset, out: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let all: Vec<PathBuf> = data.views.iter().map(|view| out.join(path(data, view))).collect();
+    let mut sorted: Vec<&PathBuf> = all.iter().collect();
+    sorted.sort();
+    match sorted.windows(2).find(|two| two[0] == two[1]) {
+        None => Ok(all),
+        Some(two) => {
+            let error = anyhow!(
+                "two photographs would share the mask {}; give their files different names, or put them into the dataset's folder",
+                two[0].display()
+            );
+            Err(Failure::new(Exit::BadInput, error))
+        }
     }
+}
+
+/// Masks in the folder are made anew.
+fn forget(data: &mut Dataset, out: &Path) {
+    let out = absolute(out);
+    for view in &mut data.views {
+        if let PhotoSource::Files { mask, .. } = &mut view.source {
+            mask.take_if(|mask| absolute(mask).starts_with(&out));
+        }
+    }
+}
+
+/// Refuses data whose masks say which pixels to use: masks of glass would take their place.
+fn refuse_other_masks(data: &Dataset) -> Result<(), Failure> {
+    let other = data.views.iter().find(|v| v.has_mask() && v.mask_meaning != MaskMeaning::Refractive);
+    let Some(view) = other else { return Ok(()) };
     let error = anyhow!(
-        "{} holds files already; replace the masks there by --overwrite (which uses them as they are where they mark something), \
-         or choose another folder with --out",
-        out.display()
+        "the mask of {} is taken to say which pixels to use, and a photograph has one mask; if its white means glass, say \
+         --mask-meaning refractive, else take such masks away",
+        view.name
     );
     Err(Failure::new(Exit::BadInput, error))
 }
@@ -123,7 +166,8 @@ fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
         return Ok(());
     }
     let error = anyhow!(
-        "all {} training views have masks of refractive things already; take away those that are wrong, and this makes them anew",
+        "all {} training views have masks of refractive things already; delete those that are wrong, and this makes them anew; \
+         --overwrite makes all masks in the folder anew",
         data.split.train.len()
     );
     Err(Failure::new(Exit::BadInput, error))
@@ -132,10 +176,11 @@ fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
 /// Options of a training that only seeks.
 fn options(args: &MaskArgs, data: &Dataset) -> Result<Options, Failure> {
     let mut options = Options::suited_to(scene_region(data).unbounded);
-    (options.refraction.bend, options.seek.enabled) = (Switch::On, Switch::On);
     for setting in &args.settings {
         options.set(&setting.key, &setting.value).or_exit(Exit::Usage)?;
     }
+    (options.refraction.bend, options.seek.enabled) = (Switch::On, Switch::On);
+    options.run.stop_after = 0;
     options.checked().or_exit(Exit::Usage)
 }
 
@@ -160,18 +205,25 @@ fn found(setup: Setup, show: Show) -> Result<(Gate, f64), Failure> {
             }
             _ => watch.tell(&event),
         });
-        run.map_err(session_failure)?;
+        let stop = run.map_err(session_failure)?;
         if interrupted() {
             let note = anyhow!("stopped before anything was found; no mask was written");
             return Err(Failure::new(Exit::Interrupted, note));
         }
+        if stop == Stop::Finished {
+            break; // so short a run looks less often
+        }
     }
     watch.end(true);
-    let nothing = || {
-        anyhow!(
+    let nothing = || match session.data().views.iter().filter(|v| v.has_mask()).count() {
+        masks if masks >= recipe::LEAST_MASKS => anyhow!(
+            "nothing was found that straight rays cannot explain; {masks} photographs have masks, which is enough to train with: \
+             their hull says what the others show"
+        ),
+        _ => anyhow!(
             "nothing was found that straight rays cannot explain; point at the glass in some photographs with --click VIEW X Y, \
              --box VIEW X0 Y0 X1 Y1 or --outline VIEW X,Y X,Y X,Y"
-        )
+        ),
     };
     let gate = session.sought().cloned().ok_or_else(|| Failure::new(Exit::BadInput, nothing()))?;
     Ok((gate, separation))
@@ -180,37 +232,51 @@ fn found(setup: Setup, show: Show) -> Result<(Gate, f64), Failure> {
 /// What was written.
 struct Written {
     written: usize,
-    stated: usize,
+    kept: usize,
     covered: f64,
     picture: PathBuf,
 }
 
-/// Writes the masks of all views, those that there are as they are, and a picture of some.
-fn write(data: &Dataset, paths: &[PathBuf], gate: &Gate, out: &Path, show: Show) -> Result<Written, Failure> {
+/// Writes masks of the views that have no file of one, and a picture of some of all.
+fn write(
+    data: &Dataset,
+    targets: &[PathBuf],
+    gate: &Gate,
+    out: &Path,
+    show: Show,
+) -> Result<Written, Failure> {
     create_folder(out)?;
     let found = std::slice::from_ref(gate);
-    let (mut inside, mut pixels, mut stated) = (0, 0, 0);
+    let (mut inside, mut pixels, mut kept) = (0, 0, 0);
     let shown: Vec<usize> = chosen(data.views.len()).collect();
     let photos = load_photos(data, &shown, show)?;
     let mut rows = Vec::new();
-    for (k, (view, path)) in data.views.iter().zip(paths).enumerate() {
+    for (k, (view, path)) in data.views.iter().zip(targets).enumerate() {
         let camera = &view.camera;
         let edge = (f64::from(camera.width) * f64::from(camera.height) / PROJECTED).sqrt().max(1.0);
         let given = given(view)?;
-        stated += usize::from(given.is_some());
+        let is_kept = given.is_some() && matches!(view.source, PhotoSource::Files { .. });
+        kept += usize::from(is_kept);
         let mask = given.unwrap_or_else(|| Arc::new(recipe::mask(found, camera, edge)));
         inside += mask.coverage.iter().filter(|c| **c > 127).count();
         pixels += mask.coverage.len();
-        let path = out.join(path);
-        path.parent().map_or(Ok(()), create_folder)?;
-        save_png(&path, &mask.coverage, [mask.width, mask.height], image::ExtendedColorType::L8)?;
+        if !is_kept {
+            path.parent().map_or(Ok(()), create_folder)?;
+            save_png(path, &mask.coverage, [mask.width, mask.height], image::ExtendedColorType::L8)?;
+        }
         if let Some(row) = shown.iter().position(|&s| s == k) {
             rows.push((view.name.clone(), dimmed(&photos[row], data, &mask), mask));
         }
     }
-    let picture = PathBuf::from(format!("{}.png", out.display()));
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let picture = out.with_file_name(format!("{name}_overview.png"));
     draw(&rows, &picture)?;
-    Ok(Written { written: data.views.len(), stated, covered: inside as f64 / pixels.max(1) as f64, picture })
+    Ok(Written {
+        written: data.views.len() - kept,
+        kept,
+        covered: inside as f64 / pixels.max(1) as f64,
+        picture,
+    })
 }
 
 /// The mask of what is refractive that a view has.

@@ -74,7 +74,8 @@ pub(super) fn keep_parts(fraction: &mut [f32], domain: &Domain<f32>, hints: &Hin
     let is_large = |size: usize| size >= LEAST && size as f32 >= SPECK * largest;
     let mut is_kept: Vec<bool> = sizes.iter().map(|size| is_large(*size)).collect();
     if !hints.clicks.is_empty() {
-        let met: Vec<u32> = hints.clicks.iter().filter_map(|ray| first_part(&labels, domain, ray)).collect();
+        let met: Vec<u32> =
+            hints.clicks.iter().filter_map(|ray| first_part(&labels, &sizes, domain, ray)).collect();
         is_kept = (0..sizes.len()).map(|k| met.contains(&(k as u32))).collect();
     }
     let is_in = |node: usize| labels[node] != NONE && is_kept[labels[node] as usize];
@@ -83,8 +84,8 @@ pub(super) fn keep_parts(fraction: &mut [f32], domain: &Domain<f32>, hints: &Hin
     fraction.iter_mut().zip(kept).filter(|(_, keep)| !keep).for_each(|(f, _)| *f = 0.0);
 }
 
-/// The part that a ray meets first.
-fn first_part(labels: &[u32], domain: &Domain<f32>, ray: &Ray<f32>) -> Option<u32> {
+/// The part of some nodes that a ray meets first.
+fn first_part(labels: &[u32], sizes: &[usize], domain: &Domain<f32>, ray: &Ray<f32>) -> Option<u32> {
     let [enter, leave] = domain.bounds.clip(ray)?;
     let step = 0.5 * domain.voxel();
     let n = domain.resolution.map(|n| n as usize);
@@ -94,7 +95,9 @@ fn first_part(labels: &[u32], domain: &Domain<f32>, ray: &Ray<f32>) -> Option<u3
         x + n[0] * (y + n[1] * z)
     };
     let steps = ((leave - enter) / step).ceil().max(0.0) as usize;
-    (0..=steps).map(|k| labels[node(enter + k as f32 * step)]).find(|label| *label != NONE)
+    (0..=steps)
+        .map(|k| labels[node(enter + k as f32 * step)])
+        .find(|l| *l != NONE && sizes[*l as usize] >= LEAST)
 }
 
 #[cfg(test)]

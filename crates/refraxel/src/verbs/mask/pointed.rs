@@ -53,6 +53,9 @@ impl Pointed {
             hints.within.push((camera, Arc::new(mask)));
         }
         let outlines = polygons(&args.outline, data)?;
+        // Those in training views guide as masks do, too; held-out photographs are not looked at.
+        let outlined = outlines.iter().filter(|(view, _)| !data.split.train.contains(view));
+        hints.within.extend(outlined.map(|(view, mask)| (data.views[*view].camera, Arc::clone(mask))));
         Ok(Self { hints, outlines })
     }
 }
