@@ -11,6 +11,8 @@ use refraxel_core::{Aabb, Domain, Extent, LevelSet, Ray, Vec3};
 const SPECK: f32 = 0.1;
 /// So are parts of fewer nodes.
 const LEAST: usize = 30;
+/// What somebody points at has at least so many.
+const POINTED_AT: usize = 8;
 /// Least share of the views that must see a place.
 const SEEN: f32 = 0.3;
 /// Room around what was found, in its longest edge.
@@ -97,7 +99,7 @@ fn first_part(labels: &[u32], sizes: &[usize], domain: &Domain<f32>, ray: &Ray<f
     let steps = ((leave - enter) / step).ceil().max(0.0) as usize;
     (0..=steps)
         .map(|k| labels[node(enter + k as f32 * step)])
-        .find(|l| *l != NONE && sizes[*l as usize] >= LEAST)
+        .find(|l| *l != NONE && sizes[*l as usize] >= POINTED_AT)
 }
 
 #[cfg(test)]
