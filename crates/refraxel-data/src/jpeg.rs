@@ -32,7 +32,7 @@ pub enum JpegFault {
 }
 
 /// How every JPEG begins.
-pub(crate) const START: [u8; 2] = [0xff, 0xd8];
+const START: [u8; 2] = [0xff, 0xd8];
 /// Bytes that may follow the last code of a scan: encoders pad.
 const PADDING: usize = 8;
 

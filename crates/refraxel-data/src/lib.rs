@@ -46,6 +46,6 @@ pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
 pub use open::open_cameras;
 pub use options::OpenOptions;
-pub use photo::load_photo;
+pub use photo::{load_mask_of, load_photo};
 pub use region::{OutOfScale, Region, check_scale, scene_region};
 pub use volume::IndexVolume;

@@ -95,6 +95,17 @@ fn conclusion(white: f64, meaning: MaskMeaning) -> Problem {
     ))
 }
 
+/// Where a folder of masks may have that of the photograph with this path in it.
+pub(crate) fn names_in_folder(photograph: PathBuf) -> [PathBuf; 3] {
+    let with_png = PathBuf::from(format!("{}.png", photograph.display()));
+    [photograph.with_extension("png"), with_png, photograph]
+}
+
+/// Names of masks beside a photograph.
+pub(crate) fn names_beside(stem: &str) -> [String; 2] {
+    [format!("{stem}.mask.png"), format!("{stem}_mask.png")]
+}
+
 /// The mask at one of the places where tools put it.
 fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, StatedMask)> {
     let root = parsed.root.folder();
@@ -104,12 +115,10 @@ fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, Stat
     let name = image.file_name()?.to_str()?;
     let in_folder = |folder: &str, stated: StatedMask| {
         let in_masks = [inside, below_first.as_path()].map(|relative| root.join(folder).join(relative));
-        in_masks.into_iter().flat_map(move |path| {
-            let with_png = PathBuf::from(format!("{}.png", path.display()));
-            [path.with_extension("png"), with_png, path].map(|path| (path, stated))
-        })
+        in_masks.into_iter().flat_map(move |path| names_in_folder(path).map(|path| (path, stated)))
     };
-    let beside = [format!("{stem}.mask.png"), format!("{stem}_mask.png"), format!("{name}.mask.png")];
+    let [first, second] = names_beside(stem);
+    let beside = [first, second, format!("{name}.mask.png")];
     let glass = in_folder("glass_masks", StatedMask::Known(MaskMeaning::Refractive));
     let open = beside.map(|n| (folder.join(n), StatedMask::Open));
     let candidates = glass.chain(in_folder("masks", StatedMask::Open)).chain(open);

@@ -5,11 +5,11 @@ use crate::image::bad_pixel;
 use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, jpeg, limits};
 use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;
-use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader, Limits};
+use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
-use std::fs::File;
-use std::io::Read;
+use std::io::{self, BufRead, Cursor, Seek};
 use std::path::Path;
+use std::sync::Arc;
 
 /// What an image file says about itself before it is decoded.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,18 @@ pub fn load_photo(view: &View) -> Result<Photo, DataError> {
     }
     let mask = mask.as_deref().map(|mask| load_mask(mask, path, expected)).transpose()?;
     Ok(Photo::new(to_image(path, decoded)?, mask))
+}
+
+/// The mask of a view as [`load_photo`] gives it, without the pixels of the image.
+pub fn load_mask_of(view: &View) -> Result<Option<Arc<Mask>>, DataError> {
+    match &view.source {
+        PhotoSource::Memory(photo) => Ok(photo.mask.clone()),
+        PhotoSource::Files { mask: None, .. } => Ok(None),
+        PhotoSource::Files { image, mask: Some(mask) } => {
+            let expected = Size { width: view.camera.width, height: view.camera.height };
+            load_mask(mask, image, expected).map(|mask| Some(Arc::new(mask)))
+        }
+    }
 }
 
 impl Dataset {
@@ -170,10 +182,21 @@ pub(crate) fn upright_mask(path: &Path, photograph: &Path) -> Result<Mask, DataE
 
 /// The file's decoder, checked against the pixel limit, and its orientation tag.
 fn open(path: &Path) -> Result<(impl ImageDecoder, Orientation), DataError> {
-    let unreadable = |source| DataError::Read { path: path.to_owned(), source };
+    decoder(path, ImageReader::open(path).map_err(unreadable(path))?)
+}
+
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> DataError {
+    let path = path.to_owned();
+    move |source| DataError::Read { path, source }
+}
+
+/// The same of what is read from the file at `path`.
+fn decoder(
+    path: &Path,
+    reader: ImageReader<impl BufRead + Seek + 'static>,
+) -> Result<(impl ImageDecoder, Orientation), DataError> {
     let broken = |source| DataError::Decode { path: path.to_owned(), source };
-    let mut reader =
-        ImageReader::open(path).map_err(unreadable)?.with_guessed_format().map_err(unreadable)?;
+    let mut reader = reader.with_guessed_format().map_err(unreadable(path))?;
     let mut allowed = Limits::default();
     allowed.max_alloc = Some(limits::IMAGE_PIXELS * 16 + (64 << 20)); // RGBA f32 and the decoder's own tables
     reader.limits(allowed);
@@ -191,8 +214,13 @@ fn open(path: &Path) -> Result<(impl ImageDecoder, Orientation), DataError> {
 
 /// The pixels, turned upright unless only the stored size is the `expected` one.
 fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError> {
-    let (decoder, orientation) = open(path)?;
-    check_jpeg(path)?;
+    let content: Arc<[u8]> = limits::read(path, limits::BINARY_BYTES)?.into();
+    let mut reader = ImageReader::new(Cursor::new(Arc::clone(&content)));
+    if let Ok(format) = ImageFormat::from_path(path) {
+        reader.set_format(format); // what the content does not show
+    }
+    let (decoder, orientation) = decoder(path, reader)?;
+    jpeg::check(&content).map_err(|fault| DataError::Jpeg { path: path.to_owned(), fault })?;
     let (width, height) = decoder.dimensions();
     let mut image = DynamicImage::from_decoder(decoder)
         .map_err(|source: ImageError| DataError::Decode { path: path.to_owned(), source })?;
@@ -202,18 +230,6 @@ fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError
         image.apply_orientation(orientation);
     }
     Ok(image)
-}
-
-/// Refuses a JPEG that lacks pixels.
-fn check_jpeg(path: &Path) -> Result<(), DataError> {
-    let unreadable = |source| DataError::Read { path: path.to_owned(), source };
-    let mut start = [0; jpeg::START.len()];
-    let length = File::open(path).and_then(|mut file| file.read(&mut start)).map_err(unreadable)?;
-    if start[..length] != jpeg::START {
-        return Ok(());
-    }
-    let content = limits::read(path, limits::BINARY_BYTES)?;
-    jpeg::check(&content).map_err(|fault| DataError::Jpeg { path: path.to_owned(), fault })
 }
 
 fn swaps_axes(orientation: Orientation) -> bool {

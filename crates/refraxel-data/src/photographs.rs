@@ -46,7 +46,7 @@ impl Photographs {
         all.retain(|name| !name.starts_with('.') && folder.join(name).is_file());
         let masks: Vec<String> = all
             .iter()
-            .filter_map(|name| Some(beside(Path::new(name).file_stem()?.to_str()?)))
+            .filter_map(|name| Some(masks::names_beside(Path::new(name).file_stem()?.to_str()?)))
             .flatten()
             .collect();
         let unread = all.iter().filter(|name| has_extension(name, &UNREAD)).cloned().collect();
@@ -71,20 +71,15 @@ impl Photographs {
     /// The mask of a photograph: in the folder of masks, else beside it.
     pub fn mask(&self, folder: Option<&Path>, name: &str) -> Option<PathBuf> {
         let stem = Path::new(name).file_stem()?.to_str()?;
-        let beside = || beside(stem).map(|name| self.folder.join(name)).into_iter().find(|p| p.is_file());
+        let beside =
+            || masks::names_beside(stem).map(|name| self.folder.join(name)).into_iter().find(|p| p.is_file());
         folder.and_then(|folder| mask_in(folder, name)).or_else(beside)
     }
 }
 
-fn beside(stem: &str) -> [String; 2] {
-    [format!("{stem}.mask.png"), format!("{stem}_mask.png")]
-}
-
 /// `STEM.png`, `NAME.png` or `NAME` in a folder of masks.
 fn mask_in(folder: &Path, name: &str) -> Option<PathBuf> {
-    let path = folder.join(name);
-    let candidates = [path.with_extension("png"), folder.join(format!("{name}.png")), path];
-    candidates.into_iter().find(|p| p.is_file())
+    masks::names_in_folder(folder.join(name)).into_iter().find(|p| p.is_file())
 }
 
 fn has_extension(name: &str, extensions: &[&str]) -> bool {
@@ -124,16 +119,7 @@ pub fn meaning_shown(masks: &[&Path]) -> Result<MaskMeaning, DataError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn folder_with(files: &[&str]) -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        for file in files {
-            let path = folder.path().join(file);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, b"x").unwrap();
-        }
-        folder
-    }
+    use crate::root::tests::folder_with;
 
     #[test]
     fn photographs_are_sorted_and_masks_and_hidden_files_are_none() {

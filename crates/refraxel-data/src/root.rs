@@ -102,14 +102,15 @@ fn outside(stated: &str, by: Statement<'_>) -> DataError {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     fn by() -> Statement<'static> {
         Statement { path: Path::new("transforms.json"), key: "frames[0].file_path" }
     }
 
-    fn folder_with(files: &[&str]) -> tempfile::TempDir {
+    /// A folder that holds these files.
+    pub(crate) fn folder_with(files: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for file in files {
             let path = folder.path().join(file);

@@ -1,5 +1,7 @@
 //! Commands as a shell reads them, for people to copy.
 
+use std::path::Path;
+
 /// A word that a POSIX shell takes as it is: quoted where it has to be.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+=./:,@%".contains(c);
@@ -8,6 +10,11 @@ pub fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
     }
+}
+
+/// A path as such a word.
+pub fn quoted_path(path: &Path) -> String {
+    quoted(&path.display().to_string())
 }
 
 #[cfg(test)]

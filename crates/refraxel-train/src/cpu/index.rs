@@ -38,7 +38,8 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
 
 /// Index samples of the tapes that are left out.
 pub(super) fn overflows(tapes: &[Tape]) -> u64 {
-    tapes.iter().flat_map(|tape| &tape.index_samples).filter(|sample| has_overflowed(sample)).count() as u64
+    let of = |tape: &Tape| tape.index_samples.iter().filter(|sample| has_overflowed(sample)).count() as u64;
+    tapes.par_iter().map(of).sum()
 }
 
 fn has_overflowed(sample: &IndexSample) -> bool {

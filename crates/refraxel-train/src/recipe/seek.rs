@@ -23,11 +23,11 @@ use crate::cancel::Cancelled;
 use crate::events::Watch;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
-use crate::rays::{RaySampler, pixel_ray};
+use crate::rays::{RaySampler, cells, pixel_ray};
 use crate::recipe::Known;
 use crate::recipe::ground::Ground;
 use crate::schedule::training_marching;
-use evidence::{Evidence, cell_edge, look, outlines, silhouettes};
+use evidence::{Evidence, cell_edge, coarse, look, outlines, silhouettes};
 use hull::{Carved, bodies};
 use rayon::prelude::*;
 use refine::{Refining, Votes};
@@ -189,14 +189,12 @@ pub(crate) fn masks(found: &[Gate], sampler: &RaySampler) -> Vec<Option<Mask>> {
 /// The mask of what was found in a view, in squares of `edge` pixels. What stands before it is not left out.
 pub fn mask(found: &[Gate], camera: &Camera, edge: f64) -> Mask {
     let (width, height) = (camera.width, camera.height);
-    let cells = |n: u32| ((f64::from(n) / edge).round() as u32).clamp(1, n);
-    let coarse = camera.resized(cells(width), cells(height));
+    let coarse = coarse(camera, edge);
     let (across, down) = (coarse.width as usize, coarse.height as usize);
     let covers =
         |cell: usize| pixel_ray(&coarse, cell).is_some_and(|ray| found.iter().any(|gate| gate.admits(&ray)));
     let covered: Vec<u8> =
         (0..across * down).into_par_iter().map(|c| if covers(c) { 255 } else { 0 }).collect();
-    let (w, h) = (width as usize, height as usize);
-    let nearest = |pixel: usize| covered[pixel / w * down / h * across + pixel % w * across / w];
-    Mask { width, height, coverage: (0..w * h).map(nearest).collect() }
+    let coverage = cells([width as usize, height as usize], [across, down]).map(|(cell, _)| covered[cell]);
+    Mask { width, height, coverage: coverage.collect() }
 }

@@ -13,7 +13,7 @@ use crate::verbs::train::{Watch, session_failure};
 use anyhow::anyhow;
 use pointed::Pointed;
 use refraxel_data::{
-    Dataset, Mask, MaskMeaning, OpenOptions, Photo, PhotoSource, View, load_photo, scene_region,
+    Dataset, Mask, MaskMeaning, OpenOptions, Photo, PhotoSource, View, load_mask_of, load_photo, scene_region,
 };
 use refraxel_train::evaluation::truth;
 use refraxel_train::events::{Event, Task};
@@ -176,9 +176,7 @@ fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
 /// Options of a training that only seeks.
 fn options(args: &MaskArgs, data: &Dataset) -> Result<Options, Failure> {
     let mut options = Options::suited_to(scene_region(data).unbounded);
-    for setting in &args.settings {
-        options.set(&setting.key, &setting.value).or_exit(Exit::Usage)?;
-    }
+    super::options::set_all(&args.settings, &mut options)?;
     (options.refraction.bend, options.seek.enabled) = (Switch::On, Switch::On);
     options.run.stop_after = 0;
     options.checked().or_exit(Exit::Usage)
@@ -284,7 +282,7 @@ fn given(view: &View) -> Result<Option<Arc<Mask>>, Failure> {
     if !view.has_mask() || view.mask_meaning != MaskMeaning::Refractive {
         return Ok(None);
     }
-    Ok(load_photo(view).map_err(data_failure)?.mask)
+    load_mask_of(view).map_err(data_failure)
 }
 
 /// The photograph, dark beside what its mask shows.

@@ -20,7 +20,7 @@ pub mod train;
 use crate::cli::{ReadingArgs, WorkArgs};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
-use crate::shell::quoted;
+use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
@@ -98,7 +98,7 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
 /// Where poses are missing, the message says which command computes them.
 pub fn data_failure(error: DataError) -> Failure {
     if let DataError::NoPoses { path, .. } | DataError::Video { path } = &error {
-        let source = quoted(&path.display().to_string());
+        let source = quoted_path(path);
         let commands =
             format!("  refraxel import {source} --out scene\n  refraxel train scene --out run --minutes 10");
         return Failure::new(Exit::BadInput, anyhow!("{error}:\n{commands}"));

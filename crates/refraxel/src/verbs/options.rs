@@ -1,6 +1,6 @@
 //! The options of `refraxel train`: where they come from, and the list of all of them.
 
-use crate::cli::{self, Refraction, TrainArgs};
+use crate::cli::{self, Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
@@ -36,9 +36,7 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         renamed = options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
         options = options.checked().with_context(refused).or_exit(Exit::BadInput)?;
     }
-    for setting in &args.settings {
-        renamed.extend(options.set(&setting.key, &setting.value).or_exit(Exit::Usage)?);
-    }
+    renamed.extend(set_all(&args.settings, &mut options)?);
     for Renamed { former, now } in renamed {
         show.say(&format!("note: option `{former}` is now `{now}`"));
     }
@@ -48,6 +46,13 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         refuse_unused_index(&options)?;
     }
     Ok(options)
+}
+
+/// Takes every `--set`; the options among them that have another name now.
+pub fn set_all(settings: &[Setting], options: &mut Options) -> Result<Vec<Renamed>, Failure> {
+    let set = |s: &Setting| options.set(&s.key, &s.value).or_exit(Exit::Usage);
+    let renamed = settings.iter().map(set).collect::<Result<Vec<_>, Failure>>()?;
+    Ok(renamed.into_iter().flatten().collect())
 }
 
 /// A TOML file as a tree of values.

@@ -4,7 +4,7 @@ use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
 use crate::initial::{Occluders, Outlines, Silhouette};
-use crate::rays::{Picture, RaySampler, pixel_ray};
+use crate::rays::{Picture, RaySampler, cells, pixel_ray};
 use refraxel_core::grid::{Border, GaussianKernel};
 use refraxel_core::{Camera, Vec3};
 use refraxel_data::Mask;
@@ -18,15 +18,20 @@ const BLUR: (f32, usize) = (0.8, 2);
 /// Residual of cells that a mask shows to be refractive: as large as that of glass where straight rays fail most.
 const STATED: f32 = 0.3;
 
+/// The view with one pixel per cell of so many pixels.
+pub(super) fn coarse(camera: &Camera, edge: f64) -> Camera {
+    let cells = |n: u32| ((f64::from(n) / edge).round() as u32).clamp(1, n);
+    camera.resized(cells(camera.width), cells(camera.height))
+}
+
 /// Share of each cell that a mask covers.
-fn covered(mask: &Mask, [across, down]: [usize; 2]) -> Vec<f32> {
-    let [width, height] = [mask.width as usize, mask.height as usize];
-    let (mut sums, mut counts) = (vec![0.0_f32; across * down], vec![0.0_f32; across * down]);
-    for (pixel, coverage) in mask.coverage.iter().enumerate() {
-        let cell = pixel / width * down / height * across + pixel % width * across / width;
-        sums[cell] += f32::from(*coverage) / 255.0;
+fn covered(mask: &Mask, grid: [usize; 2]) -> Vec<f32> {
+    let full = [mask.width as usize, mask.height as usize];
+    let (mut sums, mut counts) = (vec![0.0_f32; grid[0] * grid[1]], vec![0.0_f32; grid[0] * grid[1]]);
+    cells(full, grid).for_each(|(cell, pixel)| {
+        sums[cell] += f32::from(mask.coverage[pixel]) / 255.0;
         counts[cell] += 1.0;
-    }
+    });
     sums.iter().zip(&counts).map(|(sum, count)| sum / count.max(1.0)).collect()
 }
 
@@ -67,9 +72,7 @@ pub(super) fn look(
 
 impl Evidence {
     fn new(backend: &impl Backend, picture: &Picture, edge: f64, marching: &Marching) -> Self {
-        let cells = |n: u32| ((f64::from(n) / edge).round() as u32).clamp(1, n);
-        let full = picture.camera;
-        let camera = full.resized(cells(full.width), cells(full.height));
+        let camera = coarse(picture.camera, edge);
         let size = [camera.width as usize, camera.height as usize];
         let rays: Vec<_> = (0..size[0] * size[1]).map(|cell| pixel_ray(&camera, cell)).collect();
         let asked: Vec<_> = rays.iter().flatten().copied().collect();

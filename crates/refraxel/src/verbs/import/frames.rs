@@ -6,7 +6,7 @@ use super::sharp::sharpest;
 use super::tools::{self, Video};
 use super::work::{WorkFolder, remove};
 use crate::exit::{Exit, Failure, OrExit};
-use crate::shell::quoted;
+use crate::shell::quoted_path;
 use crate::verbs::create_folder;
 use anyhow::{Context, anyhow};
 use std::fs;
@@ -60,7 +60,7 @@ impl Frames {
 
     /// The same for a shell, which finds out the length of the video where that is not known.
     pub fn line(&self, work: &Path) -> String {
-        let video = quoted(&self.video.display().to_string());
+        let video = quoted_path(&self.video);
         let length =
             format!("$(ffprobe -v error -show_entries format=duration -of default=nw=1:nk=1 {video})");
         let rate = format!("\"fps={}/{length}\"", self.count * self.group);

@@ -192,7 +192,7 @@ impl Plan {
         progress.finish("");
         let (names, meaning, left_out) = match &self.source {
             Source::Photographs(set) => (set.names(), set.meaning, set.unread.clone()),
-            Source::Video(_) => (image_names(&work)?, None, Vec::new()),
+            Source::Video(_) => (work::entries(&work.join("images"))?, None, Vec::new()),
         };
         // Masks of what to ignore were stored as masks of what to use.
         let meaning = meaning.map(|m| if m == MaskMeaning::Ignore { MaskMeaning::Keep } else { m });
@@ -310,16 +310,4 @@ fn opened(work: &WorkFolder, meaning: Option<MaskMeaning>, posed: usize) -> Resu
     }
     let text = format!("{}: {} views can be read; expected {posed}", work.path().display(), data.views.len());
     Err(Failure::new(Exit::BadInput, anyhow!(text)))
-}
-
-/// The photographs that were taken from a video.
-fn image_names(work: &WorkFolder) -> Result<Vec<String>, Failure> {
-    let images = work.join("images");
-    let read = fs::read_dir(&images)
-        .with_context(|| format!("cannot read {}", images.display()))
-        .or_exit(Exit::Io)?;
-    let mut names: Vec<String> =
-        read.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    Ok(names)
 }

@@ -4,7 +4,7 @@ use super::Source;
 use super::calls::{Call, Shared};
 use super::frames::Frames;
 use super::photos::PhotoSet;
-use crate::shell::quoted;
+use crate::shell::quoted_path;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -14,19 +14,19 @@ pub fn lines(source: &Source, calls: &[Call], work: &Path, out: &Path) -> Vec<St
         Source::Photographs(set) => copies(set, work),
         Source::Video(frames) => taken(frames, work),
     };
-    lines.push(format!("mkdir -p {}", shown(&work.join("sparse"))));
+    lines.push(format!("mkdir -p {}", quoted_path(&work.join("sparse"))));
     lines.extend(calls.iter().map(Call::to_string));
-    lines.push(format!("mv {} {}", shown(work), shown(out)));
+    lines.push(format!("mv {} {}", quoted_path(work), quoted_path(out)));
     lines
 }
 
 fn taken(frames: &Frames, work: &Path) -> Vec<String> {
     let (taken, images) = (work.join("frames"), work.join("images"));
     vec![
-        format!("mkdir -p {}", shown(&taken)),
+        format!("mkdir -p {}", quoted_path(&taken)),
         frames.line(work),
         format!("# refraxel keeps the sharpest of neighbouring frames, {} photographs", frames.count),
-        format!("mv {} {}", shown(&taken), shown(&images)),
+        format!("mv {} {}", quoted_path(&taken), quoted_path(&images)),
     ]
 }
 
@@ -38,18 +38,19 @@ fn copies(set: &PhotoSet, work: &Path) -> Vec<String> {
             // The names are those of the folder, so that a pattern for each extension finds all.
             let extensions: BTreeSet<_> =
                 set.photos.iter().filter_map(|photo| photo.file.extension()).collect();
-            let pattern = |e: &std::ffi::OsStr| format!("{}/*.{}", shown(&set.folder), e.to_string_lossy());
+            let pattern =
+                |e: &std::ffi::OsStr| format!("{}/*.{}", quoted_path(&set.folder), e.to_string_lossy());
             let patterns: Vec<String> = extensions.into_iter().map(pattern).collect();
-            lines.push(format!("mkdir -p {}", shown(&images)));
-            lines.push(format!("cp {} {}/", patterns.join(" "), shown(&images)));
+            lines.push(format!("mkdir -p {}", quoted_path(&images)));
+            lines.push(format!("cp {} {}/", patterns.join(" "), quoted_path(&images)));
         }
         Shared::InFolders => {
             let mut groups: BTreeMap<_, Vec<String>> = BTreeMap::new();
             for photo in &set.photos {
-                groups.entry(Path::new(&photo.name).parent()).or_default().push(shown(&photo.file));
+                groups.entry(Path::new(&photo.name).parent()).or_default().push(quoted_path(&photo.file));
             }
             for (size, files) in groups {
-                let folder = shown(&images.join(size.unwrap_or(Path::new(""))));
+                let folder = quoted_path(&images.join(size.unwrap_or(Path::new(""))));
                 lines.push(format!("mkdir -p {folder}"));
                 lines.push(format!("cp {} {folder}/", files.join(" ")));
             }
@@ -57,12 +58,8 @@ fn copies(set: &PhotoSet, work: &Path) -> Vec<String> {
     }
     lines.push("# refraxel turns copies upright where a photograph has an orientation tag".to_owned());
     if set.meaning.is_some() {
-        let masks = shown(&work.join("feature_masks/NAME.EXTENSION.png"));
+        let masks = quoted_path(&work.join("feature_masks/NAME.EXTENSION.png"));
         lines.push(format!("# refraxel writes {masks}: black where features must not be used"));
     }
     lines
-}
-
-fn shown(path: &Path) -> String {
-    quoted(&path.display().to_string())
 }

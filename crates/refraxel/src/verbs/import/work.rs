@@ -58,8 +58,8 @@ pub fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::new(Exit::BadInput, anyhow!(text)))
 }
 
-/// Names in a folder; none where there is no folder.
-fn entries(folder: &Path) -> Result<Vec<String>, Failure> {
+/// Names in a folder, sorted; none where there is no folder.
+pub fn entries(folder: &Path) -> Result<Vec<String>, Failure> {
     if folder.symlink_metadata().is_err() {
         return Ok(Vec::new());
     }
