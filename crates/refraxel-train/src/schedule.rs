@@ -34,19 +34,33 @@ impl Progress {
         }
     }
 
-    /// The same point of a run whose schedule stood still from `since` on, for this share of the run.
-    pub fn without(self, since: f64, share: f64) -> Self {
-        if self.0 <= since {
-            return self;
+    /// Where the schedule of a run stands that was held: from then on it goes to its end in the time that is left. Steps are
+    /// not held, for nothing but steps counts where there is no budget of time.
+    pub fn scheduled(options: &Options, step: u64, seconds: f64, held: Option<Held>) -> Self {
+        let budget = 60.0 * options.run.minutes;
+        match held {
+            Some(Held { at, until }) if budget > 0.0 => {
+                let done = (seconds - until).max(0.0) / (budget - until).max(f64::MIN_POSITIVE);
+                Self(at + (1.0 - at) * done.min(1.0))
+            }
+            _ => Self::of(options, step, seconds),
         }
-        let left = (1.0 - since) / (1.0 - since - share).max(f64::EPSILON);
-        Self((since + (self.0 - since - share).max(0.0) * left).min(1.0))
     }
 
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, options: &Options) -> u32 {
         (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(options, s)).unwrap_or(0)
     }
+}
+
+/// The schedule was held while something else than steps was done: a coarse grid must not end before it has learned.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Held {
+    /// Where it stood.
+    pub at: f64,
+    /// When it went on [s of training].
+    pub until: f64,
 }
 
 /// A point of a run.
@@ -256,12 +270,22 @@ mod tests {
 
     #[test]
     fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
-        let at = |p: f64| Progress(p).without(0.1, 0.3).0;
-        let points = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0].map(at);
-        let expected = [0.05, 0.1, 0.1, 0.1, 0.55, 1.0];
+        let mut c = Options::default();
+        c.run.minutes = 10.0 / 60.0;
+        let held = Some(Held { at: 0.1, until: 4.0 });
+        let at = |seconds: f64| Progress::scheduled(&c, 0, seconds, held).0;
+        let points = [1.0, 4.0, 7.0, 10.0].map(at);
+        let expected = [0.1, 0.1, 0.55, 1.0];
         assert!(points.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{points:?}");
-        assert_eq!(Progress(0.25).without(0.25, 0.0), Progress(0.25));
-        assert!(Progress(0.9).without(0.1, 2.0).0 <= 1.0, "a budget that became smaller");
+        // Held once more: it goes on from there.
+        let twice = Some(Held { at: at(7.0), until: 8.5 });
+        let after = [8.5, 9.25, 10.0].map(|s| Progress::scheduled(&c, 0, s, twice).0);
+        assert!(after.iter().zip([0.55, 0.775, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{after:?}");
+        assert_eq!(Progress::scheduled(&c, 0, 2.5, None), Progress(0.25));
+        let late = Progress::scheduled(&c, 0, 30.0, Some(Held { at: 0.2, until: 20.0 }));
+        assert_eq!(late, Progress(1.0), "a budget that became smaller");
+        (c.run.minutes, c.run.steps) = (0.0, 100);
+        assert_eq!(Progress::scheduled(&c, 25, 9.0, held), Progress(0.25), "steps are not held");
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {

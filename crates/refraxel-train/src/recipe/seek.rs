@@ -144,7 +144,7 @@ fn moments(views: &[&Evidence], gate: &Gate) -> [[f64; 3]; 2] {
     let of = |view: &&Evidence| {
         let mut sums = [[0.0_f64; 3]; 2];
         for (cell, residual) in view.residual.iter().enumerate().filter(|(cell, _)| view.counts(*cell)) {
-            let covered = pixel_ray(&view.camera, cell).is_some_and(|ray| gate.admits(&ray));
+            let covered = view.rays[cell].is_some_and(|ray| gate.admits(&ray));
             if covered || view.shows_something(cell) {
                 let r = f64::from(*residual);
                 (0..3).for_each(|k| sums[usize::from(covered)][k] += r.powi(k as i32));

@@ -17,7 +17,7 @@ use crate::checkpoint::{self, CheckpointError, TensorFile};
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
-use crate::schedule::{Phase, Progress};
+use crate::schedule::{Held, Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
 use header::Header;
@@ -41,7 +41,10 @@ pub struct State {
     /// What the run is busy with.
     #[serde(default, alias = "act")]
     pub phase: Phase,
-    /// Share of the schedule after which rays bent, once they do: it stands still while that is decided.
+    /// Where the schedule was held for the last time, and until when.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<Held>,
+    /// Share of the schedule after which rays bent, once they do: it is held while that is decided.
     #[serde(default)]
     pub bends_since: Option<f64>,
     /// Looks for refractive things without masks.
@@ -87,6 +90,7 @@ impl Default for State {
             step: 0,
             stage: 0,
             phase: Phase::Straight,
+            held: None,
             bends_since: None,
             looks: Looks::default(),
             stays_straight: false,

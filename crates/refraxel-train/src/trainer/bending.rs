@@ -13,14 +13,14 @@ use refraxel_core::radiance::clearcoat::Clearcoat;
 
 impl<B: Backend> Trainer<B> {
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
-    pub(super) fn begin_bending(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+    pub(super) fn begin_bending(&mut self, now: Progress, watch: &mut Watch) -> Result<(), TrainError> {
         self.good = None; // the copy made here takes its place
         let before = self.copy();
         let mut events = Vec::new();
         match self.try_to_bend(&mut events, watch) {
             Ok(Decision { stays: None, verdict }) => {
                 self.state.verdict = verdict;
-                self.state.bends_since = Some(self.scheduled().0);
+                self.state.bends_since = Some(now.0);
                 drop(before); // never three copies
             }
             Ok(Decision { stays: Some(why), verdict }) => {
@@ -35,6 +35,7 @@ impl<B: Backend> Trainer<B> {
                 return Err(problem.into());
             }
         }
+        self.hold_schedule(now);
         self.sampler.give_back();
         self.events.append(&mut events);
         self.keep_good_state();

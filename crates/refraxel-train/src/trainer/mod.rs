@@ -22,7 +22,7 @@ use crate::rays::{RaySampler, Selection};
 use crate::recipe::Hints;
 use crate::run::State;
 use crate::schedule::{
-    Moment, Phase, Progress, mask_ray_fraction, objective, stage_domain, training_marching,
+    Held, Moment, Phase, Progress, mask_ray_fraction, objective, stage_domain, training_marching,
 };
 use recovery::Good;
 use refraxel_core::BrickMap;
@@ -153,13 +153,16 @@ impl<B: Backend> Trainer<B> {
         Progress::of(&self.options, self.state.step, self.seconds())
     }
 
-    /// Where the schedule stands. Its clock stands still while hypotheses are searched and race: a coarse grid must not end
-    /// before it has learned what is inside masks.
+    /// Where the schedule stands. Its clock stands still while glass is sought, and while hypotheses are searched and race.
     fn scheduled(&self) -> Progress {
-        let seconds = 60.0 * self.options.run.minutes;
-        let decision = self.state.verdict.as_ref().filter(|_| seconds > 0.0);
-        let progress = self.progress();
-        decision.map_or(progress, |v| progress.without(v.progress, v.seconds / seconds))
+        Progress::scheduled(&self.options, self.state.step, self.seconds(), self.state.held)
+    }
+
+    /// The schedule goes on from where it stood.
+    fn hold_schedule(&mut self, at: Progress) {
+        if self.options.run.minutes > 0.0 {
+            self.state.held = Some(Held { at: at.0, until: self.seconds() });
+        }
     }
 
     /// Seconds spent training, over all resumptions.
@@ -207,10 +210,10 @@ impl<B: Backend> Trainer<B> {
             self.next_stage(watch)?;
         }
         if self.is_about_to_look(progress) {
-            self.look(watch)?;
+            self.look(progress, watch)?;
         }
         if self.is_about_to_bend(progress) {
-            self.begin_bending(watch)?;
+            self.begin_bending(progress, watch)?;
         }
         let moment = Moment { progress, bends_since: self.state.bends_since, bends: self.bends() };
         self.enter(moment.phase(&self.options), watch);

@@ -71,7 +71,7 @@ impl<B: Backend> Trainer<B> {
 
     /// A look at all photographs. What it finds is cleared, and rays keep clear of it from now on; where it finds nothing, rays
     /// stay straight.
-    pub(super) fn look(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+    pub(super) fn look(&mut self, now: Progress, watch: &mut Watch) -> Result<(), TrainError> {
         if self.sampler.is_one_place() {
             self.stay_straight(StayReason::OnePlace, watch);
             return Ok(());
@@ -81,6 +81,7 @@ impl<B: Backend> Trainer<B> {
         let (sampler, options, near) = (&self.sampler, &self.options, self.plan.near);
         let known = Known { sampler, options, near, index: None, progress: self.progress() };
         let Some(found) = seek(&self.backend, &known, &self.hints(), self.sought.as_ref(), watch)? else {
+            self.hold_schedule(now);
             return self.nothing_found(watch);
         };
         let pixels = self.go_on_with(Some(found.gate));
@@ -90,6 +91,7 @@ impl<B: Backend> Trainer<B> {
             watch,
         );
         self.clear_found(found.ground.as_ref());
+        self.hold_schedule(now);
         self.keep_good_state();
         Ok(())
     }

@@ -63,6 +63,21 @@ impl Distortion {
     /// True when the map keeps its orientation all the way from the centre to `q`, so that no other point nearer to
     /// the centre on the same spoke has the same image.
     pub fn one_to_one_up_to(&self, [u, v]: [f64; 2]) -> bool {
+        self.is_mild(u * u + v * v) || self.keeps_orientation([u, v])
+    }
+
+    /// Whether the derivative differs from the identity by less than 1 in norm everywhere within a radius. It then keeps its
+    /// orientation: its symmetric part is positive definite. Sufficient, and cheaper than looking:
+    /// Σ (2i + 1) |kᵢ| r²ⁱ + (8 (|p1| + |p2|) + 2 (|s1| + |s2|)) r bounds the norm.
+    fn is_mild(&self, r2: f64) -> bool {
+        let [k1, k2, k3, k4] = self.radial.map(f64::abs);
+        let radial = r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * (7.0 * k3 + r2 * 9.0 * k4)));
+        let [p, s] = [self.p, self.s].map(|[a, b]| a.abs() + b.abs());
+        self.denominator == [0.0; 3] && radial + (8.0 * p + 2.0 * s) * r2.sqrt() < 1.0
+    }
+
+    /// Whether the derivative keeps its orientation at points from the centre to `q`.
+    fn keeps_orientation(&self, [u, v]: [f64; 2]) -> bool {
         (0..=FOLD_SAMPLES).all(|i| {
             let t = i as f64 / FOLD_SAMPLES as f64;
             let (_, j) = self.apply([t * u, t * v]);
@@ -136,6 +151,31 @@ mod tests {
                 assert!((j[row][column] - difference).abs() < 1e-9, "entry ({row}, {column})"); // h² third derivative
             }
         }
+    }
+
+    #[test]
+    fn what_is_called_mild_keeps_its_orientation() {
+        let mut mild = 0;
+        for k in 0..4000 {
+            // Coefficients and points that cover −½..½ evenly, by the golden ratio and its relatives.
+            let at = |i: i32| (f64::from(k) * 1.220_744_084_605_76_f64.powi(-i)).fract() - 0.5;
+            let distortion = Distortion {
+                radial: [at(1), at(2), at(3), at(4)],
+                denominator: [0.0; 3],
+                p: [0.2 * at(5), 0.2 * at(6)],
+                s: [0.2 * at(7), 0.2 * at(8)],
+            };
+            let [u, v] = [2.0 * at(9), 2.0 * at(10)];
+            if distortion.is_mild(u * u + v * v) {
+                mild += 1;
+                assert!(distortion.keeps_orientation([u, v]), "{distortion:?} at {u}, {v}");
+            }
+        }
+        assert!((400..3600).contains(&mild), "{mild}");
+        let barrel = Distortion { radial: [-0.4, 0.0, 0.0, 0.0], ..Distortion::default() };
+        assert!(barrel.one_to_one_up_to([0.6, 0.6]) && !barrel.one_to_one_up_to([0.8, 0.8]));
+        let rational = Distortion { denominator: [0.1, 0.0, 0.0], ..Distortion::default() };
+        assert!(!rational.is_mild(0.01), "only looked at");
     }
 
     #[test]

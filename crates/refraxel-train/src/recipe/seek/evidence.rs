@@ -5,8 +5,9 @@ use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
 use crate::initial::{Occluders, Outlines, Silhouette};
 use crate::rays::{Picture, RaySampler, cells, pixel_ray};
+use rayon::prelude::*;
 use refraxel_core::grid::{Border, GaussianKernel};
-use refraxel_core::{Camera, Vec3};
+use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_data::Mask;
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ fn covered(mask: &Mask, grid: [usize; 2]) -> Vec<f32> {
 pub(super) struct Evidence {
     /// The view, with one pixel per cell.
     pub camera: Camera,
+    /// The ray through the middle of each cell; none where the lens shows nothing.
+    pub rays: Vec<Option<Ray<f32>>>,
     /// Per cell how far what straight rays show is from the photograph: the root mean square over the channels of their
     /// difference, of means over the cell. Fine texture that the field does not resolve yet vanishes in the means. Where the view
     /// has a mask, the mask says it.
@@ -74,7 +77,8 @@ impl Evidence {
     fn new(backend: &impl Backend, picture: &Picture, edge: f64, marching: &Marching) -> Self {
         let camera = coarse(picture.camera, edge);
         let size = [camera.width as usize, camera.height as usize];
-        let rays: Vec<_> = (0..size[0] * size[1]).map(|cell| pixel_ray(&camera, cell)).collect();
+        let rays: Vec<_> =
+            (0..size[0] * size[1]).into_par_iter().map(|cell| pixel_ray(&camera, cell)).collect();
         let asked: Vec<_> = rays.iter().flatten().copied().collect();
         let mut seen = backend.render(&asked, marching, Layers::All).into_iter();
         let means = picture.means(size);
@@ -98,7 +102,7 @@ impl Evidence {
             Some(covered) => covered.into_iter().map(|share| STATED * share).collect(),
             None => (0..rays.len()).map(of).collect(),
         };
-        Self { camera, residual, beyond }
+        Self { camera, rays, residual, beyond }
     }
 
     /// The cells whose residual is above a threshold, as a mask with what hides things.

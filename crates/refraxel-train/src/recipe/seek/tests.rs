@@ -17,14 +17,16 @@ fn views(explained: f64) -> Vec<Evidence> {
         let (r, angle) = ((1.0 - z * z).sqrt(), f64::from(k) * 2.399_963);
         let eye = vec3(r * angle.cos(), r * angle.sin(), z) * 4.0;
         let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.7, [48, 48]);
+        let rays: Vec<_> = (0..48 * 48).map(|cell| pixel_ray(&camera, cell)).collect();
         let residual = |cell: usize| {
             let u = random.uniform(u64::from(k), cell as u64);
-            let ray = pixel_ray(&camera, cell).unwrap();
+            let ray = rays[cell].unwrap();
             let foot = ray.at(-ray.origin.dot(ray.direction));
             let unexplained = if foot.length() < RADIUS { u > explained } else { u > 0.9 };
             if unexplained { 0.2 } else { 0.02 }
         };
-        Evidence { camera, residual: (0..48 * 48).map(residual).collect(), beyond: vec![9.0; 48 * 48] }
+        let residual = (0..48 * 48).map(residual).collect();
+        Evidence { camera, rays, residual, beyond: vec![9.0; 48 * 48] }
     };
     (0..40).map(view).collect()
 }

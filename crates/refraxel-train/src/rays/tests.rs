@@ -1,0 +1,69 @@
+//! Which rays are drawn.
+
+use super::*;
+use refraxel_core::vec3;
+use refraxel_data::{Image, Pixels};
+
+fn view(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
+    let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
+    camera.lens = lens;
+    let view = View { mask_meaning: meaning, ..View::of_file("a.png", camera) };
+    let pixels = Pixels::U8((0..32).map(|v| v * 8).collect());
+    let image = Image { width: 4, height: 2, channels: 4, pixels };
+    (view, Photo::new(image, mask.map(|coverage| Mask { width: 4, height: 2, coverage })))
+}
+
+fn sampler(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> RaySampler {
+    let (view, photo) = view(lens, meaning, mask);
+    RaySampler::new(vec![view], vec![photo], Backdrop::Transparent, 5)
+}
+
+#[test]
+fn tables_of_directions_give_the_cameras_rays() {
+    let lens = Lens::OpenCv { k: [0.05, -0.01, 0.0, 0.0], p: [0.001, 0.0] };
+    let s = sampler(lens, MaskMeaning::Keep, None);
+    for pixel in 0..8 {
+        let (table, exact) = (s.views[0].ray(pixel).unwrap(), pixel_ray(&s.views[0].camera, pixel).unwrap());
+        assert!((table.direction - exact.direction).length() < 1e-6);
+    }
+}
+
+#[test]
+fn masked_pixels_are_never_drawn() {
+    let mask = vec![255, 0, 0, 255, 0, 0, 0, 0];
+    let s = sampler(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
+    let allowed = [0, 3].map(|p| pixel_ray(&s.views[0].camera, p).unwrap());
+    let batch = s.batch(0, 200, Selection::All);
+    assert!(batch.rays.len() > 190 && batch.rays.iter().all(|r| allowed.contains(r)));
+}
+
+#[test]
+fn rays_can_be_drawn_outside_or_mostly_inside_refractive_masks() {
+    let mask = vec![255, 0, 0, 0, 255, 20, 0, 0];
+    let s = sampler(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
+    let of = |pixels: &[usize], batch: &Batch| {
+        let rays: Vec<_> = pixels.iter().map(|&p| pixel_ray(&s.views[0].camera, p).unwrap()).collect();
+        batch.rays.iter().filter(|r| rays.contains(r)).count() as f64 / batch.rays.len() as f64
+    };
+    assert_eq!(of(&[3, 7], &s.batch(0, 200, Selection::Outside(1))), 1.0);
+    assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.6))) - 0.6).abs() < 0.03);
+    assert!((of(&[0, 4], &s.batch(0, 4000, Selection::Inside(0.1))) - 0.25).abs() < 0.03);
+}
+
+#[test]
+fn transparent_pixels_show_the_random_background() {
+    let batch = sampler(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
+    assert_eq!(batch.behind.len(), batch.rays.len());
+    // Pixel 0 has alpha 24/255: mostly background.
+    let first = pixel_ray(&sampler(Lens::Pinhole, MaskMeaning::Keep, None).views[0].camera, 0).unwrap();
+    let k = batch.rays.iter().position(|r| *r == first).unwrap();
+    let a = 24.0 / 255.0;
+    assert!((batch.target[k][0] - batch.behind[k][0] * (1.0 - a)).abs() < 1e-6);
+}
+
+#[test]
+fn a_batch_is_a_function_of_seed_and_step() {
+    let s = sampler(Lens::Pinhole, MaskMeaning::Keep, None);
+    assert_eq!(s.batch(4, 50, Selection::All).rays, s.batch(4, 50, Selection::All).rays);
+    assert_ne!(s.batch(4, 50, Selection::All).offset, s.batch(5, 50, Selection::All).offset);
+}
