@@ -111,7 +111,7 @@ fn views(frames: &[Frame], cameras: Vec<Camera>, masks: Vec<Option<MaskFile>>) -
     let view = |frame: &Frame, name: String, camera: Camera, mask: Option<MaskFile>| {
         let mask_meaning = mask.as_ref().map_or(MaskMeaning::Keep, |m| m.meaning);
         let image = frame.image.clone().unwrap_or_default();
-        let source = PhotoSource::Files { image, mask: mask.map(|m| m.path) };
+        let source = PhotoSource::Files { image, mask: mask.map(|m| m.path), stored: None };
         View { name, source, mask_meaning, camera }
     };
     let parts = frames.iter().zip(names(frames)).zip(cameras.into_iter().zip(masks));

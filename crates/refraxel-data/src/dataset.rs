@@ -56,6 +56,8 @@ pub enum PhotoSource {
         image: PathBuf,
         /// The mask, where there is one.
         mask: Option<PathBuf>,
+        /// Width and height of the files [pixel], where the view [has fewer](Dataset::reduce).
+        stored: Option<[u32; 2]>,
     },
     /// In memory.
     Memory(Photo),
@@ -66,7 +68,7 @@ impl View {
     pub fn of_file(image: impl Into<PathBuf>, camera: Camera) -> Self {
         let image = image.into();
         let name = image.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let source = PhotoSource::Files { image, mask: None };
+        let source = PhotoSource::Files { image, mask: None, stored: None };
         Self { name, source, mask_meaning: MaskMeaning::Keep, camera }
     }
 

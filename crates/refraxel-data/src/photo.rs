@@ -2,6 +2,7 @@
 
 use crate::error::Size;
 use crate::image::bad_pixel;
+use crate::reduce::size_of;
 use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, jpeg, limits};
 use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;
@@ -29,18 +30,25 @@ pub(crate) struct Header {
 /// Of files, an EXIF orientation is obeyed, except where the camera has the size of the stored, unturned pixels. EXR is
 /// linear and premultiplied by definition; it is divided by its alpha and sRGB-encoded.
 pub fn load_photo(view: &View) -> Result<Photo, DataError> {
-    let (path, mask) = match &view.source {
+    let (path, mask, stored) = match &view.source {
         PhotoSource::Memory(photo) => return Ok(photo.clone()),
-        PhotoSource::Files { image, mask } => (image, mask),
+        PhotoSource::Files { image, mask, stored } => (image, mask, *stored),
     };
-    let expected = Size { width: view.camera.width, height: view.camera.height };
+    let expected = stored_size(view, stored);
     let decoded = decode(path, Some(expected))?;
     let found = Size { width: decoded.width(), height: decoded.height() };
     if found != expected {
         return Err(DataError::ImageSize { path: path.clone(), found, expected });
     }
     let mask = mask.as_deref().map(|mask| load_mask(mask, path, expected)).transpose()?;
-    Ok(Photo::new(to_image(path, decoded)?, mask))
+    let photo = Photo::new(to_image(path, decoded)?, mask);
+    Ok(if stored.is_some() { photo.reduced(size_of(&view.camera)) } else { photo })
+}
+
+/// The size of the files of a view.
+fn stored_size(view: &View, stored: Option<[u32; 2]>) -> Size {
+    let [width, height] = stored.unwrap_or(size_of(&view.camera));
+    Size { width, height }
 }
 
 /// The mask of a view as [`load_photo`] gives it, without the pixels of the image.
@@ -48,9 +56,10 @@ pub fn load_mask_of(view: &View) -> Result<Option<Arc<Mask>>, DataError> {
     match &view.source {
         PhotoSource::Memory(photo) => Ok(photo.mask.clone()),
         PhotoSource::Files { mask: None, .. } => Ok(None),
-        PhotoSource::Files { image, mask: Some(mask) } => {
-            let expected = Size { width: view.camera.width, height: view.camera.height };
-            load_mask(mask, image, expected).map(|mask| Some(Arc::new(mask)))
+        PhotoSource::Files { image, mask: Some(mask), stored } => {
+            let mask = load_mask(mask, image, stored_size(view, *stored))?;
+            let reduced = stored.map(|_| mask.reduced(size_of(&view.camera)));
+            Ok(Some(Arc::new(reduced.unwrap_or(mask))))
         }
     }
 }

@@ -5,7 +5,10 @@ mod fixture;
 use fixture::*;
 use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
 use refraxel_core::{Camera, vec3};
-use refraxel_data::{DataError, Photo, PhotoSource, Pixels, View, load_photo};
+use refraxel_data::{
+    Backdrop, DataError, Dataset, Format, Photo, PhotoSource, Pixels, Reduction, Split, View, load_mask_of,
+    load_photo,
+};
 use std::path::Path;
 
 fn view(folder: &Path, name: &str, width: u32, height: u32) -> View {
@@ -109,7 +112,7 @@ fn a_mask_of_another_size_names_both_sizes() {
     write_image(folder.path(), "m.png", 5, 3);
     let mut with_mask = view(folder.path(), "a.png", 4, 3);
     let (image, mask) = (folder.path().join("a.png"), Some(folder.path().join("m.png")));
-    with_mask.source = PhotoSource::Files { image, mask };
+    with_mask.source = PhotoSource::Files { image, mask, stored: None };
     let message = load_photo(&with_mask).unwrap_err().to_string();
     assert!(message.contains("the mask is 5x3") && message.contains("is 4x3"), "{message}");
 }
@@ -142,4 +145,52 @@ fn an_image_that_claims_to_be_huge_is_refused_before_it_is_decoded() {
     write_file(folder.path(), "a.png", png);
     let error = load_photo(&view(folder.path(), "a.png", 65535, 65535)).unwrap_err();
     assert!(matches!(error, DataError::TooLarge { found: 4_294_836_225, .. }), "{error}");
+}
+
+#[test]
+fn views_that_are_reduced_show_means_of_their_files_and_masks() {
+    let folder = tempfile::tempdir().unwrap();
+    let chequer =
+        RgbaImage::from_fn(6, 4, |x, y| Rgba([if (x + y) % 2 == 0 { 200 } else { 100 }, 0, 0, 255]));
+    DynamicImage::from(chequer).into_rgb8().save(folder.path().join("a.png")).unwrap();
+    let mask = ImageBuffer::from_fn(6, 4, |x, _| image::Luma([if x < 3 { 255_u8 } else { 0 }]));
+    mask.save(folder.path().join("m.png")).unwrap();
+    let mut whole = view(folder.path(), "a.png", 6, 4);
+    let (image, mask) = (folder.path().join("a.png"), Some(folder.path().join("m.png")));
+    whole.source = PhotoSource::Files { image, mask, stored: None };
+    let photo = load_photo(&whole).unwrap();
+    let in_memory = View { source: PhotoSource::Memory(photo), ..whole.clone() };
+    for from in [whole.clone(), in_memory] {
+        let mut data = dataset(vec![from]);
+        assert_eq!(data.reduce(&[0], Reduction::Divide(2)), 1);
+        assert_eq!(data.reduce(&[0], Reduction::Longest(3)), 0, "it is as small already");
+        let small = &data.views[0];
+        assert_eq!([small.camera.width, small.camera.height], [3, 2]);
+        assert_eq!(small.camera.focal[0], 0.5 * whole.camera.focal[0]);
+        let photo = load_photo(small).unwrap();
+        assert_eq!(photo.image.pixels, Pixels::U8([150, 0, 0].repeat(6)));
+        assert_eq!(photo.mask.unwrap().coverage, [255, 128, 0, 255, 128, 0]);
+        assert_eq!(load_mask_of(small).unwrap().unwrap().coverage, [255, 128, 0, 255, 128, 0]);
+    }
+    let mut again = dataset(vec![whole]);
+    again.reduce(&[0], Reduction::Longest(4));
+    again.reduce(&[0], Reduction::Divide(2));
+    let photo = load_photo(&again.views[0]).unwrap();
+    assert_eq!([photo.image.width, photo.image.height], [2, 2], "6 by 4 to 4 by 3 to 2 by 2");
+}
+
+fn dataset(views: Vec<View>) -> Dataset {
+    let split = Split { train: (0..views.len()).collect(), ..Split::default() };
+    Dataset {
+        root: None,
+        format: Format::Memory,
+        views,
+        split,
+        backdrop: Backdrop::Surroundings,
+        stated_box: None,
+        points: Vec::new(),
+        depth_range: None,
+        truth: None,
+        problems: Vec::new(),
+    }
 }

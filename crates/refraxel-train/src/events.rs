@@ -46,6 +46,15 @@ pub enum Event {
         /// Share of the pixels of all views inside masks from then on.
         pixels: f64,
     },
+    /// No masks say what is refractive, and straight rays explain everything.
+    NothingSought {
+        /// Number of the look, from 1.
+        look: u32,
+        /// Share of the variance of what straight rays do not explain that the best shape explains, 0 to 1.
+        separation: f64,
+        /// What it had to reach.
+        needed: f64,
+    },
     /// No masks say what is refractive, and something was found that straight rays do not explain.
     Sought {
         /// Number of the look, from 1.

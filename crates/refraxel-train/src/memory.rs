@@ -115,7 +115,7 @@ mod tests {
     /// A view of this size with a mask of what is refractive.
     fn masked(size: [u32; 2]) -> View {
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, size);
-        let source = PhotoSource::Files { image: "a.png".into(), mask: Some("m.png".into()) };
+        let source = PhotoSource::Files { image: "a.png".into(), mask: Some("m.png".into()), stored: None };
         View { source, mask_meaning: MaskMeaning::Refractive, ..View::of_file("a.png", camera) }
     }
 

@@ -34,17 +34,11 @@ impl Progress {
         }
     }
 
-    /// Where the schedule of a run stands that was held: from then on it goes to its end in the time that is left. Steps are
-    /// not held, for nothing but steps counts where there is no budget of time.
-    pub fn scheduled(options: &Options, step: u64, seconds: f64, held: Option<Held>) -> Self {
-        let budget = 60.0 * options.run.minutes;
-        match held {
-            Some(Held { at, until }) if budget > 0.0 => {
-                let done = (seconds - until).max(0.0) / (budget - until).max(f64::MIN_POSITIVE);
-                Self(at + (1.0 - at) * done.min(1.0))
-            }
-            _ => Self::of(options, step, seconds),
-        }
+    /// Where the schedule of a run stands that was held: from then on it goes to its end in what is left.
+    pub fn scheduled(self, held: Option<Held>) -> Self {
+        let Some(Held { at, until }) = held else { return self };
+        let done = (self.0 - until).max(0.0) / (1.0 - until).max(f64::EPSILON);
+        Self(at + (1.0 - at) * done.min(1.0))
     }
 
     /// The stage (from 0) that this point belongs to.
@@ -59,7 +53,7 @@ impl Progress {
 pub struct Held {
     /// Where it stood.
     pub at: f64,
-    /// When it went on [s of training].
+    /// The share of the run that was over when it went on.
     pub until: f64,
 }
 
@@ -270,22 +264,16 @@ mod tests {
 
     #[test]
     fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
-        let mut c = Options::default();
-        c.run.minutes = 10.0 / 60.0;
-        let held = Some(Held { at: 0.1, until: 4.0 });
-        let at = |seconds: f64| Progress::scheduled(&c, 0, seconds, held).0;
-        let points = [1.0, 4.0, 7.0, 10.0].map(at);
-        let expected = [0.1, 0.1, 0.55, 1.0];
-        assert!(points.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{points:?}");
+        let is_near =
+            |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+        let at = |p: f64, at: f64, until: f64| Progress(p).scheduled(Some(Held { at, until })).0;
+        let once = [0.1, 0.4, 0.7, 1.0].map(|p| at(p, 0.1, 0.4));
+        assert!(is_near(&once, &[0.1, 0.1, 0.55, 1.0]), "{once:?}");
         // Held once more: it goes on from there.
-        let twice = Some(Held { at: at(7.0), until: 8.5 });
-        let after = [8.5, 9.25, 10.0].map(|s| Progress::scheduled(&c, 0, s, twice).0);
-        assert!(after.iter().zip([0.55, 0.775, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{after:?}");
-        assert_eq!(Progress::scheduled(&c, 0, 2.5, None), Progress(0.25));
-        let late = Progress::scheduled(&c, 0, 30.0, Some(Held { at: 0.2, until: 20.0 }));
-        assert_eq!(late, Progress(1.0), "a budget that became smaller");
-        (c.run.minutes, c.run.steps) = (0.0, 100);
-        assert_eq!(Progress::scheduled(&c, 25, 9.0, held), Progress(0.25), "steps are not held");
+        let twice = [0.85, 0.925, 1.0].map(|p| at(p, once[2], 0.85));
+        assert!(is_near(&twice, &[0.55, 0.775, 1.0]), "{twice:?}");
+        assert_eq!(Progress(0.25).scheduled(None), Progress(0.25));
+        assert_eq!(at(1.0, 0.2, 2.0), 0.2, "a budget that became smaller");
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {

@@ -41,6 +41,11 @@ pub fn sentence(event: &Event) -> Option<String> {
                 "agree nowhere".to_owned()
             }
         ),
+        Event::NothingSought { look, separation, needed } => {
+            format!(
+                "no masks, look {look}: straight rays explain all (separation {separation:.3}, needed {needed})"
+            )
+        }
         Event::Sought { look, separation, pixels } => format!(
             "no masks, look {look}: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels

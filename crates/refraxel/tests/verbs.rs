@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::run::CHECKPOINT;
+use serde_json::Value;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -101,7 +102,7 @@ fn synth_writes_a_dataset_once() {
 }
 
 /// Tensors and state of a run, without the clock.
-fn content(run: &Path) -> (TensorFile, serde_json::Value) {
+fn content(run: &Path) -> (TensorFile, Value) {
     let mut file = TensorFile::load(&run.join(CHECKPOINT)).unwrap();
     file.header["state"]["seconds"] = 0.into();
     let header = std::mem::take(&mut file.header);
@@ -161,7 +162,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let straight = folder.path().join("straight");
     let off =
         train(&data, &straight, &[&options[..], &["--refraction", "off", "--json"]].concat()).done().json();
-    let inside = |run: &serde_json::Value| run["psnr_inside"].as_f64().unwrap();
+    let inside = |run: &Value| run["psnr_inside"].as_f64().unwrap();
     assert!(inside(&trained) > inside(&off) + 1.0, "{} {}", inside(&trained), inside(&off));
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
     assert!(
@@ -365,4 +366,38 @@ fn an_interrupt_saves_and_resume_goes_on() {
     assert_eq!(step(&run), saved + 7);
     let names: Vec<_> = std::fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".tmp")), "{names:?}");
+}
+
+#[test]
+fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let half = ["--downscale", "2", "--refraction", "off", "--set", "run.stop_after=20"];
+    let stopped = train(&data, &run, &half);
+    assert_eq!(stopped.code, 130, "{}", stopped.err);
+    let length = ["--refraction", "off", "--resume", "--set", "run.stop_after=0"];
+    let other = [&length[..], &["--downscale", "8"]].concat();
+    train(&data, &run, &other).refused(3, &["with --downscale 2", "leave --downscale out"]);
+    train(&data, &run, &length).done();
+    let picture = image::open(run.join("eval/test/r_0.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (8, 8));
+    refraxel(&["eval", path(&run), "--quiet"]).done();
+    train(&data, &folder.path().join("other"), &["--downscale", "40"]).refused(2, &["1 to 32", "64 or more"]);
+}
+
+#[test]
+fn a_look_that_finds_nothing_says_how_near_it_came() {
+    let data = photographs(12, |_| {});
+    let run = data.path().join("run");
+    train(data.path(), &run, &["--set", "seek.enabled=on"]).done();
+    let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
+    let events = log.lines().flat_map(|line| {
+        let record: Value = serde_json::from_str(line).unwrap();
+        record["events"].as_array().unwrap().clone()
+    });
+    let looks: Vec<Value> = events.filter(|event| event["event"] == "nothing_sought").collect();
+    assert_eq!(looks.len(), 1, "{log}");
+    assert!(looks[0]["separation"].as_f64() < looks[0]["needed"].as_f64(), "{}", looks[0]);
+    let shown = refraxel(&["inspect", path(&run), "--json"]).done().json();
+    assert_eq!(shown["rays"], "straight", "{shown}");
 }

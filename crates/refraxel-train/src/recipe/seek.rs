@@ -53,6 +53,19 @@ const BOUNDS: [f32; 8] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
 /// border of a thing must be cleared, too.
 const NEARLY: [f64; 2] = [0.85, 0.98];
 
+/// What a look saw.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    /// How well the best shape separates what is explained from what is not: [`Separation::share`].
+    pub separation: f64,
+    /// What straight rays cannot explain, if it separates well enough.
+    pub sought: Option<Sought>,
+}
+
+impl Seen {
+    const NOTHING: Self = Self { separation: 0.0, sought: None };
+}
+
 /// What straight rays cannot explain.
 #[derive(Clone, Debug)]
 pub(crate) struct Sought {
@@ -60,12 +73,10 @@ pub(crate) struct Sought {
     pub gate: Gate,
     /// What it stands on.
     pub ground: Option<Plane>,
-    /// How well it separates what is explained from what is not.
-    pub separation: Separation,
 }
 
-/// Looks at all photographs, for the first time or once more: what was found before is refined by what is seen now. `None`:
-/// straight rays explain them, or what they do not explain is nowhere in particular. With hints, something is there, however
+/// Looks at all photographs, for the first time or once more: what was found before is refined by what is seen now. Nothing is
+/// found where straight rays explain them, or where what they do not explain is nowhere in particular. With hints, something is there, however
 /// little it stands out.
 pub(crate) fn seek(
     backend: &impl Backend,
@@ -73,7 +84,7 @@ pub(crate) fn seek(
     hints: &Hints,
     before: Option<&Gate>,
     watch: &mut Watch,
-) -> Result<Option<Sought>, Cancelled> {
+) -> Result<Seen, Cancelled> {
     let (options, sampler) = (known.options, known.sampler);
     let marching = training_marching(options, known.near);
     let evidence = look(backend, sampler, options.seek.cells, &marching, watch)?;
@@ -82,7 +93,7 @@ pub(crate) fn seek(
         Some(gate) => Carved::of(gate, &bounds),
         None => best_hull(&evidence, &bounds, hints, watch)?,
     };
-    let Some(first) = first else { return Ok(None) };
+    let Some(first) = first else { return Ok(Seen::NOTHING) };
     let cell = sampler.pixel_size(first.bounds.center()) * cell_edge(sampler, options.seek.cells) as f32;
     let nodes = REFINED.1 * first.bounds.extent().max_element() / cell;
     let nodes = (nodes.round() as u32).clamp(NODES / 2, REFINED.0);
@@ -99,10 +110,11 @@ pub(crate) fn seek(
     }
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
     let enough = NEARLY[usize::from(clean)] * most;
-    let Some((separation, gate)) = tried.into_iter().find(|t| t.0.share >= enough) else { return Ok(None) };
-    let sought = Sought { gate, ground, separation };
+    let best = tried.into_iter().find(|t| t.0.share >= enough);
+    let Some((Separation { share: separation, .. }, gate)) = best else { return Ok(Seen::NOTHING) };
     let needed = if hints.is_empty() { options.seek.separation } else { 0.0 };
-    Ok(Some(sought).filter(|s| s.separation.share > 0.0 && s.separation.share >= needed))
+    let is_found = separation > 0.0 && separation >= needed;
+    Ok(Seen { separation, sought: is_found.then_some(Sought { gate, ground }) })
 }
 
 /// The hull to begin with.

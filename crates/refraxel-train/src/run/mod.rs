@@ -114,6 +114,9 @@ pub struct Source {
     pub mask_meaning: Option<String>,
     /// `--allow-outside`.
     pub allow_outside: bool,
+    /// `--downscale`: a [`Reduction`](refraxel_data::Reduction) as a number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub downscale: Option<u32>,
     /// `--index-from`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_from: Option<PathBuf>,

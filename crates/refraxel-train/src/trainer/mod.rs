@@ -155,13 +155,13 @@ impl<B: Backend> Trainer<B> {
 
     /// Where the schedule stands. Its clock stands still while glass is sought, and while hypotheses are searched and race.
     fn scheduled(&self) -> Progress {
-        Progress::scheduled(&self.options, self.state.step, self.seconds(), self.state.held)
+        self.progress().scheduled(self.state.held)
     }
 
-    /// The schedule goes on from where it stood.
+    /// The schedule goes on from where it stood. What is counted in steps takes none of them.
     fn hold_schedule(&mut self, at: Progress) {
         if self.options.run.minutes > 0.0 {
-            self.state.held = Some(Held { at: at.0, until: self.seconds() });
+            self.state.held = Some(Held { at: at.0, until: self.progress().0 });
         }
     }
 
@@ -212,6 +212,7 @@ impl<B: Backend> Trainer<B> {
         if self.is_about_to_look(progress) {
             self.look(progress, watch)?;
         }
+        let progress = self.scheduled(); // which a look holds
         if self.is_about_to_bend(progress) {
             self.begin_bending(progress, watch)?;
         }

@@ -80,16 +80,17 @@ impl<B: Backend> Trainer<B> {
         self.backend.refresh_occupancy(&marching);
         let (sampler, options, near) = (&self.sampler, &self.options, self.plan.near);
         let known = Known { sampler, options, near, index: None, progress: self.progress() };
-        let Some(found) = seek(&self.backend, &known, &self.hints(), self.sought.as_ref(), watch)? else {
+        let look = self.state.looks.count + 1;
+        let seen = seek(&self.backend, &known, &self.hints(), self.sought.as_ref(), watch)?;
+        let (separation, needed) = (seen.separation, self.options.seek.separation);
+        let Some(found) = seen.sought else {
+            self.note(Event::NothingSought { look, separation, needed }, watch);
             self.hold_schedule(now);
             return self.nothing_found(watch);
         };
         let pixels = self.go_on_with(Some(found.gate));
-        self.state.looks = Looks { count: self.state.looks.count + 1, step: self.state.step };
-        self.note(
-            Event::Sought { look: self.state.looks.count, separation: found.separation.share, pixels },
-            watch,
-        );
+        self.state.looks = Looks { count: look, step: self.state.step };
+        self.note(Event::Sought { look, separation, pixels }, watch);
         self.clear_found(found.ground.as_ref());
         self.hold_schedule(now);
         self.keep_good_state();

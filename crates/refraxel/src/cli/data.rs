@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use refraxel_data::MaskMeaning;
+use refraxel_data::{MaskMeaning, Reduction};
 
 use super::WorkArgs;
 use super::values::{Setting, minutes};
@@ -145,6 +145,11 @@ pub struct TrainArgs {
     /// Replace the run that RUN holds, with its scores and curves
     #[arg(long)]
     pub overwrite: bool,
+    /// Read the photographs with fewer pixels: 2 halves their edges, 1600 is the longer edge in pixels
+    ///
+    /// Pixels become means of the areas that they cover. Held-out photographs are reduced, too, and scored so.
+    #[arg(long, value_name = "N|PIXELS")]
+    pub downscale: Option<Reduction>,
     /// Aim for the best result within this wall-clock time
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub minutes: Option<f64>,

@@ -125,6 +125,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         config: None,
         resume: false,
         overwrite: true,
+        downscale: None,
         minutes: None,
         seed: Some(args.seed),
         work: args.work.clone(),

@@ -23,7 +23,7 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
-use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo};
+use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_train::run::Source;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -90,7 +90,28 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     };
     let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
     let path = run.source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;
-    Dataset::open(path, &options).map_err(data_failure)
+    let mut data = Dataset::open(path, &options).map_err(data_failure)?;
+    reduce(&mut data, run.source.downscale, path, Show::Nothing)?;
+    Ok(data)
+}
+
+/// Reads all photographs of the dataset at `path` with fewer pixels, where a run asks for it as a number.
+pub fn reduce(data: &mut Dataset, downscale: Option<u32>, path: &Path, show: Show) -> Result<(), Failure> {
+    let Some(number) = downscale else { return Ok(()) };
+    let context = || format!("the photographs of {} cannot be reduced by {number}", path.display());
+    let reduction = Reduction::try_from(number).with_context(context).or_exit(Exit::BadInput)?;
+    let size = |data: &Dataset| data.views.first().map(|v| format!("{}x{}", v.camera.width, v.camera.height));
+    let before = size(data);
+    let all: Vec<usize> = (0..data.views.len()).collect();
+    let count = data.reduce(&all, reduction);
+    let first =
+        before.zip(size(data)).map(|(from, to)| format!("; the first has {to} pixels instead of {from}"));
+    show.say(&format!(
+        "note: {count} of {} photographs are reduced{}, and scored so",
+        all.len(),
+        first.unwrap_or_default()
+    ));
+    Ok(())
 }
 
 /// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.

@@ -8,7 +8,7 @@ mod watch;
 
 use super::eval::evaluate;
 use super::interrupts::{cancel, keeps, watch_for_interrupts};
-use super::{absolute, create_folder, data_failure, open_options, options, set_threads, source_of};
+use super::{absolute, create_folder, data_failure, open_options, options, reduce, set_threads, source_of};
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -83,14 +83,17 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
         folder.refuse_earlier_run()?;
     }
     let reading = open_options(&args.reading);
-    let data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
+    let mut data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    let downscale = downscale(args, saved.as_ref())?;
+    reduce(&mut data, downscale, args.data(), show)?;
     let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
     if held_out == HeldOut::No {
         let rule = &data.split.rule;
         show.say(&format!("note: {NOT_SCORED} ({rule}); name some for testing to learn how good it is"));
     }
     let mut source = source_of(args.data(), &reading, &data);
-    let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
+    source.downscale = downscale;
     let earlier = saved.as_ref().and_then(|run| run.source.index_from.clone());
     source.index_from = args.index_from.as_deref().map(absolute).or(earlier);
     let options = match &saved {
@@ -129,6 +132,22 @@ fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Op
         options.refraction.bend = Switch::On;
     }
     Ok(options)
+}
+
+/// How photographs are reduced: as the run that goes on says.
+fn downscale(args: &TrainArgs, saved: Option<&Run>) -> Result<Option<u32>, Failure> {
+    let asked = args.downscale.map(u32::from);
+    let Some(run) = saved else { return Ok(asked) };
+    let stored = run.source.downscale;
+    if asked.is_none() || asked == stored {
+        return Ok(stored);
+    }
+    let was = stored.map_or_else(|| "without --downscale".to_owned(), |n| format!("with --downscale {n}"));
+    let error = anyhow!(
+        "{} was trained {was}; --resume goes on so: leave --downscale out, or start a new run",
+        args.out().display()
+    );
+    Err(Failure::new(Exit::BadInput, error))
 }
 
 /// The index that a file gives, unless rays bend by it already.

@@ -1,0 +1,245 @@
+//! Photographs read with fewer pixels than their files have: means over areas, and cameras to match.
+
+use crate::{Dataset, Image, Mask, Photo, PhotoSource, Pixels, View};
+use refraxel_core::Camera;
+use std::str::FromStr;
+
+/// How many pixels of photographs are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reduction {
+    /// Edges are this many times shorter; 1 keeps all pixels.
+    Divide(u32),
+    /// The longer edge has at most so many pixels; smaller photographs keep theirs.
+    Longest(u32),
+}
+
+/// Up to this a number divides, from [`LEAST_LONGEST`] on it is a number of pixels.
+const MOST_DIVISOR: u32 = 32;
+/// The shortest longer edge that can be asked for [pixel].
+const LEAST_LONGEST: u32 = 64;
+
+impl Reduction {
+    /// The size of a photograph that is reduced [pixel]; at least one pixel, and never more than there are.
+    pub fn size(self, [width, height]: [u32; 2]) -> [u32; 2] {
+        let factor = match self {
+            Self::Divide(divisor) => 1.0 / f64::from(divisor.max(1)),
+            Self::Longest(longest) => f64::from(longest) / f64::from(width.max(height).max(1)),
+        };
+        [width, height].map(|n| ((f64::from(n) * factor.min(1.0)).round() as u32).clamp(1, n.max(1)))
+    }
+}
+
+/// A number that is no [`Reduction`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected 1 to {MOST_DIVISOR}, by which edges are divided, or the longer edge in pixels, {LEAST_LONGEST} or more"
+)]
+pub struct NoReduction;
+
+/// `4` divides, `1600` is the longer edge in pixels.
+impl TryFrom<u32> for Reduction {
+    type Error = NoReduction;
+
+    fn try_from(number: u32) -> Result<Self, NoReduction> {
+        match number {
+            1..=MOST_DIVISOR => Ok(Self::Divide(number)),
+            LEAST_LONGEST.. => Ok(Self::Longest(number)),
+            _ => Err(NoReduction),
+        }
+    }
+}
+
+impl FromStr for Reduction {
+    type Err = NoReduction;
+
+    fn from_str(text: &str) -> Result<Self, NoReduction> {
+        text.parse::<u32>().map_err(|_| NoReduction)?.try_into()
+    }
+}
+
+impl From<Reduction> for u32 {
+    fn from(reduction: Reduction) -> Self {
+        match reduction {
+            Reduction::Divide(n) | Reduction::Longest(n) => n,
+        }
+    }
+}
+
+impl Dataset {
+    /// Reads these views with fewer pixels from now on; what is in memory is reduced at once. Cameras are those of the smaller
+    /// photographs. Returns how many views have fewer pixels than before.
+    ///
+    /// # Panics
+    /// When an index is not one of [`Dataset::views`].
+    pub fn reduce(&mut self, indices: &[usize], reduction: Reduction) -> usize {
+        indices.iter().filter(|&&index| self.views[index].reduce(reduction)).count()
+    }
+}
+
+impl View {
+    /// Whether the view has fewer pixels than before.
+    fn reduce(&mut self, reduction: Reduction) -> bool {
+        let before = size_of(&self.camera);
+        let [width, height] = reduction.size(before);
+        if [width, height] == before {
+            return false;
+        }
+        self.camera = self.camera.resized(width, height);
+        match &mut self.source {
+            PhotoSource::Files { stored, .. } => *stored = stored.or(Some(before)),
+            PhotoSource::Memory(photo) => *photo = photo.reduced([width, height]),
+        }
+        true
+    }
+}
+
+/// Width and height of a camera's picture [pixel].
+pub(crate) fn size_of(camera: &Camera) -> [u32; 2] {
+    [camera.width, camera.height]
+}
+
+impl Photo {
+    /// The photo with fewer pixels, each the mean of the area that it covers: of colour weighted with alpha, and of coverage.
+    /// Means are those of the sRGB code values, as a field of code values shows them. 8 bits stay 8 bits.
+    ///
+    /// # Panics
+    /// If the size is larger than that of the photo, or 0.
+    pub fn reduced(&self, size: [u32; 2]) -> Self {
+        let mask = self.mask.as_ref().map(|mask| mask.reduced(size));
+        Self::new(self.image.reduced(size), mask)
+    }
+}
+
+impl Image {
+    /// As [`Photo::reduced`].
+    fn reduced(&self, size: [u32; 2]) -> Self {
+        let channels = self.channels as usize;
+        let value = |pixel: usize, channel: usize| match channel {
+            3 => self.rgba(pixel)[3],
+            _ if channels == 4 => self.rgba(pixel)[channel] * self.rgba(pixel)[3],
+            _ => self.rgba(pixel)[channel],
+        };
+        let mut means = means([self.width, self.height], size, channels, value);
+        if channels == 4 {
+            for pixel in means.chunks_exact_mut(4).filter(|pixel| pixel[3] > 0.0) {
+                (0..3).for_each(|c| pixel[c] /= pixel[3]);
+            }
+        }
+        let pixels = match &self.pixels {
+            Pixels::U8(_) => Pixels::U8(means.iter().map(|v| (v * 255.0).round() as u8).collect()),
+            Pixels::F32(_) => Pixels::F32(means),
+        };
+        Self { width: size[0], height: size[1], channels: self.channels, pixels }
+    }
+}
+
+impl Mask {
+    /// As [`Photo::reduced`].
+    pub(crate) fn reduced(&self, size: [u32; 2]) -> Self {
+        let value = |pixel: usize, _| f32::from(self.coverage[pixel]);
+        let means = means([self.width, self.height], size, 1, value);
+        let coverage = means.iter().map(|v| v.round() as u8).collect();
+        Self { width: size[0], height: size[1], coverage }
+    }
+}
+
+/// Means over areas of `to` pixels that cover the `from` pixels evenly: first along rows, then across them. A pixel that lies in
+/// two areas counts in both, by its parts.
+fn means(from: [u32; 2], to: [u32; 2], channels: usize, value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+    let ([width, height], [across, down]) = (from.map(|n| n as usize), to.map(|n| n as usize));
+    assert!(across > 0 && down > 0 && across <= width && down <= height, "{from:?} to {to:?}");
+    let (columns, rows) = (shares(width, across), shares(height, down));
+    let mut means = vec![0.0_f32; across * down * channels];
+    let mut row = vec![0.0_f32; across * channels];
+    for (y, parts) in rows.iter().enumerate() {
+        row.fill(0.0);
+        for (x, parts) in columns.iter().enumerate() {
+            for channel in 0..channels {
+                let v = value(y * width + x, channel);
+                for &(at, share) in parts.iter() {
+                    row[at * channels + channel] += share * v;
+                }
+            }
+        }
+        for &(at, share) in parts.iter() {
+            let out = &mut means[at * across * channels..(at + 1) * across * channels];
+            out.iter_mut().zip(&row).for_each(|(mean, v)| *mean += share * v);
+        }
+    }
+    means
+}
+
+/// Of each of `from` pixels in a row the areas that it lies in, and the share that it has in their means.
+fn shares(from: usize, to: usize) -> Vec<[(usize, f32); 2]> {
+    let scale = to as f64 / from as f64;
+    let parts = |pixel: usize| {
+        let (start, end) = (pixel as f64 * scale, (pixel + 1) as f64 * scale);
+        let first = (start as usize).min(to - 1);
+        let border = ((first + 1) as f64).min(end);
+        let last = (first + 1).min(to - 1);
+        let rest = if last > first { (end - border).max(0.0) } else { 0.0 };
+        [(first, (border - start) as f32), (last, rest as f32)]
+    };
+    (0..from).map(parts).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32, at: impl Fn(u32, u32) -> u8) -> Image {
+        let pixel = |k: u32| [at(k % width, k / width); 3];
+        let pixels = Pixels::U8((0..width * height).flat_map(pixel).collect());
+        Image { width, height, channels: 3, pixels }
+    }
+
+    #[test]
+    fn numbers_divide_or_are_the_longer_edge() {
+        assert_eq!("4".parse(), Ok(Reduction::Divide(4)));
+        assert_eq!("1600".parse(), Ok(Reduction::Longest(1600)));
+        for wrong in ["0", "40", "-2", "1.5", "half"] {
+            assert!(wrong.parse::<Reduction>().is_err(), "{wrong}");
+        }
+        assert_eq!(Reduction::Divide(4).size([4000, 3001]), [1000, 750]);
+        assert_eq!(Reduction::Longest(1600).size([4000, 3000]), [1600, 1200]);
+        assert_eq!(Reduction::Longest(1600).size([800, 1000]), [800, 1000], "nothing grows");
+        assert_eq!(Reduction::Divide(8).size([5, 3]), [1, 1]);
+    }
+
+    #[test]
+    fn pixels_are_means_of_the_areas_that_they_cover() {
+        // 3 to 2: the middle column counts half in each.
+        let image = grey(3, 1, |x, _| [30, 60, 120][x as usize]);
+        let Pixels::U8(found) = image.reduced([2, 1]).pixels else { panic!("8 bits stay 8 bits") };
+        assert_eq!(found, [40, 40, 40, 100, 100, 100]); // (30 + 60/2)/1.5, (60/2 + 120)/1.5
+        let image = grey(4, 4, |x, y| (10 * x + 40 * y) as u8);
+        let Pixels::U8(found) = image.reduced([2, 2]).pixels else { panic!("8 bits stay 8 bits") };
+        assert_eq!(found.chunks(3).map(|p| p[0]).collect::<Vec<_>>(), [25, 45, 105, 125]);
+    }
+
+    #[test]
+    fn the_mean_of_a_picture_stays() {
+        let wave = |x: u32, y: u32| ((x * 7 + y * 13) % 256) as u8;
+        let values: Vec<f32> = (0..97 * 53).map(|k| f32::from(wave(k % 97, k / 97)) / 255.0).collect();
+        let image = Image { width: 97, height: 53, channels: 1, pixels: Pixels::F32(values) };
+        let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
+        let Pixels::F32(before) = &image.pixels else { panic!("floats") };
+        for size in [[97, 53], [41, 20], [96, 1], [1, 52]] {
+            let after = means([97, 53], size, 1, |k, _| before[k]);
+            assert!((mean(&after) - mean(before)).abs() < 1e-5, "{size:?}"); // sums of 5000 f32
+        }
+    }
+
+    #[test]
+    fn what_is_transparent_lends_no_colour() {
+        let pixels = Pixels::F32(vec![1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+        let image = Image { width: 2, height: 1, channels: 4, pixels };
+        assert_eq!(image.reduced([1, 1]).pixels, Pixels::F32(vec![1.0, 0.0, 0.0, 0.5]));
+    }
+
+    #[test]
+    fn masks_keep_their_share() {
+        let mask = Mask { width: 4, height: 2, coverage: vec![255, 255, 0, 0, 255, 255, 255, 0] };
+        assert_eq!(mask.reduced([2, 1]).coverage, [255, 64]);
+    }
+}
