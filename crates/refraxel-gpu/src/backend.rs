@@ -25,8 +25,6 @@ const PORTION: usize = 1 << 16;
 const READ_EVERY: usize = 25;
 /// Steps across a grid along its diagonal, in units of its longest edge, bounded from above.
 const DIAGONAL: f64 = 1.75;
-/// Loops of a sample besides those over the blocks of its colour: the march itself, once or twice.
-const OWN_LOOPS: u64 = 2;
 
 /// Parameters, moments and search structures in the memory of a GPU.
 ///
@@ -130,18 +128,28 @@ impl GpuBackend {
         self.outcomes.extend(known);
     }
 
-    /// Refuse rays that a software adapter would leave half-way.
-    fn check_steps(&self, marching: &Marching) -> Result<(), GpuError> {
+    /// Refuse rays that a software adapter would leave half-way, with so many iterations per sample.
+    fn check_steps(&self, marching: &Marching, per_sample: u64) -> Result<(), GpuError> {
         let Some(most) = self.gpu.iteration_limit() else { return Ok(()) };
         let nodes = self.held.field.domain.resolution.into_iter().max().unwrap_or(0);
         let steps = (DIAGONAL * f64::from(nodes) / f64::from(marching.step)) as u64;
-        let needed = steps * (OWN_LOOPS + u64::from(self.kernels.shape.blocks()));
+        let needed = steps * per_sample;
         let adapter = || self.gpu.adapter().name.clone();
         if needed > most { Err(GpuError::TooManySteps { adapter: adapter(), needed, most }) } else { Ok(()) }
     }
 
+    /// Iterations per sample of marching, and of shading.
+    fn forward_loops(&self) -> u64 {
+        1 + u64::from(self.kernels.shape.blocks())
+    }
+
+    /// The same with the way back: eight corners, their blocks, and where rays receive gradients both once more.
+    fn backward_loops(&self, wants_rays: bool) -> u64 {
+        self.forward_loops() * (1 + 8 + if wants_rays { 9 } else { 0 })
+    }
+
     fn render_portion(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<Seen>, GpuError> {
-        self.check_steps(marching)?;
+        self.check_steps(marching, self.forward_loops())?;
         let mut buffers = RayBuffers::default();
         buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
         self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
@@ -184,8 +192,9 @@ impl GpuBackend {
     }
 
     fn gradients(&self, batch: &Batch, objective: &Objective, wants: u32) -> Option<Gradients> {
-        let gradients =
-            self.check_steps(&objective.marching).and_then(|()| self.look_back(batch, objective, wants));
+        let gradients = self
+            .check_steps(&objective.marching, self.backward_loops(true))
+            .and_then(|()| self.look_back(batch, objective, wants));
         self.noted(gradients)
     }
 }
@@ -288,8 +297,9 @@ impl Backend for GpuBackend {
             self.settle();
         }
         let place = self.pending.len();
-        let enqueued =
-            self.check_steps(&objective.marching).and_then(|()| self.enqueue(batch, objective, step, place));
+        let enqueued = self
+            .check_steps(&objective.marching, self.backward_loops(false))
+            .and_then(|()| self.enqueue(batch, objective, step, place));
         let rays = batch.rays.len() as u64;
         match self.noted(enqueued) {
             Some(()) => self.pending.push((step, rays)),
@@ -337,7 +347,7 @@ impl Backend for GpuBackend {
         let voxels = self.held.field.map.voxels();
         let mut weights = Buffers::default();
         let made = weights.zeros(&self.gpu, "weights", 4 * voxels as u64);
-        let mut done = self.noted(made.and_then(|()| self.check_steps(marching)));
+        let mut done = self.noted(made.and_then(|()| self.check_steps(marching, self.backward_loops(false))));
         for portion in rays.chunks(PORTION) {
             cancel.check()?;
             done = done.and_then(|()| self.noted(self.weigh_portion(&weights, portion, marching)));

@@ -2,11 +2,11 @@
 //! for, and what is its own affair.
 
 use refraxel_core::{Background, Extent, Ray, vec3};
-use refraxel_gpu::{DeviceChoice, Gpu, GpuBackend};
+use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, Unsupported};
 use refraxel_train::backend::conformance::scenes::{batch, objective, straight_model};
-use refraxel_train::backend::conformance::{Suite, Tolerances};
+use refraxel_train::backend::conformance::{Suite, Tolerances, bent, clearcoated, mirrored};
 use refraxel_train::backend::{Layers, Marching, Objective, step};
-use refraxel_train::{Backend, CpuBackend, Model};
+use refraxel_train::{Backend, CpuBackend, Model, Refraction};
 use std::sync::OnceLock;
 
 /// The first adapter.
@@ -92,7 +92,10 @@ fn pictures_are_those_of_the_cpu() {
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn the_first_steps_are_those_of_the_cpu() {
-    let model = straight_model(1, Extent::Bounded);
+    let mut model = straight_model(1, Extent::Bounded);
+    // The noise of this field fills the padding, too, where a model has zeros.
+    let degree = model.field.degree;
+    model.field.colour.chunks_mut(degree.stride()).for_each(|voxel| voxel[3 * degree.basis()..].fill(0.0));
     let (mut cpu, mut gpu, b) = (CpuBackend::new(model.clone()), make(model), batch(400));
     for k in 0..3 {
         let (want, got) = (step(&mut cpu, &b, &all_priors(), k), step(&mut gpu, &b, &all_priors(), k));
@@ -169,4 +172,38 @@ fn rays_that_miss_or_are_no_numbers_end() {
     let wrong = Ray { origin: vec3(f32::NAN, 0.0, 0.0), direction: vec3(f32::NAN, 0.0, 1.0) };
     let seen = gpu.render(&[beside, wrong], &Marching::exhaustive(0.5), Layers::All);
     assert_eq!(seen[0].transmittance, 1.0);
+}
+
+/// What is not there yet is an error before the work, not another picture.
+#[test]
+fn models_that_bend_or_mirror_are_refused() {
+    assert_eq!(GpuBackend::supports(&straight_model(1, Extent::Contracted)), Ok(()));
+    let bent = bent::bent_model(Extent::Bounded);
+    assert_eq!(GpuBackend::supports(&bent), Err(Unsupported::Refraction));
+    let mirrored = Model { refraction: Refraction::none(), ..mirrored::sharp_ball() };
+    assert_eq!(GpuBackend::supports(&mirrored), Err(Unsupported::Reflection));
+    let clearcoated = clearcoated::clearcoated_model(Extent::Bounded);
+    assert_eq!(GpuBackend::supports(&clearcoated), Err(Unsupported::Clearcoat));
+    assert!(Unsupported::Refraction.to_string().contains("--device cpu"));
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_device_with_a_fault_says_so_and_learns_nothing() {
+    // A device of its own: a fault stays.
+    let gpu = Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    let refused = GpuBackend::new(gpu.clone(), bent::bent_model(Extent::Bounded)).map(|_| ());
+    assert_eq!(refused, Err(GpuError::Unsupported(Unsupported::Refraction)));
+    assert_eq!(gpu.fault(), None, "a refusal is no fault");
+    if gpu.adapter().kind != AdapterKind::Software {
+        return; // hardware counts no steps
+    }
+    let mut backend = GpuBackend::new(gpu, straight_model(0, Extent::Bounded)).expect("a model that fits");
+    let endless = Objective { marching: Marching::exhaustive(1e-3), ..objective() };
+    assert_eq!(backend.fault(), None);
+    backend.submit(&batch(10), &endless, 7);
+    let outcomes = backend.outcomes(true);
+    assert!(outcomes.len() == 1 && outcomes[0].step == 7 && !outcomes[0].finite);
+    let fault = backend.fault().expect("a fault");
+    assert!(fault.contains("65535 iterations") && fault.contains("--device cpu"), "{fault}");
 }

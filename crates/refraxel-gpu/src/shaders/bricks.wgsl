@@ -1,6 +1,14 @@
 // Sparse bricks of 4³ nodes: `grid/bricks.rs` of refraxel-core.
 
-// The voxels around a cell; corner k lies at +x for bit 0, +y for bit 1, +z for bit 2.
+// One of the voxels around a cell.
+fn corner_of(slot: u32, local: u32, k: u32) -> u32 {
+    let node = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u) + vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u);
+    let brick = node >> vec3<u32>(2u);
+    let there = node & vec3<u32>(3u);
+    return forward[slot * 8u + brick.x + 2u * brick.y + 4u * brick.z] + there.x + 4u * there.y + 16u * there.z;
+}
+
+// All voxels around a cell; corner k lies at +x for bit 0, +y for bit 1, +z for bit 2.
 fn corners(slot: u32, local: u32) -> array<u32, 8> {
     let low = vec3<u32>(local & 3u, (local >> 2u) & 3u, local >> 4u);
     let high = low + 1u;

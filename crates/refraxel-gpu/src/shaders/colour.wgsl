@@ -1,5 +1,6 @@
 // Colour of theory (3.7). The coefficients of a voxel lie as on the host: BASIS of red, of green, of blue, then padding,
-// four lanes to a block. Loops over corners are written out: some devices bound the iterations of an invocation.
+// four lanes to a block. Loops over
+// corners are written out: some devices bound the iterations of an invocation.
 
 // SH basis of a direction, repeated for each colour, 0 in the padding.
 fn basis_lanes(direction: vec3<f32>) -> array<vec4<f32>, BLOCKS> {

@@ -95,45 +95,24 @@ fn march_back(ray: u32, d_colour: vec3<f32>) -> SegmentAdjoint {
     return sums;
 }
 
-// What a sample gives to the voxels around it, theory (3.13). The empty brick never learns.
+// What a sample gives to the voxels around it, theory (3.13). The empty brick never learns. These loops are not written out:
+// software adapters would compile so many atomics for minutes.
 fn scatter(
     s: ptr<function, Sample>,
     basis: ptr<function, array<vec4<f32>, BLOCKS>>,
     d_theta: f32,
     d_sample: vec3<f32>,
 ) {
-    let corner = (*s).corner;
-    let weight = (*s).weight;
-    scatter_density(corner[0], weight[0] * d_theta);
-    scatter_density(corner[1], weight[1] * d_theta);
-    scatter_density(corner[2], weight[2] * d_theta);
-    scatter_density(corner[3], weight[3] * d_theta);
-    scatter_density(corner[4], weight[4] * d_theta);
-    scatter_density(corner[5], weight[5] * d_theta);
-    scatter_density(corner[6], weight[6] * d_theta);
-    scatter_density(corner[7], weight[7] * d_theta);
-    for (var block = 0u; block < BLOCKS; block++) {
-        let d = spread(block, d_sample) * (*basis)[block];
-        scatter_colour(corner[0], block, weight[0] * d);
-        scatter_colour(corner[1], block, weight[1] * d);
-        scatter_colour(corner[2], block, weight[2] * d);
-        scatter_colour(corner[3], block, weight[3] * d);
-        scatter_colour(corner[4], block, weight[4] * d);
-        scatter_colour(corner[5], block, weight[5] * d);
-        scatter_colour(corner[6], block, weight[6] * d);
-        scatter_colour(corner[7], block, weight[7] * d);
-    }
-}
-
-fn scatter_density(voxel: u32, d: f32) {
-    if (voxel >= BRICK_VOXELS) {
-        add_density_gradient(voxel, d);
+    for (var k = 0u; k < 8u; k++) {
+        let voxel = corner_of((*s).slot, (*s).local, k);
+        if (voxel < BRICK_VOXELS) {
+            continue;
+        }
+        let weight = trilinear_weight((*s).fraction, k);
+        add_density_gradient(voxel, weight * d_theta);
         touch(voxel);
-    }
-}
-
-fn scatter_colour(voxel: u32, block: u32, d: vec4<f32>) {
-    if (voxel >= BRICK_VOXELS) {
-        add_colour_gradient(voxel, block, d);
+        for (var block = 0u; block < BLOCKS; block++) {
+            add_colour_gradient(voxel, block, weight * spread(block, d_sample) * (*basis)[block]);
+        }
     }
 }

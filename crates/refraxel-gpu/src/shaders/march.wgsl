@@ -24,6 +24,8 @@ struct Front {
 
 // A quadrature point that matters.
 struct Sample {
+    slot: u32,
+    local: u32,
     corner: array<u32, 8>,
     weight: array<f32, 8>,
     fraction: vec3<f32>,
@@ -103,6 +105,8 @@ fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bo
             continue;
         }
         let scale_length = scene.density_scale * task.step * (*front).growth;
+        (*sample).slot = slot;
+        (*sample).local = local;
         (*sample).corner = corner;
         (*sample).weight = w;
         (*sample).fraction = fraction;

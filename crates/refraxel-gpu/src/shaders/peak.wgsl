@@ -18,14 +18,9 @@ fn peak(
     var s: Sample;
     while (!front.opaque && next_sample(&front, &s)) {
         let bits = bitcast<u32>(s.before * s.alpha);
-        weigh(s.corner[0], bits);
-        weigh(s.corner[1], bits);
-        weigh(s.corner[2], bits);
-        weigh(s.corner[3], bits);
-        weigh(s.corner[4], bits);
-        weigh(s.corner[5], bits);
-        weigh(s.corner[6], bits);
-        weigh(s.corner[7], bits);
+        for (var k = 0u; k < 8u; k++) {
+            weigh(corner_of(s.slot, s.local, k), bits);
+        }
     }
 }
 

@@ -42,18 +42,18 @@ fn add_segment_adjoint(
     basis: ptr<function, array<vec4<f32>, BLOCKS>>,
     d: Teaching,
 ) {
-    var corner = (*s).corner;
     var theta: array<f32, 8>;
     var radiance: array<f32, 8>;
     for (var k = 0u; k < 8u; k++) {
-        theta[k] = density[corner[k]];
-        radiance[k] = radiance_of(corner[k], basis, d.d_sample);
+        let voxel = corner_of((*s).slot, (*s).local, k);
+        theta[k] = density[voxel];
+        radiance[k] = radiance_of(voxel, basis, d.d_sample);
     }
     let d_node = trilinear_gradient((*s).fraction, theta) * d.d_theta + trilinear_gradient((*s).fraction, radiance);
     let d_x = node_vjp(d.start + d.unit * (*s).t, d_node);
     var d_y = array<f32, MAX_BASIS>();
     for (var block = 0u; block < BLOCKS; block++) {
-        let lanes = interpolated(block, corner, (*s).weight) * spread(block, d.d_sample);
+        let lanes = interpolated(block, (*s).corner, (*s).weight) * spread(block, d.d_sample);
         let lane = 4u * block;
         d_y[lane % BASIS] += lanes.x;
         d_y[(lane + 1u) % BASIS] += lanes.y;

@@ -1,5 +1,12 @@
 // Trilinear interpolation over a cell, theory (3.4).
 
+// Weight of one corner.
+fn trilinear_weight(f: vec3<f32>, k: u32) -> f32 {
+    let is_upper = vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u) == vec3<u32>(1u);
+    let w = select(1.0 - f, f, is_upper);
+    return w.x * (w.y * w.z);
+}
+
 // Weights of the eight corners.
 fn trilinear_weights(f: vec3<f32>) -> array<f32, 8> {
     let g = 1.0 - f;
