@@ -138,9 +138,9 @@ impl GpuBackend {
         if needed > most { Err(GpuError::TooManySteps { adapter: adapter(), needed, most }) } else { Ok(()) }
     }
 
-    /// Iterations per sample of marching, and of shading.
+    /// Iterations per sample: of the loop over samples, of the search for the next one, and of shading.
     fn forward_loops(&self) -> u64 {
-        1 + u64::from(self.kernels.shape.blocks())
+        2 + u64::from(self.kernels.shape.blocks())
     }
 
     /// The same with the way back: eight corners, their blocks, and where rays receive gradients both once more.
