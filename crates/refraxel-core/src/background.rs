@@ -20,6 +20,9 @@ pub struct EnvironmentMap<T> {
     pub texels: Vec<[T; 3]>,
 }
 
+/// Least x² + y² of a unit direction in the derivative by its azimuth [1], which a pole does not have.
+pub const POLE: f64 = 1e-12;
+
 /// The four texels around a direction and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TexelWeights<T> {
@@ -54,8 +57,7 @@ impl<T: Real> EnvironmentMap<T> {
     fn coordinates(&self, d: Vec3<T>) -> ([T; 2], [Vec3<T>; 2]) {
         let (w, h) = (T::of(2.0 * self.height as f64), T::of(self.height as f64));
         let (pi, half) = (T::of(std::f64::consts::PI), T::of(0.5));
-        // At a pole the azimuth has no derivative; this keeps it finite there.
-        let flat2 = (d.x * d.x + d.y * d.y).max(T::of(1e-12));
+        let flat2 = (d.x * d.x + d.y * d.y).max(T::of(POLE));
         let flat = flat2.sqrt();
         let column = (d.y.atan2(d.x) / (pi + pi) + half) * w - half;
         let row = (flat.atan2(d.z) / pi) * h - half;

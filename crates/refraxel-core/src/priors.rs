@@ -46,20 +46,23 @@ pub fn cauchy_slope<T: Real>(tau: T) -> T {
     T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
 }
 
+/// e of theory (4.6) [1], which bounds the slope of the opacity prior by 10.
+pub const OPACITY_MARGIN: f64 = 0.1;
+
 /// Opacity prior on the final transmittance T ∈ [0, 1] of a ray, theory (4.6): ln(T + e) + ln(1 − T + e), lowest at T = 0
-/// and T = 1, since a ray hits something or nothing. e = 0.1 [1] bounds the slope by 10.
+/// and T = 1, since a ray hits something or nothing; e is [`OPACITY_MARGIN`].
 ///
 /// Source: Neural Volumes (Lombardi et al. 2019).
 #[inline(always)]
 pub fn opacity_beta<T: Real>(transmittance: T) -> T {
-    let e = T::of(0.1);
+    let e = T::of(OPACITY_MARGIN);
     (transmittance + e).ln() + (T::one() - transmittance + e).ln()
 }
 
 /// 1/(T + e) − 1/(1 − T + e), the derivative of [`opacity_beta`], theory (4.6).
 #[inline(always)]
 pub fn opacity_beta_slope<T: Real>(transmittance: T) -> T {
-    let e = T::of(0.1);
+    let e = T::of(OPACITY_MARGIN);
     (transmittance + e).recip() - (T::one() - transmittance + e).recip()
 }
 

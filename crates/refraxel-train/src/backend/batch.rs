@@ -1,6 +1,6 @@
 //! What goes into a step: rays with the colours that they should show, and how rays are marched.
 
-use refraxel_core::{Ray, Vec3};
+use refraxel_core::{Ray, Vec3, VoxelField};
 
 /// How densely and how far rays are marched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,14 @@ impl Marching {
     /// No cut-offs: every sample inside the grid is evaluated. For tests and benchmarks.
     pub fn exhaustive(step: f32) -> Self {
         Self { step, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 }
+    }
+
+    /// Raw density θ [1] at which the optical depth of a voxel reaches the cut-off: softplus⁻¹. Outside the box of a contracted
+    /// domain steps and voxels grow together, so one threshold serves.
+    #[inline(always)]
+    pub fn theta_min(&self, field: &VoxelField<f32>) -> f32 {
+        let cut = self.min_optical_depth / (field.density_scale() * field.domain.voxel());
+        if cut > 0.0 { cut.exp_m1().ln() } else { f32::NEG_INFINITY }
     }
 }
 

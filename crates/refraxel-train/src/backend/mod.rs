@@ -13,7 +13,10 @@ mod objective;
 pub use batch::{Batch, Marching, RayGradient};
 pub use gradient::{BatchGradient, MirrorGradient};
 pub use mask::BrickMask;
-pub use objective::{AbsorptionObjective, IndexObjective, Objective, ReflectionObjective};
+pub use objective::{
+    AbsorptionObjective, BUCKET_SLOTS, IndexObjective, Objective, REFRESH, RULE, ReflectionObjective,
+    TV_EPSILON,
+};
 
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};
@@ -85,7 +88,15 @@ pub struct Snapshot<'a> {
 /// what came of it. All other methods behave as if every submitted step had been done.
 ///
 /// **Failure.** After a step whose outcome is not finite, no step changes anything until the next [`load`](Self::load).
+///
+/// **Faults.** A device can be lost, or its memory exhausted. [`fault`](Self::fault) says so; all outcomes are not finite from
+/// then on, and what else the backend gives means nothing.
 pub trait Backend: Send {
+    /// Why the machine cannot go on, and what to do; `None` while it can.
+    fn fault(&self) -> Option<String> {
+        None
+    }
+
     /// Go on from this model: at the start, after a resumption, for a fork, or back from a failure. Without an optimiser's
     /// state, moments start at zero and every stored cell may hold matter. Forgets outcomes that nobody asked for.
     ///
@@ -93,6 +104,9 @@ pub trait Backend: Send {
     /// If the optimiser's state [does not fit](Optimiser::fits) the model.
     fn load(&mut self, model: Model, optimiser: Option<Optimiser>);
     /// The model and the optimiser's state as they are now.
+    ///
+    /// # Panics
+    /// May panic after a [fault](Self::fault).
     fn snapshot(&self) -> Snapshot<'_>;
 
     /// Where the grid of the field lies, and its resolution.

@@ -2,6 +2,16 @@
 
 use super::Marching;
 use refraxel_core::index::priors::Penalty;
+use refraxel_core::optimiser::RmsProp;
+
+/// ε of theory (4.4) [1]: below this difference of raw densities or SH coefficients the penalty is a parabola.
+pub const TV_EPSILON: f32 = 0.02;
+/// Decay and floor of the second moments, theory (4.7).
+pub const RULE: RmsProp<f32> = RmsProp { decay: 0.95, epsilon: 1e-8 };
+/// Steps between two looks at which cells are still occupied: a cell that rises above the cut-off is seen that late.
+pub const REFRESH: u64 = 32;
+/// Slots of a bucket of voxels: 64 × 64 voxels × 128 B of SH gradient = 512 KiB, half of a usual L2 cache.
+pub const BUCKET_SLOTS: usize = 64;
 
 /// What a step minimises, theory (4.1): the sum over rays of |C − target|² plus the priors; and how fast.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,20 +7,20 @@ use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
 use super::render::{CHUNK, Renderer, with_blocks};
-use super::resample::resampled;
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
 use super::trace::{Lesson, learn_chunk, weigh_chunk};
 use super::update::{
-    BucketGradient, BucketParameters, GradientPool, RULE, VoxelFieldView, accumulate, descend,
-    total_variation,
+    BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend, total_variation,
 };
 use crate::backend::{
-    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
-    ReflectionObjective, Snapshot, StepOutcome,
+    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, REFRESH, RULE,
+    RayGradient, ReflectionObjective, Snapshot, StepOutcome,
 };
 use crate::cancel::{Cancel, Cancelled};
-use crate::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction};
+use crate::model::{
+    ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
+};
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
@@ -28,8 +28,6 @@ use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray};
 use std::borrow::Cow;
 
-/// Steps between two looks at which cells are still occupied: a cell that rises above the cut-off is seen that late.
-const REFRESH: u64 = 32;
 /// Chunks whose tapes exist at the same time while peak weights are sought.
 const PORTION: usize = 64;
 

@@ -3,8 +3,7 @@
 use super::mirrored::reads_caches;
 use super::record::{CLEARCOAT, CacheLookup};
 use super::tape::{Tape, sum_in_parts};
-use super::update::RULE;
-use crate::backend::{MirrorGradient, ReflectionObjective};
+use crate::backend::{MirrorGradient, RULE, ReflectionObjective};
 use crate::model::{ClearcoatMoments, MirrorMoments, MirrorSource, Reflection};
 use refraxel_core::radiance::ProbeGrid;
 use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient};

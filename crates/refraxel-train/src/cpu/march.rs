@@ -66,7 +66,7 @@ impl<'a> Marcher<'a> {
             phase: offset,
             first,
             scale_length: [0.0; GROUP],
-            theta_min: theta_min(self.field, marching),
+            theta_min: marching.theta_min(self.field),
             step: marching.step * self.voxel,
             min_transmittance: marching.min_transmittance,
         }
@@ -193,18 +193,10 @@ impl<'a> Marcher<'a> {
     }
 }
 
-/// Raw density at which the optical depth of a voxel reaches the cut-off: softplus⁻¹. Outside the box of a contracted
-/// domain steps and voxels grow together, so one threshold serves.
-#[inline(always)]
-fn theta_min(field: &VoxelField<f32>, marching: &Marching) -> f32 {
-    let cut = marching.min_optical_depth / (field.density_scale() * field.domain.voxel());
-    if cut > 0.0 { cut.exp_m1().ln() } else { f32::NEG_INFINITY }
-}
-
 /// Find out which cells may hold a sample of optical depth above the cut-off: those with a corner above it. One bit per cell,
 /// 64 per slot; the bits of the empty brick stay.
 pub(super) fn refresh(occupied: &mut [u64], field: &VoxelField<f32>, marching: &Marching) {
-    let theta_min = theta_min(field, marching);
+    let theta_min = marching.theta_min(field);
     occupied.par_iter_mut().enumerate().skip(1).for_each(|(slot, bits)| {
         *bits = (0..64).fold(0, |bits, local| {
             let corners = field.map.corners(Cell { slot: slot as u32, local });

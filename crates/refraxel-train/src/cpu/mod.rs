@@ -22,7 +22,6 @@ mod path_adjoint;
 mod prefetch;
 mod record;
 mod render;
-mod resample;
 mod sample;
 mod scene;
 mod secondary;

@@ -6,12 +6,11 @@
 use super::colour::Lanes;
 use super::prefetch::prefetch;
 use super::record::{CacheLookup, IndexSample, Record};
+use crate::backend::BUCKET_SLOTS;
 use rayon::prelude::*;
 use refraxel_core::BrickMap;
 use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT};
 
-/// Slots of a bucket: 64 × 64 voxels × 128 B of SH gradient = 512 KiB, half of a usual L2 cache.
-pub(super) const BUCKET_SLOTS: usize = 64;
 /// Voxels of a bucket.
 pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
 

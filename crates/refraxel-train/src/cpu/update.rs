@@ -2,20 +2,14 @@
 
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
 use super::record::DENSITY_GRADIENT;
-use super::tape::{BUCKET_SLOTS, BUCKET_VOXELS, Tape};
-use crate::backend::Objective;
+use super::tape::{BUCKET_VOXELS, Tape};
+use crate::backend::{BUCKET_SLOTS, Objective, RULE, TV_EPSILON};
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
 use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
-use refraxel_core::optimiser::RmsProp;
 use refraxel_core::priors::charbonnier_slope;
 use refraxel_core::{AlignedVec, Vec3, VoxelField};
 use std::sync::Mutex;
-
-/// ε of theory (4.4) [1]: below this difference of raw densities or SH coefficients the penalty is a parabola.
-const TV_EPSILON: f32 = 0.02;
-/// Decay and floor of the second moments, theory (4.7).
-pub(super) const RULE: RmsProp<f32> = RmsProp { decay: 0.95, epsilon: 1e-8 };
 
 /// Gradient of one bucket.
 pub(super) struct BucketGradient {

@@ -8,12 +8,14 @@ mod optimiser;
 pub mod polyhedron;
 pub mod reflection;
 pub mod refraction;
+mod resample;
 pub mod surface;
 
 pub use gate::Gate;
 pub use optimiser::{AdamMoments, ClearcoatMoments, IndexMoments, MirrorMoments, Optimiser};
 pub use reflection::{CacheId, Mirror, MirrorSource, ProbeLayout, Reflection};
 pub use refraction::{Optics, Refraction, RegionState};
+pub use resample::resampled;
 
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, VoxelField};

@@ -19,6 +19,12 @@ pub enum TrainError {
         /// Returns tried.
         rollbacks: u32,
     },
+    /// The device on which the run was trained cannot go on.
+    #[error("{fault}")]
+    Device {
+        /// What went wrong there, and what to do.
+        fault: String,
+    },
     /// No pixel may be used.
     #[error(
         "no training pixel can be used: the masks exclude all of them; check --mask-meaning (inspect shows it)"

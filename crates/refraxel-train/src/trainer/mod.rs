@@ -11,7 +11,7 @@ pub use error::TrainError;
 
 use crate::alignment::Alignment;
 use crate::backend::{Backend, StepOutcome};
-use crate::cancel::{Cancel, Cancelled};
+use crate::cancel::Cancel;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
 use crate::metrics::ImageScore;
@@ -309,12 +309,18 @@ impl<B: Backend> Trainer<B> {
     fn take(&mut self, outcomes: &[StepOutcome], watch: &mut Watch) -> Result<bool, TrainError> {
         for outcome in outcomes {
             if !outcome.finite {
+                self.check_device()?;
                 self.roll_back(outcome.step, watch)?;
                 return Ok(false);
             }
             self.since.add(outcome);
         }
         Ok(true)
+    }
+
+    /// A fault of the device ends the run as it was saved: what the device holds means nothing any more.
+    fn check_device(&self) -> Result<(), TrainError> {
+        self.backend.fault().map_or(Ok(()), |fault| Err(TrainError::Device { fault }))
     }
 
     /// A record of what happened since the last one, if that was more than steps: for a run that pauses.
@@ -360,12 +366,13 @@ impl<B: Backend> Trainer<B> {
         let score = self.validation.as_ref().filter(|_| is_plain).map(score_of).transpose()?;
         self.state.validations = (progress.0 * VALIDATIONS) as u32;
         self.since = Tally::new();
+        self.check_device()?;
         self.keep_good_state();
         Ok(score.map(|s| s.psnr))
     }
 
     /// Prune what no ray sees, if rays look where they will, and move to the next, finer grid.
-    fn next_stage(&mut self, watch: &mut Watch) -> Result<(), Cancelled> {
+    fn next_stage(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
         let stage = self.scheduled().stage(&self.options);
         let marching = training_marching(&self.options, self.plan.near);
         watch.progress(Task::Pruning, 0, 2)?;
@@ -382,6 +389,7 @@ impl<B: Backend> Trainer<B> {
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
         self.backend.resample(domain, map);
         self.backend.refresh_occupancy(&marching);
+        self.check_device()?;
         self.state.stage = stage;
         self.keep_good_state();
         let (resolution, voxels) = (domain.resolution, self.backend.map().voxels() as u64);

@@ -47,7 +47,16 @@ fn owned(snapshot: Snapshot) -> (Model, Optimiser) {
 
 /// Snapshot, learn on, load, learn again: the same bits.
 pub fn a_loaded_snapshot_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &Suite<B>) {
-    for model in [sharp_ball(), bent_model(Extent::Contracted), clearcoated_model(Extent::Bounded)] {
+    goes_on(suite, vec![sharp_ball(), bent_model(Extent::Contracted), clearcoated_model(Extent::Bounded)]);
+}
+
+/// The same where nothing bends or mirrors.
+pub fn a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &Suite<B>) {
+    goes_on(suite, vec![straight_model(2, Extent::Bounded), straight_model(1, Extent::Contracted)]);
+}
+
+fn goes_on<B: Backend>(suite: &Suite<B>, models: Vec<Model>) {
+    for model in models {
         let (mut backend, b, o) = (suite.backend(model), batch(300), everything());
         (0..3).for_each(|k| _ = step(&mut backend, &b, &o, k));
         let (model, optimiser) = owned(backend.snapshot());
@@ -95,7 +104,16 @@ pub fn after_a_failure_nothing_changes_until_the_next_load<B: Backend>(suite: &S
 
 /// Rendering, gradients and peak weights only look.
 pub fn a_gradient_changes_nothing<B: Backend>(suite: &Suite<B>) {
-    let (backend, b, o) = (suite.backend(sharp_ball()), batch(100), everything());
+    looks(suite, sharp_ball());
+}
+
+/// The same where nothing bends or mirrors.
+pub fn a_gradient_of_straight_rays_changes_nothing<B: Backend>(suite: &Suite<B>) {
+    looks(suite, straight_model(1, Extent::Bounded));
+}
+
+fn looks<B: Backend>(suite: &Suite<B>, model: Model) {
+    let (backend, b, o) = (suite.backend(model), batch(100), everything());
     let before = owned(backend.snapshot());
     backend.gradient(&b, &o);
     backend.render(&b.rays, &o.marching, Layers::All);

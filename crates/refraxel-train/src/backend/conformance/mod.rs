@@ -62,11 +62,22 @@ impl<B: Backend> Suite<B> {
     }
 }
 
-/// One `#[test]` per claim of the suite; the argument is a [`Suite`](crate::backend::conformance::Suite).
+/// One `#[test]` per claim of the suite; the argument is a [`Suite`](crate::backend::conformance::Suite). A backend that does
+/// not have everything yet lists the claims that it answers for, and may say what a machine needs to test them:
+///
+/// ```
+/// use refraxel_train::CpuBackend;
+/// use refraxel_train::backend::conformance::{Suite, Tolerances};
+/// refraxel_train::conformance_tests! {
+///     Suite { make: CpuBackend::new, tolerances: Tolerances::SINGLE_PRECISION }, ignore = "needs a certain device" =>
+///         straight { rendering_agrees_with_the_reference, learning_lowers_the_loss }
+///         contract { outcomes_come_in_order_and_once }
+/// }
+/// ```
 #[macro_export]
 macro_rules! conformance_tests {
     ($suite:expr) => {
-        $crate::conformance_tests! { $suite =>
+        $crate::conformance_tests! { $suite, cfg(test) =>
             straight {
                 rendering_agrees_with_the_reference,
                 gradients_agree_with_the_reference,
@@ -109,19 +120,22 @@ macro_rules! conformance_tests {
             }
             contract {
                 a_loaded_snapshot_goes_on_as_if_nothing_had_happened,
+                a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
                 a_parameter_that_is_not_a_number_is_reported,
                 after_a_failure_nothing_changes_until_the_next_load,
                 a_gradient_changes_nothing,
+                a_gradient_of_straight_rays_changes_nothing,
                 density_is_set_where_the_mask_says_and_its_moments_are_forgotten,
                 baking_that_is_cancelled_changes_nothing,
                 outcomes_come_in_order_and_once,
             }
         }
     };
-    ($suite:expr => $($part:ident { $($claim:ident),* $(,)? })*) => {
+    ($suite:expr, $attribute:meta => $($part:ident { $($claim:ident),* $(,)? })*) => {
         $(mod $part {
             use super::*;
             $(#[test]
+            #[$attribute]
             fn $claim() {
                 $crate::backend::conformance::$part::$claim(&$suite);
             })*

@@ -7,7 +7,7 @@ use refraxel_core::{BrickMap, Domain, Vec3, VoxelField};
 
 /// The field on another domain over the same box, with another set of bricks. Where the old field stores nothing, the
 /// new one is empty.
-pub(super) fn resampled(old: &VoxelField<f32>, domain: Domain<f32>, map: BrickMap) -> VoxelField<f32> {
+pub fn resampled(old: &VoxelField<f32>, domain: Domain<f32>, map: BrickMap) -> VoxelField<f32> {
     let mut new = VoxelField::uniform(domain, map, old.degree, EMPTY_DENSITY as f32);
     let stride = new.degree.stride();
     // Both grids span the same contracted space, so node coordinates scale.

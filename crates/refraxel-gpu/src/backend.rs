@@ -1,0 +1,359 @@
+//! The backend itself: a model in the memory of a device.
+
+use crate::constants::{STATUS_FAILED, WANTS_FIELD};
+use crate::field::{OUTCOMES, download, upload, without_values};
+use crate::kernels::Kernels;
+use crate::memory::Buffers;
+use crate::pools::{Shape, workgroups};
+use crate::step::{Gradients, RayBuffers};
+use crate::task::{Lesson, Seen, Task};
+use crate::{Gpu, GpuError, Unsupported};
+use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
+use refraxel_core::{BrickMap, Domain, Ray};
+use refraxel_train::backend::{
+    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
+    Snapshot, StepOutcome,
+};
+use refraxel_train::cancel::{Cancel, Cancelled};
+use refraxel_train::model::{Model, Optimiser, Reflection, Refraction, resampled};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Rays of one dispatch of a rendering: short enough for a watchdog, long enough to fill a device.
+const PORTION: usize = 1 << 16;
+/// Steps after which outcomes are read also where nobody waits for them.
+const READ_EVERY: usize = 25;
+/// Steps across a grid along its diagonal, in units of its longest edge, bounded from above.
+const DIAGONAL: f64 = 1.75;
+
+/// Parameters, moments and search structures in the memory of a GPU.
+///
+/// Straight rays, bounded and contracted domains, constant backgrounds and panoramas, all priors. Models with more are
+/// refused by [`GpuBackend::new`] and [`GpuBackend::supports`].
+#[derive(Debug)]
+pub struct GpuBackend {
+    pub(crate) gpu: Gpu,
+    pub(crate) kernels: Arc<Kernels>,
+    /// The model without the values that the device holds.
+    pub(crate) held: Model,
+    pub(crate) buffers: Buffers,
+    pub(crate) rays: RayBuffers,
+    /// Numbers and rays of the steps whose outcomes are on the device, in the order of their places there.
+    pub(crate) pending: Vec<(u64, u64)>,
+    /// Outcomes that nobody asked for yet.
+    outcomes: Vec<StepOutcome>,
+}
+
+impl GpuBackend {
+    /// A backend with a model that has not learned yet.
+    pub fn new(gpu: Gpu, model: Model) -> Result<Self, GpuError> {
+        let optimiser = Optimiser::new(&model);
+        Self::resumed(gpu, &model, &optimiser)
+    }
+
+    /// A backend that goes on from this state of the optimiser.
+    ///
+    /// # Panics
+    /// If the state [does not fit](Optimiser::fits) the model.
+    pub fn resumed(gpu: Gpu, model: &Model, optimiser: &Optimiser) -> Result<Self, GpuError> {
+        assert!(optimiser.fits(model), "the optimiser's state is that of another model");
+        Self::supports(model)?;
+        let shape = Shape::new(&gpu, model.field.degree, model.field.map.voxels())?;
+        let kernels = gpu.kernels(shape)?;
+        let buffers = upload(&gpu, &shape, model, optimiser)?;
+        let held = without_values(model);
+        let (rays, pending, outcomes) = (RayBuffers::default(), Vec::new(), Vec::new());
+        Ok(Self { gpu, kernels, held, buffers, rays, pending, outcomes })
+    }
+
+    /// Whether the backend has everything that a model needs.
+    pub fn supports(model: &Model) -> Result<(), Unsupported> {
+        if !model.refraction.is_none() {
+            return Err(Unsupported::Refraction);
+        }
+        if !model.reflection.is_none() {
+            return Err(Unsupported::Reflection);
+        }
+        if model.clearcoat.is_some() { Err(Unsupported::Clearcoat) } else { Ok(()) }
+    }
+
+    /// The device, and what went wrong there.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The model and the optimiser's state as they are now.
+    pub fn read(&self) -> Result<(Model, Optimiser), GpuError> {
+        download(&self.gpu, &self.kernels.shape, &self.buffers, &self.held)
+    }
+
+    /// Another model, with everything that belongs to it.
+    fn replace(&mut self, model: &Model, optimiser: &Optimiser) -> Result<(), GpuError> {
+        assert!(optimiser.fits(model), "the optimiser's state is that of another model");
+        Self::supports(model)?;
+        let shape = Shape::new(&self.gpu, model.field.degree, model.field.map.voxels())?;
+        self.buffers = Buffers::default(); // no two fields at a time
+        self.kernels = self.gpu.kernels(shape)?;
+        self.buffers = upload(&self.gpu, &shape, model, optimiser)?;
+        self.held = without_values(model);
+        Ok(())
+    }
+
+    /// Note what went wrong.
+    ///
+    /// # Panics
+    /// If it was something that the caller had to ask for before: a model that is not supported.
+    fn noted<T>(&self, result: Result<T, GpuError>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(GpuError::Unsupported(what)) => panic!("{what}"),
+            Err(error) => {
+                self.gpu.fail(error);
+                None
+            }
+        }
+    }
+
+    /// Get the outcomes of all enqueued steps. Those of a device with a fault are not finite.
+    fn settle(&mut self) {
+        if self.pending.is_empty() {
+            return;
+        }
+        let read = self.read_outcomes();
+        let lost = std::mem::take(&mut self.pending);
+        let known = self.noted(read).unwrap_or_else(|| {
+            let failed = |&(step, rays): &(u64, u64)| StepOutcome { step, rays, ..StepOutcome::default() };
+            lost.iter().map(failed).collect()
+        });
+        self.outcomes.extend(known);
+    }
+
+    /// Refuse rays that a software adapter would leave half-way, with so many iterations per sample.
+    fn check_steps(&self, marching: &Marching, per_sample: u64) -> Result<(), GpuError> {
+        let Some(most) = self.gpu.iteration_limit() else { return Ok(()) };
+        let nodes = self.held.field.domain.resolution.into_iter().max().unwrap_or(0);
+        let steps = (DIAGONAL * f64::from(nodes) / f64::from(marching.step)) as u64;
+        let needed = steps * per_sample;
+        let adapter = || self.gpu.adapter().name.clone();
+        if needed > most { Err(GpuError::TooManySteps { adapter: adapter(), needed, most }) } else { Ok(()) }
+    }
+
+    /// Iterations per sample: of the loop over samples, of the search for the next one, and of shading.
+    fn forward_loops(&self) -> u64 {
+        2 + u64::from(self.kernels.shape.blocks())
+    }
+
+    /// The same with the way back: eight corners, their blocks, and where rays receive gradients both once more.
+    fn backward_loops(&self, wants_rays: bool) -> u64 {
+        self.forward_loops() * (1 + 8 + if wants_rays { 9 } else { 0 })
+    }
+
+    fn render_portion(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<Seen>, GpuError> {
+        self.check_steps(marching, self.forward_loops())?;
+        let mut buffers = RayBuffers::default();
+        buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
+        self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let of = [&self.buffers, &buffers.buffers];
+        self.kernels.render.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
+        self.gpu.queue.submit([encoder.finish()]);
+        buffers.buffers.read(&self.gpu, "seen", rays.len())
+    }
+
+    fn weigh_portion(
+        &self,
+        weights: &Buffers,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+    ) -> Result<(), GpuError> {
+        let mut buffers = RayBuffers::default();
+        buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
+        self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let of = [&self.buffers, &buffers.buffers, weights];
+        self.kernels.peak.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Change what is read from the device and put it back.
+    fn edit(&mut self, change: impl FnOnce(Model, Optimiser) -> (Model, Optimiser)) {
+        self.settle();
+        let failed = self.outcomes.last().is_some_and(|o| !o.finite);
+        let read = self.read();
+        let Some((model, optimiser)) = self.noted(read) else { return };
+        let (model, optimiser) = change(model, optimiser);
+        let replaced = self.replace(&model, &optimiser);
+        if self.noted(replaced).is_some() && failed {
+            let mut status = vec![0_u32; STATUS_FAILED as usize + 1];
+            status[STATUS_FAILED as usize] = 1;
+            self.buffers.write(&self.gpu, "status", &status);
+        }
+    }
+
+    fn gradients(&self, batch: &Batch, objective: &Objective, wants: u32) -> Option<Gradients> {
+        let gradients = self
+            .check_steps(&objective.marching, self.backward_loops(true))
+            .and_then(|()| self.look_back(batch, objective, wants));
+        self.noted(gradients)
+    }
+}
+
+impl Backend for GpuBackend {
+    fn fault(&self) -> Option<String> {
+        self.gpu.fault().map(|e| e.to_string())
+    }
+
+    fn load(&mut self, model: Model, optimiser: Option<Optimiser>) {
+        let optimiser = optimiser.unwrap_or_else(|| Optimiser::new(&model));
+        self.pending.clear();
+        self.outcomes.clear();
+        let replaced = self.replace(&model, &optimiser);
+        self.noted(replaced);
+    }
+
+    fn snapshot(&self) -> Snapshot<'_> {
+        let read = self.read();
+        let (model, optimiser) =
+            self.noted(read).unwrap_or_else(|| panic!("{}", self.fault().unwrap_or_default()));
+        Snapshot { model: Cow::Owned(model), optimiser: Cow::Owned(optimiser) }
+    }
+
+    fn domain(&self) -> &Domain<f32> {
+        &self.held.field.domain
+    }
+
+    fn map(&self) -> &BrickMap {
+        &self.held.field.map
+    }
+
+    fn medium(&self) -> &Refraction {
+        &self.held.refraction
+    }
+
+    fn mirroring(&self) -> Mirroring {
+        let Model { reflection, clearcoat, .. } = &self.held;
+        let (source, regions) = (reflection.source, reflection.mirrors.len());
+        Mirroring { source, regions, clearcoat: clearcoat.is_some() }
+    }
+
+    fn set_medium(&mut self, medium: Refraction) {
+        assert!(medium.is_none(), "{}", Unsupported::Refraction);
+        self.held.refraction = medium;
+    }
+
+    fn set_reflection(&mut self, reflection: Reflection) {
+        assert!(reflection.is_none(), "{}", Unsupported::Reflection);
+        self.held.reflection = reflection;
+    }
+
+    fn set_clearcoat(&mut self, _: Clearcoat<f32>) {
+        panic!("{}", Unsupported::Clearcoat);
+    }
+
+    fn set_density(&mut self, value: f32, inside: &BrickMask) {
+        self.edit(|mut model, mut optimiser| {
+            for v in inside.voxels() {
+                model.field.density[v] = value;
+                (optimiser.density[v], optimiser.colour[v]) = (0.0, 0.0);
+            }
+            (model, optimiser)
+        });
+    }
+
+    fn resample(&mut self, domain: Domain<f32>, map: BrickMap) {
+        self.edit(|model, mut optimiser| {
+            let field = resampled(&model.field, domain, map);
+            optimiser.forget_field(&field);
+            (Model { field, ..model }, optimiser)
+        });
+    }
+
+    fn refresh_occupancy(&mut self, marching: &Marching) {
+        let (gpu, field) = (&self.gpu, &self.held.field);
+        self.buffers.write(gpu, "task", &[Task::marching(marching, field, 0)]);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let groups = workgroups(2 * field.map.slots());
+        self.kernels.occupancy.run(gpu, &mut encoder, &[&self.buffers], groups);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Nothing: a model that is supported has no caches.
+    fn bake(&mut self, _: Caches, _: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
+        cancel.check()
+    }
+
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching, _: Layers) -> Vec<Pixel<f32>> {
+        let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
+        let portion = |rays: &[Ray<f32>]| {
+            let seen = self.noted(self.render_portion(rays, marching));
+            seen.unwrap_or_else(|| vec![Seen::default(); rays.len()])
+        };
+        rays.chunks(PORTION).flat_map(portion).map(pixel).collect()
+    }
+
+    fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
+        if self.pending.len() == OUTCOMES {
+            self.settle();
+        }
+        let place = self.pending.len();
+        let enqueued = self
+            .check_steps(&objective.marching, self.backward_loops(false))
+            .and_then(|()| self.enqueue(batch, objective, step, place));
+        let rays = batch.rays.len() as u64;
+        match self.noted(enqueued) {
+            Some(()) => self.pending.push((step, rays)),
+            None => {
+                self.settle();
+                self.outcomes.push(StepOutcome { step, rays, ..StepOutcome::default() });
+            }
+        }
+    }
+
+    fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome> {
+        if wait || self.pending.len() >= READ_EVERY {
+            self.settle();
+        }
+        std::mem::take(&mut self.outcomes)
+    }
+
+    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
+        let found = self.gradients(batch, objective, WANTS_FIELD);
+        // Of a device with a fault: nothing, and an outcome that is not finite.
+        let Gradients { field, texels, rays, outcome } = found.unwrap_or_else(|| Gradients::none(batch));
+        BatchGradient {
+            field,
+            background: texels,
+            medium: self.held.refraction.medium.zero_gradient(),
+            absorption: Vec::new(),
+            reflection: Vec::new(),
+            clearcoat: None,
+            rays,
+            outcome,
+        }
+    }
+
+    fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {
+        let found = self.gradients(batch, objective, 0);
+        found.map_or_else(|| vec![RayGradient::zero(); batch.rays.len()], |g| g.rays)
+    }
+
+    fn peak_weights(
+        &self,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+        cancel: &Cancel,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let voxels = self.held.field.map.voxels();
+        let mut weights = Buffers::default();
+        let made = weights.zeros(&self.gpu, "weights", 4 * voxels as u64);
+        let mut done = self.noted(made.and_then(|()| self.check_steps(marching, self.backward_loops(false))));
+        for portion in rays.chunks(PORTION) {
+            cancel.check()?;
+            done = done.and_then(|()| self.noted(self.weigh_portion(&weights, portion, marching)));
+        }
+        cancel.check()?;
+        let read = done.and_then(|()| self.noted(weights.read(&self.gpu, "weights", voxels)));
+        Ok(read.unwrap_or_else(|| vec![0.0; voxels]))
+    }
+}

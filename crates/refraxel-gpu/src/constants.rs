@@ -1,0 +1,98 @@
+//! Constants of the Rust code for the kernels. No number is repeated in WGSL.
+
+use crate::pools::Shape;
+use refraxel_core::background::POLE;
+use refraxel_core::grid::{BRICK, BRICK_VOXELS};
+use refraxel_core::priors::OPACITY_MARGIN;
+use refraxel_core::radiance::GROUP;
+use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
+use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
+use std::fmt::Write;
+
+/// Invocations of a workgroup: the voxels of a brick.
+pub(crate) const WORKGROUP: u32 = BRICK_VOXELS as u32;
+/// Bit of `Task::wants`: voxels receive gradients.
+pub(crate) const WANTS_FIELD: u32 = 1;
+/// Bit of `Task::wants`: rays receive gradients.
+pub(crate) const WANTS_RAYS: u32 = 2;
+/// Bit of `Task::wants`: the radiance behind the field comes with the rays.
+pub(crate) const GIVEN_BEHIND: u32 = 4;
+/// Words of the status: a failure of an earlier step; the loss of this one, or a parameter, is not finite.
+pub(crate) const STATUS_FAILED: u32 = 0;
+pub(crate) const STATUS_LOSS: u32 = 1;
+pub(crate) const STATUS_PARAMETER: u32 = 2;
+/// Samples of the step.
+pub(crate) const STATUS_SAMPLES: u32 = 3;
+/// The squared error of the step, two words of fixed point.
+pub(crate) const STATUS_ERROR: u32 = 4;
+/// Words of the status.
+pub(crate) const STATUS_WORDS: u32 = 6;
+/// Bits behind the point of a fixed-point number: steps of 1.5e-11, far below [`RULE`]'s ε, and sums up to 1.3e8.
+const FIXED_BITS: i32 = 36;
+/// Values of larger magnitude are cut to it.
+const FIXED_LIMIT: f32 = (1 << 26) as f32;
+/// The contraction stretches L∞ distances by at most 4/m − 3/m² ≤ 4/3, and a group of steps can lower the growth m by a
+/// quarter: `cpu/node_map.rs`.
+const STRETCH: f32 = 4.0 / 3.0;
+const STRETCH_MOST: f32 = 16.0 / 3.0;
+
+/// The value of a fixed-point number.
+pub(crate) fn from_fixed(low: u32, high: u32) -> f64 {
+    let whole = (u64::from(high) << 32 | u64::from(low)) as i64;
+    whole as f64 * 2f64.powi(-FIXED_BITS)
+}
+
+/// The constants as WGSL.
+pub(crate) fn declarations(shape: &Shape) -> String {
+    let mut out = String::new();
+    let whole = [
+        ("WORKGROUP", WORKGROUP),
+        ("WANTS_FIELD", WANTS_FIELD),
+        ("WANTS_RAYS", WANTS_RAYS),
+        ("GIVEN_BEHIND", GIVEN_BEHIND),
+        ("STATUS_FAILED", STATUS_FAILED),
+        ("STATUS_LOSS", STATUS_LOSS),
+        ("STATUS_PARAMETER", STATUS_PARAMETER),
+        ("STATUS_SAMPLES", STATUS_SAMPLES),
+        ("STATUS_ERROR", STATUS_ERROR),
+        ("BRICK_VOXELS", BRICK_VOXELS as u32),
+        ("BUCKET_SLOTS", BUCKET_SLOTS as u32),
+        ("GROUP", GROUP as u32),
+        ("MAX_BASIS", MAX_BASIS as u32),
+        ("DEGREE", u32::from(shape.degree.get())),
+        ("BASIS", shape.degree.basis() as u32),
+        ("BLOCKS", shape.blocks()),
+    ];
+    for (name, value) in whole {
+        let _ = writeln!(out, "const {name}: u32 = {value}u;");
+    }
+    let real = [
+        ("BRICK", BRICK as f32),
+        ("FAR", f32::MAX),
+        ("TAU", std::f32::consts::TAU),
+        ("POLE", POLE as f32),
+        ("OPACITY_MARGIN", OPACITY_MARGIN as f32),
+        ("TV_EPSILON", TV_EPSILON),
+        ("RMS_DECAY", RULE.decay),
+        ("RMS_EPSILON", RULE.epsilon),
+        ("STRETCH", STRETCH),
+        ("STRETCH_MOST", STRETCH_MOST),
+        ("FIXED_LIMIT", FIXED_LIMIT),
+        ("FIXED_UPPER", 2f32.powi(FIXED_BITS - 32)),
+        ("FIXED_STEP", 2f32.powi(-FIXED_BITS)),
+        ("SH_C0", C0 as f32),
+        ("SH_C1", C1 as f32),
+        ("SH_C2_0", C2[0] as f32),
+        ("SH_C2_1", C2[1] as f32),
+        ("SH_C2_2", C2[2] as f32),
+        ("SH_C3_0", C3[0] as f32),
+        ("SH_C3_1", C3[1] as f32),
+        ("SH_C3_2", C3[2] as f32),
+        ("SH_C3_3", C3[3] as f32),
+        ("SH_C3_5", C3_5 as f32),
+    ];
+    for (name, value) in real {
+        let _ = writeln!(out, "const {name}: f32 = {value:?}f;");
+    }
+    out
+}

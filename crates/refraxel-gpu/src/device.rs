@@ -1,0 +1,167 @@
+//! An adapter that was opened: buffers, transfers, and what goes wrong.
+
+use crate::adapters::{choose, describe, enumerate};
+use crate::kernels::Kernels;
+use crate::pools::Shape;
+use crate::{Adapter, AdapterKind, DeviceChoice, GpuError};
+use std::sync::{Arc, Mutex, PoisonError};
+use wgpu::{BufferUsages, MapMode, PollType};
+
+/// Arrays that the largest kernel binds besides its pools, and the least number of pools.
+const LEAST_BINDINGS: u32 = 16;
+/// Bytes that are read back at once.
+const STAGING: u64 = 32 << 20;
+/// Iterations of all loops of an invocation after which llvmpipe (Mesa) leaves them without a word.
+const SOFTWARE_ITERATIONS: u64 = 65_535;
+
+/// An adapter that was opened. Shared by the backends that use it.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    adapter: Adapter,
+    /// Largest array that a kernel binds [byte].
+    binding: u64,
+    /// The first thing that went wrong.
+    fault: Arc<Mutex<Option<GpuError>>>,
+    /// Kernels that were compiled, by what they were compiled for.
+    kernels: Arc<Mutex<Vec<Arc<Kernels>>>>,
+}
+
+impl Gpu {
+    /// Open the adapter that is meant; `None` where that is the CPU.
+    pub fn open(choice: DeviceChoice) -> Result<Option<Self>, GpuError> {
+        if choice == DeviceChoice::Cpu {
+            return Ok(None);
+        }
+        let found = enumerate();
+        let described: Vec<Adapter> = found.iter().enumerate().map(|(n, a)| describe(n, a)).collect();
+        match choose(choice, &described)? {
+            None => Ok(None),
+            Some(n) => Self::of(&found[n], described[n].clone()).map(Some),
+        }
+    }
+
+    fn of(found: &wgpu::Adapter, adapter: Adapter) -> Result<Self, GpuError> {
+        let name = || adapter.name.clone();
+        if adapter.max_bindings < LEAST_BINDINGS {
+            let (found, needed) = (adapter.max_bindings.into(), LEAST_BINDINGS.into());
+            let limit = "the number of storage buffers of a kernel";
+            return Err(GpuError::Unsuitable { adapter: name(), limit, found, needed });
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("refraxel"),
+            required_limits: found.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(found.request_device(&descriptor))
+            .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
+        let fault = Arc::default();
+        let (binding, kernels) = (adapter.max_binding, Arc::default());
+        let gpu = Self { device, queue, binding, adapter, fault, kernels };
+        let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
+        gpu.device.set_device_lost_callback(move |_, reason| {
+            note(&fault, GpuError::Lost { adapter: name.clone(), reason });
+        });
+        let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
+        gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            note(&fault, GpuError::Driver { adapter: name.clone(), reason: error.to_string() });
+        }));
+        Ok(gpu)
+    }
+
+    /// What was opened.
+    pub fn adapter(&self) -> &Adapter {
+        &self.adapter
+    }
+
+    /// The same device with smaller bindings, so that small scenes are split as large ones are on other devices.
+    #[must_use]
+    pub fn with_binding_limit(self, bytes: u64) -> Self {
+        Self { binding: bytes.min(self.binding), ..self }
+    }
+
+    /// Largest array that a kernel binds [byte].
+    pub(crate) fn binding_limit(&self) -> u64 {
+        self.binding
+    }
+
+    /// Iterations of all loops of an invocation, where a device bounds them.
+    pub(crate) fn iteration_limit(&self) -> Option<u64> {
+        (self.adapter.kind == AdapterKind::Software).then_some(SOFTWARE_ITERATIONS)
+    }
+
+    /// The first thing that went wrong, after which nothing can be relied on.
+    pub fn fault(&self) -> Option<GpuError> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub(crate) fn fail(&self, error: GpuError) {
+        note(&self.fault, error);
+    }
+
+    /// The kernels of a shape.
+    pub(crate) fn kernels(&self, shape: Shape) -> Result<Arc<Kernels>, GpuError> {
+        let mut known = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernels) = known.iter().find(|k| k.shape == shape) {
+            return Ok(Arc::clone(kernels));
+        }
+        let kernels = Arc::new(Kernels::new(self, shape)?);
+        known.push(Arc::clone(&kernels));
+        Ok(kernels)
+    }
+
+    /// A buffer of zeros.
+    pub(crate) fn buffer(
+        &self,
+        what: &str,
+        bytes: u64,
+        usage: BufferUsages,
+    ) -> Result<wgpu::Buffer, GpuError> {
+        // Kernels cannot bind nothing, and copies move whole words.
+        let size = bytes.max(16).next_multiple_of(16);
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
+        let buffer = self.device.create_buffer(&descriptor);
+        match pollster::block_on(scope.pop()) {
+            None => Ok(buffer),
+            Some(_) => Err(GpuError::OutOfMemory {
+                what: what.to_owned(),
+                bytes: size,
+                adapter: self.adapter.name.clone(),
+            }),
+        }
+    }
+
+    /// The first bytes of a buffer, after everything that was submitted.
+    pub(crate) fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        let mut out = Vec::with_capacity(bytes as usize);
+        let staging =
+            self.buffer("staging", STAGING.min(bytes), BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
+        for first in (0..bytes).step_by(STAGING as usize) {
+            let part = STAGING.min(bytes - first);
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, part.next_multiple_of(4));
+            self.queue.submit([encoder.finish()]);
+            let failed = |reason: String| self.first_fault(reason);
+            let slice = staging.slice(..part.next_multiple_of(4));
+            slice.map_async(MapMode::Read, |_| ()); // a failure shows in the mapped range
+            self.device.poll(PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
+            let mapped = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+            out.extend_from_slice(&mapped[..part as usize]);
+            drop(mapped);
+            staging.unmap();
+        }
+        Ok(out)
+    }
+
+    /// What went wrong first, or else this.
+    fn first_fault(&self, reason: String) -> GpuError {
+        self.fail(GpuError::Driver { adapter: self.adapter.name.clone(), reason });
+        self.fault().unwrap_or_else(|| unreachable!("a fault was noted"))
+    }
+}
+
+fn note(fault: &Mutex<Option<GpuError>>, error: GpuError) {
+    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+}

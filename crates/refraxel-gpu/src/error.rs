@@ -1,0 +1,117 @@
+//! What can go wrong with a GPU.
+
+/// Why a GPU cannot be used, or no longer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// The name of a device was not understood.
+    #[error("`{found}` is no device; expected auto, cpu, gpu, or gpu:N with the number of an adapter")]
+    Choice {
+        /// What stood there.
+        found: String,
+    },
+    /// There is no adapter, or none that was asked for.
+    #[error("no usable GPU: {found}; install a Vulkan driver, or use `--device cpu`")]
+    NoAdapter {
+        /// What was found.
+        found: String,
+    },
+    /// An adapter cannot do what the kernels need.
+    #[error(
+        "{adapter} cannot be used: {limit} is {found}, and at least {needed} is needed; use `--device cpu`"
+    )]
+    Unsuitable {
+        /// Its name.
+        adapter: String,
+        /// What falls short.
+        limit: &'static str,
+        /// What the adapter has.
+        found: u64,
+        /// What the kernels need.
+        needed: u64,
+    },
+    /// An adapter did not give a device.
+    #[error("{adapter} could not be opened: {reason}; use another adapter or `--device cpu`")]
+    Open {
+        /// Its name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// Something is larger than the adapter can bind.
+    #[error(
+        "{what} needs {needed} byte, and {adapter} binds at most {most}; lower `grid.resolution`, or use `--device cpu`"
+    )]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// Name of the adapter.
+        adapter: String,
+        /// Its size.
+        needed: u64,
+        /// What can be bound.
+        most: u64,
+    },
+    /// The memory of the device is exhausted.
+    #[error(
+        "the memory of {adapter} is exhausted ({bytes} byte for {what}); lower `grid.resolution` or `field.sh_degree`, or use `--device cpu`"
+    )]
+    OutOfMemory {
+        /// What did not fit.
+        what: String,
+        /// Its size.
+        bytes: u64,
+        /// Name of the adapter.
+        adapter: String,
+    },
+    /// The device is gone: a driver that was reset, a watchdog, a cable.
+    #[error(
+        "{adapter} was lost: {reason}; go on with the saved run, with `--device cpu` where it happens again"
+    )]
+    Lost {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The driver refused something that it should not refuse.
+    #[error("{adapter} reported an error: {reason}; use `--device cpu`")]
+    Driver {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it said.
+        reason: String,
+    },
+    /// A ray would take more steps than a software adapter counts.
+    #[error(
+        "{adapter} stops loops after {most} iterations, and a ray may need {needed}; lower `grid.resolution`, or use `--device cpu`"
+    )]
+    TooManySteps {
+        /// Name of the adapter.
+        adapter: String,
+        /// Iterations of the longest ray.
+        needed: u64,
+        /// What the adapter allows.
+        most: u64,
+    },
+    /// The model has something that the backend does not have yet.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
+}
+
+/// What the GPU backend does not have yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unsupported {
+    /// Rays that bend.
+    #[error(
+        "the GPU backend cannot bend rays yet; use `--device cpu`, or straight rays (`refraction.bend` off)"
+    )]
+    Refraction,
+    /// Surfaces that mirror.
+    #[error("the GPU backend has no mirrors yet; use `--device cpu`, or `reflection.enabled` off")]
+    Reflection,
+    /// Opaque things with a clearcoat.
+    #[error("the GPU backend has no clearcoats yet; use `--device cpu`, or `clearcoat.enabled` off")]
+    Clearcoat,
+}

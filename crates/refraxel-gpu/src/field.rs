@@ -1,0 +1,202 @@
+//! A model and its optimiser's state in the memory of a device, and back.
+
+use crate::constants::STATUS_WORDS;
+use crate::memory::Buffers;
+use crate::pools::Shape;
+use crate::{Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
+use refraxel_core::field::DENSITY_PER_BOX;
+use refraxel_core::grid::domain::CONTRACTED_FAR;
+use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
+use refraxel_train::model::{Model, Optimiser};
+
+/// Outcomes of steps that a device keeps until the host reads them.
+pub(crate) const OUTCOMES: usize = 64;
+
+/// `Scene` of `scene.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Scene {
+    center: [f32; 3],
+    reach: f32,
+    unit_per_world: [f32; 3],
+    density_scale: f32,
+    nodes_per_unit: [f32; 3],
+    voxel: f32,
+    lowest: [f32; 3],
+    contracted: u32,
+    highest: [f32; 3],
+    slots: u32,
+    last_cell: [u32; 3],
+    rows: u32,
+    brick_strides: [u32; 3],
+    padding_0: u32,
+    bricks: [u32; 3],
+    padding_1: u32,
+    plain: [f32; 3],
+    padding_2: u32,
+}
+
+impl Scene {
+    fn of(model: &Model) -> Self {
+        let (domain, map) = (&model.field.domain, &model.field.map);
+        let contracted = domain.extent == Extent::Contracted;
+        let (center, extent) = (domain.bounds.center(), domain.bounds.extent());
+        let half = extent * if contracted { 0.5 * CONTRACTED_FAR as f32 } else { 0.5 };
+        let (lowest, highest) =
+            if contracted { (center - half, center + half) } else { (domain.bounds.min, domain.bounds.max) };
+        let (rows, plain) = match &model.background {
+            Background::Constant(c) => (0, *c),
+            Background::Environment(map) => (map.height() as u32, [0.0; 3]),
+        };
+        Self {
+            center: center.to_array(),
+            reach: if contracted { 2.0 } else { 1.0 },
+            unit_per_world: domain.unit_per_world().to_array(),
+            density_scale: DENSITY_PER_BOX as f32 / extent.max_element(),
+            nodes_per_unit: domain.nodes_per_unit().to_array(),
+            voxel: domain.voxel(),
+            lowest: lowest.to_array(),
+            contracted: contracted.into(),
+            highest: highest.to_array(),
+            slots: map.slots() as u32,
+            last_cell: domain.resolution.map(|n| n - 2),
+            rows,
+            brick_strides: map.brick_strides(),
+            bricks: bricks(map),
+            plain,
+            ..Self::default()
+        }
+    }
+}
+
+/// Bricks per axis.
+fn bricks(map: &BrickMap) -> [u32; 3] {
+    map.resolution().map(|n| n.div_ceil(refraxel_core::grid::BRICK))
+}
+
+/// Entries of the brick table as kernels read them: a slot, or minus a distance.
+fn table(map: &BrickMap) -> Vec<i32> {
+    let all = bricks(map).iter().map(|&n| n as usize).product();
+    let entry = |k| map.entry(k).slot().map_or_else(|far| -(far as i32), |slot| slot as i32);
+    (0..all).map(entry).collect()
+}
+
+/// The numbers of texels' values.
+pub(crate) fn texel_values(background: &Background<f32>) -> usize {
+    match background {
+        Background::Constant(_) => 0,
+        Background::Environment(map) => 3 * map.texels.len(),
+    }
+}
+
+/// Arrays with everything that kernels read and write of a model.
+pub(crate) fn upload(
+    gpu: &Gpu,
+    shape: &Shape,
+    model: &Model,
+    optimiser: &Optimiser,
+) -> Result<Buffers, GpuError> {
+    let (field, map) = (&model.field, &model.field.map);
+    let (voxels, stride) = (map.voxels(), field.degree.stride());
+    let mut b = Buffers::default();
+    b.filled(gpu, "scene", &[Scene::of(model)])?;
+    b.zeros(gpu, "task", size_of::<crate::task::Task>() as u64)?;
+    b.filled(gpu, "table", &table(map))?;
+    b.filled(gpu, "forward", map.forward_rows())?;
+    let bricks: Vec<[u32; 3]> = (0..map.slots()).map(|s| map.brick_of(s as u32)).collect();
+    b.filled(gpu, "brick_of_slot", &bricks)?;
+    b.filled(gpu, "occupied", &optimiser.occupied)?;
+    b.filled(gpu, "density", &field.density[..])?;
+    b.filled(gpu, "density_moment", &optimiser.density[..])?;
+    b.filled(gpu, "colour_moment", &optimiser.colour[..])?;
+    for k in 0..shape.colour.pools {
+        let range = shape.colour.range(k, voxels);
+        b.filled(gpu, &format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride])?;
+    }
+    let texels = match &model.background {
+        Background::Constant(_) => &[][..],
+        Background::Environment(map) => &map.texels[..],
+    };
+    b.filled(gpu, "texels", texels)?;
+    b.filled(gpu, "texel_moment", &optimiser.background)?;
+    for (name, bytes) in gradients(shape, model) {
+        b.zeros(gpu, &name, bytes)?;
+    }
+    b.zeros(gpu, "status", 4 * u64::from(STATUS_WORDS))?;
+    b.zeros(gpu, "outcomes", 16 * OUTCOMES as u64)?;
+    gpu.queue.submit([]);
+    gpu.fault().map_or(Ok(b), Err)
+}
+
+/// Names and sizes of the arrays that are 0 between two steps.
+pub(crate) fn gradients(shape: &Shape, model: &Model) -> Vec<(String, u64)> {
+    let voxels = model.field.map.voxels();
+    let mut all = vec![
+        ("density_gradient".to_owned(), 8 * voxels as u64),
+        ("texel_gradient".to_owned(), 8 * texel_values(&model.background) as u64),
+        ("touched".to_owned(), 8 * model.field.map.slots() as u64),
+    ];
+    for k in 0..shape.gradient.pools {
+        let of_pool = shape.gradient.range(k, voxels).len() as u64;
+        all.push((format!("colour_gradient_{k}"), of_pool * shape.gradient_bytes()));
+    }
+    all
+}
+
+/// A model without the values that a device holds.
+pub(crate) fn without_values(model: &Model) -> Model {
+    let field = &model.field;
+    Model {
+        field: VoxelField {
+            domain: field.domain,
+            map: field.map.clone(),
+            degree: field.degree,
+            density: AlignedVec::from_slice(&[]),
+            colour: AlignedVec::from_slice(&[]),
+        },
+        background: model.background.clone(),
+        refraction: model.refraction.clone(),
+        reflection: model.reflection.clone(),
+        clearcoat: model.clearcoat.clone(),
+    }
+}
+
+/// The model and the optimiser's state, read from a device; `held` is the model without its values.
+pub(crate) fn download(
+    gpu: &Gpu,
+    shape: &Shape,
+    buffers: &Buffers,
+    held: &Model,
+) -> Result<(Model, Optimiser), GpuError> {
+    let (map, degree) = (held.field.map.clone(), held.field.degree);
+    let (voxels, stride) = (map.voxels(), degree.stride());
+    let aligned = |name: &str| -> Result<AlignedVec<f32>, GpuError> {
+        Ok(AlignedVec::from_slice(&buffers.read::<f32>(gpu, name, voxels)?))
+    };
+    let mut colour = AlignedVec::filled(voxels * stride, 0.0);
+    for k in 0..shape.colour.pools {
+        let range = shape.colour.range(k, voxels);
+        let part = buffers.read::<f32>(gpu, &format!("colour_{k}"), range.len() * stride)?;
+        colour[range.start * stride..range.end * stride].copy_from_slice(&part);
+    }
+    let field = VoxelField { domain: held.field.domain, map, degree, density: aligned("density")?, colour };
+    let texels = texel_values(&held.background) / 3;
+    let background = match &held.background {
+        Background::Constant(c) => Background::Constant(*c),
+        Background::Environment(old) => {
+            let texels = buffers.read::<[f32; 3]>(gpu, "texels", texels)?;
+            let map = EnvironmentMap::from_texels(old.height(), texels);
+            Background::Environment(map.unwrap_or_else(|| old.clone()))
+        }
+    };
+    let model = Model { field, background, ..without_values(held) };
+    let optimiser = Optimiser {
+        density: aligned("density_moment")?,
+        colour: aligned("colour_moment")?,
+        background: buffers.read(gpu, "texel_moment", texels)?,
+        occupied: buffers.read(gpu, "occupied", model.field.map.slots())?,
+        ..Optimiser::new(held)
+    };
+    Ok((model, optimiser))
+}

@@ -1,0 +1,28 @@
+//! The GPU backend: one more [`Backend`](refraxel_train::Backend), in WGSL through wgpu, on Vulkan, Metal and DirectX 12.
+//!
+//! [`Gpu`] is an adapter that was opened; [`GpuBackend`] keeps a model in its memory, renders it and learns its parameters.
+//! A kernel (`kernels.rs`) is a concatenation of small files of `shaders/`, preceded by its bindings and by constants that are
+//! those of the Rust code. `naga` validates all of them in a unit test that needs no adapter.
+//!
+//! What the backend does not have yet (refraction, mirrors, clearcoats) it refuses, see [`Unsupported`]: it never computes
+//! something else instead.
+//!
+//! **Sums are exact.** Gradients are added in fixed point of 64 bits (`shaders/fixed.wgsl`): the order in which rays arrive
+//! changes nothing, and the same input gives the same bits on one adapter.
+
+mod adapters;
+mod backend;
+mod constants;
+mod device;
+mod error;
+mod field;
+mod kernels;
+mod memory;
+mod pools;
+mod step;
+mod task;
+
+pub use adapters::{Adapter, AdapterKind, DeviceChoice, adapters};
+pub use backend::GpuBackend;
+pub use device::Gpu;
+pub use error::{GpuError, Unsupported};

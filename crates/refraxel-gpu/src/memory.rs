@@ -1,0 +1,62 @@
+//! Named buffers.
+
+use crate::{Gpu, GpuError};
+use std::collections::HashMap;
+use wgpu::BufferUsages;
+
+/// Bytes that are handed to the driver at once: it keeps a copy of them until they have arrived.
+const PORTION: usize = 32 << 20;
+
+/// The buffers of a scene, or of a batch, by the names that kernels have for them.
+#[derive(Debug, Default)]
+pub(crate) struct Buffers(HashMap<String, wgpu::Buffer>);
+
+impl Buffers {
+    pub(crate) fn get(&self, name: &str) -> Option<&wgpu::Buffer> {
+        self.0.get(name)
+    }
+
+    /// Add an array of zeros.
+    pub(crate) fn zeros(&mut self, gpu: &Gpu, name: &str, bytes: u64) -> Result<(), GpuError> {
+        let uniform = name == "scene" || name == "task";
+        let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
+        let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        self.0.insert(name.to_owned(), gpu.buffer(name, bytes, usage)?);
+        Ok(())
+    }
+
+    /// Add an array with these values.
+    pub(crate) fn filled(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        values: &[impl bytemuck::NoUninit],
+    ) -> Result<(), GpuError> {
+        self.zeros(gpu, name, size_of_val(values) as u64)?;
+        self.write(gpu, name, values);
+        Ok(())
+    }
+
+    /// Write the first values of an array.
+    ///
+    /// # Panics
+    /// If there is no such array.
+    pub(crate) fn write(&self, gpu: &Gpu, name: &str, values: &[impl bytemuck::NoUninit]) {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        for (k, part) in bytes.chunks(PORTION).enumerate() {
+            gpu.queue.write_buffer(&self.0[name], (k * PORTION) as u64, part);
+            if bytes.len() > PORTION {
+                gpu.queue.submit([]);
+            }
+        }
+    }
+
+    /// The first `n` values of an array.
+    ///
+    /// # Panics
+    /// If there is no such array.
+    pub(crate) fn read<T: bytemuck::Pod>(&self, gpu: &Gpu, name: &str, n: usize) -> Result<Vec<T>, GpuError> {
+        let bytes = gpu.read(&self.0[name], (n * size_of::<T>()) as u64)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+}

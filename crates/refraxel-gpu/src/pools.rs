@@ -1,0 +1,184 @@
+//! Arrays that are larger than a binding: cut into pools of whole bricks, read and written by generated functions.
+
+use crate::constants::WORKGROUP;
+use crate::{Gpu, GpuError};
+use refraxel_core::ShDegree;
+use refraxel_core::grid::BRICK_VOXELS;
+use std::fmt::Write;
+
+/// Arrays of the kernel with the most of them, without its pools.
+const OTHER_BINDINGS: u32 = 12;
+
+/// How an array with one entry per voxel is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Split {
+    /// Voxels of every pool but the last.
+    pub voxels: usize,
+    pub pools: usize,
+}
+
+impl Split {
+    fn new(voxels: usize, bytes_per_voxel: u64, binding: u64) -> Self {
+        let most = (binding / bytes_per_voxel) as usize / BRICK_VOXELS * BRICK_VOXELS;
+        let most = most.max(BRICK_VOXELS);
+        Self { voxels: most, pools: voxels.div_ceil(most).max(1) }
+    }
+
+    /// The voxels of a pool, of so many in all.
+    pub(crate) fn range(&self, pool: usize, voxels: usize) -> std::ops::Range<usize> {
+        pool * self.voxels..((pool + 1) * self.voxels).min(voxels)
+    }
+}
+
+/// What kernels are made for: a degree of colour, and the pools of colour and of its gradient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub degree: ShDegree,
+    pub colour: Split,
+    pub gradient: Split,
+}
+
+impl Shape {
+    /// The shape of so many voxels, if a device can bind them.
+    pub(crate) fn new(gpu: &Gpu, degree: ShDegree, voxels: usize) -> Result<Self, GpuError> {
+        let binding = gpu.binding_limit();
+        let shape = Self::within(degree, voxels, binding);
+        let most = gpu.adapter().max_bindings.saturating_sub(OTHER_BINDINGS) as usize;
+        let too_large = |what, needed, most| GpuError::TooLarge {
+            what,
+            adapter: gpu.adapter().name.clone(),
+            needed,
+            most,
+        };
+        // Density's gradient is the largest array in one piece.
+        if 8 * voxels as u64 > binding {
+            return Err(too_large("the gradient of density", 8 * voxels as u64, binding));
+        }
+        if shape.colour.pools + shape.gradient.pools > most {
+            let needed = voxels as u64 * (shape.colour_bytes() + shape.gradient_bytes());
+            return Err(too_large("colour and its gradient", needed, most as u64 * binding));
+        }
+        Ok(shape)
+    }
+
+    /// The shape of so many voxels in bindings of so many bytes.
+    pub(crate) fn within(degree: ShDegree, voxels: usize, binding: u64) -> Self {
+        let one = Split { voxels: BRICK_VOXELS, pools: 1 };
+        let shape = Self { degree, colour: one, gradient: one };
+        let colour = Split::new(voxels, shape.colour_bytes(), binding);
+        let gradient = Split::new(voxels, shape.gradient_bytes(), binding);
+        Self { colour, gradient, ..shape }
+    }
+
+    /// Vectors of four lanes that hold the coefficients of a voxel.
+    pub(crate) fn blocks(&self) -> u32 {
+        (3 * self.degree.basis()).div_ceil(4) as u32
+    }
+
+    /// Lanes of the gradient of a voxel.
+    pub(crate) fn lanes(&self) -> usize {
+        4 * self.blocks() as usize
+    }
+
+    /// Bytes of a voxel's coefficients, laid out as on the host.
+    pub(crate) fn colour_bytes(&self) -> u64 {
+        4 * self.degree.stride() as u64
+    }
+
+    /// Bytes of the gradient of a voxel's coefficients: fixed point, 8 bytes per lane, without padding to whole lines.
+    pub(crate) fn gradient_bytes(&self) -> u64 {
+        8 * self.lanes() as u64
+    }
+
+    /// `colour_at` and, to write, `set_colour`.
+    pub(crate) fn colour_access(&self, writes: bool) -> String {
+        let stride = self.degree.stride() / 4;
+        let at = format!("    let i = (voxel % {0}u) * {stride}u + block;\n", self.colour.voxels);
+        let mut out = format!("fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
+        self.colour.each(&mut out, |k| format!("return colour_{k}[i];"));
+        if writes {
+            let _ = write!(out, "fn set_colour(voxel: u32, block: u32, value: vec4<f32>) {{\n{at}");
+            self.colour.each(&mut out, |k| format!("colour_{k}[i] = value; return;"));
+        }
+        out
+    }
+
+    /// `add_colour_gradient`, or else `take_colour_gradient`.
+    pub(crate) fn gradient_access(&self, adds: bool) -> String {
+        let names: Vec<String> = (0..self.gradient.pools).map(|k| format!("colour_gradient_{k}")).collect();
+        let at =
+            format!("    let i = (voxel % {}u) * {}u + 4u * block;\n", self.gradient.voxels, self.lanes());
+        let mut out: String = names.iter().map(|n| if adds { add(n) } else { take(n) }).collect();
+        if adds {
+            let _ = write!(out, "fn add_colour_gradient(voxel: u32, block: u32, d: vec4<f32>) {{\n{at}");
+            let lane = |k: usize, l: usize| format!("add_colour_gradient_{k}(i + {l}u, d[{l}]);");
+            self.gradient.each(&mut out, |k| (0..4).map(|l| lane(k, l)).collect::<String>() + "return;");
+        } else {
+            let _ = write!(out, "fn take_colour_gradient(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
+            let lane = |k: usize, l: usize| format!("take_colour_gradient_{k}(i + {l}u)");
+            self.gradient.each(&mut out, |k| {
+                format!("return vec4<f32>({});", [0, 1, 2, 3].map(|l| lane(k, l)).join(", "))
+            });
+        }
+        out
+    }
+}
+
+impl Split {
+    /// The rest of a function that does something with the pool of `voxel`.
+    fn each(&self, out: &mut String, with: impl Fn(usize) -> String) {
+        let last = self.pools - 1;
+        if last > 0 {
+            let _ = writeln!(out, "    switch voxel / {}u {{", self.voxels);
+            for k in 0..last {
+                let _ = writeln!(out, "        case {k}u: {{ {} }}", with(k));
+            }
+            let _ = writeln!(out, "        default: {{ {} }}\n    }}\n}}", with(last));
+        } else {
+            let _ = writeln!(out, "    {}\n}}", with(last));
+        }
+    }
+}
+
+/// `add_NAME(i, value)`: add to the i-th fixed-point number of an array that many write to.
+pub(crate) fn add(name: &str) -> String {
+    format!(
+        "fn add_{name}(i: u32, value: f32) {{\n    if (value == 0.0) {{ return; }}\n    let v = to_fixed(value);\n    \
+         let before = atomicAdd(&{name}[2u * i], v.low);\n    \
+         let high = v.high + select(0u, 1u, before + v.low < before);\n    \
+         if (high != 0u) {{ atomicAdd(&{name}[2u * i + 1u], high); }}\n}}\n"
+    )
+}
+
+/// `take_NAME(i)`: the i-th fixed-point number of an array, which is 0 afterwards.
+pub(crate) fn take(name: &str) -> String {
+    format!(
+        "fn take_{name}(i: u32) -> f32 {{\n    let v = Fixed({name}[2u * i], {name}[2u * i + 1u]);\n    \
+         {name}[2u * i] = 0u;\n    {name}[2u * i + 1u] = 0u;\n    return from_fixed(v);\n}}\n"
+    )
+}
+
+/// Workgroups for so many invocations.
+pub(crate) fn workgroups(invocations: usize) -> u32 {
+    invocations.div_ceil(WORKGROUP as usize) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pools_cover_all_voxels_and_none_is_larger_than_a_binding() {
+        for (voxels, binding) in [(64, 1 << 27), (64 * 5000, 1 << 20), (64 * 4097, 9_000_001)] {
+            let shape = Shape::within(ShDegree::default(), voxels, binding);
+            for (split, bytes) in
+                [(shape.colour, shape.colour_bytes()), (shape.gradient, shape.gradient_bytes())]
+            {
+                let ranges: Vec<_> = (0..split.pools).map(|k| split.range(k, voxels)).collect();
+                assert!(ranges.iter().all(|r| !r.is_empty() && r.len() as u64 * bytes <= binding));
+                assert_eq!(ranges.iter().map(|r| r.len()).sum::<usize>(), voxels);
+                assert!(ranges.iter().all(|r| r.start % BRICK_VOXELS == 0));
+            }
+        }
+    }
+}

@@ -1,0 +1,17 @@
+// The outcome of a step: four words in a ring that the host reads now and then. A failure stays until the next load.
+
+@compute @workgroup_size(1)
+fn conclude() {
+    let failed = min(status[STATUS_FAILED] | status[STATUS_LOSS] | status[STATUS_PARAMETER], 1u);
+    let at = 4u * task.outcome;
+    outcomes[at] = status[STATUS_ERROR];
+    outcomes[at + 1u] = status[STATUS_ERROR + 1u];
+    outcomes[at + 2u] = status[STATUS_SAMPLES];
+    outcomes[at + 3u] = failed;
+    status[STATUS_FAILED] = failed;
+    status[STATUS_LOSS] = 0u;
+    status[STATUS_PARAMETER] = 0u;
+    status[STATUS_SAMPLES] = 0u;
+    status[STATUS_ERROR] = 0u;
+    status[STATUS_ERROR + 1u] = 0u;
+}

@@ -1,0 +1,81 @@
+// Where the grid lies in the world, theory (3.2) and (3.3).
+
+// Normalised coordinates before contraction.
+fn unit(x: vec3<f32>) -> vec3<f32> {
+    return (x - scene.center) * scene.unit_per_world;
+}
+
+fn max_element(v: vec3<f32>) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+// u (2/m − 1/m²) where m = ‖u‖∞ > 1 in a contracted domain.
+fn contract(u: vec3<f32>) -> vec3<f32> {
+    if (scene.contracted == 0u) {
+        return u;
+    }
+    let inverse = 1.0 / max(max_element(abs(u)), 1.0);
+    return u * (inverse * (2.0 - inverse));
+}
+
+// Node coordinates of normalised ones, not below 0.
+fn node_of_unit(u: vec3<f32>) -> vec3<f32> {
+    return max((contract(u) + scene.reach) * scene.nodes_per_unit, vec3<f32>(0.0));
+}
+
+// Transpose of the derivative of the node coordinates: dLoss/dx from dLoss/dnode.
+fn node_vjp(x: vec3<f32>, d_node: vec3<f32>) -> vec3<f32> {
+    let d_u = d_node * scene.nodes_per_unit;
+    let u = unit(x);
+    let m = max_element(abs(u));
+    if (scene.contracted == 0u || m <= 1.0) {
+        return d_u * scene.unit_per_world;
+    }
+    let inverse = 1.0 / m;
+    var axis = vec3<f32>(0.0, 0.0, 1.0);
+    if (abs(u.x) == m) {
+        axis = vec3<f32>(1.0, 0.0, 0.0);
+    } else if (abs(u.y) == m) {
+        axis = vec3<f32>(0.0, 1.0, 0.0);
+    }
+    let slope = sign(dot(axis, u)) * 2.0 * inverse * inverse * (inverse - 1.0);
+    return (d_u * (inverse * (2.0 - inverse)) + axis * (slope * dot(u, d_u))) * scene.unit_per_world;
+}
+
+// Factor by which steps grow at a point.
+fn growth_at(x: vec3<f32>) -> f32 {
+    return select(1.0, max(max_element(abs(unit(x))), 1.0), scene.contracted != 0u);
+}
+
+// Bound on the nodes per unit of t that a point inside the box moves through, see `NodeMap::fastest` of the CPU backend.
+fn fastest(momentum: vec3<f32>) -> f32 {
+    let speed = abs(momentum) * scene.unit_per_world;
+    if (scene.contracted != 0u) {
+        return max_element(scene.nodes_per_unit) * max_element(speed);
+    }
+    return max_element(speed * scene.nodes_per_unit);
+}
+
+// Bound on how much faster than inside the box a step can move through the nodes of a contracted grid.
+fn stretch(growth: f32) -> f32 {
+    return select(STRETCH, min(growth * STRETCH, STRETCH_MOST), growth > 1.0);
+}
+
+// Interval of t inside a slab; empty (1, 0) where a parallel ray passes beside it.
+fn clip_axis(start: f32, momentum: f32, lowest: f32, highest: f32) -> vec2<f32> {
+    if (momentum == 0.0) {
+        return select(vec2<f32>(1.0, 0.0), vec2<f32>(0.0, FAR), start >= lowest && start <= highest);
+    }
+    let a = (lowest - start) / momentum;
+    let b = (highest - start) / momentum;
+    return vec2<f32>(min(a, b), max(a, b));
+}
+
+// Interval of t of a ray inside the grid from `near` on; empty where the first is not below the second.
+fn clip(start: vec3<f32>, momentum: vec3<f32>, near: f32) -> vec2<f32> {
+    let x = clip_axis(start.x, momentum.x, scene.lowest.x, scene.highest.x);
+    let y = clip_axis(start.y, momentum.y, scene.lowest.y, scene.highest.y);
+    let z = clip_axis(start.z, momentum.z, scene.lowest.z, scene.highest.z);
+    let first = max(max(x.x, y.x), max(z.x, max(near, 0.0)));
+    return vec2<f32>(first, min(x.y, min(y.y, z.y)));
+}

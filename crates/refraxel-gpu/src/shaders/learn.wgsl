@@ -1,0 +1,118 @@
+// Compare rays with their targets, and the adjoint of the march, theory (3.10)–(3.14). `render` has run before: `seen` holds
+// what the rays show. The march is repeated from the front; what lies behind a sample is what the ray shows less what it has
+// collected so far, so that nothing is kept per sample.
+
+@compute @workgroup_size(WORKGROUP)
+fn learn(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let ray = invocation(group, groups, lane);
+    if (ray >= task.rays) {
+        return;
+    }
+    let whole = seen[ray];
+    let residual = whole.colour - lessons[ray].colour;
+    let squared_error = dot(residual, residual);
+    if (!is_finite(squared_error)) {
+        atomicOr(&status[STATUS_LOSS], 1u);
+        return;
+    }
+    add_status(STATUS_ERROR / 2u, squared_error);
+    let d_colour = 2.0 * residual;
+    let direction = lessons[ray].direction;
+    if ((task.wants & GIVEN_BEHIND) == 0u) {
+        scatter_background(direction, whole.transmittance * d_colour);
+    }
+    let sums = march_back(ray, d_colour);
+    if ((task.wants & WANTS_RAYS) != 0u) {
+        var d_exit = vec3<f32>(0.0);
+        if ((task.wants & GIVEN_BEHIND) == 0u) {
+            let free = background_radiance_vjp(direction, d_colour * whole.transmittance);
+            d_exit = free - direction * dot(direction, free);
+        }
+        ray_gradients[ray] = RayGradient(sums.start, 0.0, sums.momentum + d_exit, 0.0, residual, 0.0);
+    }
+}
+
+// dLoss/d(texels), given dLoss/d(radiance).
+fn scatter_background(direction: vec3<f32>, d_radiance: vec3<f32>) {
+    if (scene.rows == 0u) {
+        return;
+    }
+    let cell = texel_cell(direction);
+    let w = texel_weights(cell.fraction);
+    for (var k = 0u; k < 4u; k++) {
+        let d = w[k] * d_radiance;
+        add_texel_gradient(3u * cell.index[k], d.x);
+        add_texel_gradient(3u * cell.index[k] + 1u, d.y);
+        add_texel_gradient(3u * cell.index[k] + 2u, d.z);
+    }
+}
+
+// The adjoint of all samples of a straight ray; dLoss/d(segment).
+fn march_back(ray: u32, d_colour: vec3<f32>) -> SegmentAdjoint {
+    var sums = SegmentAdjoint();
+    let origin = lessons[ray].origin;
+    let direction = lessons[ray].direction;
+    let shown = seen[ray].colour;
+    let last = seen[ray].transmittance;
+    var d_transmittance = 0.0;
+    if (task.opacity > 0.0) {
+        d_transmittance = task.opacity * opacity_beta_slope(last);
+    }
+    var basis = basis_lanes(direction);
+    var front = front_of(lessons[ray].offset);
+    if (!enter_straight(&front, origin, direction)) {
+        return sums;
+    }
+    var samples = 0u;
+    var collected = vec3<f32>(0.0);
+    var s: Sample;
+    while (!front.opaque && next_sample(&front, &s)) {
+        samples++;
+        let colour = shade(s.corner, s.weight, &basis);
+        let weight = s.before * s.alpha;
+        collected += weight * colour;
+        // forward: C = collected + T (1 − a) behind
+        let after = s.before * (1.0 - s.alpha);
+        var d_tau = dot(d_colour, after * colour - (shown - collected)) - last * d_transmittance;
+        if (task.sparsity > 0.0) {
+            d_tau += task.sparsity * cauchy_slope(s.tau);
+        }
+        // A colour clamped at 0 has no slope.
+        let d_sample = select(vec3<f32>(0.0), weight * d_colour, colour > vec3<f32>(0.0));
+        let d_theta = d_tau * s.slope;
+        if ((task.wants & WANTS_FIELD) != 0u) {
+            scatter(&s, &basis, d_theta, d_sample);
+        }
+        if ((task.wants & WANTS_RAYS) != 0u) {
+            add_segment_adjoint(&sums, &s, &basis, Teaching(origin, direction, d_theta, d_tau, d_sample));
+        }
+    }
+    atomicAdd(&status[STATUS_SAMPLES], samples);
+    return sums;
+}
+
+// What a sample gives to the voxels around it, theory (3.13). The empty brick never learns. These loops are not written out:
+// software adapters would compile so many atomics for minutes.
+fn scatter(
+    s: ptr<function, Sample>,
+    basis: ptr<function, array<vec4<f32>, BLOCKS>>,
+    d_theta: f32,
+    d_sample: vec3<f32>,
+) {
+    for (var k = 0u; k < 8u; k++) {
+        let voxel = corner_of((*s).slot, (*s).local, k);
+        if (voxel < BRICK_VOXELS) {
+            continue;
+        }
+        let weight = trilinear_weight((*s).fraction, k);
+        add_density_gradient(voxel, weight * d_theta);
+        touch(voxel);
+        for (var block = 0u; block < BLOCKS; block++) {
+            add_colour_gradient(voxel, block, weight * spread(block, d_sample) * (*basis)[block]);
+        }
+    }
+}

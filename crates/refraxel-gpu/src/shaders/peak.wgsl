@@ -1,0 +1,31 @@
+// The largest weight T a that any ray gives to the samples around each voxel, theory (4.11). Weights are not negative, so
+// their order is that of their bits.
+
+@compute @workgroup_size(WORKGROUP)
+fn peak(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let ray = invocation(group, groups, lane);
+    if (ray >= task.rays) {
+        return;
+    }
+    var front = front_of(lessons[ray].offset);
+    if (!enter_straight(&front, lessons[ray].origin, lessons[ray].direction)) {
+        return;
+    }
+    var s: Sample;
+    while (!front.opaque && next_sample(&front, &s)) {
+        let bits = bitcast<u32>(s.before * s.alpha);
+        for (var k = 0u; k < 8u; k++) {
+            weigh(corner_of(s.slot, s.local, k), bits);
+        }
+    }
+}
+
+fn weigh(voxel: u32, bits: u32) {
+    if (atomicLoad(&weights[voxel]) < bits) {
+        atomicMax(&weights[voxel], bits);
+    }
+}

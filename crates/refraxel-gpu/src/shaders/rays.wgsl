@@ -1,0 +1,25 @@
+// Rays, and what they show.
+
+// A ray with what it should show. The fields are those of `task::Lesson` in Rust.
+struct Lesson {
+    origin: vec3<f32>,
+    // Shift of the quadrature points [step].
+    offset: f32,
+    direction: vec3<f32>,
+    padding_0: f32,
+    // Observed colour (sRGB-encoded).
+    colour: vec3<f32>,
+    padding_1: f32,
+    // Radiance behind the field, where WANTS says that it is given.
+    behind: vec3<f32>,
+    padding_2: f32,
+}
+
+// What a ray shows.
+struct Seen {
+    // Over the background.
+    colour: vec3<f32>,
+    transmittance: f32,
+    behind: vec3<f32>,
+    depth: f32,
+}

@@ -1,0 +1,195 @@
+//! The passes over a batch: forward, adjoint, update; and what is read back of them.
+
+use crate::backend::GpuBackend;
+use crate::constants::{
+    STATUS_ERROR, STATUS_LOSS, STATUS_SAMPLES, STATUS_WORDS, WANTS_FIELD, WANTS_RAYS, from_fixed,
+};
+use crate::field::{OUTCOMES, gradients, texel_values};
+use crate::memory::Buffers;
+use crate::pools::workgroups;
+use crate::task::{Lesson, RayAdjoint, Seen, Task};
+use crate::{Gpu, GpuError};
+use refraxel_core::{AlignedVec, FieldGradient};
+use refraxel_train::backend::{Batch, Objective, REFRESH, RayGradient, StepOutcome};
+
+/// Rays on a device, with room for what they show and receive.
+#[derive(Debug, Default)]
+pub(crate) struct RayBuffers {
+    pub buffers: Buffers,
+    capacity: usize,
+}
+
+impl RayBuffers {
+    /// Put rays there, and make room for `wants_gradients` of them.
+    pub(crate) fn fill(
+        &mut self,
+        gpu: &Gpu,
+        lessons: &[Lesson],
+        wants_gradients: bool,
+    ) -> Result<(), GpuError> {
+        let n = lessons.len();
+        if n > self.capacity || self.buffers.get("lessons").is_none() {
+            self.buffers.zeros(gpu, "lessons", (n * size_of::<Lesson>()) as u64)?;
+            self.buffers.zeros(gpu, "seen", (n * size_of::<Seen>()) as u64)?;
+            self.capacity = n;
+        }
+        let gradients = if wants_gradients { n } else { 1 };
+        self.buffers.zeros(gpu, "ray_gradients", (gradients * size_of::<RayAdjoint>()) as u64)?;
+        self.buffers.write(gpu, "lessons", lessons);
+        Ok(())
+    }
+}
+
+/// What a batch gives: gradients of the field and the texels, of rays, and the outcome.
+pub(crate) struct Gradients {
+    pub field: FieldGradient<f32>,
+    pub texels: Vec<[f32; 3]>,
+    pub rays: Vec<RayGradient>,
+    pub outcome: StepOutcome,
+}
+
+impl Gradients {
+    /// No gradients, of a batch that failed.
+    pub(crate) fn none(batch: &Batch) -> Self {
+        let none = || AlignedVec::from_slice(&[]);
+        let rays = vec![RayGradient::zero(); batch.rays.len()];
+        let outcome = StepOutcome { rays: rays.len() as u64, ..StepOutcome::default() };
+        let field = FieldGradient { density: none(), colour: none() };
+        Self { field, texels: Vec::new(), rays, outcome }
+    }
+}
+
+impl GpuBackend {
+    fn encoder(&self) -> wgpu::CommandEncoder {
+        self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    /// Enqueue one step; its outcome will lie at `task.outcome`.
+    pub(crate) fn enqueue(
+        &mut self,
+        batch: &Batch,
+        objective: &Objective,
+        step: u64,
+        outcome: usize,
+    ) -> Result<(), GpuError> {
+        let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
+        self.rays.fill(gpu, &Lesson::of_batch(batch), false)?;
+        let mut task = Task::learning(objective, field, batch);
+        let moves = objective.moves_field();
+        if !moves {
+            task.wants &= !WANTS_FIELD;
+        }
+        task.tv_turn = (step % u64::from(objective.tv_period.max(1))) as u32;
+        task.outcome = outcome as u32;
+        self.buffers.write(gpu, "task", &[task]);
+        let mut encoder = self.encoder();
+        let (of, voxels) = ([&self.buffers, &self.rays.buffers], workgroups(field.map.voxels()));
+        if step.is_multiple_of(REFRESH) {
+            kernels.occupancy.run(gpu, &mut encoder, &of, workgroups(2 * field.map.slots()));
+        }
+        let rays = workgroups(batch.rays.len());
+        kernels.render.run(gpu, &mut encoder, &of, rays);
+        kernels.learn.run(gpu, &mut encoder, &of, rays);
+        if moves {
+            if objective.tv_density > 0.0 || objective.tv_colour > 0.0 {
+                kernels.variation.run(gpu, &mut encoder, &of, voxels);
+            }
+            kernels.update.run(gpu, &mut encoder, &of, voxels);
+            clear(&mut encoder, &self.buffers, "touched");
+        }
+        let texels = workgroups(texel_values(&self.held.background));
+        kernels.update_background.run(gpu, &mut encoder, &of, texels);
+        kernels.conclude.run(gpu, &mut encoder, &of, 1);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Forward and adjoint of a batch without a step; of the rays alone, where the field is not wanted.
+    pub(crate) fn look_back(
+        &self,
+        batch: &Batch,
+        objective: &Objective,
+        wants: u32,
+    ) -> Result<Gradients, GpuError> {
+        let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
+        let mut rays = RayBuffers::default();
+        rays.fill(gpu, &Lesson::of_batch(batch), true)?;
+        let mut task = Task::learning(objective, field, batch);
+        task.wants = (task.wants & !WANTS_FIELD) | WANTS_RAYS | wants;
+        self.buffers.write(gpu, "task", &[task]);
+        let mut encoder = self.encoder();
+        let of = [&self.buffers, &rays.buffers];
+        kernels.render.run(gpu, &mut encoder, &of, workgroups(batch.rays.len()));
+        kernels.learn.run(gpu, &mut encoder, &of, workgroups(batch.rays.len()));
+        gpu.queue.submit([encoder.finish()]);
+        let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
+        let outcome = StepOutcome {
+            rays: batch.rays.len() as u64,
+            squared_error: from_fixed(status[STATUS_ERROR as usize], status[STATUS_ERROR as usize + 1]),
+            samples: status[STATUS_SAMPLES as usize].into(),
+            finite: status[STATUS_LOSS as usize] == 0,
+            ..StepOutcome::default()
+        };
+        let adjoints: Vec<RayAdjoint> = rays.buffers.read(gpu, "ray_gradients", batch.rays.len())?;
+        let rays = adjoints.into_iter().map(RayGradient::from).collect();
+        let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
+        self.clear_sums();
+        Ok(Gradients { field, texels, rays, outcome })
+    }
+
+    /// The sums of gradients as they are; empty ones of a field that is not wanted.
+    fn sums(&self, wants_field: bool) -> Result<(FieldGradient<f32>, Vec<[f32; 3]>), GpuError> {
+        let (gpu, shape, field) = (&self.gpu, &self.kernels.shape, &self.held.field);
+        let numbers = |name: &str, n: usize| -> Result<Vec<f32>, GpuError> {
+            let words: Vec<[u32; 2]> = self.buffers.read(gpu, name, n)?;
+            Ok(words.iter().map(|w| from_fixed(w[0], w[1]) as f32).collect())
+        };
+        let texels = numbers("texel_gradient", texel_values(&self.held.background))?;
+        let texels = texels.as_chunks::<3>().0.to_vec();
+        if !wants_field {
+            let none = || AlignedVec::from_slice(&[]);
+            return Ok((FieldGradient { density: none(), colour: none() }, texels));
+        }
+        let (voxels, stride, lanes) = (field.map.voxels(), field.degree.stride(), shape.lanes());
+        let density = AlignedVec::from_slice(&numbers("density_gradient", voxels)?);
+        let mut colour = AlignedVec::filled(voxels * stride, 0.0);
+        for k in 0..shape.gradient.pools {
+            let range = shape.gradient.range(k, voxels);
+            let part = numbers(&format!("colour_gradient_{k}"), range.len() * lanes)?;
+            for (voxel, d) in range.zip(part.chunks_exact(lanes)) {
+                colour[voxel * stride..voxel * stride + lanes].copy_from_slice(d);
+            }
+        }
+        Ok((FieldGradient { density, colour }, texels))
+    }
+
+    /// Sums are 0 again; what failed before stays.
+    fn clear_sums(&self) {
+        let mut encoder = self.encoder();
+        for (name, _) in gradients(&self.kernels.shape, &self.held) {
+            clear(&mut encoder, &self.buffers, &name);
+        }
+        if let Some(status) = self.buffers.get("status") {
+            encoder.clear_buffer(status, 4 * u64::from(STATUS_LOSS), None);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// The outcomes of the steps that were enqueued and not read yet.
+    pub(crate) fn read_outcomes(&mut self) -> Result<Vec<StepOutcome>, GpuError> {
+        let all: Vec<[u32; 4]> = self.buffers.read(&self.gpu, "outcomes", OUTCOMES)?;
+        let outcome = |(k, &(step, rays)): (usize, &(u64, u64))| {
+            let [low, high, samples, failed] = all[k];
+            let (squared_error, samples) = (from_fixed(low, high), samples.into());
+            StepOutcome { step, rays, squared_error, samples, overflows: 0, finite: failed == 0 }
+        };
+        Ok(std::mem::take(&mut self.pending).iter().enumerate().map(outcome).collect())
+    }
+}
+
+/// Set an array to 0.
+fn clear(encoder: &mut wgpu::CommandEncoder, buffers: &Buffers, name: &str) {
+    if let Some(buffer) = buffers.get(name) {
+        encoder.clear_buffer(buffer, 0, None);
+    }
+}

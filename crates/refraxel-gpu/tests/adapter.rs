@@ -1,0 +1,209 @@
+//! The GPU backend on an adapter of this machine, be it a software one: the claims of the conformance suite that it answers
+//! for, and what is its own affair.
+
+use refraxel_core::{Background, Extent, Ray, vec3};
+use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, Unsupported};
+use refraxel_train::backend::conformance::scenes::{batch, objective, straight_model};
+use refraxel_train::backend::conformance::{Suite, Tolerances, bent, clearcoated, mirrored};
+use refraxel_train::backend::{Layers, Marching, Objective, step};
+use refraxel_train::{Backend, CpuBackend, Model, Refraction};
+use std::sync::OnceLock;
+
+/// The first adapter.
+fn gpu() -> Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    let open = || Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    GPU.get_or_init(open).clone()
+}
+
+fn make(model: Model) -> GpuBackend {
+    GpuBackend::new(gpu(), model).expect("a model that fits")
+}
+
+refraxel_train::conformance_tests! {
+    Suite { make, tolerances: Tolerances::SINGLE_PRECISION }, ignore = "needs a Vulkan adapter" =>
+        straight {
+            rendering_agrees_with_the_reference,
+            gradients_agree_with_the_reference,
+            priors_on_rays_and_samples_have_the_reference_gradient,
+            cut_offs_change_a_picture_by_no_more_than_they_say,
+            skipping_never_jumps_over_matter_in_flat_contracted_boxes,
+            learning_lowers_the_loss,
+            resampling_to_a_finer_grid_keeps_the_picture,
+            peak_weights_mark_what_rays_see,
+        }
+        contract {
+            a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
+            a_parameter_that_is_not_a_number_is_reported,
+            after_a_failure_nothing_changes_until_the_next_load,
+            a_gradient_of_straight_rays_changes_nothing,
+            density_is_set_where_the_mask_says_and_its_moments_are_forgotten,
+            outcomes_come_in_order_and_once,
+        }
+}
+
+/// Everything that a straight scene minimises.
+fn all_priors() -> Objective {
+    let (tv_density, tv_colour, tv_period) = (0.02, 0.01, 2);
+    Objective {
+        sparsity: 0.01,
+        opacity: 0.01,
+        tv_density,
+        tv_colour,
+        tv_period,
+        rate_view: 0.5,
+        ..objective()
+    }
+}
+
+/// Largest difference of two arrays.
+fn apart(a: &[f32], b: &[f32]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).fold(0.0, |m, (a, b)| m.max((a - b).abs()))
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn pictures_are_those_of_the_cpu() {
+    // Both round in f32: eps 6e-8 × about 100 samples, with a margin of 10.
+    const TOL: f32 = 6e-5;
+    let near =
+        Marching { near: 2.5, min_optical_depth: 1e-3, min_transmittance: 1e-2, ..Marching::exhaustive(0.5) };
+    for extent in [Extent::Bounded, Extent::Contracted] {
+        let model = straight_model(2, extent);
+        let (mut cpu, mut gpu, rays) = (CpuBackend::new(model.clone()), make(model), batch(500).rays);
+        for marching in [Marching::exhaustive(0.5), near] {
+            cpu.refresh_occupancy(&marching);
+            gpu.refresh_occupancy(&marching);
+            assert_eq!(cpu.snapshot().optimiser.occupied, gpu.snapshot().optimiser.occupied);
+            let want = cpu.render(&rays, &marching, Layers::All);
+            let got = gpu.render(&rays, &marching, Layers::All);
+            let different = want.iter().zip(&got).filter(|(a, b)| {
+                apart(&a.colour, &b.colour) > TOL
+                    || (a.transmittance - b.transmittance).abs() > TOL
+                    || (a.depth - b.depth).abs() > 10.0 * TOL
+            });
+            // A sample may fall to the other side of a face, or of a cut-off, by rounding.
+            assert!(different.count() <= rays.len() / 50, "{extent:?}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn the_first_steps_are_those_of_the_cpu() {
+    let mut model = straight_model(1, Extent::Bounded);
+    // The noise of this field fills the padding, too, where a model has zeros.
+    let degree = model.field.degree;
+    model.field.colour.chunks_mut(degree.stride()).for_each(|voxel| voxel[3 * degree.basis()..].fill(0.0));
+    let (mut cpu, mut gpu, b) = (CpuBackend::new(model.clone()), make(model), batch(400));
+    for k in 0..3 {
+        let (want, got) = (step(&mut cpu, &b, &all_priors(), k), step(&mut gpu, &b, &all_priors(), k));
+        let samples = want.samples.abs_diff(got.samples);
+        assert!(samples <= want.samples / 1000, "{} and {} samples", want.samples, got.samples);
+        assert!((want.squared_error - got.squared_error).abs() < 1e-3 * want.squared_error);
+    }
+    let (want, got) = (cpu.snapshot(), gpu.snapshot());
+    // A first step is as long as its rate, whatever the gradient: where it is 0 but for rounding, signs may differ.
+    let far = |a: &[f32], b: &[f32], tol: f32| a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > tol).count();
+    let density = far(&want.model.field.density, &got.model.field.density, 1e-2);
+    let colour = far(&want.model.field.colour, &got.model.field.colour, 1e-3);
+    assert!(density * 100 < want.model.field.density.len(), "{density} densities differ");
+    assert!(colour * 100 < want.model.field.colour.len(), "{colour} coefficients differ");
+    let (Background::Environment(a), Background::Environment(b)) =
+        (&want.model.background, &got.model.background)
+    else {
+        unreachable!("a panorama")
+    };
+    assert!(apart(a.texels.as_flattened(), b.texels.as_flattened()) < 1e-3);
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn the_same_steps_give_the_same_bits_whatever_the_order_of_rays() {
+    let model = straight_model(2, Extent::Bounded);
+    let mut turned = batch(300);
+    turned.rays.reverse();
+    turned.target.reverse();
+    turned.offset.reverse();
+    let mut ends = Vec::new();
+    for b in [batch(300), batch(300), turned] {
+        let mut gpu = make(model.clone());
+        (0..4).for_each(|k| gpu.submit(&b, &all_priors(), k));
+        assert!(gpu.outcomes(true).iter().all(|o| o.finite));
+        let snapshot = gpu.snapshot();
+        ends.push((snapshot.model.field.density.clone(), snapshot.model.field.colour.clone()));
+    }
+    assert!(ends[0] == ends[1] && ends[0] == ends[2]);
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_field_cut_into_pools_learns_the_same_bits() {
+    let model = straight_model(2, Extent::Bounded);
+    let small = gpu().with_binding_limit(1 << 19);
+    let pools = |gpu: Gpu| GpuBackend::new(gpu, model.clone()).expect("a model that fits");
+    let (mut one, mut many, b) = (make(model.clone()), pools(small), batch(200));
+    for k in 0..2 {
+        assert_eq!(step(&mut one, &b, &all_priors(), k), step(&mut many, &b, &all_priors(), k));
+    }
+    let (one, many) = (one.snapshot(), many.snapshot());
+    assert!(one.model.field.colour == many.model.field.colour);
+    assert!(one.model.field.density == many.model.field.density);
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn the_background_may_come_with_the_rays() {
+    let model = straight_model(0, Extent::Bounded);
+    let (cpu, gpu, mut b) = (CpuBackend::new(model.clone()), make(model), batch(100));
+    b.behind = b.target.iter().map(|t| t.map(|v| 1.0 - v)).collect();
+    let (want, got) = (cpu.gradient(&b, &objective()), gpu.gradient(&b, &objective()));
+    assert!((want.outcome.squared_error - got.outcome.squared_error).abs() < 1e-3);
+    assert!(got.background.as_flattened().iter().all(|&d| d == 0.0));
+    assert!(apart(&want.field.density, &got.field.density) < 1e-4);
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn rays_that_miss_or_are_no_numbers_end() {
+    let gpu = make(straight_model(1, Extent::Bounded));
+    let beside = Ray { origin: vec3(9.0, 0.0, 0.0), direction: vec3(0.0, 1.0, 0.0) };
+    let wrong = Ray { origin: vec3(f32::NAN, 0.0, 0.0), direction: vec3(f32::NAN, 0.0, 1.0) };
+    let seen = gpu.render(&[beside, wrong], &Marching::exhaustive(0.5), Layers::All);
+    assert_eq!(seen[0].transmittance, 1.0);
+}
+
+/// What is not there yet is an error before the work, not another picture.
+#[test]
+fn models_that_bend_or_mirror_are_refused() {
+    assert_eq!(GpuBackend::supports(&straight_model(1, Extent::Contracted)), Ok(()));
+    let bent = bent::bent_model(Extent::Bounded);
+    assert_eq!(GpuBackend::supports(&bent), Err(Unsupported::Refraction));
+    let mirrored = Model { refraction: Refraction::none(), ..mirrored::sharp_ball() };
+    assert_eq!(GpuBackend::supports(&mirrored), Err(Unsupported::Reflection));
+    let clearcoated = clearcoated::clearcoated_model(Extent::Bounded);
+    assert_eq!(GpuBackend::supports(&clearcoated), Err(Unsupported::Clearcoat));
+    assert!(Unsupported::Refraction.to_string().contains("--device cpu"));
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_device_with_a_fault_says_so_and_learns_nothing() {
+    // A device of its own: a fault stays.
+    let gpu = Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    let refused = GpuBackend::new(gpu.clone(), bent::bent_model(Extent::Bounded)).map(|_| ());
+    assert_eq!(refused, Err(GpuError::Unsupported(Unsupported::Refraction)));
+    assert_eq!(gpu.fault(), None, "a refusal is no fault");
+    if gpu.adapter().kind != AdapterKind::Software {
+        return; // hardware counts no steps
+    }
+    let mut backend = GpuBackend::new(gpu, straight_model(0, Extent::Bounded)).expect("a model that fits");
+    let endless = Objective { marching: Marching::exhaustive(1e-3), ..objective() };
+    assert_eq!(backend.fault(), None);
+    backend.submit(&batch(10), &endless, 7);
+    let outcomes = backend.outcomes(true);
+    assert!(outcomes.len() == 1 && outcomes[0].step == 7 && !outcomes[0].finite);
+    let fault = backend.fault().expect("a fault");
+    assert!(fault.contains("65535 iterations") && fault.contains("--device cpu"), "{fault}");
+}
