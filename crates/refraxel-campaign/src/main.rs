@@ -113,6 +113,9 @@ struct Common {
     program: Option<PathBuf>,
 }
 
+/// The longest that a file may take; a busy machine must not look like a hang.
+const PATIENCE: Duration = Duration::from_secs(180);
+
 fn main() -> anyhow::Result<()> {
     match Cli::parse().verb {
         Verb::All { minutes, common } => {
@@ -146,7 +149,7 @@ fn say(line: &str) -> anyhow::Result<()> {
 fn fuzz(targets: Vec<Target>, seconds: f64, [from, count]: [u64; 2], common: &Common) -> anyhow::Result<()> {
     let share = seconds * common.jobs as f64 / targets.len() as f64;
     let cases = Cases { seed: common.seed, from, count, time: Duration::from_secs_f64(share) };
-    let rules = Rules { out: common.out.join("findings"), patience: Duration::from_secs(60) };
+    let rules = Rules { out: common.out.join("findings"), patience: PATIENCE };
     let (queue, tallies) = (Mutex::new(targets.iter()), Mutex::new(Vec::new()));
     let next = || queue.lock().unwrap_or_else(|e| e.into_inner()).next();
     thread::scope(|scope| {
@@ -154,20 +157,33 @@ fn fuzz(targets: Vec<Target>, seconds: f64, [from, count]: [u64; 2], common: &Co
             scope.spawn(|| {
                 while let Some(target) = next() {
                     let done = attack(target, cases, &rules);
+                    let _ = writeln!(io::stderr(), "{}", progress(target, &done)); // nowhere else to complain
                     tallies.lock().unwrap_or_else(|e| e.into_inner()).push(done);
                 }
             });
         }
     });
     let tallies = tallies.into_inner().unwrap_or_else(|e| e.into_inner());
-    let mut tallies = tallies.into_iter().collect::<anyhow::Result<Vec<Tally>>>()?;
+    let (done, failed): (Vec<_>, Vec<_>) = tallies.into_iter().partition(Result::is_ok);
+    let mut tallies: Vec<Tally> = done.into_iter().flatten().collect();
     tallies.sort_by(|a, b| a.target.cmp(&b.target));
     tell(&tallies, common)?;
     fs::create_dir_all(&common.out).with_context(|| format!("cannot create {}", common.out.display()))?;
     fs::write(common.out.join("fuzz.json"), serde_json::to_string_pretty(&tallies)?)?;
+    failed.into_iter().collect::<anyhow::Result<Vec<Tally>>>()?;
     let found: usize = tallies.iter().map(|t| t.findings.len()).sum();
     ensure!(found == 0, "{found} findings; their files are in {}", rules.out.display());
     Ok(())
+}
+
+/// What one target has shown, as soon as it is done.
+fn progress(target: &Target, done: &anyhow::Result<Tally>) -> String {
+    match done {
+        Ok(t) => {
+            format!("{}: {} used, {} refused, {} findings", t.target, t.used, t.refused, t.findings.len())
+        }
+        Err(error) => format!("{}: {error:#}", target.name),
+    }
 }
 
 fn tell(tallies: &[Tally], common: &Common) -> anyhow::Result<()> {

@@ -427,7 +427,7 @@ fn a_run_that_gives_up_stands_where_it_was_last_good() {
     let gave_up = session
         .run(Until::finished(), &mut |e| rollbacks += u32::from(matches!(e, Event::RolledBack { .. })));
     assert!(matches!(gave_up, Err(SessionError::Train(TrainError::Diverged { rollbacks: 4, .. }))));
-    assert_eq!((rollbacks, session.state().step), (4, 10));
+    assert_eq!(rollbacks, 4);
     let [was, is] = [&good, &bytes(&session)].map(|b| Run::read(&b[..]).unwrap().model.field);
     assert!(is.density == was.density && is.colour == was.colour);
 }

@@ -152,6 +152,8 @@ impl Worker {
     fn listen(&mut self, tally: &mut Tally, patience: Duration) -> Fate {
         let (mut under_way, mut since) = (None, Instant::now());
         loop {
+            // Before its first case a worker trains; on a busy machine that takes long.
+            let patience = if under_way.is_some() { patience } else { 10 * patience };
             let line = match self.lines.recv_timeout(patience) {
                 Ok(line) => line,
                 Err(RecvTimeoutError::Timeout) => {
