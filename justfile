@@ -29,10 +29,6 @@ bench:
 campaign minutes="60": campaign-programs
     "${CARGO_TARGET_DIR:-target}"/debug/campaign all {{minutes}}
 
-# A long run with ten interruptions, its memory over time, and the bits at its end
-soak minutes="60": campaign-programs
-    "${CARGO_TARGET_DIR:-target}"/debug/campaign soak --minutes {{minutes}}
-
 [private]
 campaign-programs:
     cargo build -p refraxel -p refraxel-campaign

@@ -5,8 +5,8 @@ use clap::{Args, Parser, Subcommand};
 use refraxel_campaign::fuzz::parent::{Rules, Tally, attack};
 use refraxel_campaign::fuzz::worker::{self, Cases};
 use refraxel_campaign::fuzz::{ask, keep_panics};
+use refraxel_campaign::kills;
 use refraxel_campaign::targets::{self, Answer, Bench, Target};
-use refraxel_campaign::{kills, soak};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-/// Attacks refraxel with damaged files, kills and long runs. Exit code 1: something was found.
+/// Attacks refraxel with damaged files, kills and signals. Exit code 1: something was found.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   campaign all 3                      a short run of everything, 3 minutes
@@ -22,8 +22,7 @@ use std::time::Duration;
   campaign fuzz --only obj --seed 7   one format
   campaign replay obj case.obj        give one file to a target
   campaign replay-all                 all stored regression inputs
-  campaign kills --seconds 300        kill -9, SIGINT and SIGTERM at random moments
-  campaign soak --minutes 60          a long run with ten interruptions; memory over time")]
+  campaign kills --seconds 300        kill -9, SIGINT and SIGTERM at random moments")]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -76,8 +75,6 @@ enum Verb {
         #[command(flatten)]
         common: Common,
     },
-    /// Trains for long, with interruptions, and compares the bits with those of an undisturbed run
-    Soak(soak::SoakArgs),
     /// Lists the targets
     Targets,
     /// The process that reads files
@@ -132,7 +129,6 @@ fn main() -> anyhow::Result<()> {
         Verb::Replay { target, file } => replay(&targets::named(&target)?, &[file]),
         Verb::ReplayAll { folder } => replay_all(&folder),
         Verb::Kills { seconds, common } => kill(seconds, &common),
-        Verb::Soak(args) => soak::run(&args),
         Verb::Targets => targets::all().iter().try_for_each(|t| say(t.name)),
         Verb::Worker { target, bench, seed, from, cases, seconds } => {
             let cases = Cases { seed, from, count: cases, time: Duration::from_secs_f64(seconds) };

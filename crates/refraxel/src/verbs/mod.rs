@@ -126,16 +126,17 @@ pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<
 }
 
 /// Reads a small text file: a regular file, whose size is bounded as that of JSON of a dataset is. A pipe would be waited for, and
-/// a device has no end.
+/// a device has no end. Bytes that are not UTF-8 become U+FFFD and then fail where they are parsed.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let bad = |what| io::Error::new(io::ErrorKind::InvalidInput, what);
     if !std::fs::metadata(path)?.is_file() {
         return Err(bad("it is not a regular file".to_owned()));
     }
-    let mut text = String::new();
-    File::open(path)?.take(JSON_BYTES + 1).read_to_string(&mut text)?;
-    let fits = text.len() as u64 <= JSON_BYTES;
-    fits.then_some(text).ok_or_else(|| bad(format!("it is larger than {} MiB", JSON_BYTES >> 20)))
+    let mut bytes = Vec::new();
+    File::open(path)?.take(JSON_BYTES + 1).read_to_end(&mut bytes)?;
+    let fits = bytes.len() as u64 <= JSON_BYTES;
+    let text = || String::from_utf8_lossy(&bytes).into_owned();
+    fits.then(text).ok_or_else(|| bad(format!("it is larger than {} MiB", JSON_BYTES >> 20)))
 }
 
 /// Creates a folder and its parents.
