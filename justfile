@@ -25,6 +25,14 @@ docs:
 bench:
     cargo run --release -- bench
 
+# Damaged and hostile files, kills and signals for so many minutes; what is found lies below campaign/
+campaign minutes="60": campaign-programs
+    "${CARGO_TARGET_DIR:-target}"/debug/campaign all {{minutes}}
+
+[private]
+campaign-programs:
+    cargo build -p refraxel -p refraxel-campaign
+
 # Everything that CI checks
 ci:
     .ci/run

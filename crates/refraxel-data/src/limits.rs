@@ -2,7 +2,7 @@
 
 use crate::DataError;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Largest JSON or text file [byte].
@@ -22,12 +22,15 @@ pub const PIECES: usize = 128;
 /// Largest image [pixel].
 pub const IMAGE_PIXELS: u64 = 64 << 20;
 
-/// The whole file, if it is not larger than `limit` bytes.
+/// The whole file, if it is a regular one and not larger than `limit` bytes: a pipe would be waited for, and a device has no end.
 pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
     let failed = |source| DataError::Read { path: path.to_owned(), source };
+    if !std::fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(failed(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
+    }
     let file = File::open(path).map_err(failed)?;
     let mut bytes = Vec::new();
-    // One byte more than allowed tells a file that is too large from one that just fits, also for pipes.
+    // One byte more than allowed tells a file that is too large from one that just fits, also while it grows.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > limit {
         let found = std::fs::metadata(path).map_or(limit + 1, |m| m.len());
@@ -76,4 +79,18 @@ fn at_most(path: &Path, what: &'static str, found: usize, limit: usize) -> Resul
         found: found as u64,
         limit: limit as u64,
     })
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_without_an_end_is_refused_unread() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r_1.txt");
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        let refused = read(&path, u64::MAX - 1).unwrap_err().to_string();
+        assert!(refused.contains("r_1.txt") && refused.contains("not a regular file"), "{refused}");
+    }
 }

@@ -325,7 +325,29 @@ fn wrong_options() {
     with("[surface]\nblurr = 3").refused(3, &["options.toml", "did you mean `surface.blur`"]);
     with("surface.blur = 30").refused(3, &["`surface.blur` is `30`", "0 to 8 voxels"]);
     train(data.path(), &out, &["--config", "/no/such.toml"]).refused(3, &["/no/such.toml"]);
+    train(data.path(), &out, &["--config", "/dev/zero"]).refused(3, &["/dev/zero", "not a regular file"]);
     assert!(!out.exists());
+}
+
+#[test]
+#[cfg(unix)]
+fn files_of_a_run_that_have_no_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = short_run(folder.path());
+    let endless = |name: &str| {
+        let file = run.join(name);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        let _ = std::fs::remove_file(&file); // some are there
+        std::os::unix::fs::symlink("/dev/zero", file).unwrap();
+    };
+    endless("eval/test/metrics.json");
+    refraxel(&["compare", path(&run)]).refused(4, &["metrics.json", "not a regular file"]);
+    endless("o/render_files.txt");
+    refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&run.join("o"))])
+        .refused(4, &["render_files.txt", "not a regular file"]);
+    endless("log.jsonl"); // a run is worth more than its log
+    train(&folder.path().join("ball"), &run, &["--resume", "--set", "stop_after=2"])
+        .refused(130, &["step 2"]);
 }
 
 #[test]

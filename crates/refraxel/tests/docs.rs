@@ -79,3 +79,19 @@ fn every_equation_that_the_code_cites_is_in_the_theory() {
         assert!(defined.iter().any(|d| THEORY.contains(d)), "docs/theory.md has no equation ({number})");
     }
 }
+
+#[test]
+fn every_promise_of_the_security_page_has_its_test() {
+    const PAGE: &str = include_str!("../../../docs/security.md");
+    let (_, table) = PAGE.split_once("## Promises and their tests").unwrap();
+    let tests = table.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").nth(1));
+    let quoted = tests.flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    let names: Vec<&str> = quoted.filter(|name| !name.contains(' ')).collect();
+    assert!(names.len() > 15, "{names:?}");
+    let mut all = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), &mut all);
+    for name in names {
+        let test = format!("fn {name}(");
+        assert!(all.iter().any(|source| source.contains(&test)), "there is no test {name}");
+    }
+}

@@ -123,7 +123,7 @@ impl Evaluation {
     /// Reads it back; `None` when the split was not evaluated.
     pub fn read(run: &Path, split: SplitName) -> Result<Option<Self>, Failure> {
         let path = folder(run, split).join("metrics.json");
-        let text = match std::fs::read_to_string(&path) {
+        let text = match super::read_text(&path) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(e) if e.kind() == io::ErrorKind::NotADirectory => return Ok(None),
             text => text.with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io)?,

@@ -24,8 +24,10 @@ use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
+use refraxel_data::limits::JSON_BYTES;
 use refraxel_train::run::Source;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -142,6 +144,20 @@ pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<
         }
     });
     photos.map_err(data_failure)
+}
+
+/// Reads a small text file: a regular file, whose size is bounded as that of JSON of a dataset is. A pipe would be waited for, and
+/// a device has no end. Bytes that are not UTF-8 become U+FFFD and then fail where they are parsed.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let bad = |what| io::Error::new(io::ErrorKind::InvalidInput, what);
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(bad("it is not a regular file".to_owned()));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(JSON_BYTES + 1).read_to_end(&mut bytes)?;
+    let fits = bytes.len() as u64 <= JSON_BYTES;
+    let text = || String::from_utf8_lossy(&bytes).into_owned();
+    fits.then(text).ok_or_else(|| bad(format!("it is larger than {} MiB", JSON_BYTES >> 20)))
 }
 
 /// Creates a folder and its parents.

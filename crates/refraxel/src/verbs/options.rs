@@ -57,7 +57,7 @@ pub fn set_all(settings: &[Setting], options: &mut Options) -> Result<Vec<Rename
 
 /// A TOML file as a tree of values.
 fn table(path: &Path) -> Result<serde_json::Value, Failure> {
-    let text = std::fs::read_to_string(path)
+    let text = super::read_text(path)
         .with_context(|| format!("cannot read the options in {}", path.display()))
         .or_exit(Exit::BadInput)?;
     let table: toml::Table = text

@@ -1,7 +1,7 @@
 //! The folder of a render: it knows which of its files a render wrote, so that two renders never mix.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::create_folder;
+use crate::verbs::{create_folder, read_text};
 use anyhow::{Context, anyhow};
 use refraxel_train::checkpoint::write_atomic;
 use std::collections::BTreeSet;
@@ -87,7 +87,7 @@ impl RenderFolder {
 /// The recorded files; none where there is no record.
 fn read_record(root: &Path) -> Result<BTreeSet<String>, Failure> {
     let path = root.join(RECORD);
-    let text = match fs::read_to_string(&path) {
+    let text = match read_text(&path) {
         Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
             return Ok(BTreeSet::new());
         }

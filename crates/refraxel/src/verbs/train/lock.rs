@@ -17,6 +17,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Name of the file in the folder of a run.
 pub const LOCK: &str = "training.lock";
 
+/// Longest text of the file [byte]; a longer one says nothing.
+const LONGEST: u64 = 4096;
+
 /// The right to train in a folder, until this is dropped.
 #[derive(Debug)]
 pub struct Lock {
@@ -117,7 +120,7 @@ impl Holder {
 
     fn read(file: &mut File) -> Option<Self> {
         let mut text = String::new();
-        file.read_to_string(&mut text).ok()?;
+        file.take(LONGEST).read_to_string(&mut text).ok()?;
         serde_json::from_str(&text).ok()
     }
 

@@ -3,6 +3,7 @@
 //! A run is worth more than its log. Lines that cannot be written are kept and tried again.
 
 use crate::plot::{Plot, Series};
+use crate::verbs::read_text;
 use refraxel_train::checkpoint::{WriteError, write_atomic};
 use refraxel_train::events::{Event, Record};
 use serde::Deserialize;
@@ -29,7 +30,7 @@ impl Log {
     /// writes them.
     pub fn open(out: &Path, step: u64) -> Self {
         let path = out.join("log.jsonl");
-        let text = if step > 0 { std::fs::read_to_string(&path).unwrap_or_default() } else { String::new() };
+        let text = if step > 0 { read_text(&path).unwrap_or_default() } else { String::new() };
         let done = |line: &&str| serde_json::from_str(line).is_ok_and(|r: Numbered| r.step <= step);
         let lines = text.lines().filter(done).map(|line| format!("{line}\n")).collect();
         Self { path, lines, is_whole: false }
