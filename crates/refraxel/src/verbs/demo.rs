@@ -126,6 +126,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         resume: false,
         overwrite: true,
         minutes: None,
+        view: None,
         seed: Some(args.seed),
         work: args.work.clone(),
         reading: ReadingArgs { holdout: None, mask_meaning: None, allow_outside: false },
