@@ -9,7 +9,7 @@ import { at, file } from "./path";
 import { download } from "./dom";
 import { LAYERS, type Header, type PageCamera, type Scene, type Tell } from "./protocol";
 import { Stage, type Compare } from "./stage";
-import { mix, type Vec3 } from "./vectors";
+import { mix, sub, unit, type Vec3 } from "./vectors";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
@@ -40,10 +40,12 @@ class Page {
   };
   private nextId = 1;
   /** Cameras of looks whose pictures are on their way, and when they were asked for. */
-  private readonly looks = new Map<number, { camera: PageCamera; time: number }>();
+  private readonly looks = new Map<number, { camera: PageCamera; time: number; moving: boolean }>();
   private shown: PageCamera | null = null;
   private shownId = 0;
   private plane: Vec3[] | null = null;
+  /** The media of the last look. */
+  private medium = "";
   private pending = false;
   private rest = 0;
   private playing = 0;
@@ -186,10 +188,22 @@ class Page {
     const camera = this.camera.for(this.stage.fit(this.state.pixels, aspect));
     this.stage.layOut();
     const id = this.nextId++;
-    this.looks.set(id, { camera, time: performance.now() });
+    this.looks.set(id, { camera, time: performance.now(), moving });
     const edits = { index: [...index], absorption: [...absorption] };
     this.link.send({ ask: "look", id, camera, photo, shown: layer, straight, moving, edits });
-    if (!moving && this.state.ray && this.state.slice) this.askSlice();
+    this.followMedium(JSON.stringify([straight, edits]));
+  }
+
+  /** The ray and the slice that are shown bend as the medium does. */
+  private followMedium(medium: string): void {
+    if (medium === this.medium) return;
+    this.medium = medium;
+    const { ray, slice } = this.state;
+    if (ray) {
+      const direction = unit(sub(ray.straight[1], ray.straight[0]));
+      this.link.send({ ask: "follow", id: 1, origin: ray.straight[0], direction });
+    }
+    if (slice) this.askSlice();
   }
 
   private askSlice(): void {
@@ -234,7 +248,7 @@ class Page {
     });
     document.body.dataset.frame = String(header.frame);
     document.body.dataset.rays = String(header.rays);
-    document.body.dataset.last = String(header.last);
+    document.body.dataset.last = String(header.last && !look.moving);
   }
 
   private redraw(): void {

@@ -119,6 +119,7 @@ export type Ask =
   | ({ ask: "look" } & Look)
   | { ask: "got"; frame: number }
   | { ask: "ray"; id: number; u: number; v: number }
+  | { ask: "follow"; id: number; origin: Vec3; direction: Vec3 }
   | { ask: "photo"; view: number }
   | { ask: "slice"; region: number; axis: number; at: number }
   | { ask: "pause"; paused: boolean }

@@ -283,6 +283,9 @@ fn the_ray_shown_is_the_ray_computed() {
             .map(|[x, y, z]| vec3(x, y, z))
             .collect();
         let direction = (points[points.len() - 1] - points[points.len() - 2]).normalized();
+        page.ask(json!({ "ask": "follow", "id": 4, "origin": ray["straight"][0],
+            "direction": expected.direction.cast::<f64>().to_array() }));
+        assert_eq!(page.told("ray")["ray"]["points"].as_array().unwrap().len(), points.len());
         if !model.refraction.admits(&expected) {
             assert_eq!(points.len(), 2);
             continue;
@@ -350,6 +353,8 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
         (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 3"),
         (json!({ "ask": "slice", "region": 0, "axis": 9, "at": 0.5 }), "axis 9"),
         (json!({ "ask": "stop" }), "nothing is trained"),
+        (json!({ "ask": "follow", "id": 1, "origin": [0, 0, 0], "direction": [0, 0, 0] }), "direction"),
+        (json!({ "ask": "ray", "id": 1, "u": 2.0, "v": 0.5 }), "no ray"),
         (look(2, [32, 32], json!({ "edits": { "index": [99.0] } })), "edits.index[0]"),
         (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 1"),
         (look(4, [32, 32], json!({ "photo": 77 })), "photograph 77"),

@@ -6,7 +6,7 @@ use super::picture::PORTION;
 use super::protocol::{Ask, Header, Look, Tell};
 use super::scene::{Scene, SceneError};
 use super::slice::slice;
-use refraxel_core::Ray;
+use refraxel_core::{Ray, vec3};
 use refraxel_train::run::Run;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -190,11 +190,13 @@ impl Painter {
             Ask::Look(look) => client.look_at(look),
             Ask::Got { frame } => client.has_received(frame),
             Ask::Ray { id, u, v } => {
-                let Some(look) = client.look().cloned() else { return };
-                match ray(&mut self.scene, &look, [u, v]) {
-                    Ok(ray) => client.tell(&Tell::Ray { id, ray: bend::follow(&self.scene, &ray) }),
-                    Err(why) => client.refuse(&why),
-                }
+                let ray = client.look().cloned().map(|look| ray_through(&mut self.scene, &look, [u, v]));
+                tell_ray(&self.scene, client, id, ray);
+            }
+            Ask::Follow { id, origin, direction } => {
+                let look = client.look().cloned();
+                let ray = look.map(|look| self.scene.wear(&look).and_then(|()| ray_of(origin, direction)));
+                tell_ray(&self.scene, client, id, ray);
             }
             Ask::Slice { region, axis, at } => {
                 let worn = client.look().cloned().map_or(Ok(()), |look| self.scene.wear(&look));
@@ -209,13 +211,33 @@ impl Painter {
     }
 }
 
+/// Tells a page of a ray, or why there is none. A page that has not looked yet is told nothing.
+fn tell_ray(scene: &Scene, client: &Client, id: u64, ray: Option<Result<Ray<f32>, SceneError>>) {
+    match ray {
+        Some(Ok(ray)) => client.tell(&Tell::Ray { id, ray: bend::follow(scene, &ray) }),
+        Some(Err(why)) => client.refuse(&why),
+        None => {}
+    }
+}
+
 /// The ray through a place of a picture, in the medium of its look.
-fn ray(scene: &mut Scene, look: &Look, [u, v]: [f64; 2]) -> Result<Ray<f32>, SceneError> {
+fn ray_through(scene: &mut Scene, look: &Look, [u, v]: [f64; 2]) -> Result<Ray<f32>, SceneError> {
     let camera = scene.camera(look)?;
     scene.wear(look)?;
     let inside = [u, v].iter().all(|x| (0.0..=1.0).contains(x));
     let ray = camera.ray(u * f64::from(camera.width), v * f64::from(camera.height)).filter(|_| inside);
     ray.map(|r| r.cast()).ok_or_else(|| SceneError::Look("no ray passes there".to_owned()))
+}
+
+fn ray_of([x, y, z]: [f64; 3], direction: [f64; 3]) -> Result<Ray<f32>, SceneError> {
+    let (origin, direction) = (vec3(x, y, z), vec3(direction[0], direction[1], direction[2]));
+    let is_ray = origin.length() < 1e9 && (1e-9..1e9).contains(&direction.length());
+    if !is_ray {
+        return Err(SceneError::Look(
+            "ray: expected finite numbers and a direction other than zero".to_owned(),
+        ));
+    }
+    Ok(Ray { origin, direction: direction.normalized() }.cast())
 }
 
 /// A photograph as a message.

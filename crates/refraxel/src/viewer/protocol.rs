@@ -35,6 +35,15 @@ pub enum Ask {
         /// Downwards, in [0, 1].
         v: f64,
     },
+    /// A ray that was shown, in the medium of the picture last asked for.
+    Follow {
+        /// Returned with the answer.
+        id: u64,
+        /// Where it starts [scene unit].
+        origin: [f64; 3],
+        /// Its direction, of any length.
+        direction: [f64; 3],
+    },
     /// A photograph of the dataset.
     Photo {
         /// Its number in the list of views.
