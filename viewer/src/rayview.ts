@@ -16,8 +16,8 @@ export function describe(ray: BentRay, scene: Scene): HTMLElement {
   const facts: [string, string][] = [
     ["turned by", `${fixed(ray.turned, 2)}°`],
     ["densest index", fixed(ray.densest, 3)],
-    ["later than in vacuum", `${fixed(ray.late, 3)} scene units`],
-    ["sees", ray.seen ? `${fixed(ray.seen[0], 3)} scene units along` : "the background"],
+    ["light is late by", fixed(ray.late, 3)],
+    ["sees", ray.seen ? `${fixed(ray.seen[0], 3)} along` : "the background"],
     ["opacity on the way", fixed(ray.opacity, 2)],
   ];
   const list = el("dl", { class: "facts" });

@@ -5,7 +5,7 @@ use anyhow::{Context, anyhow};
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, RgbImage};
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::{self, JoinHandle};
@@ -74,7 +74,7 @@ pub struct Film {
 
 enum Encoder {
     Ffmpeg { child: Child, frames: Option<ChildStdin>, said: Option<JoinHandle<String>> },
-    Gif { encoder: Box<GifEncoder<BufWriter<File>>>, delay: Delay },
+    Gif { encoder: Box<GifEncoder<File>>, delay: Delay },
 }
 
 impl Film {
@@ -90,8 +90,7 @@ impl Film {
         refuse_earlier(out, overwrite)?;
         let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let cannot = || format!("cannot write {}", out.display());
-        let temporary = NamedTempFile::with_prefix_in(".refraxel-film-", folder);
-        let (file, path) = temporary.with_context(cannot).or_exit(Exit::Io)?.into_parts();
+        let (file, path) = temporary(folder).with_context(cannot).or_exit(Exit::Io)?.into_parts();
         let encoder = match format {
             Format::Gif => gif(file, fps).with_context(cannot).or_exit(Exit::Io)?,
             Format::Mp4 | Format::Webm => ffmpeg(out, &path, format, size, fps)?,
@@ -159,6 +158,15 @@ impl Drop for Encoder {
     }
 }
 
+/// A file that others may read, as far as the system's mask allows.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".refraxel-film-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
 fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let shown = out.display();
     let error = match out.symlink_metadata() {
@@ -174,7 +182,8 @@ fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
 }
 
 fn gif(file: File, fps: f64) -> io::Result<Encoder> {
-    let mut encoder = GifEncoder::new_with_speed(BufWriter::new(file), GIF_SPEED);
+    // Not buffered: what a full disk refuses is noticed with the frame.
+    let mut encoder = GifEncoder::new_with_speed(file, GIF_SPEED);
     encoder.set_repeat(Repeat::Infinite).map_err(io::Error::other)?;
     let delay = Delay::from_numer_denom_ms((1000.0 / fps).round() as u32, 1);
     Ok(Encoder::Gif { encoder: Box::new(encoder), delay })
