@@ -25,6 +25,10 @@ docs:
 bench:
     cargo run --release -- bench
 
+# The viewer's page, after a change in viewer/ (needs node)
+page:
+    cd viewer && npm ci && npm run build
+
 # Everything that CI checks
 ci:
     .ci/run

@@ -36,6 +36,15 @@ export class Choice<T extends string> {
     }
   }
 
+  /** Offers only some of the options. */
+  limit(offered: (value: T) => boolean): void {
+    this.buttons.forEach((b, key) => (b.hidden = !offered(key)));
+  }
+
+  has(value: T): boolean {
+    return this.buttons.get(value)?.hidden === false;
+  }
+
   set(value: T): void {
     this.buttons.forEach((b, key) => b.setAttribute("aria-pressed", String(key === value)));
   }

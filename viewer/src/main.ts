@@ -44,6 +44,8 @@ class Page {
   private shown: PageCamera | null = null;
   private shownId = 0;
   private plane: Vec3[] | null = null;
+  /** The program does not know what is looked at: the connection is new. */
+  private asksAgain = true;
   /** The media of the last look. */
   private medium = "";
   private pending = false;
@@ -91,7 +93,7 @@ class Page {
     this.notice(null);
     this.panel.training.clear();
     this.looks.clear();
-    this.shownId = 0;
+    this.asksAgain = true;
   }
 
   private notice(text: string | null): void {
@@ -118,13 +120,15 @@ class Page {
 
   private takeScene(scene: Scene): void {
     const isFirst = this.scene === null;
+    const isOther = scene.regions.length !== this.scene?.regions.length;
     this.scene = scene;
     this.camera.up = scene.up;
     if (isFirst) this.camera.take(scene.start, this.middle());
-    if (this.state.index.length > scene.regions.length) this.state.index = this.state.absorption = [];
-    this.panel.takeScene(scene);
+    if (this.state.index.length > scene.regions.length) [this.state.index, this.state.absorption] = [[], []];
+    this.panel.takeScene(scene, isFirst || isOther || this.asksAgain);
     document.title = `${scene.name} – refraxel`;
-    this.changed(false);
+    if (isFirst || isOther || this.asksAgain) this.changed(false);
+    this.asksAgain = false;
   }
 
   private middle(): Vec3 {

@@ -188,14 +188,25 @@ export class Panel {
   }
 
   chooseLayer(layer: Layer): void {
+    if (!this.layers.has(layer)) return;
     this.state.layer = layer;
     this.update();
     this.actions.changed(false);
   }
 
-  takeScene(scene: Scene): void {
+  /** Takes over what a scene has; `isOther` if its media or photographs may be others than before. */
+  takeScene(scene: Scene, isOther: boolean): void {
     this.name.textContent = scene.name;
     this.name.title = `${scene.step} steps, grid of ${scene.resolution.join(" × ")} nodes, ${scene.voxels} voxels`;
+    const bends = scene.regions.length > 0;
+    const hidden = { index: !bends, normal: !bends, reflection: !scene.reflects, transmission: !scene.reflects };
+    this.straight.parentElement!.hidden = !bends;
+    this.layers.limit((layer) => !(hidden as Partial<Record<Layer, boolean>>)[layer]);
+    if (!isOther) {
+      // Sliders stay as they are, since a hand may be on them.
+      this.sliders.forEach((s, k) => this.state.index[k] === null && s.index.set(scene.regions[k]!.index));
+      return;
+    }
     this.takeMedia(scene);
     const options = scene.views.map((v, k) => el("option", { value: String(k) }, `${v.name} (${v.split})`));
     this.photos.replaceChildren(el("option", { value: "" }, "free camera"), ...options);

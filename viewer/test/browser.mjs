@@ -3,8 +3,8 @@
 // REFRAXEL is the program, RUN a run with at least one refractive region and readable photographs. Ends with a line per check; the
 // first one that fails ends the test with exit code 1. With SCREENSHOTS, pictures of the page are left in that folder.
 
-import { spawn } from "node:child_process";
-import { mkdtemp, mkdir, rm } from "node:fs/promises";
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtemp, mkdir, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import puppeteer from "puppeteer-core";
@@ -131,7 +131,11 @@ async function tests(browser, viewer) {
   check("straight rays show another picture", difference(back, straight) > 0.3, difference(back, straight).toFixed(2));
   await act(page, () => page.keyboard.press("b"));
 
-  for (const [k, layer] of ["depth", "opacity", "index", "normal", "reflection", "transmission"].entries()) {
+  const layers = await page.$$eval('[aria-label="Layer"] button', (all) => all.filter((b) => !b.hidden).map((b) => b.textContent));
+  const names = ["colour", "depth", "opacity", "index", "normal", "reflection", "transmission"];
+  check("index and normals are offered where rays bend", layers.includes("index") && layers.includes("normal"));
+  for (const [k, layer] of names.slice(1).entries()) {
+    if (!layers.includes(layer)) continue;
     const shown = await act(page, () => page.keyboard.press(String(k + 2)));
     check(`the layer ${layer} is shown`, difference(back, shown) > 0.05, difference(back, shown).toFixed(2));
     await shoot(page, layer);
@@ -184,6 +188,7 @@ async function tests(browser, viewer) {
   check("two pages are open at once", difference(first, await picture(other.page)) < 0.5);
   await other.page.close();
 
+  await cameraPath(page);
   await refusals(browser, url);
   await comesBack(page, viewer, url);
   const real = errors.filter((text) => !/WebSocket connection to|net::ERR_CONNECTION/.test(text));
@@ -200,6 +205,34 @@ async function findGlass(page, box) {
     if (rows > 2) return `${rows - 1} surfaces at ${u}, ${v}`;
   }
   return null;
+}
+
+/** A path of two keyframes is saved, and rendered as a film. */
+async function cameraPath(page) {
+  await page.evaluate(() => {
+    const make = URL.createObjectURL;
+    URL.createObjectURL = (blob) => {
+      void blob.text().then((text) => (window.saved = text));
+      return make.call(URL, blob);
+    };
+  });
+  await slide(page, "seconds", 1);
+  await page.keyboard.press("k");
+  await act(page, async () => {
+    await page.keyboard.down("ArrowRight");
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    await page.keyboard.up("ArrowRight");
+  });
+  await page.keyboard.press("k");
+  await press(page, "Save");
+  await page.waitForFunction(() => window.saved?.includes("camera_path"));
+  const folder = await mkdtemp(join(tmpdir(), "refraxel-path-"));
+  const [path, film] = [join(folder, "camera_path.json"), join(folder, "film.gif")];
+  await writeFile(path, await page.evaluate(() => window.saved));
+  const words = ["render", run, "--camera-path", path, "--size", "48x48", "--out", film, "--json"];
+  const made = spawnSync(program, words, { encoding: "utf8" });
+  check("the program renders the camera path that the page saves", made.status === 0 && JSON.parse(made.stdout).film.frames === 24, made.stderr.trim().split("\n").pop());
+  await rm(folder, { recursive: true });
 }
 
 async function refusals(browser, url) {

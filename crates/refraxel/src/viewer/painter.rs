@@ -113,29 +113,27 @@ impl Painter {
         &self.scene
     }
 
-    /// Works until nobody can give orders any more.
+    /// Works until nobody can give orders any more: obeys all of them, paints a portion, rests.
     pub fn work(mut self) {
-        let mut rest = Duration::ZERO;
+        let mut rests_until = Instant::now();
         loop {
-            match self.next_order(rest) {
+            match self.next_order(rests_until) {
                 Err(RecvTimeoutError::Disconnected) => return,
-                Err(RecvTimeoutError::Timeout) => {}
                 Ok(order) => self.obey(order),
+                Err(RecvTimeoutError::Timeout) => {
+                    let start = Instant::now();
+                    self.paint();
+                    let end = Instant::now();
+                    rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
+                }
             }
-            while let Ok(order) = self.orders.try_recv() {
-                self.obey(order);
-            }
-            let start = Instant::now();
-            self.paint();
-            rest = start.elapsed().mul_f64(1.0 / self.share - 1.0);
         }
     }
 
-    /// The next order. Waits for it if there is nothing to paint, and at least as long as the painter rests.
-    fn next_order(&self, rest: Duration) -> Result<Order, RecvTimeoutError> {
-        let has_work = self.clients.values().any(|c| c.urgency().is_some());
-        if has_work {
-            return self.orders.recv_timeout(rest);
+    /// The next order. Waits for it until the rest is over if there is something to paint, and without end if there is not.
+    fn next_order(&self, rests_until: Instant) -> Result<Order, RecvTimeoutError> {
+        if self.clients.values().any(|c| c.urgency().is_some()) {
+            return self.orders.recv_timeout(rests_until.saturating_duration_since(Instant::now()));
         }
         self.orders.recv().map_err(|_| RecvTimeoutError::Disconnected)
     }

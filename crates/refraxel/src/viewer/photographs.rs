@@ -10,6 +10,7 @@ use refraxel_data::{Backdrop, Dataset, View, load_photo};
 use refraxel_train::alignment::Alignment;
 use refraxel_train::evaluation::truth;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// Quality of photographs, 1 to 100: their blocks must not be taken for errors of a rendering.
 const QUALITY: u8 = 95;
@@ -19,8 +20,6 @@ const QUALITY: u8 = 95;
 pub struct Photographs {
     views: Vec<Photograph>,
     backdrop: Option<Backdrop>,
-    /// Number of the one that a page begins with.
-    first: usize,
 }
 
 #[derive(Debug)]
@@ -35,25 +34,25 @@ impl Photographs {
     /// Those of a dataset, held-out ones first.
     pub fn new(data: &Dataset, alignment: &Alignment) -> Self {
         let parts = [("test", &data.split.test), ("val", &data.split.val), ("train", &data.split.train)];
-        let mut views: Vec<Photograph> = Vec::new();
+        let (mut views, mut known) = (Vec::new(), BTreeSet::new());
         for (split, indices) in parts {
             for (k, &i) in indices.iter().enumerate() {
-                let view = data.views[i].clone();
-                if split != "train" && views.iter().any(|v| v.view.name == view.name) {
+                if !known.insert(i) {
                     continue; // a view can be looked at during training and be scored
                 }
+                let view = data.views[i].clone();
                 let learned = alignment.poses.as_ref().filter(|_| split == "train").map(|p| p.pose(k));
                 let pose = learned.unwrap_or(view.camera.world_from_camera);
                 let camera = Camera { world_from_camera: pose, ..view.camera };
                 views.push(Photograph { view, camera, split });
             }
         }
-        Self { views, backdrop: Some(data.backdrop), first: 0 }
+        Self { views, backdrop: Some(data.backdrop) }
     }
 
     /// The camera that a page begins with.
     pub fn first(&self) -> Option<Camera> {
-        self.views.get(self.first).map(|v| v.camera)
+        self.views.first().map(|v| v.camera)
     }
 
     /// Where a photograph was taken.
