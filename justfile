@@ -33,6 +33,10 @@ campaign minutes="60": campaign-programs
 campaign-programs:
     cargo build -p refraxel -p refraxel-campaign
 
+# The viewer's page, after a change in viewer/ (needs node)
+page:
+    cd viewer && npm ci && npm run build
+
 # Everything that CI checks
 ci:
     .ci/run

@@ -13,3 +13,4 @@ pub mod sentences;
 pub mod shell;
 pub mod table;
 pub mod verbs;
+pub mod viewer;

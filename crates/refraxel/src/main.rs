@@ -34,6 +34,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
         Verb::Import(args) => verbs::import::run(&args),
         Verb::Inspect(args) => verbs::inspect::run(&args),
         Verb::Render(args) => verbs::render::run(&args),
+        Verb::View(args) => verbs::view::run(&args),
         Verb::Export(args) => verbs::export::run(&args),
         Verb::Compare(args) => verbs::compare::run(&args),
         Verb::Synth(args) => verbs::synth::run(&args),

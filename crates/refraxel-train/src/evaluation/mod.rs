@@ -5,7 +5,7 @@ mod rendering;
 mod score;
 
 pub use index_error::{IndexError, index_error};
-pub use rendering::{Rendering, render, render_reflection, render_transmission};
+pub use rendering::{Rendering, SUBPIXELS, render, render_reflection, render_transmission};
 pub use score::{score, truth, truth_checksum};
 
 use crate::alignment::Alignment;

@@ -26,7 +26,7 @@ pub struct Rendering {
 
 /// Where a pixel is looked through when paths turn behind it: what they see is drawn together, by much near the rim of a
 /// ball, and one ray would miss most of it.
-const WITHIN: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+pub const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
 
 /// Rays between two looks at a wish to stop: a fraction of a second of one thread. A multiple of 256, the rays of a chunk.
 const PORTION: usize = 16_384;
@@ -80,7 +80,7 @@ fn rays_of_pixel(
     if !refraction.turns(&centre, domain, path) {
         return vec![centre];
     }
-    let several: Option<Vec<_>> = WITHIN.iter().map(|&at| ray_within(camera, pixel, at)).collect();
+    let several: Option<Vec<_>> = SUBPIXELS.iter().map(|&at| ray_within(camera, pixel, at)).collect();
     several.unwrap_or_else(|| vec![centre])
 }
 

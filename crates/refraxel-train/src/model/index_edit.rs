@@ -83,27 +83,45 @@ impl IndexEdit {
         }
         let mut edited = refraction.clone();
         for k in 0..edited.medium.regions().len() {
-            let region = k + 1;
-            let is_nested = !edited.medium.neighbours(k).is_empty();
-            let grid = edited.medium.region_mut(k);
-            match self {
-                Self::Set(_) if is_nested && typical_index(grid).is_none() => {}
-                Self::Set(n) if grid.level_set().is_some() && grid.interior_index().is_some() => {
-                    grid.set_interior_index(n);
-                }
-                Self::Set(n) => {
-                    let typical = typical_index(grid).ok_or(IndexEditError::Vacuum { region })?;
-                    scale(grid, (n - 1.0) / (typical - 1.0));
-                }
-                Self::Scale(factor) => scale(grid, factor),
-            }
-            if let Some(found) = indices(grid).find(|n| !(RANGE[0]..=RANGE[1]).contains(n)) {
-                return Err(IndexEditError::Range { region, found });
-            }
+            self.apply_in_place(k, &mut edited)?;
         }
         edited.find_flat_cells();
         *refraction = edited;
         Ok(())
+    }
+
+    /// Changes the index of one region, counted from 0, or nothing.
+    ///
+    /// # Panics
+    /// If there is no such region.
+    pub fn apply_to(self, region: usize, refraction: &mut Refraction) -> Result<(), IndexEditError> {
+        let mut edited = refraction.clone();
+        self.apply_in_place(region, &mut edited)?;
+        edited.find_flat_cells();
+        *refraction = edited;
+        Ok(())
+    }
+
+    /// Changes one region, whose flat cells are to be found again.
+    fn apply_in_place(self, k: usize, edited: &mut Refraction) -> Result<(), IndexEditError> {
+        let region = k + 1;
+        let is_nested = !edited.medium.neighbours(k).is_empty();
+        let grid = edited.medium.region_mut(k);
+        match self {
+            Self::Set(_) if is_nested && typical_index(grid).is_none() => {}
+            Self::Set(n) if grid.level_set().is_some() && grid.interior_index().is_some() => {
+                grid.set_interior_index(n);
+            }
+            Self::Set(n) => {
+                let typical = typical_index(grid).ok_or(IndexEditError::Vacuum { region })?;
+                scale(grid, (n - 1.0) / (typical - 1.0));
+            }
+            Self::Scale(factor) => scale(grid, factor),
+        }
+        match indices(grid).find(|n| !(RANGE[0]..=RANGE[1]).contains(n)) {
+            Some(found) => Err(IndexEditError::Range { region, found }),
+            None => Ok(()),
+        }
     }
 }
 

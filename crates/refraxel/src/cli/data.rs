@@ -153,6 +153,11 @@ pub struct TrainArgs {
     /// Aim for the best result within this wall-clock time
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub minutes: Option<f64>,
+    /// Show the training live in the browser, on any free port of 127.0.0.1 or on this one
+    ///
+    /// The address is printed on standard error. A page that is open costs training some of its time.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0")]
+    pub view: Option<u16>,
     /// Start of the random numbers [default: 0]
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,

@@ -6,6 +6,7 @@ mod mask;
 mod run;
 mod scene;
 mod values;
+mod view;
 
 pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use import::{ImportArgs, Matching};
@@ -13,6 +14,7 @@ pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use values::Setting;
+pub use view::ViewArgs;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -68,6 +70,8 @@ pub enum Verb {
     Eval(EvalArgs),
     /// Renders new views of a run
     Render(RenderArgs),
+    /// Shows a run live in the browser: look around, change the index, follow a ray
+    View(ViewArgs),
     /// Writes the surfaces of refractive objects as triangle meshes
     Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures

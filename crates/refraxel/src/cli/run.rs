@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use refraxel_train::evaluation::Part;
 
 use super::WorkArgs;
-use super::values::{factor, index};
+use super::values::{factor, frame_rate, index, size};
 
 /// A part of the dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -86,16 +86,22 @@ pub enum Layer {
 
 /// `refraxel render`
 #[derive(Args, Debug)]
-#[command(group = ArgGroup::new("views").args(["orbit", "cameras"]))]
-#[command(group = ArgGroup::new("what").required(true).multiple(true).args(["orbit", "cameras", "slices", "paths"]))]
+#[command(group = ArgGroup::new("views").args(["orbit", "spiral", "cameras", "camera_path", "keyframes"]))]
+#[command(group = ArgGroup::new("what").required(true).multiple(true)
+    .args(["orbit", "spiral", "cameras", "camera_path", "keyframes", "slices", "paths"]))]
 #[command(after_help = "Examples:
   refraxel render run --orbit 60 --out orbit
+  refraxel render run --orbit 120 --out film.mp4
+  refraxel render run --spiral 90 --out film.gif --fps 15 --size 320x320
+  refraxel render run --camera-path camera_path.json --out film.webm
+  refraxel render run --keyframes corners/transforms.json --frames 150 --out film.mp4
   refraxel render run --cameras path/transforms.json --out views --outputs colour,depth,index,normal,surface-depth
   refraxel render run --slices --paths 40 --out inside
   refraxel render run --orbit 60 --set-index 1.33 --out as_water
   refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power
 
-DIR/render_files.txt lists the files of the render. A folder that holds an earlier render is refused without --overwrite.
+A name that ends in .mp4, .webm or .gif is a film, made by ffmpeg; a GIF needs no other program. `refraxel view` writes camera
+paths. DIR/render_files.txt lists the files of the render. A folder that holds an earlier render is refused without --overwrite.
 Files that no render wrote are never replaced or removed.")]
 pub struct RenderArgs {
     /// The run's folder
@@ -104,13 +110,36 @@ pub struct RenderArgs {
     /// Render N views on a circle around the scene
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub orbit: Option<u32>,
+    /// Render N views on a spiral around the scene, or before it, where the photographs are
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spiral: Option<u32>,
     /// Render the cameras of a dataset or of a transforms.json
     #[arg(long, value_name = "FILE")]
     pub cameras: Option<PathBuf>,
-    /// Folder for the images
-    #[arg(long, value_name = "DIR")]
+    /// Render a camera_path.json, of `refraxel view` or of nerfstudio
+    ///
+    /// Its world is that of the dataset; for one that nerfstudio has moved and scaled, give --path-transform, too.
+    #[arg(long, value_name = "FILE")]
+    pub camera_path: Option<PathBuf>,
+    /// The dataparser_transforms.json of the nerfstudio run that the camera path belongs to
+    #[arg(long, value_name = "FILE", requires = "camera_path")]
+    pub path_transform: Option<PathBuf>,
+    /// Render a smooth path through the cameras of a dataset or of a transforms.json, in their order
+    #[arg(long, value_name = "FILE")]
+    pub keyframes: Option<PathBuf>,
+    /// Views on the path through the keyframes [default: 24 from each keyframe to the next]
+    #[arg(long, value_name = "N", requires = "keyframes", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// Folder for the images, or the name of a film: .mp4, .webm or .gif
+    #[arg(long, value_name = "OUT")]
     pub out: PathBuf,
-    /// Remove the files of an earlier render from the folder first; all other files stay
+    /// Frames per second of a film [default: those of the camera path, else 24]
+    #[arg(long, value_name = "F", value_parser = frame_rate)]
+    pub fps: Option<f64>,
+    /// Size of the images in pixels, such as 800x600; all that a camera sees stays in the picture
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+    /// Replace the film, or remove the files of an earlier render from the folder first; all other files stay
     #[arg(long)]
     pub overwrite: bool,
     /// Layers to write of each view, separated by commas

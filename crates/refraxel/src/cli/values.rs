@@ -42,6 +42,20 @@ pub fn factor(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a factor from 0 to 100, such as 0.5".to_owned())
 }
 
+/// A rate that players show.
+pub fn frame_rate(text: &str) -> Result<f64, String> {
+    number(text, |f| (1.0..=120.0).contains(&f))
+        .ok_or_else(|| "expected 1 to 120 frames per second".to_owned())
+}
+
+/// Width and height of a picture.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let edges = text.split_once(['x', 'X', '×']).map(|(w, h)| [w, h].map(|n| n.trim().parse().unwrap_or(0)));
+    edges
+        .filter(|edges| edges.iter().all(|n| (8..=16_384).contains(n)))
+        .ok_or_else(|| "expected WIDTHxHEIGHT from 8 to 16384 pixels, such as 800x600".to_owned())
+}
+
 fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
     text.parse().ok().filter(|&v| valid(v))
 }

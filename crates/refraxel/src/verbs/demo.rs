@@ -127,6 +127,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         overwrite: true,
         downscale: None,
         minutes: None,
+        view: None,
         seed: Some(args.seed),
         work: args.work.clone(),
         reading: ReadingArgs { holdout: None, mask_meaning: None, allow_outside: false },

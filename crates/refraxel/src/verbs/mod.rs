@@ -16,6 +16,7 @@ pub mod render;
 pub mod sheet;
 pub mod synth;
 pub mod train;
+pub mod view;
 
 use crate::cli::{ReadingArgs, WorkArgs};
 use crate::exit::{Exit, Failure, OrExit};
@@ -33,7 +34,12 @@ use std::sync::Mutex;
 
 /// Starts as many threads as asked for.
 pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {
-    let threads = work.threads.map_or(0, usize::from);
+    set_thread_count(work.threads)
+}
+
+/// Starts so many threads, or one per core.
+pub fn set_thread_count(threads: Option<u16>) -> Result<(), Failure> {
+    let threads = threads.map_or(0, usize::from);
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
@@ -78,22 +84,27 @@ pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
 
 /// Opens the dataset of a run again, with the options of the training.
 pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
-    let mask_meaning = match run.source.mask_meaning.as_deref() {
+    reopen_source(&run.source)
+}
+
+/// Opens the dataset that a run was trained on, with the options of the training.
+pub fn reopen_source(source: &Source) -> Result<Dataset, Failure> {
+    let mask_meaning = match source.mask_meaning.as_deref() {
         Some("refractive") => Some(MaskMeaning::Refractive),
         Some("keep") => Some(MaskMeaning::Keep),
         Some("ignore") => Some(MaskMeaning::Ignore),
         _ => None,
     };
     let options = OpenOptions {
-        holdout: run.source.holdout,
-        allow_outside: run.source.allow_outside,
+        holdout: source.holdout,
+        allow_outside: source.allow_outside,
         backdrop: None,
         mask_meaning,
     };
     let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
-    let path = run.source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;
+    let path = source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;
     let mut data = Dataset::open(path, &options).map_err(data_failure)?;
-    reduce(&mut data, run.source.downscale, path, Show::Nothing)?;
+    reduce(&mut data, source.downscale, path, Show::Nothing)?;
     Ok(data)
 }
 

@@ -1,10 +1,12 @@
 //! `refraxel render`: renders new views of a run.
 
+mod camera_path;
 mod cameras;
 mod depth;
+mod film;
 mod folder;
-mod paths;
-mod refractive;
+pub(crate) mod paths;
+pub(crate) mod refractive;
 mod slices;
 mod views;
 
@@ -16,8 +18,9 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
-use cameras::{export, orbit, read};
+use cameras::export;
 use depth::Depth;
+use film::{Film, Format};
 use folder::{Earlier, RenderFolder};
 use paths::Fan;
 use refraxel_data::NamedCamera;
@@ -27,14 +30,16 @@ use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::model::index_edit::{IndexEdit, typical_index};
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use views::{Views, is_refractive, layer_name, render_all, units};
+use std::path::PathBuf;
+use views::{Views, film_all, is_refractive, layer_name, render_all, units};
 
 /// Names of the files beside the pictures of the views.
 const CAMERAS: &str = "transforms.json";
 const SLICES: &str = "index_slices.png";
 const PATHS_PICTURE: &str = "paths.png";
 const PATHS_LINES: &str = "paths.ply";
+/// Frames per second of a film, where nobody says how many.
+const FPS: f64 = 24.0;
 
 /// The files that were written; keys are absent where nothing was asked for.
 #[derive(Default, Serialize)]
@@ -54,45 +59,104 @@ struct Report {
     /// Bent rays, drawn and as polylines.
     #[serde(skip_serializing_if = "Option::is_none")]
     paths: Option<[PathBuf; 2]>,
+    /// The film; no other file was written then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    film: Option<FilmReport>,
     /// The typical index of each region, where it was edited.
     #[serde(skip_serializing_if = "Option::is_none")]
     edited_index: Option<Vec<f32>>,
 }
 
+/// A film that was written.
+#[derive(Serialize)]
+struct FilmReport {
+    frames: usize,
+    fps: f64,
+    size: [u32; 2],
+}
+
 /// The verb.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
-    refuse_films(&args.out)?;
+    let format = Format::of(&args.out)?;
+    refuse_mixed(args, format)?;
     set_threads(&args.work)?;
     watch_for_interrupts()?;
     let mut run = load_run(&args.run)?;
     let mut report =
         Report { out: args.out.clone(), edited_index: edit_index(args, &mut run)?, ..Report::default() };
     refuse_straight(args, &run)?;
-    let cameras = match (&args.cameras, args.orbit) {
-        (Some(file), _) => read(file)?,
-        (None, None) if args.paths.is_none() => Vec::new(),
-        (None, count) => orbit(&run, count.unwrap_or(1) as usize)?,
-    };
-    let shown = if args.cameras.is_some() || args.orbit.is_some() { &cameras[..] } else { &[] };
+    let (cameras, fps) = cameras::chosen(args, &run)?;
+    let is_shown = args.paths.is_none() || cameras_are_asked_for(args);
+    let shown = if is_shown { &cameras[..] } else { &[] };
     let depth = Depth::for_views(shown, &run.plan.finest);
     let views = Views { cameras: shown, layers: &args.outputs, depth };
+    let show = Show::suited(args.work.quiet || args.work.json);
+    match format {
+        Some(format) => {
+            let fps = args.fps.or(fps).unwrap_or(FPS);
+            let size = views.common_size()?;
+            let mut film = Film::begin(&args.out, format, size, fps, args.overwrite)?;
+            film_all(&mut run, &views, &mut film, show)?;
+            film.finish()?;
+            report.film = Some(FilmReport { frames: shown.len(), fps, size });
+            report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+        }
+        None => write_folder(args, (&mut run, &cameras), &views, show, &mut report)?,
+    }
+    Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// Views are rendered; otherwise cameras are only needed to draw rays.
+fn cameras_are_asked_for(args: &RenderArgs) -> bool {
+    let files = [&args.cameras, &args.camera_path, &args.keyframes];
+    files.iter().any(|file| file.is_some()) || args.orbit.is_some() || args.spiral.is_some()
+}
+
+/// Writes pictures of all views, slices and paths to a folder.
+fn write_folder(
+    args: &RenderArgs,
+    (run, cameras): (&mut Loaded, &[NamedCamera]),
+    views: &Views<'_>,
+    show: Show,
+    report: &mut Report,
+) -> Result<(), Failure> {
     let earlier = if args.overwrite { Earlier::Remove } else { Earlier::Keep };
-    let mut folder = RenderFolder::open(&args.out, &planned(args, &views), earlier)?;
-    if !shown.is_empty() {
-        let show = Show::suited(args.work.quiet || args.work.json);
-        render_all(&mut run, &views, &mut folder, show)?;
-        report.cameras = Some(write_cameras(&views, &mut folder)?);
-        report.views = shown.len();
+    let mut folder = RenderFolder::open(&args.out, &planned(args, views), earlier)?;
+    if !views.cameras.is_empty() {
+        render_all(run, views, &mut folder, show)?;
+        report.cameras = Some(write_cameras(views, &mut folder)?);
+        report.views = views.cameras.len();
         report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
     }
     if args.slices {
-        let (path, truth_shown) = write_slices(args, &run, &mut folder)?;
+        let (path, truth_shown) = write_slices(args, run, &mut folder)?;
         (report.slices, report.truth_shown) = (Some(path), Some(truth_shown));
     }
     if let (Some(count), Some(view)) = (args.paths, cameras.first()) {
-        report.paths = Some(write_paths(&run, view, count as usize, &mut folder)?);
+        report.paths = Some(write_paths(run, view, count as usize, &mut folder)?);
     }
-    Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
+    Ok(())
+}
+
+/// Refuses options of films for a folder, and of folders for a film.
+fn refuse_mixed(args: &RenderArgs, format: Option<Format>) -> Result<(), Failure> {
+    let out = args.out.display();
+    let error = match format {
+        None if args.fps.is_some() => {
+            anyhow!("--fps is for films; give a name such as {out}.mp4 as --out, or leave --fps out")
+        }
+        Some(_) if args.slices || args.paths.is_some() => {
+            anyhow!("--slices and --paths are single pictures; give a folder as --out, not the film {out}")
+        }
+        Some(_) if args.outputs.len() != 1 => {
+            anyhow!(
+                "a film shows one layer; found --outputs with {}; give one film for each",
+                args.outputs.len()
+            )
+        }
+        _ => return Ok(()),
+    };
+    Err(Failure::new(Exit::Usage, error))
 }
 
 /// Gives the loaded run another index if asked to. Returns the typical index of each region then.
@@ -176,28 +240,17 @@ fn write_paths(
     Ok([picture, lines])
 }
 
-fn refuse_films(out: &Path) -> Result<(), Failure> {
-    let Some(extension) = out.extension().and_then(|e| e.to_str()) else { return Ok(()) };
-    if !["mp4", "gif", "webm", "mov", "mkv", "avi"].contains(&extension.to_lowercase().as_str()) {
-        return Ok(());
-    }
-    let error = anyhow!(
-        "--out {}: pictures are written to a folder, not to a film; give a folder such as `{}`, and make the film from its \
-         pictures, for example with `ffmpeg -i {}/%04d.png {}`",
-        out.display(),
-        out.with_extension("").display(),
-        out.with_extension("").display(),
-        out.display(),
-    );
-    Err(Failure::new(Exit::Usage, error))
-}
-
 impl Report {
     fn text(&self) -> String {
         let out = self.out.display();
         let views = self.cameras.as_ref().map(|cameras| {
             let (views, layers) = (self.views, self.layers.join(", "));
             format!("{views} views ({layers}) in {out}; cameras: {}", cameras.display())
+        });
+        let film = self.film.as_ref().map(|film| {
+            let ([width, height], layers) = (film.size, self.layers.join(", "));
+            let seconds = film.frames as f64 / film.fps;
+            format!("{out}: {} frames ({layers}), {width} x {height} pixels, {seconds:.1} s", film.frames)
         });
         let slices = self.slices.as_ref().map(|path| {
             let truth =
@@ -211,23 +264,6 @@ impl Report {
             let indices: Vec<String> = indices.iter().map(|n| format!("{n:.3}")).collect();
             format!("rendered with index {}; the run itself is not changed", indices.join(", "))
         });
-        [views, slices, paths, index].into_iter().flatten().collect::<Vec<_>>().join("\n")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn films_are_refused_with_the_way_to_make_one() {
-        let failure = refuse_films(Path::new("x/orbit.mp4")).unwrap_err();
-        assert_eq!(failure.exit, Exit::Usage);
-        assert!(
-            failure.report().contains("`ffmpeg -i x/orbit/%04d.png x/orbit.mp4`"),
-            "{}",
-            failure.report()
-        );
-        assert!(refuse_films(Path::new("views.d")).is_ok() && refuse_films(Path::new("views")).is_ok());
+        [views, film, slices, paths, index].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }
 }

@@ -4,10 +4,11 @@ mod folder;
 mod lock;
 mod log;
 mod saving;
+mod viewing;
 mod watch;
 
 use super::eval::evaluate;
-use super::interrupts::{cancel, keeps, watch_for_interrupts};
+use super::interrupts::{cancel, interrupted, keeps, watch_for_interrupts};
 use super::{absolute, create_folder, data_failure, open_options, options, reduce, set_threads, source_of};
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
@@ -27,6 +28,7 @@ use refraxel_train::{CpuBackend, Options, TrainError, recipe};
 use saving::Saving;
 use std::num::NonZeroU64;
 use std::path::Path;
+use viewing::Viewing;
 pub(super) use watch::Watch;
 
 /// The verb.
@@ -78,6 +80,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
     let folder = RunFolder::new(args.out());
     let is_there = folder.path().is_dir();
     let lock = is_there.then(|| Lock::take(folder.path(), show)).transpose()?;
+    let server = viewing::bind(args.view)?;
     // Everything that can be wrong with the input is found before the first file is written.
     if !args.resume && !args.overwrite {
         folder.refuse_earlier_run()?;
@@ -110,7 +113,9 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
     let session = session.map_err(session_failure)?;
     create_folder(args.out())?;
     let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
-    learn(session, &folder, args.overwrite, watch)?;
+    let name = super::view::name(args.out());
+    let viewing = server.map(|server| Viewing::start(server, name, &session, show));
+    learn(session, &folder, args.overwrite, watch, viewing)?;
     Ok((lock, held_out))
 }
 
@@ -168,7 +173,13 @@ fn index_source(
 }
 
 /// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.
-fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: Watch) -> Result<(), Failure> {
+fn learn(
+    mut session: Session,
+    folder: &RunFolder,
+    overwrite: bool,
+    mut watch: Watch,
+    mut viewing: Option<Viewing>,
+) -> Result<(), Failure> {
     let out = folder.path();
     folder.remove_leftovers();
     keeps(kept_before(folder, session.state().step));
@@ -185,6 +196,9 @@ fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: W
         let stop = session.run(Until::elapsed(saving.pause()), &mut |event| {
             watch.tell(&event);
             log.note(&event);
+            if let Some(viewing) = &mut viewing {
+                viewing.tell(&event);
+            }
         });
         let stop = stop.map_err(session_failure)?;
         if std::mem::take(&mut replaces) {
@@ -198,12 +212,19 @@ fn learn(mut session: Session, folder: &RunFolder, overwrite: bool, mut watch: W
             Err(error) => return Err(error.into()),
         }
         warn(&mut watch, log.complete());
+        let waits = |v: &Viewing| stop == Stop::Cancelled && v.is_paused() && !interrupted();
+        if viewing.as_ref().is_some_and(|v| waits(v) && v.wait()) {
+            continue;
+        }
         if !goes_on {
             break stop;
         }
     };
     warn(&mut watch, log.draw(out));
     watch.end(stop == Stop::Finished);
+    if let Some(viewing) = viewing {
+        viewing.end(&session);
+    }
     if stop == Stop::Finished {
         return Ok(());
     }

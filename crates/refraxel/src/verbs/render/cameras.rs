@@ -1,5 +1,7 @@
 //! The cameras of a render: an orbit like the capture, or those of a file.
 
+use super::camera_path;
+use crate::cli::RenderArgs;
 use crate::exit::Failure;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::{data_failure, reopen};
@@ -12,6 +14,35 @@ use std::path::Path;
 
 /// Steepest orbit above or below the equator [rad]: straight from the pole there is no upward direction.
 const STEEPEST: f64 = 1.4;
+
+/// Views from one keyframe to the next, where nobody says how many there are.
+const BETWEEN_KEYFRAMES: usize = 24;
+
+/// The cameras that the options ask for, and the frames per second that their file states.
+pub fn chosen(args: &RenderArgs, run: &Loaded) -> Result<(Vec<NamedCamera>, Option<f64>), Failure> {
+    let mut fps = None;
+    let mut cameras = if let Some(file) = &args.cameras {
+        read(file)?
+    } else if let Some(file) = &args.camera_path {
+        let path = camera_path::read(file, args.path_transform.as_deref())?;
+        fps = path.fps;
+        path.cameras
+    } else if let Some(file) = &args.keyframes {
+        let keys = read(file)?;
+        let usual = BETWEEN_KEYFRAMES * (keys.len().max(2) - 1) + 1;
+        camera_path::through(&keys, args.frames.map_or(usual, |n| n as usize))
+    } else if let Some(count) = args.spiral {
+        spiral(run, count as usize)?
+    } else if args.orbit.is_some() || args.paths.is_some() {
+        orbit(run, args.orbit.unwrap_or(1) as usize)?
+    } else {
+        Vec::new()
+    };
+    if let Some(size) = args.size {
+        cameras.iter_mut().for_each(|c| c.camera = camera_path::fitted(&c.camera, size));
+    }
+    Ok((cameras, fps))
+}
 
 /// The cameras of a dataset or of a transforms.json; their pictures may be missing.
 pub fn read(path: &Path) -> Result<Vec<NamedCamera>, Failure> {
@@ -26,6 +57,77 @@ pub fn orbit(run: &Loaded, count: usize) -> Result<Vec<NamedCamera>, Failure> {
     let data = reopen(run)?;
     let cameras: Vec<&Camera> = data.split.train.iter().map(|&i| &data.views[i].camera).collect();
     Ok(around(&cameras, run.plan.finest.bounds.cast::<f64>().center(), scene_region(&data).up, count))
+}
+
+/// Turns of a spiral around a scene.
+const TURNS: f64 = 2.0;
+/// A spiral reaches so far between the lowest and the highest photographs, or to the sides of the middle one.
+const REACH: f64 = 0.8;
+/// Photographs surround the scene if the mean of their directions is shorter than this.
+const SURROUNDING: f64 = 0.5;
+
+/// `count` cameras on a spiral. Around the scene, if the photographs surround it: [`TURNS`] turns from the lowest to the highest
+/// of them. Otherwise before it, around the middle of the photographs, to both sides, upwards and downwards as they are.
+pub fn spiral(run: &Loaded, count: usize) -> Result<Vec<NamedCamera>, Failure> {
+    let data = reopen(run)?;
+    let cameras: Vec<&Camera> = data.split.train.iter().map(|&i| &data.views[i].camera).collect();
+    let (middle, up) = (run.plan.finest.bounds.cast::<f64>().center(), scene_region(&data).up);
+    Ok(spiral_around(&cameras, middle, up, count))
+}
+
+fn spiral_around(cameras: &[&Camera], middle: Vec3<f64>, up: Vec3<f64>, count: usize) -> Vec<NamedCamera> {
+    let from_middle = |c: &&Camera| c.world_from_camera.translation - middle;
+    let mean = |of: &dyn Fn(&&Camera) -> Vec3<f64>| {
+        cameras.iter().map(of).fold(Vec3::zero(), |a, b| a + b) * (1.0 / cameras.len().max(1) as f64)
+    };
+    let circle = around(cameras, middle, up, 1);
+    let Some(NamedCamera { camera: typical, .. }) = circle.first() else { return Vec::new() };
+    let angle = 2.0 * (0.5 * f64::from(typical.width) / typical.focal[0]).atan();
+    let look = |k: usize, eye: Vec3<f64>| {
+        let camera = Camera::look_at(eye, middle, up, angle, [typical.width, typical.height]);
+        NamedCamera { name: format!("{k:04}"), camera }
+    };
+    let share = |k: usize| k as f64 / count.max(1) as f64;
+    let spread = |axis: Vec3<f64>, from: Vec3<f64>| {
+        REACH
+            * cameras
+                .iter()
+                .map(|c| (c.world_from_camera.translation - from).dot(axis).abs())
+                .fold(0.0, f64::max)
+    };
+    let sideways = |c: &&Camera| {
+        let d = from_middle(c).normalized();
+        let level = d - up * d.dot(up);
+        if level.length() > 0.0 { level.normalized() } else { level }
+    };
+    if mean(&sideways).length() < SURROUNDING {
+        let elevation = |c: &&Camera| from_middle(c).normalized().dot(up).clamp(-1.0, 1.0).asin();
+        let all = || cameras.iter().map(elevation);
+        let [low, high] = [all().fold(STEEPEST, f64::min), all().fold(-STEEPEST, f64::max)];
+        let start = circle[0].camera.world_from_camera.translation - middle;
+        let level = (start - up * start.dot(up)).normalized();
+        let across = up.cross(level);
+        return (0..count)
+            .map(|k| {
+                let (azimuth, t) = (TAU * TURNS * share(k), 0.5 - 0.5 * (TAU * share(k)).cos());
+                let elevation = 0.5 * (low + high) + REACH * (t - 0.5) * (high - low);
+                let level = level * azimuth.cos() + across * azimuth.sin();
+                let elevation = elevation.clamp(-STEEPEST, STEEPEST);
+                look(k, middle + (level * elevation.cos() + up * elevation.sin()) * start.length())
+            })
+            .collect();
+    }
+    let eye = mean(&|c| c.world_from_camera.translation);
+    let forward = (middle - eye).normalized();
+    let right = forward.cross(up).normalized();
+    let above = right.cross(forward);
+    let [wide, tall] = [spread(right, eye), spread(above, eye)];
+    (0..count)
+        .map(|k| {
+            let (sine, cosine) = (TAU * TURNS * share(k)).sin_cos();
+            look(k, eye + right * (wide * cosine) + above * (tall * sine * (0.5 * TAU * share(k)).sin()))
+        })
+        .collect()
 }
 
 fn around(cameras: &[&Camera], middle: Vec3<f64>, up: Vec3<f64>, count: usize) -> Vec<NamedCamera> {

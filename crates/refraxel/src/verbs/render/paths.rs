@@ -5,7 +5,7 @@ use crate::colour_map::ColourMap;
 use crate::maps::{Line, Map, Row, Sheet};
 use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
-use refraxel_core::{Aabb, Camera, Domain, Ray, Vec3};
+use refraxel_core::{Aabb, Camera, Domain, Path, Ray, Vec3};
 use refraxel_train::Refraction;
 use refraxel_train::model::index_edit::index_range;
 use std::io::{self, Write};
@@ -163,7 +163,11 @@ fn trace(refraction: &Refraction, domain: &Domain<f32>, ray: &Ray<f64>, ball: Ba
     if !refraction.admits(&narrow) {
         return vec![ray.origin, ball.exit(ray)];
     }
-    let path = refraction.tracer(domain, 0.0).trace(&narrow);
+    corners(&refraction.tracer(domain, 0.0).trace(&narrow), ball)
+}
+
+/// Corners of a path, to where it leaves the ball. At least two.
+pub fn corners(path: &Path<f32>, ball: Ball) -> Vec<Vec3<f64>> {
     let mut points: Vec<Vec3<f64>> = path.segments.iter().map(|s| s.start.cast()).collect();
     points.dedup();
     let exit = path.exit.cast::<f64>();
@@ -179,14 +183,16 @@ fn trace(refraction: &Refraction, domain: &Domain<f32>, ray: &Ray<f64>, ball: Ba
 
 /// How far rays are followed: around a region, with the camera inside.
 #[derive(Clone, Copy)]
-struct Ball {
-    middle: Vec3<f64>,
-    radius: f64,
+pub struct Ball {
+    /// Its middle [world].
+    pub middle: Vec3<f64>,
+    /// Its radius [scene unit].
+    pub radius: f64,
 }
 
 impl Ball {
     /// Where a ray that starts inside leaves it; its start, if that lies outside and the ray does not come near.
-    fn exit(self, ray: &Ray<f64>) -> Vec3<f64> {
+    pub fn exit(self, ray: &Ray<f64>) -> Vec3<f64> {
         let from_middle = ray.origin - self.middle;
         let b = from_middle.dot(ray.direction);
         let square = b * b - from_middle.dot(from_middle) + self.radius * self.radius;

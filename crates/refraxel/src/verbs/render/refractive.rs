@@ -60,6 +60,11 @@ impl Refractive {
         Self { size: [camera.width, camera.height], met }
     }
 
+    /// What each pixel's ray meets, rows from the top.
+    pub fn met(&self) -> &[Option<Met>] {
+        &self.met
+    }
+
     /// n in steps of 1e-4 as 16-bit samples in the machine's order; 0 where no medium is met.
     pub fn index_samples(&self) -> Vec<u8> {
         let code = |met: &Option<Met>| met.map_or(0, |m| (m.index * INDEX_STEPS).round().max(1.0) as u16);

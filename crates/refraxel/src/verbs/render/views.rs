@@ -1,9 +1,11 @@
 //! Renders views and writes their layers.
 
 use super::depth::{Depth, opaque};
+use super::film::Film;
 use super::folder::RenderFolder;
 use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
+use crate::colour_map::ColourMap;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
@@ -69,6 +71,25 @@ fn folders(layer: Layer) -> &'static [&'static str] {
 }
 
 impl Views<'_> {
+    /// The size of all views, which the frames of a film need to have.
+    pub fn common_size(&self) -> Result<[u32; 2], Failure> {
+        let size = |c: &NamedCamera| [c.camera.width, c.camera.height];
+        let wrong = |text: String| Failure::new(Exit::BadInput, anyhow!(text));
+        let first = self
+            .cameras
+            .first()
+            .map(size)
+            .ok_or_else(|| wrong("there are no cameras for a film".to_owned()))?;
+        match self.cameras.iter().find(|c| size(c) != first) {
+            None => Ok(first),
+            Some(other) => Err(wrong(format!(
+                "the cameras of a film need one size; found {first:?} and, of {}, {:?} pixels; give --size WxH",
+                other.name,
+                size(other)
+            ))),
+        }
+    }
+
     /// The pictures that [`render_all`] will write, relative to the folder of the render.
     pub fn pictures(&self) -> impl Iterator<Item = String> {
         let folders = || self.layers.iter().flat_map(|&layer| folders(layer));
@@ -82,6 +103,29 @@ pub fn render_all(
     views: &Views<'_>,
     folder: &mut RenderFolder,
     show: Show,
+) -> Result<(), Failure> {
+    see_all(run, views, show, |seen, depths| {
+        views.layers.iter().try_for_each(|&layer| seen.write(layer, depths, folder))
+    })
+}
+
+/// Renders the cameras and adds their first layer to a film.
+pub fn film_all(run: &mut Loaded, views: &Views<'_>, film: &mut Film, show: Show) -> Result<(), Failure> {
+    see_all(run, views, show, |seen, depths| {
+        views
+            .layers
+            .iter()
+            .take(1)
+            .try_for_each(|&layer| film.add(seen.colours(layer, depths)?.into_flattened()))
+    })
+}
+
+/// Renders the cameras one after the other.
+fn see_all(
+    run: &mut Loaded,
+    views: &Views<'_>,
+    show: Show,
+    mut each: impl FnMut(&Seen<'_>, &Depths) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
@@ -99,10 +143,7 @@ pub fn render_all(
             depths.surface.choose_range(met.depths());
         }
         let (backend, marching) = (&run.backend, &marching);
-        let seen = Seen { name, camera, backend, marching, rendering, refractive, index_range };
-        for &layer in views.layers {
-            seen.write(layer, &depths, folder)?;
-        }
+        each(&Seen { name, camera, backend, marching, rendering, refractive, index_range }, &depths)?;
         progress.set(k as u64 + 1, name);
     }
     progress.finish("");
@@ -165,6 +206,39 @@ impl Seen<'_> {
             }
             (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => Ok(()), // refused before
         }
+    }
+}
+
+impl Seen<'_> {
+    /// The colours of a layer, as people look at it.
+    fn colours(&self, layer: Layer, depths: &Depths) -> Result<Vec<[u8; 3]>, Failure> {
+        let r = &self.rendering;
+        Ok(match (layer, &self.refractive) {
+            (Layer::Colour, _) => r.colour.clone(),
+            (Layer::Opacity, _) => r.opacity.iter().map(|&a| [quantize(a); 3]).collect(),
+            (Layer::Depth, _) => depths.seen.colours(opaque(r)),
+            (Layer::Reflection, _) => {
+                render_reflection(self.backend, self.camera, self.marching, &cancel())
+                    .map_err(stopped)?
+                    .colour
+            }
+            (Layer::Transmission, _) => {
+                render_transmission(self.backend, self.camera, self.marching, &cancel())
+                    .map_err(stopped)?
+                    .colour
+            }
+            (Layer::Index, Some(met)) => {
+                let [low, high] = self.index_range;
+                let colour = |n: f32| ColourMap::Viridis.at((n - low) / (high - low).max(1e-3));
+                met.met().iter().map(|met| met.map_or([255; 3], |met| colour(met.index))).collect()
+            }
+            (Layer::Normal, Some(met)) => {
+                let over_white = |[r, g, b, a]: [u8; 4]| if a == 0 { [255; 3] } else { [r, g, b] };
+                met.normal_colours().into_iter().map(over_white).collect()
+            }
+            (Layer::SurfaceDepth, Some(met)) => depths.surface.colours(met.depths()),
+            (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => r.colour.clone(), // refused before
+        })
     }
 }
 

@@ -1,0 +1,29 @@
+//! The live viewer.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// `refraxel view`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  refraxel view run
+  refraxel view run --port 8080 --threads 1
+
+Prints an address; open it in a browser on this machine. It is known to nobody else, changes with every start, and is served
+on loopback only. From another machine, forward the port: `ssh -L 8080:127.0.0.1:8080 HOST`, with --port 8080.
+Ctrl-C ends the viewer. The run itself is not changed.")]
+pub struct ViewArgs {
+    /// The run's folder
+    #[arg(value_name = "RUN")]
+    pub run: PathBuf,
+    /// Port on 127.0.0.1 [default: any that is free]
+    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub port: Option<u16>,
+    /// Threads to use, at most 1024 [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Print the address as JSON on standard output, and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}

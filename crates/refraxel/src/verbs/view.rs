@@ -1,0 +1,54 @@
+//! `refraxel view`: a live page of a run.
+
+use super::interrupts::{interrupted, watch_for_interrupts};
+use super::{reopen_source, set_thread_count};
+use crate::cli::ViewArgs;
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::Show;
+use crate::viewer::{Painter, Scene, Server};
+use refraxel_train::run::Run;
+use serde_json::json;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+/// How often the program looks whether it shall end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The verb.
+pub fn run(args: &ViewArgs) -> Result<(), Failure> {
+    set_thread_count(args.threads)?;
+    watch_for_interrupts()?;
+    let run = Run::load(&args.run)?;
+    let server = Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?;
+    let show = Show::suited(args.json);
+    let data = match reopen_source(&run.source) {
+        Ok(data) => Some(data),
+        Err(failure) => {
+            show.say(&format!("note: without photographs: {}", failure.error));
+            None
+        }
+    };
+    let scene = Scene::new(name(&args.run), run, data.as_ref());
+    let photographs = Arc::clone(scene.photographs());
+    let (painter, orders) = Painter::new(scene, 1.0);
+    let url = server.url();
+    server.start(orders, photographs, None);
+    thread::spawn(|| painter.work());
+    let text =
+        format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", args.run.display());
+    Console::new(args.json).result(&text, &json!({ "url": url })).or_exit(Exit::Io)?;
+    while !interrupted() {
+        thread::sleep(LOOK);
+    }
+    Ok(())
+}
+
+/// What the page calls a run.
+pub fn name(folder: &Path) -> String {
+    let last =
+        std::path::absolute(folder).ok().and_then(|p| Some(p.file_name()?.to_string_lossy().into_owned()));
+    last.unwrap_or_else(|| folder.display().to_string())
+}

@@ -1,0 +1,163 @@
+//! A page as the painter sees it: what it wishes, and how far its picture is.
+
+use super::layers;
+use super::photographs::encode;
+use super::picture::{Painted, Picture};
+use super::protocol::{Header, Look, Tell, message};
+use super::scene::{Scene, SceneError};
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+
+/// Pictures on the way to a page; a page behind a slow link gets the next one when it has received an earlier one.
+const ON_THE_WAY: u64 = 2;
+/// Qualities of JPEG files, 1 to 100: of pictures on the way to a better one, and of the best.
+const QUALITY: [u8; 2] = [75, 92];
+/// How fast rays are before any was measured [1 / s].
+const FIRST_SPEED: f64 = 150_000.0;
+/// Share of a new measurement in the speed.
+const NEW: f64 = 0.3;
+
+/// What is sent to a page.
+#[derive(Clone, Debug)]
+pub enum Outgoing {
+    /// JSON text.
+    Text(String),
+    /// A picture.
+    Picture(Vec<u8>),
+    /// The answer to a ping.
+    Pong(Vec<u8>),
+}
+
+/// A page.
+pub struct Client {
+    out: Sender<Outgoing>,
+    look: Option<Look>,
+    /// A look that waits for the first pass of the one before.
+    next: Option<Look>,
+    picture: Option<Picture>,
+    /// Rays per second of the pictures of late.
+    speed: f64,
+    since: Instant,
+    sent: u64,
+    received: u64,
+    /// When it was painted last.
+    served: u64,
+}
+
+impl Client {
+    /// A page that gets its messages here.
+    pub fn new(out: Sender<Outgoing>) -> Self {
+        Self {
+            out,
+            look: None,
+            next: None,
+            picture: None,
+            speed: FIRST_SPEED,
+            since: Instant::now(),
+            sent: 0,
+            received: 0,
+            served: 0,
+        }
+    }
+
+    /// Tells the page something. Nobody may be there any more.
+    pub fn tell(&self, tell: &Tell) {
+        let text = serde_json::to_string(tell).unwrap_or_default(); // names and numbers: cannot fail
+        let _ = self.out.send(Outgoing::Text(text));
+    }
+
+    /// Sends the page a picture.
+    pub fn send(&self, header: &Header, jpeg: &[u8]) {
+        let _ = self.out.send(Outgoing::Picture(message(header, jpeg)));
+    }
+
+    /// Tells the page why something cannot be done.
+    pub fn refuse(&self, why: &SceneError) {
+        self.tell(&Tell::Refused { why: why.to_string() });
+    }
+
+    /// What is looked at.
+    pub fn look(&self) -> Option<&Look> {
+        self.next.as_ref().or(self.look.as_ref())
+    }
+
+    /// The page looks elsewhere. The coarse picture of a moving camera is finished before, else it would never be seen.
+    pub fn look_at(&mut self, look: Look) {
+        self.next = Some(look);
+    }
+
+    /// The page has received its pictures up to this one.
+    pub fn has_received(&mut self, frame: u64) {
+        self.received = self.received.max(frame.min(self.sent));
+    }
+
+    /// The picture is to be painted anew: the scene is another.
+    pub fn start_again(&mut self) {
+        self.picture = None;
+        if self.next.is_none() {
+            self.next = self.look.take();
+        }
+    }
+
+    /// The order in which pages are painted, the smallest first; `None` where nothing is to be done.
+    pub fn urgency(&self) -> Option<(usize, u64)> {
+        let passes = match (&self.next, &self.picture) {
+            (Some(_), Some(picture)) if !picture.must_finish() => 0,
+            (Some(_), None) => 0,
+            (_, Some(picture)) if !picture.is_finished() => picture.passes(),
+            (Some(_), _) => 0,
+            _ => return None,
+        };
+        (self.sent - self.received < ON_THE_WAY).then_some((passes, self.served))
+    }
+
+    /// Paints a portion of the page's picture.
+    pub fn paint(&mut self, scene: &mut Scene, portion: usize, first_pass: Duration, now: u64) {
+        self.served = now;
+        let keeps = self.picture.as_ref().is_some_and(|p| p.must_finish() && !p.is_finished());
+        if let Some(look) = self.next.take_if(|_| !keeps) {
+            if let Err(why) = self.begin(scene, look, first_pass) {
+                self.picture = None;
+                return self.refuse(&why);
+            }
+        }
+        let (Some(look), Some(picture)) = (&self.look, &mut self.picture) else { return };
+        if let Err(why) = scene.wear(look) {
+            self.picture = None;
+            return self.refuse(&why);
+        }
+        let start = Instant::now();
+        let (rays, painted) = picture.advance(scene, portion);
+        let speed = rays as f64 / start.elapsed().as_secs_f64().max(1e-6);
+        self.speed += NEW * (speed - self.speed);
+        if let Some(painted) = painted {
+            self.show(&painted, scene.step());
+        }
+    }
+
+    fn begin(&mut self, scene: &mut Scene, look: Look, first_pass: Duration) -> Result<(), SceneError> {
+        let camera = scene.camera(&look)?;
+        let layer = layers::Look { shown: look.shown };
+        let rays = self.speed * first_pass.as_secs_f64();
+        self.picture = Some(Picture::new(layer, camera, look.moving, rays));
+        (self.look, self.since) = (Some(look), Instant::now());
+        Ok(())
+    }
+
+    fn show(&mut self, painted: &Painted, step: u64) {
+        let Some(look) = &self.look else { return };
+        self.sent += 1;
+        let header = Header::Frame {
+            id: look.id,
+            frame: self.sent,
+            size: painted.size,
+            rays: painted.rays,
+            last: painted.last,
+            ms: 1e3 * self.since.elapsed().as_secs_f64(),
+            range: painted.range,
+            step,
+        };
+        let is_best = painted.last && !look.moving;
+        self.send(&header, &encode(&painted.pixels, painted.size, QUALITY[usize::from(is_best)]));
+    }
+}

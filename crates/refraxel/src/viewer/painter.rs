@@ -1,0 +1,248 @@
+//! The thread that paints for all pages: the coarsest picture first, a portion of rays at a time.
+
+use super::bend;
+use super::client::{Client, Outgoing};
+use super::picture::PORTION;
+use super::protocol::{Ask, Header, Look, Tell};
+use super::scene::{Scene, SceneError};
+use super::slice::slice;
+use refraxel_core::{Ray, vec3};
+use refraxel_train::run::Run;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+/// Time of the first, coarse pass of a picture.
+const FIRST_PASS: Duration = Duration::from_millis(45);
+
+/// Asks the painter for something, from any thread.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    sender: Sender<Order>,
+    pages: Arc<AtomicUsize>,
+}
+
+/// What the painter can be asked for.
+#[derive(Debug)]
+pub(super) enum Order {
+    /// A page opens.
+    Join(u64, Sender<Outgoing>),
+    /// A page asks for something that the painter answers.
+    Ask(u64, Ask),
+    /// A page is gone.
+    Leave(u64),
+    /// Training has gone on; whoever sends it learns how long it took to take over.
+    Renew(Box<Run>, Sender<Duration>),
+    /// Something happened in the training. Pages that open later are told what is kept.
+    Tell { what: Value, is_kept: bool },
+    /// Share of the time that the painter may work.
+    Share(f64),
+}
+
+impl Orders {
+    /// Gives an order; where the painter is gone, nothing happens.
+    pub(super) fn give(&self, order: Order) {
+        let _ = self.sender.send(order);
+    }
+
+    /// Shows the run as it is now, and returns how long the painter was busy with it.
+    pub fn renew(&self, run: Run) -> Duration {
+        let (sender, taken) = channel();
+        self.give(Order::Renew(Box::new(run), sender));
+        taken.recv().unwrap_or_default()
+    }
+
+    /// Tells all pages what happens in the training, also those that open later.
+    pub fn tell(&self, what: Value) {
+        self.give(Order::Tell { what, is_kept: true });
+    }
+
+    /// Tells all pages that are open something that soon is of no interest.
+    pub fn tell_now(&self, what: Value) {
+        self.give(Order::Tell { what, is_kept: false });
+    }
+
+    /// Share of the time that the painter may work, in (0, 1].
+    pub fn set_share(&self, share: f64) {
+        self.give(Order::Share(share));
+    }
+
+    /// Whether any page is open.
+    pub fn has_pages(&self) -> bool {
+        self.pages.load(Ordering::SeqCst) > 0
+    }
+}
+
+/// Paints for all pages.
+pub struct Painter {
+    scene: Scene,
+    orders: Receiver<Order>,
+    clients: BTreeMap<u64, Client>,
+    /// How many they are, for other threads.
+    pages: Arc<AtomicUsize>,
+    /// Share of the time that it may work.
+    share: f64,
+    /// Portions painted.
+    painted: u64,
+    /// What was told of the training, for pages that open later.
+    history: Vec<Value>,
+}
+
+impl Painter {
+    /// A painter of a scene; `share` of the time in (0, 1] it may work, and rests for the remainder.
+    pub fn new(scene: Scene, share: f64) -> (Self, Orders) {
+        let (sender, orders) = channel();
+        let pages = Arc::new(AtomicUsize::new(0));
+        let painter = Self {
+            scene,
+            orders,
+            clients: BTreeMap::new(),
+            pages: Arc::clone(&pages),
+            share,
+            painted: 0,
+            history: Vec::new(),
+        };
+        (painter, Orders { sender, pages })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Works until nobody can give orders any more: obeys all of them, paints a portion, rests.
+    pub fn work(mut self) {
+        let mut rests_until = Instant::now();
+        loop {
+            match self.next_order(rests_until) {
+                Err(RecvTimeoutError::Disconnected) => return,
+                Ok(order) => self.obey(order),
+                Err(RecvTimeoutError::Timeout) => {
+                    let start = Instant::now();
+                    self.paint();
+                    let end = Instant::now();
+                    rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
+                }
+            }
+        }
+    }
+
+    /// The next order. Waits for it until the rest is over if there is something to paint, and without end if there is not.
+    fn next_order(&self, rests_until: Instant) -> Result<Order, RecvTimeoutError> {
+        if self.clients.values().any(|c| c.urgency().is_some()) {
+            return self.orders.recv_timeout(rests_until.saturating_duration_since(Instant::now()));
+        }
+        self.orders.recv().map_err(|_| RecvTimeoutError::Disconnected)
+    }
+
+    fn paint(&mut self) {
+        let order = |(_, client): &(&u64, &mut Client)| client.urgency();
+        let waiting = self.clients.iter_mut().filter(|(_, client)| client.urgency().is_some());
+        let Some((_, client)) = waiting.min_by_key(order) else { return };
+        self.painted += 1;
+        let portion = (PORTION as f64 * self.share) as usize;
+        client.paint(&mut self.scene, portion, FIRST_PASS.mul_f64(self.share.sqrt()), self.painted);
+    }
+
+    fn obey(&mut self, order: Order) {
+        self.follow(order);
+        self.pages.store(self.clients.len(), Ordering::SeqCst);
+    }
+
+    fn follow(&mut self, order: Order) {
+        match order {
+            Order::Join(id, out) => {
+                let client = Client::new(out);
+                client.tell(&Tell::Scene(self.scene.describe()));
+                self.history.iter().for_each(|what| client.tell(&Tell::Training(what.clone())));
+                self.clients.insert(id, client);
+            }
+            Order::Leave(id) => drop(self.clients.remove(&id)),
+            Order::Ask(id, ask) => self.answer(id, ask),
+            Order::Share(share) => self.share = share,
+            Order::Renew(run, taken) => {
+                let start = Instant::now();
+                self.scene.renew(*run);
+                let _ = taken.send(start.elapsed()); // nobody may want to know
+                let scene = Tell::Scene(self.scene.describe());
+                for client in self.clients.values_mut() {
+                    client.tell(&scene);
+                    client.start_again();
+                }
+            }
+            Order::Tell { what, is_kept } => {
+                self.clients.values().for_each(|client| client.tell(&Tell::Training(what.clone())));
+                if is_kept {
+                    self.history.push(what);
+                }
+            }
+        }
+    }
+
+    fn answer(&mut self, id: u64, ask: Ask) {
+        let Some(client) = self.clients.get_mut(&id) else { return };
+        match ask {
+            Ask::Look(look) => client.look_at(look),
+            Ask::Got { frame } => client.has_received(frame),
+            Ask::Ray { id, u, v } => {
+                let ray = client.look().cloned().map(|look| ray_through(&mut self.scene, &look, [u, v]));
+                tell_ray(&self.scene, client, id, ray);
+            }
+            Ask::Follow { id, origin, direction } => {
+                let look = client.look().cloned();
+                let ray = look.map(|look| self.scene.wear(&look).and_then(|()| ray_of(origin, direction)));
+                tell_ray(&self.scene, client, id, ray);
+            }
+            Ask::Slice { region, axis, at } => {
+                let worn = client.look().cloned().map_or(Ok(()), |look| self.scene.wear(&look));
+                match worn.and_then(|()| slice(&self.scene, region, axis, at)) {
+                    Ok((header, jpeg)) => client.send(&header, &jpeg),
+                    Err(why) => client.refuse(&why),
+                }
+            }
+            // Others answer these.
+            Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
+        }
+    }
+}
+
+/// Tells a page of a ray, or why there is none. A page that has not looked yet is told nothing.
+fn tell_ray(scene: &Scene, client: &Client, id: u64, ray: Option<Result<Ray<f32>, SceneError>>) {
+    match ray {
+        Some(Ok(ray)) => client.tell(&Tell::Ray { id, ray: bend::follow(scene, &ray) }),
+        Some(Err(why)) => client.refuse(&why),
+        None => {}
+    }
+}
+
+/// The ray through a place of a picture, in the medium of its look.
+fn ray_through(scene: &mut Scene, look: &Look, [u, v]: [f64; 2]) -> Result<Ray<f32>, SceneError> {
+    let camera = scene.camera(look)?;
+    scene.wear(look)?;
+    let inside = [u, v].iter().all(|x| (0.0..=1.0).contains(x));
+    let ray = camera.ray(u * f64::from(camera.width), v * f64::from(camera.height)).filter(|_| inside);
+    ray.map(|r| r.cast()).ok_or_else(|| SceneError::Look("no ray passes there".to_owned()))
+}
+
+fn ray_of([x, y, z]: [f64; 3], direction: [f64; 3]) -> Result<Ray<f32>, SceneError> {
+    let (origin, direction) = (vec3(x, y, z), vec3(direction[0], direction[1], direction[2]));
+    let is_ray = origin.length() < 1e9 && (1e-9..1e9).contains(&direction.length());
+    if !is_ray {
+        return Err(SceneError::Look(
+            "ray: expected finite numbers and a direction other than zero".to_owned(),
+        ));
+    }
+    Ok(Ray { origin, direction: direction.normalized() }.cast())
+}
+
+/// A photograph as a message.
+pub(super) fn photograph(
+    scene: &super::photographs::Photographs,
+    view: usize,
+) -> Result<(Header, Vec<u8>), String> {
+    let (jpeg, size) = scene.jpeg(view)?;
+    Ok((Header::Photo { view, size }, jpeg))
+}

@@ -1,0 +1,213 @@
+//! The scene that is painted: a run with its backend, and the media as a page wishes them.
+
+use super::photographs::Photographs;
+use super::protocol::{Edits, Look, PageCamera};
+use refraxel_core::{Camera, Vec3};
+use refraxel_data::{Dataset, scene_region};
+use refraxel_train::backend::Marching;
+use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
+use refraxel_train::run::Run;
+use refraxel_train::schedule::rendering_marching;
+use refraxel_train::{Backend, CpuBackend, Refraction, plan::Plan};
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// The upward direction where no photographs say it.
+const UP: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
+/// Field of view where no photographs say it [rad].
+const ANGLE: f64 = 0.7;
+/// Size of the first picture where no photographs say it [pixel].
+const SIZE: [u32; 2] = [400, 400];
+/// Factors on the absorption that a page may ask for.
+const ABSORPTION: [f32; 2] = [0.0, 20.0];
+
+/// Why a scene cannot be shown as a page wishes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A camera makes no sense, or an edit.
+    #[error("{0}")]
+    Look(String),
+    /// There is no such photograph.
+    #[error("photograph {found}: the scene has {count}")]
+    Photo {
+        /// The number that was asked for.
+        found: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// There is no such region.
+    #[error("refractive region {found}: the scene has {count}")]
+    Region {
+        /// The number that was asked for.
+        found: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// A run that can be looked at.
+pub struct Scene {
+    name: String,
+    plan: Plan,
+    step: u64,
+    marching: Marching,
+    backend: CpuBackend,
+    learned: Refraction,
+    /// The edits that the medium of the backend has.
+    worn: Worn,
+    photographs: Arc<Photographs>,
+    up: Vec3<f64>,
+}
+
+/// What distinguishes a medium from the learned one.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Worn {
+    edits: Edits,
+    straight: bool,
+}
+
+impl Scene {
+    /// A run and, where they can be read, the photographs that it was trained on.
+    pub fn new(name: String, run: Run, data: Option<&Dataset>) -> Self {
+        let photographs = data.map_or_else(Photographs::default, |d| Photographs::new(d, &run.alignment));
+        let up = data.map_or(UP, |d| scene_region(d).up);
+        let Run { options, plan, state, model, optimiser, .. } = run;
+        let marching = rendering_marching(&options, plan.near);
+        let mut backend = CpuBackend::resumed(model, optimiser);
+        backend.refresh_occupancy(&marching);
+        let learned = backend.medium().clone();
+        Self {
+            name,
+            plan,
+            step: state.step,
+            marching,
+            backend,
+            learned,
+            worn: Worn::default(),
+            photographs: Arc::new(photographs),
+            up,
+        }
+    }
+
+    /// The same scene after more training.
+    pub fn renew(&mut self, run: Run) {
+        let Run { options, plan, state, model, optimiser, .. } = run;
+        self.marching = rendering_marching(&options, plan.near);
+        (self.plan, self.step) = (plan, state.step);
+        self.backend.load(model, Some(optimiser));
+        self.backend.refresh_occupancy(&self.marching);
+        self.learned = self.backend.medium().clone();
+        self.worn = Worn::default();
+    }
+
+    /// The renderer, whose medium is that of the last [`Self::wear`].
+    pub fn backend(&self) -> &CpuBackend {
+        &self.backend
+    }
+
+    /// How rays are marched.
+    pub fn marching(&self) -> &Marching {
+        &self.marching
+    }
+
+    /// The medium as it was learned.
+    pub fn learned(&self) -> &Refraction {
+        &self.learned
+    }
+
+    /// Steps of the training.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// The photographs.
+    pub fn photographs(&self) -> &Arc<Photographs> {
+        &self.photographs
+    }
+
+    /// The camera of a look.
+    pub fn camera(&self, look: &Look) -> Result<Camera, SceneError> {
+        let camera = look.camera.camera().map_err(SceneError::Look)?;
+        match look.photo {
+            None => Ok(camera),
+            Some(view) => Ok(self.photographs.camera(view)?.resized(camera.width, camera.height)),
+        }
+    }
+
+    /// Gives the renderer the medium of a look.
+    pub fn wear(&mut self, look: &Look) -> Result<(), SceneError> {
+        let wish = Worn { edits: look.edits.clone(), straight: look.straight };
+        if wish != self.worn {
+            self.backend.set_medium(self.medium(&wish)?);
+            self.worn = wish;
+        }
+        Ok(())
+    }
+
+    fn medium(&self, wish: &Worn) -> Result<Refraction, SceneError> {
+        let mut medium = self.learned.clone();
+        let count = medium.medium.regions().len();
+        let Edits { index, absorption } = &wish.edits;
+        if index.len().max(absorption.len()) > count {
+            return Err(SceneError::Region { found: index.len().max(absorption.len()) - 1, count });
+        }
+        if wish.straight {
+            return Ok(Refraction { optics: medium.optics, ..Refraction::none() });
+        }
+        for (k, n) in index.iter().enumerate().filter_map(|(k, n)| n.map(|n| (k, n))) {
+            let edited = IndexEdit::Set(n).apply_to(k, &mut medium);
+            edited.map_err(|e| SceneError::Look(format!("edits.index[{k}]: {e}")))?;
+        }
+        for (k, factor) in absorption.iter().enumerate().filter_map(|(k, f)| f.map(|f| (k, f))) {
+            if !(ABSORPTION[0]..=ABSORPTION[1]).contains(&factor) {
+                let [low, high] = ABSORPTION;
+                let why = format!("edits.absorption[{k}]: found {factor}; expected {low} to {high}");
+                return Err(SceneError::Look(why));
+            }
+            let grid = medium.medium.region_mut(k);
+            grid.set_absorption(grid.absorption().map(|a| factor * a));
+        }
+        Ok(medium)
+    }
+
+    /// What a page needs to know.
+    pub fn describe(&self) -> Value {
+        let bounds = self.plan.finest.bounds.cast::<f64>();
+        let regions = self.learned.medium.regions().iter().map(|region| {
+            let bounds = region.domain().bounds;
+            json!({
+                "index": typical_index(region).unwrap_or(1.0),
+                "absorption": region.absorption(),
+                "sharp": region.level_set().is_some(),
+                "min": bounds.min.to_array(),
+                "max": bounds.max.to_array(),
+            })
+        });
+        let field = self.backend.domain();
+        json!({
+            "name": self.name,
+            "step": self.step,
+            "min": bounds.min.to_array(),
+            "max": bounds.max.to_array(),
+            "up": self.up.to_array(),
+            "start": self.start(),
+            "regions": regions.collect::<Vec<_>>(),
+            "index_range": index_range(&self.learned),
+            "reflects": self.backend.mirroring().regions > 0 || self.backend.mirroring().clearcoat,
+            "resolution": field.resolution,
+            "voxels": self.backend.map().voxels(),
+            "views": self.photographs.describe(),
+        })
+    }
+
+    /// Where a page begins: at the first held-out photograph, or before the box.
+    fn start(&self) -> PageCamera {
+        if let Some(camera) = self.photographs.first() {
+            return PageCamera::of(&camera);
+        }
+        let bounds = self.plan.finest.bounds.cast::<f64>();
+        let (middle, size) = (bounds.center(), bounds.extent().length());
+        let from = Vec3::new(1.0, 0.6, 0.7).normalized() * (0.6 * size / (0.5 * ANGLE).tan());
+        PageCamera::of(&Camera::look_at(middle + from, middle, self.up, ANGLE, SIZE))
+    }
+}

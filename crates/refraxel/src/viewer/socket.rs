@@ -1,0 +1,127 @@
+//! The WebSocket of a page: one thread reads, another one writes.
+
+use super::client::Outgoing;
+use super::painter::{Order, photograph};
+use super::protocol::{Ask, Tell, message};
+use super::server::{Shared, Wish};
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use tungstenite::handshake::derive_accept_key;
+use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::{Bytes, Message, WebSocket};
+
+/// Largest message of a page [byte].
+const LARGEST_MESSAGE: usize = 64 * 1024;
+
+/// A stream that is only read: what the protocol wants to write, the writer's thread does.
+struct ReadOnly(TcpStream);
+
+impl Read for ReadOnly {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Write for ReadOnly {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Carries messages until the page goes.
+pub(super) fn serve(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Result<()> {
+    let accept = derive_accept_key(key.as_bytes());
+    let head = format!(
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes())?;
+    stream.set_read_timeout(None)?; // a page may look on for hours
+    let (out, outgoing) = channel();
+    let writing = stream.try_clone()?;
+    let writer = thread::spawn(move || write(writing, &outgoing));
+    let id = shared.next_id.fetch_add(1, Ordering::SeqCst);
+    shared.orders.give(Order::Join(id, out.clone()));
+    read(ReadOnly(stream), id, &out, shared);
+    shared.orders.give(Order::Leave(id));
+    drop(out);
+    let _ = writer.join(); // ends when the painter has let the page go
+    Ok(())
+}
+
+fn config() -> WebSocketConfig {
+    WebSocketConfig::default()
+        .max_message_size(Some(LARGEST_MESSAGE))
+        .max_frame_size(Some(LARGEST_MESSAGE))
+        .write_buffer_size(0)
+}
+
+fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>) {
+    let closing = stream.try_clone();
+    let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
+    for outgoing in outgoing {
+        let message = match outgoing {
+            Outgoing::Text(text) => Message::text(text),
+            Outgoing::Picture(bytes) => Message::binary(bytes),
+            Outgoing::Pong(bytes) => Message::Pong(Bytes::from(bytes)),
+        };
+        if socket.send(message).is_err() {
+            break;
+        }
+    }
+    let _ = socket.close(None);
+    // Ends the reader, too.
+    let _ = closing.map(|stream| stream.shutdown(Shutdown::Both));
+}
+
+/// Passes on what the page asks, until it goes or sends what no page sends.
+fn read(stream: ReadOnly, id: u64, out: &Sender<Outgoing>, shared: &Shared) {
+    let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
+    while let Ok(message) = socket.read() {
+        let answer = match message {
+            Message::Text(text) => match serde_json::from_str(&text) {
+                Ok(ask) => pass_on(ask, id, shared),
+                Err(error) => Some(refused(format!("this question is not understood: {error}"))),
+            },
+            Message::Ping(bytes) => Some(Outgoing::Pong(bytes.to_vec())),
+            Message::Close(_) => return,
+            _ => None,
+        };
+        if answer.is_some_and(|answer| out.send(answer).is_err()) {
+            return;
+        }
+    }
+}
+
+/// Gives a question to whom it concerns. What takes long but needs no scene is answered here.
+fn pass_on(ask: Ask, id: u64, shared: &Shared) -> Option<Outgoing> {
+    match (ask, &shared.control) {
+        (Ask::Photo { view }, _) => Some(match photograph(&shared.photographs, view) {
+            Ok((header, jpeg)) => Outgoing::Picture(message(&header, &jpeg)),
+            Err(why) => refused(why),
+        }),
+        (Ask::Pause { .. } | Ask::Stop, None) => Some(refused("nothing is trained here".to_owned())),
+        (Ask::Pause { paused }, Some(control)) => {
+            control(Wish::Pause(paused));
+            None
+        }
+        (Ask::Stop, Some(control)) => {
+            control(Wish::Stop);
+            None
+        }
+        (ask, _) => {
+            shared.orders.give(Order::Ask(id, ask));
+            None
+        }
+    }
+}
+
+fn refused(why: String) -> Outgoing {
+    Outgoing::Text(serde_json::to_string(&Tell::Refused { why }).unwrap_or_default()) // text: cannot fail
+}

@@ -1,0 +1,34 @@
+// What keys and gestures do.
+
+import { button, el } from "./dom";
+
+const KEYS: [string, string][] = [
+  ["drag", "turn around the middle"],
+  ["right drag, Shift drag, two fingers", "move sideways"],
+  ["wheel, pinch", "nearer, farther"],
+  ["Ctrl drag", "look around from where you are"],
+  ["click", "follow the ray of that pixel"],
+  ["double click", "turn around that place from now on"],
+  ["W A S D, Q E", "fly"],
+  ["arrows", "turn"],
+  ["1 to 7", "layers"],
+  ["B", "straight rays, and bent ones again"],
+  ["N, P", "next, previous photograph"],
+  ["C", "compare with the photograph"],
+  ["K", "add a keyframe to the camera path"],
+  ["Space", "play the camera path"],
+  ["R", "back to the start"],
+  ["X", "save a screenshot"],
+  ["H", "hide the panel"],
+  ["Esc", "forget the ray"],
+  ["?", "this list"],
+];
+
+export function fill(dialog: HTMLDialogElement): void {
+  const list = el("dl", { class: "keys" });
+  for (const [key, meaning] of KEYS) list.append(el("dt", {}, key), el("dd", {}, meaning));
+  dialog.append(el("h2", {}, "Keys and gestures"), list, button("Close", "Close", () => dialog.close()));
+  dialog.addEventListener("click", (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+}

@@ -1,0 +1,335 @@
+// The page: what is looked at, and what is asked of the program when that changes.
+
+import { Camera } from "./camera";
+import { fill } from "./help";
+import { isTyping, listen } from "./input";
+import { Link } from "./link";
+import { Panel, type State } from "./panel";
+import { at, file } from "./path";
+import { download } from "./dom";
+import { LAYERS, type Header, type PageCamera, type Scene, type Tell } from "./protocol";
+import { Stage, type Compare } from "./stage";
+import { mix, sub, unit, type Vec3 } from "./vectors";
+
+/** A camera that rests for so long is shown in full [ms]. */
+const REST = 160;
+const COMPARES: Compare[] = ["off", "side", "wipe", "difference"];
+
+class Page {
+  private readonly stage = new Stage();
+  private readonly camera = new Camera();
+  private readonly panel: Panel;
+  private readonly link: Link;
+  private readonly help = document.querySelector<HTMLDialogElement>("#help")!;
+  private scene: Scene | null = null;
+  private readonly state: State = {
+    layer: "colour",
+    straight: false,
+    index: [],
+    absorption: [],
+    photo: null,
+    compare: "off",
+    pixels: 640,
+    boxes: false,
+    cameras: false,
+    slice: null,
+    keys: [],
+    seconds: 6,
+    fps: 24,
+    ray: null,
+  };
+  private nextId = 1;
+  /** Cameras of looks whose pictures are on their way, and when they were asked for. */
+  private readonly looks = new Map<number, { camera: PageCamera; time: number; moving: boolean }>();
+  private shown: PageCamera | null = null;
+  private shownId = 0;
+  private plane: Vec3[] | null = null;
+  /** The program does not know what is looked at: the connection is new. */
+  private asksAgain = true;
+  /** The media of the last look. */
+  private medium = "";
+  private pending = false;
+  private rest = 0;
+  private playing = 0;
+  private readonly times: number[] = [];
+
+  constructor() {
+    fill(this.help);
+    this.panel = new Panel(document.querySelector("#panel")!, this.state, {
+      changed: (moving) => this.changed(moving),
+      overlay: () => this.redraw(),
+      photo: (view) => this.goTo(view),
+      compare: (how) => this.setCompare(how),
+      slice: () => this.askSlice(),
+      play: () => this.play(),
+      save: () => this.savePath(),
+      addKey: () => this.addKey(),
+      screenshot: () => void this.screenshot(),
+      help: () => this.help.showModal(),
+      home: () => this.home(),
+      ask: (wish) => this.link.send(wish),
+    });
+    this.link = new Link({
+      open: () => this.connected(),
+      closed: () => this.notice("No answer from the program. If it has ended, start it again and open the address that it prints."),
+      tell: (tell) => this.listen(tell),
+      picture: (header, jpeg) => void this.receive(header, jpeg),
+    });
+    listen(this.stage.element, this.camera, {
+      moved: () => {
+        this.playing = 0;
+        this.leavePhoto();
+        this.changed(true);
+      },
+      click: (u, v) => this.link.send({ ask: "ray", id: 1, u, v }),
+      center: (u, v) => this.link.send({ ask: "ray", id: 2, u, v }),
+    });
+    addEventListener("resize", () => this.changed(false));
+    new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
+    addEventListener("keydown", (event) => this.key(event));
+  }
+
+  private connected(): void {
+    this.notice(null);
+    this.panel.training.clear();
+    this.looks.clear();
+    this.asksAgain = true;
+  }
+
+  private notice(text: string | null): void {
+    const notice = document.querySelector<HTMLElement>("#notice")!;
+    notice.hidden = text === null;
+    notice.textContent = text ?? "";
+  }
+
+  private listen(tell: Tell): void {
+    if (tell.tell === "scene") this.takeScene(tell);
+    else if (tell.tell === "training") this.panel.training.tell(tell);
+    else if (tell.tell === "refused") this.panel.say(tell.why);
+    else if (tell.id === 2) {
+      if (!tell.ray.seen) return;
+      this.leavePhoto();
+      this.camera.lookAt(tell.ray.seen[1]);
+      this.changed(true);
+    } else {
+      this.state.ray = tell.ray;
+      this.panel.showRay(this.scene!);
+      this.redraw();
+    }
+  }
+
+  private takeScene(scene: Scene): void {
+    const isFirst = this.scene === null;
+    const isOther = scene.regions.length !== this.scene?.regions.length;
+    this.scene = scene;
+    this.camera.up = scene.up;
+    if (isFirst) this.camera.take(scene.start, this.middle());
+    if (this.state.index.length > scene.regions.length) [this.state.index, this.state.absorption] = [[], []];
+    this.panel.takeScene(scene, isFirst || isOther || this.asksAgain);
+    document.title = `${scene.name} – refraxel`;
+    if (isFirst || isOther || this.asksAgain) this.changed(false);
+    this.asksAgain = false;
+  }
+
+  private middle(): Vec3 {
+    const { min, max } = this.scene!;
+    return mix(min, max, 0.5);
+  }
+
+  private home(): void {
+    this.leavePhoto();
+    this.camera.take(this.scene!.start, this.middle());
+    this.changed(true);
+  }
+
+  private goTo(view: number | null): void {
+    if (view === null || !this.scene) return this.leavePhoto();
+    const count = this.scene.views.length;
+    if (count === 0) return;
+    const k = ((view % count) + count) % count;
+    this.state.photo = k;
+    this.camera.take(this.scene.views[k]!.camera, this.middle());
+    this.stage.showPhotograph(null, null);
+    this.link.send({ ask: "photo", view: k });
+    this.panel.update();
+    this.changed(false);
+  }
+
+  private leavePhoto(): void {
+    if (this.state.photo === null) return;
+    this.state.photo = null;
+    this.stage.showPhotograph(null, null);
+    this.setCompare("off");
+  }
+
+  private setCompare(how: Compare): void {
+    if (how !== "off" && this.state.photo === null) {
+      this.goTo(0);
+      if (this.state.photo === null) return;
+    }
+    this.state.compare = how;
+    this.stage.setCompare(how);
+    this.panel.update();
+    this.changed(false);
+  }
+
+  /** Something about the picture is another; `moving` if it goes on changing. */
+  private changed(moving: boolean): void {
+    clearTimeout(this.rest);
+    if (moving) {
+      if (!this.pending) requestAnimationFrame(() => this.ask(true));
+      this.pending = true;
+    }
+    this.rest = setTimeout(() => this.ask(false), moving ? REST : 0);
+  }
+
+  private ask(moving: boolean): void {
+    this.pending = false;
+    if (!this.scene) return;
+    const { photo, layer, straight, index, absorption } = this.state;
+    const view = photo === null ? null : this.scene.views[photo]!;
+    const aspect = view ? view.camera.size[0] / view.camera.size[1] : null;
+    const camera = this.camera.for(this.stage.fit(this.state.pixels, aspect));
+    this.stage.layOut();
+    const id = this.nextId++;
+    this.looks.set(id, { camera, time: performance.now(), moving });
+    const edits = { index: [...index], absorption: [...absorption] };
+    this.link.send({ ask: "look", id, camera, photo, shown: layer, straight, moving, edits });
+    this.followMedium(JSON.stringify([straight, edits]));
+  }
+
+  /** The ray and the slice that are shown bend as the medium does. */
+  private followMedium(medium: string): void {
+    if (medium === this.medium) return;
+    this.medium = medium;
+    const { ray, slice } = this.state;
+    if (ray) {
+      const direction = unit(sub(ray.straight[1], ray.straight[0]));
+      this.link.send({ ask: "follow", id: 1, origin: ray.straight[0], direction });
+    }
+    if (slice) this.askSlice();
+  }
+
+  private askSlice(): void {
+    const { slice } = this.state;
+    if (slice) this.link.send({ ask: "slice", ...slice });
+    else {
+      this.plane = null;
+      this.redraw();
+    }
+  }
+
+  private async receive(header: Header, jpeg: Blob): Promise<void> {
+    const bitmap = await createImageBitmap(jpeg);
+    if (header.picture === "frame") return this.receiveFrame(header, bitmap, jpeg.size);
+    if (header.picture === "photo") {
+      if (header.view === this.state.photo) this.stage.showPhotograph(bitmap, jpeg);
+      return;
+    }
+    this.plane = header.corners;
+    this.panel.showSlice(bitmap, header.range);
+    this.redraw();
+  }
+
+  private receiveFrame(header: Header & { picture: "frame" }, bitmap: ImageBitmap, bytes: number): void {
+    this.link.send({ ask: "got", frame: header.frame });
+    const look = this.looks.get(header.id);
+    if (!look || header.id < this.shownId) return bitmap.close();
+    const isNew = header.id > this.shownId;
+    this.shownId = header.id;
+    for (const id of this.looks.keys()) if (id < header.id) this.looks.delete(id);
+    this.shown = look.camera;
+    this.stage.showRendering(bitmap);
+    this.redraw();
+    const now = performance.now();
+    this.times.push(now);
+    while (this.times[0]! < now - 1000) this.times.shift();
+    this.panel.statistics({
+      header,
+      bytes,
+      latency: isNew ? now - look.time : null,
+      rate: this.times.length,
+    });
+    document.body.dataset.frame = String(header.frame);
+    document.body.dataset.rays = String(header.rays);
+    document.body.dataset.last = String(header.last && !look.moving);
+  }
+
+  private redraw(): void {
+    if (!this.scene || !this.shown) return;
+    const { ray, boxes, cameras, keys } = this.state;
+    const path = this.playing ? [] : keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
+    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, plane: this.plane, path });
+  }
+
+  private addKey(): void {
+    this.state.keys.push(structuredClone(this.camera.for(this.stage.fit(this.state.pixels, null))));
+    this.panel.update();
+    this.redraw();
+  }
+
+  private play(): void {
+    const { keys, seconds } = this.state;
+    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    const start = performance.now();
+    const run = (this.playing = start);
+    this.leavePhoto();
+    const step = (now: number) => {
+      if (this.playing !== run) return;
+      const t = (now - start) / (1000 * seconds);
+      this.camera.take(at(keys, t), this.middle());
+      if (t >= 1) this.playing = 0;
+      this.changed(t < 1);
+      if (t < 1) requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  private savePath(): void {
+    const { keys, seconds, fps } = this.state;
+    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    download("camera_path.json", new Blob([file(keys, seconds, fps)], { type: "application/json" }));
+  }
+
+  private async screenshot(): Promise<void> {
+    const png = await this.stage.screenshot();
+    if (png) download(`${this.scene?.name ?? "refraxel"}.png`, png);
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
+    const digit = /^Digit([1-7])$/.exec(event.code)?.[1];
+    if (digit) this.panel.chooseLayer(LAYERS[Number(digit) - 1]!);
+    else if (event.key === "?") this.help.showModal();
+    else if (event.code === "Space" && !(event.target instanceof HTMLButtonElement)) this.play();
+    else if (!this.letter(event.code)) return;
+    event.preventDefault();
+  }
+
+  private letter(code: string): boolean {
+    const { state } = this;
+    const actions: Record<string, () => void> = {
+      KeyB: () => {
+        state.straight = !state.straight;
+        this.panel.update();
+        this.changed(false);
+      },
+      KeyN: () => this.goTo((state.photo ?? -1) + 1),
+      KeyP: () => this.goTo((state.photo ?? 0) - 1),
+      KeyC: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
+      KeyK: () => this.addKey(),
+      KeyR: () => this.home(),
+      KeyX: () => void this.screenshot(),
+      KeyH: () => document.body.classList.toggle("alone"),
+      Escape: () => {
+        state.ray = null;
+        this.panel.update();
+        this.redraw();
+      },
+    };
+    actions[code]?.();
+    return code in actions;
+  }
+}
+
+new Page();

@@ -1,0 +1,302 @@
+// The controls beside the picture.
+
+import { button, checkbox, Choice, el, section, Slider } from "./dom";
+import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
+import { describe } from "./rayview";
+import type { Compare } from "./stage";
+import { TrainingPanel } from "./training";
+
+export interface State {
+  layer: Layer;
+  straight: boolean;
+  /** Index per region; null as learned. */
+  index: (number | null)[];
+  /** Factor on the absorption per region; null as learned. */
+  absorption: (number | null)[];
+  photo: number | null;
+  compare: Compare;
+  /** Longest edge of the picture [pixel]. */
+  pixels: number;
+  boxes: boolean;
+  cameras: boolean;
+  slice: { region: number; axis: number; at: number } | null;
+  keys: PageCamera[];
+  seconds: number;
+  fps: number;
+  ray: BentRay | null;
+}
+
+export interface Actions {
+  changed(moving: boolean): void;
+  overlay(): void;
+  photo(view: number | null): void;
+  compare(how: Compare): void;
+  slice(): void;
+  play(): void;
+  save(): void;
+  addKey(): void;
+  screenshot(): void;
+  help(): void;
+  home(): void;
+  ask(wish: Ask): void;
+}
+
+export interface Measured {
+  header: Header & { picture: "frame" };
+  bytes: number;
+  latency: number | null;
+  rate: number;
+}
+
+/** Indices of the slider, and those of known materials. */
+const INDICES: [number, number, number] = [1, 2.5, 0.005];
+const MATERIALS: [string, number][] = [
+  ["air", 1],
+  ["water", 1.33],
+  ["glass", 1.5],
+  ["diamond", 2.42],
+];
+const LAYER_TITLES: Record<Layer, string> = {
+  colour: "What the camera sees",
+  depth: "Distance along the ray to what is seen: near is yellow",
+  opacity: "How much of the background is hidden",
+  index: "The index of refraction on the way that differs most from 1",
+  normal: "Normals of the first refractive surface",
+  reflection: "The light that surfaces mirror, alone",
+  transmission: "Everything but the light that surfaces mirror",
+};
+
+export class Panel {
+  readonly training: TrainingPanel;
+  private readonly layers: Choice<Layer>;
+  private readonly compare: Choice<Compare>;
+  private readonly straight: HTMLInputElement;
+  private readonly name = el("h1", {}, "refraxel");
+  private readonly message = el("p", { class: "message", role: "status" });
+  private readonly media = section("Index of refraction");
+  private readonly ray = section("Ray");
+  private readonly rayBody = el("div");
+  private readonly photos = el("select", { "aria-label": "Photograph" });
+  private readonly photoSection: HTMLElement;
+  private readonly sliceSection: HTMLElement;
+  private readonly sliceCanvas = el("canvas", { width: "16", height: "16", hidden: true, role: "img", "aria-label": "Index in the plane" });
+  private readonly keys = el("p", { class: "hint" });
+  private readonly stats = el("dl", { class: "facts" });
+  private sliders: { index: Slider; absorption: Slider | null }[] = [];
+  private messageTimer = 0;
+
+  constructor(root: HTMLElement, private readonly state: State, private readonly actions: Actions) {
+    const layers = LAYERS.map((l, k) => [l, l, `${LAYER_TITLES[l]} (${k + 1})`] as const);
+    this.layers = new Choice("Layer", layers, (l) => this.chooseLayer(l));
+    const [straight, box] = checkbox("straight rays", "As if nothing bent them (B)", (on) => {
+      state.straight = on;
+      actions.changed(false);
+    });
+    this.straight = box;
+    const kinds = [
+      ["off", "off", "No photograph"],
+      ["side", "side", "Photograph beside the rendering"],
+      ["wipe", "wipe", "Photograph on the left of a boundary to drag"],
+      ["difference", "difference", "Four times the difference: black where both agree"],
+    ] as const;
+    this.compare = new Choice("Comparison", kinds, (how) => actions.compare(how));
+    this.training = new TrainingPanel((wish) => actions.ask(wish));
+    this.photoSection = this.buildPhotos();
+    this.sliceSection = this.buildSlice();
+    this.ray.append(this.rayBody);
+    const header = el("header", {}, this.name, button("?", "Keys and gestures (?)", () => actions.help()));
+    root.append(
+      header,
+      this.message,
+      this.training.element,
+      section("Layer", this.layers.element, straight),
+      this.media,
+      this.ray,
+      this.photoSection,
+      this.sliceSection,
+      this.buildOverlays(),
+      this.buildPath(),
+      this.buildPicture(),
+    );
+    this.update();
+  }
+
+  private buildPhotos(): HTMLElement {
+    this.photos.addEventListener("change", () => this.actions.photo(this.photos.value === "" ? null : Number(this.photos.value)));
+    const step = (by: number) => this.actions.photo((this.state.photo ?? (by > 0 ? -1 : 0)) + by);
+    const row = el("div", { class: "row" }, button("‹", "Previous photograph (P)", () => step(-1)), this.photos, button("›", "Next photograph (N)", () => step(1)));
+    return section("Photographs", row, el("p", { class: "label" }, "compare"), this.compare.element);
+  }
+
+  private buildSlice(): HTMLElement {
+    const axes = new Choice<string>("Axis across", [["0", "x", "Across the x axis"], ["1", "y", "Across the y axis"], ["2", "z", "Across the z axis"], ["none", "off", "No slice"]], (axis) => {
+      const { slice } = this.state;
+      this.state.slice = axis === "none" ? null : { region: slice?.region ?? 0, at: slice?.at ?? 0.5, axis: Number(axis) };
+      axes.set(axis);
+      this.sliceCanvas.hidden = axis === "none";
+      this.actions.slice();
+    });
+    axes.set("none");
+    const place = new Slider("place", [0, 1, 0.01], (x) => x.toFixed(2), (x) => {
+      if (this.state.slice) this.state.slice.at = x;
+      this.actions.slice();
+    });
+    place.set(0.5);
+    return section("Slice of the index", axes.element, place.element, this.sliceCanvas);
+  }
+
+  private buildOverlays(): HTMLElement {
+    const of = (name: "boxes" | "cameras", text: string, title: string) =>
+      checkbox(text, title, (on) => {
+        this.state[name] = on;
+        this.actions.overlay();
+      })[0];
+    return section("Overlays", of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"), of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"));
+  }
+
+  private buildPath(): HTMLElement {
+    const seconds = new Slider("seconds", [1, 60, 1], (x) => `${x} s`, (x) => (this.state.seconds = x));
+    const fps = new Slider("frames per second", [10, 60, 1], String, (x) => (this.state.fps = x));
+    seconds.set(this.state.seconds);
+    fps.set(this.state.fps);
+    const { actions } = this;
+    const clear = button("Clear", "Forget the keyframes", () => {
+      this.state.keys.length = 0;
+      this.update();
+      actions.overlay();
+    });
+    const row = el(
+      "div",
+      { class: "row" },
+      button("Add keyframe", "The camera as it is now (K)", () => actions.addKey()),
+      button("Play", "Go along the path (Space)", () => actions.play()),
+      button("Save", "camera_path.json, for refraxel render --camera-path", () => actions.save()),
+      clear,
+    );
+    return section("Camera path", row, this.keys, seconds.element, fps.element);
+  }
+
+  private buildPicture(): HTMLElement {
+    const sizes = new Choice<string>("Longest edge", [400, 640, 960, 1440].map((n) => [String(n), String(n), `${n} pixels`] as const), (n) => {
+      this.state.pixels = Number(n);
+      sizes.set(n);
+      this.actions.changed(false);
+    });
+    sizes.set(String(this.state.pixels));
+    const row = el("div", { class: "row" }, button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot()), button("Start view", "Back to the start (R)", () => this.actions.home()));
+    return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row);
+  }
+
+  chooseLayer(layer: Layer): void {
+    if (!this.layers.has(layer)) return;
+    this.state.layer = layer;
+    this.update();
+    this.actions.changed(false);
+  }
+
+  /** Takes over what a scene has; `isOther` if its media or photographs may be others than before. */
+  takeScene(scene: Scene, isOther: boolean): void {
+    this.name.textContent = scene.name;
+    this.name.title = `${scene.step} steps, grid of ${scene.resolution.join(" × ")} nodes, ${scene.voxels} voxels`;
+    const bends = scene.regions.length > 0;
+    const hidden = { index: !bends, normal: !bends, reflection: !scene.reflects, transmission: !scene.reflects };
+    this.straight.parentElement!.hidden = !bends;
+    this.layers.limit((layer) => !(hidden as Partial<Record<Layer, boolean>>)[layer]);
+    if (!isOther) {
+      // Sliders stay as they are, since a hand may be on them.
+      this.sliders.forEach((s, k) => this.state.index[k] === null && s.index.set(scene.regions[k]!.index));
+      return;
+    }
+    this.takeMedia(scene);
+    const options = scene.views.map((v, k) => el("option", { value: String(k) }, `${v.name} (${v.split})`));
+    this.photos.replaceChildren(el("option", { value: "" }, "free camera"), ...options);
+    this.photoSection.hidden = scene.views.length === 0;
+    this.sliceSection.hidden = scene.regions.length === 0;
+    this.update();
+  }
+
+  private takeMedia(scene: Scene): void {
+    const { state, actions } = this;
+    this.media.hidden = scene.regions.length === 0;
+    this.ray.hidden = false;
+    this.sliders = scene.regions.map((region, k) => {
+      const label = scene.regions.length > 1 ? `region ${k + 1}` : "n";
+      const index = new Slider(label, INDICES, (x) => x.toFixed(3), (x) => {
+        state.index[k] = x;
+        actions.changed(true);
+      });
+      const clear = region.absorption.every((a) => a === 0);
+      const absorption = clear ? null : new Slider("absorption", [0, 5, 0.05], (x) => `× ${x.toFixed(2)}`, (x) => {
+        state.absorption[k] = x;
+        actions.changed(true);
+      });
+      index.set(state.index[k] ?? region.index);
+      absorption?.set(state.absorption[k] ?? 1);
+      return { index, absorption };
+    });
+    state.index = scene.regions.map((_, k) => state.index[k] ?? null);
+    state.absorption = scene.regions.map((_, k) => state.absorption[k] ?? null);
+    const set = (n: number | null) => {
+      state.index = scene.regions.map(() => n);
+      if (n === null) state.absorption = scene.regions.map(() => null);
+      this.sliders.forEach((s, k) => {
+        s.index.set(n ?? scene.regions[k]!.index);
+        if (n === null) s.absorption?.set(1);
+      });
+      actions.changed(false);
+    };
+    const materials = MATERIALS.map(([name, n]) => button(name, `n = ${n}`, () => set(n)));
+    const learned = button("learned", "As the run has found it", () => set(null));
+    const parts = this.sliders.flatMap((s) => (s.absorption ? [s.index.element, s.absorption.element] : [s.index.element]));
+    this.media.replaceChildren(this.media.firstElementChild!, ...parts, el("div", { class: "row" }, ...materials, learned));
+  }
+
+  showRay(scene: Scene): void {
+    const { ray } = this.state;
+    if (ray) this.rayBody.replaceChildren(describe(ray, scene), el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."));
+    else this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+  }
+
+  showSlice(bitmap: ImageBitmap, [low, high]: [number, number]): void {
+    [this.sliceCanvas.width, this.sliceCanvas.height] = [bitmap.width, bitmap.height];
+    this.sliceCanvas.getContext("2d")!.drawImage(bitmap, 0, 0);
+    this.sliceCanvas.title = `Violet: n = ${low.toFixed(3)}; yellow: n = ${high.toFixed(3)}`;
+  }
+
+  statistics({ header, bytes, latency, rate }: Measured): void {
+    const rays = header.rays === 0 ? "coarse" : header.rays === 1 ? "1 ray per pixel" : `${header.rays} rays per pixel`;
+    const facts: [string, string][] = [
+      ["picture", `${header.size.join(" × ")}, ${rays}`],
+      ["computed in", `${header.ms.toFixed(0)} ms`],
+      ["bytes", `${(bytes / 1000).toFixed(1)} kB`],
+      ["frames", `${rate} / s`],
+    ];
+    if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
+    this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+    const scaleBar = document.querySelector<HTMLElement>("#scale")!;
+    scaleBar.hidden = !header.range;
+    if (!header.range) return;
+    const isDepth = this.state.layer === "depth";
+    const ends = isDepth ? [header.range[1], header.range[0]] : header.range;
+    scaleBar.className = this.state.layer === "opacity" ? "grey" : "";
+    const [from, to] = scaleBar.querySelectorAll("span");
+    from!.textContent = ends[0]!.toFixed(2);
+    to!.textContent = ends[1]!.toFixed(2);
+  }
+
+  say(text: string): void {
+    this.message.textContent = text;
+    clearTimeout(this.messageTimer);
+    this.messageTimer = setTimeout(() => (this.message.textContent = ""), 8000);
+  }
+
+  update(): void {
+    const { state } = this;
+    this.layers.set(state.layer);
+    this.compare.set(state.compare);
+    this.straight.checked = state.straight;
+    this.photos.value = state.photo === null ? "" : String(state.photo);
+    this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
+    if (!state.ray) this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+  }
+}

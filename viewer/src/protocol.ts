@@ -1,0 +1,126 @@
+// What the program and the page say to each other; see crates/refraxel/src/viewer/protocol.rs.
+
+import type { Vec3 } from "./vectors";
+
+export interface PageCamera {
+  eye: Vec3;
+  /** To the right, downwards, forward. */
+  axes: [Vec3, Vec3, Vec3];
+  /** Horizontal field of view [rad]. */
+  angle: number;
+  /** [pixel] */
+  size: [number, number];
+}
+
+export const LAYERS = ["colour", "depth", "opacity", "index", "normal", "reflection", "transmission"] as const;
+export type Layer = (typeof LAYERS)[number];
+
+export interface Region {
+  index: number;
+  absorption: Vec3;
+  sharp: boolean;
+  min: Vec3;
+  max: Vec3;
+}
+
+export interface View {
+  name: string;
+  split: string;
+  camera: PageCamera;
+}
+
+export interface Scene {
+  name: string;
+  step: number;
+  min: Vec3;
+  max: Vec3;
+  up: Vec3;
+  start: PageCamera;
+  regions: Region[];
+  index_range: [number, number];
+  reflects: boolean;
+  resolution: Vec3;
+  voxels: number;
+  views: View[];
+}
+
+export interface Bounce {
+  place: Vec3;
+  region: number;
+  total: boolean;
+  index: [number, number];
+  angle: [number, number];
+  reflectance: number;
+}
+
+export interface BentRay {
+  points: Vec3[];
+  straight: [Vec3, Vec3];
+  bounces: Bounce[];
+  turned: number;
+  densest: number;
+  late: number;
+  colour: Vec3;
+  opacity: number;
+  seen: [number, Vec3] | null;
+  is_whole: boolean;
+}
+
+export interface Training {
+  /** "record", "event" or "state". */
+  kind: string;
+  text?: string;
+  step?: number;
+  progress?: number;
+  seconds?: number;
+  train_psnr?: number;
+  val_psnr?: number;
+  phase?: string;
+  paused?: boolean;
+}
+
+export type Tell =
+  | ({ tell: "scene" } & Scene)
+  | { tell: "ray"; id: number; ray: BentRay }
+  | ({ tell: "training" } & Training)
+  | { tell: "refused"; why: string };
+
+export type Header =
+  | {
+      picture: "frame";
+      id: number;
+      frame: number;
+      size: [number, number];
+      rays: number;
+      last: boolean;
+      ms: number;
+      range?: [number, number];
+      step: number;
+    }
+  | { picture: "photo"; view: number; size: [number, number] }
+  | { picture: "slice"; region: number; axis: number; corners: Vec3[]; range: [number, number] };
+
+export interface Edits {
+  index: (number | null)[];
+  absorption: (number | null)[];
+}
+
+export interface Look {
+  id: number;
+  camera: PageCamera;
+  photo: number | null;
+  shown: Layer;
+  straight: boolean;
+  moving: boolean;
+  edits: Edits;
+}
+
+export type Ask =
+  | ({ ask: "look" } & Look)
+  | { ask: "got"; frame: number }
+  | { ask: "ray"; id: number; u: number; v: number }
+  | { ask: "follow"; id: number; origin: Vec3; direction: Vec3 }
+  | { ask: "photo"; view: number }
+  | { ask: "slice"; region: number; axis: number; at: number }
+  | { ask: "pause"; paused: boolean }
+  | { ask: "stop" };

@@ -1,0 +1,74 @@
+// A training that is under way: its curve, its events, and how to make it wait or end.
+
+import { button, el, section } from "./dom";
+import type { Training } from "./protocol";
+
+const SIZE: [number, number] = [560, 220];
+const MOST_EVENTS = 200;
+
+export class TrainingPanel {
+  readonly element: HTMLElement;
+  private readonly state = el("p", { class: "hint" }, "");
+  private readonly canvas = el("canvas", { width: String(SIZE[0]), height: String(SIZE[1]), role: "img", "aria-label": "PSNR of training rays over steps" });
+  private readonly events = el("ol", { class: "events" });
+  private readonly pause: HTMLButtonElement;
+  private records: { step: number; psnr: number; val: number | undefined }[] = [];
+  private paused = false;
+
+  constructor(ask: (wish: { ask: "pause"; paused: boolean } | { ask: "stop" }) => void) {
+    this.pause = button("Pause", "Training waits; the viewer has the whole machine", () => ask({ ask: "pause", paused: !this.paused }));
+    const stop = button("Save and stop", "Ends the training; --resume goes on later", () => {
+      if (confirm("Save the run and end its training?")) ask({ ask: "stop" });
+    });
+    this.element = section("Training", this.state, this.canvas, el("div", { class: "row" }, this.pause, stop), this.events);
+    this.element.hidden = true;
+  }
+
+  /** Forgets what was told: it is told again after a new connection. */
+  clear(): void {
+    this.records = [];
+    this.events.replaceChildren();
+  }
+
+  tell(told: Training): void {
+    this.element.hidden = false;
+    if (told.kind === "record" && told.step !== undefined && told.train_psnr !== undefined) {
+      this.records.push({ step: told.step, psnr: told.train_psnr, val: told.val_psnr });
+      this.state.textContent = `${told.phase}, step ${told.step}, ${Math.round(100 * (told.progress ?? 0))} % done, ${told.train_psnr.toFixed(2)} dB`;
+      this.draw();
+    }
+    if (told.kind === "event" && told.text) {
+      this.events.prepend(el("li", {}, told.text));
+      while (this.events.childElementCount > MOST_EVENTS) this.events.lastChild!.remove();
+    }
+    if (told.kind === "state") {
+      this.paused = told.paused ?? false;
+      this.pause.textContent = this.paused ? "Go on" : "Pause";
+      if (told.text) this.state.textContent = told.text;
+    }
+  }
+
+  private draw(): void {
+    const ctx = this.canvas.getContext("2d")!;
+    const [width, height] = SIZE;
+    ctx.clearRect(0, 0, width, height);
+    const finite = this.records.filter((r) => Number.isFinite(r.psnr));
+    if (finite.length < 2) return;
+    const values = finite.flatMap((r) => (r.val === undefined ? [r.psnr] : [r.psnr, r.val]));
+    const [low, high] = [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values))];
+    const last = finite[finite.length - 1]!.step;
+    const x = (step: number) => 52 + ((width - 62) * step) / last;
+    const y = (psnr: number) => height - 12 - ((height - 24) * (psnr - low)) / Math.max(high - low, 1);
+    ctx.font = "20px system-ui, sans-serif";
+    ctx.fillStyle = "#8b93a1";
+    ctx.fillText(`${high} dB`, 0, 20);
+    ctx.fillText(`${low}`, 0, height - 6);
+    ctx.strokeStyle = "#3b82c4";
+    ctx.lineWidth = 3;
+    ctx.beginPath();
+    finite.forEach((r, k) => (k ? ctx.lineTo(x(r.step), y(r.psnr)) : ctx.moveTo(x(r.step), y(r.psnr))));
+    ctx.stroke();
+    ctx.fillStyle = "#e8590c";
+    for (const r of finite) if (r.val !== undefined) ctx.fillRect(x(r.step) - 4, y(r.val) - 4, 8, 8);
+  }
+}
