@@ -36,6 +36,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
         Verb::Render(args) => verbs::render::run(&args),
         Verb::Export(args) => verbs::export::run(&args),
         Verb::Compare(args) => verbs::compare::run(&args),
+        Verb::Sweep(args) => verbs::sweep::run(&args),
         Verb::Synth(args) => verbs::synth::run(&args),
         Verb::Bench(args) => verbs::bench::run(&args),
     }

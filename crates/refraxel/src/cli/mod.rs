@@ -5,6 +5,7 @@ mod import;
 mod mask;
 mod run;
 mod scene;
+mod sweep;
 mod values;
 
 pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
@@ -12,6 +13,7 @@ pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
+pub use sweep::SweepArgs;
 pub use values::Setting;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -72,6 +74,8 @@ pub enum Verb {
     Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures
     Compare(CompareArgs),
+    /// Trains many runs from a plan, and compares their scores in a table and a page
+    Sweep(SweepArgs),
     /// Makes a synthetic dataset with exact refraction and known truth
     Synth(SynthArgs),
     /// Measures how fast this machine renders and trains

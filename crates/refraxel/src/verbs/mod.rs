@@ -14,6 +14,7 @@ pub mod mask;
 pub mod options;
 pub mod render;
 pub mod sheet;
+pub mod sweep;
 pub mod synth;
 pub mod train;
 
@@ -28,6 +29,7 @@ use refraxel_train::run::Source;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+pub use train::session_failure;
 
 /// Starts as many threads as asked for.
 pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {
