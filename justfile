@@ -28,3 +28,8 @@ bench:
 # Everything that CI checks
 ci:
     .ci/run
+    .ci/python
+
+# The Python package: builds, types, tests, notebooks
+python:
+    .ci/python
