@@ -40,3 +40,8 @@ page:
 # Everything that CI checks
 ci:
     .ci/run
+    .ci/python
+
+# The Python package: builds, types, tests, notebooks
+python:
+    .ci/python

@@ -37,6 +37,7 @@ fn run(verb: Verb) -> Result<(), Failure> {
         Verb::View(args) => verbs::view::run(&args),
         Verb::Export(args) => verbs::export::run(&args),
         Verb::Compare(args) => verbs::compare::run(&args),
+        Verb::Sweep(args) => verbs::sweep::run(&args),
         Verb::Synth(args) => verbs::synth::run(&args),
         Verb::Bench(args) => verbs::bench::run(&args),
     }

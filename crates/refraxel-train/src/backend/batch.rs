@@ -57,6 +57,15 @@ impl Batch {
     }
 }
 
+/// dLoss/d(what a ray shows) of any loss: the input of a vector–Jacobian product.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelGradient {
+    /// With respect to its colour over the background (sRGB-encoded, 1 = white).
+    pub colour: [f32; 3],
+    /// With respect to its transmittance, beyond what the background explains.
+    pub transmittance: f32,
+}
+
 /// What a ray shows beside its target, and dLoss/d(origin, direction).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayGradient {

@@ -10,7 +10,7 @@ mod gradient;
 mod mask;
 mod objective;
 
-pub use batch::{Batch, Marching, RayGradient};
+pub use batch::{Batch, Marching, PixelGradient, RayGradient};
 pub use gradient::{BatchGradient, MirrorGradient};
 pub use mask::BrickMask;
 pub use objective::{

@@ -14,13 +14,14 @@ use super::update::{
     BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend, total_variation,
 };
 use crate::backend::{
-    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, REFRESH, RULE,
-    RayGradient, ReflectionObjective, Snapshot, StepOutcome,
+    AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring,
+    Objective, PixelGradient, REFRESH, RULE, RayGradient, ReflectionObjective, Snapshot, StepOutcome,
 };
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::{
     ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
 };
+use crate::schedule::picture_objective;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
@@ -71,9 +72,59 @@ impl CpuBackend {
         }
     }
 
+    /// The parameters as they are now.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Changes values of parameters in place; moments stay. Call [`refresh_occupancy`](Backend::refresh_occupancy) after a change
+    /// of densities.
+    ///
+    /// # Panics
+    /// If the moments do not fit the model any more: a change of shapes takes [`load`](Backend::load).
+    pub fn edit(&mut self, change: impl FnOnce(&mut Model)) {
+        change(&mut self.model);
+        assert!(self.optimiser.fits(&self.model), "an edit changes values, not shapes");
+    }
+
     /// Forward and adjoint of a batch without summing gradients; the number of samples, for benchmarks.
     pub fn gradient_tapes(&self, batch: &Batch, objective: &Objective) -> u64 {
         self.trace(batch, objective, &mut [], Vec::new()).1.samples
+    }
+
+    /// Transpose of the derivative of [`render`](Backend::render) with all layers, for losses of any kind: from dLoss/d(what
+    /// each ray shows) to dLoss/d(everything that it depends on). The depth of a pixel has no adjoint. Changes nothing.
+    ///
+    /// Exact for the discrete march with its points held fixed, as (3.10)–(3.14) and the tracer's adjoint are. Samples below
+    /// the cut-offs of `marching` get no gradient. That of a constant background is not collected; that of an
+    /// [`EnvironmentMap`](refraxel_core::EnvironmentMap) of equal texels is, and their sum is the former.
+    ///
+    /// # Panics
+    /// Unless there is one adjoint per ray.
+    pub fn vjp(&self, rays: &[Ray<f32>], marching: &Marching, d_pixels: &[PixelGradient]) -> BatchGradient {
+        assert_eq!(rays.len(), d_pixels.len(), "one adjoint per ray");
+        let absorption = Some(AbsorptionObjective { rate: 0.0 });
+        let objective = Objective { absorption, ..picture_objective(*marching) };
+        let offset = vec![0.5; rays.len()];
+        let batch = Batch { rays: rays.to_vec(), offset, ..Batch::default() };
+        self.gradient_of(Lesson { batch: &batch, objective: &objective, asked: Some(d_pixels) })
+    }
+
+    fn gradient_of(&self, lesson: Lesson) -> BatchGradient {
+        let mut rays = vec![RayGradient::zero(); lesson.batch.rays.len()];
+        let (tapes, outcome) = self.trace_lesson(lesson, &mut rays, Vec::new());
+        let Model { refraction, reflection, clearcoat, .. } = &self.model;
+        let of_clearcoat = |c| clearcoat_gradient(c, reflection.source, &tapes);
+        BatchGradient {
+            field: self.field_gradient(&tapes),
+            background: self.background_gradient(&tapes),
+            medium: index::gradient(&refraction.medium, &tapes, f32::INFINITY),
+            absorption: absorption::gradient(refraction.medium.regions().len(), &tapes),
+            reflection: mirror_gradients(reflection, &tapes),
+            clearcoat: clearcoat.as_ref().map(of_clearcoat),
+            rays,
+            outcome,
+        }
     }
 
     fn scene(&self) -> Scene<'_> {
@@ -94,10 +145,19 @@ impl CpuBackend {
         batch: &Batch,
         objective: &Objective,
         ray_gradients: &mut [RayGradient],
+        tapes: Vec<Tape>,
+    ) -> (Vec<Tape>, StepOutcome) {
+        self.trace_lesson(Lesson { batch, objective, asked: None }, ray_gradients, tapes)
+    }
+
+    /// The same, by targets or by given adjoints.
+    fn trace_lesson(
+        &self,
+        lesson: Lesson,
+        ray_gradients: &mut [RayGradient],
         mut tapes: Vec<Tape>,
     ) -> (Vec<Tape>, StepOutcome) {
-        let (scene, n) = (self.scene(), batch.rays.len());
-        let lesson = Lesson { batch, objective };
+        let (scene, n) = (self.scene(), lesson.batch.rays.len());
         tapes.resize_with(n.div_ceil(CHUNK), Tape::default);
         let chunk = |k: usize, tape: &mut Tape, gradients: &mut [RayGradient]| {
             let range = k * CHUNK..((k + 1) * CHUNK).min(n);
@@ -386,20 +446,7 @@ impl Backend for CpuBackend {
     }
 
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
-        let mut rays = vec![RayGradient::zero(); batch.rays.len()];
-        let (tapes, outcome) = self.trace(batch, objective, &mut rays, Vec::new());
-        let Model { refraction, reflection, clearcoat, .. } = &self.model;
-        let of_clearcoat = |c| clearcoat_gradient(c, reflection.source, &tapes);
-        BatchGradient {
-            field: self.field_gradient(&tapes),
-            background: self.background_gradient(&tapes),
-            medium: index::gradient(&refraction.medium, &tapes, f32::INFINITY),
-            absorption: absorption::gradient(refraction.medium.regions().len(), &tapes),
-            reflection: mirror_gradients(reflection, &tapes),
-            clearcoat: clearcoat.as_ref().map(of_clearcoat),
-            rays,
-            outcome,
-        }
+        self.gradient_of(Lesson { batch, objective, asked: None })
     }
 
     fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {

@@ -6,6 +6,7 @@ use super::record::Record;
 use super::sample::RaySamples;
 use super::scene::Scene;
 use super::tape::Tape;
+use super::trace::Lesson;
 use crate::backend::Batch;
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
 use refraxel_core::radiance::{Filter, Filtered};
@@ -33,23 +34,23 @@ pub(super) struct PixelAdjoint {
     d_background: [f32; 3],
     /// dLoss/d(thickness of what absorbs light from the background).
     pub d_thickness: [f32; 3],
-    /// dLoss/d(transmittance at the end of the ray), from the prior on opacity.
+    /// dLoss/d(transmittance at the end of the ray), from the prior on opacity or as given.
     d_transmittance: f32,
     /// The transmittance at the end of the ray.
     last: f32,
 }
 
 impl Compared<'_> {
-    /// Loss of the ray, its adjoint, and the gradient of the background.
+    /// Loss of the ray, its adjoint, and the gradient of the background. Where the adjoint is given, there is no target.
     #[inline(always)]
     pub(super) fn with_target(
         &self,
         scene: &Scene,
-        opacity: f32,
+        lesson: Lesson,
         mirrored: &mut [MirroredSample],
         tape: &mut Tape,
     ) -> PixelAdjoint {
-        let (target, left) = (self.batch.target[self.ray], self.left);
+        let left = self.left;
         let pixel = self.samples.composite(left);
         let given = self.batch.behind.get(self.ray).copied();
         let exit = self.exit;
@@ -57,10 +58,16 @@ impl Compared<'_> {
         let Filtered { colour: behind, slope, by_thickness } = self.through.through(behind);
         let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
-        for c in 0..3 {
-            let error = shown[c] - target[c];
-            squared_error += f64::from(error * error);
-            d_colour[c] = 2.0 * error;
+        let asked = lesson.asked.map(|asked| asked[self.ray]);
+        if let Some(asked) = asked {
+            d_colour = asked.colour;
+        } else {
+            let target = self.batch.target[self.ray];
+            for c in 0..3 {
+                let error = shown[c] - target[c];
+                squared_error += f64::from(error * error);
+                d_colour[c] = 2.0 * error;
+            }
         }
         let d_exit = mirrored::look_back(self.samples.samples, mirrored, d_colour, &mut tape.lookups);
         let d_background = product(d_exit, slope);
@@ -72,7 +79,9 @@ impl Compared<'_> {
                 tape.texels.push((stencil.index[k] as u32, d_background.map(|g| w * g)));
             }
         }
-        let d_transmittance = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
+        let opacity = lesson.objective.opacity;
+        let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
+        let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
         PixelAdjoint { squared_error, shown, d_background, d_thickness, d_transmittance, last: left }
     }

@@ -11,7 +11,7 @@ use super::scene::Scene;
 use super::secondary::{SecondaryRay, look_exactly};
 use super::tape::Tape;
 use super::view::{MarchedRay, PACKET, Packet, Samples, View};
-use crate::backend::{Batch, Marching, Objective, RayGradient, StepOutcome};
+use crate::backend::{Batch, Marching, Objective, PixelGradient, RayGradient, StepOutcome};
 use crate::model::MirrorSource;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -113,6 +113,8 @@ pub(super) fn weigh_chunk<S: Simd, const BLOCKS: usize>(
 pub(super) struct Lesson<'a> {
     pub batch: &'a Batch,
     pub objective: &'a Objective,
+    /// dLoss/d(what rays show), where it does not follow from the targets.
+    pub asked: Option<&'a [PixelGradient]>,
 }
 
 /// Forward and adjoint of a range of a batch: the records that the update needs, and each ray's own gradient if
@@ -197,7 +199,7 @@ impl LearnedRay<'_> {
         let (scene, batch, objective) = (view.scene, lesson.batch, lesson.objective);
         let (left, exit, through) = (marched.left, &marched.exit, &marched.through);
         let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through };
-        let d = compared.with_target(scene, objective.opacity, mirrored, tape);
+        let d = compared.with_target(scene, lesson, mirrored, tape);
         let first = tape.records.len();
         way_back.density_gradients.clear();
         let coated = mirrored.first().filter(|m| m.of.region == CLEARCOAT);

@@ -5,6 +5,7 @@ mod import;
 mod mask;
 mod run;
 mod scene;
+mod sweep;
 mod values;
 mod view;
 
@@ -13,6 +14,7 @@ pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
+pub use sweep::SweepArgs;
 pub use values::Setting;
 pub use view::ViewArgs;
 
@@ -76,6 +78,8 @@ pub enum Verb {
     Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures
     Compare(CompareArgs),
+    /// Trains many runs from a plan, and compares their scores in a table and a page
+    Sweep(SweepArgs),
     /// Makes a synthetic dataset with exact refraction and known truth
     Synth(SynthArgs),
     /// Measures how fast this machine renders and trains

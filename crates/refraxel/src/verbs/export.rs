@@ -8,7 +8,7 @@ mod gltf;
 mod ply;
 mod up;
 
-use super::loaded::load_run;
+use super::loaded::{Loaded, load_run};
 use crate::cli::{ExportArgs, MeshFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -20,12 +20,12 @@ use refraxel_train::model::surface::{Boundary, Surface};
 use refraxel_train::run::CHECKPOINT;
 use refraxel_train::{Backend, Refraction};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use up::Up;
 
 /// What was written.
 #[derive(Serialize)]
-struct Report {
+pub struct Report {
     file: PathBuf,
     format: &'static str,
     regions: Vec<Region>,
@@ -69,41 +69,52 @@ struct Numbered {
 /// The verb.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let run = load_run(&args.run)?;
-    let surfaces = surfaces(run.backend.medium(), args)?;
-    let (format, extension) = match args.format {
-        MeshFormat::Ply => ("ply", "ply"),
-        MeshFormat::Gltf => ("gltf", "glb"),
+    let extension = match args.format {
+        MeshFormat::Ply => "ply",
+        MeshFormat::Gltf => "glb",
     };
     let file = args.out.clone().unwrap_or_else(|| args.run.join("surface").with_extension(extension));
-    let up = (args.format == MeshFormat::Gltf).then(|| Up::of(&run));
-    match &up {
-        None => write_atomic(&file, |f| ply::write(&surfaces, f))?,
-        Some(up) => write_atomic(&file, |f| gltf::write(&surfaces, up, f))?,
-    }
-    let regions = surfaces.iter().filter_map(Region::of).collect();
-    let direction = up.as_ref().map(|up| up.direction.to_array());
-    let report = Report { file, format, regions, up: direction, up_note: up.and_then(|up| up.note) };
+    let checkpoint = args.run.join(CHECKPOINT);
+    let report = write(&run, &checkpoint.display().to_string(), args.format, args.detail, &file)?;
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
+/// Writes the surfaces of a run, called `name` in messages, with `detail` cells per voxel.
+pub fn write(
+    run: &Loaded,
+    name: &str,
+    format: MeshFormat,
+    detail: u32,
+    file: &Path,
+) -> Result<Report, Failure> {
+    let surfaces = surfaces(run.backend.medium(), name, detail)?;
+    let up = (format == MeshFormat::Gltf).then(|| Up::of(run));
+    match &up {
+        None => write_atomic(file, |f| ply::write(&surfaces, f))?,
+        Some(up) => write_atomic(file, |f| gltf::write(&surfaces, up, f))?,
+    }
+    let format = if format == MeshFormat::Ply { "ply" } else { "gltf" };
+    let regions = surfaces.iter().filter_map(Region::of).collect();
+    let direction = up.as_ref().map(|up| up.direction.to_array());
+    let up_note = up.and_then(|up| up.note);
+    Ok(Report { file: file.to_owned(), format, regions, up: direction, up_note })
+}
+
 /// The surfaces of all regions that have one. Errors where none has one.
-fn surfaces(refraction: &Refraction, args: &ExportArgs) -> Result<Vec<Numbered>, Failure> {
-    let checkpoint = args.run.join(CHECKPOINT);
-    let refuse = |problem: &str| {
-        Failure::new(Exit::BadInput, anyhow!("{} has no surface to export: {problem}", checkpoint.display()))
-    };
+fn surfaces(refraction: &Refraction, name: &str, detail: u32) -> Result<Vec<Numbered>, Failure> {
+    let refuse =
+        |problem: &str| Failure::new(Exit::BadInput, anyhow!("{name} has no surface to export: {problem}"));
     if refraction.is_none() {
         return Err(refuse(
             "its rays are straight; train with refractive masks, --refraction-box or --index-from",
         ));
     }
     let regions = refraction.medium.regions();
-    if !regions.iter().all(|r| Surface::fits(r, args.detail)) {
-        return Err(refuse(&format!("--detail {} needs too much memory; try a smaller one", args.detail)));
+    if !regions.iter().all(|r| Surface::fits(r, detail)) {
+        return Err(refuse(&format!("--detail {detail} needs too much memory; try a smaller one")));
     }
     let all = regions.iter().enumerate();
-    let all =
-        all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, args.detail)? }));
+    let all = all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, detail)? }));
     // Vacuum has a surface only where it lies in a body.
     let shows = |n: &Numbered| {
         let is_bubble = !refraction.medium.neighbours(n.region - 1).is_empty();

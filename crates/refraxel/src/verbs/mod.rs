@@ -14,6 +14,7 @@ pub mod mask;
 pub mod options;
 pub mod render;
 pub mod sheet;
+pub mod sweep;
 pub mod synth;
 pub mod train;
 pub mod view;
@@ -24,13 +25,14 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
-use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_data::limits::JSON_BYTES;
+use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_train::run::Source;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+pub use train::session_failure;
 
 /// Starts as many threads as asked for.
 pub fn set_threads(work: &WorkArgs) -> Result<(), Failure> {

@@ -254,7 +254,8 @@ fn warn(watch: &mut Watch, written: Result<(), WriteError>) {
     }
 }
 
-pub(super) fn session_failure(error: SessionError) -> Failure {
+/// The failure of a session: diverged, interrupted, or refused.
+pub fn session_failure(error: SessionError) -> Failure {
     match error {
         SessionError::Data(e) => data_failure(e),
         SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),

@@ -1,0 +1,239 @@
+//! Training runs under way.
+
+use crate::attended::attended;
+use crate::camera::Camera;
+use crate::dataset::Dataset;
+use crate::errors::{cancelled, input, of_session, raised, refused};
+use crate::json;
+use crate::rendering::Rendering;
+use crate::run::{Run, part, scores};
+use crate::settings::set_options;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use refraxel_data::{Backdrop, IndexSource};
+use refraxel_train::cancel::Cancel;
+use refraxel_train::recipe::Hints;
+use refraxel_train::session::{Handle, Session as Inner, Setup, Stop, Until};
+use refraxel_train::{CpuBackend, Options};
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::Duration;
+
+/// How long to wait for an answer of a running session before signals are heard.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// A training run under way. One thread runs it; others may cancel() it or ask for a snapshot().
+#[pyclass(frozen, module = "refraxel")]
+pub struct Session {
+    inner: Mutex<Inner>,
+    handle: Handle,
+    cancel: Cancel,
+}
+
+impl Session {
+    fn start(
+        py: Python<'_>,
+        setup: Setup,
+        on_event: Option<&Bound<'_, PyAny>>,
+        earlier: Option<refraxel_train::run::Run>,
+    ) -> PyResult<Self> {
+        let cancel = setup.cancel.clone();
+        let started = attended(py, &cancel, on_event, |observer| match earlier {
+            None => Inner::start(setup, CpuBackend::new, observer),
+            Some(run) => Inner::resume(setup, run, CpuBackend::resumed, observer),
+        })?;
+        let inner = started.map_err(of_session)?;
+        Ok(Self { handle: inner.handle(), inner: Mutex::new(inner), cancel })
+    }
+
+    /// Goes on with a run.
+    pub fn resumed(
+        py: Python<'_>,
+        run: refraxel_train::run::Run,
+        data: &Dataset,
+        given: Option<&Bound<'_, PyDict>>,
+        on_event: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut options = run.options.clone();
+        options.run.stop_after = 0;
+        set_options(&mut options, given)?;
+        let changed = options.differences(&run.options).into_iter().find(|d| !d.name.starts_with("run."));
+        if let Some(changed) = changed {
+            return Err(refused(format!(
+                "option {} is {}, but the run was trained with {}; only the length of a run may change",
+                changed.name, changed.here, changed.there
+            )));
+        }
+        let source = run.source.clone();
+        let index = source.index_from.clone();
+        let setup = setup(data, options, index, source)?;
+        Self::start(py, setup, on_event, Some(run))
+    }
+
+    /// The session itself, unless it is busy in another thread.
+    fn idle(&self) -> PyResult<MutexGuard<'_, Inner>> {
+        match self.inner.try_lock() {
+            Ok(inner) => Ok(inner),
+            Err(TryLockError::Poisoned(_)) => Err(refused("the session has failed; load what it saved last")),
+            Err(TryLockError::WouldBlock) => Err(refused(
+                "the session is running in another thread; cancel() it first, or ask for a snapshot()",
+            )),
+        }
+    }
+}
+
+/// What a session is made of.
+fn setup(
+    data: &Dataset,
+    options: Options,
+    index_from: Option<PathBuf>,
+    source: refraxel_train::run::Source,
+) -> PyResult<Setup> {
+    let bounds = options.refraction.aabb().map(|b| b.cast());
+    let index = index_from.map(|path| IndexSource::read(&path, bounds)).transpose().map_err(input)?;
+    Ok(Setup {
+        data: data.data.clone(),
+        options,
+        index,
+        hints: Hints::default(),
+        source,
+        cancel: Cancel::new(),
+    })
+}
+
+#[pymethods]
+impl Session {
+    /// Starts a run: decodes the photographs and plans the model.
+    ///
+    /// options: values by name, see refraxel.options(). index_from: a file with a known index (scene.json, .npz, .ply, .obj).
+    /// on_event: called with every event, a dictionary.
+    #[new]
+    #[pyo3(signature = (data, *, options = None, index_from = None, on_event = None))]
+    fn new(
+        py: Python<'_>,
+        data: &Dataset,
+        options: Option<&Bound<'_, PyDict>>,
+        index_from: Option<PathBuf>,
+        on_event: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut all = Options::suited_to(data.data.backdrop == Backdrop::Surroundings);
+        if index_from
+            .as_ref()
+            .is_some_and(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")))
+        {
+            // A scene.json is exact, as for the program's --index-from.
+            (all.surface.rate, all.index.rate) = (0.0, 0.0);
+        }
+        set_options(&mut all, options)?;
+        let mut source = data.source.clone();
+        source.index_from.clone_from(&index_from);
+        Self::start(py, setup(data, all, index_from, source)?, on_event, None)
+    }
+
+    /// Trains until the end, a step counted from the start of the run, or for some seconds; whatever comes first.
+    ///
+    /// Returns "finished", "reached" or "cancelled". on_event is called in this thread; what it raises, KeyboardInterrupt included, stops
+    /// training between two steps (or inside a long phase, which then has changed nothing) and is raised again.
+    #[pyo3(signature = (*, until_step = None, seconds = None, on_event = None))]
+    fn run(
+        &self,
+        py: Python<'_>,
+        until_step: Option<u64>,
+        seconds: Option<f64>,
+        on_event: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<&'static str> {
+        let elapsed = seconds.map(Duration::try_from_secs_f64).transpose();
+        let elapsed = elapsed.map_err(|_| refused("seconds is no time; expected a number from 0 on"))?;
+        let until = Until { step: until_step, elapsed };
+        let inner = &mut *self.idle()?;
+        let stop = attended(py, &self.cancel, on_event, |observer| inner.run(until, observer))?;
+        Ok(match stop.map_err(of_session)? {
+            Stop::Finished => "finished",
+            Stop::Reached => "reached",
+            Stop::Cancelled => "cancelled",
+        })
+    }
+
+    /// Stops a run() at its next opportunity, from any thread. The next run() goes on.
+    fn cancel(&self) {
+        self.handle.cancel();
+    }
+
+    /// A copy of the run as it is now; while another thread runs it, between two of its steps.
+    fn snapshot(&self, py: Python<'_>) -> PyResult<Run> {
+        // Whoever runs the session answers between two steps; once it stands still, anybody may look.
+        let mut answer = None;
+        loop {
+            match self.inner.try_lock() {
+                Ok(mut inner) => {
+                    let inner = &mut *inner;
+                    return Ok(Run::new(py.detach(move || inner.snapshot())));
+                }
+                Err(TryLockError::Poisoned(_)) => return Err(refused("the session has failed")),
+                Err(TryLockError::WouldBlock) => {}
+            }
+            let waiting = answer.get_or_insert_with(|| self.handle.snapshot());
+            match py.detach(move || waiting.recv_timeout(PATIENCE)) {
+                Ok(run) => return Ok(Run::new(run)),
+                Err(_) => py.check_signals()?,
+            }
+        }
+    }
+
+    /// Saves the run in a folder, atomically; `refraxel train --resume` and Run.load() read it.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let inner = &mut *self.idle()?;
+        let saved = py.detach(|| match std::fs::create_dir_all(&folder) {
+            Ok(()) => inner.save(&folder).map_err(refraxel::exit::Failure::from),
+            Err(error) => Err(refraxel::exit::Failure::new(refraxel::exit::Exit::Io, error)),
+        });
+        saved.map_err(raised)
+    }
+
+    /// Renders and scores a part of the data: PSNR [dB] and SSIM, in all and per image, with the name of the protocol.
+    #[pyo3(signature = (part = "test", *, on_event = None))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        part: &str,
+        on_event: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let part = self::part(part)?;
+        let inner = &mut *self.idle()?;
+        let found = attended(py, &self.cancel, on_event, move |observer| {
+            inner.evaluate(part, observer, &mut |_, _| {})
+        })?;
+        scores(py, &found.map_err(of_session)?)
+    }
+
+    /// What a camera sees.
+    fn render(&self, py: Python<'_>, camera: Camera) -> PyResult<Rendering> {
+        let inner = &mut *self.idle()?;
+        let seen = attended(py, &self.cancel, None, move |_| inner.render(&camera.0))?;
+        Rendering::new(py, seen.map_err(|_| cancelled())?)
+    }
+
+    /// Steps done.
+    #[getter]
+    fn step(&self) -> PyResult<u64> {
+        Ok(self.idle()?.state().step)
+    }
+
+    /// Share of the run that is done, 0 to 1.
+    #[getter]
+    fn progress(&self) -> PyResult<f64> {
+        Ok(self.idle()?.progress())
+    }
+
+    /// Where the run stands.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        json::to_python(py, self.idle()?.state())
+    }
+
+    /// Its options, by section and name.
+    #[getter]
+    fn options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        json::to_python(py, self.idle()?.options())
+    }
+}
