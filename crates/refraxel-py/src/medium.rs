@@ -86,7 +86,9 @@ impl Region {
         let (shape, values) = (grid_shape("distance", &distance)?, x_fastest(&distance));
         check_nodes("distance", shape, &values)?;
         let bounds = self::bounds(&bounds)?;
-        if !(index.is_finite() && index > 0.0) || !absorption.iter().all(|a| a.is_finite() && *a >= 0.0) {
+        let is_sane =
+            index.is_finite() && index > 0.0 && absorption.iter().all(|a| a.is_finite() && *a >= 0.0);
+        if !is_sane {
             return Err(refused(format!(
                 "a body of index {index} and absorption {absorption:?}; expected an index > 0 and absorption >= 0"
             )));
