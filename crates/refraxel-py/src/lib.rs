@@ -1,7 +1,7 @@
 //! Python bindings of refraxel, the module `refraxel._refraxel`. `refraxel/_refraxel.pyi` documents what Python sees of it.
 //!
 //! Bindings are thin: arrays become the types of the libraries, a call of the libraries runs without the interpreter's lock,
-//! and its result becomes arrays. [`attended`] does this for calls that take long; [`errors`] turns failures into exceptions.
+//! and its result becomes arrays. `attended` does this for calls that take long; `errors` turns failures into exceptions.
 
 #![allow(clippy::result_large_err)] // errors of the libraries become exceptions at once
 
