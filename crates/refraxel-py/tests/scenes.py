@@ -18,12 +18,14 @@ def lens(nodes: int = 25) -> Region:
 
 
 def density(points: np.ndarray) -> np.ndarray:
-    """Almost nothing at the border of the box: gradients by rays say nothing of what begins or ends there."""
+    """Almost nothing at the border of the box and at the surface of the ball: the points of the quadrature are held fixed, so that
+    gradients say nothing of the length that begins or ends there."""
     x, y, z = np.moveaxis(points, -1, 0)
-    return 1e-3 + (0.8 + 0.4 * np.sin(1.5 * x + y) * np.cos(z)) * np.prod(1.0 - points**2, axis=-1)
+    away = 1.0 - np.exp(-(((np.linalg.norm(points, axis=-1) - 0.6) / 0.15) ** 2))
+    return 1e-3 + (0.8 + 0.4 * np.sin(1.5 * x + y) * np.cos(z)) * np.prod(1.0 - points**2, axis=-1) * away
 
 
-def model(region: Region | None, nodes: int = 9) -> Model:
+def model(region: Region | None, nodes: int = 21) -> Model:
     points = grid_points(BOUNDS, (nodes,) * 3)
     x, y, z = np.moveaxis(points, -1, 0)
     sh = np.stack([0.3 * np.sin(k + x * (k % 3) + 0.7 * y - 0.4 * z) for k in range(12)], axis=-1)

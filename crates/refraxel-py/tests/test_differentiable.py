@@ -96,10 +96,10 @@ def test_grids_and_voxels_are_each_others_inverse() -> None:
     model = scenes.model(None)
     values = model.get("raw_density")
     grid = to_grid(model, values)
-    assert grid.shape == (9, 9, 9)
+    assert grid.shape == (21, 21, 21)
     np.testing.assert_array_equal(to_grid(model, from_grid(model, grid)), grid)
     density = model.density_scale * np.logaddexp(0.0, grid)
-    np.testing.assert_allclose(density, scenes.density(scenes.grid_points(scenes.BOUNDS, (9, 9, 9))), rtol=1e-4)
+    np.testing.assert_allclose(density, scenes.density(scenes.grid_points(scenes.BOUNDS, (21, 21, 21))), rtol=1e-4)
 
 
 def test_wrong_shapes_and_values_are_refused() -> None:
