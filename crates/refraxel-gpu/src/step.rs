@@ -29,7 +29,7 @@ impl RayBuffers {
     ) -> Result<(), GpuError> {
         let n = lessons.len();
         if n > self.capacity || self.buffers.get("lessons").is_none() {
-            self.buffers.zeros(gpu, "lessons", (n * size_of::<Lesson>()) as u64)?;
+            self.buffers.zeros(gpu, "lessons", size_of_val(lessons) as u64)?;
             self.buffers.zeros(gpu, "seen", (n * size_of::<Seen>()) as u64)?;
             self.capacity = n;
         }

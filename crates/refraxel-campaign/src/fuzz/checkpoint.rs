@@ -70,8 +70,8 @@ fn change_value(header: &mut Value, change: &Change) {
     let Some(at) = header.pointer_mut(path) else { return };
     let factor = FACTORS[(choice >> 16) % FACTORS.len()];
     *at = match at.as_f64() {
-        Some(v) if choice % 2 == 0 && at.is_f64() => json!(v * factor),
-        Some(v) if choice % 2 == 0 => json!((v * factor) as i64),
+        Some(v) if choice.is_multiple_of(2) && at.is_f64() => json!(v * factor),
+        Some(v) if choice.is_multiple_of(2) => json!((v * factor) as i64),
         _ => values()[(choice >> 8) % values().len()].clone(),
     };
 }

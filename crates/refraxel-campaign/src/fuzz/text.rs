@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn an_open_string_ends_with_its_line_or_the_text() {
-        assert_eq!(tokens(b"\"ab"), [0..3]);
-        assert_eq!(tokens(b"\"a\\"), [0..3]);
+        assert_eq!(tokens(b"\"ab"), vec![0..3]);
+        assert_eq!(tokens(b"\"a\\"), vec![0..3]);
     }
 }

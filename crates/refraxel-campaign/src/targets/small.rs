@@ -82,7 +82,7 @@ fn finish(session: &mut Session) -> anyhow::Result<()> {
     let run = Run::read(&bytes[..])?;
     anyhow::ensure!(run.state == *session.state(), "its checkpoint holds another state");
     if let Some(&first) = session.data().split.test.first() {
-        let camera = session.data().views[first].camera.clone();
+        let camera = session.data().views[first].camera;
         if camera.width * camera.height <= 4096 {
             session.render(&camera)?;
         }

@@ -115,11 +115,11 @@ impl Client {
     pub fn paint(&mut self, scene: &mut Scene, portion: usize, first_pass: Duration, now: u64) {
         self.served = now;
         let keeps = self.picture.as_ref().is_some_and(|p| p.must_finish() && !p.is_finished());
-        if let Some(look) = self.next.take_if(|_| !keeps) {
-            if let Err(why) = self.begin(scene, look, first_pass) {
-                self.picture = None;
-                return self.refuse(&why);
-            }
+        if let Some(look) = self.next.take_if(|_| !keeps)
+            && let Err(why) = self.begin(scene, look, first_pass)
+        {
+            self.picture = None;
+            return self.refuse(&why);
         }
         let (Some(look), Some(picture)) = (&self.look, &mut self.picture) else { return };
         if let Err(why) = scene.wear(look) {

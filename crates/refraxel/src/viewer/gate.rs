@@ -134,7 +134,7 @@ mod tests {
         let host = "Host: 127.0.0.1:4000";
         let own = "Origin: http://127.0.0.1:4000";
         assert_eq!(with(&[host, own]), Ok(Entry::Socket("k".to_owned())));
-        assert_eq!(with(&["Host: localhost:4000", "Origin: http://localhost:4000"]).is_ok(), true);
+        assert!(with(&["Host: localhost:4000", "Origin: http://localhost:4000"]).is_ok());
         assert_eq!(with(&[host]), Err(Refusal::Origin));
         assert_eq!(with(&[host, "Origin: http://127.0.0.1:5000"]), Err(Refusal::Origin));
         assert_eq!(with(&[host, "Origin: null"]), Err(Refusal::Origin));

@@ -130,7 +130,7 @@ fn inverse(path: &Path) -> Result<Inverse, Failure> {
     let [x, y, z] = [column(0), column(1), column(2)];
     let near = |x: f64, y: f64| (x - y).abs() < 1e-3;
     let is_rotation = near(x.length(), 1.0) && near(y.length(), 1.0) && near(x.cross(y).dot(z), 1.0);
-    if !is_rotation || !(scale > 0.0 && scale.is_finite()) {
+    if !(is_rotation && scale > 0.0 && scale.is_finite()) {
         let shown = path.display();
         let error = anyhow!(
             "{shown}: expected `transform` with a rotation in its left 3 × 3 part, and `scale` above 0"

@@ -104,7 +104,7 @@ impl Film {
         match &mut self.encoder {
             Encoder::Ffmpeg { frames, .. } => {
                 let written = frames.as_mut().map_or(Ok(()), |frames| frames.write_all(&pixels));
-                written.or_else(|_| Err(self.why_not()))
+                written.map_err(|_| self.why_not())
             }
             Encoder::Gif { encoder, delay } => {
                 let picture = RgbImage::from_raw(width, height, pixels).expect("three bytes per pixel");
