@@ -401,5 +401,5 @@ fn a_look_that_finds_nothing_says_how_near_it_came() {
     let separation = looks[0]["separation"].as_f64().unwrap();
     assert!((0.0..1.0).contains(&separation) && looks[0]["needed"] == 1.0, "{}", looks[0]);
     let shown = refraxel(&["inspect", path(&run), "--json"]).done().json();
-    assert_eq!(shown["rays"], "straight", "{shown}");
+    assert_eq!(shown["evaluation"]["run"]["rays"], "straight", "{shown}");
 }
