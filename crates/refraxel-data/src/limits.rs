@@ -22,13 +22,18 @@ pub const PIECES: usize = 128;
 /// Largest image [pixel].
 pub const IMAGE_PIXELS: u64 = 64 << 20;
 
-/// The whole file, if it is a regular one and not larger than `limit` bytes: a pipe would be waited for, and a device has no end.
+/// Opens a file to read, if it is a regular one: a pipe would be waited for, and a device has no end.
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    File::open(path)
+}
+
+/// The whole file, if it is a [regular](open_regular) one and not larger than `limit` bytes.
 pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
     let failed = |source| DataError::Read { path: path.to_owned(), source };
-    if !std::fs::metadata(path).map_err(failed)?.is_file() {
-        return Err(failed(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
-    }
-    let file = File::open(path).map_err(failed)?;
+    let file = open_regular(path).map_err(failed)?;
     let mut bytes = Vec::new();
     // One byte more than allowed tells a file that is too large from one that just fits, also while it grows.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;

@@ -2,7 +2,7 @@
 
 use crate::constants::{STATUS_FAILED, WANTS_FIELD};
 use crate::field::{OUTCOMES, download, upload, without_values};
-use crate::kernels::Kernels;
+use crate::kernels::{Kernel, Kernels};
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
 use crate::step::{Gradients, RayBuffers};
@@ -150,14 +150,8 @@ impl GpuBackend {
 
     fn render_portion(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<Seen>, GpuError> {
         self.check_steps(marching, self.forward_loops())?;
-        let mut buffers = RayBuffers::default();
-        buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
-        self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let of = [&self.buffers, &buffers.buffers];
-        self.kernels.render.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
-        self.gpu.queue.submit([encoder.finish()]);
-        buffers.buffers.read(&self.gpu, "seen", rays.len())
+        let marched = self.march(&self.kernels.render, &Buffers::default(), rays, marching)?;
+        marched.buffers.read(&self.gpu, "seen", rays.len())
     }
 
     fn weigh_portion(
@@ -166,14 +160,25 @@ impl GpuBackend {
         rays: &[Ray<f32>],
         marching: &Marching,
     ) -> Result<(), GpuError> {
+        self.march(&self.kernels.peak, weights, rays, marching).map(|_| ())
+    }
+
+    /// Run a kernel on rays, with other buffers `beside` those of the model; what it wrote of the rays.
+    fn march(
+        &self,
+        kernel: &Kernel,
+        beside: &Buffers,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+    ) -> Result<RayBuffers, GpuError> {
         let mut buffers = RayBuffers::default();
         buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
         self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let of = [&self.buffers, &buffers.buffers, weights];
-        self.kernels.peak.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
+        let mut encoder = self.encoder();
+        let of = [&self.buffers, &buffers.buffers, beside];
+        kernel.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
         self.gpu.queue.submit([encoder.finish()]);
-        Ok(())
+        Ok(buffers)
     }
 
     /// Change what is read from the device and put it back.
@@ -232,9 +237,7 @@ impl Backend for GpuBackend {
     }
 
     fn mirroring(&self) -> Mirroring {
-        let Model { reflection, clearcoat, .. } = &self.held;
-        let (source, regions) = (reflection.source, reflection.mirrors.len());
-        Mirroring { source, regions, clearcoat: clearcoat.is_some() }
+        Mirroring::of(&self.held)
     }
 
     fn set_medium(&mut self, medium: Refraction) {
@@ -272,7 +275,7 @@ impl Backend for GpuBackend {
     fn refresh_occupancy(&mut self, marching: &Marching) {
         let (gpu, field) = (&self.gpu, &self.held.field);
         self.buffers.write(gpu, "task", &[Task::marching(marching, field, 0)]);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.encoder();
         let groups = workgroups(2 * field.map.slots());
         self.kernels.occupancy.run(gpu, &mut encoder, &[&self.buffers], groups);
         gpu.queue.submit([encoder.finish()]);

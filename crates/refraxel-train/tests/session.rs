@@ -415,24 +415,6 @@ fn what_cannot_lead_to_a_result_is_refused_before_any_work() {
 }
 
 #[test]
-fn a_run_that_gives_up_stands_where_it_was_last_good() {
-    let mut session = start(false, CpuBackend::new);
-    session.run(Until::step(10), &mut |_| {}).unwrap();
-    let (good, run) = (bytes(&session), session.snapshot());
-    let mut setup = Setup::new(glass_ball(), options(false));
-    setup.options.field.sparsity = f32::MAX; // overflows where rays look, and nowhere else
-    let run = Run { options: setup.options.clone(), ..run };
-    let mut session = Session::resume(setup, run, CpuBackend::resumed, &mut |_| {}).unwrap();
-    let mut rollbacks = 0;
-    let gave_up = session
-        .run(Until::finished(), &mut |e| rollbacks += u32::from(matches!(e, Event::RolledBack { .. })));
-    assert!(matches!(gave_up, Err(SessionError::Train(TrainError::Diverged { rollbacks: 4, .. }))));
-    assert_eq!(rollbacks, 4);
-    let [was, is] = [&good, &bytes(&session)].map(|b| Run::read(&b[..]).unwrap().model.field);
-    assert!(is.density == was.density && is.colour == was.colour);
-}
-
-#[test]
 fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
     let mut setup = Setup::new(glass_ball(), options(true));
     // A place that no silhouette shows.

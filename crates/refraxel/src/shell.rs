@@ -17,6 +17,18 @@ pub fn quoted_path(path: &Path) -> String {
     quoted(&path.display().to_string())
 }
 
+/// That these programs are missing, and how to install them.
+pub fn not_installed(names: &[&str]) -> String {
+    let (is, it) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let packages = names.join(" ").to_ascii_lowercase();
+    format!(
+        "{} {is} not installed: not found on the PATH; install {it} and run the same command again\n  \
+         apt-get install {packages}    (Debian, Ubuntu)\n  \
+         brew install {packages}       (macOS)",
+        names.join(" and ")
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -135,5 +135,5 @@ fn camera_paths_are_rendered_where_they_lead() {
     render(&film, &["--camera-path", path(&file), "--overwrite"])
         .refused(3, &["transforms.json", "nerfstudio"]);
     render(&film, &["--camera-path", "/no/path.json", "--overwrite"]).refused(3, &["/no/path.json"]);
-    render(&film, &["--frames", "9", "--orbit", "2"]).refused(2, &["--keyframes"]);
+    render(&film, &["--frames", "9", "--orbit", "2", "--overwrite"]).refused(2, &["--frames", "--orbit"]);
 }

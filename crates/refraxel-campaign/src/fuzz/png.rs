@@ -32,8 +32,9 @@ mod tests {
         let mut other = valid.clone();
         other[19] = 3; // the width
         assert_ne!(with_right_sums(&other), other);
+        std::fs::write(&path, &other).unwrap();
+        assert!(image::open(&path).is_err(), "its sum is wrong");
         std::fs::write(&path, with_right_sums(&other)).unwrap();
-        let refused = image::open(&path).unwrap_err().to_string();
-        assert!(!refused.to_lowercase().contains("crc"), "{refused}");
+        assert_eq!(image::open(&path).unwrap().width(), 3);
     }
 }

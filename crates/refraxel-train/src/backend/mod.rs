@@ -73,6 +73,14 @@ pub struct Mirroring {
     pub clearcoat: bool,
 }
 
+impl Mirroring {
+    /// What a model mirrors.
+    pub fn of(model: &Model) -> Self {
+        let Model { reflection, clearcoat, .. } = model;
+        Self { source: reflection.source, regions: reflection.mirrors.len(), clearcoat: clearcoat.is_some() }
+    }
+}
+
 /// A model and the state of its optimiser at one moment; borrowed where the backend's memory is the host's.
 #[derive(Clone, Debug)]
 pub struct Snapshot<'a> {

@@ -369,9 +369,7 @@ impl Backend for CpuBackend {
     }
 
     fn mirroring(&self) -> Mirroring {
-        let Model { reflection, clearcoat, .. } = &self.model;
-        let (source, regions) = (reflection.source, reflection.mirrors.len());
-        Mirroring { source, regions, clearcoat: clearcoat.is_some() }
+        Mirroring::of(&self.model)
     }
 
     fn set_medium(&mut self, medium: Refraction) {

@@ -49,10 +49,12 @@ impl<B: Backend> Trainer<B> {
         self.state.rollbacks = 0;
     }
 
-    /// Return to the last good state with half the learning rates, and draw other rays from there on. A run that gives up
-    /// stands at its last good state, too: a step that fails has moved some parameters.
+    /// Return to the last good state with half the learning rates, and draw other rays from there on.
     pub(super) fn roll_back(&mut self, failed: u64, watch: &mut Watch) -> Result<(), TrainError> {
         let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
+        if rollbacks > MAX_ROLLBACKS {
+            return Err(TrainError::Diverged { step: failed, rollbacks: rollbacks - 1 });
+        }
         let rate_scale = 0.5 * self.state.rate_scale;
         match self.good.take() {
             Some(good) => self.return_to(*good),
@@ -61,9 +63,6 @@ impl<B: Backend> Trainer<B> {
                 self.go_on_with_alignment(self.alignment.forgotten());
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
-        }
-        if rollbacks > MAX_ROLLBACKS {
-            return Err(TrainError::Diverged { step: failed, rollbacks: rollbacks - 1 });
         }
         self.state.step = step;
         self.keep_good_state();

@@ -122,13 +122,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub camera_path: Option<PathBuf>,
     /// The dataparser_transforms.json of the nerfstudio run that the camera path belongs to
-    #[arg(long, value_name = "FILE", requires = "camera_path")]
+    #[arg(long, value_name = "FILE", requires = "camera_path", conflicts_with_all = ["orbit", "spiral", "cameras", "keyframes"])]
     pub path_transform: Option<PathBuf>,
     /// Render a smooth path through the cameras of a dataset or of a transforms.json, in their order
     #[arg(long, value_name = "FILE")]
     pub keyframes: Option<PathBuf>,
     /// Views on the path through the keyframes [default: 24 from each keyframe to the next]
     #[arg(long, value_name = "N", requires = "keyframes", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(conflicts_with_all = ["orbit", "spiral", "cameras", "camera_path"])]
     pub frames: Option<u32>,
     /// Folder for the images, or the name of a film: .mp4, .webm or .gif
     #[arg(long, value_name = "OUT")]

@@ -19,10 +19,10 @@ use super::WorkArgs;
   \"run.seed\" = [0, 1, 2]
 
 Examples:
-  refraxel sweep plan.toml --out sweep --list       the runs, and which of them are done
-  refraxel sweep plan.toml --out sweep              trains what is not done; the same command goes on
-  refraxel sweep plan.toml --out sweep --slurm a.sh writes an array script for Slurm
-  sbatch a.sh
+  refraxel sweep plan.toml --out sweep --list          the runs, and which of them are done
+  refraxel sweep plan.toml --out sweep                 trains what is not done; the same command goes on
+  refraxel sweep plan.toml --out sweep --slurm a.sh    writes an array script for Slurm
+  sbatch a.sh                                       runs them on a cluster
 
 Scores are collected in sweep/results.csv and sweep/index.html.")]
 pub struct SweepArgs {

@@ -25,10 +25,9 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
-use refraxel_data::limits::JSON_BYTES;
+use refraxel_data::limits::{JSON_BYTES, open_regular};
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_train::run::Source;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -159,18 +158,16 @@ pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<
     photos.map_err(data_failure)
 }
 
-/// Reads a small text file: a regular file, whose size is bounded as that of JSON of a dataset is. A pipe would be waited for, and
-/// a device has no end. Bytes that are not UTF-8 become U+FFFD and then fail where they are parsed.
+/// Reads a small text file: a [regular](open_regular) one, whose size is bounded as that of JSON of a dataset is. Bytes that are not
+/// UTF-8 become U+FFFD and then fail where they are parsed.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    let bad = |what| io::Error::new(io::ErrorKind::InvalidInput, what);
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(bad("it is not a regular file".to_owned()));
-    }
     let mut bytes = Vec::new();
-    File::open(path)?.take(JSON_BYTES + 1).read_to_end(&mut bytes)?;
-    let fits = bytes.len() as u64 <= JSON_BYTES;
-    let text = || String::from_utf8_lossy(&bytes).into_owned();
-    fits.then(text).ok_or_else(|| bad(format!("it is larger than {} MiB", JSON_BYTES >> 20)))
+    open_regular(path)?.take(JSON_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > JSON_BYTES {
+        let what = format!("it is larger than {} MiB", JSON_BYTES >> 20);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Creates a folder and its parents.

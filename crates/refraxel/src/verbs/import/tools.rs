@@ -2,6 +2,7 @@
 
 use super::calls::Dialect;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::shell::not_installed;
 use anyhow::{Context, anyhow};
 use std::io;
 use std::path::Path;
@@ -78,13 +79,9 @@ fn answer(program: &str, words: &[&str]) -> Result<Option<String>, Failure> {
 /// The failure of an import without its programs: what is missing, how to install it, and the commands.
 pub fn missing(names: &[&str], script: &[String]) -> Failure {
     let (is, it) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
-    let packages = names.join(" ").to_ascii_lowercase();
     let text = format!(
-        "{} {is} not installed: not found on the PATH; install {it} and run the same command again\n  \
-         apt-get install {packages}    (Debian, Ubuntu)\n  \
-         brew install {packages}       (macOS)\n\
-         or run these commands where {it} {is} installed; they make such a dataset:\n  {}",
-        names.join(" and "),
+        "{}\nor run these commands where {it} {is} installed; they make such a dataset:\n  {}",
+        not_installed(names),
         script.join("\n  "),
     );
     Failure::new(Exit::BadInput, anyhow!(text))

@@ -1,6 +1,7 @@
 //! Films: frames go through ffmpeg as they are rendered; GIF needs no other program.
 
 use crate::exit::{Exit, Failure, OrExit};
+use crate::shell::not_installed;
 use anyhow::{Context, anyhow};
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, RgbImage};
@@ -216,11 +217,10 @@ fn missing(out: &Path) -> Failure {
     let (film, folder) = (out.display(), out.with_extension(""));
     let folder = folder.display();
     let error = anyhow!(
-        "--out {film}: ffmpeg is not installed: not found on the PATH; install it and run the same command again\n  \
-         apt-get install ffmpeg    (Debian, Ubuntu)\n  \
-         brew install ffmpeg       (macOS)\n\
+        "--out {film}: {}\n\
          or give a .gif, which needs none, or a folder for the frames, and make the film where ffmpeg is:\n  \
-         ffmpeg -i {folder}/%04d.png -pix_fmt yuv420p {film}"
+         ffmpeg -i {folder}/%04d.png -pix_fmt yuv420p {film}",
+        not_installed(&["ffmpeg"])
     );
     Failure::new(Exit::BadInput, error)
 }

@@ -62,7 +62,7 @@ impl Viewing {
                 *asked.paused() = paused;
                 asked.changed.notify_all();
                 let text = if paused { "waits at the next record" } else { "goes on" };
-                told.tell_now(json!({ "kind": "state", "paused": paused, "text": text }));
+                told.tell_now(state(paused, text));
             }
         };
         server.start(orders.clone(), photographs, Some(Arc::new(control)));
@@ -101,9 +101,7 @@ impl Viewing {
             return;
         }
         self.last_line = Instant::now();
-        self.orders.tell_now(
-            json!({ "kind": "state", "paused": self.is_paused(), "text": format!("{task} {done}/{total}") }),
-        );
+        self.orders.tell_now(state(self.is_paused(), &format!("{task} {done}/{total}")));
     }
 
     /// Somebody wishes that the training waits.
@@ -114,7 +112,7 @@ impl Viewing {
     /// Waits until the training shall go on; false if the program shall end. The painter has the whole machine meanwhile.
     pub fn wait(&self) -> bool {
         self.orders.set_share(1.0);
-        self.tell_state(true, "waits");
+        self.orders.tell_now(state(true, "waits"));
         let mut paused = self.wishes.paused();
         while *paused && !interrupted() {
             let waited = self.wishes.changed.wait_timeout(paused, LOOK);
@@ -122,12 +120,8 @@ impl Viewing {
         }
         drop(paused);
         self.orders.set_share(SHARE);
-        self.tell_state(false, "goes on");
+        self.orders.tell_now(state(false, "goes on"));
         !interrupted()
-    }
-
-    fn tell_state(&self, paused: bool, text: &str) {
-        self.orders.tell_now(json!({ "kind": "state", "paused": paused, "text": text }));
     }
 
     /// The training has ended: its last state is shown until the program ends.
@@ -138,6 +132,11 @@ impl Viewing {
         let end: Value = json!({ "kind": "event", "text": "training has ended; `refraxel view` shows the run from now on" });
         self.orders.tell(end);
     }
+}
+
+/// What the training does now, for the page.
+fn state(paused: bool, text: &str) -> Value {
+    json!({ "kind": "state", "paused": paused, "text": text })
 }
 
 /// A server for the page, where one is asked for; before any work is done.
