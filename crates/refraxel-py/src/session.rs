@@ -12,7 +12,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use refraxel_data::{Backdrop, IndexSource};
 use refraxel_train::cancel::Cancel;
-use refraxel_train::recipe::Hints;
+use refraxel_train::options::Switch;
+use refraxel_train::recipe::{Hints, has_masks};
 use refraxel_train::session::{Handle, Session as Inner, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options};
 use std::path::PathBuf;
@@ -105,6 +106,9 @@ fn setup(
 impl Session {
     /// Starts a run: decodes the photographs and plans the model.
     ///
+    /// Where views have masks of what is refractive, or with index_from, rays bend if that explains the views better; the option
+    /// refraction.bend says otherwise.
+    ///
     /// options: values by name, see refraxel.options(). index_from: a file with a known index (scene.json, .npz, .ply, .obj).
     /// on_event: called with every event, a dictionary.
     #[new]
@@ -124,6 +128,9 @@ impl Session {
             // A scene.json is exact, as for the program's --index-from.
             (all.surface.rate, all.index.rate) = (0.0, 0.0);
         }
+        // As the program does where nobody says: rays bend where something tells what is refractive.
+        all.refraction.bend =
+            if index_from.is_some() || has_masks(&data.data) { Switch::On } else { Switch::Off };
         set_options(&mut all, options)?;
         let mut source = data.source.clone();
         source.index_from.clone_from(&index_from);

@@ -21,8 +21,10 @@ def density(points: np.ndarray) -> np.ndarray:
     """Almost nothing at the border of the box and at the surface of the ball: the points of the quadrature are held fixed, so that
     gradients say nothing of the length that begins or ends there."""
     x, y, z = np.moveaxis(points, -1, 0)
-    away = 1.0 - np.exp(-(((np.linalg.norm(points, axis=-1) - 0.6) / 0.15) ** 2))
-    return 1e-3 + (0.8 + 0.4 * np.sin(1.5 * x + y) * np.cos(z)) * np.prod(1.0 - points**2, axis=-1) * away
+    away = 1.0 - np.exp(-(((np.linalg.norm(points, axis=-1) - 0.6) / 0.3) ** 2))
+    cloud: np.ndarray = (0.8 + 0.4 * np.sin(1.5 * x + y) * np.cos(z)) * np.prod(1.0 - points**2, axis=-1)
+    found: np.ndarray = 1e-3 + cloud * away
+    return found
 
 
 def model(region: Region | None, nodes: int = 21) -> Model:

@@ -5,6 +5,7 @@ to about 1e-3 of a gradient's size; kinks at cell faces and rays that graze the 
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ def loss(model: Model, origins: np.ndarray, directions: np.ndarray) -> float:
     return float(np.sum(colour.astype(np.float64) * d_colour) + np.sum(transmittance.astype(np.float64) * d_transmittance))
 
 
-def difference(f: Callable[[float], float], step: float = STEP) -> float:
+def difference(f: Callable[[float], Any], step: float = STEP) -> Any:
     """By Richardson: without the error of second order."""
     central = [(f(s) - f(-s)) / (2 * s) for s in (step, 2 * step)]
     return (4 * central[0] - central[1]) / 3
@@ -45,8 +46,8 @@ def test_gradients_by_parameters_match_central_differences(region: str) -> None:
     origins, directions = scenes.rays()
     gradients = model.vjp(origins, directions, *scenes.adjoints())
     for name, value in model.parameters().items():
-        if name == "absorption.0" and region == "lens":
-            continue  # a lens that is clear has the edge of its range there
+        if name == "absorption.0":
+            continue  # clear glass is the edge of its range
         along = direction(name, value)
 
         def moved(step: float, name: str = name, value: np.ndarray = value, along: np.ndarray = along) -> float:
@@ -55,25 +56,49 @@ def test_gradients_by_parameters_match_central_differences(region: str) -> None:
             model.set(name, value)
             return found
 
-        expected = difference(moved)
+        # A background of texels has kinks, over which rays that bend more move.
+        expected = difference(moved, 2e-3 if name == "index.0" and value.ndim == 0 else STEP)
         found = float(np.sum(gradients[name].astype(np.float64) * along))
         assert found == pytest.approx(expected, rel=0.03, abs=0.02), name
+
+
+def test_the_gradient_by_absorption_matches_central_differences() -> None:
+    model = scenes.model(scenes.ball())
+    clear = model.get("absorption.0")
+    tint = np.array([0.1, 0.2, 0.3], dtype=np.float32)
+    origins, directions = scenes.rays()
+
+    def tinted(step: float) -> float:
+        model.set("absorption.0", clear + tint + np.float32(step))
+        return loss(model, origins, directions)
+
+    expected = difference(tinted)
+    model.set("absorption.0", clear + tint)
+    found = model.vjp(origins, directions, *scenes.adjoints())["absorption.0"].sum()
+    assert found == pytest.approx(expected, rel=0.005)
 
 
 @pytest.mark.parametrize("region", ["none", "ball", "lens"])
 def test_gradients_by_rays_match_central_differences(region: str) -> None:
     model = scenes.model({"none": None, "ball": scenes.ball(), "lens": scenes.lens()}[region])
     origins, directions = scenes.rays()
-    gradients = model.vjp(origins, directions, *scenes.adjoints())
+    d_colour, d_transmittance = scenes.adjoints()
+    gradients = model.vjp(origins, directions, d_colour, d_transmittance)
     random = np.random.default_rng(8)
     for name in ["origins", "directions"]:
         along = random.normal(size=origins.shape)
 
-        def moved(step: float, name: str = name, along: np.ndarray = along) -> float:
+        def moved(step: float, name: str = name, along: np.ndarray = along) -> np.ndarray:
+            """The loss of each ray: a few whose path jumps shall not hide the others."""
             by = {name: step * along}
-            return loss(model, origins + by.get("origins", 0.0), directions + by.get("directions", 0.0))
+            colour, clear, _ = model.render(origins + by.get("origins", 0.0), directions + by.get("directions", 0.0))
+            losses: np.ndarray = np.sum(colour.astype(np.float64) * d_colour, axis=-1) + clear * d_transmittance
+            return losses
 
-        assert np.sum(gradients[name] * along) == pytest.approx(difference(moved, 2e-3), rel=0.05, abs=0.5), name
+        found = np.sum(gradients[name].astype(np.float64) * along, axis=-1)
+        error = np.abs(found - difference(moved, 2e-3))
+        size = np.sqrt(np.mean(found**2))
+        assert np.quantile(error, 0.9) < 0.03 * size and np.median(error) < 0.003 * size, name
 
 
 def test_a_constant_background_receives_the_sum_of_its_texels() -> None:
@@ -151,8 +176,8 @@ def test_jax_gives_the_same_gradients_also_within_jit() -> None:
         def moved(step: float, shift: np.ndarray = shift) -> float:
             return float(by_pose(pose + step * shift))
 
-        expected_shift = difference(moved, 5e-3)
-        assert gradient[axis, 3] == pytest.approx(expected_shift, rel=0.1, abs=1.0), axis
+        expected_shift = difference(moved, 2e-3)
+        assert gradient[axis, 3] == pytest.approx(expected_shift, rel=0.02, abs=0.5), axis
 
 
 def test_torch_gives_the_same_gradients_and_learns() -> None:
