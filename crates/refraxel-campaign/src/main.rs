@@ -6,6 +6,7 @@ use refraxel_campaign::fuzz::parent::{Rules, Tally, attack};
 use refraxel_campaign::fuzz::worker::{self, Cases};
 use refraxel_campaign::fuzz::{ask, keep_panics};
 use refraxel_campaign::kills;
+use refraxel_campaign::soak::{self, SoakArgs};
 use refraxel_campaign::targets::{self, Answer, Bench, Target};
 use std::fs;
 use std::io::{self, Write};
@@ -22,7 +23,8 @@ use std::time::Duration;
   campaign fuzz --only obj --seed 7   one format
   campaign replay obj case.obj        give one file to a target
   campaign replay-all                 all stored regression inputs
-  campaign kills --seconds 300        kill -9, SIGINT and SIGTERM at random moments")]
+  campaign kills --seconds 300        kill -9, SIGINT and SIGTERM at random moments
+  campaign soak --minutes 60          memory and bits of a long run")]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -75,6 +77,8 @@ enum Verb {
         #[command(flatten)]
         common: Common,
     },
+    /// Trains for long, undisturbed and then interrupted at random moments: memory over time, and the bits at the end
+    Soak(SoakArgs),
     /// Lists the targets
     Targets,
     /// The process that reads files
@@ -129,6 +133,7 @@ fn main() -> anyhow::Result<()> {
         Verb::Replay { target, file } => replay(&targets::named(&target)?, &[file]),
         Verb::ReplayAll { folder } => replay_all(&folder),
         Verb::Kills { seconds, common } => kill(seconds, &common),
+        Verb::Soak(args) => soak::run(&args),
         Verb::Targets => targets::all().iter().try_for_each(|t| say(t.name)),
         Verb::Worker { target, bench, seed, from, cases, seconds } => {
             let cases = Cases { seed, from, count: cases, time: Duration::from_secs_f64(seconds) };

@@ -14,7 +14,7 @@ use refraxel_train::{Backend, CpuBackend};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::sync::{Arc, OnceLock};
 use std::thread;
@@ -410,6 +410,35 @@ fn view_prints_its_address_and_ends_when_interrupted() {
 }
 
 #[test]
+fn slow_requests_are_closed() {
+    let url = serve();
+    let mut slow = TcpStream::connect(host(&url)).unwrap();
+    slow.set_read_timeout(Some(PATIENCE)).unwrap();
+    // A byte at a time; the server ends it long before the head could be whole.
+    let mut writing = slow.try_clone().unwrap();
+    let writer = thread::spawn(move || {
+        b"GET /".iter().cycle().take_while(|byte| writing.write_all(&[**byte]).is_ok()).for_each(|_| {
+            thread::sleep(Duration::from_millis(200));
+        });
+    });
+    assert!(matches!(slow.read(&mut [0; 64]), Ok(0) | Err(_)), "nothing is answered");
+    writer.join().unwrap();
+    Page::open(&url);
+}
+
+#[test]
+fn a_page_that_takes_nothing_is_closed() {
+    let url = serve();
+    let (mut page, _) = Page::open(&url);
+    page.0.get_mut().set_write_timeout(Some(PATIENCE)).unwrap();
+    // Pongs are not read; what waits for this page is bounded, and it is closed.
+    let ping = || Message::Ping(vec![7; 100].into());
+    let sent = (0..2_000_000).take_while(|_| page.0.send(ping()).is_ok()).count();
+    assert!(sent < 2_000_000, "pings without end are taken");
+    Page::open(&url);
+}
+
+#[test]
 fn view_needs_a_run() {
     refraxel(&["view", "/no/run"]).refused(3, &["/no/run"]);
     refraxel(&["view", "/no/run", "--port", "0"]).refused(2, &["--port"]);
@@ -443,6 +472,44 @@ fn a_training_is_seen_and_stopped_from_its_page() {
     assert_eq!(program.0.wait().unwrap().code(), Some(130));
     assert!(rest.join().unwrap().contains("saved; the same command with --resume"));
     assert!(Run::load(&run).unwrap().state.step > 0);
+}
+
+#[test]
+fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (mut program, mut page) = endless(&data, &run);
+    page.ask(json!({ "ask": "pause", "paused": true }));
+    while page.told("training")["text"] != "waits" {}
+    page.ask(json!({ "ask": "stop" }));
+    assert_eq!(program.0.wait().unwrap().code(), Some(130));
+    assert!(Run::load(&run).unwrap().state.step > 0);
+}
+
+#[test]
+fn a_training_ends_also_when_it_was_about_to_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (mut program, mut page) = endless(&data, &run);
+    for paused in [true, false, true] {
+        page.ask(json!({ "ask": "pause", "paused": paused }));
+    }
+    page.ask(json!({ "ask": "stop" }));
+    assert_eq!(program.0.wait().unwrap().code(), Some(130));
+}
+
+/// A training without end, and its page.
+fn endless(data: &Path, run: &Path) -> (Program, Page) {
+    let steps =
+        ["--refraction", "off", "--view", "--set", "run.steps=1000000", "--set", "grid.resolution=16"];
+    let words = [&["train", path(data), "--out", path(run)], &steps[..]].concat();
+    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
+    let mut errors = BufReader::new(program.0.stderr.take().unwrap());
+    let url = address(&mut errors);
+    thread::spawn(move || errors.lines().for_each(drop)); // a full pipe would stop it
+    let (mut page, _) = Page::open(&url);
+    while page.told("training")["kind"] != "record" {}
+    (program, page)
 }
 
 /// The address in the first line that has one.

@@ -115,7 +115,7 @@ struct Worker {
 impl Worker {
     fn start(target: &Target, bench: &Path, cases: Cases) -> anyhow::Result<Self> {
         let this = std::env::current_exe().context("cannot find this program")?;
-        let script = format!("ulimit -c 0; ulimit -v {MEMORY}; exec \"$0\" \"$@\"");
+        let script = format!("ulimit -c 0; ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
         let numbers = [cases.seed, cases.from, cases.count].map(|n| n.to_string());
         let time = cases.time.as_secs_f64().to_string();
         let mut command = Command::new("sh");

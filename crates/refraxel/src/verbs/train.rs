@@ -212,11 +212,9 @@ fn learn(
             Err(error) => return Err(error.into()),
         }
         warn(&mut watch, log.complete());
-        let waits = |v: &Viewing| stop == Stop::Cancelled && v.is_paused() && !interrupted();
-        if viewing.as_ref().is_some_and(|v| waits(v) && v.wait()) {
-            continue;
-        }
-        if !goes_on {
+        let has_waited = stop == Stop::Cancelled && viewing.as_mut().is_some_and(Viewing::wait);
+        let is_to_end = viewing.as_ref().is_some_and(Viewing::is_to_end);
+        if is_to_end || !(goes_on || has_waited) {
             break stop;
         }
     };

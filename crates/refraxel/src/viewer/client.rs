@@ -5,7 +5,7 @@ use super::photographs::encode;
 use super::picture::{Painted, Picture};
 use super::protocol::{Header, Look, Tell, message};
 use super::scene::{Scene, SceneError};
-use std::sync::mpsc::Sender;
+use super::socket::Out;
 use std::time::{Duration, Instant};
 
 /// Pictures on the way to a page; a page behind a slow link gets the next one when it has received an earlier one.
@@ -28,9 +28,19 @@ pub enum Outgoing {
     Pong(Vec<u8>),
 }
 
+impl Outgoing {
+    /// Its size [byte], about.
+    pub fn size(&self) -> usize {
+        64 + match self {
+            Self::Text(text) => text.len(),
+            Self::Picture(bytes) | Self::Pong(bytes) => bytes.len(),
+        }
+    }
+}
+
 /// A page.
 pub struct Client {
-    out: Sender<Outgoing>,
+    out: Out,
     look: Option<Look>,
     /// A look that waits for the first pass of the one before.
     next: Option<Look>,
@@ -46,7 +56,7 @@ pub struct Client {
 
 impl Client {
     /// A page that gets its messages here.
-    pub fn new(out: Sender<Outgoing>) -> Self {
+    pub fn new(out: Out) -> Self {
         Self {
             out,
             look: None,
@@ -63,12 +73,12 @@ impl Client {
     /// Tells the page something. Nobody may be there any more.
     pub fn tell(&self, tell: &Tell) {
         let text = serde_json::to_string(tell).unwrap_or_default(); // names and numbers: cannot fail
-        let _ = self.out.send(Outgoing::Text(text));
+        self.out.send(Outgoing::Text(text));
     }
 
     /// Sends the page a picture.
     pub fn send(&self, header: &Header, jpeg: &[u8]) {
-        let _ = self.out.send(Outgoing::Picture(message(header, jpeg)));
+        self.out.send(Outgoing::Picture(message(header, jpeg)));
     }
 
     /// Tells the page why something cannot be done.

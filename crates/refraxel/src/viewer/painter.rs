@@ -1,11 +1,12 @@
 //! The thread that paints for all pages: the coarsest picture first, a portion of rays at a time.
 
 use super::bend;
-use super::client::{Client, Outgoing};
+use super::client::Client;
 use super::picture::PORTION;
 use super::protocol::{Ask, Header, Look, Tell};
 use super::scene::{Scene, SceneError};
 use super::slice::slice;
+use super::socket::Out;
 use refraxel_core::{Ray, vec3};
 use refraxel_train::run::Run;
 use serde_json::Value;
@@ -29,7 +30,7 @@ pub struct Orders {
 #[derive(Debug)]
 pub(super) enum Order {
     /// A page opens.
-    Join(u64, Sender<Outgoing>),
+    Join(u64, Out),
     /// A page asks for something that the painter answers.
     Ask(u64, Ask),
     /// A page is gone.
@@ -48,11 +49,11 @@ impl Orders {
         let _ = self.sender.send(order);
     }
 
-    /// Shows the run as it is now, and returns how long the painter was busy with it.
-    pub fn renew(&self, run: Run) -> Duration {
+    /// Shows the run as it is now; how long the painter was busy with it is told when it has been.
+    pub fn renew(&self, run: Run) -> Receiver<Duration> {
         let (sender, taken) = channel();
         self.give(Order::Renew(Box::new(run), sender));
-        taken.recv().unwrap_or_default()
+        taken
     }
 
     /// Tells all pages what happens in the training, also those that open later.

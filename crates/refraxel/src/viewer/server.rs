@@ -10,12 +10,18 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// A connection that sends or takes nothing for so long is closed.
+/// A connection that takes nothing for so long is closed.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The whole head of a request arrives in so long.
+const HEAD_PATIENCE: Duration = Duration::from_secs(5);
 /// Connections at a time; more are closed at once.
-const MOST_CONNECTIONS: usize = 64;
+const MOST_CONNECTIONS: usize = 256;
+/// Pages at a time, of those connections.
+const MOST_PAGES: usize = 16;
+const TEXT: &str = "text/plain; charset=utf-8";
+const TOO_MANY: &[u8] = b"too many pages are open";
 /// Bytes of the token, each two hexadecimal digits of the address.
 const TOKEN: usize = 16;
 
@@ -66,6 +72,7 @@ pub(super) struct Shared {
     pub control: Option<Control>,
     pub next_id: AtomicU64,
     connections: AtomicUsize,
+    pages: AtomicUsize,
 }
 
 impl Server {
@@ -88,8 +95,10 @@ impl Server {
     /// Serves in threads of its own until the program ends.
     pub fn start(self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
         let Self { listener, address, token } = self;
-        let (next_id, connections) = (AtomicU64::new(0), AtomicUsize::new(0));
-        let shared = Arc::new(Shared { address, token, orders, photographs, control, next_id, connections });
+        let next_id = AtomicU64::new(0);
+        let [connections, pages] = [0; 2].map(AtomicUsize::new);
+        let shared =
+            Arc::new(Shared { address, token, orders, photographs, control, next_id, connections, pages });
         thread::spawn(move || {
             for stream in listener.incoming() {
                 let Ok(stream) = stream else {
@@ -103,25 +112,43 @@ impl Server {
 }
 
 fn accept(stream: TcpStream, shared: &Arc<Shared>) {
-    if shared.connections.fetch_add(1, Ordering::SeqCst) >= MOST_CONNECTIONS {
-        shared.connections.fetch_sub(1, Ordering::SeqCst);
-        return;
-    }
-    let shared = Arc::clone(shared);
-    thread::spawn(move || {
-        let _ = serve(stream, &shared); // a page that goes away is no failure
-        shared.connections.fetch_sub(1, Ordering::SeqCst);
+    let Some(place) = Place::take(shared, |shared| &shared.connections, MOST_CONNECTIONS) else { return };
+    // Where the system has no thread left, the connection is closed; a training does not end by that.
+    let _ = thread::Builder::new().spawn(move || {
+        let _ = serve(stream, &place.shared); // a page that goes away is no failure
     });
 }
 
+/// One of so many places, until it is dropped.
+pub(super) struct Place {
+    shared: Arc<Shared>,
+    which: fn(&Shared) -> &AtomicUsize,
+}
+
+impl Place {
+    fn take(shared: &Arc<Shared>, which: fn(&Shared) -> &AtomicUsize, most: usize) -> Option<Self> {
+        let place = Self { shared: Arc::clone(shared), which };
+        // Taken in any case; a place too many is given back at once.
+        (which(shared).fetch_add(1, Ordering::SeqCst) < most).then_some(place)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        (self.which)(&self.shared).fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// Answers one request; a WebSocket stays until its page goes.
-fn serve(mut stream: TcpStream, shared: &Shared) -> io::Result<()> {
+fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let entry = read_head(&mut stream)?.and_then(|request| admit(&request, shared.address, &shared.token));
     match entry {
-        Ok(Entry::Socket(key)) => socket::serve(stream, &key, shared),
+        Ok(Entry::Socket(key)) => match Place::take(shared, |shared| &shared.pages, MOST_PAGES) {
+            Some(_place) => socket::serve(stream, &key, shared),
+            None => respond(&mut stream, "503 Service Unavailable", TEXT, TOO_MANY, shared.address.port()),
+        },
         Ok(Entry::File(name)) => match page::file(&name) {
             Some(file) => respond(&mut stream, "200 OK", file.kind, file.bytes, shared.address.port()),
             None => refuse(&mut stream, Refusal::NotFound, shared),
@@ -134,7 +161,14 @@ fn serve(mut stream: TcpStream, shared: &Shared) -> io::Result<()> {
 fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
     let mut head = Vec::new();
     let mut part = [0; 1024];
+    let until = Instant::now() + HEAD_PATIENCE;
     loop {
+        let left = until.saturating_duration_since(Instant::now());
+        // No time at all would stand for no limit.
+        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        if left.is_zero() {
+            return Err(ErrorKind::TimedOut.into());
+        }
         let read = stream.read(&mut part[..(LARGEST_HEAD - head.len()).min(1024)])?;
         if read == 0 {
             return Err(ErrorKind::UnexpectedEof.into());
@@ -150,7 +184,7 @@ fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
 
 fn refuse(stream: &mut TcpStream, refusal: Refusal, shared: &Shared) -> io::Result<()> {
     let (status, why) = refusal.status();
-    respond(stream, status, "text/plain; charset=utf-8", why.as_bytes(), shared.address.port())
+    respond(stream, status, TEXT, why.as_bytes(), shared.address.port())
 }
 
 fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], port: u16) -> io::Result<()> {

@@ -6,7 +6,8 @@ use super::protocol::{Ask, Tell, message};
 use super::server::{Shared, Wish};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use tungstenite::handshake::derive_accept_key;
@@ -15,6 +16,29 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 /// Largest message of a page [byte].
 const LARGEST_MESSAGE: usize = 64 * 1024;
+
+/// What may wait to be sent to a page [byte]; a page that takes less than it asks for is closed.
+const MOST_WAITING: usize = 32 << 20;
+
+/// The way to a page, for any thread.
+#[derive(Clone, Debug)]
+pub struct Out {
+    sender: Sender<Outgoing>,
+    /// What waits in it [byte].
+    waiting: Arc<AtomicUsize>,
+    stream: Arc<TcpStream>,
+}
+
+impl Out {
+    /// Sends something, if the page is there and takes what it gets.
+    pub fn send(&self, outgoing: Outgoing) {
+        let size = outgoing.size();
+        let fits = self.waiting.fetch_add(size, Ordering::SeqCst) + size <= MOST_WAITING;
+        if !fits || self.sender.send(outgoing).is_err() {
+            let _ = self.stream.shutdown(Shutdown::Both); // ends reader and writer
+        }
+    }
+}
 
 /// A stream that is only read: what the protocol wants to write, the writer's thread does.
 struct ReadOnly(TcpStream);
@@ -43,9 +67,11 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Re
     );
     stream.write_all(head.as_bytes())?;
     stream.set_read_timeout(None)?; // a page may look on for hours
-    let (out, outgoing) = channel();
+    let (sender, outgoing) = channel();
+    let waiting = Arc::new(AtomicUsize::new(0));
+    let out = Out { sender, waiting: Arc::clone(&waiting), stream: Arc::new(stream.try_clone()?) };
     let writing = stream.try_clone()?;
-    let writer = thread::spawn(move || write(writing, &outgoing));
+    let writer = thread::Builder::new().spawn(move || write(writing, &outgoing, &waiting))?;
     let id = shared.next_id.fetch_add(1, Ordering::SeqCst);
     shared.orders.give(Order::Join(id, out.clone()));
     read(ReadOnly(stream), id, &out, shared);
@@ -62,10 +88,11 @@ fn config() -> WebSocketConfig {
         .write_buffer_size(0)
 }
 
-fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>) {
+fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize) {
     let closing = stream.try_clone();
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
     for outgoing in outgoing {
+        let size = outgoing.size();
         let message = match outgoing {
             Outgoing::Text(text) => Message::text(text),
             Outgoing::Picture(bytes) => Message::binary(bytes),
@@ -74,6 +101,7 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>) {
         if socket.send(message).is_err() {
             break;
         }
+        waiting.fetch_sub(size, Ordering::SeqCst);
     }
     let _ = socket.close(None);
     // Ends the reader, too.
@@ -81,7 +109,7 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>) {
 }
 
 /// Passes on what the page asks, until it goes or sends what no page sends.
-fn read(stream: ReadOnly, id: u64, out: &Sender<Outgoing>, shared: &Shared) {
+fn read(stream: ReadOnly, id: u64, out: &Out, shared: &Shared) {
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
     while let Ok(message) = socket.read() {
         let answer = match message {
@@ -93,8 +121,8 @@ fn read(stream: ReadOnly, id: u64, out: &Sender<Outgoing>, shared: &Shared) {
             Message::Close(_) => return,
             _ => None,
         };
-        if answer.is_some_and(|answer| out.send(answer).is_err()) {
-            return;
+        if let Some(answer) = answer {
+            out.send(answer);
         }
     }
 }

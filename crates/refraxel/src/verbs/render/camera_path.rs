@@ -1,11 +1,17 @@
 //! Camera paths: files of nerfstudio, and smooth curves through keyframes.
 
 use crate::exit::{Exit, Failure};
+use crate::verbs::read_text;
 use anyhow::anyhow;
 use refraxel_core::{Camera, Lens, Mat3, Pose, Vec3, vec3};
 use refraxel_data::NamedCamera;
 use serde::Deserialize;
 use std::path::Path;
+
+/// Frames of a path at most.
+pub const MOST_FRAMES: usize = 100_000;
+/// A camera is nearer to the origin [scene unit]: rays are in single precision.
+const FARTHEST: f64 = 1e9;
 
 /// A path as it is read.
 pub struct CameraPath {
@@ -57,21 +63,33 @@ pub fn read(path: &Path, transform: Option<&Path>) -> Result<CameraPath, Failure
     if let Some(edge) = size.iter().find(|n| !(1..=16_384).contains(*n)) {
         return Err(wrong(format!("render_width, render_height: found {edge}; expected 1 to 16384 pixels")));
     }
-    let fps = file.fps.filter(|&fps| fps > 0.0);
+    if file.camera_path.len() > MOST_FRAMES {
+        let found = file.camera_path.len();
+        return Err(wrong(format!("camera_path: it has {found} frames; expected at most {MOST_FRAMES}")));
+    }
+    if let Some(fps) = file.fps.filter(|fps| !(1.0..=120.0).contains(fps)) {
+        return Err(wrong(format!("fps: found {fps}; expected 1 to 120 frames per second")));
+    }
     let undo = transform.map(inverse).transpose()?;
     let camera = |(k, frame): (usize, &FrameOfFile)| {
         let camera = frame.camera(size).map_err(|what| wrong(format!("camera_path[{k}].{what}")))?;
         let camera = undo.as_ref().map_or(camera, |undo| undo.apply(&camera));
+        let far = camera.world_from_camera.translation.length();
+        if !(far < FARTHEST) {
+            return Err(wrong(format!(
+                "camera_path[{k}].camera_to_world: the camera is {far} away from the origin"
+            )));
+        }
         Ok(NamedCamera { name: format!("{k:04}"), camera })
     };
     let cameras: Result<Vec<NamedCamera>, Failure> =
         file.camera_path.iter().enumerate().map(camera).collect();
-    Ok(CameraPath { cameras: cameras?, fps })
+    Ok(CameraPath { cameras: cameras?, fps: file.fps })
 }
 
 fn parse<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
     let shown = path.display();
-    let text = std::fs::read_to_string(path)
+    let text = read_text(path)
         .map_err(|error| Failure::new(Exit::BadInput, anyhow!("cannot read {shown}: {error}")))?;
     serde_json::from_str(&text).map_err(|error| {
         Failure::new(Exit::BadInput, anyhow!("{shown}: this is no such file of nerfstudio: {error}"))
@@ -150,14 +168,16 @@ impl Inverse {
 }
 
 /// `count` cameras on a smooth curve through keyframes, at equal steps between two of them: places on a Catmull–Rom spline,
-/// which passes through all keyframes, and axes that turn at a constant rate from one keyframe to the next. The lens is that of
+/// which passes through all keyframes, and axes that turn at a constant rate from one keyframe to the next. Size and lens are those of
 /// the first keyframe, focal lengths are interpolated.
 ///
 /// # Panics
 /// If there are no keyframes.
 pub fn through(keys: &[NamedCamera], count: usize) -> Vec<NamedCamera> {
     let last = keys.len() - 1;
-    let key = |i: usize| &keys[i.min(last)].camera;
+    let size = [keys[0].camera.width, keys[0].camera.height];
+    let cameras: Vec<Camera> = keys.iter().map(|key| fitted(&key.camera, size)).collect();
+    let key = |i: usize| &cameras[i.min(last)];
     let at = |k: usize| {
         let place = last as f64 * k as f64 / (count.max(2) - 1) as f64;
         let i = (place as usize).min(last.saturating_sub(1));
@@ -294,6 +314,11 @@ mod tests {
             (json!({ "render_width": 60, "render_height": 40, "camera_path": [] }), "no frames"),
             (json!({ "render_width": 0, "render_height": 40, "camera_path": [good] }), "render_width"),
             (json!({ "frames": [] }), "no such file of nerfstudio"),
+            (json!({ "render_width": 6, "render_height": 4, "fps": 1e9, "camera_path": [good] }), "fps"),
+            (
+                with("camera_to_world", json!([1, 0, 0, 1e300, 0, 1, 0, 0, 0, 0, 1, 0])),
+                "away from the origin",
+            ),
             (
                 json!({ "camera_type": "fisheye", "render_width": 6, "render_height": 4, "camera_path": [good] }),
                 "camera_type",

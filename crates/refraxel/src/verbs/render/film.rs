@@ -29,6 +29,9 @@ pub enum Format {
 impl Format {
     /// By the ending of a file; `None` for a folder. Films that are not written are refused with those that are.
     pub fn of(out: &Path) -> Result<Option<Self>, Failure> {
+        if out.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
+            return Ok(None); // the name of a folder
+        }
         let Some(extension) = out.extension().and_then(|e| e.to_str()) else { return Ok(None) };
         match &*extension.to_lowercase() {
             "mp4" => Ok(Some(Self::Mp4)),
@@ -69,13 +72,15 @@ impl Format {
 pub struct Film {
     out: PathBuf,
     size: [u32; 2],
-    path: TempPath,
+    replaces: bool,
+    /// Ends before its file is removed.
     encoder: Encoder,
+    path: TempPath,
 }
 
 enum Encoder {
     Ffmpeg { child: Child, frames: Option<ChildStdin>, said: Option<JoinHandle<String>> },
-    Gif { encoder: Box<GifEncoder<File>>, delay: Delay },
+    Gif { encoder: Box<GifEncoder<File>>, times: Times },
 }
 
 impl Film {
@@ -93,10 +98,10 @@ impl Film {
         let cannot = || format!("cannot write {}", out.display());
         let (file, path) = temporary(folder).with_context(cannot).or_exit(Exit::Io)?.into_parts();
         let encoder = match format {
-            Format::Gif => gif(file, fps).with_context(cannot).or_exit(Exit::Io)?,
+            Format::Gif => gif(file, Times::new(out, fps)?).with_context(cannot).or_exit(Exit::Io)?,
             Format::Mp4 | Format::Webm => ffmpeg(out, &path, format, size, fps)?,
         };
-        Ok(Self { out: out.to_owned(), size, path, encoder })
+        Ok(Self { out: out.to_owned(), size, replaces: overwrite, encoder, path })
     }
 
     /// Adds a frame: three bytes per pixel, rows from the top.
@@ -107,10 +112,10 @@ impl Film {
                 let written = frames.as_mut().map_or(Ok(()), |frames| frames.write_all(&pixels));
                 written.map_err(|_| self.why_not())
             }
-            Encoder::Gif { encoder, delay } => {
+            Encoder::Gif { encoder, times } => {
                 let picture = RgbImage::from_raw(width, height, pixels).expect("three bytes per pixel");
                 let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
-                let written = encoder.encode_frame(Frame::from_parts(picture, 0, 0, *delay));
+                let written = encoder.encode_frame(Frame::from_parts(picture, 0, 0, times.next_delay()));
                 written.with_context(|| format!("cannot write {}", self.out.display())).or_exit(Exit::Io)
             }
         }
@@ -124,12 +129,13 @@ impl Film {
                 return Err(self.why_not());
             }
         }
-        let Self { out, path, encoder, .. } = self;
+        let Self { out, path, encoder, replaces, .. } = self;
         drop(encoder); // a GIF ends with its encoder
         let cannot = || format!("cannot write {}", out.display());
         let synced = File::open(&path).and_then(|file| file.sync_all());
         synced.with_context(cannot).or_exit(Exit::Io)?;
-        path.persist(&out).with_context(cannot).or_exit(Exit::Io)
+        let named = if replaces { path.persist(&out) } else { path.persist_noclobber(&out) };
+        named.with_context(cannot).or_exit(Exit::Io)
     }
 
     /// Why ffmpeg takes no more frames.
@@ -159,6 +165,34 @@ impl Drop for Encoder {
     }
 }
 
+/// When the frames of a GIF are shown: it counts hundredths of a second, so that roundings are carried on.
+struct Times {
+    fps: f64,
+    shown: u32,
+}
+
+impl Times {
+    /// Programs show frames of less than two hundredths of a second slowly.
+    const FASTEST: f64 = 50.0;
+
+    fn new(out: &Path, fps: f64) -> Result<Self, Failure> {
+        if fps > Self::FASTEST {
+            let shown = out.display();
+            let error =
+                anyhow!("{shown}: found {fps} frames per second; a GIF has at most {}", Self::FASTEST);
+            return Err(Failure::new(Exit::Usage, error));
+        }
+        Ok(Self { fps, shown: 0 })
+    }
+
+    fn next_delay(&mut self) -> Delay {
+        let end = |frames: u32| (100.0 * f64::from(frames) / self.fps).round() as u32;
+        let hundredths = end(self.shown + 1) - end(self.shown);
+        self.shown += 1;
+        Delay::from_numer_denom_ms(10 * hundredths, 1)
+    }
+}
+
 /// A file that others may read, as far as the system's mask allows.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
@@ -182,12 +216,11 @@ fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::new(Exit::BadInput, error))
 }
 
-fn gif(file: File, fps: f64) -> io::Result<Encoder> {
+fn gif(file: File, times: Times) -> io::Result<Encoder> {
     // Not buffered: what a full disk refuses is noticed with the frame.
     let mut encoder = GifEncoder::new_with_speed(file, GIF_SPEED);
     encoder.set_repeat(Repeat::Infinite).map_err(io::Error::other)?;
-    let delay = Delay::from_numer_denom_ms((1000.0 / fps).round() as u32, 1);
-    Ok(Encoder::Gif { encoder: Box::new(encoder), delay })
+    Ok(Encoder::Gif { encoder: Box::new(encoder), times })
 }
 
 fn ffmpeg(out: &Path, path: &Path, format: Format, size: [u32; 2], fps: f64) -> Result<Encoder, Failure> {
@@ -197,6 +230,9 @@ fn ffmpeg(out: &Path, path: &Path, format: Format, size: [u32; 2], fps: f64) -> 
     command.args(["-s", &format!("{width}x{height}"), "-r", &fps.to_string(), "-i", "-"]);
     command.args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]);
     command.args(format.encoding()).arg(path);
+    // Ctrl-C at a terminal goes to this program alone, which then ends it.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let spawned = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
     let mut child = match spawned {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(missing(out)),
@@ -234,10 +270,20 @@ mod tests {
         let of = |name: &str| Format::of(Path::new(name)).unwrap();
         assert_eq!(of("x/orbit.mp4"), Some(Format::Mp4));
         assert_eq!((of("a.WEBM"), of("b.gif")), (Some(Format::Webm), Some(Format::Gif)));
-        assert_eq!((of("views.d"), of("views")), (None, None));
+        assert_eq!((of("views.d"), of("views"), of("x.gif/")), (None, None, None));
         let refused = Format::of(Path::new("x.mov")).unwrap_err();
         assert_eq!(refused.exit, Exit::Usage);
         assert!(refused.report().contains(".mp4, .webm or .gif"), "{}", refused.report());
+    }
+
+    #[test]
+    fn the_frames_of_a_gif_keep_time() {
+        let mut times = Times::new(Path::new("x.gif"), 24.0).unwrap();
+        let hundredths = |delay: Delay| delay.numer_denom_ms().0 / delay.numer_denom_ms().1 / 10;
+        let delays: Vec<u32> = (0..48).map(|_| hundredths(times.next_delay())).collect();
+        assert_eq!(delays.iter().sum::<u32>(), 200, "two seconds");
+        assert!(delays.iter().all(|d| (4..=5).contains(d)), "{delays:?}");
+        assert!(Times::new(Path::new("x.gif"), 60.0).is_err());
     }
 
     #[test]
@@ -260,6 +306,10 @@ mod tests {
         film.add(vec![7; 24]).unwrap();
         film.finish().unwrap();
         assert!(image::open(&out).is_ok());
+        let mut late = Film::begin(&folder.path().join("b.gif"), Format::Gif, [4, 2], 10.0, false).unwrap();
+        late.add(vec![7; 24]).unwrap();
+        std::fs::write(folder.path().join("b.gif"), "somebody else's").unwrap();
+        assert!(late.finish().is_err(), "what came meanwhile stays");
         let again = Film::begin(&out, Format::Gif, [4, 2], 10.0, false).err().expect("refused");
         assert!(again.report().contains("--overwrite"), "{}", again.report());
         assert!(Film::begin(&out, Format::Gif, [4, 2], 10.0, true).is_ok());

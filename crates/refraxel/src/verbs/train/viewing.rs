@@ -29,21 +29,42 @@ pub struct Viewing {
     orders: Orders,
     handle: Handle,
     wishes: Arc<Wishes>,
+    /// The training was stopped so that it waits.
+    stopped_to_wait: bool,
     last_line: Instant,
+}
+
+/// What the training shall do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Course {
+    #[default]
+    GoOn,
+    Wait,
+    /// Save and end; no later wish changes that.
+    End,
 }
 
 /// What pages wish.
 #[derive(Default)]
 struct Wishes {
-    paused: Mutex<bool>,
+    course: Mutex<Course>,
     changed: Condvar,
     /// The training has ended: no copies of it are made any more.
     ended: AtomicBool,
 }
 
 impl Wishes {
-    fn paused(&self) -> MutexGuard<'_, bool> {
-        self.paused.lock().unwrap_or_else(|e| e.into_inner())
+    fn course(&self) -> MutexGuard<'_, Course> {
+        self.course.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Takes a wish, unless the training shall end already.
+    fn set(&self, wished: Course) {
+        let mut course = self.course();
+        if *course != Course::End {
+            *course = wished;
+        }
+        self.changed.notify_all();
     }
 }
 
@@ -57,10 +78,12 @@ impl Viewing {
         show.say(&format!("live view: {}", server.url()));
         let (asked, by, told) = (Arc::clone(&wishes), handle.clone(), orders.clone());
         let control = move |wish| match wish {
-            Wish::Stop => by.cancel(),
+            Wish::Stop => {
+                asked.set(Course::End);
+                by.cancel();
+            }
             Wish::Pause(paused) => {
-                *asked.paused() = paused;
-                asked.changed.notify_all();
+                asked.set(if paused { Course::Wait } else { Course::GoOn });
                 let text = if paused { "waits at the next record" } else { "goes on" };
                 told.tell_now(state(paused, text));
             }
@@ -69,7 +92,7 @@ impl Viewing {
         thread::spawn(|| painter.work());
         let (copies, until, shown) = (handle.clone(), Arc::clone(&wishes), orders.clone());
         thread::spawn(move || renew(&copies, &until, &shown));
-        Self { orders, handle, wishes, last_line: Instant::now() }
+        Self { orders, handle, wishes, stopped_to_wait: false, last_line: Instant::now() }
     }
 
     /// Tells the page what happens. A wish to wait is fulfilled between two steps, so that no long phase is lost.
@@ -83,7 +106,9 @@ impl Viewing {
                     told.insert("phase".into(), phase_name(record.phase).into());
                 }
                 self.orders.tell(told);
-                if *self.wishes.paused() {
+                let course = *self.wishes.course();
+                if course != Course::GoOn {
+                    self.stopped_to_wait = course == Course::Wait;
                     self.handle.cancel();
                 }
             }
@@ -101,33 +126,42 @@ impl Viewing {
             return;
         }
         self.last_line = Instant::now();
-        self.orders.tell_now(state(self.is_paused(), &format!("{task} {done}/{total}")));
+        let waits = *self.wishes.course() == Course::Wait;
+        let then = if waits { "; waits at the next record" } else { "" };
+        self.orders.tell_now(state(waits, &format!("{task} {done}/{total}{then}")));
     }
 
-    /// Somebody wishes that the training waits.
-    pub fn is_paused(&self) -> bool {
-        *self.wishes.paused()
+    /// Somebody wishes that the training is saved and ends.
+    pub fn is_to_end(&self) -> bool {
+        *self.wishes.course() == Course::End
     }
 
-    /// Waits until the training shall go on; false if the program shall end. The painter has the whole machine meanwhile.
-    pub fn wait(&self) -> bool {
+    /// If a wish to wait has stopped the training: waits until it shall go on, and says whether it shall; false if the program
+    /// shall end, or if something else has stopped it. The painter has the whole machine meanwhile.
+    pub fn wait(&mut self) -> bool {
+        if !std::mem::take(&mut self.stopped_to_wait) {
+            return false;
+        }
         self.orders.set_share(1.0);
         self.orders.tell_now(state(true, "waits"));
-        let mut paused = self.wishes.paused();
-        while *paused && !interrupted() {
-            let waited = self.wishes.changed.wait_timeout(paused, LOOK);
-            paused = waited.unwrap_or_else(|e| e.into_inner()).0;
+        let mut course = self.wishes.course();
+        while *course == Course::Wait && !interrupted() {
+            let waited = self.wishes.changed.wait_timeout(course, LOOK);
+            course = waited.unwrap_or_else(|e| e.into_inner()).0;
         }
-        drop(paused);
+        let goes_on = *course == Course::GoOn && !interrupted();
+        drop(course);
         self.orders.set_share(SHARE);
-        self.orders.tell_now(state(false, "goes on"));
-        !interrupted()
+        self.orders.tell_now(state(false, if goes_on { "goes on" } else { "ends" }));
+        goes_on
     }
 
     /// The training has ended: its last state is shown until the program ends.
     pub fn end(self, session: &Session) {
         self.wishes.ended.store(true, Ordering::SeqCst);
-        self.orders.renew(session.snapshot());
+        if self.orders.has_pages() && !interrupted() {
+            drop(self.orders.renew(session.snapshot())); // nobody waits for it
+        }
         self.orders.set_share(1.0);
         let end: Value = json!({ "kind": "event", "text": "training has ended; `refraxel view` shows the run from now on" });
         self.orders.tell(end);
@@ -156,6 +190,7 @@ fn renew(handle: &Handle, wishes: &Wishes, orders: &Orders) {
         if wishes.ended.load(Ordering::SeqCst) {
             return;
         }
-        pause = RENEW.max(orders.renew(run).mul_f64(REST));
+        let taken = orders.renew(run).recv().unwrap_or_default();
+        pause = RENEW.max(taken.mul_f64(REST));
     }
 }
