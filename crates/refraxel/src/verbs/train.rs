@@ -8,7 +8,7 @@ mod viewing;
 mod watch;
 
 use super::eval::evaluate;
-use super::interrupts::{cancel, interrupted, keeps, watch_for_interrupts};
+use super::interrupts::{cancel, keeps, watch_for_interrupts};
 use super::{absolute, create_folder, data_failure, open_options, options, reduce, set_threads, source_of};
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;

@@ -75,7 +75,7 @@ pub fn read(path: &Path, transform: Option<&Path>) -> Result<CameraPath, Failure
         let camera = frame.camera(size).map_err(|what| wrong(format!("camera_path[{k}].{what}")))?;
         let camera = undo.as_ref().map_or(camera, |undo| undo.apply(&camera));
         let far = camera.world_from_camera.translation.length();
-        if !(far < FARTHEST) {
+        if far.is_nan() || far >= FARTHEST {
             return Err(wrong(format!(
                 "camera_path[{k}].camera_to_world: the camera is {far} away from the origin"
             )));
