@@ -160,6 +160,7 @@ const PROBES: ProbeLayout = ProbeLayout { longest: 8, degree: ShDegree::MAX };
 fn objective() -> Objective {
     Objective {
         marching: MARCHING,
+        bent_weight: 1.0,
         sparsity: 0.0,
         opacity: 0.0,
         tv_density: 0.0,

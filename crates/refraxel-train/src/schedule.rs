@@ -159,6 +159,7 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
 pub fn picture_objective(marching: Marching) -> Objective {
     Objective {
         marching,
+        bent_weight: 1.0,
         sparsity: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
@@ -182,6 +183,7 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     let tv = field.tv_decay.powf(p);
     Objective {
         marching: training_marching(options, near),
+        bent_weight: options.refraction.bent_weight,
         sparsity: field.sparsity,
         opacity: field.opacity,
         tv_density: field.tv_density * tv,

@@ -205,6 +205,14 @@ impl<T> Path<T> {
     }
 }
 
+impl<T: Real> Path<T> {
+    /// Whether it is other than the straight `ray`: it meets a surface, or leaves in another direction.
+    pub fn bends(&self, ray: &Ray<T>) -> bool {
+        let least = T::of(1.0 - 1e-5); // 4.5 mrad; single precision rounds to less
+        self.events().next().is_some() || ray.direction.dot(self.exit.direction) < least
+    }
+}
+
 impl<T: Real> Default for Path<T> {
     fn default() -> Self {
         let exit = Ray { origin: Vec3::zero(), direction: Vec3::zero() };

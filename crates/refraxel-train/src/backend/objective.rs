@@ -13,11 +13,13 @@ pub const REFRESH: u64 = 32;
 /// Slots of a bucket of voxels: 64 × 64 voxels × 128 B of SH gradient = 512 KiB, half of a usual L2 cache.
 pub const BUCKET_SLOTS: usize = 64;
 
-/// What a step minimises, theory (4.1): the sum over rays of |C − target|² plus the priors; and how fast.
+/// What a step minimises, theory (4.1): the weighted sum over rays of |C − target|² plus the priors; and how fast.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Objective {
     /// How rays are marched.
     pub marching: Marching,
+    /// Weight of |C − target|² of rays that [bend](refraxel_core::optics::Path::bends); 1 for all others.
+    pub bent_weight: f32,
     /// Weight of the Cauchy sparsity of each sample's optical depth.
     pub sparsity: f32,
     /// Weight of the opacity prior on each ray's transmittance.

@@ -24,6 +24,8 @@ pub(super) struct Compared<'a> {
     pub exit: &'a Ray<f32>,
     /// What absorbs light from the background.
     pub through: &'a Filter<f32>,
+    /// Weight of its squared error.
+    pub weight: f32,
 }
 
 /// Where the adjoint of a ray starts.
@@ -66,7 +68,7 @@ impl Compared<'_> {
             for c in 0..3 {
                 let error = shown[c] - target[c];
                 squared_error += f64::from(error * error);
-                d_colour[c] = 2.0 * error;
+                d_colour[c] = 2.0 * self.weight * error;
             }
         }
         let d_exit = mirrored::look_back(self.samples.samples, mirrored, d_colour, &mut tape.lookups);

@@ -198,7 +198,8 @@ impl LearnedRay<'_> {
         let Out { tape, way_back, wanted } = out;
         let (scene, batch, objective) = (view.scene, lesson.batch, lesson.objective);
         let (left, exit, through) = (marched.left, &marched.exit, &marched.through);
-        let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through };
+        let weight = if marched.bent && path.bends(&batch.rays[ray]) { objective.bent_weight } else { 1.0 };
+        let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through, weight };
         let d = compared.with_target(scene, lesson, mirrored, tape);
         let first = tape.records.len();
         way_back.density_gradients.clear();
@@ -220,11 +221,11 @@ impl LearnedRay<'_> {
         tape.records.append(&mut way_back.density_gradients);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
         let teaches = bent.map_or(Teaches::NOTHING, |_| Teaches::of(path, objective.index.as_ref()));
-        let (squared_error, residual) = (d.squared_error, d.shown.d_colour.map(|d| 0.5 * d));
+        let (squared_error, residual) = (d.squared_error, d.shown.d_colour.map(|d| 0.5 * d / weight));
         if wanted.is_none() && (teaches == Teaches::NOTHING || objective.index.is_none()) {
             return squared_error;
         }
-        let d_exit = Compared { batch, ray, samples, left, exit, through }.background_vjp(scene, &d);
+        let d_exit = Compared { batch, ray, samples, left, exit, through, weight }.background_vjp(scene, &d);
         if bent.is_some() {
             mirrored::reflection_adjoints(scene.reflection, mirrored, &mut way_back.d_reflections);
         }

@@ -23,6 +23,9 @@ section! {
         mask_ray_fraction: f64 = 0.3, in 0.0..=1.0;
         /// Factor on `mask_ray_fraction` that is reached, linearly in time, at the end of the run.
         mask_ray_decay: f64 = 0.0, in 0.0..=1.0;
+        /// Weight of rays that bend in the loss. They err more, by what is not yet right about the glass, and things that straight
+        /// rays see as well must not learn those errors.
+        bent_weight: f32 = 0.3, in 0.01..=1.0;
         /// Raw density inside the refractive shape when rays begin to bend.
         contents_density: f32 = -5.0, in -12.0..=9.0;
         /// The same below water that is seen from above only: something must stand there, and is learned sooner from haze.

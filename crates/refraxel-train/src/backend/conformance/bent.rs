@@ -56,7 +56,8 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     let model = bent_model(Extent::Bounded);
     let reference = Reference::new(&model);
     let (backend, b) = (suite.backend(model), batch(300));
-    let got = backend.gradient(&b, &Objective { index: Some(index_objective()), ..objective() });
+    let bent_weight = 0.3;
+    let got = backend.gradient(&b, &Objective { index: Some(index_objective()), bent_weight, ..objective() });
     let mut field = reference.field.zero_gradient();
     let mut medium = reference.medium.zero_gradient();
     let mut rays = Vec::new();
@@ -66,7 +67,8 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
         let pixel = render(&reference.field, &path.segments, points);
         let behind = reference.background.radiance(path.exit.origin, path.exit.direction);
         let error = |c: usize| pixel.colour[c] + pixel.transmittance * behind[c] - f64::from(b.target[k][c]);
-        let colour = [0, 1, 2].map(|c| 2.0 * error(c));
+        let weight = if path.bends(&ray.cast()) { f64::from(bent_weight) } else { 1.0 };
+        let colour = [0, 1, 2].map(|c| 2.0 * weight * error(c));
         let d = PixelAdjoint { colour, transmittance: 0.0, behind };
         let d_segments = render_vjp(&reference.field, &path.segments, points, &d, &mut field);
         let Background::Environment(map) = &reference.background else { unreachable!() };
