@@ -5,11 +5,36 @@ use crate::errors::refused;
 use numpy::{
     AllowTypeChange, Element, PyArray, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods, PyUntypedArrayMethods,
 };
+use pyo3::Borrowed;
 use pyo3::prelude::*;
 use refraxel_core::{Aabb, Ray, Real, Vec3, vec3};
+use std::ops::{Deref, RangeInclusive};
 
-/// An array of any shape and number type.
-pub type Array<'py, T> = PyArrayLikeDyn<'py, T, AllowTypeChange>;
+/// An array of any shape and type of real numbers.
+pub struct Array<'py, T: Element>(PyArrayLikeDyn<'py, T, AllowTypeChange>);
+
+impl<'py, T: Element> Deref for Array<'py, T> {
+    type Target = PyArrayLikeDyn<'py, T, AllowTypeChange>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<'a, 'py, T: Element> FromPyObject<'a, 'py> for Array<'py, T>
+where
+    PyArrayLikeDyn<'py, T, AllowTypeChange>: FromPyObject<'a, 'py, Error = PyErr>,
+{
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let kind = object.getattr("dtype").and_then(|dtype| dtype.getattr("kind")?.extract::<String>());
+        if kind.is_ok_and(|kind| kind == "c") {
+            return Err(refused("the array is complex; expected real numbers"));
+        }
+        object.extract().map(Self)
+    }
+}
 
 /// Numbers in the order of rows, the last axis fastest.
 pub fn values<T: Element + Copy>(array: &Array<'_, T>) -> Vec<T> {
@@ -63,12 +88,18 @@ impl<T: Real + Element> Rays<T> {
                 "directions have the shape {found:?} + [3], origins {shape:?} + [3]; expected the same"
             )));
         }
-        let lengths: Vec<T> = directions.iter().map(|d| d.length()).collect();
-        if let Some(k) = lengths.iter().position(|l| *l <= T::zero()) {
+        // The largest component goes first: squares of very long and very short vectors have no place among the numbers.
+        let scales: Vec<T> = directions.iter().map(|d| d.map(T::abs).max_element()).collect();
+        if let Some(k) = scales.iter().position(|s| *s < T::min_positive_value()) {
             return Err(refused(format!("directions: vector {k} is zero; expected a direction")));
         }
-        let ray = |(origin, (d, &l)): (Vec3<T>, (Vec3<T>, &T))| Ray { origin, direction: d * l.recip() };
-        let rays = origins.into_iter().zip(directions.into_iter().zip(&lengths)).map(ray).collect();
+        let scaled: Vec<Vec3<T>> = directions.into_iter().zip(&scales).map(|(d, &s)| d / s).collect();
+        let lengths: Vec<T> = scaled.iter().zip(&scales).map(|(d, &s)| d.length() * s).collect();
+        if let Some(k) = lengths.iter().position(|l| !l.is_finite()) {
+            return Err(refused(format!("directions: vector {k} is too long; expected a finite length")));
+        }
+        let ray = |(origin, d): (Vec3<T>, Vec3<T>)| Ray { origin, direction: d.normalized() };
+        let rays = origins.into_iter().zip(scaled).map(ray).collect();
         Ok(Self { rays, lengths, shape })
     }
 
@@ -110,10 +141,32 @@ pub fn vector(name: &str, array: &Array<'_, f64>) -> PyResult<Vec3<f64>> {
     }
 }
 
-/// A box from its two corners (2, 3) [scene unit].
+/// Edges that a box may have [scene unit]: their squares and reciprocals keep their precision in single precision.
+const EDGES: RangeInclusive<f64> = 1e-9..=1e9;
+
+/// A box from its two corners (2, 3) [scene unit], that of single precision told apart from its surroundings.
 pub fn bounds(corners: &Array<'_, f64>) -> PyResult<Aabb<f64>> {
-    match vectors("bounds", corners)?.0[..] {
-        [min, max] if (0..3).all(|a| min[a] < max[a]) => Ok(Aabb::new(min, max)),
-        _ => Err(refused("bounds are no box; expected (2, 3): the lower corner, then the upper one")),
+    let [min, max] = vectors("bounds", corners)?.0[..] else {
+        return Err(refused(format!(
+            "bounds have the shape {:?}; expected (2, 3): the lower corner, then the upper one",
+            corners.shape()
+        )));
+    };
+    let found = Aabb::new(min, max);
+    let farthest = min.map(f64::abs).max(max.map(f64::abs)).max_element();
+    let is_edge = |edge: f64| EDGES.contains(&edge) && edge >= LEAST_SHARE * farthest;
+    if found.extent().to_array().into_iter().all(is_edge) {
+        return Ok(found);
     }
+    Err(refused(format!(
+        "bounds from {:?} to {:?}; expected a lower corner, then an upper one, edges from {:e} to {:e} scene units, and no edge below \
+         {LEAST_SHARE:e} of the distance to the origin: move or scale the scene",
+        min.to_array(),
+        max.to_array(),
+        EDGES.start(),
+        EDGES.end()
+    )))
 }
+
+/// Least edge of a box as a share of its distance to the origin: a thousand steps of single precision.
+const LEAST_SHARE: f64 = 1e-4;

@@ -1,8 +1,10 @@
 //! Work that takes long: it runs without the interpreter's lock while the calling thread hears its events and signals.
 
+use crate::errors::cancelled;
 use crate::json;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use refraxel_train::cancel::Cancel;
 use refraxel_train::events::Event;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -50,4 +52,27 @@ pub fn attended<T: Send>(
         }
         done.map_err(|_| PyRuntimeError::new_err("a bug of refraxel: the work panicked, see standard error"))
     })
+}
+
+/// Runs `work` that tells nothing in the same way. It looks now and then whether it shall [`go_on`].
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&Cancel) -> PyResult<T> + Send,
+) -> PyResult<T> {
+    let cancel = Cancel::new();
+    attended(py, &cancel, None, |_| work(&cancel))?
+}
+
+/// An error once somebody wishes that the work stops.
+pub fn go_on(cancel: &Cancel) -> PyResult<()> {
+    cancel.check().map_err(|_| cancelled())
+}
+
+/// What `f` makes of each item, in parallel, unless a signal stops it between two of them.
+pub fn for_each<I: Sync, T: Send>(
+    py: Python<'_>,
+    items: &[I],
+    f: impl Fn(&I) -> T + Send + Sync,
+) -> PyResult<Vec<T>> {
+    interruptible(py, |cancel| items.par_iter().map(|item| go_on(cancel).map(|()| f(item))).collect())
 }

@@ -1,9 +1,12 @@
 //! Cameras: poses, lenses and rays.
 
 use crate::arrays::{Array, of_vectors, shaped, values, vector};
+use crate::attended::for_each;
 use crate::errors::refused;
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use refraxel_core::{Lens, Mat3, Pose, Vec3, vec3};
+use refraxel_data::limits::IMAGE_PIXELS;
 
 /// A posed camera with its lens.
 ///
@@ -29,9 +32,14 @@ fn lens(name: &str, c: &[f64]) -> PyResult<Lens> {
     }
 }
 
-/// A pose from 16 numbers of a 4 × 4 or 12 of a 3 × 4 matrix, row by row.
-fn pose(m: &[f64]) -> PyResult<Pose> {
-    let is_motion = m.len() == 12 || (m.len() == 16 && m[12..] == [0.0, 0.0, 0.0, 1.0]);
+/// A pose from a 4 × 4 or 3 × 4 matrix.
+fn pose(array: &Array<'_, f64>) -> PyResult<Pose> {
+    let m = &values(array);
+    let is_motion = match array.shape() {
+        [3, 4] => true,
+        [4, 4] => m[12..] == [0.0, 0.0, 0.0, 1.0],
+        _ => false,
+    };
     if !is_motion || !m.iter().all(|v| v.is_finite()) {
         return Err(refused(
             "world_from_camera is no rigid motion; expected a 4 × 4 matrix (or its first three rows) with the rotation, the \
@@ -51,6 +59,29 @@ fn pose(m: &[f64]) -> PyResult<Pose> {
     Ok(Pose { rotation: Mat3 { columns }, translation: vec3(m[3], m[7], m[11]) })
 }
 
+/// A size that an image can have.
+fn size([width, height]: [i64; 2]) -> PyResult<[u32; 2]> {
+    let pixels =
+        u64::try_from(width).ok().zip(u64::try_from(height).ok()).and_then(|(w, h)| w.checked_mul(h));
+    match (u32::try_from(width), u32::try_from(height)) {
+        (Ok(w), Ok(h)) if pixels.is_some_and(|n| (1..=IMAGE_PIXELS).contains(&n)) => Ok([w, h]),
+        _ => Err(refused(format!(
+            "an image of {width} × {height} pixels; expected at least one, and at most {IMAGE_PIXELS}"
+        ))),
+    }
+}
+
+/// What `f` gives for each pixel, row by row.
+fn of_pixels<T: Send>(
+    py: Python<'_>,
+    camera: &refraxel_core::Camera,
+    f: impl Fn(u32, u32) -> T + Send + Sync,
+) -> PyResult<Vec<T>> {
+    let rows: Vec<u32> = (0..camera.height).collect();
+    let row = |&y: &u32| (0..camera.width).map(|x| f(x, y)).collect::<Vec<T>>();
+    Ok(for_each(py, &rows, row)?.into_iter().flatten().collect())
+}
+
 #[pymethods]
 impl Camera {
     /// A camera of `width` × `height` pixels.
@@ -61,21 +92,25 @@ impl Camera {
     #[new]
     #[pyo3(signature = (width, height, focal, world_from_camera, *, center = None, lens = "pinhole", distortion = Vec::new()))]
     fn new(
-        width: u32,
-        height: u32,
+        width: i64,
+        height: i64,
         focal: [f64; 2],
         world_from_camera: Array<'_, f64>,
         center: Option<[f64; 2]>,
         lens: &str,
         distortion: Vec<f64>,
     ) -> PyResult<Self> {
-        if width == 0 || height == 0 || !focal.iter().all(|f| f.is_finite() && *f > 0.0) {
-            return Err(refused(format!(
-                "a camera of {width} × {height} pixels with focal lengths {focal:?}; expected positive numbers"
-            )));
+        let [width, height] = size([width, height])?;
+        if !focal.iter().all(|f| f.is_finite() && *f > 0.0) {
+            return Err(refused(format!("focal is {focal:?}; expected positive numbers of pixels")));
         }
         let center = center.unwrap_or([0.5 * f64::from(width), 0.5 * f64::from(height)]);
-        let (lens, world_from_camera) = (self::lens(lens, &distortion)?, pose(&values(&world_from_camera))?);
+        for (name, given) in [("center", &center[..]), ("distortion", &distortion)] {
+            if !given.iter().all(|v| v.is_finite()) {
+                return Err(refused(format!("{name} is {given:?}; expected finite numbers")));
+            }
+        }
+        let (lens, world_from_camera) = (self::lens(lens, &distortion)?, pose(&world_from_camera)?);
         Ok(Self(refraxel_core::Camera { width, height, focal, center, lens, world_from_camera }))
     }
 
@@ -89,15 +124,15 @@ impl Camera {
         target: Array<'_, f64>,
         up: Option<Array<'_, f64>>,
         fov_x: f64,
-        size: [u32; 2],
+        size: [i64; 2],
     ) -> PyResult<Self> {
         let (eye, target) = (vector("eye", &eye)?, vector("target", &target)?);
         let up = up.map_or(Ok(vec3(0.0, 0.0, 1.0)), |up| vector("up", &up))?;
+        let size = self::size(size)?;
         let sine = (target - eye).cross(up).length();
-        if sine.is_nan() || sine <= 0.0 || !(fov_x > 0.0 && fov_x < 3.1) || size.contains(&0) {
+        if !(sine > 0.0 && sine.is_finite() && fov_x > 0.0 && fov_x < 3.1) {
             return Err(refused(
-                "look_at needs a target away from the eye, not straight up or down, fov_x between 0 and 3.1 rad and a size of \
-                 at least one pixel",
+                "look_at needs a target away from the eye, not straight up or down, and fov_x between 0 and 3.1 rad",
             ));
         }
         Ok(Self(refraxel_core::Camera::look_at(eye, target, up, fov_x, size)))
@@ -139,15 +174,13 @@ impl Camera {
 
     /// The same camera with another pose, (4, 4) or (3, 4).
     fn moved(&self, world_from_camera: Array<'_, f64>) -> PyResult<Self> {
-        let world_from_camera = pose(&values(&world_from_camera))?;
+        let world_from_camera = pose(&world_from_camera)?;
         Ok(Self(refraxel_core::Camera { world_from_camera, ..self.0 }))
     }
 
     /// The same camera for an image of another size [pixel].
-    fn resized(&self, width: u32, height: u32) -> PyResult<Self> {
-        if width == 0 || height == 0 {
-            return Err(refused(format!("{width} × {height} pixels; expected at least one")));
-        }
+    fn resized(&self, width: i64, height: i64) -> PyResult<Self> {
+        let [width, height] = size([width, height])?;
         Ok(Self(self.0.resized(width, height)))
     }
 
@@ -155,26 +188,24 @@ impl Camera {
     fn directions(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let camera = &self.0;
         let blind = Vec3::splat(f64::NAN);
-        let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
-        let direction = |(x, y): (u32, u32)| {
+        let direction = |x: u32, y: u32| {
             let at = [f64::from(x) + 0.5 - camera.center[0], f64::from(y) + 0.5 - camera.center[1]];
             let d = camera.lens.direction([at[0] / camera.focal[0], at[1] / camera.focal[1]]);
             d.map_or(blind, Vec3::normalized)
         };
-        of_vectors(py, all.map(direction), &[camera.height as usize, camera.width as usize])
+        of_vectors(py, of_pixels(py, camera, direction)?, &[camera.height as usize, camera.width as usize])
     }
 
     /// Origins [scene unit] and unit directions through the pixel centres in the world, each (height, width, 3).
     fn rays(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, Py<PyAny>)> {
         let (camera, blind) = (&self.0, Vec3::splat(f64::NAN));
         let shape = [camera.height as usize, camera.width as usize];
-        let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
-        let direction = |(x, y): (u32, u32)| {
+        let direction = |x: u32, y: u32| {
             let ray = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
             ray.map_or(blind, |ray| ray.direction)
         };
         let origins = vec![camera.world_from_camera.translation; shape[0] * shape[1]];
-        Ok((of_vectors(py, origins, &shape)?, of_vectors(py, all.map(direction), &shape)?))
+        Ok((of_vectors(py, origins, &shape)?, of_vectors(py, of_pixels(py, camera, direction)?, &shape)?))
     }
 
     /// Pixel coordinates (u, v) of a world point (3,), or None where the camera does not see it.

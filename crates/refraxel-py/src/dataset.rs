@@ -182,6 +182,11 @@ impl Dataset {
             photos.push(PosedPhoto { name, camera, photo, mask_meaning });
         }
         let split = split(count, train, val, test, holdout);
+        if let Some(both) = split.test.iter().find(|k| split.train.contains(k)) {
+            return Err(refused(format!(
+                "view {both} is among train and test; scores of views that are trained on say nothing, so name it once"
+            )));
+        }
         refraxel_data::Dataset::in_memory(photos, split, backdrop).map(Self::in_memory).map_err(of_data)
     }
 

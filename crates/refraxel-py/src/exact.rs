@@ -1,16 +1,17 @@
 //! The exact tracer and its scenes.
 
 use crate::arrays::{Array, Rays, of_vectors, shaped, vectors};
-use crate::attended::attended;
+use crate::attended::{attended, for_each, interruptible};
 use crate::camera::Camera;
 use crate::dataset::Dataset;
 use crate::errors::{cancelled, input, of_data, refused};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
+use refraxel_data::limits::FRAMES;
 use refraxel_data::synth::{
-    CameraSet, DatasetOptions, IndexTruth, Limits, Part, Reflection, Sampling, SceneOptions, SynthError,
-    SynthOptions, Tracer, ViewCounts, render_dataset, render_view, scene, scene_list, synthesize,
+    CameraSet, DatasetOptions, Frame, IndexTruth, Limits, Part, Reflection, Sampling, SceneOptions,
+    SynthError, SynthOptions, Tracer, ViewCounts, render_dataset, render_view_while, scene, scene_list,
+    synthesize,
 };
 use refraxel_data::{Backdrop, MaskMeaning, Photo, PosedPhoto, Split};
 use refraxel_train::cancel::Cancel;
@@ -32,6 +33,12 @@ fn failure(error: SynthError) -> PyErr {
         SynthError::Stopped { .. } => cancelled(),
         _ => input(error),
     }
+}
+
+/// Samples per pixel, as `synth` takes them.
+fn checked_spp(spp: u32) -> PyResult<u32> {
+    let is_usual = (1..=65_536).contains(&spp);
+    is_usual.then_some(spp).ok_or_else(|| refused(format!("spp is {spp}; expected 1 to 65536")))
 }
 
 fn reflection(is_on: bool) -> Reflection {
@@ -93,8 +100,7 @@ impl Scene {
     fn index(&self, py: Python<'_>, points: Array<'_, f64>) -> PyResult<Py<PyAny>> {
         let (points, shape) = vectors("points", &points)?;
         let truth = IndexTruth::of_scene(&self.0);
-        let n = |&x| truth.as_ref().map_or(1.0, |truth| truth.n(x));
-        let found = py.detach(|| points.iter().map(n).collect());
+        let found = for_each(py, &points, |&x| truth.as_ref().map_or(1.0, |truth| truth.n(x)))?;
         shaped(py, found, &shape)
     }
 
@@ -110,8 +116,7 @@ impl Scene {
         let rays = Rays::new(&origins, &directions)?;
         let limits = Limits { reflection: self::reflection(reflection), ..Limits::default() };
         let tracer = Tracer { scene: &self.0, limits };
-        let found: Vec<[f64; 3]> =
-            py.detach(|| rays.rays.par_iter().map(|&ray| tracer.radiance(ray).0).collect());
+        let found = for_each(py, &rays.rays, |&ray| tracer.radiance(ray).0)?;
         shaped(py, found.into_flattened(), &[&rays.shape[..], &[3]].concat())
     }
 
@@ -124,7 +129,7 @@ impl Scene {
     ) -> PyResult<Vec<(Py<PyAny>, Py<PyAny>)>> {
         let rays = Rays::new(&origins, &directions)?;
         let tracer = Tracer { scene: &self.0, limits: Limits::default() };
-        let found: Vec<_> = py.detach(|| rays.rays.par_iter().map(|&ray| tracer.main_path(ray)).collect());
+        let found = for_each(py, &rays.rays, |&ray| tracer.main_path(ray))?;
         let entry = |path: Vec<refraxel_core::Ray<f64>>| {
             let points = of_vectors(py, path.iter().map(|r| r.origin), &[path.len()])?;
             Ok((points, of_vectors(py, path.iter().map(|r| r.direction), &[path.len()])?))
@@ -143,8 +148,8 @@ impl Scene {
         reflection: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let limits = Limits { reflection: self::reflection(reflection), ..Limits::default() };
-        let sampling = Sampling { spp: spp.max(1), detail_spp: 0, seed, limits };
-        let frame = py.detach(|| render_view(&self.0, &camera.0, 0, &sampling));
+        let sampling = Sampling { spp: checked_spp(spp)?, detail_spp: 0, seed, limits };
+        let frame = self.view(py, &camera.0, 0, &sampling)?;
         let [w, h] = frame.size.map(|n| n as usize);
         let all = PyDict::new(py);
         let refraxel_data::Pixels::U8(pixels) = frame.image().pixels else {
@@ -169,12 +174,18 @@ impl Scene {
         spp: u32,
         reflection: bool,
     ) -> PyResult<Dataset> {
-        if size.contains(&0) {
-            return Err(refused(format!("size is {size:?}; expected (width, height) of at least one pixel")));
+        if !size.iter().all(|n| (1..=8192).contains(n)) {
+            return Err(refused(format!(
+                "size is {size:?}; expected (width, height) of 1 to 8192 pixels each"
+            )));
+        }
+        let total = views.iter().try_fold(0usize, |sum, n| sum.checked_add(*n));
+        if !total.is_some_and(|n| (1..=FRAMES).contains(&n)) {
+            return Err(refused(format!("views is {views:?}; expected 1 to {FRAMES} in all")));
         }
         let views = ViewCounts { train: views[0], val: views[1], test: views[2] };
         let limits = Limits { reflection: self::reflection(reflection), ..Limits::default() };
-        let (cameras, spp) = (CameraSet::Upper, spp.max(1));
+        let (cameras, spp) = (CameraSet::Upper, checked_spp(spp)?);
         let options = DatasetOptions { size, views, cameras, seed, spp, limits, ..DatasetOptions::default() };
         let (photos, split) = self.photos(py, &options)?;
         let nothing = DatasetOptions { views: ViewCounts { train: 0, val: 0, test: 0 }, ..options };
@@ -186,6 +197,20 @@ impl Scene {
 }
 
 impl Scene {
+    /// A view, unless a signal stops it between two pixels.
+    fn view(
+        &self,
+        py: Python<'_>,
+        camera: &refraxel_core::Camera,
+        number: u64,
+        sampling: &Sampling,
+    ) -> PyResult<Frame> {
+        interruptible(py, |cancel| {
+            let goes_on = || !cancel.is_cancelled();
+            render_view_while(&self.0, camera, number, sampling, &goes_on).ok_or_else(cancelled)
+        })
+    }
+
     /// The views of a dataset, one after the other, with a look at signals between them.
     fn photos(&self, py: Python<'_>, options: &DatasetOptions) -> PyResult<(Vec<PosedPhoto>, Split)> {
         let (mut photos, mut split) = (Vec::new(), Split::default());
@@ -193,9 +218,8 @@ impl Scene {
         let sampling = Sampling { spp, detail_spp: 0, seed, limits };
         for part in Part::ALL {
             for (index, camera) in options.split_cameras(&self.0, part).into_iter().enumerate() {
-                py.check_signals()?;
                 let number = (part as u64) << 32 | index as u64;
-                let frame = py.detach(|| render_view(&self.0, &camera, number, &sampling));
+                let frame = self.view(py, &camera, number, &sampling)?;
                 match part {
                     Part::Train => split.train.push(photos.len()),
                     Part::Val => split.val.push(photos.len()),

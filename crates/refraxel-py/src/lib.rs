@@ -11,6 +11,7 @@ mod camera;
 mod dataset;
 mod errors;
 mod exact;
+mod folder;
 mod json;
 mod medium;
 mod model;
@@ -33,6 +34,8 @@ mod _refraxel {
     #[pymodule_export]
     use super::exact::{Scene, scenes, synth};
     #[pymodule_export]
+    use super::folder::Folder;
+    #[pymodule_export]
     use super::medium::{Medium, Region};
     #[pymodule_export]
     use super::model::Model;
@@ -47,7 +50,7 @@ mod _refraxel {
     #[pymodule_export]
     use super::settings::{options, set_threads};
     #[pymodule_export]
-    use super::sweep::{sweep_collect, sweep_jobs, sweep_run};
+    use super::sweep::{sweep_check, sweep_collect, sweep_jobs, sweep_run};
 
     use pyo3::prelude::*;
 

@@ -1,6 +1,7 @@
 //! Fields of the index of refraction and bodies, for tracing rays and for models.
 
 use crate::arrays::{Array, bounds, grid, grid_shape, of_vectors, shaped, vectors, x_fastest};
+use crate::attended::for_each;
 use crate::errors::{input, refused};
 use crate::paths::Paths;
 use numpy::Element;
@@ -8,10 +9,14 @@ use pyo3::prelude::*;
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{Integrator, Options};
 use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, LevelSet, Real, Vec3};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Least nodes per axis of a grid of the index: a border of three on each side, and one between.
 const LEAST: u32 = 7;
+
+/// Indices of refraction that rays are traced through: far beyond all matter, and squares keep their precision.
+const INDICES: RangeInclusive<f64> = 0.01..=100.0;
 
 /// One refractive region: a graded index in a box, or a body with a sharp surface.
 #[pyclass(frozen, module = "refraxel", from_py_object)]
@@ -31,6 +36,14 @@ fn at_node(values: &[f64], bounds: Aabb<f64>, [nx, ny, nz]: [u32; 3]) -> impl Fn
     }
 }
 
+/// Numbers of the nodes at the border of a grid, x fastest.
+fn border([nx, ny, nz]: [u32; 3]) -> impl Iterator<Item = usize> {
+    let (nx, ny, nz) = (nx as usize, ny as usize, nz as usize);
+    let is_end = |k: usize, n: usize| k == 0 || k == n - 1;
+    (0..nx * ny * nz)
+        .filter(move |k| is_end(k % nx, nx) || is_end(k / nx % ny, ny) || is_end(k / (nx * ny), nz))
+}
+
 fn check_nodes(name: &str, shape: [u32; 3], values: &[f64]) -> PyResult<()> {
     if shape.iter().any(|n| *n < LEAST) || !values.iter().all(|v| v.is_finite()) {
         return Err(refused(format!(
@@ -48,19 +61,26 @@ impl Region {
     /// values instead (blurred by 1/3 voxel² of variance), which does not ring beside kinks.
     #[staticmethod]
     #[pyo3(signature = (index, bounds, *, blurred = false))]
-    fn graded(index: Array<'_, f64>, bounds: Array<'_, f64>, blurred: bool) -> PyResult<Self> {
+    fn graded(
+        py: Python<'_>,
+        index: Array<'_, f64>,
+        bounds: Array<'_, f64>,
+        blurred: bool,
+    ) -> PyResult<Self> {
         let (shape, values, bounds) =
             (grid_shape("index", &index)?, x_fastest(&index), self::bounds(&bounds)?);
         check_nodes("index", shape, &values)?;
-        if values.iter().any(|n| *n <= 0.0) {
-            return Err(refused("index has values that are not positive; expected n > 0, 1 in vacuum"));
+        if let Some(n) = values.iter().find(|n| !INDICES.contains(n)) {
+            return Err(refused(format!("index has the value {n}; expected {INDICES:?}, 1 in vacuum")));
         }
         let (spline, at) = (Interpolation::CubicBSpline, at_node(&values, bounds, shape));
-        let mut grid = if blurred {
-            IndexGrid::from_control_values(bounds, shape, spline, at)
-        } else {
-            IndexGrid::from_samples(bounds, shape, spline, at)
-        };
+        let mut grid = py.detach(|| {
+            if blurred {
+                IndexGrid::from_control_values(bounds, shape, spline, at)
+            } else {
+                IndexGrid::from_samples(bounds, shape, spline, at)
+            }
+        });
         if grid.coefficients().iter().any(|c| *c <= 0.0) {
             return Err(refused(
                 "index jumps so much from node to node that its spline is not positive; smooth it, pass blurred=True, or \
@@ -68,7 +88,7 @@ impl Region {
             ));
         }
         // Every node has a derivative, also where the field is flat.
-        grid.find_flat_cells(Some(&vec![true; values.len()]));
+        py.detach(|| grid.find_flat_cells(Some(&vec![true; values.len()])));
         Ok(Self(grid))
     }
 
@@ -78,6 +98,7 @@ impl Region {
     #[staticmethod]
     #[pyo3(signature = (distance, bounds, *, index = 1.5, absorption = [0.0; 3]))]
     fn body(
+        py: Python<'_>,
         distance: Array<'_, f64>,
         bounds: Array<'_, f64>,
         index: f64,
@@ -86,14 +107,18 @@ impl Region {
         let (shape, values) = (grid_shape("distance", &distance)?, x_fastest(&distance));
         check_nodes("distance", shape, &values)?;
         let bounds = self::bounds(&bounds)?;
-        let is_sane =
-            index.is_finite() && index > 0.0 && absorption.iter().all(|a| a.is_finite() && *a >= 0.0);
-        if !is_sane {
+        if !INDICES.contains(&index) || !absorption.iter().all(|a| (0.0..=1e30).contains(a)) {
             return Err(refused(format!(
-                "a body of index {index} and absorption {absorption:?}; expected an index > 0 and absorption >= 0"
+                "a body of index {index} and absorption {absorption:?}; expected an index in {INDICES:?} and absorption >= 0"
             )));
         }
-        let level = LevelSet::from_samples(bounds, shape, at_node(&values, bounds, shape));
+        if border(shape).any(|node| values[node] <= 0.0) {
+            return Err(refused(
+                "distance is not positive everywhere at the border of its box; expected a body inside the box, negative inside \
+                 the body: make the box larger, or change the sign",
+            ));
+        }
+        let level = py.detach(|| LevelSet::from_samples(bounds, shape, at_node(&values, bounds, shape)));
         let mut grid = IndexGrid::sharp(level, index);
         grid.set_absorption(absorption);
         Ok(Self(grid))
@@ -129,15 +154,14 @@ impl Medium {
     /// The index of refraction at points (..., 3) [scene unit].
     fn index(&self, py: Python<'_>, points: Array<'_, f64>) -> PyResult<Py<PyAny>> {
         let (points, shape) = vectors("points", &points)?;
-        let found = py.detach(|| points.iter().map(|&x| self.0.index(x)).collect());
+        let found = for_each(py, &points, |&x| self.0.index(x))?;
         shaped(py, found, &shape)
     }
 
     /// The gradient of the index at points (..., 3) [1 / scene unit], without the jumps at surfaces.
     fn gradient(&self, py: Python<'_>, points: Array<'_, f64>) -> PyResult<Py<PyAny>> {
         let (points, shape) = vectors("points", &points)?;
-        let of = |x: Vec3<f64>| self.0.gradient(x) * self.0.index(x).recip();
-        let found: Vec<Vec3<f64>> = py.detach(|| points.into_iter().map(of).collect());
+        let found = for_each(py, &points, |&x| self.0.gradient(x) * self.0.index(x).recip())?;
         of_vectors(py, found, &shape)
     }
 
@@ -167,10 +191,13 @@ impl Medium {
                 )));
             }
         };
-        if !(step > 0.0 && step <= 1.0) || max_segments == 0 {
+        if !(step > 0.0 && step <= 1.0) {
             return Err(refused(format!(
                 "step is {step}; expected a share of a voxel, above 0 and at most 1"
             )));
+        }
+        if max_segments == 0 {
+            return Err(refused("max_segments is 0; expected a number from 1 on"));
         }
         if integrator != Integrator::Leapfrog && self.0.regions().iter().any(|r| r.level_set().is_some()) {
             return Err(refused("bodies with a surface are traced by the leapfrog integrator alone"));

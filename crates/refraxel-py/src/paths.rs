@@ -1,6 +1,7 @@
 //! Traced rays and the transpose of tracing.
 
 use crate::arrays::{Array, Rays, of_vectors, shaped, vectors};
+use crate::attended::{for_each, go_on, interruptible};
 use crate::errors::refused;
 use crate::medium::entries;
 use pyo3::prelude::*;
@@ -10,6 +11,7 @@ use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{Integrator, Options, PathAdjoint, PathEnd, RayAdjoint};
 use refraxel_core::segment::SegmentAdjoint;
 use refraxel_core::{Domain, Medium, Path, Tracer, Vec3};
+use refraxel_train::cancel::Cancel;
 use std::sync::Arc;
 
 /// Rays whose gradients are summed by one thread, in order: results do not depend on the number of threads.
@@ -35,10 +37,8 @@ impl Paths {
         (origins, directions): (&Array<'_, f64>, &Array<'_, f64>),
     ) -> PyResult<Self> {
         let rays = Rays::new(origins, directions)?;
-        let paths = py.detach(|| {
-            let tracer = Tracer::new(&medium, &domain, options);
-            rays.rays.par_iter().map(|ray| tracer.trace(ray)).collect()
-        });
+        let tracer = Tracer::new(&medium, &domain, options);
+        let paths = for_each(py, &rays.rays, |ray| tracer.trace(ray))?;
         Ok(Self { medium, domain, options, rays, paths })
     }
 
@@ -118,7 +118,7 @@ impl Paths {
         };
         let (d_origins, d_directions) =
             (given("d_origins", d_origins)?, given("d_directions", d_directions)?);
-        let (d_rays, gradient) = py.detach(|| self.adjoint(&d_origins, &d_directions));
+        let (d_rays, gradient) = interruptible(py, |cancel| self.adjoint(&d_origins, &d_directions, cancel))?;
         let (all, shape) = (PyDict::new(py), &self.rays.shape);
         all.set_item("origins", of_vectors(py, d_rays.iter().map(|d| d.origin), shape)?)?;
         let directions = d_rays.iter().enumerate().map(|(k, d)| self.rays.direction_vjp(k, d.direction));
@@ -136,7 +136,8 @@ impl Paths {
         &self,
         d_origins: &[Vec3<f64>],
         d_directions: &[Vec3<f64>],
-    ) -> (Vec<RayAdjoint<f64>>, MediumGradient<f64>) {
+        cancel: &Cancel,
+    ) -> PyResult<(Vec<RayAdjoint<f64>>, MediumGradient<f64>)> {
         let tracer = Tracer::new(&self.medium, &self.domain, self.options);
         let chunk = |first: usize| {
             let mut gradient = self.medium.zero_gradient();
@@ -155,6 +156,7 @@ impl Paths {
         let (mut d_rays, mut sum) = (Vec::new(), self.medium.zero_gradient());
         // A few chunks at a time: each holds a gradient of the whole medium.
         for starts in starts.chunks(rayon::current_num_threads()) {
+            go_on(cancel)?;
             let parts: Vec<_> = starts.par_iter().map(|&first| chunk(first)).collect();
             for (rays, part) in parts {
                 d_rays.extend(rays);
@@ -164,6 +166,6 @@ impl Paths {
                 }
             }
         }
-        (d_rays, sum)
+        Ok((d_rays, sum))
     }
 }

@@ -4,18 +4,18 @@ use crate::arrays::{of_vectors, shaped};
 use crate::attended::attended;
 use crate::camera::Camera;
 use crate::dataset::Dataset;
-use crate::errors::{cancelled, input, raised, refused};
+use crate::errors::{cancelled, raised, refused};
 use crate::json;
 use crate::medium::Medium;
 use crate::model::Model;
 use crate::rendering::Rendering;
 use crate::session::Session;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
 use refraxel::cli::MeshFormat;
 use refraxel::exit::Failure;
 use refraxel::verbs::loaded::Loaded;
-use refraxel::verbs::{export, reopen};
+use refraxel::verbs::{create_folder, export, reopen};
 use refraxel_data::View;
 use refraxel_train::backend::Marching;
 use refraxel_train::cancel::Cancel;
@@ -101,7 +101,7 @@ impl Run {
     /// Saves the run in a folder, atomically.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         py.detach(|| {
-            std::fs::create_dir_all(&folder).map_err(|e| Failure::new(refraxel::exit::Exit::Io, e))?;
+            create_folder(&folder)?;
             self.stored().view().save(&folder).map_err(Failure::from)
         })
         .map_err(raised)
@@ -136,7 +136,7 @@ impl Run {
             let mut each = |_: &View, _: &_, _: &ImageScore| Ok::<(), EvaluateError>(());
             evaluation::evaluate(&run.backend, data, part, &marching, &run.alignment, &mut watch, &mut each)
         })?;
-        scores(py, &found.map_err(input)?)
+        scores(py, &found.map_err(|e| raised(e.into()))?)
     }
 
     /// Writes the refractive surfaces as closed meshes in world coordinates; the name ends in .ply or .glb. detail: cells per voxel.
@@ -200,7 +200,7 @@ impl Run {
         &self,
         py: Python<'_>,
         data: &Dataset,
-        options: Option<&Bound<'_, PyDict>>,
+        options: Option<&Bound<'_, PyMapping>>,
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Session> {
         Session::resumed(py, self.stored(), data, options, on_event)

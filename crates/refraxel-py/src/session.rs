@@ -3,17 +3,21 @@
 use crate::attended::attended;
 use crate::camera::Camera;
 use crate::dataset::Dataset;
-use crate::errors::{cancelled, input, of_session, raised, refused};
+use crate::errors::{cancelled, of_session, raised, refused};
 use crate::json;
 use crate::rendering::Rendering;
 use crate::run::{Run, part, scores};
 use crate::settings::set_options;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use refraxel_data::{Backdrop, IndexSource};
+use pyo3::types::PyMapping;
+use refraxel::exit::Failure;
+use refraxel::verbs::{absolute, create_folder, known_index};
+use refraxel_data::Backdrop;
 use refraxel_train::cancel::Cancel;
+use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
 use refraxel_train::recipe::{Hints, has_masks};
+use refraxel_train::run::Source;
 use refraxel_train::session::{Handle, Session as Inner, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options};
 use std::path::PathBuf;
@@ -52,7 +56,7 @@ impl Session {
         py: Python<'_>,
         run: refraxel_train::run::Run,
         data: &Dataset,
-        given: Option<&Bound<'_, PyDict>>,
+        given: Option<&Bound<'_, PyMapping>>,
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mut options = run.options.clone();
@@ -66,9 +70,19 @@ impl Session {
             )));
         }
         let source = run.source.clone();
-        let index = source.index_from.clone();
-        let setup = setup(data, options, index, source)?;
+        let setup = setup(py, data, options, source, Some(&run))?;
         Self::start(py, setup, on_event, Some(run))
+    }
+
+    /// What `f` does with the session in another thread, which holds it no longer than that takes: while events are still
+    /// heard here, others may have it already. A panic damages the session.
+    fn attended<T: Send>(
+        &self,
+        py: Python<'_>,
+        on_event: Option<&Bound<'_, PyAny>>,
+        f: impl FnOnce(&mut Inner, &mut dyn FnMut(Event)) -> T + Send,
+    ) -> PyResult<T> {
+        attended(py, &self.cancel, on_event, |observer| Ok(f(&mut *self.idle()?, observer)))?
     }
 
     /// The session itself, unless it is busy in another thread.
@@ -85,21 +99,15 @@ impl Session {
 
 /// What a session is made of.
 fn setup(
+    py: Python<'_>,
     data: &Dataset,
     options: Options,
-    index_from: Option<PathBuf>,
-    source: refraxel_train::run::Source,
+    source: Source,
+    saved: Option<&refraxel_train::run::Run>,
 ) -> PyResult<Setup> {
-    let bounds = options.refraction.aabb().map(|b| b.cast());
-    let index = index_from.map(|path| IndexSource::read(&path, bounds)).transpose().map_err(input)?;
-    Ok(Setup {
-        data: data.data.clone(),
-        options,
-        index,
-        hints: Hints::default(),
-        source,
-        cancel: Cancel::new(),
-    })
+    let index = py.detach(|| known_index::read(&source, &data.data, saved, &options)).map_err(raised)?;
+    let hints = Hints::default();
+    Ok(Setup { data: data.data.clone(), options, index, hints, source, cancel: Cancel::new() })
 }
 
 #[pymethods]
@@ -116,25 +124,25 @@ impl Session {
     fn new(
         py: Python<'_>,
         data: &Dataset,
-        options: Option<&Bound<'_, PyDict>>,
+        options: Option<&Bound<'_, PyMapping>>,
         index_from: Option<PathBuf>,
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mut all = Options::suited_to(data.data.backdrop == Backdrop::Surroundings);
-        if index_from
-            .as_ref()
-            .is_some_and(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")))
-        {
-            // A scene.json is exact, as for the program's --index-from.
-            (all.surface.rate, all.index.rate) = (0.0, 0.0);
+        if let Some(file) = &index_from {
+            known_index::suit(&mut all, file);
+            known_index::held(&mut all);
         }
         // As the program does where nobody says: rays bend where something tells what is refractive.
         all.refraction.bend =
             if index_from.is_some() || has_masks(&data.data) { Switch::On } else { Switch::Off };
         set_options(&mut all, options)?;
+        if index_from.is_some() {
+            known_index::refuse_unused(&all).map_err(raised)?;
+        }
         let mut source = data.source.clone();
-        source.index_from.clone_from(&index_from);
-        Self::start(py, setup(data, all, index_from, source)?, on_event, None)
+        source.index_from = index_from.as_deref().map(absolute);
+        Self::start(py, setup(py, data, all, source, None)?, on_event, None)
     }
 
     /// Trains until the end, a step counted from the start of the run, or for some seconds; whatever comes first.
@@ -150,10 +158,11 @@ impl Session {
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<&'static str> {
         let elapsed = seconds.map(Duration::try_from_secs_f64).transpose();
-        let elapsed = elapsed.map_err(|_| refused("seconds is no time; expected a number from 0 on"))?;
+        let elapsed = elapsed.map_err(|_| {
+            refused(format!("seconds is {}; expected a number from 0 on", seconds.unwrap_or_default()))
+        })?;
         let until = Until { step: until_step, elapsed };
-        let inner = &mut *self.idle()?;
-        let stop = attended(py, &self.cancel, on_event, |observer| inner.run(until, observer))?;
+        let stop = self.attended(py, on_event, |inner, observer| inner.run(until, observer))?;
         Ok(match stop.map_err(of_session)? {
             Stop::Finished => "finished",
             Stop::Reached => "reached",
@@ -189,12 +198,11 @@ impl Session {
 
     /// Saves the run in a folder, atomically; `refraxel train --resume` and Run.load() read it.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        let inner = &mut *self.idle()?;
-        let saved = py.detach(|| match std::fs::create_dir_all(&folder) {
-            Ok(()) => inner.save(&folder).map_err(refraxel::exit::Failure::from),
-            Err(error) => Err(refraxel::exit::Failure::new(refraxel::exit::Exit::Io, error)),
+        let saved = self.attended(py, None, |inner, _| {
+            create_folder(&folder)?;
+            inner.save(&folder).map_err(Failure::from)
         });
-        saved.map_err(raised)
+        saved?.map_err(raised)
     }
 
     /// Renders and scores a part of the data: PSNR [dB] and SSIM, in all and per image, with the name of the protocol.
@@ -206,17 +214,14 @@ impl Session {
         on_event: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let part = self::part(part)?;
-        let inner = &mut *self.idle()?;
-        let found = attended(py, &self.cancel, on_event, move |observer| {
-            inner.evaluate(part, observer, &mut |_, _| {})
-        })?;
+        let found =
+            self.attended(py, on_event, |inner, observer| inner.evaluate(part, observer, &mut |_, _| {}))?;
         scores(py, &found.map_err(of_session)?)
     }
 
     /// What a camera sees.
     fn render(&self, py: Python<'_>, camera: Camera) -> PyResult<Rendering> {
-        let inner = &mut *self.idle()?;
-        let seen = attended(py, &self.cancel, None, move |_| inner.render(&camera.0))?;
+        let seen = self.attended(py, None, |inner, _| inner.render(&camera.0))?;
         Rendering::new(py, seen.map_err(|_| cancelled())?)
     }
 

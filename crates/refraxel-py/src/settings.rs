@@ -3,7 +3,7 @@
 use crate::errors::{input, refused};
 use crate::json;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 use refraxel_train::Options;
 use refraxel_train::options::list;
 
@@ -20,20 +20,22 @@ pub fn set_threads(threads: usize) -> PyResult<()> {
     pool.map_err(|_| refused("threads have started already; call set_threads before anything else"))
 }
 
-/// Sets the options that a dictionary names: {"run.steps": 500, "refraction.bend": False}.
-pub fn set_options(options: &mut Options, given: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-    for (name, value) in given.into_iter().flatten() {
-        options.set(&name.extract::<String>()?, &text(&value)?).map_err(input)?;
+/// Sets the options that a mapping names: {"run.steps": 500, "refraction.bend": False}.
+pub fn set_options(options: &mut Options, given: Option<&Bound<'_, PyMapping>>) -> PyResult<()> {
+    let Some(given) = given else { return Ok(()) };
+    for entry in given.items()?.iter() {
+        let (name, value): (String, Bound<'_, PyAny>) = entry.extract()?;
+        options.set(&name, &text(&value)?).map_err(input)?;
     }
     Ok(())
 }
 
-/// How an option's value is written.
+/// How an option's value is written. The switches of numpy are no `bool`, but are written alike.
 fn text(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    Ok(match value.extract::<bool>() {
-        Ok(switch) if value.is_instance_of::<pyo3::types::PyBool>() => {
-            if switch { "on" } else { "off" }.to_owned()
-        }
-        _ => value.str()?.to_string(),
+    let text = value.str()?.to_string();
+    Ok(match &text[..] {
+        "True" => "on".to_owned(),
+        "False" => "off".to_owned(),
+        _ => text,
     })
 }

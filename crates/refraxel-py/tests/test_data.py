@@ -38,6 +38,30 @@ def test_lenses_bend_directions_and_wrong_ones_are_refused() -> None:
         Camera(8, 8, (3.0, 3.0), 2.0 * np.eye(3, 4))
 
 
+def test_cameras_that_are_none_are_refused() -> None:
+    pose, nan = np.eye(4), float("nan")
+    with pytest.raises(InputError, match="at most"):
+        Camera(4294967295, 4294967295, (3.0, 3.0), pose)
+    with pytest.raises(InputError, match="at least one"):
+        Camera(8, 8, (3.0, 3.0), pose).resized(-1, 8)
+    with pytest.raises(InputError, match="at most"):
+        Camera.look_at((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), size=(100_000, 100_000))
+    with pytest.raises(InputError, match="center"):
+        Camera(8, 8, (3.0, 3.0), pose, center=(nan, 4.0))
+    with pytest.raises(InputError, match="distortion"):
+        Camera(8, 8, (3.0, 3.0), pose, lens="fisheye", distortion=(nan, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="rigid"):
+        Camera(8, 8, (3.0, 3.0), pose.reshape(2, 8))
+    with pytest.raises(InputError, match="complex"):
+        Camera(8, 8, (3.0, 3.0), pose.astype(complex))
+    with pytest.raises(InputError, match="views"):
+        refraxel.Scene("glass_ball").dataset(size=(8, 8), views=(0, 0, 0))
+    with pytest.raises(InputError, match="size"):
+        refraxel.Scene("glass_ball").dataset(size=(1_000_000, 8))
+    with pytest.raises(InputError, match="train and test"):
+        Dataset.from_arrays(images(10), cameras(10), train=[0, 1, 2], test=[2])
+
+
 def test_arrays_come_back_as_they_were() -> None:
     masks = [np.zeros((6, 8), dtype=bool) for _ in range(10)]
     masks[1][2, 3] = True

@@ -133,12 +133,41 @@ def test_wrong_shapes_and_values_are_refused() -> None:
         model.set("raw_density", np.zeros(3))
     with pytest.raises(InputError, match="n > 0"):
         model.set("index.0", np.float32(-1.0))
+    with pytest.raises(InputError, match="shapes that render gives"):
+        model.vjp(*scenes.rays(3), np.ones((3, 3)), np.ones((3, 1)))
+    with pytest.raises(InputError, match="shapes that render gives"):
+        model.vjp(*scenes.rays(5), np.ones((3, 5)))
     with pytest.raises(InputError, match="index.0, surface.0"):
         model.get("indices")
     with pytest.raises(InputError, match="vector 0 is zero"):
         model.render([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     with pytest.raises(InputError, match=r"expected \(..., 3\)"):
         model.render([[0.0, 0.0]], [[1.0, 0.0]])
+
+
+def test_gradients_of_many_rays_are_the_sum_of_those_of_their_portions() -> None:
+    model = scenes.model(scenes.ball())
+    origins, directions = (np.tile(a, (10, 1)) for a in scenes.rays(2000))
+    d_colour = np.ones_like(origins)
+    whole = model.vjp(origins, directions, d_colour)
+    part = model.vjp(origins[:2000], directions[:2000], d_colour[:2000])
+    for name, gradient in part.items():
+        expected = np.tile(gradient, (10, 1)) if name in ("origins", "directions") else 10 * gradient
+        np.testing.assert_allclose(whole[name], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max(), err_msg=name)
+
+
+def test_gradients_are_not_taken_of_a_model_that_has_changed() -> None:
+    model = scenes.model(scenes.ball())
+    origins, directions = scenes.rays(50)
+    density = {"raw_density": model.get("raw_density")}
+    *_, changes = model._render(origins, directions, density)
+    expected = model.vjp(origins, directions, np.ones((50, 3)))
+    model.set("raw_density", density["raw_density"] + np.float32(1.0))
+    found = model._vjp(origins, directions, np.ones((50, 3)), None, density, changes)
+    np.testing.assert_allclose(found["sh"], expected["sh"], rtol=1e-4, atol=1e-6)  # put back
+    model.set("index.0", np.float32(1.2))
+    with pytest.raises(InputError, match="index.0 of the model has changed"):
+        model._vjp(origins, directions, np.ones((50, 3)), None, density, changes)
 
 
 def test_jax_gives_the_same_gradients_also_within_jit() -> None:

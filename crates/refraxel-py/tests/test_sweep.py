@@ -9,6 +9,7 @@ import pytest
 
 import refraxel
 from refraxel import InputError, sweep
+from refraxel._refraxel import Folder
 
 PLAN = """
 [data]
@@ -43,6 +44,11 @@ def test_runs_are_trained_scored_and_not_repeated(plan: Path, tmp_path: Path) ->
     assert checkpoint.stat().st_mtime_ns == saved
     with pytest.raises(InputError, match="from 0 to 2"):
         sweep.run(plan, out, 3)
+    # A run that another process trains is left to it.
+    folder = Folder(out / "ball" / "run.seed=2", False)
+    sweep.run(plan, out, 2)
+    assert not (out / "ball" / "run.seed=2" / "checkpoint.safetensors").exists()
+    folder.release()
     plan.write_text(PLAN.format(steps=31))
     with pytest.raises(InputError, match="other options"):
         sweep.run(plan, out, 1)

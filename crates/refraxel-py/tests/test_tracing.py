@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import scenes
-from refraxel import InputError, Medium, Region, grid_points
+from refraxel import InputError, Medium, Model, Region, from_grid, grid_points, to_grid
 
 BOUNDS = scenes.BOUNDS
 
@@ -72,7 +72,42 @@ def test_the_gradient_by_the_index_is_that_of_snells_law() -> None:
     assert gradient["surface.0"].shape == (41, 41, 41)
 
 
+def test_long_and_short_directions_are_directions() -> None:
+    medium, origins = Medium([glass()]), np.array([[-3.0, 0.3, 0.0]])
+    expected = medium.trace(origins, [[1.0, 0.02, 0.0]])
+    for length in [1e30, 1e200, 1e-200]:
+        found = medium.trace(origins, length * np.array([[1.0, 0.02, 0.0]]))
+        np.testing.assert_allclose(found.directions, expected.directions, atol=1e-12)
+
+
+@pytest.mark.parametrize("corners", [(-1e300, 1e300), (1.0, 1.0 + 1e-9), (1.0, -1.0), (1e8, 1e8 + 1.0)])
+def test_boxes_without_a_place_in_single_precision_are_refused(corners: tuple[float, float]) -> None:
+    bounds = [[corners[0]] * 3, [corners[1]] * 3]
+    with pytest.raises(InputError, match="bounds from"):
+        Model.from_arrays(np.ones((5, 5, 5)), np.ones((5, 5, 5, 3)), bounds)
+    with pytest.raises(InputError, match="bounds from"):
+        Region.graded(np.ones((9, 9, 9)), bounds)
+
+
+def test_grids_of_another_shape_are_refused() -> None:
+    model = scenes.model(None)
+    with pytest.raises(InputError, match=r"grid has the shape \(22, 21, 21\)"):
+        from_grid(model, np.zeros((22, 21, 21)))
+    with pytest.raises(InputError, match="values have the shape"):
+        to_grid(model, np.zeros(3))
+    with pytest.raises(InputError, match=r"expected \(2, 3\)"):
+        grid_points((-1.0, 1.0), (3, 3, 3))
+    with pytest.raises(InputError, match="three numbers"):
+        grid_points(BOUNDS, (3, 3, 1))
+
+
 def test_what_cannot_be_traced_is_refused() -> None:
+    with pytest.raises(InputError, match="border"):
+        Region.body(-np.ones((9, 9, 9)), BOUNDS)
+    with pytest.raises(InputError, match="index"):
+        Region.body(scenes.grid_points(BOUNDS, (9, 9, 9))[..., 0] ** 2 + 1.0, BOUNDS, index=1e300)
+    with pytest.raises(InputError, match="max_segments is 0"):
+        Medium([glass()]).trace([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], max_segments=0)
     with pytest.raises(InputError, match="at least 7 nodes"):
         Region.graded(np.ones((5, 5, 5)), BOUNDS)
     with pytest.raises(InputError, match="overlap"):

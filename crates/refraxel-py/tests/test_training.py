@@ -4,13 +4,14 @@ import os
 import signal
 import threading
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
 import refraxel
 from conftest import STRAIGHT
-from refraxel import InputError, Run, Session
+from refraxel import FileError, InputError, Run, Session
 
 
 def test_training_teaches_the_pictures(data: refraxel.Dataset, run: Run) -> None:
@@ -43,6 +44,57 @@ def test_saved_runs_load_and_existing_ones_are_not_overwritten(
         refraxel.train(data, tmp_path / "a", options=STRAIGHT)
     with pytest.raises(InputError, match="data in memory"):
         Run.load(tmp_path / "a").evaluate()
+
+
+def test_where_a_run_is_saved_is_checked_before_the_work(data: refraxel.Dataset, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    heard: list[dict] = []
+    with pytest.raises(FileError, match="file"):
+        refraxel.train(data, file, options=STRAIGHT, on_event=heard.append)
+    with pytest.raises(FileError, match="file"):
+        Session(data, options=STRAIGHT).save(file)
+    for seconds in [0.0, -1.0, float("nan"), float("inf")]:
+        with pytest.raises(InputError, match="save_every"):
+            refraxel.train(data, tmp_path / "run", options=STRAIGHT, save_every=seconds, on_event=heard.append)
+    assert not heard
+
+
+def test_two_trainings_do_not_share_a_folder_and_a_new_run_keeps_no_old_scores(
+    data: refraxel.Dataset, tmp_path: Path
+) -> None:
+    def again(event: dict) -> None:
+        if event["event"] == "record":
+            with pytest.raises(InputError, match="training.lock"):
+                refraxel.train(data, tmp_path, options=STRAIGHT, overwrite=True)
+
+    refraxel.train(data, tmp_path, options=STRAIGHT, on_event=again)
+    assert not (tmp_path / "training.lock").exists()
+    scores = tmp_path / "eval" / "test" / "metrics.json"
+    scores.parent.mkdir(parents=True)
+    scores.write_text("{}")
+    refraxel.train(data, tmp_path, options={**STRAIGHT, "run.steps": 5}, overwrite=True)
+    assert Run.load(tmp_path).step == 5 and not scores.exists()
+
+
+def test_a_run_goes_on_with_its_own_photographs_alone(data: refraxel.Dataset, tmp_path: Path) -> None:
+    session = Session(data, options=STRAIGHT)
+    session.run(until_step=2)
+    session.save(tmp_path)
+    other = refraxel.Scene("glass_ball", seed=1).dataset(size=(32, 32), views=(12, 0, 2), spp=4)
+    with pytest.raises(InputError, match="other photographs or cameras"):
+        Run.load(tmp_path).resume(other)
+    assert Run.load(tmp_path).resume(data).step == 2
+
+
+def test_a_known_index_that_is_not_used_is_refused(data: refraxel.Dataset, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="would not be used"):
+        Session(data, options={"refraction.bend": False}, index_from=tmp_path / "none.json")
+
+
+def test_options_are_any_mapping_and_switches_those_of_numpy_too(data: refraxel.Dataset) -> None:
+    options = MappingProxyType({**STRAIGHT, "refraction.bend": np.bool_(False)})
+    assert Session(data, options=options).options["refraction"]["bend"] == "off"
 
 
 def test_events_can_be_called_back_or_yielded(data: refraxel.Dataset) -> None:

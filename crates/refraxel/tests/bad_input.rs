@@ -254,8 +254,8 @@ fn known_indices_that_no_ray_can_follow() {
     let unused = |flags: &[&str], words: &[&str]| {
         train(&data, &out, &[&["--index-from", path(&usual)], flags].concat()).refused(2, words);
     };
-    unused(&["--refraction", "off"], &["--index-from would not be used", "--refraction off"]);
-    unused(&["--set", "shape.start=hull"], &["--index-from would not be used", "`shape.start`"]);
+    unused(&["--refraction", "off"], &["the known index would not be used", "`refraction.bend`"]);
+    unused(&["--set", "shape.start=hull"], &["the known index would not be used", "`shape.start`"]);
     train(&data, &out, &["--refraction-box", "0,0,0,1e30,1e30,1e30"])
         .refused(3, &["refraction.bounds", "out of scale"]);
 }

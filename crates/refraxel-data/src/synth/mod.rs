@@ -34,7 +34,7 @@ pub use medium::{Index, Medium};
 #[cfg(test)]
 pub(crate) use output::npz_of_index;
 pub use output::{DEPTH_UNIT, Progress, Summary, SynthOptions, contact_sheet, synthesize};
-pub use render::{Frame, Sampling, render_view};
+pub use render::{Frame, Sampling, render_view, render_view_while};
 pub use scene::{Body, Environment, Matter, Scene};
 pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
 pub use shape::{

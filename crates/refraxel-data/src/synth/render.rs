@@ -66,13 +66,25 @@ struct Pixel {
 ///
 /// The same arguments give the same bits on any number of threads.
 pub fn render_view(scene: &Scene, camera: &Camera, view: u64, sampling: &Sampling) -> Frame {
+    render_view_while(scene, camera, view, sampling, &|| true)
+        .unwrap_or_else(|| unreachable!("nothing stops it"))
+}
+
+/// The same, unless `goes_on` says no before some pixel.
+pub fn render_view_while(
+    scene: &Scene,
+    camera: &Camera,
+    view: u64,
+    sampling: &Sampling,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Option<Frame> {
     let pixel = PixelRenderer::new(scene, camera, view, sampling);
     let pixels: Vec<Pixel> = (0..camera.height)
         .into_par_iter()
         .flat_map_iter(|y| (0..camera.width).map(move |x| (x, y)))
-        .map(|(x, y)| pixel.render(x, y))
-        .collect();
-    Frame {
+        .map(|(x, y)| goes_on().then(|| pixel.render(x, y)))
+        .collect::<Option<_>>()?;
+    Some(Frame {
         size: [camera.width, camera.height],
         color: pixels.iter().map(|p| p.color).collect(),
         coverage: pixels.iter().map(|p| p.coverage).collect(),
@@ -80,7 +92,7 @@ pub fn render_view(scene: &Scene, camera: &Camera, view: u64, sampling: &Samplin
         normal: pixels.iter().map(|p| p.normal).collect(),
         samples: pixels.iter().map(|p| p.samples).sum(),
         tally: pixels.iter().fold(Tally::default(), |t, p| t.plus(p.tally)),
-    }
+    })
 }
 
 struct PixelRenderer<'a> {

@@ -43,31 +43,38 @@ def renderer(model: Model) -> Callable[[Arrays, Any, Any], tuple[jax.Array, jax.
         before = origins.shape[:-1]
         return jax.ShapeDtypeStruct((*before, 3), jnp.float32), jax.ShapeDtypeStruct(before, jnp.float32)
 
-    def take(values: Arrays) -> None:
-        for name, value in values.items():
-            model.set(name, np.asarray(value))
+    # What may have changed between a rendering and its gradients: each parameter, and the marching.
+    changes = jax.ShapeDtypeStruct((len(model.names) + 1,), jnp.uint32)
 
-    def forward(values: Arrays, origins: Any, directions: Any) -> tuple[Any, Any]:
-        take(values)
-        return model.render(np.asarray(origins), np.asarray(directions))[:2]
+    def arrays(values: Arrays) -> dict[str, Any]:
+        return {name: np.asarray(value) for name, value in values.items()}
 
-    def backward(values: Arrays, origins: Any, directions: Any, d_colour: Any, d_transmittance: Any) -> tuple[Any, Any, Any]:
-        take(values)
+    def forward(values: Arrays, origins: Any, directions: Any) -> tuple[Any, Any, Any]:
+        colour, transmittance, _, changes = model._render(np.asarray(origins), np.asarray(directions), arrays(values))
+        return colour, transmittance, changes
+
+    def backward(values: Arrays, origins: Any, directions: Any, changes: Any, *d: Any) -> tuple[Any, Any, Any]:
+        d_colour, d_transmittance = (np.asarray(a) for a in d)
         rays = np.asarray(origins), np.asarray(directions)
-        found = model.vjp(*rays, np.asarray(d_colour), np.asarray(d_transmittance))
+        found = model._vjp(*rays, d_colour, d_transmittance, arrays(values), np.asarray(changes))
         return {name: found[name] for name in values}, found["origins"], found["directions"]
+
+    def called(values: Arrays, origins: Any, directions: Any) -> Any:
+        return jax.pure_callback(forward, (*shapes(origins), changes), values, origins, directions)
 
     @jax.custom_vjp  # type: ignore[untyped-decorator,unused-ignore]
     def render(values: Arrays, origins: Any, directions: Any) -> Any:
-        return jax.pure_callback(forward, shapes(origins), values, origins, directions)
+        return called(values, origins, directions)[:2]
 
     def render_forward(values: Arrays, origins: Any, directions: Any) -> Any:
-        return render(values, origins, directions), (values, origins, directions)
+        *shown, since = called(values, origins, directions)
+        return tuple(shown), ((values, origins, directions), since)
 
     def render_backward(saved: Any, d: Any) -> Any:
-        like = jax.tree.map(lambda a: jax.ShapeDtypeStruct(a.shape, jnp.float32), saved)
-        found = jax.pure_callback(backward, like, *saved, *d)
-        return jax.tree.map(lambda g, a: g.astype(a.dtype), found, saved)
+        given, since = saved
+        like = jax.tree.map(lambda a: jax.ShapeDtypeStruct(a.shape, jnp.float32), given)
+        found = jax.pure_callback(backward, like, *given, since, *d)
+        return jax.tree.map(lambda g, a: g.astype(a.dtype), found, given)
 
     render.defvjp(render_forward, render_backward)
     return render  # type: ignore[no-any-return,unused-ignore]

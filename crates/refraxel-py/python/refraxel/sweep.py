@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ._refraxel import sweep_collect, sweep_jobs, sweep_run
+from ._refraxel import sweep_check, sweep_collect, sweep_jobs, sweep_run
 
 __all__ = ["jobs", "on_ray", "run"]
 
@@ -20,7 +20,10 @@ def jobs(plan: str | Path, out: str | Path) -> list[dict[str, Any]]:
 
 
 def run(plan: str | Path, out: str | Path, number: int) -> None:
-    """Train and score one run of a plan, by its number, here. A run that is done is left as it is."""
+    """Train and score one run of a plan, by its number, here. A run that is done, or that another process trains, is left as it is.
+
+    KeyboardInterrupt ends it after saving; the same call goes on.
+    """
     sweep_run(plan, out, number)
 
 
@@ -43,6 +46,7 @@ def on_ray(
 
     plan, out = Path(plan).absolute(), Path(out).absolute()
     found = jobs(plan, out)
+    sweep_check(plan, out)
     if not ray.is_initialized():
         ray.init(address=address)
 

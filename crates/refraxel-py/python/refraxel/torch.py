@@ -39,7 +39,8 @@ def render(
     ``origins``, ``directions``: (..., 3); directions need not be unit vectors. ``values``: parameters by name that the model takes
     over, such as ``{"raw_density": theta}``; those that are absent stay as they are in the model. Gradients go to the rays and to all
     ``values``. They are exact for the discrete march with its points held fixed. Computed on the CPU in single precision;
-    tensors on other devices are copied there and back.
+    tensors on other devices are copied there and back. Several threads may render one model. ``backward`` puts ``values`` back, and
+    raises InputError if other parameters of the model, or its marching, have changed since.
     """
     named = dict(values or {})
     return _Render.apply(model, tuple(named), origins, directions, *named.values())  # type: ignore[no-any-return,unused-ignore]
@@ -55,18 +56,17 @@ class _Render(torch.autograd.Function):  # type: ignore[misc,unused-ignore]
         origins, directions, *values = tensors
         ctx.model, ctx.names = model, names
         ctx.save_for_backward(*tensors)
-        for name, value in zip(names, values, strict=True):
-            model.set(name, _numpy(value))
-        colour, transmittance, _ = model.render(_numpy(origins), _numpy(directions))
+        given = {name: _numpy(value) for name, value in zip(names, values, strict=True)}
+        colour, transmittance, _, ctx.changes = model._render(_numpy(origins), _numpy(directions), given)
         return torch.from_numpy(colour).to(origins), torch.from_numpy(transmittance).to(origins)
 
     @staticmethod
     def backward(ctx: Any, d_colour: torch.Tensor, d_transmittance: torch.Tensor) -> tuple[Any, ...]:
         origins, directions, *values = ctx.saved_tensors
         # Another call may have given the model other values meanwhile.
-        for name, value in zip(ctx.names, values, strict=True):
-            ctx.model.set(name, _numpy(value))
-        found = ctx.model.vjp(_numpy(origins), _numpy(directions), _numpy(d_colour), _numpy(d_transmittance))
+        given = {name: _numpy(value) for name, value in zip(ctx.names, values, strict=True)}
+        rays = _numpy(origins), _numpy(directions)
+        found = ctx.model._vjp(*rays, _numpy(d_colour), _numpy(d_transmittance), given, ctx.changes)
         tensors = zip(("origins", "directions", *ctx.names), ctx.saved_tensors, strict=True)
         return (None, None, *(torch.as_tensor(found[name]).to(tensor) for name, tensor in tensors))
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ._refraxel import Dataset, Run, Session
+from ._refraxel import Dataset, Folder, Run, Session
 from .errors import InputError
 
 Event = dict[str, Any]
 """What happened in a run: ``event`` says what, and other keys say more. Those of ``record`` are lines of a training log."""
-
-CHECKPOINT = "checkpoint.safetensors"
 
 
 def train(
@@ -36,21 +35,37 @@ def train(
 
     KeyboardInterrupt ends training after saving what was learned, if there is a folder.
 
-    Raises InputError before any work if something cannot be used or ``out`` holds a run and ``overwrite`` is False.
+    Raises InputError or FileError before any work if something cannot be used, if ``out`` cannot be a folder, if somebody else trains
+    there, or if it holds a run and ``overwrite`` is False. A run that is overwritten stays until the new one is saved first.
     """
-    folder = None if out is None else Path(out)
-    if folder is not None and not overwrite and (folder / CHECKPOINT).exists():
-        raise InputError(f"{folder} holds a run already; choose another folder, or pass overwrite=True")
-    session = Session(data, options=dict(options or {}), index_from=index_from, on_event=on_event)
+    if not (save_every > 0 and math.isfinite(save_every)):
+        raise InputError(f"save_every is {save_every}; expected seconds above 0")
+    if out is None:
+        session = Session(data, options=options, index_from=index_from, on_event=on_event)
+        session.run(on_event=on_event)
+        return session.snapshot()
+    path = Path(out)
+    folder = Folder(path, overwrite)
     try:
-        while session.run(seconds=None if folder is None else save_every, on_event=on_event) == "reached":
-            if folder is None or _is_stopped(session):
-                break
-            session.save(folder)
+        session = Session(data, options=options, index_from=index_from, on_event=on_event)
+        replaces = overwrite
+
+        def save() -> None:
+            nonlocal replaces
+            if replaces:
+                folder.clear_scores()
+                replaces = False
+            session.save(path)
+
+        try:
+            while session.run(seconds=save_every, on_event=on_event) == "reached" and not _is_stopped(session):
+                save()
+        finally:
+            if session.step > 0:
+                save()
+        return session.snapshot()
     finally:
-        if folder is not None and session.step > 0:
-            session.save(folder)
-    return session.snapshot()
+        folder.release()
 
 
 def _is_stopped(session: Session) -> bool:

@@ -12,6 +12,7 @@ use refraxel_train::model::RegionState;
 
 /// The field of a grid of densities σ (X, Y, Z) and of colours (X, Y, Z, 3), or SH coefficients (X, Y, Z, 3, basis).
 pub fn field(
+    py: Python<'_>,
     density: &Array<'_, f32>,
     colour: &Array<'_, f32>,
     bounds: Aabb<f64>,
@@ -22,8 +23,8 @@ pub fn field(
     }
     let degree = degree(shape, colour.shape())?;
     let domain = Domain { bounds: bounds.cast(), extent: Extent::Bounded, resolution: shape };
-    let mut field = VoxelField::uniform(domain, BrickMap::dense(shape), degree, 0.0);
-    let (scale, stride) = (field.density_scale(), degree.stride());
+    // The SH basis function of degree 0, the same in all directions.
+    let (is_sh, constant) = (colour.ndim() == 5, sh::basis(degree, vec3(0.0, 0.0, 1.0))[0]);
     let (sigmas, colours) = (x_fastest(density), values(colour));
     if sigmas.iter().any(|s| !(s.is_finite() && *s >= 0.0)) || !colours.iter().all(|c| c.is_finite()) {
         return Err(refused(
@@ -31,18 +32,20 @@ pub fn field(
         ));
     }
     let (per_node, [nx, ny, nz]) = (colours.len() / sigmas.len(), shape.map(|n| n as usize));
-    // The SH basis function of degree 0, the same in all directions.
-    let (is_sh, constant) = (colour.ndim() == 5, sh::basis(degree, vec3(0.0, 0.0, 1.0))[0]);
-    for (node, sigma) in sigmas.iter().enumerate() {
-        let [x, y, z] = [node % nx, node / nx % ny, node / (nx * ny)];
-        let voxel = field.map.voxel([x, y, z].map(|n| n as u32));
-        field.density[voxel] = raw(sigma / scale);
-        let own = &colours[((x * ny + y) * nz + z) * per_node..][..per_node];
-        for (k, &value) in own.iter().enumerate() {
-            field.colour[voxel * stride + k] = if is_sh { value } else { (value - 0.5) / constant };
+    Ok(py.detach(|| {
+        let mut field = VoxelField::uniform(domain, BrickMap::dense(shape), degree, 0.0);
+        let (scale, stride) = (field.density_scale(), degree.stride());
+        for (node, sigma) in sigmas.iter().enumerate() {
+            let [x, y, z] = [node % nx, node / nx % ny, node / (nx * ny)];
+            let voxel = field.map.voxel([x, y, z].map(|n| n as u32));
+            field.density[voxel] = raw(sigma / scale);
+            let own = &colours[((x * ny + y) * nz + z) * per_node..][..per_node];
+            for (k, &value) in own.iter().enumerate() {
+                field.colour[voxel * stride + k] = if is_sh { value } else { (value - 0.5) / constant };
+            }
         }
-    }
-    Ok(field)
+        field
+    }))
 }
 
 /// θ of softplus(θ) = x, at least that of empty space.

@@ -1,10 +1,11 @@
 //! The parameters of a model by their names.
 
-use crate::arrays::{Array, grid, shaped, values, x_fastest};
+use crate::arrays::{Array, grid, shaped, values};
 use crate::errors::refused;
 use crate::medium::{indices, one_index};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use refraxel_core::grid::BRICK_VOXELS;
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{Background, IndexGrid};
@@ -25,6 +26,51 @@ pub enum Parameter {
     Surface(usize),
     /// What a region absorbs.
     Absorption(usize),
+}
+
+/// Values of a parameter, away from the interpreter.
+pub struct Values {
+    flat: Vec<f32>,
+    shape: Vec<usize>,
+    /// Indexed [x, y, z] by Python, while x is fastest here.
+    is_grid: bool,
+}
+
+impl Values {
+    /// As an array.
+    pub fn into_array(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        match self.shape[..] {
+            [x, y, z] if self.is_grid => grid(py, self.flat, [x as u32, y as u32, z as u32]),
+            _ => shaped(py, self.flat, &self.shape),
+        }
+    }
+}
+
+/// What Python gives for a parameter: its name, and an array with the last axis fastest.
+pub struct Given {
+    /// The name of the parameter.
+    pub name: String,
+    shape: Vec<usize>,
+    rows: Vec<f32>,
+}
+
+impl Given {
+    /// One value.
+    pub fn new(name: String, array: &Array<'_, f32>) -> Self {
+        Self { name, shape: array.shape().to_vec(), rows: values(array) }
+    }
+
+    /// The values of a dictionary by name.
+    pub fn all(given: &Bound<'_, PyDict>) -> PyResult<Vec<Self>> {
+        given.iter().map(|(name, value)| Ok(Self::new(name.extract()?, &value.extract()?))).collect()
+    }
+
+    /// The same numbers with x fastest.
+    fn x_fastest(&self) -> Vec<f32> {
+        let [nx, ny, nz] = <[usize; 3]>::try_from(&self.shape[..]).unwrap_or_default();
+        let nodes = (0..nx * ny * nz).map(|k| [k % nx, k / nx % ny, k / (nx * ny)]);
+        nodes.map(|[x, y, z]| self.rows[(x * ny + y) * nz + z]).collect()
+    }
 }
 
 /// SH coefficients without the padding of voxels.
@@ -103,10 +149,15 @@ impl Parameter {
         matches!(self, Self::Index(_) | Self::Surface(_)) && self.shape(model).len() == 3
     }
 
-    /// Its values as an array.
-    pub fn get(&self, py: Python<'_>, model: &Model) -> PyResult<Py<PyAny>> {
+    /// Its values.
+    pub fn get(&self, model: &Model) -> Values {
+        Values { flat: self.flat(model), shape: self.shape(model), is_grid: self.is_grid(model) }
+    }
+
+    /// Its values in the order of the model.
+    pub fn flat(&self, model: &Model) -> Vec<f32> {
         let field = &model.field;
-        let flat: Vec<f32> = match self {
+        match self {
             Self::RawDensity => field.density[BRICK_VOXELS..].to_vec(),
             Self::Sh => unpadded(field.degree, &field.colour[BRICK_VOXELS * field.degree.stride()..]),
             Self::Background => match &model.background {
@@ -121,23 +172,16 @@ impl Parameter {
                 self.region(model).level_set().map_or(Vec::new(), |l| l.coefficients().to_vec())
             }
             Self::Absorption(_) => self.region(model).absorption().to_vec(),
-        };
-        match self.is_grid(model) {
-            false => shaped(py, flat, &self.shape(model)),
-            true => {
-                let [x, y, z] = <[usize; 3]>::try_from(self.shape(model)).unwrap_or_default();
-                grid(py, flat, [x as u32, y as u32, z as u32])
-            }
         }
     }
 
     /// New values in the order of the model.
-    pub fn checked(&self, model: &Model, given: &Array<'_, f32>) -> PyResult<Vec<f32>> {
+    pub fn checked(&self, model: &Model, given: &Given) -> PyResult<Vec<f32>> {
         let (name, expected) = (self.name(), self.shape(model));
-        if given.shape() != expected {
-            return Err(refused(format!("{name} has the shape {:?}; expected {expected:?}", given.shape())));
+        if given.shape != expected {
+            return Err(refused(format!("{name} has the shape {:?}; expected {expected:?}", given.shape)));
         }
-        let flat = if self.is_grid(model) { x_fastest(given) } else { values(given) };
+        let flat = if self.is_grid(model) { given.x_fastest() } else { given.rows.clone() };
         let (least, range) = match self {
             Self::Index(_) => (f32::MIN_POSITIVE, "n > 0"),
             Self::Absorption(_) => (0.0, "numbers from 0 on"),

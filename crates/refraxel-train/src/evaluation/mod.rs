@@ -70,7 +70,7 @@ pub struct Evaluation {
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluateError {
     /// There is nothing to evaluate.
-    #[error("the data have no {part} images to evaluate; hold some out with --holdout, or evaluate --split train", part = part.name())]
+    #[error("the data have no {part} images to evaluate; hold some out (`holdout`), or evaluate the part train", part = part.name())]
     NoViews {
         /// The part that is empty.
         part: Part,

@@ -21,7 +21,7 @@ use crate::schedule::{Held, Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
 use header::Header;
-use refraxel_data::Dataset;
+use refraxel_data::{Dataset, PhotoSource, Pixels};
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -124,6 +124,9 @@ pub struct Source {
     pub train: Vec<String>,
     /// Names of the views held out.
     pub test: Vec<String>,
+    /// Checksum of the cameras, photographs and masks trained on, where no path says which they were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train_crc32: Option<String>,
 }
 
 /// A path that checkpoints cannot name.
@@ -147,13 +150,32 @@ impl Source {
     /// What there is to know of data in memory.
     pub fn of(data: &Dataset) -> Self {
         let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
-        Self { train: names(&data.split.train), test: names(&data.split.test), ..Self::default() }
+        let (train, test) = (names(&data.split.train), names(&data.split.test));
+        let train_crc32 = data.root.is_none().then(|| checksum(data));
+        Self { train, test, train_crc32, ..Self::default() }
     }
 
     /// How the data are called in messages.
     pub fn name(&self) -> String {
         self.path.as_ref().map_or_else(|| "data in memory".to_owned(), |p| p.display().to_string())
     }
+}
+
+/// Of what training sees of data in memory.
+fn checksum(data: &Dataset) -> String {
+    let mut sum = crc32fast::Hasher::new();
+    for view in data.split.train.iter().map(|&k| &data.views[k]) {
+        // A number's shortest text tells it from all others.
+        sum.update(format!("{:?} {:?}", view.camera, view.mask_meaning).as_bytes());
+        if let PhotoSource::Memory(photo) = &view.source {
+            match &photo.image.pixels {
+                Pixels::U8(pixels) => sum.update(pixels),
+                Pixels::F32(pixels) => pixels.iter().for_each(|v| sum.update(&v.to_le_bytes())),
+            }
+            photo.mask.iter().for_each(|mask| sum.update(&mask.coverage));
+        }
+    }
+    format!("{:08x}", sum.finalize())
 }
 
 /// A run: everything needed to render it or to go on training.

@@ -15,13 +15,13 @@ use refraxel_data::{DataError, OutOfScale};
 pub enum SessionError {
     /// Nothing to learn from.
     #[error(
-        "the dataset has no training images; name some in its training split, or hold out fewer with --holdout"
+        "the dataset has no training images; name some in its training split, or hold out fewer (`holdout`)"
     )]
     NoTrainingViews,
     /// Exposures are to learn from transparent pictures.
     #[error(
-        "exposures cannot learn: the pictures are transparent, and what is put behind them has no exposure; leave out \
-         `--exposure learn`"
+        "exposures cannot learn: the pictures are transparent, and what is put behind them has no exposure; switch \
+         `exposure.enabled` off"
     )]
     TransparentPictures,
     /// A saved run was trained on something else.
@@ -37,6 +37,12 @@ pub enum SessionError {
         /// Training images of the data.
         found: usize,
     },
+    /// A saved run was trained on something else of the same names.
+    #[error(
+        "the run was trained on other photographs or cameras than the data offer now under the same names; resume with the same \
+         dataset, or start a new run"
+    )]
+    OtherPhotographs,
     /// Options make no sense.
     #[error(transparent)]
     Options(#[from] OptionError),

@@ -193,10 +193,14 @@ impl<B: Backend> Session<B> {
         make: impl FnOnce(Model, Optimiser) -> B,
         observer: &mut dyn FnMut(Event),
     ) -> Result<Self, SessionError> {
-        let names: Vec<String> = Source::of(&setup.data).train;
-        if run.source.train != names {
-            let (was, found) = (run.source.train.len(), names.len());
+        let offered = Source::of(&setup.data);
+        if run.source.train != offered.train {
+            let (was, found) = (run.source.train.len(), offered.train.len());
             return Err(SessionError::OtherViews { data: setup.source.name(), was, found });
+        }
+        let sums = run.source.train_crc32.as_ref().zip(offered.train_crc32.as_ref());
+        if sums.is_some_and(|(was, found)| was != found) {
+            return Err(SessionError::OtherPhotographs);
         }
         if run.state.bends_since.is_none() && !run.state.stays_straight {
             setup.check_refraction(&run.options)?;

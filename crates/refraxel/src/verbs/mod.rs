@@ -9,6 +9,7 @@ pub mod export;
 pub mod import;
 pub mod inspect;
 pub mod interrupts;
+pub mod known_index;
 pub mod loaded;
 pub mod mask;
 pub mod options;

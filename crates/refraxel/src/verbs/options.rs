@@ -1,12 +1,13 @@
 //! The options of `refraxel train`: where they come from, and the list of all of them.
 
+use super::known_index;
 use crate::cli::{self, Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
 use refraxel_train::Options;
-use refraxel_train::options::{Renamed, StartShape, Switch, list, list_as_markdown, list_as_text};
+use refraxel_train::options::{Renamed, Switch, list, list_as_markdown, list_as_text};
 use std::path::Path;
 
 /// Options that a resumed run may change.
@@ -21,14 +22,11 @@ pub fn print(args: &TrainArgs) -> Result<(), Failure> {
 /// The options of a run: those of `base`, then of the file, then of `--set`, then of the flags of their own.
 pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Failure> {
     let mut options = base;
-    let is_json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    if args.index_from.as_deref().is_some_and(is_json) && !args.resume {
-        // A scene.json is exact; images of 200 pixels know less of a surface.
-        (options.surface.rate, options.index.rate) = (0.0, 0.0);
-    }
-    if args.index_from.is_some() {
-        options.shape.start = StartShape::File;
-        options.search.enabled = Switch::Off;
+    if let Some(file) = &args.index_from {
+        if !args.resume {
+            known_index::suit(&mut options, file);
+        }
+        known_index::held(&mut options);
     }
     let mut renamed = Vec::new();
     if let Some(path) = &args.config {
@@ -43,7 +41,7 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
     set_flags(args, &mut options);
     let options = options.checked().or_exit(Exit::Usage)?;
     if args.index_from.is_some() {
-        refuse_unused_index(&options)?;
+        known_index::refuse_unused(&options)?;
     }
     Ok(options)
 }
@@ -85,21 +83,6 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }
-}
-
-/// Refuses options by which the file of `--index-from` would not be used.
-fn refuse_unused_index(options: &Options) -> Result<(), Failure> {
-    let refused =
-        |why: &str| Err(Failure::new(Exit::Usage, anyhow!("--index-from would not be used: {why}")));
-    if !options.refraction.bend.is_on() {
-        return refused(
-            "rays do not bend with --refraction off or refraction.bend=off; leave out one of them",
-        );
-    }
-    if options.shape.start != StartShape::File {
-        return refused("option `shape.start` asks for another shape; leave it out, or set it to `file`");
-    }
-    Ok(())
 }
 
 /// The options with which a stored run goes on: its own, of which only `FREE` may change.

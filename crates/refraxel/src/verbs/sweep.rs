@@ -16,19 +16,21 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use job::Job;
-use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::checkpoint::write_atomic;
 use results::{Row, State};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
+use std::time::Duration;
 
 /// The verb.
 pub fn run(args: &SweepArgs) -> Result<(), Failure> {
     let (jobs, console) = (plan::jobs(&args.plan, &args.out)?, Console::new(args.work.json));
     if let Some(file) = &args.slurm {
-        write_atomic(file, |f| f.write_all(slurm(args, jobs.len()).as_bytes()))?;
+        check_data(&jobs)?;
+        let program = this_program()?;
+        write_atomic(file, |f| f.write_all(slurm(&program, args, jobs.len()).as_bytes()))?;
         let text = format!(
             "{}: an array of {} tasks; start it by `sbatch {}`",
             file.display(),
@@ -48,7 +50,7 @@ pub fn run(args: &SweepArgs) -> Result<(), Failure> {
         set_threads(&args.work)?;
         watch_for_interrupts()?;
         let evaluation = job.run(Show::suited(args.work.quiet || args.work.json))?;
-        let row = Row::of(job, Some(&evaluation), State::Done);
+        let row = Row::of(job, evaluation.as_ref(), State::Open);
         return console.result(&results::text(std::slice::from_ref(&row)), &row).or_exit(Exit::Io);
     }
     check_data(&jobs)?;
@@ -102,26 +104,18 @@ fn rows(jobs: &[Job], failed: &[usize]) -> Result<Vec<Row>, Failure> {
 }
 
 /// Every dataset can be opened and holds images out, by which runs are scored.
-fn check_data(jobs: &[Job]) -> Result<(), Failure> {
-    let all: BTreeMap<&PathBuf, &str> = jobs.iter().map(|job| (&job.data, job.dataset.as_str())).collect();
-    for (path, name) in all {
-        let data = Dataset::open(path, &OpenOptions::default()).map_err(super::data_failure);
-        let data =
-            data.map_err(|f| Failure::new(f.exit, f.error.context(format!("dataset {name} of the plan"))))?;
-        if data.split.test.is_empty() {
-            let error = anyhow!(
-                "dataset {name} of the plan, {}, holds no images out: its runs could not be scored",
-                path.display()
-            );
-            return Err(Failure::new(Exit::BadInput, error));
-        }
-    }
-    Ok(())
+pub fn check_data(jobs: &[Job]) -> Result<(), Failure> {
+    let all: BTreeMap<&PathBuf, &Job> = jobs.iter().map(|job| (&job.data, job)).collect();
+    all.into_values().try_for_each(Job::check_data)
+}
+
+fn this_program() -> Result<PathBuf, Failure> {
+    std::env::current_exe().context("cannot find this program again").or_exit(Exit::Io)
 }
 
 /// Trains what is not done, each run in a process of its own; the numbers of those that failed.
 fn train_all(jobs: &[Job], args: &SweepArgs) -> Result<Vec<usize>, Failure> {
-    let program = std::env::current_exe().context("cannot find this program again").or_exit(Exit::Io)?;
+    let program = this_program()?;
     let mut open = Vec::new();
     for job in jobs {
         if job.done()?.is_none() {
@@ -138,11 +132,13 @@ fn train_all(jobs: &[Job], args: &SweepArgs) -> Result<Vec<usize>, Failure> {
     let work = || -> Result<(), Failure> {
         loop {
             let Some(job) = lock(&state).0.next().filter(|_| !interrupted()) else { return Ok(()) };
-            let is_done = train_one(&program, job, args, threads)?;
+            let has_ended_well = train_one(&program, job, args, threads)?;
+            // Another process may train it: then it is open, and has not failed.
+            let is_done = has_ended_well && job.done()?.is_some();
             let (_, done, progress, failed) = &mut *lock(&state);
             *done += usize::from(is_done);
             progress.set(*done as u64, &job.name);
-            if !is_done && !interrupted() {
+            if !has_ended_well && !interrupted() {
                 failed.push(job.number);
                 progress.say(&format!("run {} failed; see {}", job.name, log(job).display()));
             }
@@ -171,14 +167,22 @@ fn log(job: &Job) -> PathBuf {
     job.folder.join("sweep.log")
 }
 
-/// Trains one run; false if that failed. Ctrl-C reaches its process too, which saves and ends.
+/// How long a signal waits at most until the process of a run hears it.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Trains one run; false if that failed. The first signal is passed on to its process, which saves and ends.
 fn train_one(program: &Path, job: &Job, args: &SweepArgs, threads: usize) -> Result<bool, Failure> {
     create_folder(&job.folder)?;
     let path = log(job);
-    let file = std::fs::File::create(&path)
+    // What an earlier attempt said stays; another process may be writing there.
+    let file = std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(&path)
         .with_context(|| format!("cannot write {}", path.display()))
         .or_exit(Exit::Io)?;
-    let status = Command::new(program)
+    let mut command = Command::new(program);
+    command
         .arg("sweep")
         .arg(&args.plan)
         .arg("--out")
@@ -186,21 +190,47 @@ fn train_one(program: &Path, job: &Job, args: &SweepArgs, threads: usize) -> Res
         .args(["--only", &job.number.to_string(), "--threads", &threads.to_string(), "--json"])
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(file)
-        .status();
-    let status = status.with_context(|| format!("cannot start {}", program.display())).or_exit(Exit::Io)?;
-    Ok(status.success())
+        .stderr(file);
+    // Signals of the terminal reach this process alone: two of them would end the run without saving.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    let failed = || format!("cannot start {}", program.display());
+    let mut child = command.spawn().with_context(failed).or_exit(Exit::Io)?;
+    let mut is_told = false;
+    loop {
+        if let Some(status) = child.try_wait().with_context(failed).or_exit(Exit::Io)? {
+            return Ok(status.success());
+        }
+        if interrupted() && !is_told {
+            terminate(&child);
+            is_told = true;
+        }
+        std::thread::sleep(PATIENCE);
+    }
 }
 
+/// Asks a process to save and end.
+#[cfg(unix)]
+fn terminate(child: &Child) {
+    let Ok(id) = i32::try_from(child.id()) else { return };
+    // One that has ended meanwhile needs no signal.
+    let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(id), nix::sys::signal::Signal::SIGTERM);
+}
+
+/// Where there are no such signals, the console tells all its processes.
+#[cfg(not(unix))]
+fn terminate(_child: &Child) {}
+
 /// A script whose task k trains run k; the same command without `--only` then writes the table.
-fn slurm(args: &SweepArgs, count: usize) -> String {
+fn slurm(program: &Path, args: &SweepArgs, count: usize) -> String {
+    let program = quoted_path(program);
     let (plan, out) = (super::absolute(&args.plan), super::absolute(&args.out));
     let (plan, out) = (quoted_path(&plan), quoted_path(&out));
     format!(
         "#!/bin/sh\n#SBATCH --job-name=refraxel-sweep\n#SBATCH --array=0-{last}\n#SBATCH --requeue\n\
          # A task that was lost is started again and goes on from its last checkpoint. When all are done,\n\
-         #   refraxel sweep {plan} --out {out}\n# writes the table and the page.\n\
-         exec refraxel sweep {plan} --out {out} --only \"$SLURM_ARRAY_TASK_ID\" \\\n    \
+         #   {program} sweep {plan} --out {out}\n# writes the table and the page.\n\
+         exec {program} sweep {plan} --out {out} --only \"$SLURM_ARRAY_TASK_ID\" \\\n    \
          --threads \"${{SLURM_CPUS_PER_TASK:-1}}\"\n",
         last = count.saturating_sub(1),
     )

@@ -9,20 +9,22 @@ mod watch;
 
 use super::eval::evaluate;
 use super::interrupts::{cancel, keeps, watch_for_interrupts};
-use super::{absolute, create_folder, data_failure, open_options, options, reduce, set_threads, source_of};
+use super::{
+    absolute, create_folder, data_failure, known_index, open_options, options, reduce, set_threads, source_of,
+};
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use anyhow::{Context, anyhow};
-use folder::RunFolder;
-use lock::Lock;
+use anyhow::anyhow;
+pub use folder::RunFolder;
+pub use lock::Lock;
 use log::Log;
-use refraxel_data::{Dataset, IndexSource, scene_region};
+use refraxel_data::{Dataset, scene_region};
 use refraxel_train::checkpoint::WriteError;
 use refraxel_train::options::Switch;
 use refraxel_train::recipe::Hints;
-use refraxel_train::run::{Run, Source};
+use refraxel_train::run::Run;
 use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options, TrainError, recipe};
 use saving::Saving;
@@ -77,9 +79,18 @@ fn what_next(run: &Path) -> String {
 
 /// Trains to the end and saves; an interruption is a failure, after saving. Nobody else trains there until the lock is dropped.
 pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
+    let is_there = args.out().is_dir();
+    let lock = is_there.then(|| Lock::take(args.out(), show)).transpose()?;
+    train_locked(args, lock, show)
+}
+
+/// The same, with the lock of the folder where that is there.
+pub(super) fn train_locked(
+    args: &TrainArgs,
+    lock: Option<Lock>,
+    show: Show,
+) -> Result<(Lock, HeldOut), Failure> {
     let folder = RunFolder::new(args.out());
-    let is_there = folder.path().is_dir();
-    let lock = is_there.then(|| Lock::take(folder.path(), show)).transpose()?;
     let server = viewing::bind(args.view)?;
     // Everything that can be wrong with the input is found before the first file is written.
     if !args.resume && !args.overwrite {
@@ -103,7 +114,7 @@ pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
         Some(run) => options::resumed(args, run.options.clone(), show)?,
         None => options_of_new_run(args, &data, show)?,
     };
-    let index = index_source(&source, &data, saved.as_ref(), &options)?;
+    let index = known_index::read(&source, &data, saved.as_ref(), &options)?;
     let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
     let mut watch = Watch::new(show);
     let session = match saved {
@@ -153,23 +164,6 @@ fn downscale(args: &TrainArgs, saved: Option<&Run>) -> Result<Option<u32>, Failu
         args.out().display()
     );
     Err(Failure::new(Exit::BadInput, error))
-}
-
-/// The index that a file gives, unless rays bend by it already.
-fn index_source(
-    source: &Source,
-    data: &Dataset,
-    saved: Option<&Run>,
-    options: &Options,
-) -> Result<Option<IndexSource>, Failure> {
-    let decided = |run: &Run| run.state.bends_since.is_some() || run.state.stays_straight;
-    let is_needed = options.refraction.bend.is_on() && !saved.is_some_and(decided);
-    let Some(path) = source.index_from.as_ref().filter(|_| is_needed) else { return Ok(None) };
-    let bounds = options.refraction.aabb().map(|b| b.cast());
-    let index = IndexSource::read(path, bounds).or_exit(Exit::BadInput)?;
-    let refused = || format!("cannot start from {}", path.display());
-    index.check_scale(&scene_region(data).bounds).with_context(refused).or_exit(Exit::BadInput)?;
-    Ok(Some(index))
 }
 
 /// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.
@@ -257,6 +251,7 @@ pub fn session_failure(error: SessionError) -> Failure {
     match error {
         SessionError::Data(e) => data_failure(e),
         SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),
+        SessionError::Evaluate(e) => e.into(),
         SessionError::Cancelled(_) => {
             let note = anyhow!("stopped before training began; nothing was saved or changed");
             Failure::new(Exit::Interrupted, note)

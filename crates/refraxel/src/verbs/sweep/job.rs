@@ -5,12 +5,15 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::eval::evaluate;
 use crate::verbs::evaluation::Evaluation;
-use crate::verbs::{create_folder, train};
+use crate::verbs::train::{self, Lock};
+use crate::verbs::{create_folder, data_failure};
 use anyhow::{Context, anyhow};
 use clap::Parser;
+use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::checkpoint::write_atomic;
 use refraxel_train::run::CHECKPOINT;
 use serde::{Deserialize, Serialize};
+use std::io;
 use std::path::PathBuf;
 
 /// What was asked for, in the folder of the run: another plan must not take its scores for its own.
@@ -47,17 +50,45 @@ impl Job {
         Evaluation::read(&self.folder, SplitName::Test)
     }
 
-    /// Trains and scores the run, or goes on with what an earlier attempt has saved.
-    pub fn run(&self, show: Show) -> Result<Evaluation, Failure> {
+    /// Trains and scores the run, or goes on with what an earlier attempt has saved. `None`: another process trains it.
+    pub fn run(&self, show: Show) -> Result<Option<Evaluation>, Failure> {
         if let Some(done) = self.done()? {
-            return Ok(done);
+            return Ok(Some(done));
         }
+        self.check_data()?;
         create_folder(&self.folder)?;
+        let lock = match Lock::attempt(&self.folder, show)? {
+            Ok(lock) => lock,
+            Err(holder) => {
+                let holder = holder.map_or_else(|| "another process".to_owned(), |h| h.to_string());
+                show.say(&format!("note: {holder} trains run {}, which is left to it", self.name));
+                return Ok(None);
+            }
+        };
+        // Whoever had the lock before may have finished meanwhile.
+        if let Some(done) = self.done()? {
+            return Ok(Some(done));
+        }
         let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
         write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
-        train::train(&self.arguments()?, show).map_err(in_run)?;
-        evaluate(&self.folder, SplitName::Test, show).map_err(in_run)
+        let (_lock, _) = train::train_locked(&self.arguments()?, Some(lock), show).map_err(in_run)?;
+        evaluate(&self.folder, SplitName::Test, show).map(Some).map_err(in_run)
+    }
+
+    /// Its dataset can be opened and holds images out, by which the run is scored.
+    pub fn check_data(&self) -> Result<(), Failure> {
+        let name = &self.dataset;
+        let data = Dataset::open(&self.data, &OpenOptions::default()).map_err(data_failure);
+        let data =
+            data.map_err(|f| Failure::new(f.exit, f.error.context(format!("dataset {name} of the plan"))))?;
+        if !data.split.test.is_empty() {
+            return Ok(());
+        }
+        let path = self.data.display();
+        let error =
+            anyhow!("dataset {name} of the plan, {path}, holds no images out: its runs could not be scored");
+        Err(Failure::new(Exit::BadInput, error))
     }
 
     /// The command line of its training.
@@ -78,7 +109,11 @@ impl Job {
 
     fn check_folder(&self) -> Result<(), Failure> {
         let path = self.folder.join(JOB);
-        let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
+        let text = match std::fs::read_to_string(&path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound && !self.holds_anything() => return Ok(()),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(self.foreign()),
+            text => text.with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io)?,
+        };
         let read = || format!("{} is not a document of this version", path.display());
         let found: Self = serde_json::from_str(&text).with_context(read).or_exit(Exit::BadInput)?;
         let sorted = |job: &Self| {
@@ -89,12 +124,48 @@ impl Job {
         if found.data == self.data && sorted(&found) == sorted(self) {
             return Ok(());
         }
-        Err(Failure::new(
+        Err(self.foreign())
+    }
+
+    /// Whether there is a run or its scores.
+    fn holds_anything(&self) -> bool {
+        [CHECKPOINT, "eval"].into_iter().any(|name| self.folder.join(name).exists())
+    }
+
+    fn foreign(&self) -> Failure {
+        let folder = self.folder.display();
+        Failure::new(
             Exit::BadInput,
             anyhow!(
-                "{} holds a run with other options or data than the plan says now; choose another --out, or remove the folder",
-                self.folder.display()
+                "{folder} holds a run with other options or data than the plan says now; choose another --out, or remove the folder"
             ),
-        ))
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_does_not_say_what_was_asked_for_is_not_taken_for_the_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let job = Job {
+            number: 0,
+            name: "a".into(),
+            dataset: "a".into(),
+            data: "/data".into(),
+            folder: folder.path().into(),
+            options: Vec::new(),
+            varied: Vec::new(),
+        };
+        std::fs::write(folder.path().join("sweep.log"), "").unwrap();
+        assert!(job.done().unwrap().is_none());
+        for name in ["eval", CHECKPOINT, JOB] {
+            let path = folder.path().join(name);
+            std::fs::create_dir(&path).unwrap();
+            assert!(job.done().is_err(), "{name}");
+            std::fs::remove_dir(&path).unwrap();
+        }
     }
 }

@@ -1,11 +1,12 @@
 //! From a plan to the list of its runs.
 
 use super::job::Job;
+use super::results;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
 use refraxel_train::Options;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// A plan as it is written.
@@ -21,6 +22,9 @@ struct Plan {
     #[serde(default)]
     vary: BTreeMap<String, Vec<toml::Value>>,
 }
+
+/// Files beside the folders of the datasets.
+const RESERVED: [&str; 2] = [results::TABLE, results::PAGE];
 
 /// Runs that one plan may ask for: more is a slip.
 const MOST: usize = 100_000;
@@ -47,6 +51,12 @@ impl Plan {
         let mut jobs = Vec::new();
         for (name, data) in &self.data {
             check_name(name)?;
+            if name.is_empty() || RESERVED.iter().any(|r| r.eq_ignore_ascii_case(name)) {
+                return refuse(format!(
+                    "{name:?} cannot be the name of a dataset: runs are stored in folders of its name, beside {}",
+                    RESERVED.join(" and ")
+                ));
+            }
             for varied in self.combinations()? {
                 let folder = folder_name(&varied);
                 check_name(&folder)?;
@@ -59,6 +69,16 @@ impl Plan {
                     options: common.clone(),
                     varied,
                 });
+            }
+        }
+        let mut folders = HashMap::new();
+        for job in &jobs {
+            // Some file systems do not tell upper from lower case.
+            if let Some(first) = folders.insert(job.name.to_ascii_lowercase(), &job.name) {
+                return refuse(format!(
+                    "the runs {first} and {} would share a folder; name each dataset and value once",
+                    job.name
+                ));
             }
         }
         jobs.iter().try_for_each(check)?;
@@ -168,6 +188,10 @@ mod tests {
             ("[data]\na = \"x\"\n[options]\n\"run.steps\" = [1]\n", "expected a number"),
             ("[data]\n\"a/b\" = \"x\"\n", "name of a folder"),
             ("[data]\na = \"x\"\n[option]\n", "option"),
+            ("[data]\n\"\" = \"x\"\n", "name of a dataset"),
+            ("[data]\n\"Results.csv\" = \"x\"\n", "results.csv"),
+            ("[data]\na = \"x\"\nA = \"y\"\n", "share a folder"),
+            ("[data]\na = \"x\"\n[vary]\n\"run.seed\" = [0, \"0\"]\n", "share a folder"),
         ] {
             let report = of(text).unwrap_err().report();
             assert!(report.contains(word) && report.contains("plan.toml"), "{text}: {report}");

@@ -9,6 +9,11 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+/// The table in the folder of a sweep.
+pub const TABLE: &str = "results.csv";
+/// The page there.
+pub const PAGE: &str = "index.html";
+
 /// One run and its scores.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -112,20 +117,21 @@ pub fn text(rows: &[Row]) -> String {
 
 /// Writes results.csv and index.html into the folder of the sweep.
 pub fn write(rows: &[Row], out: &Path) -> Result<(), Failure> {
-    write_atomic(&out.join("results.csv"), |f| f.write_all(csv(rows).as_bytes()))?;
-    Ok(write_atomic(&out.join("index.html"), |f| f.write_all(page(rows, out).as_bytes()))?)
+    write_atomic(&out.join(TABLE), |f| f.write_all(csv(rows).as_bytes()))?;
+    Ok(write_atomic(&out.join(PAGE), |f| f.write_all(page(rows, out).as_bytes()))?)
 }
 
-/// One line per run. Names and values have no commas but in `run`, which is quoted.
+/// One line per run; words are quoted.
 fn csv(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let varied = first.varied.iter().map(|(option, _)| option.as_str());
     let numbers = first.numbers().map(|(name, ..)| name);
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let headings: Vec<&str> = ["run", "dataset", "state"].into_iter().chain(varied).chain(numbers).collect();
     let mut text = headings.join(",") + "\n";
     for row in rows {
-        let words = [format!("\"{}\"", row.name), row.dataset.clone(), row.state.name().to_owned()];
-        let values = row.varied.iter().map(|(_, value)| format!("\"{value}\""));
+        let words = [quoted(&row.name), quoted(&row.dataset), row.state.name().to_owned()];
+        let values = row.varied.iter().map(|(_, value)| quoted(value));
         let numbers = row.numbers().map(|(_, value, _)| value.map_or(String::new(), |v| v.to_string()));
         let cells: Vec<String> = words.into_iter().chain(values).chain(numbers).collect();
         text += &(cells.join(",") + "\n");
@@ -161,4 +167,26 @@ fn page(rows: &[Row], out: &Path) -> String {
         );
     }
     html + "</html>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commas_of_names_stay_in_their_cells() {
+        let job = Job {
+            number: 0,
+            name: "a,b/run.seed=1".into(),
+            dataset: "a,b".into(),
+            data: "/data".into(),
+            folder: "out".into(),
+            options: Vec::new(),
+            varied: vec![("run.seed".into(), "1".into())],
+        };
+        let text = csv(&[Row::of(&job, None, State::Open)]);
+        let (headings, line) = text.trim_end().split_once('\n').unwrap();
+        assert!(line.starts_with("\"a,b/run.seed=1\",\"a,b\",open,\"1\","), "{line}");
+        assert_eq!(headings.matches(',').count(), line.matches(',').count() - 2, "{text}");
+    }
 }

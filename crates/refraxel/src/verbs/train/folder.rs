@@ -14,6 +14,7 @@ pub struct RunFolder<'a> {
 }
 
 impl<'a> RunFolder<'a> {
+    /// That folder, which need not be there.
     pub fn new(path: &'a Path) -> Self {
         Self { path }
     }

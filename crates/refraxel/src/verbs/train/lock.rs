@@ -30,7 +30,7 @@ pub struct Lock {
 
 /// Who trains in a folder.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Holder {
+pub struct Holder {
     pid: u32,
     host: String,
     /// When it began [s since 1970].
@@ -40,6 +40,11 @@ struct Holder {
 impl Lock {
     /// Takes the lock of a run. One whose holder is gone is taken over, and a line says so.
     pub fn take(run: &Path, show: Show) -> Result<Self, Failure> {
+        Self::attempt(run, show)?.map_err(|holder| refused(run, holder.as_ref()))
+    }
+
+    /// The same; within, who holds it if somebody else does, as far as that is known.
+    pub fn attempt(run: &Path, show: Show) -> Result<Result<Self, Option<Holder>>, Failure> {
         let path = run.join(LOCK);
         let unusable = || {
             format!(
@@ -51,13 +56,13 @@ impl Lock {
             let mut file = open(&path).with_context(unusable).or_exit(Exit::Io)?;
             match file.try_lock() {
                 Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Err(refused(run, Holder::read(&mut file).as_ref())),
+                Err(TryLockError::WouldBlock) => return Ok(Err(Holder::read(&mut file))),
                 Err(TryLockError::Error(error)) => {
                     let path = path.display();
                     show.say(&format!(
                         "note: {path} cannot be locked ({error}); nothing keeps a second training out of the folder"
                     ));
-                    return Ok(Self { path: PathBuf::new(), file: None });
+                    return Ok(Ok(Self { path: PathBuf::new(), file: None }));
                 }
             }
             if !is_at(&file, &path) {
@@ -71,7 +76,7 @@ impl Lock {
             let lock = Self { path: path.clone(), file: Some(file) }; // is removed where it cannot be written
             written.with_context(unusable).or_exit(Exit::Io)?;
             interrupts::holds(Some(&path));
-            return Ok(lock);
+            return Ok(Ok(lock));
         }
     }
 }
