@@ -1,15 +1,19 @@
-//! `refraxel export`: writes the surfaces of a run for other programs.
+//! `refraxel export`: writes a run for other programs, and for browsers.
 //!
 //! Each region gets the mesh of its whole surface. Where bodies lie in each other the later region rules, theory (2.23): a
 //! bubble is a closed surface of index 1 inside that of the glass, and where two overlap in part both surfaces run through
 //! each other. Neither PLY nor glTF can state this order; path tracers know it as the priority of nested dielectrics.
 
 mod gltf;
+mod html;
 mod ply;
+mod surroundings;
 mod up;
 
-use super::loaded::load_run;
-use crate::cli::{ExportArgs, MeshFormat};
+use super::interrupts::watch_for_interrupts;
+use super::loaded::{Loaded, load_run};
+use super::reopen;
+use crate::cli::{ExportArgs, ExportFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::{colours, count};
@@ -20,7 +24,9 @@ use refraxel_train::model::surface::{Boundary, Surface};
 use refraxel_train::run::CHECKPOINT;
 use refraxel_train::{Backend, Refraction};
 use serde::Serialize;
+use serde_json::json;
 use std::path::PathBuf;
+use surroundings::Surroundings;
 use up::Up;
 
 /// What was written.
@@ -29,6 +35,11 @@ struct Report {
     file: PathBuf,
     format: &'static str,
     regions: Vec<Region>,
+    /// Points of opaque things, and cameras, in a glTF file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cameras: Option<usize>,
     /// The direction in the world that the glTF file turns to +y.
     #[serde(skip_serializing_if = "Option::is_none")]
     up: Option<[f64; 3]>,
@@ -68,22 +79,51 @@ struct Numbered {
 
 /// The verb.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
-    let run = load_run(&args.run)?;
-    let surfaces = surfaces(run.backend.medium(), args)?;
-    let (format, extension) = match args.format {
-        MeshFormat::Ply => ("ply", "ply"),
-        MeshFormat::Gltf => ("gltf", "glb"),
+    let mut run = load_run(&args.run)?;
+    let file = |name: &str| args.out.clone().unwrap_or_else(|| args.run.join(name));
+    let report = match args.format {
+        ExportFormat::Html => return page(args, &mut run, file("scene.html")),
+        ExportFormat::Ply => {
+            let surfaces = surfaces(run.backend.medium(), args)?;
+            let file = file("surface.ply");
+            write_atomic(&file, |f| ply::write(&surfaces, f))?;
+            Report::new(file, "ply", &surfaces)
+        }
+        ExportFormat::Gltf => scene(args, &run, file("scene.glb"))?,
     };
-    let file = args.out.clone().unwrap_or_else(|| args.run.join("surface").with_extension(extension));
-    let up = (args.format == MeshFormat::Gltf).then(|| Up::of(&run));
-    match &up {
-        None => write_atomic(&file, |f| ply::write(&surfaces, f))?,
-        Some(up) => write_atomic(&file, |f| gltf::write(&surfaces, up, f))?,
-    }
-    let regions = surfaces.iter().filter_map(Region::of).collect();
-    let direction = up.as_ref().map(|up| up.direction.to_array());
-    let report = Report { file, format, regions, up: direction, up_note: up.and_then(|up| up.note) };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+/// Writes surfaces, points and cameras as glTF.
+fn scene(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<Report, Failure> {
+    watch_for_interrupts()?;
+    let surfaces = surfaces(run.backend.medium(), args)?;
+    let data = reopen(run);
+    let most = args.points as usize;
+    let around =
+        data.as_ref().map_or(Ok(Surroundings::default()), |data| Surroundings::of(run, data, most))?;
+    let up = Up::estimate(data);
+    write_atomic(&file, |f| gltf::write(&surfaces, &around, &up, f))?;
+    Ok(Report {
+        points: Some(around.points.len()),
+        cameras: Some(around.cameras.len()),
+        up: Some(up.direction.to_array()),
+        up_note: up.note,
+        ..Report::new(file, "gltf", &surfaces)
+    })
+}
+
+/// Writes a page to share.
+fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failure> {
+    let html::Page { voxels, bytes } = html::write(run, &args.run, &file)?;
+    let text = format!(
+        "page: {} ({} voxels, {:.1} MB); any browser opens it, one with WebGPU shows the scene itself",
+        file.display(),
+        count(voxels as u64),
+        bytes as f64 / 1e6
+    );
+    let report = json!({ "file": file, "format": "html", "voxels": voxels, "bytes": bytes });
+    Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
 }
 
 /// The surfaces of all regions that have one. Errors where none has one.
@@ -167,14 +207,22 @@ impl Region {
 }
 
 impl Report {
+    fn new(file: PathBuf, format: &'static str, surfaces: &[Numbered]) -> Self {
+        let regions = surfaces.iter().filter_map(Region::of).collect();
+        Self { file, format, regions, points: None, cameras: None, up: None, up_note: None }
+    }
+
     fn text(&self) -> String {
         let lines = self.regions.iter().map(Region::text);
-        let file = format!("surface: {} (world coordinates of the dataset)", self.file.display());
+        let around = self.points.zip(self.cameras).map(|(points, cameras)| {
+            format!("around it: {} points of opaque things, {cameras} cameras", count(points as u64))
+        });
+        let file = format!("file: {} (world coordinates of the dataset)", self.file.display());
         let up = self.up.map(|[x, y, z]| {
             let note = self.up_note.as_deref().unwrap_or("the mean of the cameras");
             format!("up: ({x:.3}, {y:.3}, {z:.3}), which the root node turns to +y; {note}")
         });
-        lines.chain([file]).chain(up).collect::<Vec<_>>().join("\n")
+        lines.chain(around).chain([file]).chain(up).collect::<Vec<_>>().join("\n")
     }
 }
 
