@@ -323,7 +323,8 @@ mod tests {
         write(&[], &around, &Z_UP, &mut bytes).unwrap();
         let document = gltf::Gltf::from_slice(&bytes).unwrap();
         let root = document.default_scene().unwrap().nodes().next().unwrap();
-        let [points, seen] = &root.children().collect::<Vec<_>>()[..] else { panic!("two nodes") };
+        let nodes: Vec<_> = root.children().collect();
+        let [points, seen] = &nodes[..] else { panic!("two nodes") };
         let primitive = points.mesh().unwrap().primitives().next().unwrap();
         let reader = primitive.reader(|_| document.blob.as_deref());
         assert_eq!(reader.read_positions().unwrap().collect::<Vec<_>>(), [[0.1, 0.2, 0.3]]);
