@@ -96,7 +96,7 @@ fn a_page_holds_the_scene_and_a_picture_and_a_gltf_file_all_that_stands_around()
     let region = &document["regions"][0];
     assert_eq!((region["slides"].as_bool(), region["uniform"].as_bool()), (Some(true), Some(true)));
     assert!((region["index"].as_f64().unwrap() - 1.5).abs() < 1e-3, "{region}");
-    assert_eq!(document["constants"]["u32"]["BASIS"], 9);
+    assert_eq!(document["constants"]["u32"]["BLOCKS"], 3, "four coefficients of each colour");
     assert!(page.contains("data:image/jpeg;base64,/9j/") && element("numbers").starts_with("H4sI"));
     // The same run gives the same bytes; without its photographs, a view of the box.
     export(&run, "html", &["--out", path(&folder.path().join("b.html"))]).done();
