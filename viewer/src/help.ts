@@ -15,6 +15,7 @@ const KEYS: [string, string][] = [
   ["B", "straight rays, and bent ones again"],
   ["N, P", "next, previous photograph"],
   ["C", "compare with the photograph"],
+  ["G", "lines on the glass"],
   ["K", "add a keyframe to the camera path"],
   ["Space", "play the camera path"],
   ["R", "back to the start"],

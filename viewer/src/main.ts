@@ -7,13 +7,15 @@ import { Link } from "./link";
 import { Panel, type State } from "./panel";
 import { at, file } from "./path";
 import { download } from "./dom";
-import { LAYERS, type Header, type PageCamera, type Scene, type Tell } from "./protocol";
+import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell } from "./protocol";
 import { Stage, type Compare } from "./stage";
 import { mix, sub, unit, type Vec3 } from "./vectors";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
-const COMPARES: Compare[] = ["off", "side", "wipe", "difference"];
+const COMPARES: Compare[] = ["off", "side", "wipe", "difference", "error"];
+/** Steps of the places on surfaces from one end of a region's box to the other, and the length of normals. */
+const [STEPS, NORMAL] = [4095, 100];
 
 class Page {
   private readonly stage = new Stage();
@@ -31,6 +33,7 @@ class Page {
     compare: "off",
     pixels: 640,
     boxes: false,
+    surfaces: false,
     cameras: false,
     slice: null,
     keys: [],
@@ -44,6 +47,8 @@ class Page {
   private shown: PageCamera | null = null;
   private shownId = 0;
   private plane: Vec3[] | null = null;
+  /** Lines on the surface of each region, as far as they are known. */
+  private readonly surfaces = new Map<number, Piece[]>();
   /** The program does not know what is looked at: the connection is new. */
   private asksAgain = true;
   /** The media of the last look. */
@@ -57,7 +62,10 @@ class Page {
     fill(this.help);
     this.panel = new Panel(document.querySelector("#panel")!, this.state, {
       changed: (moving) => this.changed(moving),
-      overlay: () => this.redraw(),
+      overlay: () => {
+        this.askSurfaces();
+        this.redraw();
+      },
       photo: (view) => this.goTo(view),
       compare: (how) => this.setCompare(how),
       slice: () => this.askSlice(),
@@ -105,6 +113,7 @@ class Page {
   private listen(tell: Tell): void {
     if (tell.tell === "scene") this.takeScene(tell);
     else if (tell.tell === "training") this.panel.training.tell(tell);
+    else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
     else if (tell.tell === "refused") this.panel.say(tell.why);
     else if (tell.id === 2) {
       if (!tell.ray.seen) return;
@@ -129,6 +138,24 @@ class Page {
     document.title = `${scene.name} – refraxel`;
     if (isFirst || isOther || this.asksAgain) this.changed(false);
     this.asksAgain = false;
+    this.surfaces.clear();
+    this.askSurfaces();
+  }
+
+  private askSurfaces(): void {
+    if (!this.state.surfaces || this.surfaces.size > 0) return;
+    this.scene?.regions.forEach((_, region) => this.link.send({ ask: "surface", region }));
+  }
+
+  private takeSurface(region: number, pieces: number[][]): void {
+    const { min, max } = this.scene!.regions[region]!;
+    const place = (at: number[]): Vec3 => [0, 1, 2].map((k) => min[k]! + (at[k]! / STEPS) * (max[k]! - min[k]!)) as Vec3;
+    const piece = (p: number[]): Piece => ({
+      ends: [place(p.slice(0, 3)), place(p.slice(3, 6))],
+      normal: p.slice(6).map((x) => x / NORMAL) as Vec3,
+    });
+    this.surfaces.set(region, pieces.map(piece));
+    this.redraw();
   }
 
   private middle(): Vec3 {
@@ -258,8 +285,9 @@ class Page {
   private redraw(): void {
     if (!this.scene || !this.shown) return;
     const { ray, boxes, cameras, keys } = this.state;
+    const surfaces = this.state.surfaces ? [...this.surfaces.values()].flat() : [];
     const path = this.playing ? [] : keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
-    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, plane: this.plane, path });
+    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, surfaces, plane: this.plane, path });
   }
 
   private addKey(): void {
@@ -317,6 +345,12 @@ class Page {
       KeyN: () => this.goTo((state.photo ?? -1) + 1),
       KeyP: () => this.goTo((state.photo ?? 0) - 1),
       KeyC: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
+      KeyG: () => {
+        state.surfaces = !state.surfaces;
+        this.panel.update();
+        this.askSurfaces();
+        this.redraw();
+      },
       KeyK: () => this.addKey(),
       KeyR: () => this.home(),
       KeyX: () => void this.screenshot(),

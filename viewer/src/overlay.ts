@@ -1,20 +1,22 @@
 // Lines over the picture: rays, boxes, cameras, the plane of a slice.
 
 import { projectLine, project } from "./camera";
-import type { BentRay, PageCamera, Scene } from "./protocol";
-import { add, scale, sub, type Vec3 } from "./vectors";
+import type { BentRay, PageCamera, Piece, Scene } from "./protocol";
+import { add, dot, scale, sub, type Vec3 } from "./vectors";
 
 export const BENT = "#e8590c";
 export const STRAIGHT = "#8b93a1";
 const BOX = "#2f9e73";
 const CAMERA = "#3b82c4";
 const PLANE = "#b0478f";
+const SURFACE = ["rgb(13 116 110 / 28%)", "rgb(13 116 110 / 90%)"] as const;
 
 export interface Overlay {
   ray: BentRay | null;
   boxes: boolean;
   cameras: boolean;
   plane: Vec3[] | null;
+  surfaces: Piece[];
   path: Vec3[];
 }
 
@@ -29,6 +31,7 @@ export function draw(ctx: CanvasRenderingContext2D, camera: PageCamera, scene: S
     const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
     scene.views.forEach((view) => pen.frustum(view.camera, size, view.split === "train" ? CAMERA : BENT));
   }
+  pen.surface(what.surfaces);
   if (what.plane) pen.loop(what.plane, PLANE, 1.5);
   if (what.path.length > 1) pen.line(what.path, CAMERA, 2);
   if (what.ray) pen.ray(what.ray);
@@ -85,6 +88,24 @@ class Pen {
     this.line(ray.points, BENT, 2.5);
     ray.bounces.forEach((bounce, k) => this.dot(bounce.place, BENT, 4, String(k + 1)));
     if (ray.seen) this.dot(ray.seen[1], `rgb(${ray.colour.join(" ")})`, 6);
+  }
+
+  /** Lines on a surface: those on its far side are faint. */
+  surface(pieces: Piece[]): void {
+    const { ctx, camera } = this;
+    for (const isNear of [false, true]) {
+      ctx.beginPath();
+      for (const { ends, normal } of pieces) {
+        if (dot(normal, sub(camera.eye, ends[0])) > 0 !== isNear) continue;
+        const line = projectLine(camera, ...ends);
+        if (!line) continue;
+        ctx.moveTo(...line[0]);
+        ctx.lineTo(...line[1]);
+      }
+      ctx.strokeStyle = SURFACE[isNear ? 1 : 0];
+      ctx.lineWidth = this.unit;
+      ctx.stroke();
+    }
   }
 
   dot(place: Vec3, colour: string, radius: number, label?: string): void {

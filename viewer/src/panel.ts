@@ -3,7 +3,7 @@
 import { button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
 import { describe } from "./rayview";
-import type { Compare } from "./stage";
+import { FULL_ERROR, type Compare } from "./stage";
 import { TrainingPanel } from "./training";
 
 export interface State {
@@ -19,6 +19,7 @@ export interface State {
   pixels: number;
   boxes: boolean;
   cameras: boolean;
+  surfaces: boolean;
   slice: { region: number; axis: number; at: number } | null;
   keys: PageCamera[];
   seconds: number;
@@ -82,7 +83,12 @@ export class Panel {
   private readonly sliceCanvas = el("canvas", { width: "16", height: "16", hidden: true, role: "img", "aria-label": "Index in the plane" });
   private readonly keys = el("p", { class: "hint" });
   private readonly stats = el("dl", { class: "facts" });
-  private sliders: { index: Slider; absorption: Slider | null }[] = [];
+  private readonly scene = el("dl", { class: "facts" });
+  private readonly overlays: (() => void)[] = [];
+  private surfaces: HTMLElement | null = null;
+  private sliders: { index: Slider; absorption: Slider }[] = [];
+  /** Bytes received, and when. */
+  private received: { time: number; bytes: number }[] = [];
   private messageTimer = 0;
 
   constructor(root: HTMLElement, private readonly state: State, private readonly actions: Actions) {
@@ -98,6 +104,7 @@ export class Panel {
       ["side", "side", "Photograph beside the rendering"],
       ["wipe", "wipe", "Photograph on the left of a boundary to drag"],
       ["difference", "difference", "Four times the difference: black where both agree"],
+      ["error", "error", `Mean error of the three colours: black for none, pale yellow from ${FULL_ERROR} of 255 steps on`],
     ] as const;
     this.compare = new Choice("Comparison", kinds, (how) => actions.compare(how));
     this.training = new TrainingPanel((wish) => actions.ask(wish));
@@ -146,12 +153,17 @@ export class Panel {
   }
 
   private buildOverlays(): HTMLElement {
-    const of = (name: "boxes" | "cameras", text: string, title: string) =>
-      checkbox(text, title, (on) => {
+    const of = (name: "boxes" | "cameras" | "surfaces", text: string, title: string) => {
+      const [label, box] = checkbox(text, title, (on) => {
         this.state[name] = on;
         this.actions.overlay();
-      })[0];
-    return section("Overlays", of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"), of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"));
+      });
+      this.overlays.push(() => (box.checked = this.state[name]));
+      return label;
+    };
+    const surfaces = of("surfaces", "surfaces", "Lines on the surface of each refractive region; those on the far side are faint (G)");
+    this.surfaces = surfaces;
+    return section("Overlays", surfaces, of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"), of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"));
   }
 
   private buildPath(): HTMLElement {
@@ -184,7 +196,7 @@ export class Panel {
     });
     sizes.set(String(this.state.pixels));
     const row = el("div", { class: "row" }, button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot()), button("Start view", "Back to the start (R)", () => this.actions.home()));
-    return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row);
+    return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row, el("p", { class: "label" }, "scene"), this.scene);
   }
 
   chooseLayer(layer: Layer): void {
@@ -199,6 +211,15 @@ export class Panel {
     this.name.textContent = scene.name;
     this.name.title = `${scene.step} steps, grid of ${scene.resolution.join(" × ")} nodes, ${scene.voxels} voxels`;
     const bends = scene.regions.length > 0;
+    const facts: [string, string][] = [
+      ["steps learned", String(scene.step)],
+      ["grid", scene.resolution.join(" × ")],
+      ["voxels", scene.voxels.toLocaleString("en")],
+      ["photographs", String(scene.views.length)],
+      ["refractive regions", scene.regions.map((r) => `n = ${r.index.toFixed(3)}${r.sharp ? "" : ", graded"}`).join("; ") || "none"],
+    ];
+    this.scene.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+    this.surfaces!.hidden = !bends;
     const hidden = { index: !bends, normal: !bends, reflection: !scene.reflects, transmission: !scene.reflects };
     this.straight.parentElement!.hidden = !bends;
     this.layers.limit((layer) => !(hidden as Partial<Record<Layer, boolean>>)[layer]);
@@ -226,12 +247,15 @@ export class Panel {
         actions.changed(true);
       });
       const clear = region.absorption.every((a) => a === 0);
-      const absorption = clear ? null : new Slider("absorption", [0, 5, 0.05], (x) => `× ${x.toFixed(2)}`, (x) => {
+      // Of clear glass there is nothing to multiply: it becomes grey.
+      const title = scene.regions.length > 1 ? `absorption ${k + 1}` : "absorption";
+      const shown = (x: number) => (clear ? `${Math.round(100 * (1 - Math.exp(-x)))} % grey` : `× ${x.toFixed(2)}`);
+      const absorption = new Slider(title, [0, 5, 0.05], shown, (x) => {
         state.absorption[k] = x;
         actions.changed(true);
       });
       index.set(state.index[k] ?? region.index);
-      absorption?.set(state.absorption[k] ?? 1);
+      absorption.set(state.absorption[k] ?? (clear ? 0 : 1));
       return { index, absorption };
     });
     state.index = scene.regions.map((_, k) => state.index[k] ?? null);
@@ -241,13 +265,13 @@ export class Panel {
       if (n === null) state.absorption = scene.regions.map(() => null);
       this.sliders.forEach((s, k) => {
         s.index.set(n ?? scene.regions[k]!.index);
-        if (n === null) s.absorption?.set(1);
+        if (n === null) s.absorption.set(scene.regions[k]!.absorption.every((a) => a === 0) ? 0 : 1);
       });
       actions.changed(false);
     };
     const materials = MATERIALS.map(([name, n]) => button(name, `n = ${n}`, () => set(n)));
     const learned = button("learned", "As the run has found it", () => set(null));
-    const parts = this.sliders.flatMap((s) => (s.absorption ? [s.index.element, s.absorption.element] : [s.index.element]));
+    const parts = this.sliders.flatMap((s) => [s.index.element, s.absorption.element]);
     this.media.replaceChildren(this.media.firstElementChild!, ...parts, el("div", { class: "row" }, ...materials, learned));
   }
 
@@ -270,6 +294,7 @@ export class Panel {
       ["computed in", `${header.ms.toFixed(0)} ms`],
       ["bytes", `${(bytes / 1000).toFixed(1)} kB`],
       ["frames", `${rate} / s`],
+      ["link", `${this.linkRate(bytes).toFixed(0)} kB / s`],
     ];
     if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
     this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
@@ -284,6 +309,14 @@ export class Panel {
     to!.textContent = ends[1]!.toFixed(2);
   }
 
+  /** Kilobytes per second of late. */
+  private linkRate(bytes: number): number {
+    const now = performance.now();
+    this.received.push({ time: now, bytes });
+    this.received = this.received.filter((r) => r.time > now - 1000);
+    return this.received.reduce((sum, r) => sum + r.bytes, 0) / 1000;
+  }
+
   say(text: string): void {
     this.message.textContent = text;
     clearTimeout(this.messageTimer);
@@ -295,6 +328,7 @@ export class Panel {
     this.layers.set(state.layer);
     this.compare.set(state.compare);
     this.straight.checked = state.straight;
+    this.overlays.forEach((update) => update());
     this.photos.value = state.photo === null ? "" : String(state.photo);
     this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
     if (!state.ray) this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));

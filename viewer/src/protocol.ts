@@ -23,6 +23,12 @@ export interface Region {
   max: Vec3;
 }
 
+/** A piece of a line on the surface of a region: its ends, and the outward normal between them. */
+export interface Piece {
+  ends: [Vec3, Vec3];
+  normal: Vec3;
+}
+
 export interface View {
   name: string;
   split: string;
@@ -82,6 +88,7 @@ export interface Training {
 export type Tell =
   | ({ tell: "scene" } & Scene)
   | { tell: "ray"; id: number; ray: BentRay }
+  | { tell: "surface"; region: number; pieces: number[][] }
   | ({ tell: "training" } & Training)
   | { tell: "refused"; why: string };
 
@@ -122,5 +129,6 @@ export type Ask =
   | { ask: "follow"; id: number; origin: Vec3; direction: Vec3 }
   | { ask: "photo"; view: number }
   | { ask: "slice"; region: number; axis: number; at: number }
+  | { ask: "surface"; region: number }
   | { ask: "pause"; paused: boolean }
   | { ask: "stop" };

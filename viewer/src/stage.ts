@@ -3,10 +3,46 @@
 import { draw, type Overlay } from "./overlay";
 import type { PageCamera, Scene } from "./protocol";
 
-export type Compare = "off" | "side" | "wipe" | "difference";
+export type Compare = "off" | "side" | "wipe" | "difference" | "error";
 
 /** Factor on differences, which are dark otherwise. */
 const GAIN = 4;
+/** Mean error of the three colours, in 8-bit steps, that is shown palest. */
+export const FULL_ERROR = 64;
+/** From no error to the largest, as the pictures of `refraxel compare` show it. */
+const ERRORS = ["#000004", "#420a68", "#932667", "#dd513a", "#fca50a", "#fcffa4"];
+
+/** 256 colours, four numbers each. */
+function errorColours(): Uint8ClampedArray {
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [256, 1];
+  const ctx = canvas.getContext("2d")!;
+  const gradient = ctx.createLinearGradient(0, 0, 256, 0);
+  ERRORS.forEach((colour, k) => gradient.addColorStop(k / (ERRORS.length - 1), colour));
+  ctx.fillStyle = gradient;
+  ctx.fillRect(0, 0, 256, 1);
+  return ctx.getImageData(0, 0, 256, 1).data;
+}
+
+/** Where a rendering differs from a photograph, in the size of the rendering. */
+function errorMap(rendering: ImageBitmap, photograph: ImageBitmap): HTMLCanvasElement {
+  const { width, height } = rendering;
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  const ctx = canvas.getContext("2d", { willReadFrequently: true })!;
+  const pixels = (bitmap: ImageBitmap) => {
+    ctx.drawImage(bitmap, 0, 0, width, height);
+    return ctx.getImageData(0, 0, width, height);
+  };
+  const [a, b, colours] = [pixels(rendering).data, pixels(photograph), errorColours()];
+  for (let k = 0; k < a.length; k += 4) {
+    const sum = [0, 1, 2].reduce((sum, c) => sum + Math.abs(a[k + c]! - b.data[k + c]!), 0);
+    const colour = 4 * Math.min(255, Math.round((sum * 255) / (3 * FULL_ERROR)));
+    for (let c = 0; c < 3; c++) b.data[k + c] = colours[colour + c]!;
+  }
+  ctx.putImageData(b, 0, 0);
+  return canvas;
+}
 
 export class Stage {
   readonly element = document.querySelector<HTMLElement>("#stage")!;
@@ -102,6 +138,7 @@ export class Stage {
       this.handle.hidden = false;
       this.handle.style.left = `${100 * this.boundary}%`;
     }
+    if (this.compare === "error" && this.rendering) ctx.drawImage(errorMap(this.rendering, this.photograph), 0, 0, width, height);
     if (this.compare === "difference") {
       ctx.globalCompositeOperation = "difference";
       ctx.drawImage(this.photograph, 0, 0, width, height);

@@ -175,6 +175,9 @@ async function tests(browser, viewer) {
   const mean = dark.reduce((a, b) => a + b, 0) / dark.length;
   check("photograph and rendering of it are alike", mean < 90, `mean of four times the difference: ${mean.toFixed(1)}`);
   await shoot(page, "difference");
+  const map = await act(page, () => page.keyboard.press("c"));
+  check("the error map has other colours", difference(off, map) > 1, difference(off, map).toFixed(2));
+  await shoot(page, "error");
   await act(page, () => page.keyboard.press("r"));
 
   await page.evaluate(() => document.querySelectorAll('[aria-label="Axis across"] button')[2].click());
@@ -182,6 +185,16 @@ async function tests(browser, viewer) {
   check("a slice of the index is shown", true);
   await page.evaluate(() => document.querySelectorAll(".check input").forEach((box) => box.parentElement.textContent.match(/cameras|boxes/) && box.click()));
   await shoot(page, "overlays");
+  await page.keyboard.press("g");
+  await page.waitForFunction(() => {
+    const canvas = document.querySelector("#lines");
+    const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    let count = 0;
+    for (let k = 0; k < data.length; k += 4) if (data[k] < 60 && data[k + 1] > 90 && data[k + 2] > 80 && data[k + 1] > data[k + 2] && data[k + 3] > 150) count++;
+    return count > 200;
+  });
+  check("lines are drawn on the glass", true);
+  await shoot(page, "surfaces");
 
   const other = await newPage(browser, url);
   await best(other.page);

@@ -1,7 +1,7 @@
 // How fast the viewer is, without a browser: `node test/measure.mjs URL [EDGE]`, with the address that `refraxel view` prints.
 //
-// A camera moves on a circle; the next picture is asked for as soon as one arrives. Then a still picture, and both again over a slow
-// link (50 ms each way, 1 MB/s), which a proxy imitates.
+// A camera moves on a circle, asked for 60 times a second, as the page does. Then a still picture, and both again over a slow link
+// (50 ms each way, 1 MB/s), which a proxy imitates.
 
 import net from "node:net";
 import { WebSocket } from "ws";
@@ -14,6 +14,8 @@ if (!address) {
 const url = new URL(address);
 const size = [Number(edge), Number(edge)];
 const SECONDS = 8;
+/** Between two frames of the screen [ms]. */
+const SCREEN = 1000 / 60;
 const SLOW = { delay: 50, rate: 1e6 };
 
 /** A proxy that delays and thins out what passes. */
@@ -74,28 +76,40 @@ class Page {
 }
 
 const median = (x) => [...x].sort((a, b) => a - b)[Math.floor(x.length / 2)];
+const worst = (x) => [...x].sort((a, b) => a - b)[Math.floor(0.95 * x.length)];
 
 async function measure(name, port) {
   const page = await Page.open(port);
-  const [latencies, bytes, sizes] = [[], [], []];
+  const asked = new Map();
+  const frames = [];
   const start = performance.now();
   let id = 0;
+  // As the page does: a wish per frame of the screen, the newest counts.
+  const wishes = setInterval(() => {
+    asked.set(++id, performance.now());
+    page.look(id, 0.005 * id, true);
+  }, SCREEN);
   while (performance.now() - start < 1000 * SECONDS) {
-    const asked = performance.now();
-    page.look(++id, 0.03 * id, true);
-    const { header, bytes: length } = await page.picture();
-    latencies.push(performance.now() - asked);
-    bytes.push(length);
-    sizes.push(header.size[0]);
+    const { header, bytes } = await page.picture();
+    frames.push({ latency: performance.now() - asked.get(header.id), bytes, size: header.size[0], ms: header.ms });
   }
-  const rate = (1000 * latencies.length) / (performance.now() - start);
-  console.log(`${name}, moving: ${rate.toFixed(1)} frames/s, latency ${median(latencies).toFixed(0)} ms (median), ${Math.max(...latencies).toFixed(0)} ms (largest), ${median(sizes)} pixels wide, ${(median(bytes) / 1000).toFixed(1)} kB`);
-  const asked = performance.now();
+  clearInterval(wishes);
+  const rate = (1000 * frames.length) / (performance.now() - start);
+  const of = (key) => frames.slice(5).map((frame) => frame[key]);
+  const [latency, ms] = [of("latency"), of("ms")];
+  const parts = [
+    `${rate.toFixed(1)} frames/s`,
+    `latency ${median(latency).toFixed(0)} ms (95 %: ${worst(latency).toFixed(0)} ms), of which painting ${median(ms).toFixed(0)} ms`,
+    `${median(of("size"))} pixels wide`,
+    `${(median(of("bytes")) / 1000).toFixed(1)} kB`,
+  ];
+  console.log(`${name}, moving: ${parts.join(", ")}`);
+  const before = performance.now();
   page.look(++id, 0, false);
   for (;;) {
     const { header, bytes: length } = await page.picture();
     if (header.id !== id) continue;
-    console.log(`${name}, still: ${header.size[0]} pixels wide, ${header.rays} rays per pixel after ${(performance.now() - asked).toFixed(0)} ms, ${(length / 1000).toFixed(1)} kB`);
+    console.log(`${name}, still: ${header.size[0]} pixels wide, ${header.rays} rays per pixel after ${(performance.now() - before).toFixed(0)} ms, ${(length / 1000).toFixed(1)} kB`);
     if (header.last) break;
   }
   page.socket.close();

@@ -12,7 +12,6 @@ use crate::rendering::Rendering;
 use crate::session::Session;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
-use refraxel::cli::MeshFormat;
 use refraxel::exit::Failure;
 use refraxel::verbs::loaded::Loaded;
 use refraxel::verbs::{create_folder, export, reopen};
@@ -139,23 +138,22 @@ impl Run {
         scores(py, &found.map_err(|e| raised(e.into()))?)
     }
 
-    /// Writes the refractive surfaces as closed meshes in world coordinates; the name ends in .ply or .glb. detail: cells per voxel.
-    #[pyo3(signature = (path, *, detail = 1))]
-    fn export(&self, py: Python<'_>, path: PathBuf, detail: u32) -> PyResult<()> {
-        let format = match path.extension().and_then(|e| e.to_str()) {
-            Some("ply") => MeshFormat::Ply,
-            Some("glb") => MeshFormat::Gltf,
-            _ => {
-                return Err(refused(format!(
-                    "{}: expected a name that ends in .ply or .glb",
-                    path.display()
-                )));
-            }
-        };
+    /// Writes the refractive surfaces as closed meshes: in world coordinates to a name that ends in .ply; with opaque things as at most
+    /// `points` points, and cameras, where the run's dataset can be opened, to one in .glb. detail: cells per voxel.
+    #[pyo3(signature = (path, *, detail = 1, points = 200_000))]
+    fn export(&self, py: Python<'_>, path: PathBuf, detail: u32, points: usize) -> PyResult<()> {
         if detail == 0 {
             return Err(refused("detail is 0; expected cells per voxel, from 1 on"));
         }
-        let written = py.detach(|| export::write(&self.loaded, "the run", format, detail, &path));
+        let run = &self.loaded;
+        let written = match path.extension().and_then(|e| e.to_str()) {
+            Some("ply") => py.detach(|| export::write_ply(run, "the run", detail, &path)),
+            Some("glb") => py.detach(|| export::write_gltf(run, "the run", detail, points, &path)),
+            _ => {
+                let found = path.display();
+                return Err(refused(format!("{found}: expected a name that ends in .ply or .glb")));
+            }
+        };
         written.map(|_| ()).map_err(raised)
     }
 

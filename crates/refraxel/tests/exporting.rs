@@ -80,6 +80,37 @@ fn a_gltf_file_tells_which_way_was_up() {
 }
 
 #[test]
+fn a_page_holds_the_scene_and_a_picture_and_a_gltf_file_all_that_stands_around() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, "a <b>", &data.join("scene.json"));
+    let report = export(&run, "html", &["--json"]).done().json();
+    let page = std::fs::read_to_string(run.join("scene.html")).unwrap();
+    assert_eq!(report["bytes"].as_u64(), Some(page.len() as u64));
+    let element = |id: &str| {
+        let (_, after) = page.split_once(&format!("id=\"{id}\">")).unwrap();
+        after.split_once("</script>").unwrap().0.to_owned()
+    };
+    let document: Value = serde_json::from_str(&element("document")).unwrap();
+    assert_eq!(document["name"], "a <b>");
+    let region = &document["regions"][0];
+    assert_eq!((region["slides"].as_bool(), region["uniform"].as_bool()), (Some(true), Some(true)));
+    assert!((region["index"].as_f64().unwrap() - 1.5).abs() < 1e-3, "{region}");
+    assert_eq!(document["constants"]["u32"]["BLOCKS"], 3, "four coefficients of each colour");
+    assert!(page.contains("data:image/jpeg;base64,/9j/") && element("numbers").starts_with("H4sI"));
+    // The same run gives the same bytes; without its photographs, a view of the box.
+    export(&run, "html", &["--out", path(&folder.path().join("b.html"))]).done();
+    assert_eq!(std::fs::read_to_string(folder.path().join("b.html")).unwrap(), page);
+    let scene = export(&run, "blender", &["--json"]).done().json();
+    assert_eq!(scene["cameras"], 8);
+    let none = export(&run, "gltf", &["--json", "--points", "0"]).done().json();
+    assert_eq!(none["points"], 0);
+    std::fs::rename(&data, folder.path().join("moved")).unwrap();
+    let other = export(&run, "html", &["--json"]).done().json();
+    assert_eq!(other["voxels"], report["voxels"]);
+}
+
+#[test]
 fn a_mesh_that_comes_back_is_the_same_surface() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());

@@ -39,6 +39,12 @@ fn train_eval_compare_render_and_inspect_work_together() {
         compared.out
     );
     assert!(out.join("comparison.png").is_file());
+    let wipe = folder.path().join("wipe.gif");
+    let words = ["compare", path(&run), path(&run), "--wipe", path(&wipe)];
+    refraxel(&[&words[..], &["--view", "r_1.png"]].concat()).done();
+    assert!(std::fs::read(&wipe).unwrap().starts_with(b"GIF89a"));
+    refraxel(&[&words[..], &["--view", "x.png"]].concat()).refused(3, &["--view x.png", "r_0.png"]);
+    refraxel(&["compare", path(&run), "--wipe", path(&wipe)]).refused(2, &["two runs", "found 1"]);
     let table = refraxel(&["compare", path(&run), "--json"]).done().json();
     assert_eq!(table["runs"][0]["psnr"], trained["psnr"]);
 

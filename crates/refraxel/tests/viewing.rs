@@ -102,6 +102,15 @@ impl Page {
         }
     }
 
+    /// The text of the next message.
+    fn told_or_refused(&mut self) -> String {
+        loop {
+            if let Message::Text(text) = self.0.read().unwrap() {
+                return text.to_string();
+            }
+        }
+    }
+
     /// The next picture of any kind, acknowledged.
     fn picture(&mut self) -> Picture {
         loop {
@@ -317,6 +326,27 @@ fn a_new_camera_takes_the_place_of_the_one_that_is_painted() {
     page.ask(look(3, [32, 32], json!({ "moving": true })));
     let moving = page.picture();
     assert_eq!((&moving.header["id"], &moving.header["last"]), (&json!(3), &json!(true)));
+}
+
+#[test]
+fn lines_on_the_glass_lie_in_its_box_and_clear_glass_becomes_grey() {
+    let (mut page, _) = Page::open(&serve());
+    page.ask(json!({ "ask": "surface", "region": 0 }));
+    let told = page.told("surface");
+    let pieces = told["pieces"].as_array().unwrap();
+    assert!(pieces.len() > 100, "{}", pieces.len());
+    for piece in pieces {
+        let numbers: Vec<i64> = piece.as_array().unwrap().iter().map(|v| v.as_i64().unwrap()).collect();
+        assert!(numbers[..6].iter().all(|x| (0..=4095).contains(x)), "{numbers:?}");
+        let square: i64 = numbers[6..].iter().map(|x| x * x).sum();
+        assert!((9800..10_200).contains(&square), "{numbers:?}");
+    }
+    let clear = page.best(look(1, [48, 48], json!({}))).pixels;
+    let grey = page.best(look(2, [48, 48], json!({ "edits": { "absorption": [3.0] } }))).pixels;
+    let sum = |p: &image::RgbImage| p.iter().map(|x| u64::from(*x)).sum::<u64>();
+    assert!(sum(&grey) < sum(&clear), "{} {}", sum(&grey), sum(&clear));
+    page.ask(json!({ "ask": "surface", "region": 7 }));
+    assert!(page.told_or_refused().contains("refractive region 7: the scene has 1"));
 }
 
 #[test]

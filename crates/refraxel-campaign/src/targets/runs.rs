@@ -4,7 +4,7 @@ use super::small::{TINY, ball};
 use super::words::train_args;
 use super::{Answer, Target};
 use crate::fuzz::Format;
-use refraxel::cli::{CompareArgs, ExportArgs, MeshFormat, SplitName};
+use refraxel::cli::{CompareArgs, ExportArgs, ExportFormat, SplitName};
 use refraxel::exit::{Exit, Failure};
 use refraxel::progress::Show;
 use refraxel::verbs::{compare, eval, export, train};
@@ -81,7 +81,7 @@ fn used(folder: &Path, _file: &Path) -> Answer {
         return refused(&failure);
     }
     let out = Some(folder.join("surface.ply"));
-    match export::run(&ExportArgs { run, format: MeshFormat::Ply, out, detail: 1, json: true }) {
+    match export::run(&ExportArgs { run, format: ExportFormat::Ply, out, points: 0, detail: 1, json: true }) {
         Ok(()) => Answer::Used,
         Err(failure) => refused(&failure),
     }
@@ -119,6 +119,8 @@ fn compared(folder: &Path, _file: &Path) -> Answer {
         runs: vec![run.clone(), run],
         truth: true,
         out: Some(folder.join("compared")),
+        wipe: None,
+        view: None,
         json: true,
     };
     match compare::run(&args) {

@@ -12,7 +12,7 @@ mod view;
 pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
-pub use run::{CompareArgs, EvalArgs, ExportArgs, Layer, MeshFormat, RenderArgs, SplitName};
+pub use run::{CompareArgs, EvalArgs, ExportArgs, ExportFormat, Layer, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use sweep::SweepArgs;
 pub use values::Setting;

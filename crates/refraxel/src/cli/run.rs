@@ -165,37 +165,45 @@ pub struct RenderArgs {
     pub work: WorkArgs,
 }
 
-/// The file format of a surface.
+/// What a run is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MeshFormat {
+pub enum ExportFormat {
     /// Binary PLY with normals, which train --index-from reads
     Ply,
-    /// Binary glTF 2.0 (.glb) with index of refraction and transmission
-    #[value(alias = "glb")]
+    /// Binary glTF 2.0 (.glb) for Blender and others: glass with index, transmission and absorption, opaque things as points,
+    /// cameras
+    #[value(aliases = ["glb", "blender"])]
     Gltf,
+    /// One page to share, which renders the scene in the browser with the same bent rays (WebGPU)
+    Html,
 }
 
 /// `refraxel export`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel export run --format ply
-  refraxel export run --format gltf --out glass.glb --detail 2
+  refraxel export run --format gltf --out scene.glb --detail 2
+  refraxel export run --format html --out scene.html
   refraxel train photos --out again --index-from run/surface.ply
 
-Writes the boundary of each refractive region as closed triangle meshes, in the world coordinates of the dataset. The
+Meshes are the boundaries of refractive regions as closed triangle meshes, in the world coordinates of the dataset. The
 boundary lies where the index jumps; where the index changes smoothly, it lies half-way in n between vacuum and the
-inside. In glTF, a node above the meshes turns the upward direction of the world to +y. RUN/checkpoint.safetensors holds
-all parameters of the run; any safetensors library can open it.")]
+inside. In glTF, a node above everything turns the upward direction of the world to +y; opaque things are points, seen by
+the photographs' cameras past the glass. A page holds the whole scene in one file and loads nothing; browsers without
+WebGPU show a picture. RUN/checkpoint.safetensors holds all parameters of the run; any safetensors library can open it.")]
 pub struct ExportArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
     pub run: PathBuf,
     /// File format
     #[arg(long, value_enum, value_name = "FORMAT")]
-    pub format: MeshFormat,
-    /// The file to write [default: RUN/surface.ply or RUN/surface.glb]
+    pub format: ExportFormat,
+    /// The file to write [default: RUN/surface.ply, RUN/scene.glb or RUN/scene.html]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Most points of opaque things in a glTF file; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(..=10_000_000))]
+    pub points: u32,
     /// Mesh edges per voxel of the index grid; a finer mesh resolves thinner parts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     pub detail: u32,
@@ -208,7 +216,10 @@ pub struct ExportArgs {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel compare straight bent --truth --out comparison
-  refraxel compare runs/* --json")]
+  refraxel compare straight bent --wipe wipe.gif
+  refraxel compare runs/* --json
+
+Pictures begin with the view in which the runs differ most: inside the masks, where there are any.")]
 pub struct CompareArgs {
     /// Folders of runs that were evaluated on one dataset
     #[arg(value_name = "RUN", required = true)]
@@ -219,6 +230,12 @@ pub struct CompareArgs {
     /// Folder for the pictures; without it only the table is printed
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Also write an animated GIF of two runs, one wiped over the other
+    #[arg(long, value_name = "FILE")]
+    pub wipe: Option<PathBuf>,
+    /// The view of the wipe, by its file name [default: the one in which the runs differ most]
+    #[arg(long, value_name = "NAME", requires = "wipe")]
+    pub view: Option<String>,
     /// Print the table as JSON on standard output, and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -1,8 +1,10 @@
 //! `refraxel compare`: shows evaluated runs in a table and side by side.
 
+mod wipe;
+
 use super::evaluation::{Evaluation, Rays, folder};
 use super::loaded::load_run;
-use super::sheet::{self, Row, Scored, chosen, png_path};
+use super::sheet::{self, ROWS, Row, Scored, chosen, png_path};
 use super::{create_folder, data_failure, reopen};
 use crate::cli::{CompareArgs, SplitName};
 use crate::console::Console;
@@ -37,10 +39,14 @@ struct Report {
     runs: Vec<Compared>,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<PathBuf>,
+    /// The animated picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wipe: Option<PathBuf>,
 }
 
 /// The verb.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    args.wipe.as_ref().map_or(Ok(()), |out| wipe::check(out, args.runs.len()))?;
     let evaluations: Vec<Evaluation> =
         args.runs.iter().map(|run| Evaluation::of_test(run)).collect::<Result<_, _>>()?;
     check_same_images(&args.runs, &evaluations)?;
@@ -54,6 +60,9 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         }
         None => None,
     };
+    if let Some(out) = &args.wipe {
+        write_wipe(args, &evaluations, out)?;
+    }
     let compared = args.runs.iter().zip(&evaluations).map(|(run, e)| Compared {
         run: run.clone(),
         rays: e.run.rays,
@@ -67,7 +76,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     });
     let first = &evaluations[0].scores; // at least one run is required
     let (images, protocol) = (first.images, first.protocol.clone());
-    let report = Report { images, protocol, runs: compared.collect(), picture };
+    let report = Report { images, protocol, runs: compared.collect(), picture, wipe: args.wipe.clone() };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
@@ -115,20 +124,12 @@ fn check_same_images(runs: &[PathBuf], evaluations: &[Evaluation]) -> Result<(),
 /// The pictures of a few images, with the truth where it is asked for.
 pub fn rows(runs: &[PathBuf], evaluations: &[Evaluation], with_truth: bool) -> Result<Vec<Row>, Failure> {
     let images = &evaluations[0].scores.per_image;
-    let mut truths = if with_truth { truth_images(&runs[0], images.len())? } else { Vec::new() }.into_iter();
+    let shown = shown(evaluations);
+    let mut truths =
+        if with_truth { truth_images(&runs[0], images.len(), &shown)? } else { Vec::new() }.into_iter();
     let mut rows = Vec::new();
-    for k in chosen(images.len()) {
-        let mut size = [0; 2];
-        let mut renderings = Vec::new();
-        for (run, evaluation) in runs.iter().zip(evaluations) {
-            let score = &evaluation.scores.per_image[k];
-            let (pixels, found) = read_rendering(&png_path(&folder(run, SplitName::Test), &score.name), run)?;
-            if size != [0; 2] && size != found {
-                return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
-            }
-            size = found;
-            renderings.push(Scored { pixels, psnr: score.psnr });
-        }
+    for k in shown {
+        let (size, renderings) = renderings(runs, evaluations, k)?;
         let truth = truths.next();
         if truth.as_ref().is_some_and(|t| t.len() != size[0] * size[1]) {
             return Err(again(&runs[0], anyhow!("{} is not of the size of its truth", images[k].name)));
@@ -138,8 +139,70 @@ pub fn rows(runs: &[PathBuf], evaluations: &[Evaluation], with_truth: bool) -> R
     Ok(rows)
 }
 
-/// The chosen photographs of the test split that a run was evaluated on.
-fn truth_images(run: &Path, count: usize) -> Result<Vec<Vec<[u8; 3]>>, Failure> {
+/// The pictures that all runs have rendered of one image, and their size.
+fn renderings(
+    runs: &[PathBuf],
+    evaluations: &[Evaluation],
+    image: usize,
+) -> Result<([usize; 2], Vec<Scored>), Failure> {
+    let mut size = [0; 2];
+    let mut renderings = Vec::new();
+    for (run, evaluation) in runs.iter().zip(evaluations) {
+        let score = &evaluation.scores.per_image[image];
+        let (pixels, found) = read_rendering(&png_path(&folder(run, SplitName::Test), &score.name), run)?;
+        if size != [0; 2] && size != found {
+            return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
+        }
+        size = found;
+        renderings.push(Scored { pixels, psnr: score.psnr });
+    }
+    Ok((size, renderings))
+}
+
+/// The images that are shown: the most telling one, then others, evenly spread.
+fn shown(evaluations: &[Evaluation]) -> Vec<usize> {
+    let count = evaluations[0].scores.per_image.len();
+    let first = telling(evaluations);
+    let others = chosen(count).filter(|&k| Some(k) != first);
+    first.into_iter().chain(others).take(ROWS).collect()
+}
+
+/// The image whose squared errors differ most between runs, inside the masks where there are any; `None` for one run.
+fn telling(evaluations: &[Evaluation]) -> Option<usize> {
+    let count = evaluations[0].scores.per_image.len();
+    let spread = |k: usize| {
+        let scores = evaluations.iter().map(|e| &e.scores.per_image[k]);
+        let errors = scores.map(|s| 10f64.powf(-0.1 * s.psnr_inside.unwrap_or(s.psnr)));
+        let (low, high) = errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    (0..count).filter(|&k| spread(k) > 0.0).max_by(|&a, &b| spread(a).total_cmp(&spread(b)))
+}
+
+/// Writes the animated picture of two runs.
+fn write_wipe(args: &CompareArgs, evaluations: &[Evaluation], out: &Path) -> Result<(), Failure> {
+    let images = &evaluations[0].scores.per_image;
+    let image = match &args.view {
+        None => telling(evaluations).unwrap_or(0),
+        Some(name) => images.iter().position(|i| i.name == *name).ok_or_else(|| {
+            let names: Vec<&str> = images.iter().map(|i| i.name.as_str()).collect();
+            let error =
+                anyhow!("--view {name}: there is no such image; expected one of {}", names.join(", "));
+            Failure::new(Exit::BadInput, error)
+        })?,
+    };
+    let (size, renderings) = renderings(&args.runs, evaluations, image)?;
+    let captions = captions(&args.runs, evaluations);
+    let side = |k: usize| {
+        let score = &evaluations[k].scores.per_image[image];
+        let psnr = score.psnr_inside.unwrap_or(score.psnr);
+        wipe::Side { caption: format!("{} {psnr:.1} dB", captions[k]), pixels: &renderings[k].pixels }
+    };
+    wipe::write(&[side(0), side(1)], size, out)
+}
+
+/// The photographs of the test split that are shown, of a run that was evaluated on so many.
+fn truth_images(run: &Path, count: usize, shown: &[usize]) -> Result<Vec<Vec<[u8; 3]>>, Failure> {
     let loaded = load_run(run)?;
     let data = reopen(&loaded)?;
     if data.split.test.len() != count {
@@ -150,7 +213,7 @@ fn truth_images(run: &Path, count: usize) -> Result<Vec<Vec<[u8; 3]>>, Failure> 
         let photo = load_photo(&data.views[data.split.test[k]]).map_err(data_failure)?;
         Ok(truth(&photo, loaded.plan.backdrop))
     };
-    chosen(count).map(load).collect()
+    shown.iter().copied().map(load).collect()
 }
 
 fn read_rendering(path: &Path, run: &Path) -> Result<(Vec<[u8; 3]>, [usize; 2]), Failure> {
@@ -199,6 +262,7 @@ impl Report {
             table.row(cells);
         }
         let picture = self.picture.as_ref().map_or(String::new(), |p| format!("\npicture: {}", p.display()));
-        format!("{}\n{} test images; protocol: {}{picture}", table.text(), self.images, self.protocol)
+        let wipe = self.wipe.as_ref().map_or(String::new(), |p| format!("\nwipe: {}", p.display()));
+        format!("{}\n{} test images; protocol: {}{picture}{wipe}", table.text(), self.images, self.protocol)
     }
 }

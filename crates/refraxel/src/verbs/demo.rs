@@ -7,6 +7,7 @@ use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArg
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::shell::quoted_path;
 use crate::table::score;
 use anyhow::anyhow;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
@@ -29,6 +30,8 @@ const SETTINGS: [(&str, &str); 2] = [("run.steps", "540"), ("grid.resolution", "
 #[derive(Serialize)]
 struct Report {
     data: PathBuf,
+    /// The run with bent rays.
+    run: PathBuf,
     picture: PathBuf,
     seconds: f64,
     straight: Scores,
@@ -70,9 +73,9 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     let titles = ["straight rays".to_owned(), "bent rays".to_owned()];
     sheet::draw(&rows, &titles, "A glass ball, views not trained on", &picture)?;
     let seconds = start.elapsed().as_secs_f64();
-    let [straight, bent] = evaluations;
+    let ([straight, bent], [_, run]) = (evaluations, runs);
     let report =
-        Report { data, picture, seconds, straight: straight.scores, bent: bent.scores, ior: bent.ior };
+        Report { data, run, picture, seconds, straight: straight.scores, bent: bent.scores, ior: bent.ior };
     console.result(&report.text(), &report).or_exit(Exit::Io)
 }
 
@@ -148,6 +151,7 @@ impl Report {
              index of refraction of the glass: {}\n\n\
              picture: {}\n\
              dataset: {}\n\
+             Look around in it:         refraxel view {}\n\
              Now try your photographs:  refraxel train my_photos --out run",
             s.images,
             self.seconds,
@@ -157,6 +161,7 @@ impl Report {
             index.unwrap_or_else(|| "not found".to_owned()),
             self.picture.display(),
             self.data.display(),
+            quoted_path(&self.run),
         )
     }
 }

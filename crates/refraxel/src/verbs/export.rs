@@ -1,15 +1,19 @@
-//! `refraxel export`: writes the surfaces of a run for other programs.
+//! `refraxel export`: writes a run for other programs, and for browsers.
 //!
 //! Each region gets the mesh of its whole surface. Where bodies lie in each other the later region rules, theory (2.23): a
 //! bubble is a closed surface of index 1 inside that of the glass, and where two overlap in part both surfaces run through
 //! each other. Neither PLY nor glTF can state this order; path tracers know it as the priority of nested dielectrics.
 
 mod gltf;
+mod html;
 mod ply;
+mod surroundings;
 mod up;
 
+use super::interrupts::watch_for_interrupts;
 use super::loaded::{Loaded, load_run};
-use crate::cli::{ExportArgs, MeshFormat};
+use super::reopen;
+use crate::cli::{ExportArgs, ExportFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::{colours, count};
@@ -20,7 +24,9 @@ use refraxel_train::model::surface::{Boundary, Surface};
 use refraxel_train::run::CHECKPOINT;
 use refraxel_train::{Backend, Refraction};
 use serde::Serialize;
+use serde_json::json;
 use std::path::{Path, PathBuf};
+use surroundings::Surroundings;
 use up::Up;
 
 /// What was written.
@@ -29,6 +35,11 @@ pub struct Report {
     file: PathBuf,
     format: &'static str,
     regions: Vec<Region>,
+    /// Points of opaque things, and cameras, in a glTF file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cameras: Option<usize>,
     /// The direction in the world that the glTF file turns to +y.
     #[serde(skip_serializing_if = "Option::is_none")]
     up: Option<[f64; 3]>,
@@ -68,36 +79,62 @@ struct Numbered {
 
 /// The verb.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
-    let run = load_run(&args.run)?;
-    let extension = match args.format {
-        MeshFormat::Ply => "ply",
-        MeshFormat::Gltf => "glb",
+    let mut run = load_run(&args.run)?;
+    let checkpoint = args.run.join(CHECKPOINT).display().to_string();
+    let file = |name: &str| args.out.clone().unwrap_or_else(|| args.run.join(name));
+    let report = match args.format {
+        ExportFormat::Html => return page(args, &mut run, file("scene.html")),
+        ExportFormat::Ply => write_ply(&run, &checkpoint, args.detail, &file("surface.ply"))?,
+        ExportFormat::Gltf => {
+            watch_for_interrupts()?;
+            write_gltf(&run, &checkpoint, args.detail, args.points as usize, &file("scene.glb"))?
+        }
     };
-    let file = args.out.clone().unwrap_or_else(|| args.run.join("surface").with_extension(extension));
-    let checkpoint = args.run.join(CHECKPOINT);
-    let report = write(&run, &checkpoint.display().to_string(), args.format, args.detail, &file)?;
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// Writes the surfaces of a run, called `name` in messages, with `detail` cells per voxel.
-pub fn write(
+/// Writes the surfaces of a run, called `name` in messages, as PLY with `detail` cells per voxel.
+pub fn write_ply(run: &Loaded, name: &str, detail: u32, file: &Path) -> Result<Report, Failure> {
+    let surfaces = surfaces(run.backend.medium(), name, detail)?;
+    write_atomic(file, |f| ply::write(&surfaces, f))?;
+    Ok(Report::new(file, "ply", &surfaces))
+}
+
+/// Writes the surfaces of a run, called `name` in messages, as glTF with `detail` cells per voxel, and where its dataset can be
+/// opened, at most so many points of opaque things, and the cameras.
+pub fn write_gltf(
     run: &Loaded,
     name: &str,
-    format: MeshFormat,
     detail: u32,
+    points: usize,
     file: &Path,
 ) -> Result<Report, Failure> {
     let surfaces = surfaces(run.backend.medium(), name, detail)?;
-    let up = (format == MeshFormat::Gltf).then(|| Up::of(run));
-    match &up {
-        None => write_atomic(file, |f| ply::write(&surfaces, f))?,
-        Some(up) => write_atomic(file, |f| gltf::write(&surfaces, up, f))?,
-    }
-    let format = if format == MeshFormat::Ply { "ply" } else { "gltf" };
-    let regions = surfaces.iter().filter_map(Region::of).collect();
-    let direction = up.as_ref().map(|up| up.direction.to_array());
-    let up_note = up.and_then(|up| up.note);
-    Ok(Report { file: file.to_owned(), format, regions, up: direction, up_note })
+    let data = reopen(run);
+    let around =
+        data.as_ref().map_or(Ok(Surroundings::default()), |data| Surroundings::of(run, data, points))?;
+    let up = Up::estimate(data);
+    write_atomic(file, |f| gltf::write(&surfaces, &around, &up, f))?;
+    Ok(Report {
+        points: Some(around.points.len()),
+        cameras: Some(around.cameras.len()),
+        up: Some(up.direction.to_array()),
+        up_note: up.note,
+        ..Report::new(file, "gltf", &surfaces)
+    })
+}
+
+/// Writes a page to share.
+fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failure> {
+    let html::Page { voxels, bytes } = html::write(run, &args.run, &file)?;
+    let text = format!(
+        "page: {} ({} voxels, {:.1} MB); any browser opens it, one with WebGPU shows the scene itself",
+        file.display(),
+        count(voxels as u64),
+        bytes as f64 / 1e6
+    );
+    let report = json!({ "file": file, "format": "html", "voxels": voxels, "bytes": bytes });
+    Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
 }
 
 /// The surfaces of all regions that have one. Errors where none has one.
@@ -178,14 +215,22 @@ impl Region {
 }
 
 impl Report {
+    fn new(file: &Path, format: &'static str, surfaces: &[Numbered]) -> Self {
+        let regions = surfaces.iter().filter_map(Region::of).collect();
+        Self { file: file.to_owned(), format, regions, points: None, cameras: None, up: None, up_note: None }
+    }
+
     fn text(&self) -> String {
         let lines = self.regions.iter().map(Region::text);
-        let file = format!("surface: {} (world coordinates of the dataset)", self.file.display());
+        let around = self.points.zip(self.cameras).map(|(points, cameras)| {
+            format!("around it: {} points of opaque things, {cameras} cameras", count(points as u64))
+        });
+        let file = format!("file: {} (world coordinates of the dataset)", self.file.display());
         let up = self.up.map(|[x, y, z]| {
             let note = self.up_note.as_deref().unwrap_or("the mean of the cameras");
             format!("up: ({x:.3}, {y:.3}, {z:.3}), which the root node turns to +y; {note}")
         });
-        lines.chain([file]).chain(up).collect::<Vec<_>>().join("\n")
+        lines.chain(around).chain([file]).chain(up).collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -14,8 +14,10 @@ use refraxel_train::model::index_edit::index_range;
 use refraxel_train::rays::ray_within;
 use std::ops::Range;
 
-/// Pixels less opaque than this get no colour for their depth.
+/// Less opaque pixels do not count for the range of the colours.
 const OPAQUE: f32 = 0.5;
+/// Less opaque pixels have no depth.
+const VISIBLE: f32 = 0.1;
 /// Shares of the depths of a picture at which its colours begin and end.
 const QUANTILES: [f64; 2] = [0.02, 0.98];
 /// Edge of a tile, whose rays share their voxels [pixel].
@@ -140,7 +142,7 @@ impl Canvas {
                 Shown::Index | Shown::Normal if count == 0 => NOTHING,
                 Shown::Index => ColourMap::Viridis.at((opacity - low) / (high - low)),
                 Shown::Normal => [r, g, b].map(|x| quantize(0.5 * (x + 1.0))),
-                Shown::Depth if opacity <= OPAQUE => NOTHING,
+                Shown::Depth if opacity <= VISIBLE => NOTHING,
                 Shown::Depth => ColourMap::Viridis.at((high - depth / opacity) / (high - low)),
                 Shown::Opacity => [quantize(opacity); 3],
                 _ => [r, g, b].map(quantize),

@@ -5,6 +5,7 @@
 
 mod bend;
 mod client;
+mod contours;
 mod gate;
 mod layers;
 mod page;
@@ -20,5 +21,5 @@ mod socket;
 pub use bend::{BentRay, Bounce};
 pub use painter::{Orders, Painter};
 pub use protocol::{Ask, Edits, Header, Look, PageCamera, Shown, Tell};
-pub use scene::{Scene, SceneError};
+pub use scene::{Scene, SceneError, UP, start};
 pub use server::{Control, Server, ServerError, Wish};

@@ -2,6 +2,7 @@
 
 use super::bend;
 use super::client::Client;
+use super::contours::contours;
 use super::picture::PORTION;
 use super::protocol::{Ask, Header, Look, Tell};
 use super::scene::{Scene, SceneError};
@@ -16,8 +17,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// Time of the first, coarse pass of a picture.
-const FIRST_PASS: Duration = Duration::from_millis(45);
+/// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
+const FIRST_PASS: Duration = Duration::from_millis(55);
 
 /// Asks the painter for something, from any thread.
 #[derive(Clone, Debug)]
@@ -204,6 +205,10 @@ impl Painter {
                     Err(why) => client.refuse(&why),
                 }
             }
+            Ask::Surface { region } => match contours(&self.scene, region) {
+                Ok(pieces) => client.tell(&Tell::Surface { region, pieces }),
+                Err(why) => client.refuse(&why),
+            },
             // Others answer these.
             Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
         }

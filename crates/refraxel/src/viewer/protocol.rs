@@ -4,6 +4,7 @@
 //! length of a JSON header as four bytes, least significant first, the header, and a JPEG file.
 
 use super::bend::BentRay;
+use super::contours::Piece;
 use refraxel_core::{Camera, Lens, Mat3, Pose, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -57,6 +58,11 @@ pub enum Ask {
         axis: usize,
         /// Where the plane is between the ends of the box, in [0, 1].
         at: f64,
+    },
+    /// The surface of a region as lines.
+    Surface {
+        /// Number of the region, from 0.
+        region: usize,
     },
     /// Training goes on, or waits.
     Pause {
@@ -134,7 +140,7 @@ pub struct Edits {
     /// The index.
     #[serde(default)]
     pub index: Vec<Option<f32>>,
-    /// Factor on the absorption.
+    /// Factor on the absorption; for a clear body, the grey optical thickness over the shortest edge of its box.
     #[serde(default)]
     pub absorption: Vec<Option<f32>>,
 }
@@ -151,6 +157,13 @@ pub enum Tell {
         id: u64,
         /// The ray.
         ray: BentRay,
+    },
+    /// The surface of a region.
+    Surface {
+        /// Number of the region, from 0.
+        region: usize,
+        /// Pieces of lines on it.
+        pieces: Vec<Piece>,
     },
     /// Something happened in the training that is shown.
     Training(Value),

@@ -2,7 +2,7 @@
 
 use super::photographs::Photographs;
 use super::protocol::{Edits, Look, PageCamera};
-use refraxel_core::{Camera, Vec3};
+use refraxel_core::{Aabb, Camera, Vec3};
 use refraxel_data::{Dataset, scene_region};
 use refraxel_train::backend::Marching;
 use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
@@ -13,12 +13,12 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// The upward direction where no photographs say it.
-const UP: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
+pub const UP: Vec3<f64> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
 /// Field of view where no photographs say it [rad].
 const ANGLE: f64 = 0.7;
 /// Size of the first picture where no photographs say it [pixel].
 const SIZE: [u32; 2] = [400, 400];
-/// Factors on the absorption that a page may ask for.
+/// Factors on the absorption that a page may ask for; for a clear body, grey optical thicknesses over the shortest edge of its box.
 const ABSORPTION: [f32; 2] = [0.0, 20.0];
 
 /// Why a scene cannot be shown as a page wishes.
@@ -165,7 +165,13 @@ impl Scene {
                 return Err(SceneError::Look(why));
             }
             let grid = medium.medium.region_mut(k);
-            grid.set_absorption(grid.absorption().map(|a| factor * a));
+            let shortest = grid.domain().bounds.extent().min_element();
+            let is_clear = grid.absorption() == [0.0; 3];
+            grid.set_absorption(if is_clear {
+                [factor / shortest; 3]
+            } else {
+                grid.absorption().map(|a| factor * a)
+            });
         }
         Ok(medium)
     }
@@ -200,14 +206,18 @@ impl Scene {
         })
     }
 
-    /// Where a page begins: at the first held-out photograph, or before the box.
+    /// Where a page begins: at the first held-out photograph, if there is one.
     fn start(&self) -> PageCamera {
-        if let Some(camera) = self.photographs.first() {
-            return PageCamera::of(&camera);
-        }
-        let bounds = self.plan.finest.bounds.cast::<f64>();
-        let (middle, size) = (bounds.center(), bounds.extent().length());
-        let from = Vec3::new(1.0, 0.6, 0.7).normalized() * (0.6 * size / (0.5 * ANGLE).tan());
-        PageCamera::of(&Camera::look_at(middle + from, middle, self.up, ANGLE, SIZE))
+        start(self.photographs.first(), self.plan.finest.bounds.cast(), self.up)
     }
+}
+
+/// Where a page begins: at a photograph, or before the box of a scene without any.
+pub fn start(photograph: Option<Camera>, bounds: Aabb<f64>, up: Vec3<f64>) -> PageCamera {
+    if let Some(camera) = photograph {
+        return PageCamera::of(&camera);
+    }
+    let (middle, size) = (bounds.center(), bounds.extent().length());
+    let from = Vec3::new(1.0, 0.6, 0.7).normalized() * (0.6 * size / (0.5 * ANGLE).tan());
+    PageCamera::of(&Camera::look_at(middle + from, middle, up, ANGLE, SIZE))
 }

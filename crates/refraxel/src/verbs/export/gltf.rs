@@ -1,9 +1,12 @@
-//! Binary glTF 2.0: one mesh, node and material per region, below a node that turns the world to y up.
+//! Binary glTF 2.0: one mesh, node and material per region, opaque things as points, and cameras, below a node that turns the
+//! world to y up.
 //!
 //! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume.
 
+use super::surroundings::{Point, Surroundings};
 use super::up::Up;
 use super::{Numbered, Surface, narrow};
+use refraxel_core::{Camera, Vec3};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -15,11 +18,18 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
+const POINTS: u32 = 0;
+/// Near plane of cameras in their distance to the origin of the world, which only programs that need one use.
+const NEAR: f64 = 1e-3;
 
-/// Writes all surfaces into one `.glb`. Vertices stay in world coordinates, whose upward direction is `up`.
-pub fn write(surfaces: &[Numbered], up: &Up, out: &mut dyn Write) -> io::Result<()> {
+/// Writes everything into one `.glb`. Vertices stay in world coordinates, whose upward direction is `up`.
+pub fn write(surfaces: &[Numbered], around: &Surroundings, up: &Up, out: &mut dyn Write) -> io::Result<()> {
     let (mut binary, mut content) = (Vec::new(), Content::default());
     surfaces.iter().for_each(|s| content.add(s, &mut binary));
+    if !around.points.is_empty() {
+        content.add_points(&around.points, &mut binary);
+    }
+    around.cameras.iter().for_each(|(name, camera)| content.add_camera(name, camera));
     let mut text = serde_json::to_vec(&content.document(up, binary.len()))?;
     text.resize(text.len().next_multiple_of(4), b' ');
     let chunks = [(JSON_CHUNK, &text), (BINARY_CHUNK, &binary)];
@@ -45,24 +55,15 @@ struct Content {
     materials: Vec<Value>,
     meshes: Vec<Value>,
     nodes: Vec<Value>,
+    cameras: Vec<Value>,
 }
 
 impl Content {
     /// Appends the numbers of a surface to `binary` and describes them.
     fn add(&mut self, Numbered { region, surface }: &Numbered, binary: &mut Vec<u8>) {
         let (mesh, first, k) = (&surface.mesh, self.accessors.len(), self.meshes.len());
-        let positions: Vec<[f32; 3]> = mesh.vertices.iter().map(|&x| narrow(x)).collect();
-        let extreme = |best: fn(f32, f32) -> f32| {
-            positions.iter().copied().reduce(|a, b| [0, 1, 2].map(|i| best(a[i], b[i])))
-        };
-        let (min, max) = (extreme(f32::min), extreme(f32::max));
-        let normals: Vec<[f32; 3]> = mesh.normals.iter().map(|&n| narrow(n)).collect();
-        let bytes = |v: &[[f32; 3]]| v.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
-        let vector = |count: usize| json!({ "componentType": FLOAT, "count": count, "type": "VEC3" });
-        let mut position = vector(positions.len());
-        (position["min"], position["max"]) = (json!(min), json!(max));
-        self.put(position, ARRAY_BUFFER, bytes(&positions), binary);
-        self.put(vector(normals.len()), ARRAY_BUFFER, bytes(&normals), binary);
+        self.put_positions(mesh.vertices.iter().map(|&x| narrow(x)).collect(), binary);
+        self.put_vectors(mesh.normals.iter().map(|&n| narrow(n)).collect(), binary);
         let indices = mesh.triangles.as_flattened();
         let scalar = json!({ "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR" });
         let indices = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -77,6 +78,62 @@ impl Content {
             }],
         }));
         self.nodes.push(json!({ "name": format!("region {region}"), "mesh": k }));
+    }
+
+    /// Appends opaque points with their colours, which are light in glTF.
+    fn add_points(&mut self, points: &[Point], binary: &mut Vec<u8>) {
+        let (first, k) = (self.accessors.len(), self.meshes.len());
+        self.put_positions(points.iter().map(|p| p.place.to_array()).collect(), binary);
+        self.put_vectors(points.iter().map(|p| p.colour.map(light)).collect(), binary);
+        let material = self.materials.len();
+        self.materials.push(json!({
+            "name": "points", "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
+        }));
+        self.meshes.push(json!({
+            "name": "opaque things",
+            "primitives": [{
+                "mode": POINTS, "attributes": { "POSITION": first, "COLOR_0": first + 1 }, "material": material,
+            }],
+        }));
+        self.nodes.push(json!({ "name": "opaque things", "mesh": k }));
+    }
+
+    /// Appends the camera of a photograph, which looks along −z with y up there. Distortion and a shifted centre have no place
+    /// in glTF.
+    fn add_camera(&mut self, name: &str, camera: &Camera) {
+        let pose = camera.world_from_camera;
+        let [right, down, forward] = pose.rotation.columns;
+        let column = |v: Vec3<f64>, w: f64| [v.x, v.y, v.z, w];
+        let matrix =
+            [column(right, 0.0), column(-down, 0.0), column(-forward, 0.0), column(pose.translation, 1.0)];
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        self.nodes.push(json!({ "name": name, "camera": self.cameras.len(), "matrix": matrix.concat() }));
+        self.cameras.push(json!({
+            "name": name,
+            "type": "perspective",
+            "perspective": {
+                "yfov": 2.0 * (0.5 * height / camera.focal[1]).atan(),
+                "aspectRatio": width * camera.focal[1] / (height * camera.focal[0]),
+                "znear": NEAR * pose.translation.length().max(NEAR),
+            },
+        }));
+    }
+
+    /// Adds positions, with the box around them.
+    fn put_positions(&mut self, positions: Vec<[f32; 3]>, binary: &mut Vec<u8>) {
+        let extreme = |best: fn(f32, f32) -> f32| {
+            positions.iter().copied().reduce(|a, b| [0, 1, 2].map(|i| best(a[i], b[i])))
+        };
+        let (min, max) = (extreme(f32::min), extreme(f32::max));
+        self.put_vectors(positions, binary);
+        let accessor = self.accessors.last_mut().unwrap_or_else(|| unreachable!("it was just added"));
+        (accessor["min"], accessor["max"]) = (json!(min), json!(max));
+    }
+
+    fn put_vectors(&mut self, vectors: Vec<[f32; 3]>, binary: &mut Vec<u8>) {
+        let accessor = json!({ "componentType": FLOAT, "count": vectors.len(), "type": "VEC3" });
+        let bytes = vectors.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.put(accessor, ARRAY_BUFFER, bytes, binary);
     }
 
     /// Adds one array: its bytes, their place and their meaning. All numbers have 4 bytes, so that none is misaligned.
@@ -98,7 +155,7 @@ impl Content {
             "rotation": up.rotation_to_y(),
             "children": (0..root).collect::<Vec<_>>(),
         }));
-        json!({
+        let mut document = json!({
             "asset": {
                 "version": "2.0",
                 "generator": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
@@ -119,8 +176,18 @@ impl Content {
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [{ "byteLength": length }],
-        })
+        });
+        if !self.cameras.is_empty() {
+            document["cameras"] = json!(self.cameras); // an empty list is not allowed
+        }
+        document
     }
+}
+
+/// Light of an sRGB code: IEC 61966-2-1.
+fn light(code: f32) -> f32 {
+    let code = code.clamp(0.0, 1.0);
+    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Smooth glass, clear or tinted.
@@ -164,7 +231,7 @@ mod tests {
 
     fn written(up: &Up) -> Vec<u8> {
         let mut bytes = Vec::new();
-        write(&ball_and_shell(), up, &mut bytes).unwrap();
+        write(&ball_and_shell(), &Surroundings::default(), up, &mut bytes).unwrap();
         bytes
     }
 
@@ -244,6 +311,33 @@ mod tests {
         let json: Value = serde_json::from_slice(&glb.json).unwrap();
         let views = json["bufferViews"].as_array().unwrap();
         assert!(views.iter().all(|v| v["byteOffset"].as_u64().unwrap().is_multiple_of(4)));
+    }
+
+    #[test]
+    fn points_and_cameras_stand_where_they_were() {
+        let eye = vec3(3.0, -1.0, 2.0);
+        let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, [80, 60]);
+        let point = Point { place: vec3(0.1, 0.2, 0.3), colour: [1.0, 0.5, 0.0] };
+        let around = Surroundings { points: vec![point], cameras: vec![("a.png".to_owned(), camera)] };
+        let mut bytes = Vec::new();
+        write(&[], &around, &Z_UP, &mut bytes).unwrap();
+        let document = gltf::Gltf::from_slice(&bytes).unwrap();
+        let root = document.default_scene().unwrap().nodes().next().unwrap();
+        let nodes: Vec<_> = root.children().collect();
+        let [points, seen] = &nodes[..] else { panic!("two nodes") };
+        let primitive = points.mesh().unwrap().primitives().next().unwrap();
+        let reader = primitive.reader(|_| document.blob.as_deref());
+        assert_eq!(reader.read_positions().unwrap().collect::<Vec<_>>(), [[0.1, 0.2, 0.3]]);
+        let colour = reader.read_colors(0).unwrap().into_rgb_f32().next().unwrap();
+        assert!((colour[1] - 0.214_041).abs() < 1e-5 && colour[0] == 1.0, "{colour:?}");
+        let camera = seen.camera().unwrap();
+        let gltf::camera::Projection::Perspective(lens) = camera.projection() else { panic!() };
+        assert!((lens.aspect_ratio().unwrap() - 80.0 / 60.0).abs() < 1e-5);
+        assert!((f64::from(lens.yfov()) - 2.0 * (0.75 * 0.35_f64.tan()).atan()).abs() < 1e-5);
+        // It looks along −z, at the origin of the world.
+        let m = seen.transform().matrix().map(|c| vec3(c[0], c[1], c[2]).cast::<f64>());
+        assert!((m[3] - eye).length() < 1e-5 && (m[2] - eye.normalized()).length() < 1e-5);
+        assert!(m[1].z > 0.5, "y is up");
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! Which way is up in the world of a run, and the rotation that turns it to +y.
 
 use crate::exit::Failure;
-use crate::verbs::loaded::Loaded;
-use crate::verbs::reopen;
 use refraxel_core::{Vec3, vec3};
 use refraxel_data::{Dataset, scene_region};
 
@@ -20,11 +18,7 @@ pub struct Up {
 
 impl Up {
     /// The mean upward direction of the cameras, which `render --orbit` goes around; +z when the dataset is gone.
-    pub fn of(run: &Loaded) -> Self {
-        Self::estimate(reopen(run))
-    }
-
-    fn estimate(data: Result<Dataset, Failure>) -> Self {
+    pub fn estimate(data: Result<Dataset, Failure>) -> Self {
         match data {
             Ok(data) => Self { direction: scene_region(&data).up, note: None },
             Err(failure) => Self {

@@ -6,8 +6,10 @@ use refraxel_core::{Domain, Extent};
 use refraxel_data::NamedCamera;
 use refraxel_train::evaluation::Rendering;
 
-/// Pixels less opaque than this get no colour for their depth.
+/// Less opaque pixels do not count for the range of the colours.
 const OPAQUE: f32 = 0.5;
+/// Opacities between which the colours of previews appear: at edges and in what is half transparent, depth is known, too.
+const APPEARS: [f32; 2] = [0.02, 0.3];
 /// Largest depth of a contracted grid, in distances to the far side of its box; the grid itself has no end.
 const FAR: f64 = 4.0;
 
@@ -52,11 +54,19 @@ impl Depth {
 
     /// Near is yellow, far is violet, and a pixel without depth is white.
     pub fn colours(&self, depths: impl Iterator<Item = Option<f32>>) -> Vec<Colour> {
-        let colour = |d: Option<f32>| match (d, self.range) {
-            (Some(d), Some([near, far])) => ColourMap::Viridis.at((far - d) / (far - near)),
-            _ => [255; 3],
-        };
-        depths.map(colour).collect()
+        depths.map(|d| d.map_or([255; 3], |d| self.colour(d, 1.0))).collect()
+    }
+
+    /// The same of a rendering, whose transparent pixels fade into white.
+    pub fn preview(&self, r: &Rendering) -> Vec<Colour> {
+        r.depth.iter().zip(&r.opacity).map(|(&d, &opacity)| self.colour(d, opacity)).collect()
+    }
+
+    fn colour(&self, depth: f32, opacity: f32) -> Colour {
+        let Some([near, far]) = self.range else { return [255; 3] };
+        let share = ((opacity - APPEARS[0]) / (APPEARS[1] - APPEARS[0])).clamp(0.0, 1.0);
+        let colour = ColourMap::Viridis.at((far - depth) / (far - near));
+        colour.map(|c| (255.0 + (f32::from(c) - 255.0) * share).round() as u8)
     }
 }
 
@@ -82,6 +92,16 @@ mod tests {
                 .iter()
                 .all(|&(x, unit): &(f64, f64)| (round_up(x) - unit).abs() < 1e-12)
         );
+    }
+
+    #[test]
+    fn previews_have_no_holes_where_something_is_half_transparent() {
+        let depth = Depth { unit: 0.01, range: Some([1.0, 3.0]) };
+        assert_eq!(depth.colour(2.0, 0.35), depth.colour(2.0, 1.0));
+        assert_eq!(depth.colour(2.0, 0.0), [255; 3]);
+        let between = depth.colour(2.0, 0.15);
+        let full = depth.colour(2.0, 1.0);
+        assert!((0..3).all(|c| full[c] < between[c] && between[c] < 255));
     }
 
     #[test]

@@ -175,7 +175,7 @@ impl Seen<'_> {
             }
             (Layer::Depth, _) => {
                 let samples = depths.seen.samples(r.depth.iter().copied());
-                let colours = depths.seen.colours(opaque(r));
+                let colours = depths.seen.preview(r);
                 save(0, &samples, size, ExtendedColorType::L16)?;
                 save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
@@ -216,7 +216,7 @@ impl Seen<'_> {
         Ok(match (layer, &self.refractive) {
             (Layer::Colour, _) => r.colour.clone(),
             (Layer::Opacity, _) => r.opacity.iter().map(|&a| [quantize(a); 3]).collect(),
-            (Layer::Depth, _) => depths.seen.colours(opaque(r)),
+            (Layer::Depth, _) => depths.seen.preview(r),
             (Layer::Reflection, _) => {
                 render_reflection(self.backend, self.camera, self.marching, &cancel())
                     .map_err(stopped)?

@@ -69,14 +69,14 @@ impl Log {
                 .filter(|(_, v)| v.is_finite())
                 .collect(),
         };
+        // Without a validation view there is no such curve, and the legend names none.
+        let all =
+            [series("training rays", &|r| Some(r.train_psnr)), series("validation view", &|r| r.val_psnr)];
         let plot = Plot {
             title: "Training".to_owned(),
             x_label: "minutes".to_owned(),
             y_label: "PSNR [dB]".to_owned(),
-            series: vec![
-                series("training rays", &|r| Some(r.train_psnr)),
-                series("validation view", &|r| r.val_psnr),
-            ],
+            series: all.into_iter().filter(|s| !s.points.is_empty()).collect(),
         };
         plot.draw(960, 540).save_png(&out.join("curves.png"))
     }
