@@ -162,6 +162,13 @@ pub(crate) fn without_values(model: &Model) -> Model {
     }
 }
 
+/// A model of this shape that has learned nothing.
+pub(crate) fn blank(held: &Model) -> Model {
+    let field = &held.field;
+    let field = VoxelField::uniform(field.domain, field.map.clone(), field.degree, 0.0);
+    Model { field, ..without_values(held) }
+}
+
 /// The model and the optimiser's state, read from a device; `held` is the model without its values.
 pub(crate) fn download(
     gpu: &Gpu,

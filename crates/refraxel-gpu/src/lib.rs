@@ -16,13 +16,15 @@ mod constants;
 mod device;
 mod error;
 mod field;
+mod heap;
 mod kernels;
 mod memory;
 mod pools;
 mod step;
 mod task;
 
-pub use adapters::{Adapter, AdapterKind, DeviceChoice, adapters};
+pub use adapters::{Adapter, AdapterKind, adapters};
 pub use backend::GpuBackend;
 pub use device::Gpu;
 pub use error::{GpuError, Unsupported};
+pub use refraxel_train::device::DeviceChoice;
