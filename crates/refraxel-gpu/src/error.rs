@@ -104,6 +104,10 @@ pub enum Unsupported {
     Reflection,
     /// Opaque things with a clearcoat.
     Clearcoat,
+    /// Tinted bodies.
+    Absorption,
+    /// Steps through the index by another rule than leapfrog.
+    Integrator,
 }
 
 impl Unsupported {
@@ -113,6 +117,8 @@ impl Unsupported {
             Self::Refraction => "the GPU backend cannot bend rays yet",
             Self::Reflection => "the GPU backend has no mirrors yet",
             Self::Clearcoat => "the GPU backend has no clearcoats yet",
+            Self::Absorption => "the GPU backend has no tinted bodies yet",
+            Self::Integrator => "the GPU backend traces rays by leapfrog only",
         }
     }
 
@@ -122,6 +128,8 @@ impl Unsupported {
             Self::Refraction => "straight rays with `--refraction off`",
             Self::Reflection => "no mirrors with `--reflection off`",
             Self::Clearcoat => "no clearcoat with `--clearcoat off`",
+            Self::Absorption => "clear bodies",
+            Self::Integrator => "that rule",
         }
     }
 }

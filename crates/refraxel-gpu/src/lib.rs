@@ -12,6 +12,7 @@
 
 mod adapters;
 mod backend;
+mod bodies;
 mod constants;
 mod device;
 mod error;
@@ -20,6 +21,8 @@ mod heap;
 mod kernels;
 mod memory;
 mod pools;
+mod renderer;
+mod sources;
 mod step;
 mod task;
 
@@ -28,3 +31,4 @@ pub use backend::GpuBackend;
 pub use device::Gpu;
 pub use error::{GpuError, Unsupported};
 pub use refraxel_train::device::DeviceChoice;
+pub use renderer::GpuRenderer;
