@@ -1,37 +1,7 @@
 //! Which adapters a machine has, and which one is meant.
 
-use crate::GpuError;
+use crate::{DeviceChoice, GpuError};
 use serde::Serialize;
-use std::str::FromStr;
-
-/// The device of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DeviceChoice {
-    /// A hardware GPU where there is one, else the CPU.
-    #[default]
-    Auto,
-    /// The CPU.
-    Cpu,
-    /// The best hardware GPU.
-    Gpu,
-    /// The adapter of this number, which may be a software one.
-    Adapter(usize),
-}
-
-impl FromStr for DeviceChoice {
-    type Err = GpuError;
-
-    fn from_str(text: &str) -> Result<Self, GpuError> {
-        let number = |n: &str| n.parse().ok().map(Self::Adapter);
-        let choice = match text {
-            "auto" => Some(Self::Auto),
-            "cpu" => Some(Self::Cpu),
-            "gpu" => Some(Self::Gpu),
-            other => other.strip_prefix("gpu:").and_then(number),
-        };
-        choice.ok_or_else(|| GpuError::Choice { found: text.to_owned() })
-    }
-}
 
 /// What an adapter is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -62,6 +32,8 @@ pub struct Adapter {
     pub api: String,
     /// Driver and its version.
     pub driver: String,
+    /// Its own memory [byte]; `None` where its interface does not tell. Part of a processor: a share of that of the machine.
+    pub memory: Option<u64>,
     /// Largest array that a kernel can bind [byte].
     pub max_binding: u64,
     /// Largest buffer [byte].
@@ -112,6 +84,7 @@ pub(crate) fn describe(number: usize, adapter: &wgpu::Adapter) -> Adapter {
         kind: kind(info.device_type),
         api: info.backend.to_string(),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        memory: crate::heap::memory(adapter),
         max_binding: limits.max_storage_buffer_binding_size,
         max_buffer: limits.max_buffer_size,
         max_bindings: limits.max_storage_buffers_per_shader_stage,
@@ -158,28 +131,13 @@ mod tests {
             kind,
             api: "vulkan".to_owned(),
             driver: String::new(),
+            memory: None,
             max_binding: 1 << 27,
             max_buffer: 1 << 30,
             max_bindings: 32,
             half: false,
             atomics_64: false,
             atomics_f32: false,
-        }
-    }
-
-    #[test]
-    fn devices_are_understood_by_their_names() {
-        for (text, choice) in [
-            ("auto", DeviceChoice::Auto),
-            ("cpu", DeviceChoice::Cpu),
-            ("gpu", DeviceChoice::Gpu),
-            ("gpu:3", DeviceChoice::Adapter(3)),
-        ] {
-            assert_eq!(text.parse(), Ok(choice));
-        }
-        for text in ["", "GPU", "gpu:", "gpu:-1", "gpu:x", "cuda"] {
-            let error = text.parse::<DeviceChoice>().unwrap_err().to_string();
-            assert!(error.contains("auto, cpu, gpu"), "{error}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! The backend itself: a model in the memory of a device.
 
 use crate::constants::{STATUS_FAILED, WANTS_FIELD};
-use crate::field::{OUTCOMES, download, upload, without_values};
+use crate::field::{OUTCOMES, blank, download, upload, without_values};
 use crate::kernels::{Kernel, Kernels};
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
@@ -10,12 +10,14 @@ use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
 use refraxel_core::{BrickMap, Domain, Ray};
+use refraxel_train::Options;
 use refraxel_train::backend::{
     Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
     Snapshot, StepOutcome,
 };
 use refraxel_train::cancel::{Cancel, Cancelled};
 use refraxel_train::model::{Model, Optimiser, Reflection, Refraction, resampled};
+use refraxel_train::run::Run;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -75,6 +77,19 @@ impl GpuBackend {
             return Err(Unsupported::Reflection);
         }
         if model.clearcoat.is_some() { Err(Unsupported::Clearcoat) } else { Ok(()) }
+    }
+
+    /// Whether the backend has everything that a run may come to need: what its options switch on, and, for a run that goes on,
+    /// what it holds and has decided.
+    pub fn supports_run(options: &Options, saved: Option<&Run>) -> Result<(), Unsupported> {
+        if let Some(run) = saved {
+            Self::supports(&run.model)?;
+        }
+        let stays_straight = saved.is_some_and(|run| run.state.stays_straight);
+        if options.refraction.bend.is_on() && !stays_straight {
+            return Err(Unsupported::Refraction);
+        }
+        if options.clearcoat.enabled.is_on() { Err(Unsupported::Clearcoat) } else { Ok(()) }
     }
 
     /// The device, and what went wrong there.
@@ -209,6 +224,10 @@ impl Backend for GpuBackend {
         self.gpu.fault().map(|e| e.to_string())
     }
 
+    fn may_fail(&self) -> bool {
+        true
+    }
+
     fn load(&mut self, model: Model, optimiser: Option<Optimiser>) {
         let optimiser = optimiser.unwrap_or_else(|| Optimiser::new(&model));
         self.pending.clear();
@@ -219,8 +238,12 @@ impl Backend for GpuBackend {
 
     fn snapshot(&self) -> Snapshot<'_> {
         let read = self.read();
-        let (model, optimiser) =
-            self.noted(read).unwrap_or_else(|| panic!("{}", self.fault().unwrap_or_default()));
+        // Of a device with a fault: nothing was learned.
+        let (model, optimiser) = self.noted(read).unwrap_or_else(|| {
+            let model = blank(&self.held);
+            let optimiser = Optimiser::new(&model);
+            (model, optimiser)
+        });
         Snapshot { model: Cow::Owned(model), optimiser: Cow::Owned(optimiser) }
     }
 

@@ -1,12 +1,16 @@
 //! Constants of the Rust code for the kernels. No number is repeated in WGSL.
 
+use crate::bodies::{CUBIC_B_SPLINE, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
+use refraxel_core::index::{BORDER_VALUE, NUDGE, TOUCH, VACUUM};
+use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, MAX_LATTICE};
 use refraxel_core::priors::OPACITY_MARGIN;
 use refraxel_core::radiance::GROUP;
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
+use refraxel_train::model::MAX_SEGMENTS;
 use std::fmt::Write;
 
 /// Invocations of a workgroup: the voxels of a brick.
@@ -36,6 +40,11 @@ const FIXED_LIMIT: f32 = (1 << 26) as f32;
 const STRETCH: f32 = 4.0 / 3.0;
 const STRETCH_MOST: f32 = 16.0 / 3.0;
 
+/// The region of vacuum.
+const NO_REGION: u32 = u32::MAX;
+/// Distance to the nearest marked cell from outside of a lattice; those of cells are bytes.
+const OUTSIDE: u32 = 256;
+
 /// The value of a fixed-point number.
 pub(crate) fn from_fixed(low: u32, high: u32) -> f64 {
     let whole = (u64::from(high) << 32 | u64::from(low)) as i64;
@@ -62,6 +71,14 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("DEGREE", u32::from(shape.degree.get())),
         ("BASIS", shape.degree.basis() as u32),
         ("BLOCKS", shape.blocks()),
+        ("CUBIC_B_SPLINE", CUBIC_B_SPLINE),
+        ("TRILINEAR_OF_DIFFERENCES", TRILINEAR_OF_DIFFERENCES),
+        ("TRILINEAR", TRILINEAR),
+        ("NO_REGION", NO_REGION),
+        ("OUTSIDE", OUTSIDE),
+        ("CROSSING_STEPS", CROSSING_STEPS as u32),
+        ("MAX_LATTICE", MAX_LATTICE),
+        ("MAX_SEGMENTS", MAX_SEGMENTS as u32),
     ];
     for (name, value) in whole {
         let _ = writeln!(out, "const {name}: u32 = {value}u;");
@@ -76,6 +93,12 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("RMS_DECAY", RULE.decay),
         ("RMS_EPSILON", RULE.epsilon),
         ("STRETCH", STRETCH),
+        ("NUDGE", NUDGE as f32),
+        ("BORDER_VALUE", BORDER_VALUE as f32),
+        ("TOUCH", TOUCH as f32),
+        ("VACUUM", VACUUM as f32),
+        ("CROSSING_SPACING", CROSSING_SPACING as f32),
+        ("EPSILON", f32::EPSILON),
         ("STRETCH_MOST", STRETCH_MOST),
         ("FIXED_LIMIT", FIXED_LIMIT),
         ("FIXED_UPPER", 2f32.powi(FIXED_BITS - 32)),

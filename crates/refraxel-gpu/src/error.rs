@@ -4,12 +4,6 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// The name of a device was not understood.
-    #[error("`{found}` is no device; expected auto, cpu, gpu, or gpu:N with the number of an adapter")]
-    Choice {
-        /// What stood there.
-        found: String,
-    },
     /// There is no adapter, or none that was asked for.
     #[error("no usable GPU: {found}; install a Vulkan driver, or use `--device cpu`")]
     NoAdapter {
@@ -101,17 +95,41 @@ pub enum GpuError {
 
 /// What the GPU backend does not have yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}; use `--device cpu`, or {}", self.what(), self.without())]
 #[non_exhaustive]
 pub enum Unsupported {
     /// Rays that bend.
-    #[error(
-        "the GPU backend cannot bend rays yet; use `--device cpu`, or straight rays (`refraction.bend` off)"
-    )]
     Refraction,
     /// Surfaces that mirror.
-    #[error("the GPU backend has no mirrors yet; use `--device cpu`, or `reflection.enabled` off")]
     Reflection,
     /// Opaque things with a clearcoat.
-    #[error("the GPU backend has no clearcoats yet; use `--device cpu`, or `clearcoat.enabled` off")]
     Clearcoat,
+    /// Tinted bodies.
+    Absorption,
+    /// Steps through the index by another rule than leapfrog.
+    Integrator,
+}
+
+impl Unsupported {
+    /// What is not there.
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::Refraction => "the GPU backend cannot bend rays yet",
+            Self::Reflection => "the GPU backend has no mirrors yet",
+            Self::Clearcoat => "the GPU backend has no clearcoats yet",
+            Self::Absorption => "the GPU backend has no tinted bodies yet",
+            Self::Integrator => "the GPU backend traces rays by leapfrog only",
+        }
+    }
+
+    /// How to do without.
+    fn without(self) -> &'static str {
+        match self {
+            Self::Refraction => "straight rays with `--refraction off`",
+            Self::Reflection => "no mirrors with `--reflection off`",
+            Self::Clearcoat => "no clearcoat with `--clearcoat off`",
+            Self::Absorption => "clear bodies",
+            Self::Integrator => "that rule",
+        }
+    }
 }

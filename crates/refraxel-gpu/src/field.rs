@@ -90,12 +90,12 @@ pub(crate) fn texel_values(background: &Background<f32>) -> usize {
     }
 }
 
-/// Arrays with everything that kernels read and write of a model.
-pub(crate) fn upload(
+/// Arrays with everything that kernels read of a field to show it; one bit of `occupied` per cell of each slot.
+pub(crate) fn upload_shown(
     gpu: &Gpu,
     shape: &Shape,
     model: &Model,
-    optimiser: &Optimiser,
+    occupied: &[u64],
 ) -> Result<Buffers, GpuError> {
     let (field, map) = (&model.field, &model.field.map);
     let (voxels, stride) = (map.voxels(), field.degree.stride());
@@ -104,12 +104,8 @@ pub(crate) fn upload(
     b.zeros(gpu, "task", size_of::<crate::task::Task>() as u64)?;
     b.filled(gpu, "table", &table(map))?;
     b.filled(gpu, "forward", map.forward_rows())?;
-    let bricks: Vec<[u32; 3]> = (0..map.slots()).map(|s| map.brick_of(s as u32)).collect();
-    b.filled(gpu, "brick_of_slot", &bricks)?;
-    b.filled(gpu, "occupied", &optimiser.occupied)?;
+    b.filled(gpu, "occupied", occupied)?;
     b.filled(gpu, "density", &field.density[..])?;
-    b.filled(gpu, "density_moment", &optimiser.density[..])?;
-    b.filled(gpu, "colour_moment", &optimiser.colour[..])?;
     for k in 0..shape.colour.pools {
         let range = shape.colour.range(k, voxels);
         b.filled(gpu, &format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride])?;
@@ -119,6 +115,22 @@ pub(crate) fn upload(
         Background::Environment(map) => &map.texels[..],
     };
     b.filled(gpu, "texels", texels)?;
+    Ok(b)
+}
+
+/// Arrays with everything that kernels read and write of a model.
+pub(crate) fn upload(
+    gpu: &Gpu,
+    shape: &Shape,
+    model: &Model,
+    optimiser: &Optimiser,
+) -> Result<Buffers, GpuError> {
+    let map = &model.field.map;
+    let mut b = upload_shown(gpu, shape, model, &optimiser.occupied)?;
+    let bricks: Vec<[u32; 3]> = (0..map.slots()).map(|s| map.brick_of(s as u32)).collect();
+    b.filled(gpu, "brick_of_slot", &bricks)?;
+    b.filled(gpu, "density_moment", &optimiser.density[..])?;
+    b.filled(gpu, "colour_moment", &optimiser.colour[..])?;
     b.filled(gpu, "texel_moment", &optimiser.background)?;
     for (name, bytes) in gradients(shape, model) {
         b.zeros(gpu, &name, bytes)?;
@@ -160,6 +172,13 @@ pub(crate) fn without_values(model: &Model) -> Model {
         reflection: model.reflection.clone(),
         clearcoat: model.clearcoat.clone(),
     }
+}
+
+/// A model of this shape that has learned nothing.
+pub(crate) fn blank(held: &Model) -> Model {
+    let field = &held.field;
+    let field = VoxelField::uniform(field.domain, field.map.clone(), field.degree, 0.0);
+    Model { field, ..without_values(held) }
 }
 
 /// The model and the optimiser's state, read from a device; `held` is the model without its values.

@@ -12,17 +12,23 @@
 
 mod adapters;
 mod backend;
+mod bodies;
 mod constants;
 mod device;
 mod error;
 mod field;
+mod heap;
 mod kernels;
 mod memory;
 mod pools;
+mod renderer;
+mod sources;
 mod step;
 mod task;
 
-pub use adapters::{Adapter, AdapterKind, DeviceChoice, adapters};
+pub use adapters::{Adapter, AdapterKind, adapters};
 pub use backend::GpuBackend;
 pub use device::Gpu;
 pub use error::{GpuError, Unsupported};
+pub use refraxel_train::device::DeviceChoice;
+pub use renderer::GpuRenderer;

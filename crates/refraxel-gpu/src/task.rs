@@ -68,7 +68,7 @@ pub(crate) struct Lesson {
     origin: [f32; 3],
     offset: f32,
     direction: [f32; 3],
-    padding_0: f32,
+    pub bends: u32,
     colour: [f32; 3],
     padding_1: f32,
     behind: [f32; 3],

@@ -1,8 +1,9 @@
 //! The GPU backend on an adapter of this machine, be it a software one: the claims of the conformance suite that it answers
 //! for, and what is its own affair.
 
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Extent, Ray, vec3};
-use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, Unsupported};
+use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, GpuRenderer, Unsupported};
 use refraxel_train::backend::conformance::scenes::{batch, objective, straight_model};
 use refraxel_train::backend::conformance::{Suite, Tolerances, bent, clearcoated, mirrored};
 use refraxel_train::backend::{Layers, Marching, Objective, step};
@@ -206,4 +207,56 @@ fn a_device_with_a_fault_says_so_and_learns_nothing() {
     assert!(outcomes.len() == 1 && outcomes[0].step == 7 && !outcomes[0].finite);
     let fault = backend.fault().expect("a fault");
     assert!(fault.contains("65535 iterations") && fault.contains("--device cpu"), "{fault}");
+}
+
+fn shown(model: Model, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
+    let renderer = GpuRenderer::new(gpu(), &model, marching).expect("a model that can be shown");
+    renderer.render(rays).expect("a device without a fault")
+}
+
+/// The tracer of the kernels against that of the core in f64, with the tolerances of the CPU backend.
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn bent_rays_agree_with_the_reference() {
+    let tolerances = Tolerances::SINGLE_PRECISION;
+    bent::rendering_agrees_with_the_reference(bent::bent_model, &tolerances, &shown);
+}
+
+/// The same with sharp surfaces: bodies in bodies, and total reflection.
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn rays_at_sharp_surfaces_agree_with_the_reference() {
+    let tolerances = Tolerances::SINGLE_PRECISION;
+    bent::rendering_agrees_with_the_reference(bent::sharp_model, &tolerances, &shown);
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_model_that_is_shown_looks_as_on_the_cpu() {
+    // Both trace in f32, and round otherwise where a ray grazes a surface: eps 6e-8 × a lever arm of 1e4 there.
+    const TOL: f32 = 1e-3;
+    let marching = Marching { min_optical_depth: 1e-3, min_transmittance: 1e-3, ..Marching::exhaustive(0.5) };
+    for model in [
+        straight_model(2, Extent::Bounded),
+        bent::bent_model(Extent::Contracted),
+        bent::sharp_model(Extent::Bounded),
+    ] {
+        let (mut cpu, rays) = (CpuBackend::new(model.clone()), batch(400).rays);
+        cpu.refresh_occupancy(&marching);
+        let want = cpu.render(&rays, &marching, Layers::All);
+        let got = shown(model, &rays, &marching);
+        let different = want.iter().zip(&got).filter(|(a, b)| apart(&a.colour, &b.colour) > TOL).count();
+        assert!(different <= rays.len() / 50, "{different} rays differ");
+    }
+}
+
+#[test]
+fn what_cannot_be_shown_yet_is_refused() {
+    assert_eq!(GpuRenderer::supports(&bent::sharp_model(Extent::Contracted)), Ok(()));
+    assert_eq!(GpuRenderer::supports(&mirrored::sharp_ball()), Err(Unsupported::Reflection));
+    let coated = clearcoated::clearcoated_model(Extent::Bounded);
+    assert_eq!(GpuRenderer::supports(&coated), Err(Unsupported::Clearcoat));
+    let mut tinted = bent::sharp_model(Extent::Bounded);
+    tinted.refraction.medium.region_mut(0).set_absorption([0.1, 0.0, 0.0]);
+    assert_eq!(GpuRenderer::supports(&tinted), Err(Unsupported::Absorption));
 }

@@ -3,6 +3,10 @@
 //! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
 //! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
+mod on_device;
+
+pub use on_device::{DeviceThroughput, straight_on};
+
 use crate::backend::{
     Backend, Batch, IndexObjective, Layers, Marching, Objective, ReflectionObjective, step,
 };
@@ -28,6 +32,14 @@ pub struct BenchOptions {
     pub rays: usize,
     /// Repetitions; the best counts.
     pub repetitions: usize,
+}
+
+impl BenchOptions {
+    /// A benchmark of a minute, or of a few seconds.
+    pub fn suited_to(quick: bool) -> Self {
+        let (rays, repetitions) = if quick { (4096, 3) } else { (16_384, 15) };
+        Self { resolution: 128, rays, repetitions }
+    }
 }
 
 /// Millions of samples per second, per core and on all threads.
@@ -214,8 +226,12 @@ fn best(n: usize, mut work: impl FnMut()) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// A translucent box of smooth structure.
 fn scene(resolution: u32) -> CpuBackend {
+    CpuBackend::new(model(resolution))
+}
+
+/// A translucent box of smooth structure.
+fn model(resolution: u32) -> Model {
     let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
     let domain = Domain::with_longest(bounds, Extent::Bounded, resolution);
     let map = BrickMap::dense(domain.resolution);
@@ -227,7 +243,7 @@ fn scene(resolution: u32) -> CpuBackend {
         *v = 0.2 * (i as f32 * 0.37).sin();
     }
     field.clear_empty_brick();
-    CpuBackend::new(Model::straight(field, Background::Constant([1.0; 3])))
+    Model::straight(field, Background::Constant([1.0; 3]))
 }
 
 fn batch_of(rays: Vec<Ray<f32>>) -> Batch {

@@ -1,6 +1,7 @@
 //! What happens in a run: typed events for whoever follows it, and how it is stopped.
 
 use crate::cancel::{Cancel, Cancelled};
+use crate::device::Device;
 use crate::exposures::ExposureShift;
 use crate::poses::PoseShift;
 use crate::schedule::Phase;
@@ -12,6 +13,11 @@ use serde::{Deserialize, Serialize};
 #[serde(tag = "event", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Event {
+    /// The run is trained on this device from now on.
+    DeviceChosen {
+        /// The device.
+        device: Device,
+    },
     /// The field moved to another grid.
     Stage {
         /// Number of the stage, from 0.

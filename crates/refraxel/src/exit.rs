@@ -22,6 +22,8 @@ pub enum Exit {
     Io = 4,
     /// The computation diverged.
     Numerical = 5,
+    /// The GPU cannot be used, or failed.
+    Device = 6,
     /// The program has a bug.
     Bug = 101,
     /// Stopped by Ctrl-C or a termination signal: after saving, or at once by a second one, which says what is kept.

@@ -4,6 +4,7 @@ pub mod canvas;
 pub mod cli;
 pub mod colour_map;
 pub mod console;
+pub mod device;
 pub mod exit;
 pub mod maps;
 pub mod picture;

@@ -1,5 +1,6 @@
 //! What happens in a run, in words.
 
+use refraxel_train::device::Device;
 use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
 use refraxel_train::verdict::{Found, RegionVerdict, Verdict};
@@ -64,6 +65,10 @@ pub fn sentence(event: &Event) -> Option<String> {
             format!("rays bend: {}", names.join(", "))
         }
         Event::RaysStayStraight { why } => format!("rays stay straight: {why}"),
+        Event::DeviceChosen { device: Device { name, why: Some(why) } } => {
+            format!("trained on {name}, since {why}")
+        }
+        Event::DeviceChosen { device } => format!("trained on {}", device.name),
         Event::ClearcoatAdded => "opaque things have a clearcoat that mirrors".to_owned(),
         Event::RolledBack { step, rate_scale } => format!(
             "step {step} overflowed: back to the last good state, with {:.1} % of the learning rates",

@@ -7,7 +7,7 @@ use super::BORDER;
 use crate::{Aabb, Domain, Extent, Real, Vec3};
 
 /// A hop into a cell goes this much deeper [voxel]: far enough for the cell to be recognised after rounding in `f32`.
-pub(crate) const NUDGE: f64 = 1.0 / 256.0;
+pub const NUDGE: f64 = 1.0 / 256.0;
 
 /// Nodes from face to face of a box, x fastest, and one distance per cell, n − 1 per axis, x fastest.
 #[derive(Clone, Debug, PartialEq)]

@@ -31,11 +31,11 @@ pub struct LevelSet<T: Copy> {
 }
 
 /// Least coefficient of the border [voxel], which keeps the surface away from the faces of the box.
-const BORDER_VALUE: f64 = 0.5;
+pub const BORDER_VALUE: f64 = 0.5;
 
 /// A point closer to a surface than this [voxel] may stand on it: more than the rounding of φ in `f32`, and less than the
 /// splines of two surfaces that should coincide differ.
-const TOUCH: f64 = 1e-3;
+pub const TOUCH: f64 = 1e-3;
 
 /// Cells whose φ comes closer to 0 than this [voxel] are searched for crossings: covers the rounding of `f32`.
 const MARGIN: f64 = 1e-4;
@@ -149,6 +149,10 @@ impl<T: Real> LevelSet<T> {
     /// Distance in cells from the cell of `x` to the nearest that may hold the surface; `None` outside the box.
     pub fn clearance(&self, x: Vec3<T>) -> Option<u8> {
         self.lattice.clearance_at(self.lattice.node(x))
+    }
+    /// Per cell (n − 1 per axis, x fastest) the Chebyshev distance [cell] to the nearest one that may hold the surface, which is 0 for those.
+    pub fn clearances(&self) -> &[u8] {
+        &self.lattice.clearance
     }
     /// The lattice of nodes; its marked cells are those that may hold the surface.
     #[inline(always)]

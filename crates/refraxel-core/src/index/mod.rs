@@ -24,8 +24,8 @@ pub(crate) mod tests;
 
 pub use flat::FLAT;
 pub use grid::IndexGrid;
-pub(crate) use lattice::NUDGE;
-pub use level_set::LevelSet;
+pub use lattice::NUDGE;
+pub use level_set::{BORDER_VALUE, LevelSet, TOUCH};
 pub use medium::{IndexGradient, Medium, MediumGradient, Overlap};
 
 /// Layers of nodes along each face of a box that are no parameters, but vacuum [node]. Three layers make

@@ -12,10 +12,10 @@ use crate::{LevelSet, Real, Vec3};
 /// Longest distance between two samples of φ in cells that may hold its zero level [voxel, along the fastest axis].
 /// A dip to zero and back between them is found from the slopes at both ends. At most
 /// 0.2 % of lines miss their first crossing, also where coefficients have a noise of four voxels.
-const SPACING: f64 = 0.5;
+pub const SPACING: f64 = 0.5;
 
 /// Bound on the steps of the root search; bisection alone needs fewer to resolve a voxel.
-const MOST_STEPS: usize = 64;
+pub const MOST_STEPS: usize = 64;
 
 /// The side of the surface on which a ray travels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -89,6 +89,7 @@ mod transition;
 #[cfg(test)]
 mod tests;
 
+pub use crossing::{MOST_STEPS as CROSSING_STEPS, SPACING as CROSSING_SPACING};
 pub use event::{Event, EventKind, GRAZING};
 pub use fresnel::Weight;
 pub use mirror::{PartialReflection, PartialReflectionAdjoint};
@@ -97,7 +98,7 @@ use crate::segment::{Segment, SegmentAdjoint};
 use crate::{Domain, Medium, Ray, Real, Vec3};
 
 /// Most lattice steps of one visit to a region: what [`Step::lattice`] can count.
-const MAX_LATTICE: u32 = u16::MAX as u32;
+pub const MAX_LATTICE: u32 = u16::MAX as u32;
 
 /// The rule that advances position and momentum by one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,8 @@ struct Lesson {
     // Shift of the quadrature points [step].
     offset: f32,
     direction: vec3<f32>,
-    padding_0: f32,
+    // Whether the ray may bend, where rays do.
+    bends: u32,
     // Observed colour (sRGB-encoded).
     colour: vec3<f32>,
     padding_1: f32,

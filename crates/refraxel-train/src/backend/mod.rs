@@ -104,6 +104,10 @@ pub trait Backend: Send {
     fn fault(&self) -> Option<String> {
         None
     }
+    /// Whether a [fault](Self::fault) is possible. Whoever trains there keeps copies of what would be lost.
+    fn may_fail(&self) -> bool {
+        false
+    }
 
     /// Go on from this model: at the start, after a resumption, for a fork, or back from a failure. Without an optimiser's
     /// state, moments start at zero and every stored cell may hold matter. Forgets outcomes that nobody asked for.
@@ -111,10 +115,7 @@ pub trait Backend: Send {
     /// # Panics
     /// If the optimiser's state [does not fit](Optimiser::fits) the model.
     fn load(&mut self, model: Model, optimiser: Option<Optimiser>);
-    /// The model and the optimiser's state as they are now.
-    ///
-    /// # Panics
-    /// May panic after a [fault](Self::fault).
+    /// The model and the optimiser's state as they are now. Ask for a [fault](Self::fault) afterwards: then it means nothing.
     fn snapshot(&self) -> Snapshot<'_>;
 
     /// Where the grid of the field lies, and its resolution.

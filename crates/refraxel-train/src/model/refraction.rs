@@ -59,7 +59,7 @@ impl Default for Optics {
 }
 
 /// Segments of a path before it is given up: a ray caught in a light guide.
-const MAX_SEGMENTS: usize = 2048;
+pub const MAX_SEGMENTS: usize = 2048;
 /// Segments of a secondary path between sharp surfaces. From within a ball of glass two thirds of all directions are caught
 /// for ever.
 const MAX_BOUNCES: usize = 24;

@@ -14,6 +14,7 @@ mod views;
 
 use crate::alignment::Alignment;
 use crate::checkpoint::{self, CheckpointError, TensorFile};
+use crate::device::Device;
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
@@ -58,6 +59,9 @@ pub struct State {
     pub verdict: Option<Verdict>,
     /// Seconds spent training.
     pub seconds: f64,
+    /// The device that it was trained on last, where that was noted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<Device>,
     /// Validation scores recorded.
     pub validations: u32,
     /// Factor on the learning rates after overflows.
@@ -96,6 +100,7 @@ impl Default for State {
             stays_straight: false,
             verdict: None,
             seconds: 0.0,
+            device: None,
             validations: 0,
             rate_scale: 1.0,
             rollbacks: 0,

@@ -1,5 +1,6 @@
 //! Why a session cannot go on.
 
+use super::BackendError;
 use crate::cancel::Cancelled;
 use crate::evaluation::EvaluateError;
 use crate::options::OptionError;
@@ -67,6 +68,9 @@ pub enum SessionError {
     /// An evaluation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// There is no backend for the model.
+    #[error(transparent)]
+    Backend(BackendError),
     /// Somebody wished to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

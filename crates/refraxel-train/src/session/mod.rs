@@ -12,14 +12,18 @@
 
 mod error;
 mod handle;
+mod make;
 
 pub use error::SessionError;
 pub use handle::Handle;
+pub use make::{BackendError, IntoBackend};
 
+use crate::alignment::Alignment;
 use crate::backend::Backend;
 use crate::cancel::{Cancel, Cancelled};
 use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
+use crate::device::Device;
 use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, render};
 use crate::events::{Event, Task, Watch};
 use crate::model::{Gate, Model, Optimiser};
@@ -164,21 +168,23 @@ pub struct Session<B: Backend = CpuBackend> {
     trainer: Trainer<B>,
     cancel: Cancel,
     requests: Requests,
+    /// The step that was saved last.
+    saved: u64,
 }
 
 impl<B: Backend> Session<B> {
     /// Start a run: decode the photographs and plan the model; `make` gives a backend with a model, such as
-    /// [`CpuBackend::new`].
-    pub fn start(
+    /// [`CpuBackend::new`], or says why there is none.
+    pub fn start<M: IntoBackend<B>>(
         setup: Setup,
-        make: impl FnOnce(Model) -> B,
+        make: impl FnOnce(Model) -> M,
         observer: &mut dyn FnMut(Event),
     ) -> Result<Self, SessionError> {
         setup.check()?;
         let (options, photos) = (setup.effective_options(), setup.photos(observer)?);
         let plan = Plan::new(&options, &setup.data, &photos);
         plan.check()?;
-        let backend = make(plan.start(&options));
+        let backend = make(plan.start(&options)).into_backend().map_err(SessionError::Backend)?;
         let lessons = setup.lessons(photos)?;
         let trainer = Trainer::new(options, plan, lessons, backend, State::default());
         Ok(Self::of(setup, trainer))
@@ -187,10 +193,10 @@ impl<B: Backend> Session<B> {
     /// Go on with a run that was saved; `make` gives a backend with its model, such as [`CpuBackend::resumed`]. The options of
     /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, and `run.save_every`, which are those
     /// of the setup.
-    pub fn resume(
+    pub fn resume<M: IntoBackend<B>>(
         setup: Setup,
         run: Run,
-        make: impl FnOnce(Model, Optimiser) -> B,
+        make: impl FnOnce(Model, Optimiser) -> M,
         observer: &mut dyn FnMut(Event),
     ) -> Result<Self, SessionError> {
         let offered = Source::of(&setup.data);
@@ -206,7 +212,7 @@ impl<B: Backend> Session<B> {
             setup.check_refraction(&run.options)?;
         }
         let lessons = setup.lessons(setup.photos(observer)?)?;
-        let backend = make(run.model, run.optimiser);
+        let backend = make(run.model, run.optimiser).into_backend().map_err(SessionError::Backend)?;
         let mut options = run.options;
         let length = &setup.options.run;
         (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
@@ -222,7 +228,8 @@ impl<B: Backend> Session<B> {
 
     fn of(setup: Setup, trainer: Trainer<B>) -> Self {
         let Setup { data, source, cancel, .. } = setup;
-        Self { data, source, trainer, cancel, requests: Requests::new() }
+        let saved = trainer.state().step;
+        Self { data, source, trainer, cancel, requests: Requests::new(), saved }
     }
 
     /// For other threads: stops the run, and asks for copies of it while it goes on.
@@ -270,7 +277,7 @@ impl<B: Backend> Session<B> {
                 // A step that failed is not done: the run has gone back, and goes on if it is to be finished.
                 let is_done = self.trainer.settle(&mut watch)?;
                 if is_done && stop == Stop::Finished {
-                    self.trainer.round_colour();
+                    self.trainer.round_colour()?;
                 }
                 if is_done || stop != Stop::Finished {
                     return Ok(stop);
@@ -292,19 +299,28 @@ impl<B: Backend> Session<B> {
         }
     }
 
-    /// The run as it is now, without its ownership.
+    /// The run as it is now, without its ownership; where the device has a fault, its last good state.
     fn with_run<T>(&self, f: impl FnOnce(RunRef) -> T) -> T {
+        let (options, plan, source) = (self.trainer.options(), self.trainer.plan(), &self.source);
+        let sought = self.trainer.sought();
+        let of = |state: &State, model: &Model, optimiser: &Optimiser, alignment: &Alignment| {
+            f(RunRef { options, plan, state, source, model, optimiser, sought, alignment })
+        };
         let snapshot = self.backend().snapshot();
-        f(RunRef {
-            options: self.trainer.options(),
-            plan: self.trainer.plan(),
-            state: self.trainer.state(),
-            source: &self.source,
-            model: &snapshot.model,
-            optimiser: &snapshot.optimiser,
-            sought: self.trainer.sought(),
-            alignment: self.trainer.alignment(),
-        })
+        if self.fault().is_some() {
+            return self.trainer.with_last_good(of);
+        }
+        of(self.state(), &snapshot.model, &snapshot.optimiser, self.trainer.alignment())
+    }
+
+    /// Why the device cannot go on; see [`Backend::fault`]. What [`Self::snapshot`] gives is the last good state then.
+    pub fn fault(&self) -> Option<String> {
+        self.backend().fault()
+    }
+
+    /// The run is trained on this device from now on: in its state, and in the log with the next record.
+    pub fn name_device(&mut self, device: Device) {
+        self.trainer.name_device(device);
     }
 
     /// A copy of the run as it is now.
@@ -312,12 +328,23 @@ impl<B: Backend> Session<B> {
         self.with_run(|run| run.to_owned())
     }
 
-    /// Save the run in a folder, atomically. The time that this takes counts as time of the run.
+    /// Save the run in a folder, atomically. The time that this takes counts as time of the run. Where the device has a fault,
+    /// its last good state is saved, unless what was saved before is as new.
     pub fn save(&mut self, folder: &Path) -> Result<(), CheckpointError> {
         self.trainer.start_clock();
-        let saved = self.with_run(|run| run.save(folder));
+        let saved = self.with_run(|run| {
+            let step = run.state.step;
+            let is_needed = step > self.saved || self.fault().is_none();
+            if is_needed { run.save(folder).map(|()| step) } else { Ok(self.saved) }
+        });
         self.trainer.pause_clock();
-        saved
+        self.saved = saved?;
+        Ok(())
+    }
+
+    /// The step at which the run was saved last in a folder, or from which it goes on; 0 where there is none.
+    pub fn saved_step(&self) -> u64 {
+        self.saved
     }
 
     /// Write the same bytes anywhere; [`Run::read`] reads them.

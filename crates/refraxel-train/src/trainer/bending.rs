@@ -15,7 +15,7 @@ impl<B: Backend> Trainer<B> {
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
     pub(super) fn begin_bending(&mut self, now: Progress, watch: &mut Watch) -> Result<(), TrainError> {
         self.good = None; // the copy made here takes its place
-        let before = self.copy();
+        let before = self.copy()?;
         let mut events = Vec::new();
         match self.try_to_bend(&mut events, watch) {
             Ok(Decision { stays: None, verdict }) => {
@@ -38,7 +38,7 @@ impl<B: Backend> Trainer<B> {
         self.hold_schedule(now);
         self.sampler.give_back();
         self.events.append(&mut events);
-        self.keep_good_state();
+        self.keep_good_state()?;
         Ok(())
     }
 
@@ -78,15 +78,15 @@ impl<B: Backend> Trainer<B> {
         &mut self,
         progress: Progress,
         watch: &mut Watch,
-    ) -> Result<(), Cancelled> {
+    ) -> Result<(), TrainError> {
         if !self.is_clearcoat_due(progress) {
             return Ok(());
         }
         self.good = None; // the copy made here takes its place
-        let before = self.copy();
+        let before = self.copy()?;
         if let Err(cancelled) = self.add_clearcoat(watch) {
             self.return_to(before);
-            return Err(cancelled);
+            return Err(cancelled.into());
         }
         self.good = Some(Box::new(before));
         self.note(Event::ClearcoatAdded, watch);

@@ -12,6 +12,7 @@ pub use error::TrainError;
 use crate::alignment::Alignment;
 use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancel;
+use crate::device::Device;
 use crate::evaluation::{render, score};
 use crate::events::{Event, Record, Task, Watch};
 use crate::metrics::ImageScore;
@@ -122,7 +123,8 @@ impl<B: Backend> Trainer<B> {
         trainer.completed = trainer.complete_masks();
         trainer.alignment = trainer.fresh_alignment();
         if trainer.state.step > 0 {
-            trainer.keep_good_state(); // else an overflow would start from nothing again
+            // Else an overflow would start from nothing again. A device with a fault says so at the first step.
+            let _ = trainer.keep_good_state();
         }
         trainer
     }
@@ -189,11 +191,18 @@ impl<B: Backend> Trainer<B> {
     }
 
     /// The last work on a run: colour in half precision. So what is rendered and scored is what the checkpoint holds.
-    pub fn round_colour(&mut self) {
-        self.good = None; // no step will need it
-        let mut all = self.copy();
+    pub fn round_colour(&mut self) -> Result<(), TrainError> {
+        self.let_go_of_good_state()?; // no step will need it
+        let mut all = self.copy()?;
         all.round_colour();
         self.return_to(all);
+        self.check_device()
+    }
+
+    /// The run is trained on this device from now on: in its state, and in the log with the next record.
+    pub fn name_device(&mut self, device: Device) {
+        self.events.push(Event::DeviceChosen { device: device.clone() });
+        self.state.device = Some(device);
     }
 
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
@@ -367,7 +376,7 @@ impl<B: Backend> Trainer<B> {
         self.state.validations = (progress.0 * VALIDATIONS) as u32;
         self.since = Tally::new();
         self.check_device()?;
-        self.keep_good_state();
+        self.keep_good_state()?;
         Ok(score.map(|s| s.psnr))
     }
 
@@ -380,7 +389,7 @@ impl<B: Backend> Trainer<B> {
         let rays = self.sampler.spread(PRUNING_RAYS);
         let peak = self.backend.peak_weights(&rays, &marching, watch.cancel())?;
         watch.progress(Task::Pruning, 1, 2)?;
-        self.good = None; // no copy while two grids are alive
+        self.let_go_of_good_state()?; // no copy on the host while two grids are alive there
         let domain = stage_domain(&self.options, &self.plan.finest, stage);
         // Straight rays never looked inside what is refractive: where they will bend they see other places.
         let least = if self.waits_to_bend() { NOTHING } else { self.options.grid.prune_weight };
@@ -391,7 +400,7 @@ impl<B: Backend> Trainer<B> {
         self.backend.refresh_occupancy(&marching);
         self.check_device()?;
         self.state.stage = stage;
-        self.keep_good_state();
+        self.keep_good_state()?;
         let (resolution, voxels) = (domain.resolution, self.backend.map().voxels() as u64);
         self.note(Event::Stage { stage, resolution, voxels }, watch);
         Ok(())

@@ -30,10 +30,11 @@ impl Good {
 
 impl<B: Backend> Trainer<B> {
     /// A copy of where the run stands.
-    pub(super) fn copy(&self) -> Good {
+    pub(super) fn copy(&self) -> Result<Good, TrainError> {
         let snapshot = self.backend.snapshot();
+        self.check_device()?;
         let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
-        Good { state: self.state.clone(), model, optimiser, alignment: self.alignment.clone() }
+        Ok(Good { state: self.state.clone(), model, optimiser, alignment: self.alignment.clone() })
     }
 
     /// Stand where a copy was made.
@@ -43,10 +44,33 @@ impl<B: Backend> Trainer<B> {
         self.state = State { seconds: self.state.seconds, ..good.state };
     }
 
-    pub(super) fn keep_good_state(&mut self) {
-        self.good = None; // at most one copy at a time
-        self.good = Some(Box::new(self.copy()));
+    pub(super) fn keep_good_state(&mut self) -> Result<(), TrainError> {
+        self.check_device()?;
+        if !self.backend.may_fail() {
+            self.good = None; // at most one copy at a time
+        }
+        self.good = Some(Box::new(self.copy()?));
         self.state.rollbacks = 0;
+        Ok(())
+    }
+
+    /// Give up the last good state, whose memory is needed; keep where the run stands where it would be lost with its device.
+    pub(super) fn let_go_of_good_state(&mut self) -> Result<(), TrainError> {
+        if self.backend.may_fail() {
+            return self.keep_good_state();
+        }
+        self.good = None;
+        Ok(())
+    }
+
+    /// The last good state, or else the beginning: what is left of the run after a fault of its device.
+    pub(crate) fn with_last_good<T>(&self, f: impl FnOnce(&State, &Model, &Optimiser, &Alignment) -> T) -> T {
+        if let Some(good) = &self.good {
+            return f(&good.state, &good.model, &good.optimiser, &good.alignment);
+        }
+        let model = self.plan.start(&self.options);
+        let state = State { seconds: self.state.seconds, ..State::default() };
+        f(&state, &model, &Optimiser::new(&model), &self.alignment.forgotten())
     }
 
     /// Return to the last good state with half the learning rates, and draw other rays from there on.
@@ -65,7 +89,7 @@ impl<B: Backend> Trainer<B> {
             }
         }
         self.state.step = step;
-        self.keep_good_state();
+        self.keep_good_state()?;
         (self.state.rollbacks, self.state.rate_scale) = (rollbacks, rate_scale);
         self.note(Event::RolledBack { step: failed, rate_scale }, watch);
         Ok(())

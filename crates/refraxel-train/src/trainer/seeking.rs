@@ -93,7 +93,7 @@ impl<B: Backend> Trainer<B> {
         self.note(Event::Sought { look, separation, pixels }, watch);
         self.clear_found(found.ground.as_ref());
         self.hold_schedule(now);
-        self.keep_good_state();
+        self.keep_good_state()?;
         Ok(())
     }
 
@@ -113,7 +113,7 @@ impl<B: Backend> Trainer<B> {
             self.go_on_with(None);
             self.stay_straight(StayReason::Unnoticed, watch);
         }
-        self.keep_good_state();
+        self.keep_good_state()?;
         Ok(())
     }
 

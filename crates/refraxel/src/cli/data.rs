@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use refraxel_data::{MaskMeaning, Reduction};
+use refraxel_train::device::DeviceChoice;
 
 use super::WorkArgs;
 use super::values::{Setting, minutes};
@@ -48,11 +49,15 @@ impl From<WhiteMeans> for MaskMeaning {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel inspect my_photos
+  refraxel inspect --devices
   refraxel inspect run --json")]
 pub struct InspectArgs {
     /// A dataset's folder or file, or a run's folder
-    #[arg(value_name = "PATH")]
-    pub path: PathBuf,
+    #[arg(value_name = "PATH", required_unless_present = "devices")]
+    pub path: Option<PathBuf>,
+    /// List the GPUs of this machine instead, with their limits, features and memory
+    #[arg(long, conflicts_with = "path")]
+    pub devices: bool,
     /// Print the result as JSON on standard output, and nothing else there
     #[arg(long)]
     pub json: bool,
@@ -158,6 +163,12 @@ pub struct TrainArgs {
     /// The address is printed on standard error. A page that is open costs training some of its time.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0")]
     pub view: Option<u16>,
+    /// The device to train on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
+    ///
+    /// auto is the CPU unless the program was built for GPUs, there is one, and it can do what the run needs. A run may go on on
+    /// another device.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
     /// Start of the random numbers [default: 0]
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
@@ -167,6 +178,13 @@ pub struct TrainArgs {
     /// How to read it.
     #[command(flatten)]
     pub reading: ReadingArgs,
+}
+
+impl InspectArgs {
+    /// The dataset or run; empty where devices are listed.
+    pub fn path(&self) -> &Path {
+        self.path.as_deref().unwrap_or(Path::new(""))
+    }
 }
 
 impl TrainArgs {

@@ -29,7 +29,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
   refraxel inspect my_photos            what a dataset contains, and its problems
   refraxel train my_photos --out run    train on photographs with poses
 
-Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 101 a bug, 130 interrupted.")]
+Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 6 no usable GPU, 101 a bug, 130 interrupted.")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

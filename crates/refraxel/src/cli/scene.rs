@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use refraxel_train::device::DeviceChoice;
 
 use super::WorkArgs;
 use super::values::index;
@@ -108,6 +109,11 @@ pub struct BenchArgs {
     /// Measure for a few seconds instead of a minute, less exactly
     #[arg(long)]
     pub quick: bool,
+    /// The device to measure: cpu, gpu, or gpu:N as inspect --devices lists them; auto: a GPU, if there is one
+    ///
+    /// On a GPU, straight rays alone are measured.
+    #[arg(long, value_name = "DEVICE", default_value = "cpu")]
+    pub device: DeviceChoice,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

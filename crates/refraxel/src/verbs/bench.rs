@@ -3,6 +3,7 @@
 use super::set_threads;
 use crate::cli::BenchArgs;
 use crate::console::Console;
+use crate::device::{self, Opened};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use crate::table::Table;
@@ -47,11 +48,16 @@ struct Machine {
 /// The verb.
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
+    match device::open(args.device, None)?.opened {
+        Opened::Cpu => cpu(args),
+        Opened::Gpu(gpu) => device::bench(gpu, args),
+    }
+}
+
+fn cpu(args: &BenchArgs) -> Result<(), Failure> {
     let console = Console::new(args.work.json);
     let mut progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 3);
-    let repetitions = if args.quick { 3 } else { 15 };
-    let rays = if args.quick { 4096 } else { 16_384 };
-    let options = BenchOptions { resolution: 128, rays, repetitions };
+    let options = BenchOptions::suited_to(args.quick);
     let straight = straight(&options);
     progress.set(1, "straight rays measured");
     let refractive = refractive(&options, &straight);
@@ -65,7 +71,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         threads: straight.threads,
         simd: simd_level(),
         architecture: std::env::consts::ARCH,
-        repetitions,
+        repetitions: options.repetitions,
     };
     let report =
         Report { straight, refractive, synth, memory: (0..=3).filter_map(memory).collect(), machine };

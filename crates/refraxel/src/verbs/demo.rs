@@ -11,6 +11,7 @@ use crate::shell::quoted_path;
 use crate::table::score;
 use anyhow::anyhow;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
 use refraxel_train::run::{CHECKPOINT, Run};
@@ -131,6 +132,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         downscale: None,
         minutes: None,
         view: None,
+        device: DeviceChoice::Cpu,
         seed: Some(args.seed),
         work: args.work.clone(),
         reading: ReadingArgs { holdout: None, mask_meaning: None, allow_outside: false },

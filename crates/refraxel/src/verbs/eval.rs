@@ -119,6 +119,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         truth_crc32: found.truth_crc32,
         step: run.state.step,
         seconds: run.state.seconds,
+        device: run.state.device,
         voxels: run.backend.map().voxels() as u64,
         resolution: run.backend.domain().resolution,
         rays: Some(Rays::of(run.backend.medium())),

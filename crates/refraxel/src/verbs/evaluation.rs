@@ -5,6 +5,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
 use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
+use refraxel_train::device::Device;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::exposures::ExposureShift;
 use refraxel_train::metrics::Scores;
@@ -67,6 +68,9 @@ pub struct Evaluated {
     pub step: u64,
     /// Seconds trained.
     pub seconds: f64,
+    /// The device that it was trained on last; absent where that was not noted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<Device>,
     /// Voxels stored.
     pub voxels: u64,
     /// Nodes of the grid.
@@ -207,6 +211,7 @@ mod tests {
             truth_crc32: "00000000".into(),
             step: 5,
             seconds: 1.5,
+            device: Some(Device::cpu()),
             voxels: 64,
             resolution: [4; 3],
             rays: Some(Rays::Bent),

@@ -14,19 +14,24 @@ use super::{
 };
 use crate::cli::{Refraction, SplitName, TrainArgs};
 use crate::console::Console;
+use crate::device::{self, Decided, Needs, Work};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::viewer::Server;
 use anyhow::anyhow;
 pub use folder::RunFolder;
 pub use lock::Lock;
 use log::Log;
 use refraxel_data::{Dataset, scene_region};
+use refraxel_train::backend::Backend;
 use refraxel_train::checkpoint::WriteError;
+use refraxel_train::device::Device;
+use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::options::Switch;
 use refraxel_train::recipe::Hints;
 use refraxel_train::run::Run;
-use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
-use refraxel_train::{CpuBackend, Options, TrainError, recipe};
+use refraxel_train::session::{BackendError, Session, SessionError, Setup, Stop, Until};
+use refraxel_train::{Options, TrainError, recipe};
 use saving::Saving;
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -116,18 +121,48 @@ pub(super) fn train_locked(
     };
     let index = known_index::read(&source, &data, saved.as_ref(), &options)?;
     let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
-    let mut watch = Watch::new(show);
-    let session = match saved {
-        Some(run) => Session::resume(setup, run, CpuBackend::resumed, &mut |event| watch.load(&event)),
-        None => Session::start(setup, CpuBackend::new, &mut |event| watch.load(&event)),
-    };
-    let session = session.map_err(session_failure)?;
-    create_folder(args.out())?;
-    let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
-    let name = super::view::name(args.out());
-    let viewing = server.map(|server| Viewing::start(server, name, &session, show));
-    learn(session, &folder, args.overwrite, watch, viewing)?;
+    let needs = Needs { options: &setup.options, saved: saved.as_ref() };
+    let Decided { opened, device } = device::decide(args.device, needs, show)?;
+    let training = Training { args, setup, saved, device, folder, lock, server, show };
+    let lock = device::work_on(opened, training)?;
     Ok((lock, held_out))
+}
+
+/// A training that waits for its backend.
+struct Training<'a> {
+    args: &'a TrainArgs,
+    setup: Setup,
+    saved: Option<Run>,
+    device: Device,
+    folder: RunFolder<'a>,
+    lock: Option<Lock>,
+    server: Option<Server>,
+    show: Show,
+}
+
+impl Work for Training<'_> {
+    type Out = Lock;
+
+    fn on<B: Backend>(
+        self,
+        make: impl Fn(Model, Option<Optimiser>) -> Result<B, BackendError>,
+    ) -> Result<Lock, Failure> {
+        let Self { args, setup, saved, device, folder, lock, server, show } = self;
+        let mut watch = Watch::new(show);
+        let mut load = |event| watch.load(&event);
+        let session = match saved {
+            Some(run) => Session::resume(setup, run, |model, state| make(model, Some(state)), &mut load),
+            None => Session::start(setup, |model| make(model, None), &mut load),
+        };
+        let mut session = session.map_err(session_failure)?;
+        session.name_device(device);
+        create_folder(args.out())?;
+        let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
+        let name = super::view::name(args.out());
+        let viewing = server.map(|server| Viewing::start(server, name, &session, show));
+        learn(session, &folder, args.overwrite, watch, viewing)?;
+        Ok(lock)
+    }
 }
 
 /// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
@@ -167,8 +202,8 @@ fn downscale(args: &TrainArgs, saved: Option<&Run>) -> Result<Option<u32>, Failu
 }
 
 /// Train to the end and save. A run that is overwritten stays until the new one is saved for the first time.
-fn learn(
-    mut session: Session,
+fn learn<B: Backend>(
+    mut session: Session<B>,
     folder: &RunFolder,
     overwrite: bool,
     mut watch: Watch,
@@ -194,7 +229,17 @@ fn learn(
                 viewing.tell(&event);
             }
         });
-        let stop = stop.map_err(session_failure)?;
+        let stop = match stop {
+            Err(SessionError::Train(TrainError::Device { fault })) => {
+                let failure = device_failed(&mut session, out, &fault);
+                if replaces && session.saved_step() > 0 {
+                    folder.clear_scores()?;
+                }
+                warn(&mut watch, log.complete());
+                return Err(failure);
+            }
+            stop => stop.map_err(session_failure)?,
+        };
         if std::mem::take(&mut replaces) {
             folder.clear_scores()?;
         }
@@ -225,6 +270,23 @@ fn learn(
     Err(Failure::new(Exit::Interrupted, note))
 }
 
+/// The device failed: what is left of the run is saved.
+fn device_failed<B: Backend>(session: &mut Session<B>, out: &Path, fault: &str) -> Failure {
+    let saved = session.save(out);
+    let kept = match session.saved_step() {
+        0 => "nothing was learned before".to_owned(),
+        step => format!(
+            "{} is saved as it was at step {step}: the same command with --resume goes on from there, also with --device cpu",
+            out.display()
+        ),
+    };
+    let error = anyhow!("{fault}\n  {kept}");
+    match saved {
+        Ok(()) => Failure::new(Exit::Device, error),
+        Err(unsaved) => Failure::new(Exit::Device, error.context(unsaved.to_string())),
+    }
+}
+
 /// What a program that ends before its first save has kept.
 fn kept_before(folder: &RunFolder, step: u64) -> String {
     match step {
@@ -252,6 +314,9 @@ pub fn session_failure(error: SessionError) -> Failure {
         SessionError::Data(e) => data_failure(e),
         SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),
         SessionError::Evaluate(e) => e.into(),
+        SessionError::Train(TrainError::Device { .. }) | SessionError::Backend(_) => {
+            Failure::new(Exit::Device, error)
+        }
         SessionError::Cancelled(_) => {
             let note = anyhow!("stopped before training began; nothing was saved or changed");
             Failure::new(Exit::Interrupted, note)

@@ -137,6 +137,10 @@ impl<T: Real> IndexGrid<T> {
         self.largest_index = (largest + largest).sqrt();
     }
 
+    /// Per cell (n − 1 per axis, x fastest) the Chebyshev distance [cell] to the nearest one that rays march, which is 0 for those.
+    pub fn clearances(&self) -> &[u8] {
+        &self.lattice.clearance
+    }
     /// Per cell (n − 1 per axis, x fastest) whether rays march it, as of the last [`Self::find_flat_cells`]. With
     /// [`Self::largest_index`] it says how rays move where the coefficients have changed since.
     pub fn marched_cells(&self) -> Vec<bool> {

@@ -1,13 +1,14 @@
 //! Bent rays against the tracer and the radiance of the reference.
 
-use super::Suite;
+use super::mirrored::nested_balls;
 use super::reference::Reference;
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
-use crate::backend::{Backend, Layers, Objective};
+use super::{Suite, Tolerances};
+use crate::backend::{Backend, Layers, Marching, Objective};
 use crate::model::{Model, Refraction};
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
-use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
-use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, Medium, Vec3, vec3};
+use refraxel_core::radiance::{Pixel, PixelAdjoint, render, render_vjp};
+use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// Two balls of glass with soft edges beside each other.
 pub fn two_balls() -> Refraction {
@@ -26,14 +27,36 @@ pub fn bent_model(extent: Extent) -> Model {
     Model { refraction: two_balls(), ..Model::straight(smooth_field(extent), environment()) }
 }
 
+/// Three sharp surfaces, in and through each other, in a smooth field.
+pub fn sharp_model(extent: Extent) -> Model {
+    Model { refraction: nested_balls().refraction, ..Model::straight(smooth_field(extent), environment()) }
+}
+
 /// Colours and depths.
 pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    rendering_agrees_with_the_reference(bent_model, &suite.tolerances, &see(suite));
+}
+
+/// The same with surfaces at which the index jumps.
+pub fn sharp_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    rendering_agrees_with_the_reference(sharp_model, &suite.tolerances, &see(suite));
+}
+
+fn see<B: Backend>(suite: &Suite<B>) -> impl Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>> {
+    |model, rays, marching| suite.backend(model).render(rays, marching, Layers::All)
+}
+
+/// Colours and depths of whatever `see`s a model, also where it is no backend.
+pub fn rendering_agrees_with_the_reference(
+    model_of: fn(Extent) -> Model,
+    tolerances: &Tolerances,
+    see: &dyn Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>>,
+) {
     for extent in [Extent::Bounded, Extent::Contracted] {
-        let model = bent_model(extent);
+        let (model, b) = (model_of(extent), batch(200));
         let reference = Reference::new(&model);
-        let (backend, b) = (suite.backend(model), batch(200));
         let mut turned = 0;
-        for (ray, got) in b.rays.iter().zip(backend.render(&b.rays, &objective().marching, Layers::All)) {
+        for (ray, got) in b.rays.iter().zip(see(model, &b.rays, &objective().marching)) {
             let marched = reference.march(ray, 0.5);
             let exit = &marched.path.exit;
             turned += usize::from(exit.direction.dot(ray.direction.cast()) < 0.999);
@@ -42,10 +65,10 @@ pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
             for c in 0..3 {
                 let want = want.colour[c] + want.transmittance * behind[c];
                 let error = (f64::from(got.colour[c]) - want).abs();
-                assert!(error < suite.tolerances.bent, "{extent:?}: {} {want}", got.colour[c]);
+                assert!(error < tolerances.bent, "{extent:?}: {} {want}", got.colour[c]);
             }
             let error = (f64::from(got.depth) - want.depth).abs();
-            assert!(error < 5.0 * suite.tolerances.bent * want.depth.max(1.0));
+            assert!(error < 5.0 * tolerances.bent * want.depth.max(1.0));
         }
         assert!(turned > 60, "only {turned} rays bend");
     }

@@ -90,6 +90,7 @@ macro_rules! conformance_tests {
             }
             bent {
                 bent_rendering_agrees_with_the_reference,
+                sharp_rendering_agrees_with_the_reference,
                 bent_gradients_agree_with_the_reference,
                 gradients_of_rays_alone_are_the_same,
             }

@@ -30,7 +30,7 @@ struct Report {
 }
 
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
-    let data = Dataset::open(&args.path, &open_options(&args.reading)).map_err(data_failure)?;
+    let data = Dataset::open(args.path(), &open_options(&args.reading)).map_err(data_failure)?;
     let region = content_region(&data, Show::suited(args.json))?;
     let mut options = Options::suited_to(region.unbounded);
     options.refraction.bend = if has_masks(&data) { Switch::On } else { Switch::Off };

@@ -5,6 +5,7 @@ use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::interrupted;
 use crate::viewer::{Orders, Painter, Scene, Server, Wish};
+use refraxel_train::backend::Backend;
 use refraxel_train::events::Event;
 use refraxel_train::session::{Handle, Session};
 use serde_json::{Value, json};
@@ -70,7 +71,7 @@ impl Wishes {
 
 impl Viewing {
     /// Opens the page on a server that listens already, and says where.
-    pub fn start(server: Server, name: String, session: &Session, show: Show) -> Self {
+    pub fn start<B: Backend>(server: Server, name: String, session: &Session<B>, show: Show) -> Self {
         let (handle, wishes) = (session.handle(), Arc::new(Wishes::default()));
         let scene = Scene::new(name, session.snapshot(), Some(session.data()));
         let photographs = Arc::clone(scene.photographs());
@@ -157,7 +158,7 @@ impl Viewing {
     }
 
     /// The training has ended: its last state is shown until the program ends.
-    pub fn end(self, session: &Session) {
+    pub fn end<B: Backend>(self, session: &Session<B>) {
         self.wishes.ended.store(true, Ordering::SeqCst);
         if self.orders.has_pages() && !interrupted() {
             drop(self.orders.renew(session.snapshot())); // nobody waits for it

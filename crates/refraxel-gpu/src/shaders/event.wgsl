@@ -1,0 +1,25 @@
+// A ray at a sharp surface, theory (2.25) and (2.26): `event.rs` of the core.
+
+// Position and momentum behind a surface, and the region that rules there.
+struct Turned {
+    x: vec3<f32>,
+    p: vec3<f32>,
+    into: u32,
+}
+
+// The event at the end of a drift of length tau from x with momentum p inside of `within`, on the surface of `body`; `late` is
+// the length of the end kick.
+fn turned_at(x0: vec3<f32>, p0: vec3<f32>, tau: f32, body: u32, from_inside: bool, within: u32, late: f32) -> Turned {
+    let x = x0 + p0 * tau;
+    let beyond = ruling_behind(body, !from_inside, x, p0);
+    let before_field = field_sample(within, x);
+    let p = p0 + before_field.xyz * late;
+    let normal = normalize(level_sample(body, x).xyz);
+    // p' = p + (s − a) m, theory (2.25).
+    let a = dot(p, normal);
+    let square = a * a + (2.0 * field_sample(beyond, x).w - 2.0 * before_field.w);
+    let passes = square > 0.0;
+    let size = select(-abs(a), sqrt(max(square, 0.0)), passes);
+    let s = select(-size, size, from_inside);
+    return Turned(x, p + normal * (s - a), select(within, beyond, passes));
+}

@@ -1,0 +1,111 @@
+// Regions of refractive index in vacuum, and which one rules where bodies overlap, theory (2.23): `index/` of the core.
+
+// The fields are those of `bodies::Region` in Rust.
+struct Region {
+    lowest: vec3<f32>,
+    // Whether it has a sharp surface.
+    is_body: u32,
+    highest: vec3<f32>,
+    // Whether rays are straight all through the box.
+    is_uniform: u32,
+    // Length of a step in t [scene unit].
+    step: f32,
+    interpolation: u32,
+    padding_0: u32,
+    padding_1: u32,
+}
+
+// (∇φ, φ) of a body at node coordinates [per node]; half a voxel outside the spline.
+fn level_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
+    let l = 2u * region + 1u;
+    let beyond = vec4<f32>(0.0, 0.0, 0.0, BORDER_VALUE * lattices[l].voxel);
+    if (!lattice_holds(l, g)) {
+        return beyond;
+    }
+    let cell = lattice_cell(l, g);
+    if (is_rim(l, cell)) {
+        return beyond;
+    }
+    return value_and_force(l, CUBIC_B_SPLINE, cell, g);
+}
+
+// (∇φ [1], φ [scene unit]) of a body.
+fn level_sample(region: u32, x: vec3<f32>) -> vec4<f32> {
+    let l = 2u * region + 1u;
+    return level_sample_at(region, lattice_node(l, x)) * vec4<f32>(lattices[l].scale, 1.0);
+}
+
+// Whether a ray of momentum p at x goes on inside a body.
+fn holds_ahead(region: u32, x: vec3<f32>, p: vec3<f32>) -> bool {
+    let phi = level_sample(region, x);
+    let stands_on = abs(phi.w) < TOUCH * lattices[2u * region + 1u].voxel;
+    return select(phi.w, dot(phi.xyz, p), stands_on) < 0.0;
+}
+
+// (∇w [1 / scene unit], w) of a region; that of vacuum outside its box, where no body is continued.
+fn index_sample(region: u32, x: vec3<f32>) -> vec4<f32> {
+    let l = 2u * region;
+    let g = lattice_node(l, x);
+    if (!lattice_holds(l, g)) {
+        return vec4<f32>(0.0, 0.0, 0.0, VACUUM);
+    }
+    var cell = lattice_cell(l, g);
+    if (is_rim(l, cell)) {
+        if (regions[region].is_body == 0u) {
+            return vec4<f32>(0.0, 0.0, 0.0, VACUUM);
+        }
+        cell = clamp(cell, vec3<u32>(1u), lattices[l].nodes - vec3<u32>(3u));
+    }
+    return value_and_force(l, regions[region].interpolation, cell, g) * vec4<f32>(lattices[l].scale, 1.0);
+}
+
+// (∇w, w) of a region, or of vacuum.
+fn field_sample(region: u32, x: vec3<f32>) -> vec4<f32> {
+    if (region == NO_REGION) {
+        return vec4<f32>(0.0, 0.0, 0.0, VACUUM);
+    }
+    return index_sample(region, x);
+}
+
+// True where the index of a region does not change: in flat cells and outside the box.
+fn is_flat(region: u32, x: vec3<f32>) -> bool {
+    return clearance_at(2u * region, lattice_node(2u * region, x)) != 0u;
+}
+
+// The t between which a line is in the box of a region; empty where the first is not below the second.
+fn clip_region(region: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
+    let lowest = regions[region].lowest;
+    let highest = regions[region].highest;
+    let a = clip_axis(x.x, p.x, lowest.x, highest.x);
+    let b = clip_axis(x.y, p.y, lowest.y, highest.y);
+    let c = clip_axis(x.z, p.z, lowest.z, highest.z);
+    return vec2<f32>(max(0.0, max(a.x, max(b.x, c.x))), min(a.y, min(b.y, c.y)));
+}
+
+// The region whose field holds at a point; NO_REGION in vacuum.
+fn ruling_at(x: vec3<f32>) -> u32 {
+    for (var k = arrayLength(&regions); k > 0u; k--) {
+        let region = k - 1u;
+        if (all(x >= regions[region].lowest) && all(x <= regions[region].highest)) {
+            if (regions[region].is_body == 0u || level_sample(region, x).w < 0.0) {
+                return region;
+            }
+        }
+    }
+    return NO_REGION;
+}
+
+// The body that rules just behind the point x on the surface of a body, for a ray that enters it or leaves it.
+fn ruling_behind(surface: u32, enters: bool, x: vec3<f32>, p: vec3<f32>) -> u32 {
+    for (var k = arrayLength(&regions); k > 0u; k--) {
+        let region = k - 1u;
+        if (region == surface) {
+            if (enters) {
+                return surface;
+            }
+        } else if (regions[region].is_body != 0u && holds_ahead(region, x, p)) {
+            return region;
+        }
+    }
+    return NO_REGION;
+}

@@ -1,0 +1,322 @@
+//! The sources of kernels: which files of `shaders/` each consists of, and which arrays it binds.
+
+use crate::constants::declarations;
+use crate::pools::{Shape, add, take};
+use std::fmt::Write;
+
+/// How a kernel uses an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Access {
+    Uniform,
+    Read,
+    Write,
+    Atomic,
+}
+use Access::{Atomic, Read, Uniform, Write as Writes};
+
+/// A kernel before it is compiled.
+pub(crate) struct Source {
+    /// Its entry point.
+    pub entry: &'static str,
+    files: &'static [&'static str],
+    bindings: &'static [(&'static str, Access)],
+}
+
+macro_rules! shaders {
+    ($($name:literal),*) => { &[$(include_str!(concat!("shaders/", $name, ".wgsl"))),*] };
+}
+
+/// Render rays.
+pub(crate) const RENDER: Source = Source {
+    entry: "render",
+    files: shaders![
+        "scene",
+        "rays",
+        "density",
+        "domain",
+        "bricks",
+        "trilinear",
+        "sh",
+        "colour",
+        "background",
+        "march",
+        "render"
+    ],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("table", Read),
+        ("forward", Read),
+        ("occupied", Read),
+        ("density", Read),
+        ("colour", Read),
+        ("texels", Read),
+        ("lessons", Read),
+        ("seen", Writes),
+    ],
+};
+
+/// Render rays that may bend.
+pub(crate) const RENDER_BENT: Source = Source {
+    entry: "render_bent",
+    files: shaders![
+        "scene",
+        "rays",
+        "density",
+        "domain",
+        "bricks",
+        "trilinear",
+        "sh",
+        "colour",
+        "background",
+        "march",
+        "lattice",
+        "stencil",
+        "medium",
+        "crossing",
+        "event",
+        "trace",
+        "render_bent"
+    ],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("table", Read),
+        ("forward", Read),
+        ("occupied", Read),
+        ("density", Read),
+        ("colour", Read),
+        ("texels", Read),
+        ("lessons", Read),
+        ("seen", Writes),
+        ("regions", Read),
+        ("lattices", Read),
+        ("coefficients", Read),
+        ("clearance", Read),
+    ],
+};
+
+/// Compare rays with their targets and march back.
+pub(crate) const LEARN: Source = Source {
+    entry: "learn",
+    files: shaders![
+        "scene",
+        "rays",
+        "density",
+        "domain",
+        "bricks",
+        "trilinear",
+        "sh",
+        "colour",
+        "background",
+        "march",
+        "fixed",
+        "touched",
+        "priors",
+        "ray_gradient",
+        "learn"
+    ],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("table", Read),
+        ("forward", Read),
+        ("occupied", Read),
+        ("density", Read),
+        ("colour", Read),
+        ("texels", Read),
+        ("lessons", Read),
+        ("seen", Read),
+        ("ray_gradients", Writes),
+        ("density_gradient", Atomic),
+        ("colour_gradient", Atomic),
+        ("texel_gradient", Atomic),
+        ("touched", Atomic),
+        ("status", Atomic),
+    ],
+};
+
+/// Add the gradient of total variation.
+pub(crate) const VARIATION: Source = Source {
+    entry: "variation",
+    files: shaders!["scene", "fixed", "touched", "priors", "variation"],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("table", Read),
+        ("brick_of_slot", Read),
+        ("density", Read),
+        ("colour", Read),
+        ("density_gradient", Atomic),
+        ("colour_gradient", Atomic),
+        ("touched", Atomic),
+    ],
+};
+
+/// Move the touched voxels.
+pub(crate) const UPDATE: Source = Source {
+    entry: "update",
+    files: shaders!["scene", "fixed", "rms_prop", "update"],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("density", Writes),
+        ("density_moment", Writes),
+        ("density_gradient", Writes),
+        ("colour", Writes),
+        ("colour_moment", Writes),
+        ("colour_gradient", Writes),
+        ("touched", Read),
+        ("status", Atomic),
+    ],
+};
+
+/// Move the background.
+pub(crate) const UPDATE_BACKGROUND: Source = Source {
+    entry: "update_background",
+    files: shaders!["scene", "fixed", "rms_prop", "update_background"],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("texels", Writes),
+        ("texel_moment", Writes),
+        ("texel_gradient", Writes),
+        ("status", Read),
+    ],
+};
+
+/// Note the outcome of a step.
+pub(crate) const CONCLUDE: Source = Source {
+    entry: "conclude",
+    files: shaders!["scene", "conclude"],
+    bindings: &[("scene", Uniform), ("task", Uniform), ("status", Writes), ("outcomes", Writes)],
+};
+
+/// Find out which cells may hold matter.
+pub(crate) const OCCUPANCY: Source = Source {
+    entry: "occupancy",
+    files: shaders!["scene", "bricks", "occupancy"],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("forward", Read),
+        ("density", Read),
+        ("occupied", Writes),
+    ],
+};
+
+/// Find out which voxels rays see.
+pub(crate) const PEAK: Source = Source {
+    entry: "peak",
+    files: shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "peak"],
+    bindings: &[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("table", Read),
+        ("forward", Read),
+        ("occupied", Read),
+        ("density", Read),
+        ("lessons", Read),
+        ("weights", Atomic),
+    ],
+};
+
+/// Type of the elements of an array.
+fn element(name: &str) -> &'static str {
+    match name {
+        "table" => "i32",
+        "forward" | "occupied" | "brick_of_slot" | "touched" | "status" | "outcomes" | "weights"
+        | "clearance" => "u32",
+        "lessons" => "Lesson",
+        "seen" => "Seen",
+        "ray_gradients" => "RayGradient",
+        "regions" => "Region",
+        "lattices" => "Lattice",
+        "colour" => "vec4<f32>",
+        "density" | "texels" | "coefficients" | "density_moment" | "colour_moment" | "texel_moment" => "f32",
+        gradient => {
+            debug_assert!(gradient.ends_with("_gradient"), "{gradient}");
+            "u32"
+        }
+    }
+}
+
+impl Source {
+    /// The names of its buffers, in the order of their bindings: pools one by one.
+    pub(crate) fn names(&self, shape: &Shape) -> Vec<(String, &'static str, Access)> {
+        let expand = |&(name, access): &(&'static str, Access)| {
+            let pools = match name {
+                "colour" => shape.colour.pools,
+                "colour_gradient" => shape.gradient.pools,
+                _ => return vec![(name.to_owned(), name, access)],
+            };
+            (0..pools).map(|k| (format!("{name}_{k}"), name, access)).collect()
+        };
+        self.bindings.iter().flat_map(expand).collect()
+    }
+
+    /// The whole text: constants, bindings, functions that read and write them, and the files.
+    pub(crate) fn compose(&self, shape: &Shape) -> String {
+        let mut out = declarations(shape);
+        for (number, (name, kind, access)) in self.names(shape).into_iter().enumerate() {
+            let (space, of) = match (access, kind) {
+                (Uniform, "scene") => ("uniform", "Scene".to_owned()),
+                (Uniform, _) => ("uniform", "Task".to_owned()),
+                (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
+                (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
+                (Atomic, _) => ("storage, read_write", format!("array<atomic<{}>>", element(kind))),
+            };
+            let _ = writeln!(out, "@group(0) @binding({number}) var<{space}> {name}: {of};");
+        }
+        for &(name, access) in self.bindings {
+            match (name, access) {
+                ("colour", access) => out += &shape.colour_access(access == Writes),
+                ("colour_gradient", access) => out += &shape.gradient_access(access == Atomic),
+                ("density_gradient" | "texel_gradient", Atomic) => out += &add(name),
+                ("density_gradient" | "texel_gradient", _) => out += &take(name),
+                ("status", Atomic) => out += &add(name),
+                _ => {}
+            }
+        }
+        self.files.iter().for_each(|file| out += file);
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use refraxel_core::ShDegree;
+
+    #[test]
+    fn all_kernels_are_valid_at_every_degree_and_with_many_pools() {
+        let sources = [
+            &RENDER,
+            &RENDER_BENT,
+            &LEARN,
+            &VARIATION,
+            &UPDATE,
+            &UPDATE_BACKGROUND,
+            &CONCLUDE,
+            &OCCUPANCY,
+            &PEAK,
+        ];
+        for degree in (0..=3).filter_map(ShDegree::new) {
+            for binding in [1 << 27, 1 << 16] {
+                let shape = Shape::within(degree, 1000, binding);
+                for source in sources {
+                    let text = source.compose(&shape);
+                    let module = naga::front::wgsl::parse_str(&text)
+                        .unwrap_or_else(|e| panic!("{}: {}", source.entry, e.emit_to_string(&text)));
+                    let found =
+                        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+                    if let Err(e) = found {
+                        panic!("{}: {}", source.entry, e.emit_to_string(&text));
+                    }
+                    assert!(module.entry_points.iter().any(|e| e.name == source.entry));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The device of a run: what is asked for, and what was taken.
+
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// The device that somebody asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// A hardware GPU where there is one that can do the work, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// The best hardware GPU.
+    Gpu,
+    /// The adapter of this number, which may be a software one.
+    Adapter(usize),
+}
+
+/// The name of a device was not understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{found}` is no device; expected auto, cpu, gpu, or gpu:N with the number of an adapter")]
+pub struct UnknownDevice {
+    /// What stood there.
+    pub found: String,
+}
+
+impl FromStr for DeviceChoice {
+    type Err = UnknownDevice;
+
+    fn from_str(text: &str) -> Result<Self, UnknownDevice> {
+        let number = |n: &str| n.parse().ok().map(Self::Adapter);
+        let choice = match text {
+            "auto" => Some(Self::Auto),
+            "cpu" => Some(Self::Cpu),
+            "gpu" => Some(Self::Gpu),
+            other => other.strip_prefix("gpu:").and_then(number),
+        };
+        choice.ok_or_else(|| UnknownDevice { found: text.to_owned() })
+    }
+}
+
+/// The device that a run is trained on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Device {
+    /// "cpu", or the name of the adapter and its interface.
+    pub name: String,
+    /// Why it is not the device that would have been taken otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
+impl Device {
+    /// The CPU.
+    pub fn cpu() -> Self {
+        Self { name: "cpu".to_owned(), why: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_are_understood_by_their_names() {
+        for (text, choice) in [
+            ("auto", DeviceChoice::Auto),
+            ("cpu", DeviceChoice::Cpu),
+            ("gpu", DeviceChoice::Gpu),
+            ("gpu:3", DeviceChoice::Adapter(3)),
+        ] {
+            assert_eq!(text.parse(), Ok(choice));
+        }
+        for text in ["", "GPU", "gpu:", "gpu:-1", "gpu:x", "cuda"] {
+            let error = text.parse::<DeviceChoice>().unwrap_err().to_string();
+            assert!(error.contains("auto, cpu, gpu"), "{error}");
+        }
+    }
+}

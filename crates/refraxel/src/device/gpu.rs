@@ -1,0 +1,163 @@
+//! GPUs: the choice of one, the list of them, and how fast one is.
+
+use super::{Decided, Needs, Opened, Work, unusable};
+use crate::cli::BenchArgs;
+use crate::console::Console;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::{Progress, Show};
+use crate::table::{Table, bytes};
+use refraxel_gpu::{Adapter, AdapterKind, GpuBackend, adapters};
+use refraxel_train::bench::{BenchOptions, DeviceThroughput, straight_on};
+use refraxel_train::device::{Device, DeviceChoice};
+use refraxel_train::model::Model;
+use serde::Serialize;
+
+/// A GPU that was opened.
+pub use refraxel_gpu::Gpu;
+
+/// The device that is asked for. `auto` is the CPU where a run needs what a GPU cannot do.
+pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failure> {
+    if choice == DeviceChoice::Cpu {
+        return Ok(Decided::cpu(None));
+    }
+    let refused = needs.and_then(|n| GpuBackend::supports_run(n.options, n.saved).err());
+    match (choice, refused) {
+        // Only who has a GPU wonders why it is not used.
+        (DeviceChoice::Auto, Some(why)) => {
+            let hardware = adapters().into_iter().find(|a| a.kind != AdapterKind::Software);
+            Ok(Decided::cpu(hardware.map(|a| format!("{} is there, but {}", name(&a), why.what()))))
+        }
+        (_, Some(why)) => Err(unusable(why)),
+        (_, None) => match Gpu::open(choice) {
+            Ok(Some(gpu)) => {
+                let device = Device { name: name(gpu.adapter()), why: None };
+                Ok(Decided { opened: Opened::Gpu(gpu), device })
+            }
+            Ok(None) => Ok(Decided::cpu(None)),
+            // A GPU that nobody asked for by name must not be in the way.
+            Err(error) if choice == DeviceChoice::Auto => Ok(Decided::cpu(Some(error.to_string()))),
+            Err(error) => Err(unusable(error)),
+        },
+    }
+}
+
+/// Does work on a GPU.
+pub fn on_gpu<W: Work>(gpu: Gpu, work: W) -> Result<W::Out, Failure> {
+    work.on(|model, state| {
+        let made = match state {
+            Some(state) => GpuBackend::resumed(gpu.clone(), &model, &state),
+            None => GpuBackend::new(gpu.clone(), model),
+        };
+        Ok(made?)
+    })
+}
+
+/// "NVIDIA GeForce RTX 4090 (vulkan)".
+fn name(adapter: &Adapter) -> String {
+    format!("{} ({})", adapter.name, adapter.api)
+}
+
+#[derive(Serialize)]
+struct Devices {
+    kind: &'static str,
+    /// What `--device auto` is for a run with straight rays.
+    auto: String,
+    adapters: Vec<Adapter>,
+}
+
+/// `refraxel inspect --devices`: lists all adapters.
+pub fn devices(json: bool) -> Result<(), Failure> {
+    let adapters = adapters();
+    let hardware = adapters.iter().find(|a| a.kind != AdapterKind::Software);
+    let auto = hardware.map_or_else(|| "cpu".to_owned(), |a| format!("gpu:{}", a.number));
+    let found = Devices { kind: "devices", auto, adapters };
+    Console::new(json).result(&found.text(), &found).or_exit(Exit::Io)
+}
+
+impl Devices {
+    fn text(&self) -> String {
+        if self.adapters.is_empty() {
+            return "no GPU was found, nor a Vulkan driver that has one: training uses the CPU".to_owned();
+        }
+        let mut lines: Vec<String> = self.adapters.iter().map(described).collect();
+        lines.push(match self.auto.as_str() {
+            "cpu" => "--device auto is the CPU: software adapters are taken by number only".to_owned(),
+            gpu => format!("--device auto is {gpu} for runs with straight rays, and the CPU for others"),
+        });
+        lines.join("\n")
+    }
+}
+
+/// One adapter.
+fn described(a: &Adapter) -> String {
+    let kind = match a.kind {
+        AdapterKind::Discrete => "a card of its own",
+        AdapterKind::Integrated => "part of the processor",
+        AdapterKind::Virtual => "a share of a card",
+        AdapterKind::Software => "software, slower than --device cpu",
+        AdapterKind::Other => "of a kind that the driver does not name",
+    };
+    let known = [(a.half, "f16"), (a.atomics_64, "64-bit atomics"), (a.atomics_f32, "f32 atomics")];
+    let features: Vec<&str> = known.iter().filter(|(has, _)| *has).map(|(_, what)| *what).collect();
+    let features = if features.is_empty() { "none of those known".to_owned() } else { features.join(", ") };
+    format!(
+        "gpu:{}      {}: {kind}\n  driver   {} ({})\n  memory   {}\n  limits   {} in an array that a kernel binds, {} of them, {} in a buffer\n  \
+         features {features}",
+        a.number,
+        a.name,
+        a.driver,
+        a.api,
+        a.memory.map_or_else(|| "not told".to_owned(), bytes),
+        bytes(a.max_binding),
+        a.max_bindings,
+        bytes(a.max_buffer),
+    )
+}
+
+#[derive(Serialize)]
+struct Bench {
+    straight: DeviceThroughput,
+    device: Adapter,
+    repetitions: usize,
+}
+
+/// `refraxel bench --device gpu`: straight rays, which are what a GPU trains.
+pub fn bench(gpu: Gpu, args: &BenchArgs) -> Result<(), Failure> {
+    let progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 1);
+    let options = BenchOptions::suited_to(args.quick);
+    let make = |model: Model| GpuBackend::new(gpu.clone(), model);
+    let measured = straight_on(&options, make).map_err(|e| unusable(anyhow::anyhow!("{e}")));
+    let straight = match measured {
+        Ok(measured) => measured,
+        Err(failure) => {
+            progress.abandon("");
+            return Err(failure);
+        }
+    };
+    progress.finish("");
+    let report = Bench { straight, device: gpu.adapter().clone(), repetitions: options.repetitions };
+    Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
+}
+
+impl Bench {
+    fn text(&self) -> String {
+        let s = &self.straight;
+        let mut speed = Table::new(&["million samples per second", "straight rays"]);
+        for (what, rate) in [
+            ("render, coherent rays", s.forward_msamples_per_s),
+            ("render, random rays", s.forward_random_msamples_per_s),
+            ("train, coherent rays", s.train_coherent_msamples_per_s),
+            ("train, random rays", s.train_msamples_per_s),
+        ] {
+            speed.row(vec![what.to_owned(), format!("{rate:.1}")]);
+        }
+        format!(
+            "128³ voxels, SH degree 2, steps of one voxel, no empty space skipped; best of {}; {}\n{}\ntraining: {:.0} thousand \
+             rays per second",
+            self.repetitions,
+            name(&self.device),
+            speed.text(),
+            s.train_rays_per_s / 1e3,
+        )
+    }
+}
