@@ -10,9 +10,8 @@ use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
 use super::trace::{Lesson, learn_chunk, weigh_chunk};
-use super::update::{
-    BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend, total_variation,
-};
+use super::update::{BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend};
+use super::variation::total_variation;
 use crate::backend::{
     Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, REFRESH, RULE,
     RayGradient, ReflectionObjective, Snapshot, StepOutcome,

@@ -29,6 +29,7 @@ mod surface;
 mod tape;
 mod trace;
 mod update;
+mod variation;
 mod view;
 
 pub use backend::CpuBackend;
