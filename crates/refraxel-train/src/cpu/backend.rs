@@ -6,6 +6,7 @@ use super::caches::{clearcoat_gradient, mirror_gradients, update_clearcoat, upda
 use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
+use super::order::best_order;
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
@@ -238,6 +239,8 @@ impl CpuBackend {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
         }
+        let order = best_order(self.level, &self.scene(), &batch.rays, objective.marching.near);
+        let batch = &batch.reordered(&order);
         let tapes = std::mem::take(&mut self.tapes);
         let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
         outcome.step = step;
