@@ -6,13 +6,13 @@ use super::caches::{clearcoat_gradient, mirror_gradients, update_clearcoat, upda
 use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
+use super::order::best_order;
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
 use super::trace::{Lesson, learn_chunk, weigh_chunk};
-use super::update::{
-    BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend, total_variation,
-};
+use super::update::{BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend};
+use super::variation::total_variation;
 use crate::backend::{
     AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring,
     Objective, PixelGradient, REFRESH, RULE, RayGradient, ReflectionObjective, Snapshot, StepOutcome,
@@ -299,6 +299,8 @@ impl CpuBackend {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
         }
+        let order = best_order(self.level, &self.scene(), &batch.rays, objective.marching.near);
+        let batch = &batch.reordered(&order);
         let tapes = std::mem::take(&mut self.tapes);
         let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
         outcome.step = step;

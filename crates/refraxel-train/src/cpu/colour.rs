@@ -38,8 +38,8 @@ impl Layout {
     pub(super) fn basis(&self, direction: Vec3<f32>) -> Lanes {
         let (y, nb) = (sh::basis(self.degree, direction), self.degree.basis());
         let mut lanes = [[0.0; LANES]; MAX_BLOCKS];
-        for k in 0..3 * nb {
-            lanes[k / LANES][k % LANES] = y[k % nb];
+        for own in lanes.as_flattened_mut().chunks_exact_mut(nb).take(3) {
+            own.copy_from_slice(&y[..nb]);
         }
         lanes
     }
@@ -54,8 +54,8 @@ impl Layout {
     fn fold(&self, lanes: &Lanes) -> [f32; MAX_BASIS] {
         let nb = self.degree.basis();
         let mut y = [0.0; MAX_BASIS];
-        for k in 0..3 * nb {
-            y[k % nb] += lanes[k / LANES][k % LANES];
+        for own in lanes.as_flattened().chunks_exact(nb).take(3) {
+            y.iter_mut().zip(own).for_each(|(y, lane)| *y += lane);
         }
         y
     }
@@ -151,6 +151,23 @@ pub(super) fn shade<S: Simd, const BLOCKS: usize>(
     out
 }
 
+/// The adjoint of each lane's colour.
+#[inline(always)]
+fn colour_of_lanes<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    layout: &Layout,
+    d_colour: [f32; 3],
+) -> [f32x16<S>; BLOCKS] {
+    let mut out = [f32x16::splat(simd, 0.0); BLOCKS];
+    for b in 0..BLOCKS {
+        for c in 0..3 {
+            let mask = f32x16::from_slice(simd, &layout.masks[c][b]);
+            out[b] = f32x16::splat(simd, d_colour[c]).mul_add(mask, out[b]);
+        }
+    }
+    out
+}
+
 /// dLoss/d(interpolated coefficients): basis × the adjoint of the lane's colour.
 #[inline(always)]
 fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
@@ -158,13 +175,9 @@ fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
     Coloured { layout, basis }: Coloured,
     d_colour: [f32; 3],
 ) -> [f32x16<S>; BLOCKS] {
-    let mut out = [f32x16::splat(simd, 0.0); BLOCKS];
+    let mut out = colour_of_lanes::<S, BLOCKS>(simd, layout, d_colour);
     for b in 0..BLOCKS {
-        let mut g = f32x16::splat(simd, 0.0);
-        for c in 0..3 {
-            g = f32x16::splat(simd, d_colour[c]).mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), g);
-        }
-        out[b] = g * f32x16::from_slice(simd, &basis[b]);
+        out[b] *= f32x16::from_slice(simd, &basis[b]);
     }
     out
 }
@@ -188,34 +201,35 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     }
 }
 
-/// Adjoints that a ray's own gradient needs: (d_colour · ∂c/∂node, lane-wise adjoint of the basis).
+/// Adjoints that a ray's own gradient needs: d_colour · ∂c/∂node; the lane-wise adjoint of the basis is added to `d_basis`.
 #[inline(always)]
 pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[Voxel<BLOCKS>],
-    at: SampleStencil,
-    coloured: Coloured,
+    SampleStencil { corners, weights, fraction }: SampleStencil,
+    Coloured { layout, basis }: Coloured,
     d_colour: [f32; 3],
-) -> (Vec3<f32>, Lanes) {
-    let g = coefficient_adjoint::<S, BLOCKS>(simd, coloured, d_colour);
-    let (SampleStencil { corners, weights, fraction }, layout) = (at, coloured.layout);
-    let mut at_corner = [0.0; 8];
+    d_basis: &mut Lanes,
+) -> Vec3<f32> {
+    let d_lanes = colour_of_lanes::<S, BLOCKS>(simd, layout, d_colour);
+    let mut g = d_lanes;
+    for b in 0..BLOCKS {
+        g[b] *= f32x16::from_slice(simd, &basis[b]);
+    }
+    let (mut at_corner, mut v) = ([0.0; 8], [f32x16::splat(simd, 0.0); BLOCKS]);
     for k in 0..8 {
+        let w = f32x16::splat(simd, weights[k]);
         let mut dot = f32x16::splat(simd, 0.0);
         for b in 0..BLOCKS {
-            dot = g[b].mul_add(f32x16::from_slice(simd, &colour[corners[k] as usize][b]), dot);
+            let lanes = f32x16::from_slice(simd, &colour[corners[k] as usize][b]);
+            v[b] = w.mul_add(lanes, v[b]);
+            dot = g[b].mul_add(lanes, dot);
         }
         at_corner[k] = simd.reduce_sum_f32x16(dot);
     }
-    let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
-    let mut d_basis = [[0.0; LANES]; MAX_BLOCKS];
     for b in 0..BLOCKS {
-        let mut lane_colour = f32x16::splat(simd, 0.0);
-        for c in 0..3 {
-            let mask = f32x16::from_slice(simd, &layout.masks[c][b]);
-            lane_colour = f32x16::splat(simd, d_colour[c]).mul_add(mask, lane_colour);
-        }
-        (lane_colour * v[b]).store_slice(&mut d_basis[b]);
+        let sum = &mut d_basis[b];
+        d_lanes[b].mul_add(v[b], f32x16::from_slice(simd, sum)).store_slice(sum);
     }
-    (trilinear::gradient(fraction, &at_corner), d_basis)
+    trilinear::gradient(fraction, &at_corner)
 }

@@ -132,6 +132,31 @@ impl<'a> Marcher<'a> {
         any
     }
 
+    /// About the first brick on a segment that holds matter: bricks of which the segment cuts no more than a corner may be
+    /// left out.
+    #[inline(always)]
+    pub(super) fn first_slot<S: Simd>(&self, simd: S, segment: &Segment<f32>) -> Option<u32> {
+        let [mut t, end] = segment.range;
+        let per_brick = BRICK as f32 / self.nodes.fastest(segment.momentum);
+        while t <= end {
+            let growth = self.nodes.growth(segment.at(t));
+            let dt = per_brick * growth;
+            let needed = (((end - t) / dt) as usize + 1).min(GROUP);
+            let places = self.nodes.locate(simd, segment, t, dt);
+            let steps_per_brick = stretch(growth).recip();
+            let mut lane = 0;
+            while lane < needed {
+                match self.field.map.entry(places.brick[lane & 15] as usize).slot() {
+                    Err(far) => lane += (((far - 1) as f32 * steps_per_brick) as usize).max(1),
+                    Ok(slot) if self.occupied[slot as usize] != 0 => return Some(slot),
+                    Ok(_) => lane += 1,
+                }
+            }
+            t += dt * lane.max(needed) as f32;
+        }
+        None
+    }
+
     /// The point in a lane, which lies in a stored brick, unless its cell holds no matter.
     #[inline(always)]
     fn point(&self, places: &Places, lane: usize, slot: u32) -> Option<Sample> {

@@ -18,6 +18,7 @@ mod march;
 mod mirrored;
 mod node_map;
 mod optics16;
+mod order;
 mod path_adjoint;
 mod prefetch;
 mod record;
@@ -29,6 +30,7 @@ mod surface;
 mod tape;
 mod trace;
 mod update;
+mod variation;
 mod view;
 
 pub use backend::CpuBackend;

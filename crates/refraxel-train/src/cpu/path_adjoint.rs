@@ -1,6 +1,6 @@
 //! From the records of a path's samples back to the path: its ray, and the index that bent it.
 
-use super::colour::{SampleStencil, shade_vjp, voxels};
+use super::colour::{LANES, MAX_BLOCKS, SampleStencil, shade_vjp, voxels};
 use super::record::{IndexSample, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
@@ -74,24 +74,31 @@ impl WayBack<'_> {
         sums.clear();
         sums.resize(segments, SegmentAdjoint::default());
         let colour = voxels::<BLOCKS>(&scene.field.colour);
-        for (s, r) in self.samples.samples.iter().zip(self.records) {
-            let on = self.samples.segment_of(s);
+        let mut records = self.records;
+        for samples in self.samples.samples.chunk_by(|a, b| a.segment == b.segment) {
+            let (own, others) = records.split_at(samples.len());
+            records = others;
+            let on = self.samples.segment_of(&samples[0]);
             if (on.place as usize) < fixed {
                 continue;
             }
-            let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
-            let stencil = SampleStencil { corners: &s.corners, weights: &s.weights, fraction: s.fraction };
-            let coloured = scene.layout.with(&on.basis);
-            let (d_node, d_basis) = shade_vjp(simd, colour, stencil, coloured, r.d_colour);
-            let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
-            let d_x = scene.field.domain.node_vjp(on.segment.at(s.t), d_node);
+            let (coloured, sum) = (scene.layout.with(&on.basis), &mut sums[on.place as usize]);
+            let mut d_basis = [[0.0; LANES]; MAX_BLOCKS];
+            for (s, r) in samples.iter().zip(own) {
+                let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
+                let stencil =
+                    SampleStencil { corners: &s.corners, weights: &s.weights, fraction: s.fraction };
+                let d_node = shade_vjp(simd, colour, stencil, coloured, r.d_colour, &mut d_basis);
+                let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
+                let d_x = scene.field.domain.node_vjp(on.segment.at(s.t), d_node);
+                // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
+                let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
+                sum.start += d_x;
+                sum.momentum += d_x * s.t + on.unit * (d_tau * s.tau / on.speed);
+            }
+            // All samples of a segment have one direction, and what it receives is linear in what they owe.
             let d_unit = scene.layout.basis_vjp(on.unit, &d_basis);
-            // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
-            let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
-            let tangent = d_unit - on.unit * on.unit.dot(d_unit);
-            let sum = &mut sums[on.place as usize];
-            sum.start += d_x;
-            sum.momentum += d_x * s.t + (on.unit * (d_tau * s.tau) + tangent) / on.speed;
+            sum.momentum += (d_unit - on.unit * on.unit.dot(d_unit)) / on.speed;
         }
     }
 }

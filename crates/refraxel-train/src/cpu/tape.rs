@@ -3,7 +3,7 @@
 //! A bucket is a run of [`BUCKET_SLOTS`] consecutive slots. Its owner alone adds up the gradients of its voxels, in the
 //! order of the records, so the sum is the same for any number of threads, needs no locks, and stays in the L2 cache.
 
-use super::colour::Lanes;
+use super::colour::{Lanes, MAX_BLOCKS};
 use super::prefetch::prefetch;
 use super::record::{CacheLookup, IndexSample, Record};
 use crate::backend::BUCKET_SLOTS;
@@ -105,13 +105,20 @@ impl Tape {
         self.texels.clear();
     }
 
-    /// The records that touch a bucket, in the order of their rays; later ones are fetched ahead.
+    /// The records that touch a bucket, in the order of their rays; later ones are fetched ahead, and then their bases.
     pub(super) fn of_bucket(&self, bucket: usize) -> impl Iterator<Item = &Record> {
         const AHEAD: usize = 8;
+        const SOON: usize = 4;
         let order = &self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize];
+        let bases = self.bases.as_flattened();
         order.iter().enumerate().map(move |(k, &i)| {
             if let Some(&next) = order.get(k + AHEAD) {
                 prefetch(&self.records, next as usize);
+            }
+            if let Some(&soon) = order.get(k + SOON) {
+                let basis = self.records[soon as usize].basis as usize;
+                prefetch(bases, basis * MAX_BLOCKS);
+                prefetch(bases, basis * MAX_BLOCKS + 1);
             }
             &self.records[i as usize]
         })

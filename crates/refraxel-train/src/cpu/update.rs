@@ -1,15 +1,18 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
+use super::prefetch::prefetch;
 use super::record::DENSITY_GRADIENT;
 use super::tape::{BUCKET_VOXELS, Tape};
-use crate::backend::{BUCKET_SLOTS, Objective, RULE, TV_EPSILON};
+use crate::backend::{BUCKET_SLOTS, Objective, RULE};
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
-use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
-use refraxel_core::priors::charbonnier_slope;
-use refraxel_core::{AlignedVec, Vec3, VoxelField};
+use refraxel_core::grid::{BRICK_VOXELS, trilinear};
+use refraxel_core::{AlignedVec, Vec3};
 use std::sync::Mutex;
+
+/// Voxels between prefetch and use.
+const AHEAD: usize = 8;
 
 /// Gradient of one bucket.
 pub(super) struct BucketGradient {
@@ -26,6 +29,19 @@ impl BucketGradient {
             colour: AlignedVec::filled(BUCKET_VOXELS * stride, 0.0),
             touched: vec![0; BUCKET_SLOTS],
         }
+    }
+
+    /// The voxels of the bucket that received a gradient.
+    fn touched_voxels(&self) -> Vec<u16> {
+        let mut voxels = Vec::with_capacity(BUCKET_VOXELS);
+        for (slot, &bits) in self.touched.iter().enumerate() {
+            let mut bits = bits;
+            while bits != 0 {
+                voxels.push((slot * BRICK_VOXELS) as u16 + bits.trailing_zeros() as u16);
+                bits &= bits - 1;
+            }
+        }
+        voxels
     }
 
     /// Back to zero, touching only what was touched.
@@ -138,111 +154,33 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
     }
     // 0 x is 0 for every finite x and NaN for all others.
     let (mut finite, mut drift) = (true, f32x16::splat(simd, 0.0));
-    for (slot, &bits) in grad.touched.iter().enumerate() {
-        let mut bits = bits;
-        while bits != 0 {
-            let voxel = slot * BRICK_VOXELS + bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let moment = &mut p.density_moment[voxel];
-            p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
-            finite &= p.density[voxel].is_finite();
-            let g = &gradients[voxel];
-            let mut square = f32x16::splat(simd, 0.0);
+    let touched = grad.touched_voxels();
+    for (k, &voxel) in touched.iter().enumerate() {
+        if let Some(&next) = touched.get(k + AHEAD) {
             for b in 0..BLOCKS {
-                let g = f32x16::from_slice(simd, &g[b]);
-                square = g.mul_add(g, square);
+                prefetch(colours.as_flattened(), usize::from(next) * BLOCKS + b);
             }
-            // One second moment serves all channels of a voxel's colour: the mean square of their gradients.
-            let mean_square = simd.reduce_sum_f32x16(square) * per_channel;
-            let factor = RULE.scale(mean_square, &mut p.colour_moment[voxel], objective.rate_colour);
-            let colour = &mut colours[voxel];
-            for b in 0..BLOCKS {
-                let step = f32x16::from_slice(simd, &g[b]) * f32x16::from_slice(simd, &share[b]) * factor;
-                let x = f32x16::from_slice(simd, &colour[b]) + step;
-                x.store_slice(&mut colour[b]);
-                drift += x * 0.0;
-            }
+        }
+        let voxel = usize::from(voxel);
+        let moment = &mut p.density_moment[voxel];
+        p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
+        finite &= p.density[voxel].is_finite();
+        let g = &gradients[voxel];
+        let mut square = f32x16::splat(simd, 0.0);
+        for b in 0..BLOCKS {
+            let g = f32x16::from_slice(simd, &g[b]);
+            square = g.mul_add(g, square);
+        }
+        // One second moment serves all channels of a voxel's colour: the mean square of their gradients.
+        let mean_square = simd.reduce_sum_f32x16(square) * per_channel;
+        let factor = RULE.scale(mean_square, &mut p.colour_moment[voxel], objective.rate_colour);
+        let colour = &mut colours[voxel];
+        for b in 0..BLOCKS {
+            let step = f32x16::from_slice(simd, &g[b]) * f32x16::from_slice(simd, &share[b]) * factor;
+            let x = f32x16::from_slice(simd, &colour[b]) + step;
+            x.store_slice(&mut colour[b]);
+            drift += x * 0.0;
         }
     }
     finite && simd.reduce_sum_f32x16(drift) == 0.0
-}
-
-/// Add the gradient of total variation over all voxels of a bucket, theory (4.3).
-#[simd]
-pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
-    simd: S,
-    field: &VoxelField<f32>,
-    bucket: usize,
-    objective: &Objective,
-    grad: &mut BucketGradient,
-) {
-    let scale = objective.tv_period as f32;
-    let slots = (bucket * BUCKET_SLOTS).max(1)..((bucket + 1) * BUCKET_SLOTS).min(field.map.slots());
-    for slot in slots {
-        let around = neighbour_slots(field, slot as u32);
-        for local in 0..BRICK_VOXELS as u32 {
-            let voxel = slot as u32 * BRICK_VOXELS as u32 + local;
-            let here = voxel as usize - bucket * BUCKET_VOXELS;
-            let mut any = false;
-            for (axis, &[below, above]) in around.iter().enumerate() {
-                for other in neighbours(slot as u32, local, axis, below, above).into_iter().flatten() {
-                    any = true;
-                    let d = field.density[voxel as usize] - field.density[other as usize];
-                    grad.density[here] += scale * objective.tv_density * charbonnier_slope(d, TV_EPSILON);
-                    if objective.tv_colour > 0.0 {
-                        let weight = scale * objective.tv_colour;
-                        let pair = [voxel, other];
-                        let to = &mut grad.colour[here * BLOCKS * LANES..(here + 1) * BLOCKS * LANES];
-                        colour_variation::<S, BLOCKS>(simd, &field.colour, pair, weight, to);
-                    }
-                }
-            }
-            if any {
-                grad.touched[here / BRICK_VOXELS] |= 1 << local;
-            }
-        }
-    }
-}
-
-/// Add weight · ψ'(v − other) for all lanes of a voxel to `grad`.
-#[inline(always)]
-fn colour_variation<S: Simd, const BLOCKS: usize>(
-    simd: S,
-    colour: &[f32],
-    [voxel, other]: [u32; 2],
-    weight: f32,
-    grad: &mut [f32],
-) {
-    for b in 0..BLOCKS {
-        let at = |v: u32| (v as usize * BLOCKS + b) * LANES;
-        let x = f32x16::from_slice(simd, &colour[at(voxel)..at(voxel) + LANES]);
-        let y = f32x16::from_slice(simd, &colour[at(other)..at(other) + LANES]);
-        let d = x - y;
-        let slope = d / (d * d + TV_EPSILON * TV_EPSILON).sqrt();
-        let g = &mut grad[b * LANES..(b + 1) * LANES];
-        slope.mul_add(f32x16::splat(simd, weight), f32x16::from_slice(simd, g)).store_slice(g);
-    }
-}
-
-/// Slots below and above along each axis; [`EMPTY_SLOT`] where there is none.
-fn neighbour_slots(field: &VoxelField<f32>, slot: u32) -> [[u32; 2]; 3] {
-    let brick = field.map.brick_of(slot);
-    std::array::from_fn(|axis| {
-        [-1_i32, 1].map(|step| {
-            let mut b = brick;
-            b[axis] = b[axis].wrapping_add_signed(step);
-            field.map.slot(b)
-        })
-    })
-}
-
-/// Stored voxels below and above a voxel along an axis. A neighbour in an absent brick does not count.
-#[inline(always)]
-fn neighbours(slot: u32, local: u32, axis: usize, below: u32, above: u32) -> [Option<u32>; 2] {
-    let (stride, at) = (1 << (2 * axis), local >> (2 * axis) & 3);
-    let voxel = |s: u32, l: u32| (s != EMPTY_SLOT).then_some(s * BRICK_VOXELS as u32 + l);
-    [
-        if at == 0 { voxel(below, local + 3 * stride) } else { voxel(slot, local - stride) },
-        if at == 3 { voxel(above, local - 3 * stride) } else { voxel(slot, local + stride) },
-    ]
 }

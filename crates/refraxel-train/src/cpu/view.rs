@@ -8,6 +8,7 @@ use super::sample::{MarchedSegment, RaySamples, Sample};
 use super::scene::Scene;
 use crate::backend::Marching;
 use fearless_simd::Simd;
+use fearless_simd_macros::simd;
 use refraxel_core::optics::{PartialReflection, Tracer};
 use refraxel_core::radiance::{Filter, Segment};
 use refraxel_core::{Path, Ray};
@@ -99,7 +100,7 @@ impl<'a> View<'a> {
     }
 
     /// Append the samples of one ray; where it bends, its path.
-    #[inline(always)]
+    #[simd]
     pub(super) fn march<S: Simd>(
         &self,
         simd: S,
@@ -178,7 +179,7 @@ impl<'a> View<'a> {
     }
 
     /// Give all samples their colours.
-    #[inline(always)]
+    #[simd]
     pub(super) fn shade_all<S: Simd, const BLOCKS: usize>(&self, simd: S, seen: &mut Samples) {
         let (colour, Samples { samples, segments }) = (voxels::<BLOCKS>(&self.scene.field.colour), seen);
         for s in samples.iter().take(AHEAD) {
