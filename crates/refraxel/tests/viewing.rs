@@ -440,6 +440,22 @@ fn view_prints_its_address_and_ends_when_interrupted() {
 }
 
 #[test]
+fn of_many_slices_the_last_is_shown_and_pictures_go_on() {
+    let (mut page, _) = Page::open(&serve());
+    page.best(look(1, [16, 16], json!({})));
+    let at = |at: f64| json!({ "ask": "slice", "region": 0, "axis": 2, "at": at });
+    page.ask(at(1.0));
+    let last = page.picture().header;
+    (0..200).for_each(|k| page.ask(at(f64::from(k) / 200.0)));
+    page.ask(at(1.0));
+    let mut slices = 1;
+    while page.picture().header["corners"] != last["corners"] {
+        slices += 1;
+    }
+    assert!(slices < 100, "{slices} slices are computed of which nobody wants but the last");
+}
+
+#[test]
 fn slow_requests_are_closed() {
     let url = serve();
     let mut slow = TcpStream::connect(host(&url)).unwrap();

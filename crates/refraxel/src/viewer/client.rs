@@ -3,7 +3,7 @@
 use super::layers;
 use super::photographs::encode;
 use super::picture::{Painted, Picture};
-use super::protocol::{Header, Look, Tell, message};
+use super::protocol::{Ask, Header, Look, Tell, message};
 use super::scene::{Scene, SceneError};
 use super::socket::Out;
 use std::time::{Duration, Instant};
@@ -59,6 +59,8 @@ pub struct Client {
     received: u64,
     /// When it was painted last.
     served: u64,
+    /// What it asks for beside pictures: of each kind the latest.
+    questions: Vec<Ask>,
 }
 
 impl Client {
@@ -77,6 +79,7 @@ impl Client {
             sent: 0,
             received: 0,
             served: 0,
+            questions: Vec::new(),
         }
     }
 
@@ -94,6 +97,19 @@ impl Client {
     /// Tells the page why something cannot be done.
     pub fn refuse(&self, why: &SceneError) {
         self.tell(&Tell::Refused { why: why.to_string() });
+    }
+
+    /// The page asks for something that takes as long as a piece of a picture. Who drags a slider wants the last place alone.
+    pub fn ask(&mut self, ask: Ask) {
+        self.questions.retain(|earlier| !earlier.is_replaced_by(&ask));
+        self.questions.push(ask);
+    }
+
+    /// The question that waits longest.
+    pub fn question(&mut self, now: u64) -> Option<Ask> {
+        let question = (!self.questions.is_empty()).then(|| self.questions.remove(0))?;
+        self.served = now;
+        Some(question)
     }
 
     /// What is looked at.
@@ -125,6 +141,9 @@ impl Client {
 
     /// The order in which pages are painted, the smallest first; `None` where nothing is to be done.
     pub fn urgency(&self) -> Option<(usize, u64)> {
+        if !self.questions.is_empty() {
+            return Some((0, self.served));
+        }
         let passes = match (&self.next, &self.picture) {
             (Some(_), Some(picture)) if !picture.must_finish() => 0,
             (Some(_), None) => 0,

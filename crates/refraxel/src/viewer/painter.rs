@@ -38,7 +38,7 @@ pub(super) enum Order {
     Leave(u64),
     /// Training has gone on; whoever sends it learns how long it took to take over.
     Renew(Box<Run>, Sender<Duration>),
-    /// Something happened in the training. Pages that open later are told what is kept.
+    /// Something happened in the training. Pages that open later are told what is kept, and the last of what is not.
     Tell { what: Value, is_kept: bool },
     /// Share of the time that the painter may work.
     Share(f64),
@@ -62,7 +62,7 @@ impl Orders {
         self.give(Order::Tell { what, is_kept: true });
     }
 
-    /// Tells all pages that are open something that soon is of no interest.
+    /// Tells all pages what the training does now; pages that open later are told the last of it.
     pub fn tell_now(&self, what: Value) {
         self.give(Order::Tell { what, is_kept: false });
     }
@@ -91,6 +91,8 @@ pub struct Painter {
     painted: u64,
     /// What was told of the training, for pages that open later.
     history: Vec<Value>,
+    /// The last that was told of what it does now.
+    latest: Option<Value>,
 }
 
 impl Painter {
@@ -106,6 +108,7 @@ impl Painter {
             share,
             painted: 0,
             history: Vec::new(),
+            latest: None,
         };
         (painter, Orders { sender, pages })
     }
@@ -143,8 +146,11 @@ impl Painter {
     fn paint(&mut self) {
         let order = |(_, client): &(&u64, &mut Client)| client.urgency();
         let waiting = self.clients.iter_mut().filter(|(_, client)| client.urgency().is_some());
-        let Some((_, client)) = waiting.min_by_key(order) else { return };
+        let Some((&id, client)) = waiting.min_by_key(order) else { return };
         self.painted += 1;
+        if let Some(ask) = client.question(self.painted) {
+            return self.answer(id, ask);
+        }
         let portion = (PORTION as f64 * self.share) as usize;
         client.paint(&mut self.scene, portion, FIRST_PASS.mul_f64(self.share.sqrt()), self.painted);
     }
@@ -159,11 +165,21 @@ impl Painter {
             Order::Join(id, out) => {
                 let client = Client::new(out);
                 client.tell(&Tell::Scene(self.scene.describe()));
-                self.history.iter().for_each(|what| client.tell(&Tell::Training(what.clone())));
+                self.history
+                    .iter()
+                    .chain(&self.latest)
+                    .for_each(|what| client.tell(&Tell::Training(what.clone())));
                 self.clients.insert(id, client);
             }
             Order::Leave(id) => drop(self.clients.remove(&id)),
-            Order::Ask(id, ask) => self.answer(id, ask),
+            Order::Ask(id, ask) => {
+                let Some(client) = self.clients.get_mut(&id) else { return };
+                match ask {
+                    Ask::Look(look) => client.look_at(look),
+                    Ask::Got { frame } => client.has_received(frame),
+                    ask => client.ask(ask),
+                }
+            }
             Order::Share(share) => self.share = share,
             Order::Renew(run, taken) => {
                 let start = Instant::now();
@@ -179,6 +195,8 @@ impl Painter {
                 self.clients.values().for_each(|client| client.tell(&Tell::Training(what.clone())));
                 if is_kept {
                     self.history.push(what);
+                } else {
+                    self.latest = Some(what);
                 }
             }
         }
@@ -187,8 +205,6 @@ impl Painter {
     fn answer(&mut self, id: u64, ask: Ask) {
         let Some(client) = self.clients.get_mut(&id) else { return };
         match ask {
-            Ask::Look(look) => client.look_at(look),
-            Ask::Got { frame } => client.has_received(frame),
             Ask::Ray { id, u, v } => {
                 let ray = client.look().cloned().map(|look| ray_through(&mut self.scene, &look, [u, v]));
                 tell_ray(&self.scene, client, id, ray);
@@ -209,8 +225,8 @@ impl Painter {
                 Ok(pieces) => client.tell(&Tell::Surface { region, pieces }),
                 Err(why) => client.refuse(&why),
             },
-            // Others answer these.
-            Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
+            // Others answer these, or nobody has to.
+            Ask::Look(_) | Ask::Got { .. } | Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
         }
     }
 }

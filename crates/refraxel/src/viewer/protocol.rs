@@ -73,6 +73,19 @@ pub enum Ask {
     Stop,
 }
 
+impl Ask {
+    /// Whether nobody wants the answer any more once the other is asked.
+    pub fn is_replaced_by(&self, later: &Self) -> bool {
+        match (self, later) {
+            (Self::Surface { region: a }, Self::Surface { region: b }) => a == b,
+            (Self::Ray { .. }, Self::Ray { .. })
+            | (Self::Follow { .. }, Self::Follow { .. })
+            | (Self::Slice { .. }, Self::Slice { .. }) => true,
+            _ => false,
+        }
+    }
+}
+
 /// How the scene is looked at.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
