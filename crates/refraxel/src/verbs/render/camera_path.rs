@@ -316,7 +316,7 @@ mod tests {
             (json!({ "frames": [] }), "no such file of nerfstudio"),
             (json!({ "render_width": 6, "render_height": 4, "fps": 1e9, "camera_path": [good] }), "fps"),
             (
-                with("camera_to_world", json!([1, 0, 0, 1e300, 0, 1, 0, 0, 0, 0, 1, 0])),
+                with("camera_to_world", json!([1, 0, 0, 1e12, 0, 1, 0, 0, 0, 0, 1, 0])),
                 "away from the origin",
             ),
             (
