@@ -138,7 +138,7 @@ mod gpu {
             &["stops loops after 65535", "is saved as it was at step", "--resume", "--device cpu"],
         );
         assert!(!failed.err.contains("at step 0"), "{}", failed.err);
-        straight(&data, &run, &["--resume", "--device", "cpu"]).done();
+        straight(&data, &run, &[&fine[..], &["--resume", "--device", "cpu"]].concat()).done();
         assert!(log(&run).contains("device_chosen"));
     }
 

@@ -60,6 +60,8 @@ impl Ran {
 pub fn command(words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_refraxel"));
     command.args(words);
+    // Without one, Mesa's Vulkan layer that chooses a device complains on standard error.
+    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
     command
 }
 
