@@ -315,10 +315,7 @@ mod tests {
             (json!({ "render_width": 0, "render_height": 40, "camera_path": [good] }), "render_width"),
             (json!({ "frames": [] }), "no such file of nerfstudio"),
             (json!({ "render_width": 6, "render_height": 4, "fps": 1e9, "camera_path": [good] }), "fps"),
-            (
-                with("camera_to_world", json!([1, 0, 0, 1e12, 0, 1, 0, 0, 0, 0, 1, 0])),
-                "away from the origin",
-            ),
+            (with("camera_to_world", json!([1, 0, 0, 1e12, 0, 1, 0, 0, 0, 0, 1, 0])), "away from the origin"),
             (
                 json!({ "camera_type": "fisheye", "render_width": 6, "render_height": 4, "camera_path": [good] }),
                 "camera_type",
