@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use refraxel_train::checkpoint::TensorFile;
+use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
 use std::path::Path;
@@ -302,6 +302,21 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
     train(&data, &halted, &["--resume"]).done();
     assert!(content(&halted) == content(&whole));
     train(&data, &halted, &["--resume", "--clearcoat", "off"]).refused(3, &["`clearcoat.enabled` is off"]);
+}
+
+#[test]
+fn moments_that_are_not_numbers_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let scene = data.join("scene.json");
+    train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
+    let checkpoint = run.join(CHECKPOINT);
+    let mut file = TensorFile::load(&checkpoint).unwrap();
+    let moments = file.tensors.get_mut("index.0.surface_first_moment").unwrap();
+    let TensorData::F32(values) = &mut moments.data else { panic!("single precision") };
+    values[0] = f32::NAN;
+    file.save(&checkpoint).unwrap();
+    refraxel(&["eval", path(&run)]).refused(3, &["refractive region 0", "moments that are not finite"]);
 }
 
 #[test]

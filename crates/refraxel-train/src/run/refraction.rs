@@ -166,6 +166,17 @@ impl RegionFile<'_> {
         self.file.f32s(&format!("index.{}{part}", self.k), n)
     }
 
+    /// The moments of an index or a surface: what they move must stay finite.
+    fn moments(&mut self, of: &str, n: usize, steps: u32) -> Result<AdamMoments, CheckpointError> {
+        let first = self.values(&format!(".{of}first_moment"), n)?;
+        let second = self.values(&format!(".{of}second_moment"), n)?;
+        let is_moment = |v: &f32| v.is_finite() && *v >= 0.0;
+        if !(first.iter().all(|v| v.is_finite()) && second.iter().all(is_moment)) {
+            return Err(self.wrong("has moments that are not finite, or squares below 0"));
+        }
+        Ok(AdamMoments { first, second, steps })
+    }
+
     fn bytes(&mut self, part: &str) -> Result<Vec<u8>, CheckpointError> {
         self.file.u8s(&format!("index.{}{part}", self.k))
     }
@@ -190,8 +201,7 @@ impl RegionFile<'_> {
         let (Domain { bounds, resolution, .. }, nodes) = (self.domain(), count(self.stored.resolution));
         let coefficients = self.values("", nodes)?;
         let [steps, surface_steps] = self.stored.moment_steps;
-        let (first, second) = (self.values(".first_moment", nodes)?, self.values(".second_moment", nodes)?);
-        let index = AdamMoments { first, second, steps };
+        let index = self.moments("", nodes, steps)?;
         let Some(surface_resolution) = self.stored.surface_resolution else {
             let grid = IndexGrid::from_coefficients(bounds, resolution, interpolation, coefficients);
             let grid =
@@ -207,9 +217,7 @@ impl RegionFile<'_> {
         let mut grid = IndexGrid::vacuum(bounds, resolution, interpolation).with_level_set(level);
         grid.coefficients_mut().copy_from_slice(&coefficients);
         grid.find_flat_cells(None);
-        let first = self.values(".surface_first_moment", n)?;
-        let second = self.values(".surface_second_moment", n)?;
-        let surface = AdamMoments { first, second, steps: surface_steps };
+        let surface = self.moments("surface_", n, surface_steps)?;
         Ok((grid, IndexMoments { index, surface, absorption }))
     }
 
