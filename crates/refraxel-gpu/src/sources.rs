@@ -18,129 +18,87 @@ use Access::{Atomic, Read, Uniform, Write as Writes};
 pub(crate) struct Source {
     /// Its entry point.
     pub entry: &'static str,
-    files: &'static [&'static str],
-    bindings: &'static [(&'static str, Access)],
+    /// In groups, of which kernels share some.
+    files: &'static [&'static [&'static str]],
+    bindings: &'static [&'static [(&'static str, Access)]],
 }
 
 macro_rules! shaders {
     ($($name:literal),*) => { &[$(include_str!(concat!("shaders/", $name, ".wgsl"))),*] };
 }
 
+/// Marches rays and shades what they meet.
+const MARCH: &[&str] = shaders![
+    "scene",
+    "rays",
+    "density",
+    "domain",
+    "bricks",
+    "trilinear",
+    "sh",
+    "colour",
+    "background",
+    "march"
+];
+/// What that reads.
+const MARCHED: &[(&str, Access)] = &[
+    ("scene", Uniform),
+    ("task", Uniform),
+    ("table", Read),
+    ("forward", Read),
+    ("occupied", Read),
+    ("density", Read),
+    ("colour", Read),
+    ("texels", Read),
+    ("lessons", Read),
+];
+
 /// Render rays.
 pub(crate) const RENDER: Source = Source {
     entry: "render",
-    files: shaders![
-        "scene",
-        "rays",
-        "density",
-        "domain",
-        "bricks",
-        "trilinear",
-        "sh",
-        "colour",
-        "background",
-        "march",
-        "render"
-    ],
-    bindings: &[
-        ("scene", Uniform),
-        ("task", Uniform),
-        ("table", Read),
-        ("forward", Read),
-        ("occupied", Read),
-        ("density", Read),
-        ("colour", Read),
-        ("texels", Read),
-        ("lessons", Read),
-        ("seen", Writes),
-    ],
+    files: &[MARCH, shaders!["render"]],
+    bindings: &[MARCHED, &[("seen", Writes)]],
 };
 
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: shaders![
-        "scene",
-        "rays",
-        "density",
-        "domain",
-        "bricks",
-        "trilinear",
-        "sh",
-        "colour",
-        "background",
-        "march",
-        "lattice",
-        "stencil",
-        "medium",
-        "crossing",
-        "event",
-        "trace",
-        "render_bent"
-    ],
+    files: &[MARCH, shaders!["lattice", "stencil", "medium", "crossing", "event", "trace", "render_bent"]],
     bindings: &[
-        ("scene", Uniform),
-        ("task", Uniform),
-        ("table", Read),
-        ("forward", Read),
-        ("occupied", Read),
-        ("density", Read),
-        ("colour", Read),
-        ("texels", Read),
-        ("lessons", Read),
-        ("seen", Writes),
-        ("regions", Read),
-        ("lattices", Read),
-        ("coefficients", Read),
-        ("clearance", Read),
+        MARCHED,
+        &[
+            ("seen", Writes),
+            ("regions", Read),
+            ("lattices", Read),
+            ("coefficients", Read),
+            ("clearance", Read),
+        ],
     ],
 };
 
 /// Compare rays with their targets and march back.
 pub(crate) const LEARN: Source = Source {
     entry: "learn",
-    files: shaders![
-        "scene",
-        "rays",
-        "density",
-        "domain",
-        "bricks",
-        "trilinear",
-        "sh",
-        "colour",
-        "background",
-        "march",
-        "fixed",
-        "touched",
-        "priors",
-        "ray_gradient",
-        "learn"
-    ],
+    files: &[MARCH, shaders!["fixed", "touched", "priors", "ray_gradient", "learn"]],
     bindings: &[
-        ("scene", Uniform),
-        ("task", Uniform),
-        ("table", Read),
-        ("forward", Read),
-        ("occupied", Read),
-        ("density", Read),
-        ("colour", Read),
-        ("texels", Read),
-        ("lessons", Read),
-        ("seen", Read),
-        ("ray_gradients", Writes),
-        ("density_gradient", Atomic),
-        ("colour_gradient", Atomic),
-        ("texel_gradient", Atomic),
-        ("touched", Atomic),
-        ("status", Atomic),
+        MARCHED,
+        &[
+            ("seen", Read),
+            ("ray_gradients", Writes),
+            ("density_gradient", Atomic),
+            ("colour_gradient", Atomic),
+            ("texel_gradient", Atomic),
+            ("touched", Atomic),
+            ("status", Atomic),
+        ],
     ],
 };
 
 /// Add the gradient of total variation.
 pub(crate) const VARIATION: Source = Source {
     entry: "variation",
-    files: shaders!["scene", "fixed", "touched", "priors", "variation"],
-    bindings: &[
+    files: &[shaders!["scene", "fixed", "touched", "priors", "variation"]],
+    bindings: &[&[
         ("scene", Uniform),
         ("task", Uniform),
         ("table", Read),
@@ -150,14 +108,14 @@ pub(crate) const VARIATION: Source = Source {
         ("density_gradient", Atomic),
         ("colour_gradient", Atomic),
         ("touched", Atomic),
-    ],
+    ]],
 };
 
 /// Move the touched voxels.
 pub(crate) const UPDATE: Source = Source {
     entry: "update",
-    files: shaders!["scene", "fixed", "rms_prop", "update"],
-    bindings: &[
+    files: &[shaders!["scene", "fixed", "rms_prop", "update"]],
+    bindings: &[&[
         ("scene", Uniform),
         ("task", Uniform),
         ("density", Writes),
@@ -168,48 +126,48 @@ pub(crate) const UPDATE: Source = Source {
         ("colour_gradient", Writes),
         ("touched", Read),
         ("status", Atomic),
-    ],
+    ]],
 };
 
 /// Move the background.
 pub(crate) const UPDATE_BACKGROUND: Source = Source {
     entry: "update_background",
-    files: shaders!["scene", "fixed", "rms_prop", "update_background"],
-    bindings: &[
+    files: &[shaders!["scene", "fixed", "rms_prop", "update_background"]],
+    bindings: &[&[
         ("scene", Uniform),
         ("task", Uniform),
         ("texels", Writes),
         ("texel_moment", Writes),
         ("texel_gradient", Writes),
         ("status", Read),
-    ],
+    ]],
 };
 
 /// Note the outcome of a step.
 pub(crate) const CONCLUDE: Source = Source {
     entry: "conclude",
-    files: shaders!["scene", "conclude"],
-    bindings: &[("scene", Uniform), ("task", Uniform), ("status", Writes), ("outcomes", Writes)],
+    files: &[shaders!["scene", "conclude"]],
+    bindings: &[&[("scene", Uniform), ("task", Uniform), ("status", Writes), ("outcomes", Writes)]],
 };
 
 /// Find out which cells may hold matter.
 pub(crate) const OCCUPANCY: Source = Source {
     entry: "occupancy",
-    files: shaders!["scene", "bricks", "occupancy"],
-    bindings: &[
+    files: &[shaders!["scene", "bricks", "occupancy"]],
+    bindings: &[&[
         ("scene", Uniform),
         ("task", Uniform),
         ("forward", Read),
         ("density", Read),
         ("occupied", Writes),
-    ],
+    ]],
 };
 
 /// Find out which voxels rays see.
 pub(crate) const PEAK: Source = Source {
     entry: "peak",
-    files: shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "peak"],
-    bindings: &[
+    files: &[shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "peak"]],
+    bindings: &[&[
         ("scene", Uniform),
         ("task", Uniform),
         ("table", Read),
@@ -218,7 +176,7 @@ pub(crate) const PEAK: Source = Source {
         ("density", Read),
         ("lessons", Read),
         ("weights", Atomic),
-    ],
+    ]],
 };
 
 /// Type of the elements of an array.
@@ -252,7 +210,7 @@ impl Source {
             };
             (0..pools).map(|k| (format!("{name}_{k}"), name, access)).collect()
         };
-        self.bindings.iter().flat_map(expand).collect()
+        self.bindings.iter().copied().flatten().flat_map(expand).collect()
     }
 
     /// The whole text: constants, bindings, functions that read and write them, and the files.
@@ -268,7 +226,7 @@ impl Source {
             };
             let _ = writeln!(out, "@group(0) @binding({number}) var<{space}> {name}: {of};");
         }
-        for &(name, access) in self.bindings {
+        for &(name, access) in self.bindings.iter().copied().flatten() {
             match (name, access) {
                 ("colour", access) => out += &shape.colour_access(access == Writes),
                 ("colour_gradient", access) => out += &shape.gradient_access(access == Atomic),
@@ -278,7 +236,7 @@ impl Source {
                 _ => {}
             }
         }
-        self.files.iter().for_each(|file| out += file);
+        self.files.iter().copied().flatten().for_each(|file| out += file);
         out
     }
 }

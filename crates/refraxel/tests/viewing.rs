@@ -495,14 +495,7 @@ fn view_needs_a_run() {
 fn a_training_is_seen_and_stopped_from_its_page() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("seen"));
-    let steps =
-        ["--refraction", "off", "--view", "--set", "run.steps=1000000", "--set", "grid.resolution=16"];
-    let words = [&["train", path(&data), "--out", path(&run)], &steps[..]].concat();
-    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
-    let mut errors = BufReader::new(program.0.stderr.take().unwrap());
-    let url = address(&mut errors);
-    let rest = thread::spawn(move || errors.lines().map_while(Result::ok).collect::<Vec<_>>().join("\n"));
-    let (mut page, _) = Page::open(&url);
+    let (mut program, mut page, rest) = endless(&data, &run);
     page.best(look(1, [32, 32], json!({})));
     let record = loop {
         let told = page.told("training");
@@ -525,7 +518,7 @@ fn a_training_is_seen_and_stopped_from_its_page() {
 fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("ended"));
-    let (mut program, mut page) = endless(&data, &run);
+    let (mut program, mut page, _) = endless(&data, &run);
     page.ask(json!({ "ask": "pause", "paused": true }));
     while page.told("training")["text"] != "waits" {}
     page.ask(json!({ "ask": "stop" }));
@@ -537,7 +530,7 @@ fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
 fn a_training_ends_also_when_it_was_about_to_wait() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("ended"));
-    let (mut program, mut page) = endless(&data, &run);
+    let (mut program, mut page, _) = endless(&data, &run);
     for paused in [true, false, true] {
         page.ask(json!({ "ask": "pause", "paused": paused }));
     }
@@ -545,18 +538,18 @@ fn a_training_ends_also_when_it_was_about_to_wait() {
     assert_eq!(program.0.wait().unwrap().code(), Some(130));
 }
 
-/// A training without end, and its page.
-fn endless(data: &Path, run: &Path) -> (Program, Page) {
+/// A training without end, its page, and what it says until it ends.
+fn endless(data: &Path, run: &Path) -> (Program, Page, thread::JoinHandle<String>) {
     let steps =
         ["--refraction", "off", "--view", "--set", "run.steps=1000000", "--set", "grid.resolution=16"];
     let words = [&["train", path(data), "--out", path(run)], &steps[..]].concat();
     let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
     let mut errors = BufReader::new(program.0.stderr.take().unwrap());
     let url = address(&mut errors);
-    thread::spawn(move || errors.lines().for_each(drop)); // a full pipe would stop it
+    let rest = thread::spawn(move || errors.lines().map_while(Result::ok).collect::<Vec<_>>().join("\n"));
     let (mut page, _) = Page::open(&url);
     while page.told("training")["kind"] != "record" {}
-    (program, page)
+    (program, page, rest)
 }
 
 /// The address in the first line that has one.
