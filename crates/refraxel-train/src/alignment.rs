@@ -2,6 +2,7 @@
 
 use crate::exposures::Exposures;
 use crate::poses::Poses;
+use refraxel_core::Camera;
 
 /// Where the cameras of the training views are, and how their photographs are exposed, as far as a run learns that.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +17,18 @@ impl Alignment {
     /// Whether anything of it learns.
     pub fn learns(&self) -> bool {
         self.poses.is_some() || self.exposures.is_some()
+    }
+
+    /// The camera of a training view that the data put here.
+    pub fn camera(&self, view: usize, given: &Camera) -> Camera {
+        self.poses.as_ref().map_or(*given, |p| p.camera(view, given))
+    }
+
+    /// A camera of the data with its lens as learned, if training views, whose cameras these are, were taken with it.
+    pub fn with_lens<'a>(&self, given: &Camera, mut training: impl Iterator<Item = &'a Camera>) -> Camera {
+        let Some(poses) = self.poses.as_ref().filter(|p| p.learns_lenses()) else { return *given };
+        let view = training.position(|c| c.has_lens_of(given));
+        view.map_or(*given, |view| poses.lens(view).of(given))
     }
 
     /// The same before it has learned anything.

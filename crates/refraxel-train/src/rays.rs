@@ -13,7 +13,7 @@ use crate::random::Random;
 use inside::InsidePixels;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Filter, Pixel};
-use refraxel_core::{Camera, Lens, Pose, Ray, Vec3};
+use refraxel_core::{Camera, Lens, Ray, Vec3};
 use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View, is_one_place};
 use std::sync::Arc;
 
@@ -23,6 +23,8 @@ type Directions = Arc<Vec<Vec3<f32>>>;
 /// A photograph with everything needed to draw rays from it.
 struct TrainingView {
     name: String,
+    /// Where and with which lens it was taken, as the data say and as learned.
+    given: Camera,
     camera: Camera,
     directions: Option<Directions>,
     photo: Photo,
@@ -108,6 +110,7 @@ impl RaySampler {
             let directions = directions_of(&view.camera, &mut kept);
             with_photos.push(TrainingView {
                 name: view.name,
+                given: view.camera,
                 camera: view.camera,
                 directions,
                 photo,
@@ -185,9 +188,14 @@ impl RaySampler {
         self.views.iter_mut().zip(filters).for_each(|(v, filter)| v.exposure = *filter);
     }
 
-    /// Where the cameras are.
-    pub fn poses(&self) -> impl Iterator<Item = &Pose> {
-        self.views.iter().map(|v| &v.camera.world_from_camera)
+    /// The cameras as the data say.
+    pub fn given_cameras(&self) -> impl Iterator<Item = &Camera> {
+        self.views.iter().map(|v| &v.given)
+    }
+
+    /// The camera of a view.
+    pub fn camera(&self, view: usize) -> &Camera {
+        &self.views[view].camera
     }
 
     /// Whether all photographs are taken from one place.
@@ -195,13 +203,15 @@ impl RaySampler {
         is_one_place(self.views.iter().map(|v| &v.camera))
     }
 
-    /// From now on the cameras are here.
-    ///
-    /// # Panics
-    /// If there is not one pose per view.
-    pub fn set_poses(&mut self, poses: &[Pose]) {
-        assert_eq!(poses.len(), self.views.len(), "one pose per view");
-        self.views.iter_mut().zip(poses).for_each(|(v, pose)| v.camera.world_from_camera = *pose);
+    /// From now on the camera of a view is what this makes of its number and of what the data say.
+    pub fn set_cameras(&mut self, learned: impl Fn(usize, &Camera) -> Camera) {
+        for (k, view) in self.views.iter_mut().enumerate() {
+            let camera = learned(k, &view.given);
+            if !camera.has_lens_of(&view.camera) {
+                view.directions = None; // lenses that learn are inverted ray by ray
+            }
+            view.camera = camera;
+        }
     }
 
     /// The photographs as they are.
@@ -444,8 +454,7 @@ fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Optio
     if camera.lens == Lens::Pinhole {
         return None;
     }
-    let same = |k: &Camera| Camera { world_from_camera: k.world_from_camera, ..*camera } == *k;
-    if let Some((_, found)) = kept.iter().find(|(k, _)| same(k)) {
+    if let Some((_, found)) = kept.iter().find(|(k, _)| k.has_lens_of(camera)) {
         return Some(Arc::clone(found));
     }
     if kept.len() == KEPT_LENSES {

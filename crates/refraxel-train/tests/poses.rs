@@ -1,6 +1,6 @@
 //! Cameras that find where they are.
 
-use refraxel_core::{Mat3, Pose, vec3};
+use refraxel_core::{Lens, Mat3, Pose, vec3};
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::evaluation::Part;
@@ -40,12 +40,17 @@ fn data() -> (Dataset, Dataset, tempfile::TempDir) {
 }
 
 fn trained(data: &Dataset, learn: Switch) -> Session {
+    trained_with(data, learn, Switch::Off)
+}
+
+fn trained_with(data: &Dataset, learn: Switch, lens: Switch) -> Session {
     let mut options = Options::default();
     let settings =
         [("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64"), ("pose.rays", "2048")];
     settings.iter().for_each(|(key, value)| assert!(options.set(key, value).unwrap().is_none()));
     options.refraction.bend = Switch::Off;
     options.pose.enabled = learn;
+    options.pose.lens = lens;
     let mut session =
         Session::start(Setup::new(data.clone(), options), CpuBackend::new, &mut |_| {}).unwrap();
     session.run(Until::finished(), &mut |_| {}).unwrap();
@@ -67,4 +72,31 @@ fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
     assert!(learned > fixed + 0.6 * (exact - fixed) && exact > fixed + 1.0, "{exact} {fixed} {learned}");
     let shift = session.snapshot().alignment.poses.unwrap().shift();
     assert!(shift.median_turn > 0.1 && shift.largest_turn < 2.0, "{shift:?}");
+}
+
+#[test]
+fn a_wrong_lens_learns_towards_the_true_one_and_held_out_views_have_it() {
+    let (truth, _, _folder) = data();
+    let mut wrong = truth.clone();
+    for view in &mut wrong.views {
+        view.camera.lens = Lens::OpenCv { k: [0.3, 0.0, 0.0, 0.0], p: [0.0; 2] };
+    }
+    let fixed = psnr(&trained(&wrong, Switch::On));
+    let session = trained_with(&wrong, Switch::On, Switch::On);
+    let learned = psnr(&session);
+    let lens = session.snapshot().alignment.poses.unwrap().shift().lens.unwrap();
+    assert!(
+        (-0.4..-0.1).contains(&lens.radial) && (lens.focal - 1.0).abs() < 0.02,
+        "{lens:?} {fixed} {learned}"
+    );
+    assert!(learned > fixed - 0.3, "as well as poses that give way: {fixed} {learned}");
+}
+
+#[test]
+fn a_lens_does_not_learn_alone() {
+    let (truth, ..) = data();
+    let mut options = Options::default();
+    options.pose.lens = Switch::On;
+    let refused = Setup::new(truth, options).check().unwrap_err().to_string();
+    assert!(refused.contains("--poses learn"), "{refused}");
 }

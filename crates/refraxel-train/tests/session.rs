@@ -318,6 +318,7 @@ fn poses_and_exposures_that_learn_go_on_bit_by_bit_from_any_step() {
     let often = [("pose.first", "6"), ("pose.every", "3"), ("exposure.enabled", "on")];
     goes_on_bit_by_bit(&often);
     goes_on_bit_by_bit(&[&often[..], &[("pose.enabled", "on")]].concat());
+    goes_on_bit_by_bit(&[&often[..2], &[("pose.enabled", "on"), ("pose.lens", "on")]].concat());
 }
 
 #[test]

@@ -53,6 +53,11 @@ impl Camera {
         Some([u * self.focal[0] + self.center[0], v * self.focal[1] + self.center[1]])
     }
 
+    /// Whether two cameras differ in nothing but where they are.
+    pub fn has_lens_of(&self, other: &Camera) -> bool {
+        Camera { world_from_camera: other.world_from_camera, ..*self } == *other
+    }
+
     /// Unit direction of the optical axis in the world, away from the camera.
     pub fn forward(&self) -> Vec3<f64> {
         self.world_from_camera.rotation.columns[2]

@@ -140,10 +140,12 @@ fn camera(
 ) -> Result<Camera, Cancelled> {
     match (&alignment.poses, learned) {
         (None, _) => Ok(view.camera),
-        (Some(poses), Some(k)) => Ok(Camera { world_from_camera: poses.pose(k), ..view.camera }),
+        (Some(poses), Some(k)) => Ok(poses.camera(k, &view.camera)),
         (Some(poses), None) => {
             let objective = picture_objective(*marching);
-            find(backend, &objective, (view, photo), data.backdrop, poses.unit(), cancel)
+            let training = data.split.train.iter().map(|&i| &data.views[i].camera);
+            let view = View { camera: alignment.with_lens(&view.camera, training), ..view.clone() };
+            find(backend, &objective, (&view, photo), data.backdrop, poses.unit(), cancel)
         }
     }
 }

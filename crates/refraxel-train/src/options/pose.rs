@@ -9,6 +9,9 @@ section! {
     pub struct PoseOptions "pose" {
         /// Whether poses learn. Otherwise they are taken as exact.
         enabled: Switch = Switch::Off;
+        /// Whether the focal length and the first radial coefficient of each lens learn together with the poses: one pair for all
+        /// photographs whose data say the same lens.
+        lens: Switch = Switch::Off;
         /// Steps of training from one step of the poses to the next.
         every: u64 = 4, in 1..;
         /// Rays of such a step.

@@ -5,8 +5,8 @@ use crate::least_squares::solved;
 use refraxel_core::{Pose, Vec3};
 
 /// Leaves out of corrections the similarity that is nearest to them, theory (8.5): a turn, a way and a growth of all cameras about
-/// their middle. A turn of 1 rad counts like `unit`.
-pub(super) fn without_gauge(given: &[Pose], unit: f64, corrections: &mut [Correction]) {
+/// their middle. A turn of 1 rad counts like `unit`. Without `growth`, that stays.
+pub(super) fn without_gauge(given: &[Pose], unit: f64, growth: bool, corrections: &mut [Correction]) {
     let count = given.len().max(1) as f64;
     let middle = given.iter().fold(Vec3::zero(), |sum, p| sum + p.translation) * (1.0 / count);
     let (mut matrix, mut right) = ([0.0; 49], [0.0; 7]);
@@ -23,7 +23,7 @@ pub(super) fn without_gauge(given: &[Pose], unit: f64, corrections: &mut [Correc
     for (pose, c) in given.iter().zip(corrections) {
         let from_middle = pose.translation - middle;
         c.rotation -= turn;
-        c.translation -= turn.cross(from_middle) + way + from_middle * s[6];
+        c.translation -= turn.cross(from_middle) + way + from_middle * if growth { s[6] } else { 0.0 };
     }
 }
 
@@ -64,8 +64,21 @@ mod tests {
             Correction { rotation: turn, translation }
         };
         let mut all: Vec<Correction> = given.iter().map(of).collect();
-        without_gauge(&given, 4.0, &mut all);
+        without_gauge(&given, 4.0, true, &mut all);
         assert!(all.iter().all(|c| c.rotation.length() < 1e-8 && c.translation.length() < 1e-7), "{all:?}");
+    }
+
+    #[test]
+    fn growth_stays_where_lenses_learn() {
+        let given = given();
+        let middle =
+            given.iter().fold(Vec3::zero(), |sum, p| sum + p.translation) * (1.0 / given.len() as f64);
+        let grown =
+            |p: &Pose| Correction { translation: (p.translation - middle) * 0.03, ..Correction::default() };
+        let before: Vec<Correction> = given.iter().map(grown).collect();
+        let mut all = before.clone();
+        without_gauge(&given, 4.0, false, &mut all);
+        assert!(all.iter().zip(&before).all(|(a, b)| (a.translation - b.translation).length() < 1e-7));
     }
 
     #[test]
@@ -73,7 +86,7 @@ mod tests {
         let (given, own) = (given(), vec3(0.0, 0.02, 0.0));
         let mut all = vec![Correction::default(); given.len()];
         all[3].rotation = own;
-        without_gauge(&given, 4.0, &mut all);
+        without_gauge(&given, 4.0, true, &mut all);
         assert!((all[3].rotation - own).length() < 0.3 * own.length());
     }
 }

@@ -3,15 +3,18 @@
 
 mod find;
 mod gauge;
+mod lens;
 mod normal;
 
 pub use find::{find, is_black};
+pub use lens::{LensCorrection, LensShift, lens_slopes};
 
 use crate::alignment::largest_and_median;
 use crate::backend::RayGradient;
 use gauge::without_gauge;
+use lens::Lenses;
 use normal::{NUMBERS, Normal};
-use refraxel_core::{Mat3, Pose, Ray, Vec3};
+use refraxel_core::{Camera, Mat3, Pose, Ray, Vec3};
 
 /// Numbers that say all of a view: where the data put it, its correction and its normal equations.
 const PER_VIEW: usize = 12 + 6 + NUMBERS;
@@ -63,6 +66,8 @@ pub struct Poses {
     /// Distance of the cameras from the scene: what a turn of 1 rad counts like [scene unit].
     unit: f64,
     views: Vec<View>,
+    /// Their lenses, if these learn.
+    lenses: Option<Lenses>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,18 +87,41 @@ pub struct PoseShift {
     pub largest_way: f64,
     /// Median way [scene unit].
     pub median_way: f64,
+    /// How far the lens that has changed most is from what the data say of it, if lenses learn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens: Option<LensShift>,
 }
 
 impl Poses {
     /// Cameras at such a distance from the scene, where the data put them.
     pub fn new(given: Vec<Pose>, distance: f64) -> Self {
         let views = vec![View::default(); given.len()];
-        Self { given, unit: distance, views }
+        Self { given, unit: distance, views, lenses: None }
     }
 
-    /// Where the cameras are.
-    pub fn current(&self) -> Vec<Pose> {
-        (0..self.len()).map(|view| self.pose(view)).collect()
+    /// The same, with lenses that learn from what the data say of these cameras, one per view.
+    ///
+    /// # Panics
+    /// If there is not one camera per view.
+    #[must_use]
+    pub fn with_lenses(self, given: &[Camera]) -> Self {
+        assert_eq!(given.len(), self.len(), "one camera per view");
+        Self { lenses: Some(Lenses::new(given)), ..self }
+    }
+
+    /// The camera of a view, which the data put here.
+    pub fn camera(&self, view: usize, given: &Camera) -> Camera {
+        Camera { world_from_camera: self.pose(view), ..self.lens(view).of(given) }
+    }
+
+    /// How far the lens of a view is from what the data say.
+    pub fn lens(&self, view: usize) -> LensCorrection {
+        self.lenses.as_ref().map(|l| l.of_view(view)).unwrap_or_default()
+    }
+
+    /// Whether lenses learn, too.
+    pub fn learns_lenses(&self) -> bool {
+        self.lenses.is_some()
     }
 
     /// Where the camera of a view is.
@@ -106,34 +134,52 @@ impl Poses {
         let all = || self.views.iter().map(|v| v.correction);
         let [largest_turn, median_turn] = largest_and_median(all().map(|c| c.rotation.length().to_degrees()));
         let [largest_way, median_way] = largest_and_median(all().map(|c| c.translation.length()));
-        PoseShift { largest_turn, median_turn, largest_way, median_way }
+        let lens = self.lenses.as_ref().map(Lenses::shift);
+        PoseShift { largest_turn, median_turn, largest_way, median_way, lens }
     }
 
     /// Takes note of what rays of some views say, and moves the cameras; what all cameras do together is left out, theory (8.5).
-    pub fn learn(&mut self, views: &[usize], rays: &[Ray<f32>], gradients: &[RayGradient], rate: PoseRate) {
+    /// Where lenses learn, `slopes` has the [slopes](lens_slopes) of each ray.
+    pub fn learn(
+        &mut self,
+        views: &[usize],
+        rays: &[Ray<f32>],
+        gradients: &[RayGradient],
+        slopes: &[[Vec3<f64>; 2]],
+        rate: PoseRate,
+    ) {
         self.views.iter_mut().for_each(|v| v.normal.fade(rate.memory));
-        for ((view, ray), gradient) in views.iter().zip(rays).zip(gradients) {
-            self.views[*view].normal.add_squared(
-                slope(ray, gradient, self.unit),
-                gradient.residual,
-                rate.pixel,
-            );
+        self.lenses.iter_mut().for_each(|l| l.fade(rate.memory));
+        for (k, ((view, ray), gradient)) in views.iter().zip(rays).zip(gradients).enumerate() {
+            let by_pose = slope(ray, gradient, self.unit);
+            let counted = self.views[*view].normal.add_squared(by_pose, gradient.residual, rate.pixel);
+            if let (Some(lenses), Some(weights), Some(slopes)) = (&mut self.lenses, counted, slopes.get(k)) {
+                let by_lens = slopes.map(|s| s.dot(gradient.direction.cast()));
+                lenses.add(*view, by_pose, by_lens, weights);
+            }
         }
         let unit = self.unit;
-        for View { correction, normal } in &mut self.views {
+        if let Some(lenses) = &mut self.lenses {
+            let normals = self.views.iter_mut().map(|v| (&mut v.normal, v.correction.numbers(unit)));
+            lenses.learn(&mut normals.collect::<Vec<_>>(), rate.most);
+        }
+        for (view, View { correction, normal }) in self.views.iter_mut().enumerate() {
             let Some(step) = normal.step(rate.most, Some(correction.numbers(unit))) else { continue };
             normal.moved(&step);
+            self.lenses.iter_mut().for_each(|l| l.pose_moved(view, &step));
             *correction = correction.moved(&step, unit);
         }
         let mut all: Vec<Correction> = self.views.iter().map(|v| v.correction).collect();
-        without_gauge(&self.given, unit, &mut all);
+        // Cameras further away and longer lenses belong together: photographs tell them from a larger scene, if only just.
+        without_gauge(&self.given, unit, self.lenses.is_none(), &mut all);
         self.views.iter_mut().zip(all).for_each(|(v, c)| v.correction = c);
     }
 
     /// The same cameras, where the data put them.
     #[must_use]
     pub fn forgotten(&self) -> Self {
-        Self::new(self.given.clone(), self.unit)
+        let lenses = self.lenses.as_ref().map(Lenses::forgotten);
+        Self { lenses, ..Self::new(self.given.clone(), self.unit) }
     }
 
     /// Distance of the cameras from the scene [scene unit].
@@ -141,7 +187,7 @@ impl Poses {
         self.unit
     }
 
-    /// All that there is to know of them: the unit, then view by view.
+    /// All that there is to know of them but their lenses: the unit, then view by view.
     pub fn to_numbers(&self) -> Vec<f64> {
         let mut all = vec![self.unit];
         for (given, view) in self.given.iter().zip(&self.views) {
@@ -153,7 +199,19 @@ impl Poses {
         all
     }
 
-    /// The poses of these numbers; `None` if they make no sense.
+    /// All that there is to know of their lenses, if these learn.
+    pub fn lenses_to_numbers(&self) -> Option<Vec<f64>> {
+        self.lenses.as_ref().map(Lenses::to_numbers)
+    }
+
+    /// The same poses with the lenses of these numbers; `None` if those make no sense.
+    #[must_use]
+    pub fn with_lenses_of_numbers(self, numbers: &[f64]) -> Option<Self> {
+        let lenses = Lenses::of_numbers(numbers).filter(|l| l.len() == self.len())?;
+        Some(Self { lenses: Some(lenses), ..self })
+    }
+
+    /// The poses of these numbers, with the lenses of the data; `None` if they make no sense.
     pub fn of_numbers(numbers: &[f64]) -> Option<Self> {
         let (&unit, views) = numbers.split_first()?;
         let is_sound =
@@ -171,6 +229,7 @@ impl Poses {
             given: views.chunks(PER_VIEW).map(given).collect(),
             unit,
             views: views.chunks(PER_VIEW).map(view).collect(),
+            lenses: None,
         })
     }
 
@@ -236,6 +295,10 @@ mod tests {
         (0..7).map(around).collect()
     }
 
+    fn current(poses: &Poses) -> Vec<Pose> {
+        (0..poses.len()).map(|view| poses.pose(view)).collect()
+    }
+
     /// Corrections of half a degree and one part in a hundred, without what all cameras do together.
     fn disturbances(given: &[Pose], unit: f64) -> Vec<Correction> {
         let random = Random::new(4);
@@ -245,7 +308,7 @@ mod tests {
             translation: vec3(number(k, 3), number(k, 4), number(k, 5)) * 0.06,
         };
         let mut all: Vec<Correction> = (0..given.len()).map(of).collect();
-        without_gauge(given, unit, &mut all);
+        without_gauge(given, unit, true, &mut all);
         all
     }
 
@@ -262,7 +325,7 @@ mod tests {
             .collect();
         let (mut poses, random) = (Poses::new(given, unit), Random::new(9));
         let far = |poses: &Poses| {
-            let current = poses.current();
+            let current = current(poses);
             let distance = |(a, b): (&Pose, &Pose)| {
                 let turn = (a.rotation.transpose() * b.rotation).rows();
                 let angle = (0..3)
@@ -275,7 +338,7 @@ mod tests {
         let before = far(&poses);
         for step in 0..60 {
             let (mut views, mut rays, mut gradients) = (Vec::new(), Vec::new(), Vec::new());
-            let current = poses.current();
+            let current = current(&poses);
             for k in 0..700_u64 {
                 let view = (k % 7) as usize;
                 let at = [0, 1].map(|a| 40.0 * random.uniform(step, 2 * k + a));
@@ -286,10 +349,48 @@ mod tests {
                 gradients.push(gradient(&ray, target));
                 rays.push(ray);
             }
-            poses.learn(&views, &rays, &gradients, PoseRate { memory: 0.7, pixel: 0.01, most: 0.01 });
+            poses.learn(&views, &rays, &gradients, &[], PoseRate { memory: 0.7, pixel: 0.01, most: 0.01 });
         }
         let after = far(&poses);
         assert!(before > 4e-3 && after < 0.1 * before, "{before} {after}");
+    }
+
+    #[test]
+    fn a_wrong_lens_is_found_together_with_wrong_poses() {
+        let unit = 4.0;
+        let truth = LensCorrection { focal: 0.04, radial: -0.03 };
+        let given = cameras();
+        let taken: Vec<Camera> = given.iter().map(|c| truth.of(c)).collect();
+        let poses: Vec<Pose> = given.iter().map(|c| c.world_from_camera).collect();
+        let off = disturbances(&poses, unit);
+        let wrong: Vec<Pose> = poses.iter().zip(&off).map(|(p, c)| c.of(p)).collect();
+        let random = Random::new(5);
+        let mut found = Poses::new(wrong, unit).with_lenses(&given);
+        for step in 0..150 {
+            let (mut views, mut rays, mut gradients, mut slopes) = (vec![], vec![], vec![], vec![]);
+            for k in 0..1400_u64 {
+                let view = (k % 7) as usize;
+                let at = [0, 1].map(|a| 40.0 * random.uniform(step, 2 * k + a));
+                let target = shown(&taken[view].ray(at[0], at[1]).unwrap().cast());
+                let camera = found.camera(view, &given[view]);
+                let ray: Ray<f32> = camera.ray(at[0], at[1]).unwrap().cast();
+                views.push(view);
+                gradients.push(gradient(&ray, target));
+                slopes.push(lens_slopes(&camera, &ray));
+                rays.push(ray);
+            }
+            let rate = PoseRate { memory: 0.7, pixel: 0.01, most: 0.01 };
+            found.learn(&views, &rays, &gradients, &slopes, rate);
+        }
+        let lens = found.lens(0);
+        assert!((lens.focal - truth.focal).abs() < 0.1 * truth.focal, "{lens:?}");
+        assert!((lens.radial - truth.radial).abs() < 0.15 * truth.radial.abs(), "{lens:?}");
+        let shift = found.shift().lens.unwrap();
+        assert!((shift.focal - lens.focal.exp()).abs() < 1e-12 && shift.radial == lens.radial);
+        let numbers = (found.to_numbers(), found.lenses_to_numbers().unwrap());
+        let again = Poses::of_numbers(&numbers.0).unwrap().with_lenses_of_numbers(&numbers.1);
+        assert_eq!(again, Some(found.clone()));
+        assert_eq!(found.forgotten().lens(3), LensCorrection::default());
     }
 
     #[test]
@@ -301,6 +402,7 @@ mod tests {
             &[2],
             &[ray],
             &[gradient(&ray, [0.1, 0.9, 0.4])],
+            &[],
             PoseRate { memory: 0.9, pixel: 0.01, most: 0.01 },
         );
         assert_eq!(Poses::of_numbers(&poses.to_numbers()), Some(poses.clone()));

@@ -23,6 +23,13 @@ pub(super) struct Normal {
     slope: [f64; 6],
 }
 
+/// What a ray counts in matrix and slope.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    pub squared: f64,
+    pub linear: f64,
+}
+
 impl Default for Normal {
     fn default() -> Self {
         Self { matrix: [0.0; ENTRIES], slope: [0.0; 6] }
@@ -37,47 +44,70 @@ impl Normal {
 
     /// A ray by the gradient s of its squared error, theory (8.3): s sᵀ/4|r|², at most Jᵀ J, which is half of what Gauss and Newton
     /// take. The scene gives way together with the camera. A ray that shows what it should says nothing, and one that sees something
-    /// else a pixel further, as behind glass, says little: its error is no parabola.
-    pub(super) fn add_squared(&mut self, slope: [f64; 6], residual: [f32; 3], pixel: f64) {
+    /// else a pixel further, as behind glass, says little: its error is no parabola. What it counted; `None`: nothing.
+    pub(super) fn add_squared(&mut self, slope: [f64; 6], residual: [f32; 3], pixel: f64) -> Option<Weights> {
         let error: f64 = residual.iter().map(|r| f64::from(*r).powi(2)).sum();
         let scale = 1.0 / (4.0 * error + f64::from(f32::MIN_POSITIVE));
         let steepness: f64 = scale * slope.iter().map(|s| (s * pixel).powi(2)).sum::<f64>();
         let weight = robust(error) * outlier_weight(steepness, STEEP * STEEP);
-        if error > 0.0 && slope.iter().all(|s| s.is_finite()) {
-            self.add(slope, weight * scale, weight);
-        }
+        let weights = Weights { squared: weight * scale, linear: weight };
+        (error > 0.0 && slope.iter().all(|s| s.is_finite())).then(|| {
+            self.add(slope, weights);
+            weights
+        })
     }
 
     /// A residual r with its Jacobian J by its weight: 2 w J Jᵀ and 2 w r J.
     pub(super) fn add_linear(&mut self, jacobian: [f64; 6], residual: f64) {
         let weight = 2.0 * robust(residual * residual);
         if residual.is_finite() && jacobian.iter().all(|s| s.is_finite()) {
-            self.add(jacobian, weight, weight * residual);
+            self.add(jacobian, Weights { squared: weight, linear: weight * residual });
         }
     }
 
-    fn add(&mut self, v: [f64; 6], squared: f64, linear: f64) {
+    fn add(&mut self, v: [f64; 6], Weights { squared, linear }: Weights) {
         for i in 0..6 {
             (0..6).for_each(|j| self.matrix[6 * i + j] += squared * v[i] * v[j]);
             self.slope[i] += linear * v[i];
         }
     }
 
+    /// Something else has moved on which the error depends, and so its slope.
+    pub(super) fn add_slope(&mut self, by: &[f64; 6]) {
+        self.slope.iter_mut().zip(by).for_each(|(s, by)| *s += by);
+    }
+
+    /// What where the data put the camera counts.
+    fn prior(&self) -> f64 {
+        PRIOR * (0..6).map(|i| self.matrix[7 * i]).sum::<f64>() / 6.0
+    }
+
+    /// M⁻¹ v, with the prior.
+    pub(super) fn following(&self, v: &[f64; 6]) -> Option<[f64; 6]> {
+        let (mut matrix, prior) = (self.matrix, self.prior());
+        (0..6).for_each(|i| matrix[7 * i] += prior);
+        solved(&matrix, v, DAMPING).map(|x| std::array::from_fn(|k| x[k]))
+    }
+
+    /// The step to the least error, however long. Where the data put the camera, `from` there, has a say as well.
+    pub(super) fn least(&self, from: [f64; 6]) -> Option<[f64; 6]> {
+        let prior = self.prior();
+        self.following(&std::array::from_fn(|i| -self.slope[i] - prior * from[i]))
+    }
+
     /// The step to the least error, theory (8.4); shorter where it would be longer than `most`. Where the data put the camera,
     /// `from` there, has a say as well. `None` where nothing is known.
     pub(super) fn step(&self, most: f64, from: Option<[f64; 6]>) -> Option<[f64; 6]> {
-        let (mut matrix, mut right) = (self.matrix, self.slope.map(|s| -s));
-        if let Some(from) = from {
-            let prior = PRIOR * (0..6).map(|i| matrix[7 * i]).sum::<f64>() / 6.0;
-            for i in 0..6 {
-                matrix[7 * i] += prior;
-                right[i] -= prior * from[i];
+        let step = match from {
+            Some(from) => self.least(from)?,
+            None => {
+                let step = solved(&self.matrix, &self.slope.map(|s| -s), DAMPING)?;
+                std::array::from_fn(|k| step[k])
             }
-        }
-        let step = solved(&matrix, &right, DAMPING)?;
+        };
         let half = |k: usize| step[k..k + 3].iter().map(|s| s * s).sum::<f64>().sqrt();
         let shorter = (most / half(0).max(half(3))).min(1.0);
-        Some(std::array::from_fn(|k| shorter * step[k]))
+        Some(step.map(|s| shorter * s))
     }
 
     /// The camera has moved: the same model around the place where it is now.

@@ -25,6 +25,12 @@ pub enum SessionError {
          `exposure.enabled` off"
     )]
     TransparentPictures,
+    /// Lenses are to learn, and poses are not.
+    #[error(
+        "a lens cannot learn alone, for cameras further away look like a longer lens: let the poses learn, too (`pose.enabled`, \
+         `--poses learn`), or switch `pose.lens` off"
+    )]
+    LensWithoutPoses,
     /// A saved run was trained on something else.
     #[error(
         "the run was trained on other images ({was} of them) than {data} offers now ({found}); resume with the same dataset \

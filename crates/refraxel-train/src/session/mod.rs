@@ -72,6 +72,9 @@ impl Setup {
         if self.options.exposure.enabled.is_on() && self.data.backdrop == Backdrop::Transparent {
             return Err(SessionError::TransparentPictures);
         }
+        if self.options.pose.lens.is_on() && !self.options.pose.enabled.is_on() {
+            return Err(SessionError::LensWithoutPoses);
+        }
         self.source.check()?;
         let options = self.effective_options();
         Plan::of_region(&options, &self.data, &scene_region(&self.data)).check()?;

@@ -4,15 +4,18 @@ use super::Trainer;
 use crate::alignment::Alignment;
 use crate::backend::{Backend, Layers};
 use crate::exposures::Exposures;
-use crate::poses::{PoseRate, Poses};
+use crate::poses::{PoseRate, Poses, lens_slopes};
 use crate::rays::{Selection, shown};
 use crate::schedule::{Moment, Phase, picture_objective, training_marching};
-use refraxel_core::Pose;
+use rayon::prelude::*;
+use refraxel_core::{Camera, Pose};
 
 /// Batches of this have numbers of their own.
 const BATCHES: u64 = u64::MAX / 8;
 /// Share that is kept of what earlier batches said, at the start and at the end of a run.
 const MEMORY: [f64; 2] = [0.8, 0.97];
+/// Lenses learn from this share of a run on: a scene that is still coarse says nothing right of them.
+const LENSES_FROM: f64 = 0.2;
 /// A camera turns or moves by at most so many pixels at a time.
 const MOST: f64 = 0.5;
 
@@ -27,10 +30,12 @@ impl<B: Backend> Trainer<B> {
     /// Poses that begin where the data put the cameras.
     fn given_poses(&self) -> Poses {
         let middle = self.plan.finest.bounds.center().cast();
-        let given: Vec<Pose> = self.sampler.poses().copied().collect();
+        let cameras: Vec<Camera> = self.sampler.given_cameras().copied().collect();
+        let given: Vec<Pose> = cameras.iter().map(|c| c.world_from_camera).collect();
         let distance = |p: &Pose| (p.translation - middle).length();
         let unit = given.iter().map(distance).sum::<f64>() / given.len().max(1) as f64;
-        Poses::new(given, unit.max(f64::EPSILON))
+        let poses = Poses::new(given, unit.max(f64::EPSILON));
+        if self.options.pose.lens.is_on() { poses.with_lenses(&cameras) } else { poses }
     }
 
     /// What the photographs themselves have learned.
@@ -41,7 +46,7 @@ impl<B: Backend> Trainer<B> {
     /// Go on with what photographs have learned.
     pub fn go_on_with_alignment(&mut self, alignment: Alignment) {
         if let Some(poses) = &alignment.poses {
-            self.sampler.set_poses(&poses.current());
+            self.sampler.set_cameras(|view, given| poses.camera(view, given));
         }
         if let Some(exposures) = &alignment.exposures {
             self.sampler.set_exposures(&exposures.filters());
@@ -71,8 +76,14 @@ impl<B: Backend> Trainer<B> {
             let gradients = self.backend.ray_gradients(&batch, &picture_objective(marching));
             let pixel = f64::from(self.sampler.pixel_size(self.plan.finest.bounds.center())) / poses.unit();
             let rate = PoseRate { memory, pixel, most: MOST * pixel };
-            poses.learn(&views, &batch.rays, &gradients, rate);
-            self.sampler.set_poses(&poses.current());
+            let slopes = |(view, ray): (&usize, _)| lens_slopes(self.sampler.camera(*view), ray);
+            let slopes: Vec<_> = if poses.learns_lenses() && moment.progress.0 >= LENSES_FROM {
+                views.par_iter().zip(&batch.rays).map(slopes).collect()
+            } else {
+                Vec::new()
+            };
+            poses.learn(&views, &batch.rays, &gradients, &slopes, rate);
+            self.sampler.set_cameras(|view, given| poses.camera(view, given));
             gradients.iter().map(|d| d.residual).collect()
         } else {
             let seen = shown(&self.backend.render(&batch.rays, &marching, Layers::All), &batch);

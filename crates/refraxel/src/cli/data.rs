@@ -128,6 +128,11 @@ pub struct TrainArgs {
     /// Held-out photographs are then posed against the finished scene, by half of their own pixels.
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub poses: Option<Learning>,
+    /// Whether focal length and first radial coefficient learn together with the poses [default: fixed]
+    ///
+    /// One pair for all photographs of a lens. Held-out photographs of it take its result.
+    #[arg(long, value_enum, value_name = "WHETHER")]
+    pub lens: Option<Learning>,
     /// Whether exposure and white balance of the photographs learn, too [default: fixed]
     ///
     /// Renderings of held-out photographs are then exposed as half of their pixels say.

@@ -121,6 +121,7 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         refraction_box: None,
         clearcoat: None,
         poses: None,
+        lens: None,
         exposure: None,
         index_from: None,
         settings: SETTINGS.map(setting).to_vec(),

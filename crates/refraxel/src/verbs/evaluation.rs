@@ -9,7 +9,7 @@ use refraxel_train::device::Device;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::exposures::ExposureShift;
 use refraxel_train::metrics::Scores;
-use refraxel_train::poses::PoseShift;
+use refraxel_train::poses::{LensShift, PoseShift};
 use refraxel_train::verdict::Verdict;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -168,6 +168,10 @@ impl Evaluation {
                  those of these images {evaluated}",
                 shift.largest_turn, shift.median_turn, shift.largest_way, shift.median_way
             );
+            if let Some(LensShift { focal, radial }) = shift.lens {
+                text +=
+                    &format!("\nlens: focal length \u{d7}{focal:.4}, first radial coefficient {radial:+.4}");
+            }
         }
         if let Some(EvaluatedExposures { shift, evaluated }) = &self.exposures {
             text += &format!(

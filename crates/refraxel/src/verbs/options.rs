@@ -79,6 +79,7 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
     options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
     let learning = |l: cli::Learning| if l == cli::Learning::Learn { Switch::On } else { Switch::Off };
     options.pose.enabled = args.poses.map_or(options.pose.enabled, learning);
+    options.pose.lens = args.lens.map_or(options.pose.lens, learning);
     options.exposure.enabled = args.exposure.map_or(options.exposure.enabled, learning);
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);

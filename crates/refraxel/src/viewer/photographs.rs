@@ -25,7 +25,7 @@ pub struct Photographs {
 #[derive(Debug)]
 struct Photograph {
     view: View,
-    /// Where it was taken, as learned if poses learn.
+    /// Where and with which lens it was taken, as learned if these learn.
     camera: Camera,
     split: &'static str,
 }
@@ -41,9 +41,11 @@ impl Photographs {
                     continue; // a view can be looked at during training and be scored
                 }
                 let view = data.views[i].clone();
-                let learned = alignment.poses.as_ref().filter(|_| split == "train").map(|p| p.pose(k));
-                let pose = learned.unwrap_or(view.camera.world_from_camera);
-                let camera = Camera { world_from_camera: pose, ..view.camera };
+                let training = data.split.train.iter().map(|&i| &data.views[i].camera);
+                let camera = match split {
+                    "train" => alignment.camera(k, &view.camera),
+                    _ => alignment.with_lens(&view.camera, training),
+                };
                 views.push(Photograph { view, camera, split });
             }
         }
