@@ -35,12 +35,16 @@ pub(crate) fn assemble(
     check_distinct_poses(path, &cameras, &mut parsed.problems)?;
     let (masks, concluded) = masks::find_all(&parsed, &cameras, truth.as_ref(), options)?;
     parsed.problems.extend(concluded);
-    let views = views(&parsed.frames, cameras, masks);
+    let mut views = views(&parsed.frames, cameras, masks);
+    if !options.crop.is_none() {
+        views = views.into_iter().map(|v| v.cropped(options.crop)).collect::<Result<_, _>>()?;
+    }
     parsed.problems.extend(masks::summary(&views));
     let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;
     let ParsedDataset { root, format, stated_box, points, depth_range, problems, .. } = parsed;
     let root = Some(root.folder().to_owned());
-    Ok(Dataset { root, format, views, split, backdrop, stated_box, points, depth_range, truth, problems })
+    let up = options.up.map(|up| up.normalized());
+    Ok(Dataset { root, format, views, split, backdrop, stated_box, up, points, depth_range, truth, problems })
 }
 
 /// Drops frames without an image: one warning with their number and first names.

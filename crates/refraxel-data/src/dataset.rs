@@ -1,6 +1,7 @@
 //! Posed views, their split, and what is known or wrong about them: the same whether they come from files or from
 //! memory.
 
+use crate::Crop;
 use crate::image::{Image, Mask};
 use refraxel_core::{Aabb, Camera, Vec3};
 use std::path::PathBuf;
@@ -23,6 +24,8 @@ pub struct Dataset {
     pub backdrop: Backdrop,
     /// Region of interest, where the dataset states one.
     pub stated_box: Option<Aabb<f64>>,
+    /// Unit vector upwards, where somebody says it; otherwise the cameras do.
+    pub up: Option<Vec3<f64>>,
     /// Sparse points of the reconstruction that posed the cameras; may be empty.
     pub points: Vec<Vec3<f64>>,
     /// Nearest and farthest depth of the scene [scene unit], where the dataset states them (LLFF).
@@ -56,11 +59,20 @@ pub enum PhotoSource {
         image: PathBuf,
         /// The mask, where there is one.
         mask: Option<PathBuf>,
-        /// Width and height of the files [pixel], where the view [has fewer](Dataset::reduce).
-        stored: Option<[u32; 2]>,
+        /// How they lie in the files, where the view [has fewer](Dataset::reduce) or is cut.
+        stored: Option<Stored>,
     },
     /// In memory.
     Memory(Photo),
+}
+
+/// How the pixels of a view lie in its files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// Width and height of the files [pixel].
+    pub size: [u32; 2],
+    /// What is cut off them, before anything else.
+    pub crop: Crop,
 }
 
 impl View {

@@ -8,6 +8,7 @@
 mod assemble;
 mod bytes;
 mod camera;
+mod crop;
 pub mod dataset;
 mod error;
 mod formats;
@@ -34,8 +35,10 @@ pub mod synth;
 mod volume;
 
 pub use camera::{CameraFault, is_one_place};
+pub use crop::Crop;
 pub use dataset::{
-    Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split, View,
+    Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split,
+    Stored, View,
 };
 pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
 pub use formats::colmap::{ColmapModel, colmap_models};

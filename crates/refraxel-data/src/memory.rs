@@ -99,6 +99,7 @@ impl Dataset {
             split: Split { rule, ..split },
             backdrop,
             stated_box: None,
+            up: None,
             points: Vec::new(),
             depth_range: None,
             truth: None,

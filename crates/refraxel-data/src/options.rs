@@ -1,6 +1,7 @@
 //! What the user may decide about a dataset that is opened.
 
-use crate::{Backdrop, MaskMeaning};
+use crate::{Backdrop, Crop, MaskMeaning};
+use refraxel_core::Vec3;
 
 /// What the user may decide about a dataset that is opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,4 +15,8 @@ pub struct OpenOptions {
     pub backdrop: Option<Backdrop>,
     /// What the white of all masks means, whatever the files say.
     pub mask_meaning: Option<MaskMeaning>,
+    /// What is cut off all photographs and masks.
+    pub crop: Crop,
+    /// Which way is up, of any length above 0, whatever the cameras say.
+    pub up: Option<Vec3<f64>>,
 }

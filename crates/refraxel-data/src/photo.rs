@@ -3,7 +3,7 @@
 use crate::error::Size;
 use crate::image::bad_pixel;
 use crate::reduce::size_of;
-use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, View, jpeg, limits};
+use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, jpeg, limits};
 use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
@@ -42,12 +42,19 @@ pub fn load_photo(view: &View) -> Result<Photo, DataError> {
     }
     let mask = mask.as_deref().map(|mask| load_mask(mask, path, expected)).transpose()?;
     let photo = Photo::new(to_image(path, decoded)?, mask);
-    Ok(if stored.is_some() { photo.reduced(size_of(&view.camera)) } else { photo })
+    Ok(match stored {
+        Some(Stored { crop, .. }) => {
+            let photo = if crop.is_none() { photo } else { photo.cropped(crop) };
+            let size = size_of(&view.camera);
+            if [photo.image.width, photo.image.height] == size { photo } else { photo.reduced(size) }
+        }
+        None => photo,
+    })
 }
 
 /// The size of the files of a view.
-fn stored_size(view: &View, stored: Option<[u32; 2]>) -> Size {
-    let [width, height] = stored.unwrap_or(size_of(&view.camera));
+fn stored_size(view: &View, stored: Option<Stored>) -> Size {
+    let [width, height] = stored.map_or(size_of(&view.camera), |s| s.size);
     Size { width, height }
 }
 
@@ -58,7 +65,7 @@ pub fn load_mask_of(view: &View) -> Result<Option<Arc<Mask>>, DataError> {
         PhotoSource::Files { mask: None, .. } => Ok(None),
         PhotoSource::Files { image, mask: Some(mask), stored } => {
             let mask = load_mask(mask, image, stored_size(view, *stored))?;
-            let reduced = stored.map(|_| mask.reduced(size_of(&view.camera)));
+            let reduced = stored.map(|s| mask.cropped(s.crop).reduced(size_of(&view.camera)));
             Ok(Some(Arc::new(reduced.unwrap_or(mask))))
         }
     }

@@ -1,6 +1,6 @@
 //! Photographs read with fewer pixels than their files have: means over areas, and cameras to match.
 
-use crate::{Dataset, Image, Mask, Photo, PhotoSource, Pixels, View};
+use crate::{Crop, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View};
 use refraxel_core::Camera;
 use std::str::FromStr;
 
@@ -86,7 +86,9 @@ impl View {
         }
         self.camera = self.camera.resized(width, height);
         match &mut self.source {
-            PhotoSource::Files { stored, .. } => *stored = stored.or(Some(before)),
+            PhotoSource::Files { stored, .. } => {
+                *stored = stored.or(Some(Stored { size: before, crop: Crop::default() }));
+            }
             PhotoSource::Memory(photo) => *photo = photo.reduced([width, height]),
         }
         true

@@ -188,6 +188,7 @@ fn dataset(views: Vec<View>) -> Dataset {
         split,
         backdrop: Backdrop::Surroundings,
         stated_box: None,
+        up: None,
         points: Vec::new(),
         depth_range: None,
         truth: None,

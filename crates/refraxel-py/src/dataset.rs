@@ -138,7 +138,7 @@ impl Dataset {
         allow_outside: bool,
     ) -> PyResult<Self> {
         let mask_meaning = mask_meaning.map(meaning).transpose()?;
-        let options = OpenOptions { holdout, allow_outside, backdrop: None, mask_meaning };
+        let options = OpenOptions { holdout, allow_outside, mask_meaning, ..OpenOptions::default() };
         let data = py.detach(|| refraxel_data::Dataset::open(&path, &options)).map_err(of_data)?;
         Ok(Self { source: source_of(&path, &options, &data), data })
     }

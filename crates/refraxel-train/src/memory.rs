@@ -105,6 +105,7 @@ mod tests {
             split,
             backdrop: Backdrop::Transparent,
             stated_box: None,
+            up: None,
             points: Vec::new(),
             depth_range: None,
             truth: None,

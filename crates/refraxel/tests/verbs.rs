@@ -394,15 +394,25 @@ fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption(
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     let half = ["--downscale", "2", "--refraction", "off", "--set", "run.stop_after=20"];
-    let stopped = train(&data, &run, &half);
+    let borders = ["--crop", "0,2,0,4", "--up", "0,-0.1,2"];
+    let stopped = train(&data, &run, &[&half[..], &borders].concat());
     assert_eq!(stopped.code, 130, "{}", stopped.err);
     let length = ["--refraction", "off", "--resume", "--set", "run.stop_after=0"];
     let other = [&length[..], &["--downscale", "8"]].concat();
     train(&data, &run, &other).refused(3, &["with --downscale 2", "leave --downscale out"]);
+    let other = [&length[..], &["--crop", "1,2,0,4"]].concat();
+    train(&data, &run, &other).refused(3, &["with --crop 0,2,0,4", "leave --crop out"]);
+    let other = [&length[..], &["--up", "0,0,2"]].concat();
+    train(&data, &run, &other).refused(3, &["with --up 0,-0.1,2", "leave --up out"]);
     train(&data, &run, &length).done();
     let picture = image::open(run.join("eval/test/r_0.png")).unwrap();
-    assert_eq!((picture.width(), picture.height()), (8, 8));
+    assert_eq!((picture.width(), picture.height()), (8, 5));
     refraxel(&["eval", path(&run), "--quiet"]).done();
+    let new = folder.path().join("other");
+    train(&data, &new, &["--crop", "9,0,0,0"]).refused(3, &["9,0,0,0", "r_0.png", "16x16", "at least 8"]);
+    train(&data, &new, &["--crop", "9,0"]).refused(2, &["L,T,R,B"]);
+    train(&data, &new, &["--up", "0,0,0"]).refused(2, &["three numbers"]);
+    refraxel(&["mask", path(&data), "--crop", "1,1,1,1"]).refused(2, &["whole photographs"]);
     train(&data, &folder.path().join("other"), &["--downscale", "40"]).refused(2, &["1 to 32", "64 or more"]);
 }
 

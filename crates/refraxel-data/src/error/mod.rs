@@ -5,6 +5,7 @@ mod memory;
 
 pub use memory::{MemoryError, ViewFault};
 
+use crate::Crop;
 use crate::camera::CameraFault;
 use crate::image::BadPixel;
 use crate::jpeg::JpegFault;
@@ -240,6 +241,18 @@ pub enum DataError {
         found: Size,
         /// The camera's size.
         expected: Size,
+    },
+    /// Too little of a photograph is left.
+    #[error(
+        "{crop} is to be cut off {name} (left, top, right, bottom), which is {size}; expected at least 8 columns and rows to stay"
+    )]
+    Crop {
+        /// What is to be cut off.
+        crop: Crop,
+        /// The photograph.
+        name: String,
+        /// Its size.
+        size: Size,
     },
     /// Mask and image differ in size.
     #[error("{path}: the mask is {mask}, but its image {image} is {expected}; make the mask at the image's size", path = path.display(), image = image.display())]

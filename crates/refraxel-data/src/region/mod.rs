@@ -12,7 +12,7 @@ use refraxel_core::{Aabb, Camera, Ray, Vec3, vec3};
 pub struct Region {
     /// The box.
     pub bounds: Aabb<f64>,
-    /// Unit vector, mean of the cameras' upward directions.
+    /// Unit vector: what the data or somebody says, or the mean of the cameras' upward directions.
     pub up: Vec3<f64>,
     /// True when photographs show things beyond the box too.
     pub unbounded: bool,
@@ -49,7 +49,7 @@ pub fn scene_region(data: &Dataset) -> Region {
         },
         (false, _) => cube(capture.center, visible_radius(&cameras, &capture)),
     });
-    Region { bounds, up: capture.up, unbounded }
+    Region { bounds, up: data.up.unwrap_or(capture.up), unbounded }
 }
 
 /// Boxes in a scene have longest edges from `1 / SCALE` to `SCALE` times that of the scene: smaller than a pixel, and far

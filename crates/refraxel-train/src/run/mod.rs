@@ -22,7 +22,7 @@ use crate::schedule::{Held, Phase, Progress};
 use crate::verdict::Verdict;
 use field::Shapes;
 use header::Header;
-use refraxel_data::{Dataset, PhotoSource, Pixels};
+use refraxel_data::{Crop, Dataset, PhotoSource, Pixels};
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -122,6 +122,12 @@ pub struct Source {
     /// `--downscale`: a [`Reduction`](refraxel_data::Reduction) as a number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub downscale: Option<u32>,
+    /// `--crop`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crop: Option<Crop>,
+    /// `--up`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<[f64; 3]>,
     /// `--index-from`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index_from: Option<PathBuf>,

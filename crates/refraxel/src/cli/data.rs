@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use refraxel_data::{MaskMeaning, Reduction};
+use refraxel_data::{Crop, MaskMeaning, Reduction};
 use refraxel_train::device::DeviceChoice;
 
 use super::WorkArgs;
-use super::values::{Setting, minutes};
+use super::values::{Setting, direction, minutes};
 
 /// How to read a dataset.
 #[derive(Args, Clone, Debug)]
@@ -22,6 +22,12 @@ pub struct ReadingArgs {
     /// Also read files that the dataset names outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
+    /// Cut so many pixels off each photograph and mask: on the left, on top, on the right, at the bottom
+    #[arg(long, value_name = "L,T,R,B")]
+    pub crop: Option<Crop>,
+    /// Which way is up in the data's coordinates [default: the mean of the cameras]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
+    pub up: Option<[f64; 3]>,
 }
 
 /// What white means in a mask.

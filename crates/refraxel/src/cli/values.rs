@@ -42,6 +42,16 @@ pub fn factor(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a factor from 0 to 100, such as 0.5".to_owned())
 }
 
+/// A direction, of any length.
+pub fn direction(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let numbers: Option<[f64; 3]> = numbers.and_then(|n| n.try_into().ok());
+    let length = |n: &[f64; 3]| n.iter().map(|n| n * n).sum::<f64>();
+    numbers
+        .filter(|n| (1e-12..1e12).contains(&length(n)))
+        .ok_or_else(|| "expected three numbers that are not all 0, such as 0,0,1".to_owned())
+}
+
 /// A rate that players show.
 pub fn frame_rate(text: &str) -> Result<f64, String> {
     number(text, |f| (1.0..=120.0).contains(&f))

@@ -136,7 +136,13 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         device: DeviceChoice::Cpu,
         seed: Some(args.seed),
         work: args.work.clone(),
-        reading: ReadingArgs { holdout: None, mask_meaning: None, allow_outside: false },
+        reading: ReadingArgs {
+            holdout: None,
+            mask_meaning: None,
+            allow_outside: false,
+            crop: None,
+            up: None,
+        },
     }
 }
 

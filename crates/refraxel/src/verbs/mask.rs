@@ -56,6 +56,11 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
     let reading = open_options(&args.reading);
+    if !reading.crop.is_none() {
+        let error =
+            anyhow!("masks are made of whole photographs; leave --crop out here, and give it to `train`");
+        return Err(Failure::new(Exit::Usage, error));
+    }
     let mut data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
     let out = folder(args, &data)?;
     refuse_other_masks(&data)?;

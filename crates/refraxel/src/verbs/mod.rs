@@ -26,6 +26,7 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use loaded::Loaded;
+use refraxel_core::Vec3;
 use refraxel_data::limits::{JSON_BYTES, open_regular};
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_train::run::Source;
@@ -56,6 +57,8 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
         allow_outside: reading.allow_outside,
         backdrop: None,
         mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
+        crop: reading.crop.unwrap_or_default(),
+        up: reading.up.map(Vec3::from),
     }
 }
 
@@ -66,6 +69,8 @@ pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
         holdout: options.holdout,
         mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
         allow_outside: options.allow_outside,
+        crop: Some(options.crop).filter(|crop| !crop.is_none()),
+        up: options.up.map(Vec3::to_array),
         ..Source::of(data)
     }
 }
@@ -102,6 +107,8 @@ pub fn reopen_source(source: &Source) -> Result<Dataset, Failure> {
         allow_outside: source.allow_outside,
         backdrop: None,
         mask_meaning,
+        crop: source.crop.unwrap_or_default(),
+        up: source.up.map(Vec3::from),
     };
     let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
     let path = source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;

@@ -12,7 +12,7 @@ use super::interrupts::{cancel, keeps, watch_for_interrupts};
 use super::{
     absolute, create_folder, data_failure, known_index, open_options, options, reduce, set_threads, source_of,
 };
-use crate::cli::{Refraction, SplitName, TrainArgs};
+use crate::cli::{ReadingArgs, Refraction, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::device::{self, Decided, Needs, Work};
 use crate::exit::{Exit, Failure, OrExit};
@@ -101,10 +101,15 @@ pub(super) fn train_locked(
     if !args.resume && !args.overwrite {
         folder.refuse_earlier_run()?;
     }
-    let reading = open_options(&args.reading);
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
+    let before = saved.as_ref().map(|run| &run.source);
+    let crop = as_before("--crop", args.reading.crop, before.map(|s| s.crop), |c| c.to_string(), args)?;
+    let components = |up: [f64; 3]| up.map(|c| c.to_string()).join(",");
+    let up = as_before("--up", args.reading.up, before.map(|s| s.up), components, args)?;
+    let reduced = args.downscale.map(u32::from);
+    let downscale = as_before("--downscale", reduced, before.map(|s| s.downscale), |n| n.to_string(), args)?;
+    let reading = open_options(&ReadingArgs { crop, up, ..args.reading.clone() });
     let mut data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
-    let downscale = downscale(args, saved.as_ref())?;
     reduce(&mut data, downscale, args.data(), show)?;
     let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
     if held_out == HeldOut::No {
@@ -185,17 +190,21 @@ fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Op
     Ok(options)
 }
 
-/// How photographs are reduced: as the run that goes on says.
-fn downscale(args: &TrainArgs, saved: Option<&Run>) -> Result<Option<u32>, Failure> {
-    let asked = args.downscale.map(u32::from);
-    let Some(run) = saved else { return Ok(asked) };
-    let stored = run.source.downscale;
+/// How photographs are read: as the run that goes on says.
+fn as_before<T: Copy + PartialEq>(
+    flag: &str,
+    asked: Option<T>,
+    stored: Option<Option<T>>,
+    text: impl Fn(T) -> String,
+    args: &TrainArgs,
+) -> Result<Option<T>, Failure> {
+    let Some(stored) = stored else { return Ok(asked) };
     if asked.is_none() || asked == stored {
         return Ok(stored);
     }
-    let was = stored.map_or_else(|| "without --downscale".to_owned(), |n| format!("with --downscale {n}"));
+    let was = stored.map_or_else(|| format!("without {flag}"), |v| format!("with {flag} {}", text(v)));
     let error = anyhow!(
-        "{} was trained {was}; --resume goes on so: leave --downscale out, or start a new run",
+        "{} was trained {was}; --resume goes on so: leave {flag} out, or start a new run",
         args.out().display()
     );
     Err(Failure::new(Exit::BadInput, error))
