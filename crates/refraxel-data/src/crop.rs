@@ -3,6 +3,7 @@
 use crate::error::Size;
 use crate::reduce::size_of;
 use crate::{DataError, Image, Mask, Photo, PhotoSource, Pixels, Stored, View};
+use refraxel_core::Camera;
 use std::fmt;
 use std::str::FromStr;
 
@@ -69,6 +70,20 @@ impl fmt::Display for Crop {
 }
 
 impl View {
+    /// A camera of this view for the whole pictures of its files, before anything was cut off them or reduced.
+    pub fn camera_of_files(&self, camera: &Camera) -> Camera {
+        let PhotoSource::Files { stored: Some(Stored { size: [width, height], crop }), .. } = self.source
+        else {
+            return *camera;
+        };
+        let kept = [width - crop.left - crop.right, height - crop.top - crop.bottom];
+        let mut whole = camera.resized(kept[0], kept[1]);
+        (whole.width, whole.height) = (width, height);
+        whole.center[0] += f64::from(crop.left);
+        whole.center[1] += f64::from(crop.top);
+        whole
+    }
+
     /// The same view without its borders: pixels, mask and camera.
     pub(crate) fn cropped(mut self, crop: Crop) -> Result<Self, DataError> {
         let before = size_of(&self.camera);
@@ -118,7 +133,7 @@ impl Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Camera, Vec3, vec3};
+    use refraxel_core::{Vec3, vec3};
 
     #[test]
     fn four_numbers_are_a_crop() {

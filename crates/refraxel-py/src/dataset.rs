@@ -6,8 +6,9 @@ use crate::errors::{of_data, refused};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use refraxel::verbs::source_of;
+use refraxel_core::Vec3;
 use refraxel_data::{
-    Backdrop, Image, Mask, MaskMeaning, OpenOptions, Photo, Pixels, PosedPhoto, Split, load_photo,
+    Backdrop, Crop, Image, Mask, MaskMeaning, OpenOptions, Photo, Pixels, PosedPhoto, Split, load_photo,
     scene_region,
 };
 use refraxel_train::run::Source;
@@ -127,18 +128,27 @@ impl Dataset {
     /// Opens a dataset of any supported format; pixels are read when they are needed.
     ///
     /// holdout: hold out every n-th view where the data state no split (8 if absent, 0 for none). mask_meaning: what the white of all masks
-    /// means, whatever the files say. allow_outside: the data may name files outside of their folder.
+    /// means, whatever the files say. allow_outside: the data may name files outside of their folder. crop: pixels cut off each photograph
+    /// and mask (left, top, right, bottom). up: which way is up, where the cameras do not say it.
     #[staticmethod]
-    #[pyo3(signature = (path, *, holdout = None, mask_meaning = None, allow_outside = false))]
+    #[pyo3(signature = (path, *, holdout = None, mask_meaning = None, allow_outside = false, crop = None, up = None))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
         holdout: Option<usize>,
         mask_meaning: Option<&str>,
         allow_outside: bool,
+        crop: Option<[u32; 4]>,
+        up: Option<[f64; 3]>,
     ) -> PyResult<Self> {
         let mask_meaning = mask_meaning.map(meaning).transpose()?;
-        let options = OpenOptions { holdout, allow_outside, mask_meaning, ..OpenOptions::default() };
+        let crop =
+            crop.map(|[left, top, right, bottom]| Crop { left, top, right, bottom }).unwrap_or_default();
+        let up = up.map(Vec3::from);
+        if up.is_some_and(|up| !(1e-6..1e6).contains(&up.length())) {
+            return Err(refused("up has no direction; expected three numbers that are not all 0".to_owned()));
+        }
+        let options = OpenOptions { holdout, allow_outside, mask_meaning, crop, up, backdrop: None };
         let data = py.detach(|| refraxel_data::Dataset::open(&path, &options)).map_err(of_data)?;
         Ok(Self { source: source_of(&path, &options, &data), data })
     }

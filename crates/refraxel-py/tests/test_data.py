@@ -94,6 +94,11 @@ def test_a_scene_written_to_a_folder_opens_with_its_splits(tmp_path: Path) -> No
     data = Dataset.open(tmp_path / "ball")
     assert (len(data.train), len(data.val), len(data.test)) == (5, 1, 2)
     assert data.image(0).shape[:2] == (16, 16)
+    cut = Dataset.open(tmp_path / "ball", crop=(2, 1, 0, 3), up=(0, 0, 2))
+    assert cut.image(0).shape[:2] == (12, 14)
+    assert (cut.image(0) == data.image(0)[1:13, 2:]).all()
+    with pytest.raises(InputError, match="not all 0"):
+        Dataset.open(tmp_path / "ball", up=(0, 0, 0))
 
 
 def test_the_exact_tracer_sees_glass_bend_light() -> None:

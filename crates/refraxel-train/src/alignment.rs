@@ -3,6 +3,7 @@
 use crate::exposures::Exposures;
 use crate::poses::Poses;
 use refraxel_core::Camera;
+use refraxel_data::Dataset;
 
 /// Where the cameras of the training views are, and how their photographs are exposed, as far as a run learns that.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,9 +20,19 @@ impl Alignment {
         self.poses.is_some() || self.exposures.is_some()
     }
 
-    /// The camera of a training view that the data put here.
-    pub fn camera(&self, view: usize, given: &Camera) -> Camera {
-        self.poses.as_ref().map_or(*given, |p| p.camera(view, given))
+    /// The cameras of all views of a dataset: of those trained on as learned, of others where the data put them, with lenses as
+    /// learned.
+    pub fn cameras(&self, data: &Dataset) -> Vec<Camera> {
+        let training = || data.split.train.iter().map(|&i| &data.views[i].camera);
+        let mut all: Vec<Camera> = data.views.iter().map(|v| self.with_lens(&v.camera, training())).collect();
+        if let Some(poses) = &self.poses {
+            data.split
+                .train
+                .iter()
+                .enumerate()
+                .for_each(|(k, &i)| all[i] = poses.camera(k, &data.views[i].camera));
+        }
+        all
     }
 
     /// A camera of the data with its lens as learned, if training views, whose cameras these are, were taken with it.

@@ -4,7 +4,9 @@ mod common;
 
 use common::*;
 use refraxel::verbs::loaded::load_run;
-use refraxel_core::LevelSet;
+use refraxel::verbs::reopen;
+use refraxel_core::{Camera, LevelSet};
+use refraxel_data::{Dataset, OpenOptions, Reduction, View};
 use refraxel_train::Backend;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -126,6 +128,39 @@ fn a_mesh_that_comes_back_is_the_same_surface() {
 }
 
 #[test]
+fn cameras_that_learned_are_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let often = ["--set", "pose.first=4", "--set", "pose.every=1", "--refraction", "off"];
+    let learn = ["--poses", "learn", "--lens", "learn", "--crop", "1,2,3,4", "--downscale", "2"];
+    train(&data, &run, &[&often[..], &learn].concat()).done();
+    let file = folder.path().join("transforms.json");
+    let report = export(&run, "cameras", &["--out", path(&file), "--json"]).done().json();
+    assert_eq!((&report["cameras"], &report["learned"]), (&8.into(), &"poses and lenses as learned".into()));
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert!(text.contains("\"ball/train/r_0.png\""), "relative to the file's folder: {text}");
+    let crop = "1,2,3,4".parse().unwrap();
+    let mut again = Dataset::open(&file, &OpenOptions { crop, ..OpenOptions::default() }).unwrap();
+    let run = load_run(&run).unwrap();
+    let before = reopen(&run).unwrap();
+    let split = [&again.split, &before.split].map(|s| (s.train.clone(), s.val.clone(), s.test.clone()));
+    assert_eq!(split[0], split[1]);
+    assert_eq!(again.backdrop, before.backdrop);
+    again.reduce(&(0..8).collect::<Vec<_>>(), Reduction::Divide(2));
+    let learned = run.alignment.cameras(&before);
+    let moved = |(a, b): (&Camera, &View)| {
+        (a.world_from_camera.translation - b.camera.world_from_camera.translation).length()
+    };
+    assert!(learned.iter().zip(&before.views).take(5).map(moved).fold(0.0, f64::max) > 1e-5);
+    for (view, camera) in again.views.iter().zip(&learned) {
+        let rays = [&view.camera, camera].map(|c| c.ray(4.5, 1.5).unwrap());
+        assert!((rays[0].origin - rays[1].origin).length() < 1e-9, "{}", view.name);
+        assert!((rays[0].direction - rays[1].direction).length() < 1e-9, "{}", view.name);
+        assert_eq!([view.camera.width, view.camera.height], [6, 5]);
+    }
+}
+
+#[test]
 fn an_interrupted_or_straight_run_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
@@ -135,7 +170,7 @@ fn an_interrupted_or_straight_run_says_what_to_do() {
     }
     assert!(!run.join("surface.ply").exists() && !run.join("surface.glb").exists());
     export(&folder.path().join("nowhere"), "ply", &[]).refused(3, &["nowhere"]);
-    export(&run, "stl", &[]).refused(2, &["ply", "gltf"]);
+    export(&run, "stl", &[]).refused(2, &["ply", "gltf", "cameras"]);
     export(&run, "ply", &["--detail", "0"]).refused(2, &["--detail"]);
 }
 

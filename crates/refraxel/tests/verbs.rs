@@ -305,18 +305,29 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 }
 
 #[test]
-fn moments_that_are_not_numbers_are_refused() {
+fn values_and_moments_that_are_not_numbers_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     let scene = data.join("scene.json");
     train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
     let checkpoint = run.join(CHECKPOINT);
-    let mut file = TensorFile::load(&checkpoint).unwrap();
-    let moments = file.tensors.get_mut("index.0.surface_first_moment").unwrap();
-    let TensorData::F32(values) = &mut moments.data else { panic!("single precision") };
-    values[0] = f32::NAN;
-    file.save(&checkpoint).unwrap();
-    refraxel(&["eval", path(&run)]).refused(3, &["refractive region 0", "moments that are not finite"]);
+    let sound = std::fs::read(&checkpoint).unwrap();
+    for (name, wrong, said) in [
+        ("index.0.surface_first_moment", f32::NAN, "refractive region 0 has moments that are not finite"),
+        ("density", f32::INFINITY, "`density` has values that are not finite"),
+        ("background", f32::NAN, "`background` has values that are not finite"),
+        ("density_moment", f32::NAN, "`density_moment` has values that are no squares"),
+        ("colour_moment", -1.0, "`colour_moment` has values that are no squares"),
+    ] {
+        std::fs::write(&checkpoint, &sound).unwrap();
+        let mut file = TensorFile::load(&checkpoint).unwrap();
+        let Some(tensor) = file.tensors.get_mut(name) else { panic!("{name}") };
+        let TensorData::F32(values) = &mut tensor.data else { panic!("{name}: single precision") };
+        let Some(last) = values.last_mut() else { continue }; // a background of one colour has no texels
+        *last = wrong;
+        file.save(&checkpoint).unwrap();
+        refraxel(&["eval", path(&run)]).refused(3, &[said]);
+    }
 }
 
 #[test]

@@ -85,6 +85,8 @@ class Dataset:
         holdout: int | None = None,
         mask_meaning: Literal["refractive", "keep", "ignore"] | None = None,
         allow_outside: bool = False,
+        crop: tuple[int, int, int, int] | None = None,
+        up: tuple[float, float, float] | None = None,
     ) -> Dataset: ...
     @staticmethod
     def from_arrays(

@@ -69,7 +69,9 @@ pub(super) fn restore(h: &Header, file: &mut Tensors) -> Result<VoxelField<f32>,
     let map = BrickMap::with_bricks(h.resolution, file.triples("bricks")?)
         .ok_or_else(|| file.wrong("a brick lies outside the grid or occurs twice"))?;
     let density = file.aligned("density", map.voxels())?;
+    let density = file.finite("density", density)?;
     let colour = file.rows("colour", map.voxels(), 3 * degree.basis(), degree.stride())?;
+    let colour = file.finite("colour", colour)?;
     Ok(VoxelField { domain, map, degree, density, colour })
 }
 
@@ -82,8 +84,9 @@ pub(super) fn restore_background(
     if rows > 2048 {
         return Err(file.wrong("its panorama has more than 2048 rows"));
     }
-    let texels = file.colours("background", 2 * rows * rows)?;
-    let moments = file.colours("background_moment", 2 * rows * rows)?;
+    let texels = file.f32s("background", 6 * rows * rows)?;
+    let texels = file.finite("background", texels)?.as_chunks().0.to_vec();
+    let moments = file.mean_squares("background_moment", 6 * rows * rows)?.as_chunks().0.to_vec();
     let background = match h.background {
         StoredBackground::Constant(c) => Background::Constant(c),
         StoredBackground::EnvironmentRows(n) => Background::Environment(

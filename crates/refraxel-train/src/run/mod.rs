@@ -323,8 +323,8 @@ impl Run {
             clearcoat::restore(header.clearcoat.as_ref(), field.domain.bounds, &mut file)?;
         let voxels = field.map.voxels();
         let optimiser = Optimiser {
-            density: file.aligned("density_moment", voxels)?,
-            colour: file.aligned("colour_moment", voxels)?,
+            density: file.mean_squares("density_moment", voxels)?,
+            colour: file.mean_squares("colour_moment", voxels)?,
             background: texel_moments,
             index,
             reflection: mirrors,

@@ -64,15 +64,34 @@ impl Tensors {
             TensorData::F16(v) if v.len() == rows * kept => {
                 let pairs = padded.chunks_mut(stride).zip(v.chunks(kept));
                 pairs.for_each(|(p, v)| v.convert_to_f32_slice(&mut p[..kept]));
+                // What was too large to be stored so is as large as can be.
+                let most = f32::from(half::f16::MAX);
+                padded.iter_mut().for_each(|v| *v = v.clamp(-most, most));
             }
             _ => return Err(self.wrong(&format!("tensor `{name}` is not {rows} × {kept} of F32 or F16"))),
         }
         Ok(padded)
     }
 
-    /// `len` colours.
-    pub(super) fn colours(&mut self, name: &str, len: usize) -> Result<Vec<[f32; 3]>, CheckpointError> {
-        self.f32s(name, 3 * len).map(|v| v.as_chunks().0.to_vec())
+    /// Real numbers, of which none may be infinite or no number at all.
+    pub(super) fn finite<V: std::ops::Deref<Target = [f32]>>(
+        &self,
+        name: &str,
+        values: V,
+    ) -> Result<V, CheckpointError> {
+        let wrong = || self.wrong(&format!("tensor `{name}` has values that are not finite"));
+        values.iter().all(|v| v.is_finite()).then_some(values).ok_or_else(wrong)
+    }
+
+    /// Mean squares of gradients, aligned for SIMD.
+    pub(super) fn mean_squares(
+        &mut self,
+        name: &str,
+        len: usize,
+    ) -> Result<AlignedVec<f32>, CheckpointError> {
+        let values = self.aligned(name, len)?;
+        let wrong = || self.wrong(&format!("tensor `{name}` has values that are no squares"));
+        values.iter().all(|v| *v >= 0.0).then_some(values).ok_or_else(wrong)
     }
 
     /// Triples of whole numbers.

@@ -176,6 +176,8 @@ pub enum ExportFormat {
     Gltf,
     /// One page to share, which renders the scene in the browser with the same bent rays (WebGPU)
     Html,
+    /// transforms.json of all photographs, in the layout of nerfstudio, with poses and lenses as learned
+    Cameras,
 }
 
 /// `refraxel export`
@@ -184,6 +186,7 @@ pub enum ExportFormat {
   refraxel export run --format ply
   refraxel export run --format gltf --out scene.glb --detail 2
   refraxel export run --format html --out scene.html
+  refraxel export run --format cameras --out photos/transforms.json
   refraxel train photos --out again --index-from run/surface.ply
 
 Meshes are the boundaries of refractive regions as closed triangle meshes, in the world coordinates of the dataset. The
@@ -198,7 +201,7 @@ pub struct ExportArgs {
     /// File format
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub format: ExportFormat,
-    /// The file to write [default: RUN/surface.ply, RUN/scene.glb or RUN/scene.html]
+    /// The file to write [default: RUN/surface.ply, RUN/scene.glb, RUN/scene.html or RUN/transforms.json]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Most points of opaque things in a glTF file; 0 for none

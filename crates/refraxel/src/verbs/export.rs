@@ -4,6 +4,7 @@
 //! bubble is a closed surface of index 1 inside that of the glass, and where two overlap in part both surfaces run through
 //! each other. Neither PLY nor glTF can state this order; path tracers know it as the priority of nested dielectrics.
 
+mod cameras;
 mod gltf;
 mod html;
 mod ply;
@@ -16,6 +17,7 @@ use super::reopen;
 use crate::cli::{ExportArgs, ExportFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::shell::quoted_path;
 use crate::table::{colours, count};
 use anyhow::anyhow;
 use refraxel_core::Vec3;
@@ -84,6 +86,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let file = |name: &str| args.out.clone().unwrap_or_else(|| args.run.join(name));
     let report = match args.format {
         ExportFormat::Html => return page(args, &mut run, file("scene.html")),
+        ExportFormat::Cameras => return write_cameras(args, &run, file("transforms.json")),
         ExportFormat::Ply => write_ply(&run, &checkpoint, args.detail, &file("surface.ply"))?,
         ExportFormat::Gltf => {
             watch_for_interrupts()?;
@@ -135,6 +138,28 @@ fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failur
     );
     let report = json!({ "file": file, "format": "html", "voxels": voxels, "bytes": bytes });
     Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
+}
+
+/// Writes where the photographs were taken, for other programs and for another run.
+fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), Failure> {
+    let data = reopen(run)?;
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let text = cameras::transforms(&data, &run.alignment, &folder)?;
+    write_atomic(&file, |f| f.write_all(text.as_bytes()))?;
+    let learned = match &run.alignment.poses {
+        Some(poses) if poses.learns_lenses() => "poses and lenses as learned",
+        Some(_) => "poses as learned",
+        None => "poses as the data say, for none were learned",
+    };
+    let said = format!(
+        "cameras: {} ({} photographs, {learned}); train from it: refraxel train {} --allow-outside --out OTHER",
+        file.display(),
+        data.views.len(),
+        quoted_path(&file),
+    );
+    let report =
+        json!({ "file": file, "format": "cameras", "cameras": data.views.len(), "learned": learned });
+    Console::new(args.json).result(&said, &report).or_exit(Exit::Io)
 }
 
 /// The surfaces of all regions that have one. Errors where none has one.

@@ -35,18 +35,14 @@ impl Photographs {
     pub fn new(data: &Dataset, alignment: &Alignment) -> Self {
         let parts = [("test", &data.split.test), ("val", &data.split.val), ("train", &data.split.train)];
         let (mut views, mut known) = (Vec::new(), BTreeSet::new());
+        let cameras = alignment.cameras(data);
         for (split, indices) in parts {
-            for (k, &i) in indices.iter().enumerate() {
+            for &i in indices {
                 if !known.insert(i) {
                     continue; // a view can be looked at during training and be scored
                 }
                 let view = data.views[i].clone();
-                let training = data.split.train.iter().map(|&i| &data.views[i].camera);
-                let camera = match split {
-                    "train" => alignment.camera(k, &view.camera),
-                    _ => alignment.with_lens(&view.camera, training),
-                };
-                views.push(Photograph { view, camera, split });
+                views.push(Photograph { view, camera: cameras[i], split });
             }
         }
         Self { views, backdrop: Some(data.backdrop) }

@@ -42,8 +42,8 @@ pub struct Point {
 impl Surroundings {
     /// Those of a run, with at most so many points. Rays that turn are left out: what they see lies elsewhere.
     pub fn of(run: &Loaded, data: &Dataset, most: usize) -> Result<Self, Failure> {
-        let all = data.views.iter().map(|v| (v.name.clone(), v.camera));
-        let cameras: Vec<(String, Camera)> = all.collect();
+        let names = data.views.iter().map(|v| v.name.clone());
+        let cameras: Vec<(String, Camera)> = names.zip(run.alignment.cameras(data)).collect();
         let each = cameras.len().div_ceil(VIEWS).max(1);
         let shown: Vec<Camera> = cameras.iter().step_by(each).map(|(_, camera)| *camera).collect();
         let spacing = SPACING * f64::from(run.backend.domain().voxel());

@@ -20,7 +20,10 @@ impl Up {
     /// The mean upward direction of the cameras, which `render --orbit` goes around; +z when the dataset is gone.
     pub fn estimate(data: Result<Dataset, Failure>) -> Self {
         match data {
-            Ok(data) => Self { direction: scene_region(&data).up, note: None },
+            Ok(data) => {
+                let note = data.up.map(|_| "as stated".to_owned());
+                Self { direction: scene_region(&data).up, note }
+            }
             Err(failure) => Self {
                 direction: NERF_SYNTHETIC,
                 note: Some(format!(

@@ -1,0 +1,80 @@
+//! The cameras of a run as `transforms.json` in the layout of nerfstudio and instant-ngp, with poses and lenses as learned.
+
+use crate::exit::{Exit, Failure};
+use crate::verbs::absolute;
+use anyhow::anyhow;
+use refraxel_core::{Camera, Lens};
+use refraxel_data::synth::opengl_matrix;
+use refraxel_data::{Backdrop, Dataset, PhotoSource, View};
+use refraxel_train::alignment::Alignment;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// The text of a file that will lie in `folder`. Photographs are named by their whole files: what was cut off them or reduced
+/// while they were read is in them again.
+pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Result<String, Failure> {
+    let folder = absolute(folder);
+    let name = |path: &Path| {
+        let path = absolute(path);
+        path.strip_prefix(&folder).map_or(path.clone(), Path::to_owned).display().to_string()
+    };
+    let mut frames = Vec::new();
+    for (view, camera) in data.views.iter().zip(alignment.cameras(data)) {
+        let PhotoSource::Files { image, mask, .. } = &view.source else {
+            let error = anyhow!("{}: the photograph is in memory, and no file can be named", view.name);
+            return Err(Failure::new(Exit::BadInput, error));
+        };
+        let camera = view.camera_of_files(&camera);
+        let mut frame = Map::from_iter([
+            ("file_path".to_owned(), json!(name(image))),
+            ("transform_matrix".to_owned(), json!(opengl_matrix(&camera))),
+        ]);
+        frame.extend(mask.as_deref().map(|mask| ("mask_path".to_owned(), json!(name(mask)))));
+        frame.extend(intrinsics(view, &camera)?);
+        frames.push(Value::Object(frame));
+    }
+    let split = &data.split;
+    let files = |indices: &[usize]| -> Vec<Value> {
+        indices.iter().map(|&i| frames[i]["file_path"].clone()).collect()
+    };
+    let mut all = json!({
+        "train_filenames": files(&split.train),
+        "val_filenames": files(&split.val),
+        "test_filenames": files(&split.test),
+        "frames": frames,
+    });
+    match data.backdrop {
+        Backdrop::Transparent => all["background"] = json!("transparent"),
+        Backdrop::Color(colour) => all["background"] = json!(colour.map(|c| (c * 255.0).round())),
+        Backdrop::Surroundings => {}
+    }
+    if let Some(bounds) = &data.stated_box {
+        all["aabb"] = json!([bounds.min.to_array(), bounds.max.to_array()]);
+    }
+    Ok(format!("{all:#}\n"))
+}
+
+/// The keys of a camera.
+fn intrinsics(view: &View, camera: &Camera) -> Result<Map<String, Value>, Failure> {
+    let (model, k, p): (_, &[f64], _) = match &camera.lens {
+        Lens::Pinhole => ("PINHOLE", &[], [0.0; 2]),
+        Lens::OpenCv { k, p } => ("OPENCV", k, *p),
+        Lens::FullOpenCv { k, p } => ("FULL_OPENCV", k, *p),
+        Lens::Fisheye { k } => ("OPENCV_FISHEYE", k, [0.0; 2]),
+        Lens::Equirectangular => ("EQUIRECTANGULAR", &[], [0.0; 2]),
+        Lens::Fov { .. } | Lens::ThinPrismFisheye { .. } => {
+            let error = anyhow!("{}: transforms.json has no name for the lens {:?}", view.name, camera.lens);
+            return Err(Failure::new(Exit::BadInput, error));
+        }
+    };
+    let Camera { width, height, focal, center, .. } = camera;
+    let mut keys = json!({
+        "w": width, "h": height, "fl_x": focal[0], "fl_y": focal[1], "cx": center[0], "cy": center[1], "camera_model": model,
+    });
+    k.iter().zip(1..).for_each(|(k, n)| keys[format!("k{n}")] = json!(k));
+    if !k.is_empty() && model != "OPENCV_FISHEYE" {
+        (keys["p1"], keys["p2"]) = (json!(p[0]), json!(p[1]));
+    }
+    let Value::Object(keys) = keys else { unreachable!("an object was written above") };
+    Ok(keys)
+}
