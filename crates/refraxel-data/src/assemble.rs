@@ -43,7 +43,7 @@ pub(crate) fn assemble(
     let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;
     let ParsedDataset { root, format, stated_box, points, depth_range, problems, .. } = parsed;
     let root = Some(root.folder().to_owned());
-    let up = options.up.map(|up| up.normalized());
+    let up = options.up.map(|up| up.normalized()).filter(|up| (up.length() - 1.0).abs() < 1e-6);
     Ok(Dataset { root, format, views, split, backdrop, stated_box, up, points, depth_range, truth, problems })
 }
 

@@ -207,9 +207,6 @@ impl RaySampler {
     pub fn set_cameras(&mut self, learned: impl Fn(usize, &Camera) -> Camera) {
         for (k, view) in self.views.iter_mut().enumerate() {
             let camera = learned(k, &view.given);
-            if !camera.has_lens_of(&view.camera) {
-                view.directions = None; // lenses that learn are inverted ray by ray
-            }
             view.camera = camera;
         }
     }
@@ -360,7 +357,11 @@ impl RaySampler {
 impl TrainingView {
     /// The ray through a pixel's centre.
     fn ray(&self, pixel: usize) -> Option<Ray<f32>> {
-        let Some(directions) = &self.directions else { return pixel_ray(&self.camera, pixel) };
+        // Lenses that have learned are inverted ray by ray.
+        let is_given = self.camera.has_lens_of(&self.given);
+        let Some(directions) = self.directions.as_ref().filter(|_| is_given) else {
+            return pixel_ray(&self.camera, pixel);
+        };
         let d = directions[pixel];
         let pose = &self.camera.world_from_camera;
         let columns = pose.rotation.columns.map(|c| c.cast::<f32>());

@@ -137,6 +137,7 @@ fn cameras_that_learned_are_opened_again() {
     let file = folder.path().join("transforms.json");
     let report = export(&run, "cameras", &["--out", path(&file), "--json"]).done().json();
     assert_eq!((&report["cameras"], &report["learned"]), (&8.into(), &"poses and lenses as learned".into()));
+    export(&run, "cameras", &["--out", path(&file)]).refused(3, &["transforms.json exists", "another name"]);
     let text = std::fs::read_to_string(&file).unwrap();
     assert!(text.contains("\"ball/train/r_0.png\""), "relative to the file's folder: {text}");
     let crop = "1,2,3,4".parse().unwrap();

@@ -10,7 +10,7 @@ section! {
         /// Whether poses learn. Otherwise they are taken as exact.
         enabled: Switch = Switch::Off;
         /// Whether the focal length and the first radial coefficient of each lens learn together with the poses: one pair for all
-        /// photographs whose data say the same lens.
+        /// photographs whose data say the same lens. They begin after a fifth of the run.
         lens: Switch = Switch::Off;
         /// Steps of training from one step of the poses to the next.
         every: u64 = 4, in 1..;

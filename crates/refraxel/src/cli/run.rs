@@ -186,7 +186,7 @@ pub enum ExportFormat {
   refraxel export run --format ply
   refraxel export run --format gltf --out scene.glb --detail 2
   refraxel export run --format html --out scene.html
-  refraxel export run --format cameras --out photos/transforms.json
+  refraxel export run --format cameras --out photos/learned.json
   refraxel train photos --out again --index-from run/surface.ply
 
 Meshes are the boundaries of refractive regions as closed triangle meshes, in the world coordinates of the dataset. The

@@ -13,7 +13,7 @@ mod up;
 
 use super::interrupts::watch_for_interrupts;
 use super::loaded::{Loaded, load_run};
-use super::reopen;
+use super::{absolute, reopen};
 use crate::cli::{ExportArgs, ExportFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -143,7 +143,14 @@ fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failur
 /// Writes where the photographs were taken, for other programs and for another run.
 fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), Failure> {
     let data = reopen(run)?;
-    let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+    if args.out.is_some() && file.exists() {
+        let error = anyhow!(
+            "{} exists, and may be where the photographs' own cameras are stated; choose another name, such as learned.json",
+            file.display()
+        );
+        return Err(Failure::new(Exit::BadInput, error));
+    }
+    let folder = absolute(&file).parent().map_or_else(PathBuf::new, Path::to_owned);
     let text = cameras::transforms(&data, &run.alignment, &folder)?;
     write_atomic(&file, |f| f.write_all(text.as_bytes()))?;
     let learned = match &run.alignment.poses {
@@ -152,7 +159,8 @@ fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), F
         None => "poses as the data say, for none were learned",
     };
     let said = format!(
-        "cameras: {} ({} photographs, {learned}); train from it: refraxel train {} --allow-outside --out OTHER",
+        "cameras: {} ({} photographs, {learned}; of held-out ones the poses are those of the data); train from it: refraxel \
+         train {} --allow-outside --out OTHER, with what else said how to read the photographs (--crop, --up, --mask-meaning)",
         file.display(),
         data.views.len(),
         quoted_path(&file),

@@ -90,8 +90,21 @@ pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
 }
 
 /// Opens the dataset of a run again, with the options of the training.
+///
+/// Where poses have learned, refuses data with other training views: which pose is whose would be unknown.
 pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
-    reopen_source(&run.source)
+    let data = reopen_source(&run.source)?;
+    let names = data.split.train.iter().map(|&i| &data.views[i].name);
+    if run.alignment.poses.is_some() && !names.eq(&run.source.train) {
+        let was = run.source.train.len();
+        let error = anyhow!(
+            "{} has {} training photographs now, and the run has learned the poses of {was} of other names; bring them back",
+            run.source.path.as_deref().unwrap_or(Path::new("the dataset")).display(),
+            data.split.train.len(),
+        );
+        return Err(Failure::new(Exit::BadInput, error));
+    }
+    Ok(data)
 }
 
 /// Opens the dataset that a run was trained on, with the options of the training.

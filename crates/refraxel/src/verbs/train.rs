@@ -103,7 +103,13 @@ pub(super) fn train_locked(
     }
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
     let before = saved.as_ref().map(|run| &run.source);
-    let crop = as_before("--crop", args.reading.crop, before.map(|s| s.crop), |c| c.to_string(), args)?;
+    let crop = as_before(
+        "--crop",
+        args.reading.crop.filter(|c| !c.is_none()),
+        before.map(|s| s.crop),
+        |c| c.to_string(),
+        args,
+    )?;
     let components = |up: [f64; 3]| up.map(|c| c.to_string()).join(",");
     let up = as_before("--up", args.reading.up, before.map(|s| s.up), components, args)?;
     let reduced = args.downscale.map(u32::from);

@@ -45,7 +45,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
     });
     match data.backdrop {
         Backdrop::Transparent => all["background"] = json!("transparent"),
-        Backdrop::Color(colour) => all["background"] = json!(colour.map(|c| (c * 255.0).round())),
+        Backdrop::Color(colour) => all["background"] = json!(colour.map(|c| f64::from(c) * 255.0)),
         Backdrop::Surroundings => {}
     }
     if let Some(bounds) = &data.stated_box {
