@@ -98,7 +98,7 @@ pub(crate) fn describe(number: usize, adapter: &wgpu::Adapter) -> Adapter {
 pub(crate) fn choose(choice: DeviceChoice, found: &[Adapter]) -> Result<Option<usize>, GpuError> {
     let hardware = found.iter().position(|a| a.kind != AdapterKind::Software);
     match choice {
-        DeviceChoice::Cpu => Ok(None),
+        DeviceChoice::Cpu | DeviceChoice::Mpi => Ok(None),
         DeviceChoice::Auto => Ok(hardware),
         DeviceChoice::Gpu => hardware.map(Some).ok_or_else(|| GpuError::NoAdapter { found: listed(found) }),
         DeviceChoice::Adapter(n) if n < found.len() => Ok(Some(n)),

@@ -15,11 +15,13 @@ pub enum DeviceChoice {
     Gpu,
     /// The adapter of this number, which may be a software one.
     Adapter(usize),
+    /// The CPUs of the processes that MPI has started together.
+    Mpi,
 }
 
 /// The name of a device was not understood.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{found}` is no device; expected auto, cpu, gpu, or gpu:N with the number of an adapter")]
+#[error("`{found}` is no device; expected auto, cpu, gpu, gpu:N with the number of an adapter, or mpi")]
 pub struct UnknownDevice {
     /// What stood there.
     pub found: String,
@@ -34,6 +36,7 @@ impl FromStr for DeviceChoice {
             "auto" => Some(Self::Auto),
             "cpu" => Some(Self::Cpu),
             "gpu" => Some(Self::Gpu),
+            "mpi" => Some(Self::Mpi),
             other => other.strip_prefix("gpu:").and_then(number),
         };
         choice.ok_or_else(|| UnknownDevice { found: text.to_owned() })

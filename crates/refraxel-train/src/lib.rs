@@ -18,6 +18,7 @@ pub mod memory;
 pub mod metrics;
 pub mod model;
 pub mod options;
+pub mod peers;
 pub mod plan;
 pub mod poses;
 pub mod random;

@@ -79,14 +79,17 @@ fn a_wrong_lens_learns_towards_the_true_one_and_held_out_views_have_it() {
     let (truth, _, _folder) = data();
     let mut wrong = truth.clone();
     for view in &mut wrong.views {
-        view.camera.lens = Lens::OpenCv { k: [0.3, 0.0, 0.0, 0.0], p: [0.0; 2] };
+        view.camera.lens = Lens::OpenCv { k: [0.15, 0.0, 0.0, 0.0], p: [0.0; 2] };
     }
     let fixed = psnr(&trained(&wrong, Switch::On));
     let session = trained_with(&wrong, Switch::On, Switch::On);
     let learned = psnr(&session);
-    let lens = session.snapshot().alignment.poses.unwrap().shift().lens.unwrap();
+    let alignment = session.snapshot().alignment;
+    let lens = alignment.poses.as_ref().unwrap().shift().lens.unwrap();
+    let held_out = alignment.cameras(&wrong)[wrong.split.test[0]].lens;
+    assert_eq!(held_out, Lens::OpenCv { k: [0.15 + lens.radial, 0.0, 0.0, 0.0], p: [0.0; 2] });
     assert!(
-        (-0.4..-0.1).contains(&lens.radial) && (lens.focal - 1.0).abs() < 0.02,
+        (-0.2..-0.05).contains(&lens.radial) && (lens.focal - 1.0).abs() < 0.02,
         "{lens:?} {fixed} {learned}"
     );
     assert!(learned > fixed - 0.3, "as well as poses that give way: {fixed} {learned}");
@@ -97,6 +100,10 @@ fn a_lens_does_not_learn_alone() {
     let (truth, ..) = data();
     let mut options = Options::default();
     options.pose.lens = Switch::On;
-    let refused = Setup::new(truth, options).check().unwrap_err().to_string();
-    assert!(refused.contains("--poses learn"), "{refused}");
+    let refused =
+        |options: &Options| Setup::new(truth.clone(), options.clone()).check().unwrap_err().to_string();
+    assert!(refused(&options).contains("--poses learn"));
+    options.pose.enabled = Switch::On;
+    options.pose.hold = 0.2;
+    assert!(refused(&options).contains("`pose.hold`"));
 }

@@ -413,6 +413,12 @@ fn what_cannot_lead_to_a_result_is_refused_before_any_work() {
     run.source.train.pop();
     let other = Session::resume(setup, run, CpuBackend::resumed, &mut |_| {}).err();
     assert!(matches!(other, Some(SessionError::OtherViews { was: 23, found: 24, .. })));
+    let mut moved = Setup::new(glass_ball(), options(true));
+    let first = moved.data.split.train[0];
+    moved.data.views[first].camera.focal[0] += 1e-6;
+    let run = start(true, CpuBackend::new).snapshot();
+    let other = Session::resume(moved, run, CpuBackend::resumed, &mut |_| {}).err();
+    assert!(matches!(other, Some(SessionError::OtherPhotographs)));
 }
 
 #[test]

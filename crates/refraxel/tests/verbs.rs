@@ -318,6 +318,7 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
         ("background", f32::NAN, "`background` has values that are not finite"),
         ("density_moment", f32::NAN, "`density_moment` has values that are no squares"),
         ("colour_moment", -1.0, "`colour_moment` has values that are no squares"),
+        ("background_moment", f32::NAN, "`background_moment` has values that are no squares"),
     ] {
         std::fs::write(&checkpoint, &sound).unwrap();
         let mut file = TensorFile::load(&checkpoint).unwrap();

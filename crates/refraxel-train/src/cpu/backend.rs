@@ -11,7 +11,9 @@ use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
 use super::trace::{Lesson, learn_chunk, weigh_chunk};
-use super::update::{BucketGradient, BucketParameters, GradientPool, VoxelFieldView, accumulate, descend};
+use super::update::{
+    BucketGradient, BucketParameters, GradientPool, TOLD, VoxelFieldView, accumulate, descend,
+};
 use super::variation::total_variation;
 use crate::backend::{
     AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring,
@@ -28,9 +30,35 @@ use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, BrickMap, Domain, FieldGradient, Ray};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Chunks whose tapes exist at the same time while peak weights are sought.
 const PORTION: usize = 64;
+
+/// The buckets of voxels that move in a step.
+pub(super) struct Share {
+    pub buckets: Range<usize>,
+    /// Others are to be told how they have moved.
+    pub tells: bool,
+}
+
+/// What has come of it.
+pub(super) struct Moved {
+    pub finite: bool,
+    /// What others are to be told.
+    pub voxels: Vec<u32>,
+}
+
+/// The outcome of a batch of so many rays.
+pub(super) fn total(rays: usize, chunks: &[StepOutcome]) -> StepOutcome {
+    let mut total = StepOutcome { rays: rays as u64, ..Default::default() };
+    for outcome in chunks {
+        total.squared_error += outcome.squared_error;
+        total.samples += outcome.samples;
+    }
+    total.finite = total.squared_error.is_finite();
+    total
+}
 
 /// Parameters, moments and search structures on the CPU.
 pub struct CpuBackend {
@@ -127,6 +155,21 @@ impl CpuBackend {
         }
     }
 
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Goes on from all of this model but its field.
+    pub(super) fn load_but_field(&mut self, model: Model, optimiser: Optimiser) {
+        let Model { field: _, background, refraction, reflection, clearcoat } = model;
+        let own = &mut self.model;
+        (own.background, own.refraction, own.reflection, own.clearcoat) =
+            (background, refraction, reflection, clearcoat);
+        let own = &mut self.optimiser;
+        (own.background, own.index) = (optimiser.background, optimiser.index);
+        (own.reflection, own.clearcoat) = (optimiser.reflection, optimiser.clearcoat);
+    }
+
     fn scene(&self) -> Scene<'_> {
         Scene::new(&self.model, &self.optimiser.occupied, &self.layout)
     }
@@ -155,8 +198,20 @@ impl CpuBackend {
         &self,
         lesson: Lesson,
         ray_gradients: &mut [RayGradient],
-        mut tapes: Vec<Tape>,
+        tapes: Vec<Tape>,
     ) -> (Vec<Tape>, StepOutcome) {
+        let rays = lesson.batch.rays.len();
+        let (tapes, outcomes) = self.trace_chunks(lesson, ray_gradients, tapes);
+        (tapes, total(rays, &outcomes))
+    }
+
+    /// The same, with the outcome of each chunk.
+    pub(super) fn trace_chunks(
+        &self,
+        lesson: Lesson,
+        ray_gradients: &mut [RayGradient],
+        mut tapes: Vec<Tape>,
+    ) -> (Vec<Tape>, Vec<StepOutcome>) {
         let (scene, n) = (self.scene(), lesson.batch.rays.len());
         tapes.resize_with(n.div_ceil(CHUNK), Tape::default);
         let chunk = |k: usize, tape: &mut Tape, gradients: &mut [RayGradient]| {
@@ -169,22 +224,16 @@ impl CpuBackend {
             let parts = tapes.par_iter_mut().zip(ray_gradients.par_chunks_mut(CHUNK)).enumerate();
             parts.map(|(k, (tape, gradients))| chunk(k, tape, gradients)).collect()
         };
-        let mut total = StepOutcome { rays: n as u64, finite: true, ..Default::default() };
-        for outcome in outcomes {
-            total.squared_error += outcome.squared_error;
-            total.samples += outcome.samples;
-        }
-        total.finite = total.squared_error.is_finite();
-        (tapes, total)
+        (tapes, outcomes)
     }
 
-    /// Total variation of the buckets whose turn it is.
-    fn variation(&self, objective: &Objective, step: u64) -> Vec<Option<BucketGradient>> {
+    /// Total variation of those of some buckets whose turn it is.
+    fn variation(&self, objective: &Objective, step: u64, of: &Range<usize>) -> Vec<Option<BucketGradient>> {
         let active = objective.tv_density > 0.0 || objective.tv_colour > 0.0;
         let period = u64::from(objective.tv_period.max(1));
         let turn = |b: usize| active && (b as u64 + step).is_multiple_of(period);
         let field = &self.model.field;
-        (0..buckets(&field.map))
+        of.clone()
             .into_par_iter()
             .map(|bucket| {
                 turn(bucket).then(|| {
@@ -201,13 +250,14 @@ impl CpuBackend {
             .collect()
     }
 
-    /// Second half of a step: buckets add up, feel their priors and move. False when a parameter left the finite numbers.
+    /// Second half of a step: a share of the buckets adds up, feels its priors and moves.
     fn update_field(
         &mut self,
         tapes: &[Tape],
         objective: &Objective,
         variation: Vec<Option<BucketGradient>>,
-    ) -> bool {
+        share: &Share,
+    ) -> Moved {
         let stride = self.stride();
         let (level, pool) = (self.level, &self.pool);
         let field = &mut self.model.field;
@@ -219,10 +269,11 @@ impl CpuBackend {
             .zip(self.optimiser.density.par_chunks_mut(BUCKET_VOXELS))
             .zip(field.colour.par_chunks_mut(BUCKET_VOXELS * stride))
             .zip(self.optimiser.colour.par_chunks_mut(BUCKET_VOXELS))
-            .zip(variation)
-            .enumerate();
-        let finite =
-            buckets.map(|(bucket, ((((density, density_moment), colour), colour_moment), prior))| {
+            .enumerate()
+            .skip(share.buckets.start)
+            .zip(variation);
+        let moved: Vec<Moved> = buckets
+            .map(|((bucket, (((density, density_moment), colour), colour_moment)), prior)| {
                 let mut parameters = BucketParameters { density, density_moment, colour, colour_moment };
                 let mut grad = prior.unwrap_or_else(|| pool.take());
                 macro_rules! run {
@@ -238,14 +289,34 @@ impl CpuBackend {
                     2 => run!(2),
                     _ => run!(3),
                 };
+                let voxels = if share.tells { parameters.told(bucket, &grad, channels) } else { Vec::new() };
                 pool.give(grad);
-                finite
-            });
-        finite.reduce(|| true, |a, b| a & b)
+                Moved { finite, voxels }
+            })
+            .collect();
+        Moved {
+            finite: moved.iter().all(|m| m.finite),
+            voxels: moved.into_iter().flat_map(|m| m.voxels).collect(),
+        }
+    }
+
+    /// Takes over voxels that another process has moved.
+    pub(super) fn take_over(&mut self, voxels: &[u32]) {
+        let (field, optimiser) = (&mut self.model.field, &mut self.optimiser);
+        let (channels, stride) = (3 * field.degree.basis(), field.degree.stride());
+        for words in voxels.chunks_exact(TOLD + channels) {
+            let voxel = words[0] as usize;
+            let [density, density_moment, colour_moment] = [1, 2, 3].map(|k| f32::from_bits(words[k]));
+            field.density[voxel] = density;
+            optimiser.density[voxel] = density_moment;
+            optimiser.colour[voxel] = colour_moment;
+            let colour = &mut field.colour[voxel * stride..][..channels];
+            colour.iter_mut().zip(&words[TOLD..]).for_each(|(c, word)| *c = f32::from_bits(*word));
+        }
     }
 
     /// The field, and beside it the index: much of the index's step is serial.
-    fn update_all(&mut self, learned: &Learned, objective: &Objective) -> bool {
+    pub(super) fn update_all(&mut self, learned: &Learned, objective: &Objective, share: &Share) -> Moved {
         let mut refraction = std::mem::replace(&mut self.model.refraction, Refraction::none());
         let mut moments = std::mem::take(&mut self.optimiser.index);
         let learn_index = || {
@@ -254,12 +325,26 @@ impl CpuBackend {
             }
         };
         let learn_field = || {
-            let variation = objective.moves_field().then(|| self.variation(objective, learned.step));
-            variation.is_none_or(|variation| self.update_field(learned.tapes, objective, variation))
+            if !objective.moves_field() {
+                return Moved { finite: true, voxels: Vec::new() };
+            }
+            let variation = self.variation(objective, learned.step, &share.buckets);
+            self.update_field(learned.tapes, objective, variation, share)
         };
-        let (finite, ()) = rayon::join(learn_field, learn_index);
+        let (moved, ()) = rayon::join(learn_field, learn_index);
         (self.model.refraction, self.optimiser.index) = (refraction, moments);
-        finite
+        moved
+    }
+
+    /// What no process has a share of: background, mirrors and absorption. False when a parameter left the finite numbers.
+    pub(super) fn update_rest(&mut self, tapes: &[Tape], objective: &Objective) -> bool {
+        self.update_background(tapes, objective.rate_background);
+        if let Some(objective) = &objective.reflection {
+            self.update_reflection(tapes, objective);
+        }
+        let (refraction, moments) = (&mut self.model.refraction, &mut self.optimiser.index);
+        let absorbing = objective.absorption.as_ref();
+        absorbing.is_none_or(|objective| absorption::update(refraction, moments, tapes, objective))
     }
 
     /// Dense gradient of the background's texels, summed in the order of the rays.
@@ -299,28 +384,27 @@ impl CpuBackend {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
         }
-        let order = best_order(self.level, &self.scene(), &batch.rays, objective.marching.near);
-        let batch = &batch.reordered(&order);
+        let batch = &self.ordered(batch, objective);
         let tapes = std::mem::take(&mut self.tapes);
         let (tapes, mut outcome) = self.trace(batch, objective, &mut [], tapes);
         outcome.step = step;
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays: batch.rays.len(), step };
+            let all = Share { buckets: 0..buckets(&self.model.field.map), tells: false };
             outcome.overflows = if objective.index.is_some() { index::overflows(&tapes) } else { 0 };
-            outcome.finite = self.update_all(&learned, objective);
+            outcome.finite = self.update_all(&learned, objective, &all).finite;
         }
         if outcome.finite {
-            self.update_background(&tapes, objective.rate_background);
-            if let Some(objective) = &objective.reflection {
-                self.update_reflection(&tapes, objective);
-            }
-            if let Some(objective) = &objective.absorption {
-                let (refraction, moments) = (&mut self.model.refraction, &mut self.optimiser.index);
-                outcome.finite = absorption::update(refraction, moments, &tapes, objective);
-            }
+            outcome.finite = self.update_rest(&tapes, objective);
         }
         self.tapes = tapes;
         outcome
+    }
+
+    /// The batch in the order in which it is best worked on.
+    pub(super) fn ordered(&self, batch: &Batch, objective: &Objective) -> Batch {
+        let near = objective.marching.near;
+        batch.reordered(&best_order(self.level, &self.scene(), &batch.rays, near))
     }
 
     /// The gradient of the field's parameters, summed from the tapes.

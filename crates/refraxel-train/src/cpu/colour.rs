@@ -36,12 +36,21 @@ impl Layout {
 
     /// SH basis of a direction, repeated for each colour, zero in the padding.
     pub(super) fn basis(&self, direction: Vec3<f32>) -> Lanes {
-        let (y, nb) = (sh::basis(self.degree, direction), self.degree.basis());
+        self.repeated(&sh::basis(self.degree, direction)[..self.degree.basis()])
+    }
+
+    /// The functions of a basis, repeated for each colour.
+    pub(super) fn repeated(&self, basis: &[f32]) -> Lanes {
         let mut lanes = [[0.0; LANES]; MAX_BLOCKS];
-        for own in lanes.as_flattened_mut().chunks_exact_mut(nb).take(3) {
-            own.copy_from_slice(&y[..nb]);
+        for own in lanes.as_flattened_mut().chunks_exact_mut(basis.len()).take(3) {
+            own.copy_from_slice(basis);
         }
         lanes
+    }
+
+    /// Functions of a basis.
+    pub(super) fn functions(&self) -> usize {
+        self.degree.basis()
     }
 
     /// The layout together with the basis of one direction.

@@ -3,7 +3,8 @@
 //! A step has two halves. First every chunk of rays is marched, compared with its targets and marched back, leaving one
 //! record per sample (`trace`, `tape`). Then every bucket of voxels adds up its own records in order, adds its priors and
 //! takes its optimiser step while the gradient is still in the cache (`update`). No gradient of the whole field ever exists,
-//! nothing is locked, and the result does not depend on the number of threads.
+//! nothing is locked, and the result does not depend on the number of threads, nor on that of processes that share a step
+//! (`shared`).
 
 mod absorption;
 mod adam;
@@ -26,6 +27,7 @@ mod render;
 mod sample;
 mod scene;
 mod secondary;
+mod shared;
 mod surface;
 mod tape;
 mod trace;
@@ -34,3 +36,4 @@ mod variation;
 mod view;
 
 pub use backend::CpuBackend;
+pub use shared::{Lead, SharedBackend, help};

@@ -10,6 +10,7 @@ use crate::backend::BUCKET_SLOTS;
 use rayon::prelude::*;
 use refraxel_core::BrickMap;
 use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT};
+use std::ops::Range;
 
 /// Voxels of a bucket.
 pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
@@ -103,6 +104,15 @@ impl Tape {
         self.lookups.clear();
         self.absorption.clear();
         self.texels.clear();
+    }
+
+    /// The numbers of the records that touch any of some buckets, in their order.
+    pub(super) fn touching(&self, buckets: &Range<usize>) -> Vec<u32> {
+        let touching = &self.order[self.first[buckets.start] as usize..self.first[buckets.end] as usize];
+        let mut numbers = touching.to_vec();
+        numbers.sort_unstable();
+        numbers.dedup();
+        numbers
     }
 
     /// The records that touch a bucket, in the order of their rays; later ones are fetched ahead, and then their bases.

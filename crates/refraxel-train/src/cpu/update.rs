@@ -32,7 +32,7 @@ impl BucketGradient {
     }
 
     /// The voxels of the bucket that received a gradient.
-    fn touched_voxels(&self) -> Vec<u16> {
+    pub(super) fn touched_voxels(&self) -> Vec<u16> {
         let mut voxels = Vec::with_capacity(BUCKET_VOXELS);
         for (slot, &bits) in self.touched.iter().enumerate() {
             let mut bits = bits;
@@ -133,6 +133,25 @@ pub(super) struct BucketParameters<'a> {
     pub density_moment: &'a mut [f32],
     pub colour: &'a mut [f32],
     pub colour_moment: &'a mut [f32],
+}
+
+/// Words that tell of a voxel, beside those of its channels: its number, its density and the moments.
+pub(super) const TOLD: usize = 4;
+
+impl BucketParameters<'_> {
+    /// The voxels that a gradient has moved, and how they are now.
+    pub(super) fn told(&self, bucket: usize, grad: &BucketGradient, channels: usize) -> Vec<u32> {
+        let (first, stride) = ((bucket * BUCKET_VOXELS) as u32, self.colour.len() / self.density.len());
+        let touched = grad.touched_voxels();
+        let mut words = Vec::with_capacity(touched.len() * (TOLD + channels));
+        for voxel in touched {
+            let k = usize::from(voxel);
+            let numbers = [self.density[k], self.density_moment[k], self.colour_moment[k]];
+            words.push(first + u32::from(voxel));
+            words.extend(numbers.iter().chain(&self.colour[k * stride..][..channels]).map(|x| x.to_bits()));
+        }
+        words
+    }
 }
 
 /// RMSProp, theory (4.7), on the touched voxels, whose colours have `channels` parameters; false when a parameter became NaN

@@ -88,7 +88,8 @@ pub(super) fn restore_background(
     let texels = file.finite("background", texels)?.as_chunks().0.to_vec();
     let moments = file.mean_squares("background_moment", 6 * rows * rows)?.as_chunks().0.to_vec();
     let background = match h.background {
-        StoredBackground::Constant(c) => Background::Constant(c),
+        StoredBackground::Constant(c) if c.iter().all(|c| c.is_finite()) => Background::Constant(c),
+        StoredBackground::Constant(_) => return Err(file.wrong("the colour of its background is not finite")),
         StoredBackground::EnvironmentRows(n) => Background::Environment(
             EnvironmentMap::from_texels(n, texels).ok_or_else(|| file.wrong("its panorama has no rows"))?,
         ),

@@ -12,6 +12,8 @@ mod tensors;
 mod tests;
 mod views;
 
+pub(crate) use tensors::within_half;
+
 use crate::alignment::Alignment;
 use crate::checkpoint::{self, CheckpointError, TensorFile};
 use crate::device::Device;
@@ -135,7 +137,7 @@ pub struct Source {
     pub train: Vec<String>,
     /// Names of the views held out.
     pub test: Vec<String>,
-    /// Checksum of the cameras, photographs and masks trained on, where no path says which they were.
+    /// Checksum of the cameras trained on, of what their masks mean, and of photographs and masks that are in memory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub train_crc32: Option<String>,
 }
@@ -158,12 +160,16 @@ impl Source {
         self.path.iter().chain(&self.index_from).try_for_each(|path| check_path(path))
     }
 
-    /// What there is to know of data in memory.
+    /// What the data say of themselves.
     pub fn of(data: &Dataset) -> Self {
         let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
         let (train, test) = (names(&data.split.train), names(&data.split.test));
-        let train_crc32 = data.root.is_none().then(|| checksum(data));
-        Self { train, test, train_crc32, ..Self::default() }
+        Self { train, test, train_crc32: Some(checksum(data)), ..Self::default() }
+    }
+
+    /// Whether the data show, under the same names, other training views than those of the run.
+    pub fn has_other_views_than(&self, data: &Dataset) -> bool {
+        self.train_crc32.as_ref().is_some_and(|was| *was != checksum(data))
     }
 
     /// How the data are called in messages.
@@ -172,12 +178,12 @@ impl Source {
     }
 }
 
-/// Of what training sees of data in memory.
+/// Of what training sees of data, as far as it is in memory.
 fn checksum(data: &Dataset) -> String {
     let mut sum = crc32fast::Hasher::new();
     for view in data.split.train.iter().map(|&k| &data.views[k]) {
-        // A number's shortest text tells it from all others.
-        sum.update(format!("{:?} {:?}", view.camera, view.mask_meaning).as_bytes());
+        // Nine decimals: machines whose sines differ in the last bit agree.
+        sum.update(format!("{:.9?} {:?}", view.camera, view.mask_meaning).as_bytes());
         if let PhotoSource::Memory(photo) = &view.source {
             match &photo.image.pixels {
                 Pixels::U8(pixels) => sum.update(pixels),

@@ -5,6 +5,12 @@ use half::slice::HalfFloatSliceExt;
 use refraxel_core::{AlignedVec, ShDegree};
 use std::path::PathBuf;
 
+/// A number rounded to half precision, made as large as can be where it was too large for that.
+pub(crate) fn within_half(rounded: f32) -> f32 {
+    let most = f32::from(half::f16::MAX);
+    rounded.clamp(-most, most)
+}
+
 /// The tensors of a checkpoint that are still to be read, and how it is called in messages.
 pub(super) struct Tensors {
     file: TensorFile,
@@ -64,9 +70,7 @@ impl Tensors {
             TensorData::F16(v) if v.len() == rows * kept => {
                 let pairs = padded.chunks_mut(stride).zip(v.chunks(kept));
                 pairs.for_each(|(p, v)| v.convert_to_f32_slice(&mut p[..kept]));
-                // What was too large to be stored so is as large as can be.
-                let most = f32::from(half::f16::MAX);
-                padded.iter_mut().for_each(|v| *v = v.clamp(-most, most));
+                padded.iter_mut().for_each(|v| *v = within_half(*v));
             }
             _ => return Err(self.wrong(&format!("tensor `{name}` is not {rows} × {kept} of F32 or F16"))),
         }
@@ -83,7 +87,7 @@ impl Tensors {
         values.iter().all(|v| v.is_finite()).then_some(values).ok_or_else(wrong)
     }
 
-    /// Mean squares of gradients, aligned for SIMD.
+    /// Mean squares of gradients, aligned for SIMD. One that has become infinite holds its voxel.
     pub(super) fn mean_squares(
         &mut self,
         name: &str,

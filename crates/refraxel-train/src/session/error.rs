@@ -31,6 +31,17 @@ pub enum SessionError {
          `--poses learn`), or switch `pose.lens` off"
     )]
     LensWithoutPoses,
+    /// Poses are held before lenses begin to learn.
+    #[error(
+        "lenses begin to learn after {from} of a run, and poses are held after {hold}: no lens would learn; give `pose.hold` more \
+         than {from}, or switch `pose.lens` off"
+    )]
+    LensAfterPoses {
+        /// `pose.hold`.
+        hold: f64,
+        /// Share of a run after which lenses learn.
+        from: f64,
+    },
     /// A saved run was trained on something else.
     #[error(
         "the run was trained on other images ({was} of them) than {data} offers now ({found}); resume with the same dataset \
@@ -46,8 +57,8 @@ pub enum SessionError {
     },
     /// A saved run was trained on something else of the same names.
     #[error(
-        "the run was trained on other photographs or cameras than the data offer now under the same names; resume with the same \
-         dataset, or start a new run"
+        "the run was trained on other photographs or cameras than the data offer now under the same names; bring back the same \
+         dataset (with its poses, lenses, sizes and --crop, --up, --downscale), or start a new run"
     )]
     OtherPhotographs,
     /// Options make no sense.

@@ -32,7 +32,7 @@ use crate::plan::Plan;
 use crate::recipe::{self, Hints};
 use crate::run::{Run, RunRef, Source, State};
 use crate::schedule::rendering_marching;
-use crate::trainer::{Lessons, TrainError, Trainer};
+use crate::trainer::{LENSES_FROM, Lessons, TrainError, Trainer};
 use handle::Requests;
 use refraxel_core::Camera;
 use refraxel_data::{Backdrop, Dataset, IndexSource, Photo, View, check_scale, load_photo, scene_region};
@@ -74,6 +74,9 @@ impl Setup {
         }
         if self.options.pose.lens.is_on() && !self.options.pose.enabled.is_on() {
             return Err(SessionError::LensWithoutPoses);
+        }
+        if self.options.pose.lens.is_on() && self.options.pose.hold <= LENSES_FROM {
+            return Err(SessionError::LensAfterPoses { hold: self.options.pose.hold, from: LENSES_FROM });
         }
         self.source.check()?;
         let options = self.effective_options();
@@ -207,8 +210,7 @@ impl<B: Backend> Session<B> {
             let (was, found) = (run.source.train.len(), offered.train.len());
             return Err(SessionError::OtherViews { data: setup.source.name(), was, found });
         }
-        let sums = run.source.train_crc32.as_ref().zip(offered.train_crc32.as_ref());
-        if sums.is_some_and(|(was, found)| was != found) {
+        if run.source.has_other_views_than(&setup.data) {
             return Err(SessionError::OtherPhotographs);
         }
         if run.state.bends_since.is_none() && !run.state.stays_straight {

@@ -15,7 +15,7 @@ const BATCHES: u64 = u64::MAX / 8;
 /// Share that is kept of what earlier batches said, at the start and at the end of a run.
 const MEMORY: [f64; 2] = [0.8, 0.97];
 /// Lenses learn from this share of a run on: a scene that is still coarse says nothing right of them.
-const LENSES_FROM: f64 = 0.2;
+pub(crate) const LENSES_FROM: f64 = 0.2;
 /// A camera turns or moves by at most so many pixels at a time.
 const MOST: f64 = 0.5;
 

@@ -7,6 +7,7 @@ mod recovery;
 mod seeking;
 mod tally;
 
+pub(crate) use aligning::LENSES_FROM;
 pub use error::TrainError;
 
 use crate::alignment::Alignment;

@@ -5,7 +5,7 @@ use crate::alignment::Alignment;
 use crate::backend::Backend;
 use crate::events::{Event, Watch};
 use crate::model::{Model, Optimiser};
-use crate::run::State;
+use crate::run::{State, within_half};
 use half::f16;
 use rayon::prelude::*;
 
@@ -21,9 +21,9 @@ pub(super) struct Good {
 }
 
 impl Good {
-    /// Colour as half precision has it.
+    /// Colour as half precision has it; what is too large for that is as large as can be.
     pub(super) fn round_colour(&mut self) {
-        let round = |c: &mut f32| *c = f16::from_f32(*c).to_f32();
+        let round = |c: &mut f32| *c = within_half(f16::from_f32(*c).to_f32());
         self.model.field.colour.par_iter_mut().for_each(round);
     }
 }

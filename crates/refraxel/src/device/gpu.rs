@@ -1,6 +1,6 @@
 //! GPUs: the choice of one, the list of them, and how fast one is.
 
-use super::{Decided, Needs, Opened, Work, unusable};
+use super::{Decided, Needs, Opened, Work, only_train, unusable};
 use crate::cli::BenchArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -17,8 +17,10 @@ pub use refraxel_gpu::Gpu;
 
 /// The device that is asked for. `auto` is the CPU where a run needs what a GPU cannot do.
 pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failure> {
-    if choice == DeviceChoice::Cpu {
-        return Ok(Decided::cpu(None));
+    match choice {
+        DeviceChoice::Cpu => return Ok(Decided::cpu(None)),
+        DeviceChoice::Mpi => return Err(only_train()),
+        DeviceChoice::Auto | DeviceChoice::Gpu | DeviceChoice::Adapter(_) => {}
     }
     let refused = needs.and_then(|n| GpuBackend::supports_run(n.options, n.saved).err());
     match (choice, refused) {

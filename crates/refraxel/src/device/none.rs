@@ -1,6 +1,6 @@
 //! A program without GPUs.
 
-use super::{Decided, Needs, Work, unusable};
+use super::{Decided, Needs, Work, only_train, unusable};
 use crate::cli::BenchArgs;
 use crate::exit::Failure;
 use anyhow::anyhow;
@@ -15,6 +15,7 @@ pub fn open(choice: DeviceChoice, _: Option<Needs>) -> Result<Decided, Failure> 
     match choice {
         DeviceChoice::Auto | DeviceChoice::Cpu => Ok(Decided::cpu(None)),
         DeviceChoice::Gpu | DeviceChoice::Adapter(_) => Err(missing()),
+        DeviceChoice::Mpi => Err(only_train()),
     }
 }
 

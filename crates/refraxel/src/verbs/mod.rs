@@ -30,6 +30,7 @@ use refraxel_core::Vec3;
 use refraxel_data::limits::{JSON_BYTES, open_regular};
 use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
 use refraxel_train::run::Source;
+use refraxel_train::session::SessionError;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -91,7 +92,8 @@ pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
 
 /// Opens the dataset of a run again, with the options of the training.
 ///
-/// Where poses have learned, refuses data with other training views: which pose is whose would be unknown.
+/// Where poses have learned, refuses data with other training views: which pose is whose would be unknown, and what was learned
+/// is the way from where the cameras were.
 pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     let data = reopen_source(&run.source)?;
     let names = data.split.train.iter().map(|&i| &data.views[i].name);
@@ -103,6 +105,9 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
             data.split.train.len(),
         );
         return Err(Failure::new(Exit::BadInput, error));
+    }
+    if run.alignment.poses.is_some() && run.source.has_other_views_than(&data) {
+        return Err(Failure::new(Exit::BadInput, SessionError::OtherPhotographs));
     }
     Ok(data)
 }

@@ -14,9 +14,10 @@ use super::{
 };
 use crate::cli::{ReadingArgs, Refraction, SplitName, TrainArgs};
 use crate::console::Console;
-use crate::device::{self, Decided, Needs, Work};
+use crate::device::{self, Crew, Decided, Joined, Needs, Work};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::table::bytes;
 use crate::viewer::Server;
 use anyhow::anyhow;
 pub use folder::RunFolder;
@@ -28,6 +29,7 @@ use refraxel_train::checkpoint::WriteError;
 use refraxel_train::device::Device;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::options::Switch;
+use refraxel_train::peers::Traffic;
 use refraxel_train::recipe::Hints;
 use refraxel_train::run::Run;
 use refraxel_train::session::{BackendError, Session, SessionError, Setup, Stop, Until};
@@ -47,7 +49,15 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
     let console = Console::new(args.work.json);
-    let (_lock, held_out) = train(args, show)?;
+    let crew = match device::join(args.device)? {
+        Joined::Helped => return Ok(()),
+        Joined::Alone => None,
+        Joined::Leads(crew) => Some(crew),
+    };
+    let (_lock, held_out) = train_together(args, crew.as_ref(), show)?;
+    if let Some(crew) = crew {
+        show.say(&sent(&crew.lead.traffic())); // and the others go home
+    }
     let out = args.out().display();
     keeps(format!("the run is saved in {out}; `refraxel eval {out}` scores it"));
     match held_out {
@@ -59,6 +69,22 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
         }
     }
     console.say(&what_next(args.out())).or_exit(Exit::Io)
+}
+
+/// What processes have sent each other.
+fn sent(traffic: &Traffic) -> String {
+    let Traffic { rays, samples, shared, voxels, pixels, models } = *traffic;
+    format!(
+        "processes sent each other {}: rays {}, samples of the field {}, of index, mirrors and background {}, voxels {}, what rays \
+         show {}, models {}",
+        bytes(traffic.total()),
+        bytes(rays),
+        bytes(samples),
+        bytes(shared),
+        bytes(voxels),
+        bytes(pixels),
+        bytes(models),
+    )
 }
 
 /// Whether some photographs are held out, by which a run is scored.
@@ -84,14 +110,20 @@ fn what_next(run: &Path) -> String {
 
 /// Trains to the end and saves; an interruption is a failure, after saving. Nobody else trains there until the lock is dropped.
 pub fn train(args: &TrainArgs, show: Show) -> Result<(Lock, HeldOut), Failure> {
+    train_together(args, None, show)
+}
+
+/// The same, with other processes where there are some.
+fn train_together(args: &TrainArgs, crew: Option<&Crew>, show: Show) -> Result<(Lock, HeldOut), Failure> {
     let is_there = args.out().is_dir();
     let lock = is_there.then(|| Lock::take(args.out(), show)).transpose()?;
-    train_locked(args, lock, show)
+    train_locked(args, crew, lock, show)
 }
 
 /// The same, with the lock of the folder where that is there.
 pub(super) fn train_locked(
     args: &TrainArgs,
+    crew: Option<&Crew>,
     lock: Option<Lock>,
     show: Show,
 ) -> Result<(Lock, HeldOut), Failure> {
@@ -133,7 +165,7 @@ pub(super) fn train_locked(
     let index = known_index::read(&source, &data, saved.as_ref(), &options)?;
     let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
     let needs = Needs { options: &setup.options, saved: saved.as_ref() };
-    let Decided { opened, device } = device::decide(args.device, needs, show)?;
+    let Decided { opened, device } = device::decide(args.device, crew, needs, show)?;
     let training = Training { args, setup, saved, device, folder, lock, server, show };
     let lock = device::work_on(opened, training)?;
     Ok((lock, held_out))

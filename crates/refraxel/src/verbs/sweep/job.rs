@@ -72,7 +72,7 @@ impl Job {
         let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
         write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
-        let (_lock, _) = train::train_locked(&self.arguments()?, Some(lock), show).map_err(in_run)?;
+        let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
         evaluate(&self.folder, SplitName::Test, show).map(Some).map_err(in_run)
     }
 

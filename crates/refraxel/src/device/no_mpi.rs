@@ -1,0 +1,17 @@
+//! A program without MPI.
+
+use super::{Joined, unusable};
+use crate::exit::Failure;
+use anyhow::anyhow;
+use refraxel_train::device::DeviceChoice;
+
+/// Joins other processes: there is no way to find them.
+pub fn join(choice: DeviceChoice) -> Result<Joined, Failure> {
+    match choice {
+        DeviceChoice::Mpi => Err(unusable(anyhow!(
+            "this program was built without MPI; build it with it by `cargo install --path crates/refraxel --features mpi`, or use \
+             `--device cpu`"
+        ))),
+        _ => Ok(Joined::Alone),
+    }
+}

@@ -1,0 +1,101 @@
+//! Several processes that train one run. What needs MPI runs with the feature `mpi` where `mpirun` is installed:
+//! `cargo test -p refraxel --features mpi --test processes -- --ignored`.
+
+mod common;
+
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn without_mpi_the_program_says_how_to_get_it_before_it_works() {
+    use common::{ball, refraxel, train};
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    train(&data, &run, &["--device", "mpi"]).refused(6, &["--features mpi", "--device cpu"]);
+    assert!(!run.exists());
+    refraxel(&["bench", "--quick", "--device", "mpi"]).refused(6, &["share one training"]);
+}
+
+#[cfg(feature = "mpi")]
+mod mpi {
+    use super::common::{Ran, TINY, glass, path, train};
+    use refraxel_train::checkpoint::{Tensor, TensorFile};
+    use refraxel_train::run::CHECKPOINT;
+    use std::collections::BTreeMap;
+    use std::path::Path;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    const BENT: [&str; 4] = ["--refraction", "on", "--set", "batch=2048"];
+
+    /// Training by so many processes of one thread each.
+    fn mpirun(count: usize, data: &Path, run: &Path, more: &[&str]) -> Command {
+        let mut command = Command::new("mpirun");
+        command.args(["-n", &count.to_string(), env!("CARGO_BIN_EXE_refraxel"), "train", path(data)]);
+        command.args(["--out", path(run), "--device", "mpi", "--threads", "1"]).args(TINY).args(more);
+        // Open MPI refuses more processes than cores, and to work for root, unless it is told that this is meant.
+        for name in ["ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe"] {
+            command.env(format!("OMPI_{name}"), "1");
+        }
+        command
+    }
+
+    fn trained(count: usize, data: &Path, run: &Path, more: &[&str]) -> Ran {
+        Ran::of(mpirun(count, data, run, more).output().expect("mpirun is installed"))
+    }
+
+    fn learned(run: &Path) -> BTreeMap<String, Tensor> {
+        TensorFile::load(&run.join(CHECKPOINT)).unwrap().tensors
+    }
+
+    #[test]
+    #[ignore = "needs mpirun"]
+    fn any_number_of_processes_learns_the_same_bits_as_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = glass(folder.path());
+        let alone = folder.path().join("alone");
+        train(&data, &alone, &BENT).done();
+        for count in [1, 2, 4] {
+            let run = folder.path().join(count.to_string());
+            let ran = trained(count, &data, &run, &BENT).done();
+            assert!(learned(&run) == learned(&alone), "{count} processes");
+            let told = format!("on the cpu of {count} processes");
+            assert!(ran.err.contains(&told) && ran.err.contains("processes sent each other"), "{}", ran.err);
+        }
+    }
+
+    #[test]
+    #[ignore = "needs mpirun"]
+    fn what_the_first_process_refuses_ends_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let ran = trained(3, &folder.path().join("nowhere"), &folder.path().join("run"), &[]);
+        assert!(ran.code == 3 && ran.err.contains("nowhere"), "{} {}", ran.code, ran.err);
+    }
+
+    #[test]
+    #[ignore = "needs mpirun"]
+    fn a_process_that_is_lost_ends_the_job_and_the_run_goes_on_from_its_last_save() {
+        let folder = tempfile::tempdir().unwrap();
+        let (data, run) = (glass(folder.path()), folder.path().join("run"));
+        let endless = ["--set", "steps=1000000", "--set", "run.save_every=1"];
+        let mut job = mpirun(2, &data, &run, &endless);
+        let mut job = job.stderr(Stdio::null()).spawn().expect("mpirun is installed");
+        let start = Instant::now();
+        while !run.join(CHECKPOINT).is_file() {
+            assert!(start.elapsed() < Duration::from_secs(60), "a save");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let children = format!("/proc/{0}/task/{0}/children", job.id());
+        let children = std::fs::read_to_string(children).expect("the processes of mpirun");
+        let last = children.split_whitespace().next_back().expect("two processes").to_owned();
+        assert!(Command::new("kill").args(["-9", &last]).status().unwrap().success());
+        assert!(!job.wait().unwrap().success());
+        assert!(start.elapsed() < Duration::from_secs(90), "nobody waits for the one that is lost");
+        let step = |run: &Path| {
+            let header = TensorFile::load(&run.join(CHECKPOINT)).unwrap().header;
+            header["state"]["step"].as_u64().unwrap_or_else(|| panic!("{header}"))
+        };
+        let saved = step(&run);
+        let more = format!("stop_after={}", saved + 5);
+        train(&data, &run, &["--resume", "--set", &more]).refused(130, &["--resume goes on"]);
+        assert_eq!(step(&run), saved + 5);
+    }
+}
