@@ -1,6 +1,6 @@
 //! The index and its surfaces learn: index samples are scattered to the grids, their gradients are blurred, and Adam takes a step.
 
-use super::adam::{DECAY, adam};
+use super::adam::{DECAY, HALF_OF_NODES, adam, slower};
 use super::record::IndexSample;
 use super::surface;
 use super::tape::{Tape, sum_in_parts};
@@ -11,6 +11,8 @@ use rayon::prelude::*;
 use refraxel_core::index::{MediumGradient, priors};
 use refraxel_core::{IndexGrid, Medium};
 
+/// The rate of nodes by that of the one index of a body, which has the word of all rays.
+const SHARE_OF_NODES: f32 = 0.5;
 /// Steps between two looks at what is flat.
 const REFRESH: u64 = 16;
 
@@ -126,9 +128,10 @@ fn descend(
     }
     let nodes: Vec<usize> = grid.parameters().filter(|&j| trainable.is_none_or(|t| t[j])).collect();
     let coefficients = grid.coefficients_mut();
+    let rate = SHARE_OF_NODES * objective.rate * slower(moments, HALF_OF_NODES);
     let steps = adam(moments, DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
     for (&j, step) in nodes.iter().zip(steps) {
-        let n = ((2.0 * coefficients[j]).sqrt() + objective.rate * step).clamp(1.0, objective.largest);
+        let n = ((2.0 * coefficients[j]).sqrt() + rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
     }
 }

@@ -1,6 +1,6 @@
 //! Surfaces learn: faces of polyhedra by their planes, theory (4.14), all others by the nodes of their level set, (4.18).
 
-use super::adam::{DECAY, adam};
+use super::adam::{DECAY, HALF_OF_NODES, adam, slower};
 use crate::backend::IndexObjective;
 use crate::blur::gaussian_blur;
 use crate::model::AdamMoments;
@@ -9,10 +9,8 @@ use refraxel_core::LevelSet;
 
 /// Adam's decays for the nodes of a surface: each is met by few rays of a step, and trembles the less the longer it remembers.
 const DECAY_OF_NODES: [f32; 2] = [0.97, 0.99];
-/// Steps after which the rate of a surface has halved; from there on it falls with their number (Robbins & Monro 1951):
-/// colours cannot settle behind a surface that trembles. Nodes have further to go than planes.
+/// Steps after which the rate of planes has [halved](slower): nodes have further to go.
 const HALF_OF_PLANES: f32 = 50.0;
-const HALF_OF_NODES: f32 = 150.0;
 
 /// One step of a surface along dLoss/dφ, unless it is held fixed. Where it is that of a `solid`, planes move.
 pub(super) fn learn(
@@ -31,11 +29,6 @@ pub(super) fn learn(
         gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
         descend_nodes(level, moments, grad, objective);
     }
-}
-
-/// How much less the rate of a surface is after so many steps, when it halves in `half`.
-fn slower(moments: &AdamMoments, half: f32) -> f32 {
-    half / (half + moments.steps as f32)
 }
 
 /// The rate of a surface that has slowed down [scene unit].
