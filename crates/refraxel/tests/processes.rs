@@ -94,8 +94,9 @@ mod mpi {
             header["state"]["step"].as_u64().unwrap_or_else(|| panic!("{header}"))
         };
         let saved = step(&run);
-        let more = format!("stop_after={}", saved + 5);
-        train(&data, &run, &["--resume", "--set", &more]).refused(130, &["--resume goes on"]);
+        let until = format!("stop_after={}", saved + 5);
+        train(&data, &run, &[&endless[..2], &["--set", &until, "--resume"]].concat())
+            .refused(130, &["--resume goes on"]);
         assert_eq!(step(&run), saved + 5);
     }
 }
