@@ -1,12 +1,15 @@
 //! Processes that train one model together: the same bits as one, and messages of the size that was foreseen.
 
-use refraxel_core::{Camera, vec3};
+use refraxel_core::{Camera, Extent, VoxelField, vec3};
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use refraxel_data::{Dataset, OpenOptions};
+use refraxel_train::backend::conformance::scenes;
+use refraxel_train::backend::step;
 use refraxel_train::cpu::{Lead, SharedBackend, help};
 use refraxel_train::model::Model;
 use refraxel_train::options::Switch;
 use refraxel_train::peers::{Peers, Traffic, threads};
+use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{Backend, CpuBackend, Options};
 use std::ops::ControlFlow;
@@ -75,17 +78,59 @@ fn alone(options: &Options) -> (Vec<u8>, Vec<[u8; 3]>) {
     (bytes, seen)
 }
 
-fn together(options: &Options, count: usize) -> (Vec<u8>, Vec<[u8; 3]>, Traffic) {
+/// So many processes that wait for tasks, but for the first.
+fn crew(count: usize) -> Arc<Lead> {
     let mut peers = threads::group(count).into_iter().map(|p| Arc::new(p) as Arc<dyn Peers>);
     let first = peers.next().unwrap();
-    std::thread::scope(|scope| {
-        for peer in peers {
-            scope.spawn(move || help(&peer));
-        }
-        let lead = Lead::new(first);
-        let make = |model: Model| SharedBackend::new(&lead, model, None, options.clone());
-        trained(Session::start(Setup::new(data(), options.clone()), make, &mut |_| {}).unwrap())
-    })
+    peers.for_each(|peer| drop(std::thread::spawn(move || help(&peer))));
+    Lead::new(first)
+}
+
+fn together(options: &Options, count: usize) -> (Vec<u8>, Vec<[u8; 3]>, Traffic) {
+    let lead = crew(count);
+    let make = |model: Model| SharedBackend::new(&lead, model, None, options.clone());
+    trained(Session::start(Setup::new(data(), options.clone()), make, &mut |_| {}).unwrap())
+}
+
+/// Three processes keep the contract of a backend.
+mod conformance {
+    use super::{Options, SharedBackend, crew};
+    use refraxel_train::backend::conformance::{Suite, Tolerances};
+    use refraxel_train::model::Model;
+
+    fn three(model: Model) -> SharedBackend {
+        SharedBackend::new(&crew(3), model, None, Options::default())
+    }
+
+    refraxel_train::conformance_tests!(Suite { make: three, tolerances: Tolerances::SINGLE_PRECISION });
+}
+
+#[test]
+fn messages_are_as_large_as_the_formula_says() {
+    const RAYS: usize = 8192;
+    let (batch, objective) = (scenes::batch(RAYS), scenes::objective());
+    for count in [2, 3, 4] {
+        let model = scenes::straight_model(1, Extent::Bounded);
+        let mut backend = SharedBackend::new(&crew(count), model, None, Options::default());
+        step(&mut backend, &batch, &objective, 1);
+        let (before, earlier) = (backend.snapshot().model.field.clone(), backend.traffic());
+        let outcome = step(&mut backend, &batch, &objective, 2);
+        let (after, later) = (&backend.snapshot().model.field, backend.traffic());
+        let moved = (0..before.density.len()).filter(|&v| {
+            let colour = |f: &VoxelField<f32>| f.colour[v * f.degree.stride()..][..f.degree.stride()].to_vec();
+            before.density[v] != after.density[v] || colour(&before) != colour(after)
+        });
+        let (others, owners) = ((count - 1) as f64, (count - 1) as f64 / count as f64);
+        let is_near = |found: u64, expected: f64| (found as f64 / expected - 1.0).abs() < 0.01;
+        // Theory (4.19): of a ray 40 bytes, of a voxel 4 (4 + 3b), of a sample 40 for each owner of voxels around it.
+        let rays = owners * (40 * RAYS) as f64;
+        assert!(is_near(later.rays - earlier.rays, rays), "{count}: {rays} {earlier:?} {later:?}");
+        let voxels = others * (4 * (4 + 3 * 4) * moved.count()) as f64;
+        assert!(is_near(later.voxels - earlier.voxels, voxels), "{count}: {voxels} {earlier:?} {later:?}");
+        let of_one_owner = owners * (40 * outcome.samples + 4 * 4 * RAYS as u64) as f64;
+        let copies = (later.samples - earlier.samples) as f64 / of_one_owner;
+        assert!((1.0..1.5).contains(&copies), "{count}: {copies} {outcome:?}");
+    }
 }
 
 #[test]
@@ -115,9 +160,14 @@ fn judged_runs_whose_cameras_learn_have_the_same_bits() {
         ("pose.enabled", "on"),
         ("pose.first", "8"),
         ("pose.rays", "512"),
+        ("judge.least_steps", "9"),
+        // Bodies with a surface have an interpolation of their own.
+        ("index.interpolation", "differences"),
     ];
     let options = options(&settings);
     let (bytes, seen) = alone(&options);
+    let state = Run::read(&bytes[..]).unwrap().state;
+    assert!(state.verdict.is_some() && state.bends_since.is_some(), "{state:?}");
     let (shared, pixels, _) = together(&options, 2);
     assert!(shared == bytes);
     assert_eq!(pixels, seen);

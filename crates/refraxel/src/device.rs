@@ -29,6 +29,7 @@ use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::run::Run;
 use refraxel_train::session::BackendError;
 use refraxel_train::{CpuBackend, Options};
+use std::process;
 use std::sync::Arc;
 
 /// The device that work is done on.
@@ -93,7 +94,8 @@ pub fn decide(
     if let Some(crew) = crew {
         let options = needs.saved.map_or(needs.options, |run| &run.options);
         let device = Device { name: format!("cpu of {} processes", crew.count), why: None };
-        show.say(&format!("note: on the {}", device.name));
+        let threads = rayon::current_num_threads();
+        show.say(&format!("note: on the {}; this one, the first, is {}, and has {threads} threads", device.name, process::id()));
         return Ok(Decided { opened: Opened::Crew(crew.clone(), Box::new(options.clone())), device });
     }
     let decided = open(choice, Some(needs))?;

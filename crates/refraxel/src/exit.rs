@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::panic;
 use std::process::{self, ExitCode};
+use std::sync::OnceLock;
 
 use refraxel_train::checkpoint::{CheckpointError, WriteError};
 use refraxel_train::metrics::MetricsError;
@@ -46,8 +47,25 @@ pub fn end_on_panic() {
             "error: the program has a bug{place}: {what}\n  please report this with the command and its input; what was \
              saved before is whole"
         ); // nowhere else to complain
-        process::exit(Exit::Bug as i32);
+        end_at_once(Exit::Bug);
     }));
+}
+
+/// What ends the program at once, where others have to be told.
+static END: OnceLock<fn(i32) -> !> = OnceLock::new();
+
+/// From now on a sudden end goes this way, with its exit code; the first call counts.
+#[cfg(feature = "mpi")]
+pub fn end_by(end: fn(i32) -> !) {
+    let _ = END.set(end); // there is one way already
+}
+
+/// Ends the program without going back.
+pub fn end_at_once(exit: Exit) -> ! {
+    if let Some(end) = END.get() {
+        end(exit as i32);
+    }
+    process::exit(exit as i32)
 }
 
 /// Why a verb stopped, and the exit code for that.

@@ -21,7 +21,7 @@ mod mpi {
     use refraxel_train::run::CHECKPOINT;
     use std::collections::BTreeMap;
     use std::path::Path;
-    use std::process::{Command, Stdio};
+    use std::process::{Child, Command, Stdio};
     use std::time::{Duration, Instant};
 
     const BENT: [&str; 4] = ["--refraction", "on", "--set", "batch=2048"];
@@ -40,6 +40,24 @@ mod mpi {
 
     fn trained(count: usize, data: &Path, run: &Path, more: &[&str]) -> Ran {
         Ran::of(mpirun(count, data, run, more).output().expect("mpirun is installed"))
+    }
+
+    /// Starts a job, and waits until this file is there.
+    fn started(job: &mut Command, file: &Path) -> (Child, Instant) {
+        let start = Instant::now();
+        let job = job.stderr(Stdio::null()).spawn().expect("mpirun is installed");
+        while !file.is_file() {
+            assert!(start.elapsed() < Duration::from_secs(60), "{}", file.display());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        (job, start)
+    }
+
+    /// The processes of a job, the first one first.
+    fn children(job: &Child) -> Vec<String> {
+        let children = format!("/proc/{0}/task/{0}/children", job.id());
+        let children = std::fs::read_to_string(children).expect("the processes of mpirun");
+        children.split_whitespace().map(str::to_owned).collect()
     }
 
     fn learned(run: &Path) -> BTreeMap<String, Tensor> {
@@ -62,6 +80,30 @@ mod mpi {
         }
     }
 
+    /// Steps of the run that is saved.
+    fn step(run: &Path) -> u64 {
+        let header = TensorFile::load(&run.join(CHECKPOINT)).unwrap().header;
+        header["state"]["step"].as_u64().unwrap_or_else(|| panic!("{header}"))
+    }
+
+    #[test]
+    #[ignore = "needs mpirun"]
+    fn a_wish_to_stop_that_mpirun_or_the_first_process_hears_saves_the_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = glass(folder.path());
+        for signal in ["INT", "TERM"] {
+            let run = folder.path().join(signal);
+            let mut job = mpirun(2, &data, &run, &["--set", "steps=1000000"]);
+            // Open MPI gives processes a second between its signal and their end, unless it is told otherwise.
+            let (mut job, _) = started(job.env("OMPI_MCA_odls_base_sigkill_timeout", "60"), &run.join("log.jsonl"));
+            assert!(!run.join(CHECKPOINT).exists(), "nothing was saved before");
+            let whom = if signal == "INT" { job.id().to_string() } else { children(&job)[0].clone() };
+            assert!(Command::new("kill").args([&format!("-{signal}"), &whom]).status().unwrap().success());
+            assert!(!job.wait().unwrap().success());
+            assert!(step(&run) > 0);
+        }
+    }
+
     #[test]
     #[ignore = "needs mpirun"]
     fn what_the_first_process_refuses_ends_all() {
@@ -76,23 +118,11 @@ mod mpi {
         let folder = tempfile::tempdir().unwrap();
         let (data, run) = (glass(folder.path()), folder.path().join("run"));
         let endless = ["--set", "steps=1000000", "--set", "run.save_every=1"];
-        let mut job = mpirun(2, &data, &run, &endless);
-        let mut job = job.stderr(Stdio::null()).spawn().expect("mpirun is installed");
-        let start = Instant::now();
-        while !run.join(CHECKPOINT).is_file() {
-            assert!(start.elapsed() < Duration::from_secs(60), "a save");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        let children = format!("/proc/{0}/task/{0}/children", job.id());
-        let children = std::fs::read_to_string(children).expect("the processes of mpirun");
-        let last = children.split_whitespace().next_back().expect("two processes").to_owned();
+        let (mut job, start) = started(&mut mpirun(2, &data, &run, &endless), &run.join(CHECKPOINT));
+        let last = children(&job).pop().expect("two processes");
         assert!(Command::new("kill").args(["-9", &last]).status().unwrap().success());
         assert!(!job.wait().unwrap().success());
         assert!(start.elapsed() < Duration::from_secs(90), "nobody waits for the one that is lost");
-        let step = |run: &Path| {
-            let header = TensorFile::load(&run.join(CHECKPOINT)).unwrap().header;
-            header["state"]["step"].as_u64().unwrap_or_else(|| panic!("{header}"))
-        };
         let saved = step(&run);
         let until = format!("stop_after={}", saved + 5);
         train(&data, &run, &[&endless[..2], &["--set", &until, "--resume"]].concat())

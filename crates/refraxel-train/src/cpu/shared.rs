@@ -46,8 +46,8 @@ wire! {
     AbsorptionObjective { rate }
     ReflectionObjective { rate, rate_strength, rate_clearcoat }
     IndexObjective {
-        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_blur, surface_smooth, surface_events,
-        index_events,
+        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_steps, surface_blur, surface_smooth,
+        surface_events, index_events,
     }
     Objective {
         marching, bent_weight, sparsity, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
@@ -384,6 +384,7 @@ pub fn help(peers: &Arc<dyn Peers>) {
         match (task, &mut member) {
             (Task::End, _) => return,
             (Task::Load, member) => {
+                *member = None; // there may be no room for two
                 let (model, optimiser) = received(&mut words);
                 let own = CpuBackend::resumed(model, optimiser);
                 *member = Some(Member { own, peers: peers.clone(), traffic: Cell::new(sent) });
@@ -482,6 +483,9 @@ impl SharedBackend {
 
     /// Sends others what they lack of the model.
     fn bring_up(&self) {
+        if self.member.count() == 1 {
+            return; // there are no others
+        }
         let Snapshot { model, optimiser } = self.own().snapshot();
         let (task, bytes) = match self.others.replace(Behind::No) {
             Behind::No => return,

@@ -71,8 +71,8 @@ impl From<IndexPenalty> for Penalty<f32> {
 section! {
     /// The index of refraction: how rays follow it, how it learns, and how it is regularised.
     pub struct IndexOptions "index" {
-        /// Learning rate of the index of a body; 0 holds it fixed. Where the index is graded, its nodes learn half as fast, and ever more
-        /// slowly.
+        /// Learning rate of the index of a body; 0 holds it fixed. Nodes of an index without a surface (graded, or with a smooth
+        /// edge) learn half as fast, and ever more slowly.
         rate: f32 = 0.001, in 0.0..=1.0;
         /// Standard deviation of the blur of its gradient [voxel of the index grid].
         blur: f32 = 1.5, in 0.0..=8.0, "voxels";

@@ -1,7 +1,7 @@
 //! Processes that `mpirun` or a batch system has started together.
 
 use super::{Crew, Joined, unusable};
-use crate::exit::Failure;
+use crate::exit::{Failure, end_by};
 use anyhow::anyhow;
 use mpi::Threading;
 use mpi::datatype::{Partition, PartitionMut};
@@ -12,6 +12,9 @@ use refraxel_train::device::DeviceChoice;
 use refraxel_train::peers::Peers;
 use std::sync::Arc;
 
+/// Words that are broadcast at once; MPI counts to 2³¹.
+const LARGEST: usize = 1 << 28;
+
 /// Joins the other processes, if that is asked for. One that is not the first helps until the first has ended.
 pub fn join(choice: DeviceChoice) -> Result<Joined, Failure> {
     if choice != DeviceChoice::Mpi {
@@ -21,6 +24,8 @@ pub fn join(choice: DeviceChoice) -> Result<Joined, Failure> {
         return Err(unusable(anyhow!("MPI was started twice in one process")));
     };
     let (rank, count) = (number(universe.world().rank()), number(universe.world().size()));
+    // No launcher need notice that one of them is gone, and the others would wait for it.
+    end_by(|code| SimpleCommunicator::world().abort(code));
     let world = Arc::new(World { rank, count, _universe: universe });
     if rank == 0 {
         return Ok(Joined::Leads(Crew { lead: Lead::new(world), count }));
@@ -109,7 +114,7 @@ impl Peers for World {
         first.broadcast_into(&mut length);
         let mut told = message;
         told.resize(length as usize, 0);
-        first.broadcast_into(&mut told[..]);
+        told.chunks_mut(LARGEST).for_each(|part| first.broadcast_into(part));
         told
     }
 }

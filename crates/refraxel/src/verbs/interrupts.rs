@@ -1,6 +1,6 @@
 //! Ctrl-C and termination signals: the first one asks for a stop, the second one ends the program at once.
 
-use crate::exit::{Exit, Failure, OrExit};
+use crate::exit::{Exit, Failure, OrExit, end_at_once};
 use anyhow::Context;
 use refraxel_train::cancel::Cancel;
 use std::io::{self, Write};
@@ -67,5 +67,5 @@ fn leave() -> ! {
     let kept = standing.kept.as_deref().unwrap_or("files that were finished before are kept");
     // Nowhere else to complain.
     let _ = writeln!(io::stderr(), "error: stopped at once by a second signal, without saving; {kept}");
-    std::process::exit(Exit::Interrupted as i32)
+    end_at_once(Exit::Interrupted)
 }

@@ -18,6 +18,7 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
+pub use cameras::intrinsics;
 use cameras::export;
 use depth::Depth;
 use film::{Film, Format};

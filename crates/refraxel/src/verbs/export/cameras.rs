@@ -2,6 +2,7 @@
 
 use crate::exit::{Exit, Failure};
 use crate::verbs::absolute;
+use crate::verbs::render::intrinsics;
 use anyhow::anyhow;
 use refraxel_core::{Camera, Lens};
 use refraxel_data::synth::opengl_matrix;
@@ -30,7 +31,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
             ("transform_matrix".to_owned(), json!(opengl_matrix(&camera))),
         ]);
         frame.extend(mask.as_deref().map(|mask| ("mask_path".to_owned(), json!(name(mask)))));
-        frame.extend(intrinsics(view, &camera)?);
+        frame.extend(named_intrinsics(view, &camera)?);
         frames.push(Value::Object(frame));
     }
     let split = &data.split;
@@ -54,27 +55,11 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
     Ok(format!("{all:#}\n"))
 }
 
-/// The keys of a camera.
-fn intrinsics(view: &View, camera: &Camera) -> Result<Map<String, Value>, Failure> {
-    let (model, k, p): (_, &[f64], _) = match &camera.lens {
-        Lens::Pinhole => ("PINHOLE", &[], [0.0; 2]),
-        Lens::OpenCv { k, p } => ("OPENCV", k, *p),
-        Lens::FullOpenCv { k, p } => ("FULL_OPENCV", k, *p),
-        Lens::Fisheye { k } => ("OPENCV_FISHEYE", k, [0.0; 2]),
-        Lens::Equirectangular => ("EQUIRECTANGULAR", &[], [0.0; 2]),
-        Lens::Fov { .. } | Lens::ThinPrismFisheye { .. } => {
-            let error = anyhow!("{}: transforms.json has no name for the lens {:?}", view.name, camera.lens);
-            return Err(Failure::new(Exit::BadInput, error));
-        }
-    };
-    let Camera { width, height, focal, center, .. } = camera;
-    let mut keys = json!({
-        "w": width, "h": height, "fl_x": focal[0], "fl_y": focal[1], "cx": center[0], "cy": center[1], "camera_model": model,
-    });
-    k.iter().zip(1..).for_each(|(k, n)| keys[format!("k{n}")] = json!(k));
-    if !k.is_empty() && model != "OPENCV_FISHEYE" {
-        (keys["p1"], keys["p2"]) = (json!(p[0]), json!(p[1]));
+/// The keys of a camera, if there is a name for its lens.
+fn named_intrinsics(view: &View, camera: &Camera) -> Result<Map<String, Value>, Failure> {
+    if let Lens::Fov { .. } | Lens::ThinPrismFisheye { .. } = camera.lens {
+        let error = anyhow!("{}: transforms.json has no name for the lens {:?}", view.name, camera.lens);
+        return Err(Failure::new(Exit::BadInput, error));
     }
-    let Value::Object(keys) = keys else { unreachable!("an object was written above") };
-    Ok(keys)
+    Ok(intrinsics(camera))
 }

@@ -17,7 +17,8 @@ pub struct Up {
 }
 
 impl Up {
-    /// The mean upward direction of the cameras, which `render --orbit` goes around; +z when the dataset is gone.
+    /// What `render --orbit` goes around, the direction that was stated or the mean upward direction of the cameras; +z when the
+    /// dataset is gone.
     pub fn estimate(data: Result<Dataset, Failure>) -> Self {
         match data {
             Ok(data) => {

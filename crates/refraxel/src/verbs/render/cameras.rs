@@ -174,7 +174,8 @@ pub fn export(cameras: &[NamedCamera], notes: Vec<(&'static str, Value)>) -> Val
     Value::Object(document)
 }
 
-fn intrinsics(c: &Camera) -> Map<String, Value> {
+/// The keys of a camera in a transforms.json.
+pub fn intrinsics(c: &Camera) -> Map<String, Value> {
     let mut keys = Map::new();
     let mut put = |key: &str, value: Value| drop(keys.insert(key.to_owned(), value));
     put("w", json!(c.width));
