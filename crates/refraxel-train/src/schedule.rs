@@ -229,19 +229,12 @@ fn absorption_objective(options: &Options, moment: Moment) -> Option<AbsorptionO
     (options.absorption.enabled.is_on() && rate > 0.0).then_some(AbsorptionObjective { rate })
 }
 
-/// Steps of a long run. With more of them a surface slows down no further: it would have stopped on grids that are too coarse to tell
-/// where it is.
-const LONG_RUN: f32 = 4000.0;
-/// Steps of a long race, which are over before.
-const RACE_STEPS: f32 = 300.0;
-
 /// How the index learns when this share of the time with bent rays is over.
 pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
     let decay = options.field.rate_decay.powf(over);
     IndexObjective {
         rate: options.index.rate * decay,
         surface_rate: options.surface.rate * decay,
-        surface_steps: RACE_STEPS + LONG_RUN * over,
         surface_blur: options.surface.blur,
         surface_smooth: options.surface.smooth * decay,
         surface_events: options.surface.events,

@@ -9,7 +9,7 @@ use refraxel_train::cpu::{Lead, SharedBackend, help};
 use refraxel_train::model::Model;
 use refraxel_train::options::Switch;
 use refraxel_train::peers::{Peers, Traffic, threads};
-use refraxel_train::run::Run;
+use refraxel_train::run::{Run, State};
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{Backend, CpuBackend, Options};
 use std::ops::ControlFlow;
@@ -49,6 +49,7 @@ fn trained<B: Tells>(mut session: Session<B>) -> (Vec<u8>, Vec<[u8; 3]>, B::Told
     let colours = session.render(&eye).unwrap().colour;
     let mut run = session.snapshot();
     run.state.seconds = 0.0;
+    run.state.verdict.iter_mut().for_each(|v| v.seconds = 0.0);
     let mut bytes = Vec::new();
     run.view().write(&mut bytes).unwrap();
     (bytes, colours, session.backend().told())
@@ -92,7 +93,7 @@ fn together(options: &Options, count: usize) -> (Vec<u8>, Vec<[u8; 3]>, Traffic)
     trained(Session::start(Setup::new(data(), options.clone()), make, &mut |_| {}).unwrap())
 }
 
-/// Three processes keep the contract of a backend.
+/// Three processes keep the contract of a backend. The suite's clearcoat is none that a run stores, and so none that travels.
 mod conformance {
     use super::{Options, SharedBackend, crew};
     use refraxel_train::backend::conformance::{Suite, Tolerances};
@@ -102,7 +103,37 @@ mod conformance {
         SharedBackend::new(&crew(3), model, None, Options::default())
     }
 
-    refraxel_train::conformance_tests!(Suite { make: three, tolerances: Tolerances::SINGLE_PRECISION });
+    refraxel_train::conformance_tests! {
+        Suite { make: three, tolerances: Tolerances::SINGLE_PRECISION }, cfg(test) =>
+            straight {
+                rendering_agrees_with_the_reference,
+                gradients_agree_with_the_reference,
+                learning_lowers_the_loss,
+                resampling_to_a_finer_grid_keeps_the_picture,
+                peak_weights_mark_what_rays_see,
+            }
+            bent {
+                bent_rendering_agrees_with_the_reference,
+                sharp_rendering_agrees_with_the_reference,
+                gradients_of_rays_alone_are_the_same,
+            }
+            mirrored {
+                mirroring_agrees_with_the_reference,
+                bodies_in_bodies_refract_and_mirror_as_the_reference_does,
+            }
+            absorbing {
+                absorbing_bodies_look_as_the_reference_says,
+                tinted_glass_is_learned_from_pictures,
+            }
+            contract {
+                a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
+                a_parameter_that_is_not_a_number_is_reported,
+                after_a_failure_nothing_changes_until_the_next_load,
+                density_is_set_where_the_mask_says_and_its_moments_are_forgotten,
+                baking_that_is_cancelled_changes_nothing,
+                outcomes_come_in_order_and_once,
+            }
+    }
 }
 
 #[test]
@@ -117,19 +148,24 @@ fn messages_are_as_large_as_the_formula_says() {
         let outcome = step(&mut backend, &batch, &objective, 2);
         let (after, later) = (&backend.snapshot().model.field, backend.traffic());
         let moved = (0..before.density.len()).filter(|&v| {
-            let colour = |f: &VoxelField<f32>| f.colour[v * f.degree.stride()..][..f.degree.stride()].to_vec();
+            let colour =
+                |f: &VoxelField<f32>| f.colour[v * f.degree.stride()..][..f.degree.stride()].to_vec();
             before.density[v] != after.density[v] || colour(&before) != colour(after)
         });
         let (others, owners) = ((count - 1) as f64, (count - 1) as f64 / count as f64);
-        let is_near = |found: u64, expected: f64| (found as f64 / expected - 1.0).abs() < 0.01;
-        // Theory (4.19): of a ray 40 bytes, of a voxel 4 (4 + 3b), of a sample 40 for each owner of voxels around it.
+        let is_near = |found: u64, expected: f64, by: f64| (found as f64 / expected - 1.0).abs() < by;
+        // Theory (4.19): of a ray 40 bytes, in whole chunks, of a voxel 4 (4 + 3b), of a sample 40 for each owner of voxels around it.
         let rays = owners * (40 * RAYS) as f64;
-        assert!(is_near(later.rays - earlier.rays, rays), "{count}: {rays} {earlier:?} {later:?}");
+        assert!(is_near(later.rays - earlier.rays, rays, 0.05), "{count}: {rays} {earlier:?} {later:?}");
         let voxels = others * (4 * (4 + 3 * 4) * moved.count()) as f64;
-        assert!(is_near(later.voxels - earlier.voxels, voxels), "{count}: {voxels} {earlier:?} {later:?}");
+        assert!(
+            is_near(later.voxels - earlier.voxels, voxels, 0.01),
+            "{count}: {voxels} {earlier:?} {later:?}"
+        );
         let of_one_owner = owners * (40 * outcome.samples + 4 * 4 * RAYS as u64) as f64;
         let copies = (later.samples - earlier.samples) as f64 / of_one_owner;
-        assert!((1.0..1.5).contains(&copies), "{count}: {copies} {outcome:?}");
+        // Samples of which nothing depends leave nothing behind.
+        assert!((0.8..1.5).contains(&copies), "{count}: {copies} {outcome:?}");
     }
 }
 
@@ -152,25 +188,34 @@ fn bent_rays_teach_processes_the_same_bits_as_one() {
 }
 
 #[test]
-fn judged_runs_whose_cameras_learn_have_the_same_bits() {
+fn runs_that_bake_mirrors_and_whose_cameras_learn_have_the_same_bits() {
     let settings = [
         ("refraction.bend", "on"),
+        ("judge.straight", "off"),
         ("reflection.cache", "baked"),
         ("reflection.bake_period", "15"),
         ("pose.enabled", "on"),
         ("pose.first", "8"),
         ("pose.rays", "512"),
-        ("judge.least_steps", "9"),
         // Bodies with a surface have an interpolation of their own.
         ("index.interpolation", "differences"),
     ];
-    let options = options(&settings);
-    let (bytes, seen) = alone(&options);
-    let state = Run::read(&bytes[..]).unwrap().state;
-    assert!(state.verdict.is_some() && state.bends_since.is_some(), "{state:?}");
-    let (shared, pixels, _) = together(&options, 2);
+    assert!(same_bits(&options(&settings)).bends_since.is_some());
+}
+
+#[test]
+fn judged_runs_have_the_same_bits() {
+    let state = same_bits(&options(&[("refraction.bend", "on"), ("judge.least_steps", "9")]));
+    assert!(state.verdict.is_some(), "{state:?}");
+}
+
+/// How a run ends that two processes train as one does.
+fn same_bits(options: &Options) -> State {
+    let (bytes, seen) = alone(options);
+    let (shared, pixels, _) = together(options, 2);
     assert!(shared == bytes);
     assert_eq!(pixels, seen);
+    Run::read(&bytes[..]).unwrap().state
 }
 
 #[test]

@@ -95,7 +95,11 @@ pub fn decide(
         let options = needs.saved.map_or(needs.options, |run| &run.options);
         let device = Device { name: format!("cpu of {} processes", crew.count), why: None };
         let threads = rayon::current_num_threads();
-        show.say(&format!("note: on the {}; this one, the first, is {}, and has {threads} threads", device.name, process::id()));
+        show.say(&format!(
+            "note: on the {}; this one, the first, is {}, and has {threads} threads",
+            device.name,
+            process::id()
+        ));
         return Ok(Decided { opened: Opened::Crew(crew.clone(), Box::new(options.clone())), device });
     }
     let decided = open(choice, Some(needs))?;

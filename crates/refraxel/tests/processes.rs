@@ -95,7 +95,8 @@ mod mpi {
             let run = folder.path().join(signal);
             let mut job = mpirun(2, &data, &run, &["--set", "steps=1000000"]);
             // Open MPI gives processes a second between its signal and their end, unless it is told otherwise.
-            let (mut job, _) = started(job.env("OMPI_MCA_odls_base_sigkill_timeout", "60"), &run.join("log.jsonl"));
+            let (mut job, _) =
+                started(job.env("OMPI_MCA_odls_base_sigkill_timeout", "8"), &run.join("log.jsonl"));
             assert!(!run.join(CHECKPOINT).exists(), "nothing was saved before");
             let whom = if signal == "INT" { job.id().to_string() } else { children(&job)[0].clone() };
             assert!(Command::new("kill").args([&format!("-{signal}"), &whom]).status().unwrap().success());

@@ -83,8 +83,6 @@ pub struct IndexObjective {
     pub trust: f32,
     /// Learning rate of φ at a node [voxel of the level set].
     pub surface_rate: f32,
-    /// A surface slows down with its steps, and with no more than these.
-    pub surface_steps: f32,
     /// Standard deviation of the blur of the gradient of φ [voxel of the level set].
     pub surface_blur: f32,
     /// Strength of the smoothing of surfaces per step, theory (2.31), in [0, 1].

@@ -10,11 +10,10 @@ const FLOOR: f32 = 0.1;
 /// Steps after which the rate of nodes has [halved](slower).
 pub(super) const HALF_OF_NODES: f32 = 150.0;
 
-/// How much less a rate is after the steps so far, at most so many, when it halves in `half` and falls with their number from there on
-/// (Robbins & Monro 1951): colours cannot settle behind a surface that trembles, and what photographs do not determine drifts, for as
-/// long as it moves.
-pub(super) fn slower(moments: &AdamMoments, most: f32, half: f32) -> f32 {
-    half / (half + (moments.steps as f32).min(most))
+/// How much less a rate is after so many steps, when it halves in `half` and falls with their number from there on (Robbins & Monro
+/// 1951): colours cannot settle behind a surface that trembles, and what photographs do not determine drifts, for as long as it moves.
+pub(super) fn slower(moments: &AdamMoments, half: f32) -> f32 {
+    half / (half + moments.steps as f32)
 }
 
 /// The change of each of the parameters `which`, for a learning rate of 1: Adam (Kingma & Ba 2015).

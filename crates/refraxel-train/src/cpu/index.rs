@@ -128,7 +128,7 @@ fn descend(
     }
     let nodes: Vec<usize> = grid.parameters().filter(|&j| trainable.is_none_or(|t| t[j])).collect();
     let coefficients = grid.coefficients_mut();
-    let rate = SHARE_OF_NODES * objective.rate * slower(moments, f32::INFINITY, HALF_OF_NODES);
+    let rate = SHARE_OF_NODES * objective.rate * slower(moments, HALF_OF_NODES);
     let steps = adam(moments, DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
     for (&j, step) in nodes.iter().zip(steps) {
         let n = ((2.0 * coefficients[j]).sqrt() + rate * step).clamp(1.0, objective.largest);
@@ -169,7 +169,6 @@ mod tests {
         trust: 0.02,
         surface_rate: 0.05,
         surface_blur: 1.0,
-        surface_steps: f32::INFINITY,
         surface_smooth: 0.0,
         surface_events: 8,
         index_events: 8,

@@ -28,7 +28,7 @@ use crate::run::{Run, RunRef, Source, State};
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
-use refraxel_core::{BrickMap, Domain, Ray, VoxelField};
+use refraxel_core::{Background, BrickMap, Domain, IndexGrid, Ray, VoxelField};
 use refraxel_data::Backdrop;
 use std::cell::Cell;
 use std::ops::Range;
@@ -46,8 +46,8 @@ wire! {
     AbsorptionObjective { rate }
     ReflectionObjective { rate, rate_strength, rate_clearcoat }
     IndexObjective {
-        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_steps, surface_blur, surface_smooth,
-        surface_events, index_events,
+        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_blur, surface_smooth, surface_events,
+        index_events,
     }
     Objective {
         marching, bent_weight, sparsity, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
@@ -462,6 +462,11 @@ impl SharedBackend {
         self.others.set(self.others.get().max(part));
     }
 
+    /// Whether others have the model, or can get it: one that is not finite is not sent.
+    fn is_shared(&self) -> bool {
+        self.others.get() == Behind::No || is_finite(&self.own().snapshot().model)
+    }
+
     /// Gives all processes a task, and each its own message with it.
     fn give(&self, task: Task, what: &[u32], own: impl Fn(usize) -> Vec<u32>) {
         self.bring_up();
@@ -538,6 +543,25 @@ impl SharedBackend {
             message
         }
     }
+}
+
+/// Whether all parameters are numbers.
+fn is_finite(model: &Model) -> bool {
+    let finite = |values: &[f32]| values.par_iter().all(|v| v.is_finite());
+    let Model { field, background, refraction, reflection, clearcoat } = model;
+    let texels = match background {
+        Background::Constant(colour) => &colour[..],
+        Background::Environment(map) => map.texels.as_flattened(),
+    };
+    let region = |r: &IndexGrid<f32>| {
+        finite(r.coefficients()) && r.level_set().is_none_or(|l| finite(l.coefficients()))
+    };
+    finite(&field.density)
+        && finite(&field.colour)
+        && finite(texels)
+        && refraction.medium.regions().iter().all(region)
+        && reflection.mirrors.iter().all(|m| finite(&m.outer.coefficients) && finite(&m.inner.coefficients))
+        && clearcoat.iter().all(|c| finite(&c.strength.coefficients) && finite(&c.radiance.coefficients))
 }
 
 /// The model of a message, and the state of its optimiser.
@@ -643,6 +667,9 @@ impl Backend for SharedBackend {
     }
 
     fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>> {
+        if !self.is_shared() {
+            return self.own().render(rays, marching, layers);
+        }
         let mut what = Vec::new();
         marching.put(&mut what);
         layers.put(&mut what);
@@ -653,6 +680,12 @@ impl Backend for SharedBackend {
 
     fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
         if self.failed {
+            return;
+        }
+        if !self.is_shared() {
+            self.failed = true;
+            let rays = batch.rays.len() as u64;
+            self.outcomes.push(StepOutcome { step, rays, squared_error: f64::NAN, ..StepOutcome::default() });
             return;
         }
         if step.is_multiple_of(REFRESH) {
@@ -678,6 +711,9 @@ impl Backend for SharedBackend {
     }
 
     fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {
+        if !self.is_shared() {
+            return self.own().ray_gradients(batch, objective);
+        }
         let mut what = Vec::new();
         objective.put(&mut what);
         self.give(Task::RayGradients, &what, self.parts(batch));
@@ -692,6 +728,9 @@ impl Backend for SharedBackend {
         cancel: &Cancel,
     ) -> Result<Vec<f32>, Cancelled> {
         cancel.check()?;
+        if !self.is_shared() {
+            return self.own().peak_weights(rays, marching, cancel);
+        }
         let mut what = Vec::new();
         marching.put(&mut what);
         self.give(Task::PeakWeights, &what, self.rays(rays));

@@ -44,7 +44,7 @@ fn descend_planes(
     grad: &[f32],
     objective: &IndexObjective,
 ) {
-    let rate = rate(level, slower(moments, objective.surface_steps, HALF_OF_PLANES), objective);
+    let rate = rate(level, slower(moments, HALF_OF_PLANES), objective);
     let grad = solid.vjp(level, grad);
     let which: Vec<usize> = (0..grad.len()).collect();
     let steps: Vec<f32> = adam(moments, DECAY, &which, |j| grad[j]).iter().map(|s| rate * s).collect();
@@ -60,7 +60,7 @@ fn descend_nodes(
     objective: &IndexObjective,
 ) {
     let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
-    let slower = slower(moments, objective.surface_steps, HALF_OF_NODES);
+    let slower = slower(moments, HALF_OF_NODES);
     let rate = rate(level, slower, objective);
     let steps = adam(moments, DECAY_OF_NODES, &nodes, |j| grad[j]);
     for (&j, step) in nodes.iter().zip(steps) {

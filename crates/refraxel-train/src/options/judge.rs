@@ -21,8 +21,7 @@ section! {
         /// three times as many, within three tenths of the run. One of less than three times as many steps, and one whose
         /// clock they would take three tenths of, takes the least error of the search.
         least_steps: u64 = 60, in 3..;
-        /// Bent rays must be better than straight ones inside the masks by this much [dB]. A polyhedron, whose faces the
-        /// silhouettes show, goes on against straight rays if it is behind the best hypothesis by no more than this.
+        /// Bent rays must be better than straight ones inside the masks by this much [dB].
         margin: f64 = 0.3, in 0.0..=10.0, "dB";
         /// Over whole views they may be worse than straight ones by this much [dB].
         tolerance: f64 = 0.2, in 0.0..=10.0, "dB";

@@ -72,8 +72,7 @@ pub(super) struct Outcome {
 }
 
 /// First all entries learn for a while. The best hypothesis of each region goes on against straight rays, unless it leads
-/// clearly by then. A polyhedron is the best already if it is behind by no more than the margin: silhouettes have shown its
-/// faces, and sharp edges pay off on grids that are finer than those of a race.
+/// clearly by then.
 pub(super) fn race(
     contest: &mut impl Contest,
     course: Course,
@@ -86,12 +85,7 @@ pub(super) fn race(
     }
     let best = |region: usize| {
         let bent = standings[1..].iter();
-        let handicap = |s: &Standing| match contest.assumes(s.entry, region).0 {
-            Hypothesis::Polyhedron => options.margin,
-            _ => 0.0,
-        };
-        let score = |s: &Standing| s.inside(region) + handicap(s);
-        let best = bent.max_by(|a, b| score(a).total_cmp(&score(b)));
+        let best = bent.max_by(|a, b| a.inside(region).total_cmp(&b.inside(region)));
         best.map_or(STRAIGHT, |s| s.entry)
     };
     let chosen: Vec<Entry> = (0..course.regions).map(best).collect();
@@ -241,7 +235,7 @@ mod tests {
             self.learned.len() - 1
         }
         fn assumes(&self, entry: Entry, _: usize) -> (Hypothesis, Vec<Found>) {
-            let kinds = [Hypothesis::Straight, Hypothesis::Solid, Hypothesis::Graded, Hypothesis::Polyhedron];
+            let kinds = [Hypothesis::Straight, Hypothesis::Solid, Hypothesis::Graded, Hypothesis::Shell];
             (kinds[entry.min(3)], Vec::new())
         }
     }
@@ -258,17 +252,6 @@ mod tests {
         );
         let order: Vec<_> = verdict.contestants.iter().map(|c| c.hypothesis).collect();
         assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
-    }
-
-    #[test]
-    fn a_polyhedron_that_is_hardly_behind_goes_on() {
-        for (behind, wins) in [(1.02, true), (1.1, false)] {
-            let inside = vec![vec![0.04], vec![0.03], vec![0.035], vec![0.03 * behind]];
-            let mut contest = Injected::new(inside, vec![0.01; 4]);
-            let outcome = contest.race();
-            let hypothesis = if wins { Hypothesis::Polyhedron } else { Hypothesis::Solid };
-            assert_eq!(outcome.verdicts[0].hypothesis, hypothesis, "{behind}");
-        }
     }
 
     #[test]

@@ -104,7 +104,6 @@ pub fn index_objective() -> IndexObjective {
         trust: 0.02,
         surface_rate: 0.01,
         surface_blur: 3.0,
-        surface_steps: f32::INFINITY,
         surface_smooth: 0.01,
         surface_events: 8,
         index_events: 8,
