@@ -67,7 +67,7 @@ def _dataset(data: Mapping[str, Any]) -> Dataset:
         images,
         cameras,
         masks=None if masks is None else [_pixels(masks, k, camera) for k, camera in enumerate(cameras)],
-        names=[str(path) for path in data["image_paths"]],
+        names=[f"{k:04}_{Path(path).name}" for k, path in enumerate(data["image_paths"])],
         train=list(range(len(cameras))),
         test=[],
         backdrop="surroundings" if behind is None else [float(value) / 255 for value in behind],
@@ -75,7 +75,7 @@ def _dataset(data: Mapping[str, Any]) -> Dataset:
     )
 
 
-class Refraxel(Method):
+class Refraxel(Method):  # type: ignore[misc,unused-ignore]
     """A training or a finished run, with the functions that NerfBaselines calls."""
 
     def __init__(
@@ -169,5 +169,5 @@ register(
             "description": "A voxel radiance field with an index of refraction: rays bend in glass and water. Trains on a CPU.",
             "licenses": [{"name": "MIT"}, {"name": "Apache-2.0"}],
         },
-    }  # type: ignore[arg-type]
+    }
 )
