@@ -67,7 +67,7 @@ pub struct CpuBackend {
     optimiser: Optimiser,
     layout: Layout,
     /// Memory of the last step, to be written over by the next.
-    tapes: Vec<Tape>,
+    pub(super) tapes: Vec<Tape>,
     pool: GradientPool,
     /// Outcomes that nobody asked for yet.
     outcomes: Vec<StepOutcome>,
@@ -294,10 +294,8 @@ impl CpuBackend {
                 Moved { finite, voxels }
             })
             .collect();
-        Moved {
-            finite: moved.iter().all(|m| m.finite),
-            voxels: moved.into_iter().flat_map(|m| m.voxels).collect(),
-        }
+        let voxels: Vec<&[u32]> = moved.iter().map(|m| &m.voxels[..]).collect();
+        Moved { finite: moved.iter().all(|m| m.finite), voxels: voxels.concat() }
     }
 
     /// Takes over voxels that another process has moved.

@@ -268,14 +268,16 @@ impl Member {
     /// A step on this process's part of a batch of so many rays.
     fn step(&mut self, mine: &Batch, rays: usize, objective: &Objective, step: u64) -> StepOutcome {
         let lesson = Lesson { batch: mine, objective, asked: None };
-        let (tapes, outcomes) = self.own.trace_chunks(lesson, &mut [], Vec::new());
-        let (tapes, outcomes) = self.meet(tapes, &outcomes);
+        let memory = std::mem::take(&mut self.own.tapes);
+        let (tapes, outcomes) = self.own.trace_chunks(lesson, &mut [], memory);
+        let is_alone = self.count() == 1;
+        let (tapes, outcomes) = if is_alone { (tapes, outcomes) } else { self.meet(tapes, &outcomes) };
         let mut outcome = StepOutcome { step, ..total(rays, &outcomes) };
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays, step };
             let mine = part(buckets(self.own.map()), self.peers.rank(), self.count());
             outcome.overflows = if objective.index.is_some() { index::overflows(&tapes) } else { 0 };
-            let moved = self.own.update_all(&learned, objective, &Share { buckets: mine, tells: true });
+            let moved = self.own.update_all(&learned, objective, &Share { buckets: mine, tells: !is_alone });
             let mut message = moved.voxels;
             message.push(moved.finite.into());
             self.note(|t| t.voxels += self.bytes_to_all(&message));
@@ -290,6 +292,7 @@ impl Member {
         if outcome.finite {
             outcome.finite = self.own.update_rest(&tapes, objective);
         }
+        self.own.tapes = tapes;
         outcome
     }
 
