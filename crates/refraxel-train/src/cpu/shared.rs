@@ -467,7 +467,8 @@ impl SharedBackend {
 
     /// Whether others have the model, or can get it: one that is not finite is not sent.
     fn is_shared(&self) -> bool {
-        self.others.get() == Behind::No || is_finite(&self.own().snapshot().model)
+        let is_up = self.others.get() == Behind::No || self.member.count() == 1;
+        is_up || is_finite(&self.own().snapshot().model)
     }
 
     /// Gives all processes a task, and each its own message with it.
