@@ -65,7 +65,9 @@ pub struct Contestant {
     pub found: Vec<Found>,
     /// Steps that it learned.
     pub steps: u64,
-    /// Mean PSNR of the views kept aside, inside the masks where they show the region [dB].
+    /// Mean PSNR of the views kept aside, inside the masks where they show the region [dB]; −∞, in JSON `null`, where none shows it
+    /// or the hypothesis diverged.
+    #[serde(with = "or_null")]
     pub inside: f64,
 }
 
@@ -77,16 +79,36 @@ pub struct RegionVerdict {
     /// What stands there.
     pub hypothesis: Hypothesis,
     /// By how much the best bent hypothesis is better than straight rays inside the masks, in the mean over the views kept
-    /// aside [dB].
+    /// aside [dB]; −∞, in JSON `null`, where nothing says so.
+    #[serde(with = "or_null")]
     pub gain_inside: f64,
     /// Standard error of this mean [dB].
+    #[serde(with = "or_null")]
     pub error: f64,
-    /// The same over whole views [dB].
-    pub gain_all: f64,
+    /// The same outside the masks [dB].
+    #[serde(with = "or_null", default = "unknown")]
+    pub gain_outside: f64,
     /// What `gain_inside` had to reach [dB].
     pub margin: f64,
     /// Everything that raced, the best first.
     pub contestants: Vec<Contestant>,
+}
+
+fn unknown() -> f64 {
+    f64::NEG_INFINITY
+}
+
+/// Decibels that may be −∞, which JSON cannot say.
+mod or_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+        Some(value).filter(|v| v.is_finite()).serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(from)?.unwrap_or(f64::NEG_INFINITY))
+    }
 }
 
 /// What the judge decided.
@@ -144,4 +166,27 @@ pub enum StayReason {
         "the run is too short for hypotheses to race, and none of them explains what is seen better than straight rays do;          give it more time or steps, or bend rays all the same with --refraction on"
     )]
     TooShort,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_verdict_on_what_no_view_shows_comes_back_from_json() {
+        let nothing = f64::NEG_INFINITY;
+        let contestant =
+            Contestant { hypothesis: Hypothesis::Straight, found: Vec::new(), steps: 3, inside: nothing };
+        let verdict = RegionVerdict {
+            region: 1,
+            hypothesis: Hypothesis::Straight,
+            gain_inside: nothing,
+            error: 0.0,
+            gain_outside: 1.5,
+            margin: 0.3,
+            contestants: vec![contestant],
+        };
+        let text = serde_json::to_string(&verdict).unwrap();
+        assert_eq!(serde_json::from_str::<RegionVerdict>(&text).unwrap(), verdict, "{text}");
+    }
 }

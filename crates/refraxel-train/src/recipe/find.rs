@@ -11,7 +11,8 @@ use crate::initial::{Outlines, Search, Site, Spacing, region_grid};
 use crate::options::{Options, StartShape};
 use crate::rays::{RaySampler, Selection};
 use crate::verdict::StayReason;
-use refraxel_core::{Aabb, Vec3};
+use rayon::prelude::*;
+use refraxel_core::{Aabb, Ray, Vec3};
 
 /// Rays inside masks that say what a hull covers.
 const RAYS: usize = 16_384;
@@ -114,7 +115,18 @@ fn from_masks(
     let boxes = boxes.map_err(StayReason::from)?;
     let regions = boxes.iter().map(region).collect::<Result<Vec<_>, _>>()?;
     watch.progress(Task::Carving, 3, 3)?;
-    Ok(regions.into_iter().flatten().collect())
+    Ok(seen_by(&rays, regions.into_iter().flatten().collect()))
+}
+
+/// A region that less than this share of the rays inside masks meets is a crumb that the borders of rough masks have left.
+const SEEN: f64 = 0.003;
+
+/// The regions that rays inside masks meet. None of them tells anything of the others: not their index, nor whether they bend.
+fn seen_by(rays: &[Ray<f32>], regions: Vec<Region>) -> Vec<Region> {
+    let met = |region: &Region| rays.par_iter().filter(|ray| region.meets(ray)).count();
+    let least = SEEN * rays.len() as f64;
+    let (seen, crumbs): (Vec<_>, Vec<_>) = regions.into_iter().partition(|r| met(r) as f64 >= least);
+    if seen.is_empty() { crumbs } else { seen }
 }
 
 /// Outlines that were found where no mask shows them are known to this part of a body's radius.
