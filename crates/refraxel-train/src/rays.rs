@@ -56,6 +56,8 @@ pub enum Selection {
     Outside(u32),
     /// All of them, but at least this share of the rays inside refractive masks.
     Inside(f64),
+    /// Those inside refractive masks, each moved by up to so many pixels along both axes: the further outside, the fewer.
+    Around(u32),
 }
 
 /// The photographs that rays are drawn from.
@@ -307,14 +309,23 @@ impl RaySampler {
         let lane = |k: u64| i * 64 + k;
         let from_inside = match selection {
             Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
+            Selection::Around(_) => self.inside.count() > 0,
             _ => false,
+        };
+        let by = match selection {
+            Selection::Around(reach) => [4, 5].map(|k| {
+                let (reach, places) = (i64::from(reach), 2 * u64::from(reach) + 1);
+                self.random.below(places, step, lane(k)) as i64 - reach
+            }),
+            _ => [0, 0],
         };
         let (view, pixel, ray) = (0..REDRAWS).find_map(|k| {
             let below = |n: u64| self.random.below(n, step, lane(8 + k));
             let (view, pixel) = if from_inside {
                 let number = below(self.inside.count());
                 let view = self.inside.view(number);
-                (view, self.inside.pixel(number, self.views[view].refractive()?)?)
+                let pixel = self.inside.pixel(number, self.views[view].refractive()?)?;
+                (view, self.views[view].moved(pixel, by)?)
             } else {
                 let at = below(self.pixels());
                 let view = self.first.partition_point(|&f| f <= at) - 1;
@@ -386,6 +397,14 @@ impl TrainingView {
     /// That of the data.
     fn stated(&self) -> Option<&Arc<Mask>> {
         self.photo.mask.as_ref().filter(|_| self.meaning == MaskMeaning::Refractive)
+    }
+
+    /// The pixel so many columns and rows further, if there is one.
+    fn moved(&self, pixel: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
+        let [width, height] = [self.photo.image.width, self.photo.image.height].map(i64::from);
+        let (x, y) = (pixel as i64 % width + columns, pixel as i64 / width + rows);
+        let is_there = (0..width).contains(&x) && (0..height).contains(&y);
+        is_there.then(|| (y * width + x) as usize)
     }
 
     /// Neither the pixel nor any within so many rows and columns shows something refractive.

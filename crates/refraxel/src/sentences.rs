@@ -114,12 +114,12 @@ pub fn verdict_text(verdict: &Verdict) -> String {
     let region = |r: &RegionVerdict| {
         let others = r.contestants.iter().map(|c| format!("{} {:.2} dB", c.hypothesis.name(), c.inside));
         format!(
-            "region {}: {} (bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB over all, on {} views kept aside; {})",
+            "region {}: {} (bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB outside, on {} views kept aside; {})",
             r.region + 1,
             r.hypothesis.name(),
             r.gain_inside,
             r.error,
-            r.gain_all,
+            r.gain_outside,
             verdict.views,
             others.collect::<Vec<_>>().join(", ")
         )

@@ -55,6 +55,16 @@ impl Batch {
             offset: kept.iter().map(|&k| self.offset[k]).collect(),
         }
     }
+
+    /// The rays of both, these first.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        self.rays.extend(other.rays);
+        self.target.extend(other.target);
+        self.behind.extend(other.behind);
+        self.offset.extend(other.offset);
+        self
+    }
 }
 
 /// dLoss/d(what a ray shows) of any loss: the input of a vector–Jacobian product.

@@ -17,13 +17,14 @@ section! {
         cost: f64 = 0.15, in 0.0..=0.5;
         /// Most steps that a hypothesis learns in its race.
         race_steps: u64 = 300;
+        /// Where straight rays are ahead at the end and bent ones come nearer fast enough, the race goes on up to three times as long.
         /// Fewer steps say nothing: a short run races for so many, whatever they cost, and where water is seen from above for
         /// three times as many, within three tenths of the run. One of less than three times as many steps, and one whose
         /// clock they would take three tenths of, takes the least error of the search.
         least_steps: u64 = 60, in 3..;
         /// Bent rays must be better than straight ones inside the masks by this much [dB].
         margin: f64 = 0.3, in 0.0..=10.0, "dB";
-        /// Over whole views they may be worse than straight ones by this much [dB].
+        /// Outside the masks they may be worse than straight ones by this much [dB].
         tolerance: f64 = 0.2, in 0.0..=10.0, "dB";
         /// A hypothesis races if its error in the search is at most this factor of the least one.
         rivals: f64 = 1.3, in 1.0..=10.0;

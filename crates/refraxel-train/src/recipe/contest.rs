@@ -18,6 +18,8 @@ use std::time::Instant;
 
 /// Part of the steps of an entry in which its index and surfaces learn alone.
 const ALONE: f64 = 0.15;
+/// Least fraction of the rays of a race inside masks: it is decided there.
+const INSIDE: f64 = 0.7;
 /// Pixels of a region that a view must show to have a say.
 const LEAST_PIXELS: usize = 20;
 /// Rays of a batch at most.
@@ -116,7 +118,7 @@ impl<'a, 'w, B: Backend> Trained<'a, 'w, B> {
     /// So many steps of the entry that the backend holds.
     fn steps(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled> {
         let options = self.known.options;
-        let share = options.refraction.mask_ray_fraction;
+        let share = options.refraction.mask_ray_fraction.max(INSIDE);
         let size = (options.run.batch as usize).min(RAYS);
         for _ in 0..steps {
             self.watch.progress(Task::Judging, self.done, self.total.max(self.done))?;
@@ -248,10 +250,10 @@ impl<B: Backend> Contest for Trained<'_, '_, B> {
             let shows =
                 |r: &Region, k: usize| view.inside[k] && (regions.len() == 1 || r.meets(&view.batch.rays[k]));
             let inside = regions.iter().map(|r| mean(&|k| shows(r, k))).collect();
-            let all = mean(&|_| true).unwrap_or(0.0);
-            let nan = |v: f64| if failed { f64::NAN } else { v };
+            let outside = mean(&|k| !view.inside[k]);
+            let nan = |v: Option<f64>| if failed { v.map(|_| f64::NAN) } else { v };
             let inside: Vec<Option<f64>> = inside;
-            Ok(ViewScore { inside: inside.into_iter().map(|v| v.map(nan)).collect(), all: nan(all) })
+            Ok(ViewScore { inside: inside.into_iter().map(nan).collect(), outside: nan(outside) })
         };
         let scores = self.aside.iter().map(score).collect::<Result<_, Cancelled>>()?;
         self.keep(entry);

@@ -220,6 +220,9 @@ const MOST_RACING: f64 = 0.3;
 /// Where all that lies within is learned anew, the least race is longer by this factor, if the run has that much time.
 const RELEARNING: u64 = 3;
 
+/// A race whose end is open takes at most so many times its length.
+const LONGER: u64 = 3;
+
 /// How long a race of so many entries may be: what the search leaves of the share of the run. Where the run has a clock, a
 /// few steps of the best candidates are timed; else steps count alike.
 fn course<B: Backend>(
@@ -242,7 +245,8 @@ fn course<B: Backend>(
     let relearns = (0..entries).flat_map(|e| contest.candidates(e)).flatten().any(Candidate::relearns);
     let wanted = judge.least_steps * if relearns { RELEARNING } else { 1 };
     let all = if most < judge.least_steps { 0 } else { budget.max(wanted.min(most)).min(judge.race_steps) };
-    Ok(Course { regions: field.regions.len(), entries, first: all / 3, all })
+    let most = (LONGER * all).min(most).max(all);
+    Ok(Course { regions: field.regions.len(), entries, first: all / 3, all, most })
 }
 
 /// What bends rays where these bodies are.

@@ -26,8 +26,8 @@ pub(super) const STRAIGHT: Entry = 0;
 pub(super) struct ViewScore {
     /// Per region, of the pixels inside masks that show it; none where there are too few.
     pub inside: Vec<Option<f64>>,
-    /// Of the whole view.
-    pub all: f64,
+    /// Of the pixels outside masks; none where there are too few.
+    pub outside: Option<f64>,
 }
 
 /// Whoever trains the entries and scores them.
@@ -53,6 +53,8 @@ pub(super) struct Course {
     pub first: u64,
     /// Steps in all, for straight rays and the best other.
     pub all: u64,
+    /// Steps after which a race ends that goes on because its end is open.
+    pub most: u64,
 }
 
 /// An entry with what it learned and how it scored last.
@@ -72,7 +74,8 @@ pub(super) struct Outcome {
 }
 
 /// First all entries learn for a while. The best hypothesis of each region goes on against straight rays, unless it leads
-/// clearly by then.
+/// clearly by then. Where straight rays are ahead at the end and bent ones come nearer so fast that they would win, the race
+/// goes on, as long again each time.
 pub(super) fn race(
     contest: &mut impl Contest,
     course: Course,
@@ -99,15 +102,64 @@ pub(super) fn race(
             return Ok(Outcome { finalist, verdicts });
         }
     }
-    let so_far = |entry: Entry| standings.iter().find(|s| s.entry == entry).map_or(0, |s| s.steps);
-    let more = [STRAIGHT, finalist].map(|entry| course.all - so_far(entry).min(course.all));
-    for (entry, steps) in [STRAIGHT, finalist].into_iter().zip(more) {
-        contest.learn(entry, steps)?;
-        let scores = contest.scores(entry)?;
-        standings.retain(|s| s.entry != entry);
-        standings.push(Standing { entry, steps: course.all, scores });
+    let mut trends: Vec<Trend> = (0..course.regions)
+        .map(|region| Trend::new(course.first, gain_of(&standings, chosen[region], region)))
+        .collect();
+    let mut until = course.all;
+    loop {
+        for entry in [STRAIGHT, finalist] {
+            let so_far = standings.iter().find(|s| s.entry == entry).map_or(0, |s| s.steps);
+            contest.learn(entry, until - so_far.min(until))?;
+            let scores = contest.scores(entry)?;
+            standings.retain(|s| s.entry != entry);
+            standings.push(Standing { entry, steps: until, scores });
+        }
+        let verdicts = verdicts(&*contest, &standings);
+        trends.iter_mut().zip(&verdicts).for_each(|(trend, v)| trend.add(until, v.gain_inside));
+        let next = (until + course.all).min(course.most);
+        let is_open = trends.iter().zip(&verdicts).any(|(trend, v)| trend.is_open(v, next));
+        if !is_open || next == until {
+            return Ok(Outcome { finalist, verdicts });
+        }
+        until = next;
     }
-    Ok(Outcome { finalist, verdicts: verdicts(&*contest, &standings) })
+}
+
+/// By how much an entry is better than straight rays inside the masks of a region [dB].
+fn gain_of(standings: &[Standing], entry: Entry, region: usize) -> f64 {
+    let of = |entry: Entry| standings.iter().find(|s| s.entry == entry);
+    let pairs = of(STRAIGHT).into_iter().zip(of(entry)).flat_map(|(s, b)| s.scores.iter().zip(&b.scores));
+    let gains: Vec<f64> =
+        pairs.filter_map(|(s, b)| Some(gain(s.inside[region]?, b.inside[region]?))).collect();
+    mean_and_error(&gains).0
+}
+
+/// How the lead of bent rays changes with the steps.
+struct Trend {
+    /// The last two: steps and lead [dB].
+    points: [(u64, f64); 2],
+}
+
+impl Trend {
+    fn new(steps: u64, gain: f64) -> Self {
+        Self { points: [(steps, gain); 2] }
+    }
+
+    fn add(&mut self, steps: u64, gain: f64) {
+        self.points = [self.points[1], (steps, gain)];
+    }
+
+    /// The lead after so many steps, if it goes on to change as it does [dB].
+    fn at(&self, steps: u64) -> f64 {
+        let [(t0, g0), (t1, g1)] = self.points.map(|(t, g)| (t as f64, g));
+        if t1 > t0 { g1 + (g1 - g0) * (steps as f64 - t1) / (t1 - t0) } else { g1 }
+    }
+
+    /// Bent rays have not won, and would at the next end.
+    fn is_open(&self, verdict: &RegionVerdict, next: u64) -> bool {
+        verdict.hypothesis == Hypothesis::Straight
+            && self.at(next) >= verdict.margin.max(CARE * verdict.error)
+    }
 }
 
 /// The decision on one region.
@@ -123,10 +175,11 @@ fn verdict(
     let pairs = || straight.iter().zip(&bent).flat_map(|(s, b)| s.scores.iter().zip(&b.scores));
     let inside: Vec<f64> =
         pairs().filter_map(|(s, b)| Some(gain(s.inside[region]?, b.inside[region]?))).collect();
-    let all: Vec<f64> = pairs().map(|(s, b)| gain(s.all, b.all)).collect();
+    let outside: Vec<f64> = pairs().filter_map(|(s, b)| Some(gain(s.outside?, b.outside?))).collect();
     let (gain_inside, error) = mean_and_error(&inside);
-    let gain_all = mean_and_error(&all).0;
-    let wins = gain_inside >= options.margin.max(CARE * error) && gain_all >= -options.tolerance;
+    let gain_outside = mean_and_error(&outside).0;
+    let spares_the_rest = outside.is_empty() || gain_outside >= -options.tolerance;
+    let wins = gain_inside >= options.margin.max(CARE * error) && spares_the_rest;
     let (hypothesis, _) = contest.assumes(finalist, region);
     let mut contestants: Vec<Contestant> = standings.iter().map(|s| s.contestant(contest, region)).collect();
     contestants.sort_by(|a, b| b.steps.cmp(&a.steps).then(b.inside.total_cmp(&a.inside)));
@@ -135,7 +188,7 @@ fn verdict(
         hypothesis: if wins { hypothesis } else { Hypothesis::Straight },
         gain_inside,
         error,
-        gain_all,
+        gain_outside,
         margin: options.margin,
         contestants,
     }
@@ -196,19 +249,24 @@ mod tests {
     /// Entries whose squared errors are stated: per entry and region.
     struct Injected {
         inside: Vec<Vec<f64>>,
-        all: Vec<f64>,
+        outside: Vec<f64>,
         learned: Vec<u64>,
     }
 
     impl Injected {
-        fn new(inside: Vec<Vec<f64>>, all: Vec<f64>) -> Self {
+        fn new(inside: Vec<Vec<f64>>, outside: Vec<f64>) -> Self {
             let learned = vec![0; inside.len()];
-            Self { inside, all, learned }
+            Self { inside, outside, learned }
         }
 
         fn race(&mut self) -> Outcome {
-            let course =
-                Course { regions: self.inside[0].len(), entries: self.inside.len(), first: 10, all: 30 };
+            let course = Course {
+                regions: self.inside[0].len(),
+                entries: self.inside.len(),
+                first: 10,
+                all: 30,
+                most: 80,
+            };
             race(self, course, &JudgeOptions::default()).unwrap()
         }
     }
@@ -221,7 +279,7 @@ mod tests {
         fn scores(&mut self, entry: Entry) -> Result<Vec<ViewScore>, Cancelled> {
             let view = |k: f64| ViewScore {
                 inside: self.inside[entry].iter().map(|e| Some(e * k)).collect(),
-                all: self.all[entry] * k,
+                outside: Some(self.outside[entry] * k),
             };
             Ok(vec![view(1.0), view(1.3), view(0.7)])
         }
@@ -230,7 +288,7 @@ mod tests {
                 return chosen[0];
             }
             self.inside.push(chosen.iter().enumerate().map(|(r, e)| self.inside[*e][r]).collect());
-            self.all.push(self.all[chosen[0]]);
+            self.outside.push(self.outside[chosen[0]]);
             self.learned.push(0);
             self.learned.len() - 1
         }
@@ -254,6 +312,56 @@ mod tests {
         assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
     }
 
+    /// Bent rays whose lead after some steps [dB] is stated.
+    struct Late {
+        lead: fn(u64) -> f64,
+        learned: [u64; 2],
+    }
+
+    impl Contest for Late {
+        fn learn(&mut self, entry: Entry, steps: u64) -> Result<(), Cancelled> {
+            self.learned[entry] += steps;
+            Ok(())
+        }
+        fn scores(&mut self, entry: Entry) -> Result<Vec<ViewScore>, Cancelled> {
+            let lead = if entry == STRAIGHT { 0.0 } else { (self.lead)(self.learned[entry]) };
+            let view = |k: f64| ViewScore {
+                inside: vec![Some(0.04 * k * 10.0_f64.powf(-0.1 * lead))],
+                outside: Some(0.01),
+            };
+            Ok([1.0, 1.3, 0.7].map(view).to_vec())
+        }
+        fn combined(&mut self, chosen: &[Entry]) -> Entry {
+            chosen[0]
+        }
+        fn assumes(&self, entry: Entry, _: usize) -> (Hypothesis, Vec<Found>) {
+            (if entry == STRAIGHT { Hypothesis::Straight } else { Hypothesis::Solid }, Vec::new())
+        }
+    }
+
+    #[test]
+    fn a_race_goes_on_as_long_as_bent_rays_come_near_and_no_longer() {
+        let race = |lead: fn(u64) -> f64| {
+            let mut contest = Late { lead, learned: [0; 2] };
+            let course = Course { regions: 1, entries: 2, first: 10, all: 30, most: 80 };
+            let outcome = race(&mut contest, course, &JudgeOptions::default()).unwrap();
+            (outcome.verdicts[0].hypothesis, contest.learned)
+        };
+        assert_eq!(race(|t| 0.02 * t as f64 - 0.7), (Hypothesis::Solid, [60; 2]), "catches up");
+        assert_eq!(race(|t| 0.02 * t as f64 - 1.4), (Hypothesis::Straight, [30; 2]), "too slow");
+        assert_eq!(
+            race(|t| 0.02 * t as f64 - 0.9 - 0.01 * t.saturating_sub(30) as f64),
+            (Hypothesis::Straight, [60; 2]),
+            "slows down"
+        );
+        assert_eq!(
+            race(|t| -30.0 / t as f64),
+            (Hypothesis::Straight, [60; 2]),
+            "will be as good, not better"
+        );
+        assert_eq!(race(|t| -0.01 * t as f64), (Hypothesis::Straight, [30; 2]), "falls behind");
+    }
+
     #[test]
     fn a_clear_lead_after_the_first_round_ends_the_race() {
         let mut contest = Injected::new(vec![vec![0.04], vec![0.02], vec![0.03]], vec![0.01; 3]);
@@ -268,11 +376,11 @@ mod tests {
     }
 
     #[test]
-    fn a_tie_a_loss_and_a_loss_over_the_whole_view_are_straight() {
-        for (inside, all) in [(0.04, 0.01), (0.05, 0.01), (0.01, 0.012), (f64::NAN, 0.01)] {
-            let mut contest = Injected::new(vec![vec![0.04], vec![inside]], vec![0.01, all]);
+    fn a_tie_a_loss_and_a_loss_outside_are_straight() {
+        for (inside, outside) in [(0.04, 0.01), (0.05, 0.01), (0.01, 0.012), (f64::NAN, 0.01)] {
+            let mut contest = Injected::new(vec![vec![0.04], vec![inside]], vec![0.01, outside]);
             let verdict = &contest.race().verdicts[0];
-            assert_eq!(verdict.hypothesis, Hypothesis::Straight, "{inside} {all}");
+            assert_eq!(verdict.hypothesis, Hypothesis::Straight, "{inside} {outside}");
         }
     }
 

@@ -230,6 +230,18 @@ impl Region {
         RegionState { trainable, gate, ..RegionState::default() }
     }
 
+    /// Which straight rays meet the region or pass it at this distance [scene unit], as far as its grid reaches.
+    pub(super) fn widened(&self, by: f32) -> Gate {
+        let voxel = self.site.domain().voxel();
+        let share: Vec<f32> =
+            self.distance.iter().map(|d| (0.5 - (d - by) / voxel).clamp(0.0, 1.0)).collect();
+        if share.is_empty() {
+            Gate::new(self.site.domain(), &self.occupancy)
+        } else {
+            Gate::new(self.site.domain(), &share)
+        }
+    }
+
     /// Whether the straight ray meets the region.
     pub(super) fn meets(&self, ray: &Ray<f32>) -> bool {
         match &self.shadow {

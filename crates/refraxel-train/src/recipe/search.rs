@@ -25,7 +25,8 @@ const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 
 /// And of the index together with the second unknown: the error has a valley across both, for more glass and a lower index
 /// look alike.
-const DIAGONALS: [[f32; 2]; 4] = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
+const DIAGONALS: [[f32; 2]; 8] =
+    [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [2.0, 1.0], [-2.0, -1.0], [2.0, -1.0], [-2.0, 1.0]];
 /// Rounds of a pass at most: another one follows where one lowers the error to this part.
 const ROUNDS: usize = 3;
 const BETTER: f64 = 0.97;
@@ -48,32 +49,50 @@ pub(super) struct Fits {
     pub fits: Vec<Fit>,
 }
 
+/// Rays of the search lie up to so many times `refraction.mask_margin` beside masks.
+const BESIDE: u32 = 2;
+
 /// Rays that judge what stands in one region.
 struct Judge {
     /// For the last passes.
     batch: Batch,
     /// A part of them for first values: these are many, and differ more.
     few: Batch,
+    /// Those of that part that meet the region: what colours them is the body.
+    through: Batch,
     marching: Marching,
     saturation: f64,
 }
 
 impl Judge {
-    /// Rays inside masks, of those that would meet the region on a straight line.
+    /// Rays inside masks, and half as many around their borders, of those that would meet the region on a straight line or pass near
+    /// it. Those beside masks tell where the body ends: inside alone, a larger body of a higher index looks alike.
     fn new(known: &Known, region: &Region, is_alone: bool) -> Self {
         let Known { sampler, options, near, .. } = *known;
-        let wanted = options.search.rays as usize;
-        let drawn =
-            sampler.batch(u64::MAX / 2, wanted * if is_alone { 1 } else { 4 }, Selection::Inside(1.0));
-        // No step of a run has this number: the judge has rays of its own.
-        let chosen = if is_alone { drawn } else { drawn.filtered(wanted, |ray| region.meets(ray)) };
-        let saturation = options.search.saturation;
-        let few = chosen.filtered(wanted / 4, |_| true);
-        Self { few, batch: chosen, marching: training_marching(options, near), saturation }
+        let reach = BESIDE * options.refraction.mask_margin;
+        let gate = || region.widened(reach as f32 * sampler.pixel_size(region.site.bounds.center()));
+        let gate = (!is_alone).then(gate);
+        let drawn = |rays: usize, selection: Selection| {
+            // No step of a run has this number: the judge has rays of its own.
+            let drawn = sampler.batch(u64::MAX / 2, rays * if is_alone { 1 } else { 4 }, selection);
+            drawn.filtered(rays, |ray| gate.as_ref().is_none_or(|gate| gate.admits(ray)))
+        };
+        let rays = options.search.rays as usize;
+        let (inside, around) =
+            (drawn(rays, Selection::Inside(1.0)), drawn(rays / 2, Selection::Around(reach)));
+        let part = |of: &Batch| of.filtered(of.rays.len() / 4, |_| true);
+        let few = part(&inside).and(part(&around));
+        let through = few.filtered(usize::MAX, |ray| region.meets(ray));
+        let (marching, saturation) = (training_marching(options, near), options.search.saturation);
+        Self { batch: inside.and(around), few, through, marching, saturation }
     }
 
     fn batch(&self, care: Care) -> &Batch {
-        if care == Care::First { &self.few } else { &self.batch }
+        match care {
+            Care::First => &self.few,
+            Care::Through => &self.through,
+            Care::Last => &self.batch,
+        }
     }
 
     /// What its rays show.
@@ -94,6 +113,8 @@ impl Judge {
 enum Care {
     /// A part.
     First,
+    /// Those of that part that meet the region.
+    Through,
     /// All.
     Last,
 }

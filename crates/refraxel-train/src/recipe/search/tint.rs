@@ -30,23 +30,23 @@ impl<B: Backend> Search<'_, '_, B> {
         if !self.searches() || !options.absorption.enabled.is_on() || depth <= 0.0 {
             return Ok(CLEAR);
         }
-        let batch = judge.batch(Care::First);
+        let batch = judge.batch(Care::Through);
         let wanted = mean(batch.target.iter());
         let (mut clear, mut tinted) = (f64::INFINITY, (f64::INFINITY, CLEAR));
         for index in INDICES {
             let mut candidate = Candidate::guess(proposals(place, options)[0], place, options);
             candidate.values[0] = index;
-            let shown = self.shown(region, &candidate, judge, Care::First)?;
-            clear = clear.min(judge.error(&shown, Care::First));
+            let shown = self.shown(region, &candidate, judge, Care::Through)?;
+            clear = clear.min(judge.error(&shown, Care::Through));
             let before = seen(&shown, batch);
             candidate.tint = [THICKNESS / depth; 3];
             for _ in 0..STEPS {
-                let shown = self.shown(region, &candidate, judge, Care::First)?;
+                let shown = self.shown(region, &candidate, judge, Care::Through)?;
                 let tint = corrected(candidate.tint, [before, seen(&shown, batch), wanted]);
                 candidate.tint = tint.map(|t| t.min(DARKEST / depth));
             }
-            let shown = self.shown(region, &candidate, judge, Care::First)?;
-            let error = judge.error(&shown, Care::First);
+            let shown = self.shown(region, &candidate, judge, Care::Through)?;
+            let error = judge.error(&shown, Care::Through);
             if error < tinted.0 {
                 tinted = (error, candidate.tint);
             }
