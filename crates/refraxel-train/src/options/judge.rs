@@ -13,11 +13,11 @@ section! {
         straight: Switch = Switch::On;
         /// Share of the training views that is kept aside until the decision, at least 2 and at most 12 views.
         views: f64 = 0.1, in 0.0..=0.5;
-        /// Most of a run that search and race may take.
+        /// Most of a run that search and race may take; a race whose end is open, because bent rays come nearer, may take three times as
+        /// long.
         cost: f64 = 0.15, in 0.0..=0.5;
         /// Most steps that a hypothesis learns in its race.
         race_steps: u64 = 300;
-        /// Where straight rays are ahead at the end and bent ones come nearer fast enough, the race goes on up to three times as long.
         /// Fewer steps say nothing: a short run races for so many, whatever they cost, and where water is seen from above for
         /// three times as many, within three tenths of the run. One of less than three times as many steps, and one whose
         /// clock they would take three tenths of, takes the least error of the search.
