@@ -51,6 +51,16 @@ fn rays_can_be_drawn_outside_or_mostly_inside_refractive_masks() {
 }
 
 #[test]
+fn rays_around_a_mask_reach_so_many_pixels_and_no_further() {
+    let s = sampler(Lens::Pinhole, MaskMeaning::Refractive, Some(vec![255, 0, 0, 0, 0, 0, 0, 0]));
+    let drawn = |reach| s.batch(1, 400, Selection::Around(reach)).rays;
+    let (pixel, near) = (|p: usize| pixel_ray(&s.views[0].camera, p).unwrap(), drawn(1));
+    assert!(near.iter().all(|r| [0, 1, 4, 5].map(pixel).contains(r)));
+    assert!([0, 1, 4, 5].map(pixel).iter().all(|r| near.contains(r)), "each of its neighbours");
+    assert!(drawn(0).iter().all(|r| *r == pixel(0)) && drawn(3).contains(&pixel(7)));
+}
+
+#[test]
 fn transparent_pixels_show_the_random_background() {
     let batch = sampler(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
     assert_eq!(batch.behind.len(), batch.rays.len());

@@ -121,7 +121,7 @@ fn from_masks(
 /// A region that less than this share of the rays inside masks meets is a crumb that the borders of rough masks have left.
 const SEEN: f64 = 0.003;
 
-/// The regions that rays inside masks meet. None of them tells anything of the others: not their index, nor whether they bend.
+/// The regions that rays inside masks meet: of others nothing can be learned, neither their index nor whether they bend rays.
 fn seen_by(rays: &[Ray<f32>], regions: Vec<Region>) -> Vec<Region> {
     let met = |region: &Region| rays.par_iter().filter(|ray| region.meets(ray)).count();
     let least = SEEN * rays.len() as f64;
@@ -151,4 +151,33 @@ fn ball_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
 fn block_distance(bounds: &Aabb<f32>, x: Vec3<f32>) -> f32 {
     let q = (x - bounds.center()).map(f32::abs) - bounds.extent() * 0.5;
     q.map(|v| v.max(0.0)).length() + q.max_element().min(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::vec3;
+
+    #[test]
+    fn a_crumb_that_no_ray_inside_masks_meets_is_no_region() {
+        let options = Options::default();
+        let body = |middle: Vec3<f32>, radius: f32| {
+            let bounds = Aabb::new(middle - Vec3::splat(0.5), middle + Vec3::splat(0.5));
+            let site =
+                Site { bounds, resolution: [21; 3], interpolation: options.index.interpolation.into() };
+            Region::body(site, |x| (x - middle).length() - radius, &options)
+        };
+        let (glass, crumb) = (Vec3::zero(), vec3(0.0, 0.0, -2.0));
+        let regions = || vec![body(glass, 0.3), body(crumb, 0.2)];
+        let towards = |to: Vec3<f32>| {
+            let from = vec3(4.0, 0.0, 0.0);
+            Ray { origin: from, direction: (to - from).normalized() }
+        };
+        let seen = vec![towards(glass); 1000];
+        assert_eq!(seen_by(&seen, regions()).len(), 1);
+        let some = [seen.clone(), vec![towards(crumb); 10]].concat();
+        assert_eq!(seen_by(&some, regions()).len(), 2);
+        let none = vec![towards(vec3(0.0, 3.0, 0.0)); 10];
+        assert_eq!(seen_by(&none, regions()).len(), 2, "nothing is known of any of them");
+    }
 }

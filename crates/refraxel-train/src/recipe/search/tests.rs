@@ -49,10 +49,17 @@ struct Setting {
     backend: CpuBackend,
     sampler: RaySampler,
     options: Options,
+    /// Of the balls that masks show.
+    radius: f32,
 }
 
 impl Setting {
     fn new(truth: Vec<IndexGrid<f32>>, middles: &[Vec3<f32>]) -> Self {
+        Self::masked(truth, middles, RADIUS)
+    }
+
+    /// With masks of balls of another radius.
+    fn masked(truth: Vec<IndexGrid<f32>>, middles: &[Vec3<f32>], radius: f32) -> Self {
         let mut options = Options::default();
         options.reflection.enabled = crate::options::Switch::Off;
         let mut backend = CpuBackend::new(surroundings());
@@ -72,7 +79,7 @@ impl Setting {
                 seen.iter().flat_map(|p| p.colour.map(|c| (255.0 * c).round().clamp(0.0, 255.0) as u8));
             let image = Image { width: SIZE, height: SIZE, channels: 3, pixels: Pixels::U8(codes.collect()) };
             let meets =
-                |r: &Ray<f32>| middles.iter().any(|m| (r.origin - *m).cross(r.direction).length() < RADIUS);
+                |r: &Ray<f32>| middles.iter().any(|m| (r.origin - *m).cross(r.direction).length() < radius);
             let coverage = rays.iter().map(|r| if meets(r) { 255 } else { 0 }).collect();
             let mask = Mask { width: SIZE, height: SIZE, coverage };
             let photo = Photo::new(image, Some(mask));
@@ -82,18 +89,23 @@ impl Setting {
         let photos = photographs.iter().map(|p| p.photo.clone()).collect();
         let split = Split { train: (0..14).collect(), ..Split::default() };
         let data = Dataset::in_memory(photographs, split, Backdrop::Color(WHITE)).unwrap();
-        Self { backend, sampler: RaySampler::new(data.views, photos, Backdrop::Color(WHITE), 0), options }
+        Self {
+            backend,
+            sampler: RaySampler::new(data.views, photos, Backdrop::Color(WHITE), 0),
+            options,
+            radius,
+        }
     }
 
     fn region(&self, middle: Vec3<f32>, is_shared: bool) -> Region {
         let interpolation = self.options.index.interpolation.into();
         let site = Site { bounds: cube(middle), resolution: [41; 3], interpolation };
-        Region { is_shared, ..Region::body(site, |x| (x - middle).length() - RADIUS, &self.options) }
+        Region { is_shared, ..Region::body(site, |x| (x - middle).length() - self.radius, &self.options) }
     }
 
     /// What the search finds, and which events it tells.
     fn found(&mut self, regions: &[Region]) -> Vec<Fits> {
-        let Self { backend, sampler, options } = self;
+        let Self { backend, sampler, options, .. } = self;
         let known = Known { sampler, options, near: 0.0, index: None, progress: Progress(0.0) };
         let (cancel, mut ignore) = (Cancel::new(), |_| {});
         fits(backend, regions, &known, &mut Watch::new(&cancel, &mut ignore)).unwrap()
@@ -119,6 +131,20 @@ fn the_index_of_a_solid_body_is_found() {
         assert_eq!(kind, Hypothesis::Solid, "{index}: {values:?} {part}");
         assert!((values[0] - index).abs() < 0.006 && values[1].abs() < 0.3, "{index}: {values:?}");
         assert!(part < 0.3, "{part}");
+    }
+}
+
+#[test]
+fn masks_that_are_too_small_or_too_large_hide_neither_size_nor_index() {
+    for by in [-0.06_f32, 0.06] {
+        let mut setting = Setting::masked(vec![glass(Vec3::zero(), 1.5)], &[Vec3::zero()], RADIUS + by);
+        let region = setting.region(Vec3::zero(), false);
+        let unit = region.unit;
+        let found = setting.found(&[region]).remove(0).fits.remove(0).candidate;
+        assert_eq!(found.proposal.kind, Hypothesis::Solid, "{by}: {:?}", found.values);
+        let radius = RADIUS + by + found.values[1] * unit;
+        assert!((found.values[0] - 1.5).abs() < 0.03, "{by}: {:?}", found.values);
+        assert!((radius - RADIUS).abs() < 0.3 * unit, "{by}: {:?}, voxels of {unit}", found.values);
     }
 }
 
