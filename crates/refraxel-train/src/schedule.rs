@@ -3,7 +3,7 @@
 use crate::backend::{AbsorptionObjective, IndexObjective, Marching, Objective, ReflectionObjective};
 use crate::model::MirrorSource;
 use crate::options::Options;
-use refraxel_core::Domain;
+use refraxel_core::{Domain, Extent};
 use serde::{Deserialize, Serialize};
 
 /// What a run is busy with.
@@ -66,6 +66,8 @@ pub struct Moment {
     pub bends_since: Option<f64>,
     /// Rays bend now, or will.
     pub bends: bool,
+    /// How far the field reaches.
+    pub extent: Extent,
 }
 
 impl Moment {
@@ -199,10 +201,15 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     }
 }
 
-/// Share of its rate at which the view-dependent part of colour learns. Straight rays do not need the delay.
+/// Share of its rate at which the view-dependent part of colour learns: delayed where rays bend, theory (4.8). In surroundings without
+/// bounds, of which few views see each place, the delay begins with the bending: before, it would end in fog.
 fn view_share(options: &Options, moment: Moment) -> f32 {
-    let (progress, warm_up) = (moment.progress.0.clamp(0.0, 1.0) as f32, options.field.view_warm_up);
-    if moment.bends && warm_up > 0.0 { (progress / warm_up).min(1.0) } else { 1.0 }
+    let warm_up = options.field.view_warm_up;
+    let over = match moment.extent {
+        Extent::Bounded => Some(moment.progress.0.clamp(0.0, 1.0) as f32).filter(|_| moment.bends),
+        Extent::Contracted => moment.bends_since.map(|_| moment.bent_share()),
+    };
+    over.filter(|_| warm_up > 0.0).map_or(1.0, |over| (over / warm_up).min(1.0))
 }
 
 /// Least fraction of rays inside masks in a batch. It falls while rays bend: at first shape and index must be found.
@@ -251,7 +258,7 @@ pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Extent, vec3};
+    use refraxel_core::{Aabb, vec3};
 
     #[test]
     fn stages_follow_each_other_and_the_last_has_the_final_resolution() {
@@ -279,7 +286,7 @@ mod tests {
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {
-        Moment { progress: Progress(progress), bends_since, bends: true }
+        Moment { progress: Progress(progress), bends_since, bends: true, extent: Extent::Bounded }
     }
 
     #[test]
@@ -307,6 +314,11 @@ mod tests {
         };
         assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
         assert_eq!(view_share(&c, straight(0.0)), 1.0, "straight");
+        let unbounded = |p, since| view_share(&c, Moment { extent: Extent::Contracted, ..at(p, since) });
+        assert_eq!(
+            [unbounded(0.1, None), unbounded(0.2, Some(0.2)), unbounded(0.6, Some(0.2))],
+            [1.0, 0.0, 0.5]
+        );
     }
 
     #[test]

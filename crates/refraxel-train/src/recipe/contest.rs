@@ -168,7 +168,9 @@ impl<'a, 'w, B: Backend> Trained<'a, 'w, B> {
         let is_alone = (step as f64) < ALONE * self.length as f64;
         let before = self.known.options.refraction.index_alone_share + f64::EPSILON;
         let since = if is_alone { progress.0 } else { progress.0 - before };
-        Moment { progress, bends_since: (entry != STRAIGHT).then_some(since), bends: entry != STRAIGHT }
+        let bends = entry != STRAIGHT;
+        let extent = self.backend.domain().extent;
+        Moment { progress, bends_since: bends.then_some(since), bends, extent }
     }
 }
 

@@ -226,7 +226,8 @@ impl<B: Backend> Trainer<B> {
         if self.is_about_to_bend(progress) {
             self.begin_bending(progress, watch)?;
         }
-        let moment = Moment { progress, bends_since: self.state.bends_since, bends: self.bends() };
+        let (bends_since, bends) = (self.state.bends_since, self.bends());
+        let moment = Moment { progress, bends_since, bends, extent: self.plan.finest.extent };
         self.enter(moment.phase(&self.options), watch);
         self.add_clearcoat_if_due(progress, watch)?;
         self.bake_if_due(watch)?;
