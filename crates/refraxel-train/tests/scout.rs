@@ -34,8 +34,7 @@ fn scene(name: &str) -> Scene {
     let photos = masked.load_photos(&all, |_| {}).unwrap();
     let mut unmasked = masked.clone();
     for (k, photo) in photos.into_iter().enumerate() {
-        unmasked.views[k].source =
-            PhotoSource::Memory(refraxel_data::Photo { mask: None, ..photo.clone() });
+        unmasked.views[k].source = PhotoSource::Memory(refraxel_data::Photo { mask: None, ..photo.clone() });
         masked.views[k].source = PhotoSource::Memory(photo);
     }
     Scene { unmasked, masked }
@@ -160,7 +159,10 @@ fn a_run_that_is_stopped_while_it_looks_or_later_goes_on_bit_by_bit() {
         session = Session::resume(setup, stored, CpuBackend::resumed, &mut |_| {}).unwrap();
     }
     let events = run(&mut session, Until::finished());
-    assert!(!events.iter().any(|e| matches!(e, Event::Progress { task: Task::Seeking, .. })), "once is enough");
+    assert!(
+        !events.iter().any(|e| matches!(e, Event::Progress { task: Task::Seeking, .. })),
+        "once is enough"
+    );
     assert!(bytes(&session) == bytes(&whole));
 }
 

@@ -30,8 +30,8 @@ mod silhouettes;
 
 pub use completing::LEAST as LEAST_MASKS;
 pub(crate) use completing::hulls;
-pub use known::{known_field, known_refraction};
 pub(crate) use ground::Ground;
+pub use known::{known_field, known_refraction};
 pub(crate) use parts::{NONE, connected, neighbours};
 pub(crate) use silhouettes::OCCLUDER_RAYS;
 

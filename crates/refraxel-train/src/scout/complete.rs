@@ -17,28 +17,39 @@ const DIRECTIONS: usize = 256;
 /// Share of the nodes of a part that lie beyond no bound: a tip of few nodes widens no hull.
 const WITHIN: f32 = 0.998;
 /// The mean residual of cells that are added must be larger by this factor than that of those beside them.
-const CONTRAST: f64 = 1.7;
+const CONTRAST: f64 = 1.25;
 /// Cells beside what is added with which it is compared [cell]: from here to there.
 const BESIDE: [usize; 2] = [2, 5];
 /// Cells so near to what was there before do not decide: the blur of residuals reaches them [cell].
 const BLURRED: usize = 2;
-/// Fewer cells than this part of what was there before decide nothing, and the hull is taken: it is only smoother.
-const FEW: f64 = 0.02;
 /// A part stands on the ground that is so near below it [height of the part].
 const NEAR: f32 = 0.75;
+/// Only what does not narrow towards its bottom goes on below it: the slices in the lowest part of its height have at least this
+/// part of the largest, as the hull of a box without some of its bottom has. The lowest fifth of a ball has a third.
+const LOWEST: f32 = 0.2;
+const UPRIGHT: f32 = 0.55;
+/// Slices of a part.
+const SLICES: usize = 20;
 
 /// The shape with what completes it.
 pub(super) fn completed(found: &Gate, ground: Option<&Plane>, views: &[Evidence]) -> Gate {
     let mut gate = found.clone();
     for part in parts(found) {
         let hull = Hull::of(&part);
-        gate = larger(gate, &hull, views, FEW);
-        let shadow = ground.and_then(|plane| Some(Hull::of(&with_shadow(&part, plane)?)));
+        gate = larger(gate, &hull, views);
+        let filled: Vec<Vec3<f32>> = nodes(&gate).filter(|x| hull.depth(*x) > 0.0).collect();
+        let shadow = ground.and_then(|plane| Some(Hull::of(&with_shadow(&filled, plane)?)));
         if let Some(hull) = shadow {
-            gate = larger(gate, &hull, views, 0.0);
+            gate = larger(gate, &hull, views);
         }
     }
     gate
+}
+
+/// The places of all nodes.
+fn nodes(gate: &Gate) -> impl Iterator<Item = Vec3<f32>> {
+    let domain = *gate.domain();
+    (0..gate.values().len()).map(move |node| domain.position(domain.coordinates(node)))
 }
 
 /// The places of the nodes of each connected part.
@@ -56,9 +67,21 @@ fn parts(gate: &Gate) -> Vec<Vec<Vec3<f32>>> {
 fn with_shadow(part: &[Vec3<f32>], ground: &Plane) -> Option<Vec<Vec3<f32>>> {
     let heights = || part.iter().map(|x| ground.height(*x));
     let (low, high) = (heights().fold(f32::INFINITY, f32::min), heights().fold(f32::NEG_INFINITY, f32::max));
-    let stands = low > 0.0 && low <= NEAR * (high - low);
+    let stands = low > 0.0 && low <= NEAR * (high - low) && is_upright(heights(), low, high);
     let shadow = part.iter().map(|x| *x - ground.normal() * ground.height(*x));
     stands.then(|| part.iter().copied().chain(shadow).collect())
+}
+
+/// Whether the slices at the bottom are nearly as large as any.
+fn is_upright(heights: impl Iterator<Item = f32>, low: f32, high: f32) -> bool {
+    let mut slices = [0.0_f32; SLICES];
+    for height in heights {
+        let place = (height - low) / (high - low).max(f32::MIN_POSITIVE);
+        slices[((place * SLICES as f32) as usize).min(SLICES - 1)] += 1.0;
+    }
+    let lowest = (LOWEST * SLICES as f32) as usize;
+    let bottom = slices[..lowest].iter().sum::<f32>() / lowest as f32;
+    bottom >= UPRIGHT * slices.iter().copied().fold(0.0, f32::max)
 }
 
 /// A convex hull, as bounds in many directions.
@@ -90,7 +113,7 @@ fn direction(k: usize) -> Vec3<f32> {
 }
 
 /// A shape and a hull, if the views say that there is something in what it adds.
-fn larger(gate: Gate, hull: &Hull, views: &[Evidence], few: f64) -> Gate {
+fn larger(gate: Gate, hull: &Hull, views: &[Evidence]) -> Gate {
     let domain = *gate.domain();
     let share = |(node, value): (usize, &u8)| {
         let depth = hull.depth(domain.position(domain.coordinates(node)));
@@ -99,15 +122,16 @@ fn larger(gate: Gate, hull: &Hull, views: &[Evidence], few: f64) -> Gate {
     let values: Vec<f32> = gate.values().par_iter().enumerate().map(share).collect();
     let with = Gate::new(domain, &values);
     let sums = views.par_iter().map(|view| contrast(view, &gate, &with));
-    let [before, added, beside] = sums.reduce(|| [[0.0; 2]; 3], |a, b| [0, 1, 2].map(|k| [0, 1].map(|i| a[k][i] + b[k][i])));
-    let is_little = added[0] <= few * before[0];
+    let sums: Vec<[[f64; 2]; 2]> = sums.collect(); // in order: the bits of a sum depend on it
+    let add = |a: [[f64; 2]; 2], b: &[[f64; 2]; 2]| [0, 1].map(|k| [0, 1].map(|i| a[k][i] + b[k][i]));
+    let [added, beside] = sums.iter().fold([[0.0; 2]; 2], add);
     let mean = |[count, sum]: [f64; 2]| sum / count.max(1.0);
     let stands_out = added[0] > 0.0 && beside[0] > 0.0 && mean(added) > CONTRAST * mean(beside);
-    if is_little || stands_out { with } else { gate }
+    if stands_out { with } else { gate }
 }
 
-/// Number and sum of the residuals of the cells of a view that a shape covers, that a larger one adds, and beside what it adds.
-fn contrast(view: &Evidence, before: &Gate, with: &Gate) -> [[f64; 2]; 3] {
+/// Number and sum of the residuals of the cells of a view that a larger shape adds, and of those beside what it adds.
+fn contrast(view: &Evidence, before: &Gate, with: &Gate) -> [[f64; 2]; 2] {
     let size = [view.camera.width as usize, view.camera.height as usize];
     let covers = |gate: &Gate| -> Vec<bool> {
         view.rays.iter().map(|ray| ray.is_some_and(|ray| gate.admits(&ray))).collect()
@@ -116,9 +140,9 @@ fn contrast(view: &Evidence, before: &Gate, with: &Gate) -> [[f64; 2]; 3] {
     let (blurred, near) = (grown(&small, size, BLURRED), grown(&large, size, BESIDE[0]));
     let added: Vec<bool> = large.iter().zip(&blurred).map(|(l, b)| *l && !b).collect();
     let around = grown(&added, size, BESIDE[1]);
-    let mut sums = [[0.0; 2]; 3];
+    let mut sums = [[0.0; 2]; 2];
     for cell in (0..small.len()).filter(|cell| view.counts(*cell) && view.shows_something(*cell)) {
-        let which = [small[cell], added[cell], around[cell] && !near[cell]];
+        let which = [added[cell], around[cell] && !near[cell]];
         for (sum, _) in sums.iter_mut().zip(which).filter(|(_, is)| *is) {
             sum[0] += 1.0;
             sum[1] += f64::from(view.residual[cell]);
@@ -160,7 +184,15 @@ mod tests {
     fn a_block_whose_bottom_and_middle_are_nearly_explained_is_completed() {
         let seen = |x: Vec3<f32>| is_block(x) && x.z > -0.2 && !(x.x.abs() < 0.2 && x.y < 0.0);
         let (found, truth) = (gate(seen), gate(is_block));
-        let views = views_of(|ray| if found.admits(ray) { 0.2 } else if truth.admits(ray) { 0.04 } else { 0.02 });
+        let views = views_of(|ray| {
+            if found.admits(ray) {
+                0.2
+            } else if truth.admits(ray) {
+                0.04
+            } else {
+                0.02
+            }
+        });
         let ground = Plane::facing(vec3(0.0, 0.0, 1.0), -0.5);
         let with = completed(&found, Some(&ground), &views);
         let [before, after] = [&found, &with].map(|gate| overlap_of(gate, is_block));

@@ -9,7 +9,7 @@ use super::complete::completed;
 use super::evidence::{Evidence, outlines};
 use super::hull::{Carved, bodies};
 use super::refine::{Refining, Votes};
-use super::separation::{Measure, Separation, separation};
+use super::separation::{Separation, separation};
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
@@ -69,6 +69,8 @@ pub(super) struct Looking<'a> {
     pub needed: f64,
     /// What somebody knows.
     pub hints: &'a Hints,
+    /// No look follows.
+    pub is_last: bool,
     /// What earlier looks found.
     pub before: Option<&'a Gate>,
 }
@@ -88,12 +90,11 @@ pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Res
     let clean = how.before.is_some();
     let votes = Votes::new(&first, evidence, Refining { nodes, clean, ground }, how.hints, cancel);
     let all: Vec<&Evidence> = evidence.iter().collect();
-    let measure = if clean { Measure::Log } else { Measure::Plain };
     let mut tried: Vec<(Separation, Gate)> = Vec::new();
     for bound in BOUNDS {
         cancel.check()?;
         let gate = votes.shape(bound, how.hints);
-        tried.push((separation(&all, &gate, measure), gate));
+        tried.push((separation(&all, &gate), gate));
     }
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
     let enough = NEARLY[usize::from(clean)] * most;
@@ -103,8 +104,8 @@ pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Res
     if separation == 0.0 || separation < needed {
         return Ok(Seen { separation, sought: None });
     }
-    // Before things are cleared, haze in their place is explained all too well.
-    let gate = if clean { completed(&gate, ground.as_ref(), evidence) } else { gate };
+    // Not before the last look: what is cleared must be what was not explained.
+    let gate = if how.is_last { completed(&gate, ground.as_ref(), evidence) } else { gate };
     Ok(Seen { separation, sought: Some(Sought { gate, ground }) })
 }
 
@@ -133,7 +134,7 @@ fn best_hull(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Result<Op
         for vote in VOTES {
             cancel.check()?;
             if let Some(found) = bodies(&outlines, &how.bounds, vote, NODES, how.hints) {
-                tried.push((separation(&few, &found.gate, Measure::Plain), found));
+                tried.push((separation(&few, &found.gate), found));
             }
         }
     }

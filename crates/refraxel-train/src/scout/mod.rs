@@ -116,14 +116,19 @@ impl Scout<'_> {
             if (step as f64) < LEAST * until as f64 {
                 break;
             }
-            let seen = self.seen(&mut fit, &course, found.as_ref().map(|(sought, _)| sought), watch)?;
+            let before = found.as_ref().map(|(sought, _)| &sought.gate);
+            let seen = self.seen(&mut fit, &course, (number == looks, before), watch)?;
             let separation = seen.separation;
             let Some(sought) = seen.sought else {
                 let needed = self.options.seek.separation;
                 watch.tell(Event::NothingSought { look: number, separation, needed });
                 return Ok(Some(Found { gate: None, separation }));
             };
-            watch.tell(Event::Sought { look: number, separation, pixels: covered(&photographs, &sought.gate) });
+            watch.tell(Event::Sought {
+                look: number,
+                separation,
+                pixels: covered(&photographs, &sought.gate),
+            });
             fit.clear(&course, &sought.gate, sought.ground.as_ref());
             found = Some((sought, separation));
         }
@@ -135,7 +140,7 @@ impl Scout<'_> {
         &self,
         fit: &mut Fit,
         course: &Course,
-        before: Option<&Sought>,
+        (is_last, before): (bool, Option<&Gate>),
         watch: &mut Watch,
     ) -> Result<Seen, Cancelled> {
         fit.settle(course);
@@ -152,7 +157,8 @@ impl Scout<'_> {
             cell_at: &cell_at,
             needed: self.options.seek.separation,
             hints: self.hints,
-            before: before.map(|s| &s.gate),
+            is_last,
+            before,
         };
         look(&evidence, &how, watch.cancel())
     }

@@ -8,7 +8,7 @@
 use super::Hints;
 use super::evidence::Evidence;
 use super::hull::{Carved, keep_parts};
-use super::separation::{Measure, moments};
+use super::separation::moments;
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancel;
 use crate::model::Gate;
@@ -110,7 +110,7 @@ impl Votes {
 /// τ.
 fn threshold(first: &Gate, views: &[Evidence]) -> f32 {
     let mean = |[count, sum, _]: [f64; 3]| (sum / count.max(1.0)).max(1e-4);
-    let [beside, within] = moments(&views.iter().collect::<Vec<_>>(), first, Measure::Plain).map(mean);
+    let [beside, within] = moments(&views.iter().collect::<Vec<_>>(), first).map(mean);
     (KAPPA * (beside * within).sqrt()) as f32
 }
 

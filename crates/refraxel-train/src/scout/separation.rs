@@ -14,36 +14,15 @@ pub(super) struct Separation {
     pub covered: f64,
 }
 
-/// How residuals are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Measure {
-    /// As they are: where haze explains glass in part, large residuals alone say something.
-    Plain,
-    /// Their logarithm: before a scene without the thing every part of it counts, and not the brightest alone.
-    Log,
-}
-
-/// Residuals far below this differ in nothing that matters: noise, and 8 bits.
-const NOISE: f64 = 0.01;
-
-impl Measure {
-    fn of(self, residual: f64) -> f64 {
-        match self {
-            Self::Plain => residual,
-            Self::Log => (residual + NOISE).ln(),
-        }
-    }
-}
-
 /// Number, sum and sum of squares of the residuals of cells beside what a gate covers, and of cells that it covers: of those that
 /// show something, for what is empty is explained by anything.
-pub(super) fn moments(views: &[&Evidence], gate: &Gate, measure: Measure) -> [[f64; 3]; 2] {
+pub(super) fn moments(views: &[&Evidence], gate: &Gate) -> [[f64; 3]; 2] {
     let of = |view: &&Evidence| {
         let mut sums = [[0.0_f64; 3]; 2];
         for (cell, residual) in view.residual.iter().enumerate().filter(|(cell, _)| view.counts(*cell)) {
             let covered = view.rays[cell].is_some_and(|ray| gate.admits(&ray));
             if covered || view.shows_something(cell) {
-                let r = measure.of(f64::from(*residual));
+                let r = f64::from(*residual);
                 (0..3).for_each(|k| sums[usize::from(covered)][k] += r.powi(k as i32));
             }
         }
@@ -56,8 +35,8 @@ pub(super) fn moments(views: &[&Evidence], gate: &Gate, measure: Measure) -> [[f
 }
 
 /// The separation by a gate.
-pub(super) fn separation(views: &[&Evidence], gate: &Gate, measure: Measure) -> Separation {
-    let [out, inside] = moments(views, gate, measure);
+pub(super) fn separation(views: &[&Evidence], gate: &Gate) -> Separation {
+    let [out, inside] = moments(views, gate);
     let all: [f64; 3] = [0, 1, 2].map(|k| out[k] + inside[k]);
     if out[0] == 0.0 || inside[0] == 0.0 {
         return Separation::default();

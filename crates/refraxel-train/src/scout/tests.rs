@@ -4,7 +4,7 @@ use super::Hints;
 use super::evidence::Evidence;
 use super::hull::Carved;
 use super::refine::{Refining, Votes};
-use super::separation::{Measure, separation};
+use super::separation::separation;
 use crate::cancel::Cancel;
 use crate::model::Gate;
 use crate::model::polyhedron::Plane;
@@ -97,7 +97,7 @@ fn nothing_is_taken_for_refractive_below_the_ground() {
 #[test]
 fn the_true_shape_separates_best_and_residuals_that_are_nowhere_in_particular_do_not() {
     let views = views(0.33);
-    let share = |views: &[Evidence], gate: &Gate| separation(&views.iter().collect::<Vec<_>>(), gate, Measure::Plain).share;
+    let share = |views: &[Evidence], gate: &Gate| separation(&views.iter().collect::<Vec<_>>(), gate).share;
     let [small, right, large] = [0.3, RADIUS, 0.8].map(|r| share(&views, &ball(Vec3::zero(), r)));
     assert!(right > small + 0.05 && right > large + 0.05 && right > 0.2, "{small} {right} {large}");
     let random = Random::new(5);
