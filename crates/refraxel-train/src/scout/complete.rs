@@ -24,12 +24,11 @@ const BESIDE: [usize; 2] = [2, 5];
 const BLURRED: usize = 2;
 /// A part stands on the ground that is so near below it [height of the part].
 const NEAR: f32 = 0.75;
-/// Only what does not narrow towards its bottom goes on below it: the slices in the lowest part of its height have at least this
-/// part of the largest, as the hull of a box without some of its bottom has. The lowest fifth of a ball has a third.
-const LOWEST: f32 = 0.2;
-const UPRIGHT: f32 = 0.55;
-/// Slices of a part.
-const SLICES: usize = 20;
+/// Only what does not narrow towards its bottom goes on below it: its lowest slice has at least this part of the largest one, as that
+/// of a box without some of its bottom has. The lowest fifth of a ball has a third.
+const UPRIGHT: f32 = 0.5;
+/// Slices of a part; each holds some layers of nodes.
+const SLICES: usize = 5;
 
 /// The shape with what completes it.
 pub(super) fn completed(found: &Gate, ground: Option<&Plane>, views: &[Evidence]) -> Gate {
@@ -72,16 +71,14 @@ fn with_shadow(part: &[Vec3<f32>], ground: &Plane) -> Option<Vec<Vec3<f32>>> {
     stands.then(|| part.iter().copied().chain(shadow).collect())
 }
 
-/// Whether the slices at the bottom are nearly as large as any.
+/// Whether the slice at the bottom is nearly as large as any.
 fn is_upright(heights: impl Iterator<Item = f32>, low: f32, high: f32) -> bool {
     let mut slices = [0.0_f32; SLICES];
     for height in heights {
         let place = (height - low) / (high - low).max(f32::MIN_POSITIVE);
         slices[((place * SLICES as f32) as usize).min(SLICES - 1)] += 1.0;
     }
-    let lowest = (LOWEST * SLICES as f32) as usize;
-    let bottom = slices[..lowest].iter().sum::<f32>() / lowest as f32;
-    bottom >= UPRIGHT * slices.iter().copied().fold(0.0, f32::max)
+    slices[0] >= UPRIGHT * slices.iter().copied().fold(0.0, f32::max)
 }
 
 /// A convex hull, as bounds in many directions.
