@@ -8,7 +8,7 @@ use refraxel_train::run::Run;
 use refraxel_train::scout::{self, Hints};
 use refraxel_train::session::{Session, Setup, Stop, Until};
 use refraxel_train::verdict::StayReason;
-use refraxel_train::{CpuBackend, Options};
+use refraxel_train::{Backend, CpuBackend, Options};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
