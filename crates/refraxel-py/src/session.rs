@@ -16,7 +16,6 @@ use refraxel_data::Backdrop;
 use refraxel_train::cancel::Cancel;
 use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
-use refraxel_train::recipe::{Hints, has_masks};
 use refraxel_train::run::Source;
 use refraxel_train::session::{Handle, Session as Inner, Setup, Stop, Until};
 use refraxel_train::{CpuBackend, Options};
@@ -106,16 +105,15 @@ fn setup(
     saved: Option<&refraxel_train::run::Run>,
 ) -> PyResult<Setup> {
     let index = py.detach(|| known_index::read(&source, &data.data, saved, &options)).map_err(raised)?;
-    let hints = Hints::default();
-    Ok(Setup { data: data.data.clone(), options, index, hints, source, cancel: Cancel::new() })
+    Ok(Setup { data: data.data.clone(), options, index, source, cancel: Cancel::new() })
 }
 
 #[pymethods]
 impl Session {
     /// Starts a run: decodes the photographs and plans the model.
     ///
-    /// Where views have masks of what is refractive, or with index_from, rays bend if that explains the views better; the option
-    /// refraction.bend says otherwise.
+    /// Where views have masks of what is refractive, where run() finds something that straight rays do not explain, or with
+    /// index_from, rays bend if that explains the views better; the option refraction.bend says otherwise.
     ///
     /// options: values by name, see refraxel.options(). index_from: a file with a known index (scene.json, .npz, .ply, .obj).
     /// on_event: called with every event, a dictionary.
@@ -133,9 +131,8 @@ impl Session {
             known_index::suit(&mut all, file);
             known_index::held(&mut all);
         }
-        // As the program does where nobody says: rays bend where something tells what is refractive.
-        all.refraction.bend =
-            if index_from.is_some() || has_masks(&data.data) { Switch::On } else { Switch::Off };
+        // As the program does where nobody says: rays bend where something tells, or the scout finds, what is refractive.
+        all.refraction.bend = Switch::On;
         set_options(&mut all, options)?;
         if index_from.is_some() {
             known_index::refuse_unused(&all).map_err(raised)?;

@@ -26,6 +26,7 @@ pub mod rays;
 pub mod recipe;
 pub mod run;
 pub mod schedule;
+pub mod scout;
 pub mod session;
 pub mod trainer;
 pub mod verdict;

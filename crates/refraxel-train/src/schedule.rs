@@ -88,17 +88,12 @@ impl Moment {
 }
 
 /// Straight rays have at most this share of a run.
-pub(crate) const MOST_STRAIGHT: f64 = 0.25;
+const MOST_STRAIGHT: f64 = 0.25;
 
 /// Whether straight rays have learned enough for rays to bend. A number of steps, not a share of the run: what is learned
 /// beyond it gets in the way of bent rays.
 pub fn is_time_to_bend(options: &Options, step: u64, progress: Progress) -> bool {
     step >= options.refraction.straight_steps || progress.0 >= MOST_STRAIGHT
-}
-
-/// Whether straight rays have learned enough to see what they cannot explain.
-pub fn is_time_to_look(options: &Options, step: u64, progress: Progress) -> bool {
-    step >= options.refraction.straight_steps || progress.0 >= 0.5 * MOST_STRAIGHT
 }
 
 /// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.

@@ -144,6 +144,11 @@ pub enum StayReason {
          mark it by masks, or say where it is with --refraction-box"
     )]
     Unnoticed,
+    /// No masks, and a run whose scout would take too large a part of it.
+    #[error(
+        "no masks show what is refractive, and the run is too short to find out; give it more time or steps, or masks"
+    )]
+    TooShortToLook,
     /// All photographs are taken from one place.
     #[error(
         "all photographs are taken from one point, where no shape can be told from its outlines; take some from elsewhere, or \

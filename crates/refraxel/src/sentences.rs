@@ -42,11 +42,13 @@ pub fn sentence(event: &Event) -> Option<String> {
                 "agree nowhere".to_owned()
             }
         ),
-        Event::NothingSought { look, separation, needed } => {
-            format!(
-                "no masks, look {look}: straight rays explain all (separation {separation:.3}, needed {needed})"
-            )
-        }
+        Event::NothingSought { look: 1, separation, needed } => format!(
+            "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
+        ),
+        Event::NothingSought { separation, needed, .. } => format!(
+            "no masks: what straight rays did not explain at first, they do before a scene without it (separation \
+             {separation:.3}, needed {needed})"
+        ),
         Event::Sought { look, separation, pixels } => format!(
             "no masks, look {look}: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels

@@ -432,8 +432,9 @@ fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption(
 fn a_look_that_finds_nothing_says_how_near_it_came() {
     let data = photographs(12, |_| {});
     let run = data.path().join("run");
-    let seeking = ["--set", "seek.enabled=on", "--set", "seek.separation=1"]; // which nothing has
-    train(data.path(), &run, &seeking).done();
+    let share = ["--set", "seek.rays=1000", "--set", "seek.cost=0.5"]; // of so short a run
+    let seeking = ["--set", "seek.separation=1"]; // which nothing has
+    train(data.path(), &run, &[&share[..], &seeking[..]].concat()).done();
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
     let events = log.lines().flat_map(|line| {
         let record: Value = serde_json::from_str(line).unwrap();

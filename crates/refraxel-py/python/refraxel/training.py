@@ -30,8 +30,9 @@ def train(
 
     ``out``: a folder in which the run is saved every ``save_every`` seconds and at the end; ``refraxel render`` and the other
     verbs of the program read it. ``options``: any of ``refraxel.options()``, such as ``{"run.minutes": 4}``. Where views
-    have masks of what is refractive, rays bend if that explains the views better, unless ``{"refraction.bend": "off"}``. ``index_from``: a file with a known index of refraction. ``on_event`` is called in this
-    thread with every event.
+    have masks of what is refractive, or something is found that straight rays do not explain, rays bend if that explains the views
+    better, unless ``{"refraction.bend": "off"}``. ``index_from``: a file with a known index of refraction. ``on_event`` is called
+    in this thread with every event.
 
     KeyboardInterrupt ends training after saving what was learned, if there is a folder.
 

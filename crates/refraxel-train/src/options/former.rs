@@ -88,8 +88,13 @@ pub(super) const FORMER: [Former; 56] = [
 const SOFT_EDGE: &str =
     "surfaces begin sharp, without a soft edge; leave it out, and train a run that had one again";
 
-pub(super) const REMOVED: [Removed; 7] = [
+pub(super) const REMOVED: [Removed; 8] = [
     Removed { name: "index_from", idle: None, advice: "name the file with --index-from" },
+    Removed {
+        name: "seek.pause",
+        idle: None,
+        advice: "glass is sought before the run, in a time of its own; leave it out, and use `seek.rays` and `seek.cost`",
+    },
     removed("surface_width", "0", SOFT_EDGE),
     removed("surface_width_share", "0.3", SOFT_EDGE),
     removed(

@@ -77,3 +77,28 @@ fn a_batch_is_a_function_of_seed_and_step() {
     assert_eq!(s.batch(4, 50, Selection::All).rays, s.batch(4, 50, Selection::All).rays);
     assert_ne!(s.batch(4, 50, Selection::All).offset, s.batch(5, 50, Selection::All).offset);
 }
+
+#[test]
+fn cells_of_a_picture_hold_means_of_the_pixels_that_may_be_used() {
+    // Pixel p is (32 p, 32 p + 8, 32 p + 16) of alpha 32 p + 24; columns 2 and 3 must not be used.
+    let mask = vec![255, 255, 0, 0, 255, 255, 0, 0];
+    let s = sampler(Lens::Pinhole, MaskMeaning::Keep, Some(mask));
+    let cells = s.pictures().next().unwrap().reduced([2, 1]);
+    let expected = [0_u8, 1, 4, 5].map(|p| {
+        let alpha = f32::from(32 * p + 24) / 255.0;
+        [f32::from(32 * p) / 255.0 * alpha, alpha]
+    });
+    let mean = |k: usize| expected.iter().map(|e| e[k]).sum::<f32>() / 4.0;
+    let found = cells[0].unwrap();
+    assert!((found[0] - mean(0)).abs() < 1e-6 && (found[3] - mean(1)).abs() < 1e-6, "{found:?}");
+    assert_eq!(cells[1], None);
+}
+
+#[test]
+fn few_pixels_of_a_large_cell_are_looked_at_and_they_are_spread_evenly() {
+    use super::picture::sampled;
+    assert_eq!(sampled(1, 2, 6), [3, 4, 5]);
+    assert_eq!(sampled(1, 2, 64), [36, 44, 52, 60]);
+    let all: Vec<usize> = (0..7).flat_map(|cell| sampled(cell, 7, 20)).collect();
+    assert_eq!(all, (0..20).collect::<Vec<_>>());
+}

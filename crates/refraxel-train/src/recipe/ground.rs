@@ -27,7 +27,7 @@ const ABOVE: f64 = 0.1;
 const POINTS: usize = 4000;
 
 /// The opaque surfaces that straight rays have learned.
-pub(super) struct Ground {
+pub(crate) struct Ground {
     points: Vec<Vec3<f32>>,
     /// Mean of the cameras.
     eye: Vec3<f32>,
@@ -50,8 +50,13 @@ impl Ground {
         Self { points, eye, voxel }
     }
 
+    /// Opaque surfaces at these points, seen from cameras about `eye`; they err by a voxel.
+    pub(crate) fn of(points: Vec<Vec3<f32>>, eye: Vec3<f32>, voxel: f32) -> Self {
+        Self { points, eye, voxel }
+    }
+
     /// What a body stands on.
-    pub(super) fn under(&self, surface: &LevelSet<f32>) -> Option<Plane> {
+    pub(crate) fn under(&self, surface: &LevelSet<f32>) -> Option<Plane> {
         let nodes = surface.coefficients();
         let positions = (0..nodes.len()).filter(|&j| nodes[j] < 0.0).map(|j| surface.position(j));
         let inside: Vec<Vec3<f32>> = positions.collect();

@@ -25,15 +25,14 @@ mod parts;
 mod race;
 mod region;
 mod search;
-mod seek;
 mod shapes;
 mod silhouettes;
 
 pub use completing::LEAST as LEAST_MASKS;
 pub(crate) use completing::hulls;
+pub(crate) use ground::Ground;
 pub use known::{known_field, known_refraction};
-pub use seek::{Hints, mask};
-pub(crate) use seek::{masks, seek};
+pub(crate) use parts::{NONE, connected, neighbours};
 pub(crate) use silhouettes::OCCLUDER_RAYS;
 
 use crate::backend::{Backend, Caches};
@@ -58,8 +57,8 @@ use std::time::Instant;
 pub enum RecipeError {
     /// Neither masks nor a box.
     #[error(
-        "nothing says what is refractive: the dataset has no masks of refractive things; give masks, or a box with \
-         --refraction-box x0,y0,z0,x1,y1,z1, or train with --refraction off"
+        "nothing says what is refractive: the dataset has no masks of refractive things; give masks (`refraxel mask` makes some), or \
+         a box with --refraction-box x0,y0,z0,x1,y1,z1, or leave --refraction out, so that it is sought"
     )]
     Nowhere,
     /// The shape is to come from a file, and there is none.

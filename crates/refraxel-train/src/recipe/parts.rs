@@ -8,7 +8,7 @@ const SPECK: f32 = 0.02;
 const LEAST: usize = 27;
 
 /// No part.
-pub(super) const NONE: u32 = u32::MAX;
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// One level set per connected part of a body (nodes inside that touch along an axis), the largest first, all on the grid of
 /// the whole. Specks, and parts of which less than half lies in the box where something was found, are none. A body of one
@@ -35,7 +35,7 @@ pub(super) fn parts(whole: &LevelSet<f32>, found: &Aabb<f32>) -> Vec<LevelSet<f3
 
 /// Per node of a grid the number of the part that it belongs to, [`NONE`] for nodes that are not inside, and per part how many
 /// nodes it has. Nodes inside that touch along an axis are one part.
-pub(super) fn connected(n: [usize; 3], inside: impl Fn(usize) -> bool) -> (Vec<u32>, Vec<usize>) {
+pub(crate) fn connected(n: [usize; 3], inside: impl Fn(usize) -> bool) -> (Vec<u32>, Vec<usize>) {
     let total = n.iter().product();
     let (mut labels, mut sizes) = (vec![NONE; total], Vec::new());
     for seed in 0..total {
@@ -76,7 +76,7 @@ fn grow(n: [usize; 3], labels: &mut [u32]) {
 }
 
 /// The nodes beside a node along the axes, of a grid of so many.
-pub(super) fn neighbours(node: usize, n: [usize; 3]) -> impl Iterator<Item = usize> {
+pub(crate) fn neighbours(node: usize, n: [usize; 3]) -> impl Iterator<Item = usize> {
     let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
     let stride = [1, n[0], n[0] * n[1]];
     (0..3).flat_map(move |a| {

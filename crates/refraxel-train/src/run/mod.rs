@@ -50,9 +50,9 @@ pub struct State {
     /// Share of the schedule after which rays bent, once they do: it is held while that is decided.
     #[serde(default)]
     pub bends_since: Option<f64>,
-    /// Looks for refractive things without masks.
-    #[serde(default)]
-    pub looks: Looks,
+    /// Refractive things were sought that no mask shows.
+    #[serde(default, alias = "looks", deserialize_with = "was_scouted")]
+    pub scouted: bool,
     /// Rays were to bend, but nothing refractive was found: they stay straight.
     #[serde(default)]
     pub stays_straight: bool,
@@ -73,21 +73,18 @@ pub struct State {
     pub rollbacks: u32,
 }
 
-/// Looks at the photographs for refractive things that no mask shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Looks {
-    /// How many there were that found something.
-    pub count: u32,
-    /// The step before the last of them.
-    pub step: u64,
-}
-
-impl Looks {
-    /// The step before the last one.
-    pub fn last(&self) -> Option<u64> {
-        (self.count > 0).then_some(self.step)
+/// Former runs noted how often they had looked.
+fn was_scouted<'de, D: serde::Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Stored {
+        Now(bool),
+        Formerly { count: u32 },
     }
+    Ok(match Stored::deserialize(from)? {
+        Stored::Now(scouted) => scouted,
+        Stored::Formerly { count } => count > 0,
+    })
 }
 
 impl Default for State {
@@ -98,7 +95,7 @@ impl Default for State {
             phase: Phase::Straight,
             held: None,
             bends_since: None,
-            looks: Looks::default(),
+            scouted: false,
             stays_straight: false,
             verdict: None,
             seconds: 0.0,

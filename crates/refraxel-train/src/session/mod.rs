@@ -29,9 +29,11 @@ use crate::events::{Event, Task, Watch};
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
 use crate::plan::Plan;
-use crate::recipe::{self, Hints};
+use crate::rays::RaySampler;
+use crate::recipe;
 use crate::run::{Run, RunRef, Source, State};
 use crate::schedule::rendering_marching;
+use crate::scout::{Budget, Found, Hints, Scout};
 use crate::trainer::{LENSES_FROM, Lessons, TrainError, Trainer};
 use handle::Requests;
 use refraxel_core::Camera;
@@ -48,8 +50,6 @@ pub struct Setup {
     pub options: Options,
     /// The index of refraction, where somebody knows it. It is held as `shape.start = file` says.
     pub index: Option<IndexSource>,
-    /// Where refractive things are seen, as far as somebody knows it beside masks.
-    pub hints: Hints,
     /// Where the data come from, for the record.
     pub source: Source,
     /// A wish to stop, which holds from the first photograph on.
@@ -60,7 +60,7 @@ impl Setup {
     /// Data and options, and nothing else known.
     pub fn new(data: Dataset, options: Options) -> Self {
         let source = Source::of(&data);
-        Self { data, options, index: None, hints: Hints::default(), source, cancel: Cancel::new() }
+        Self { data, options, index: None, source, cancel: Cancel::new() }
     }
 
     /// Refuses what cannot lead to a result, before any work is done.
@@ -82,6 +82,24 @@ impl Setup {
         let options = self.effective_options();
         Plan::of_region(&options, &self.data, &scene_region(&self.data)).check()?;
         self.check_refraction(&options)
+    }
+
+    /// Looks for what is refractive without training: what straight rays do not explain, guided by hints and by the masks that some
+    /// views have. Events tell of each look.
+    pub fn scout(&self, hints: &Hints, observer: &mut dyn FnMut(Event)) -> Result<Found, SessionError> {
+        self.check()?;
+        let (options, photos) = (self.effective_options(), self.photos(observer)?);
+        let plan = Plan::new(&options, &self.data, &photos);
+        plan.check()?;
+        let Lessons { views, photos, backdrop, .. } = self.lessons(photos)?;
+        let sampler = RaySampler::new(views, photos, backdrop, options.run.seed);
+        let mut hints = hints.clone();
+        let stated = sampler.pictures().filter_map(|p| Some((*p.camera, p.mask()?.clone())));
+        hints.within.extend(stated);
+        let budget = Budget::unbounded(&options);
+        let scout = Scout { sampler: &sampler, plan: &plan, options: &options, hints: &hints, budget };
+        let found = scout.look(&mut Watch::new(&self.cancel, observer))?;
+        Ok(found.unwrap_or_else(|| unreachable!("no clock ends it early")))
     }
 
     /// Refuses what rays cannot bend by.
@@ -125,8 +143,7 @@ impl Setup {
         let validation = self.data.split.val.first().map(|&i| &self.data.views[i]);
         let validation = validation.map(|view| load_photo(view).map(|photo| (view.clone(), photo)));
         let (backdrop, index) = (self.data.backdrop, self.index.clone());
-        let hints = self.hints.clone();
-        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index, hints })
+        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index })
     }
 }
 

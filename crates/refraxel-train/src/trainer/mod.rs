@@ -4,7 +4,7 @@ mod aligning;
 mod bending;
 mod error;
 mod recovery;
-mod seeking;
+mod scouting;
 mod tally;
 
 pub(crate) use aligning::LENSES_FROM;
@@ -21,10 +21,10 @@ use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{RaySampler, Selection};
-use crate::recipe::Hints;
 use crate::run::State;
 use crate::schedule::{
-    Held, Moment, Phase, Progress, mask_ray_fraction, objective, stage_domain, training_marching,
+    Held, Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain,
+    training_marching,
 };
 use recovery::Good;
 use refraxel_core::BrickMap;
@@ -57,8 +57,6 @@ pub struct Lessons {
     pub validation: Option<(View, Photo)>,
     /// The index of refraction, where somebody knows it.
     pub index: Option<IndexSource>,
-    /// What somebody knows of where refractive things are seen.
-    pub hints: Hints,
 }
 
 /// A run in progress.
@@ -68,8 +66,6 @@ pub struct Trainer<B> {
     sampler: RaySampler,
     validation: Option<(View, Photo)>,
     index: Option<IndexSource>,
-    /// What somebody knows of where refractive things are seen.
-    hints: Hints,
     /// What masks of some views said of the others, until it is told.
     completed: Option<Event>,
     /// What was found without masks.
@@ -102,7 +98,6 @@ impl<B: Backend> Trainer<B> {
     pub fn new(options: Options, plan: Plan, lessons: Lessons, backend: B, state: State) -> Self {
         let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
         let mut trainer = Self {
-            hints: lessons.hints,
             completed: None,
             sought: None,
             alignment: Alignment::default(),
@@ -156,7 +151,7 @@ impl<B: Backend> Trainer<B> {
         Progress::of(&self.options, self.state.step, self.seconds())
     }
 
-    /// Where the schedule stands. Its clock stands still while glass is sought, and while hypotheses are searched and race.
+    /// Where the schedule stands. Its clock stands still while the scout looks, and while hypotheses are searched and race.
     fn scheduled(&self) -> Progress {
         self.progress().scheduled(self.state.held)
     }
@@ -212,6 +207,9 @@ impl<B: Backend> Trainer<B> {
         if let Some(event) = self.completed.take() {
             self.note(event, watch);
         }
+        if self.is_to_scout() {
+            self.scout(watch)?;
+        }
         let progress = self.scheduled();
         if self.changes(progress) && !self.settle(watch)? {
             return Ok(());
@@ -219,10 +217,6 @@ impl<B: Backend> Trainer<B> {
         if progress.stage(&self.options) > self.state.stage {
             self.next_stage(watch)?;
         }
-        if self.is_about_to_look(progress) {
-            self.look(progress, watch)?;
-        }
-        let progress = self.scheduled(); // which a look holds
         if self.is_about_to_bend(progress) {
             self.begin_bending(progress, watch)?;
         }
@@ -258,7 +252,6 @@ impl<B: Backend> Trainer<B> {
     /// Whether the next step begins with more than drawing rays.
     fn changes(&self, progress: Progress) -> bool {
         progress.stage(&self.options) > self.state.stage
-            || self.is_about_to_look(progress)
             || self.is_about_to_bend(progress)
             || self.is_clearcoat_due(progress)
             || self.is_bake_due()
@@ -271,7 +264,7 @@ impl<B: Backend> Trainer<B> {
     }
 
     fn is_about_to_bend(&self, progress: Progress) -> bool {
-        self.waits_to_bend() && self.is_time_to_bend(progress)
+        self.waits_to_bend() && is_time_to_bend(&self.options, self.state.step, progress)
     }
 
     /// Rays are straight, and will bend.

@@ -20,16 +20,15 @@ use refraxel_train::events::{Event, Task};
 use refraxel_train::metrics::Rgb8;
 use refraxel_train::model::Gate;
 use refraxel_train::options::Switch;
-use refraxel_train::session::{Session, Setup, Stop, Until};
-use refraxel_train::{CpuBackend, Options, recipe};
+use refraxel_train::scout::{self, Found, Hints};
+use refraxel_train::session::Setup;
+use refraxel_train::{Options, recipe};
 use serde::Serialize;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// Masks of large photographs are projected in squares of so many pixels, so that a view takes at most about this many rays.
 const PROJECTED: f64 = 4e5;
-/// Steps of training between two looks at whether all is found.
-const AT_A_TIME: u64 = 10;
 /// Brightness of what a mask leaves out, in pictures of masks.
 const DIMMED: u16 = 3;
 
@@ -79,8 +78,8 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     }
     let source = source_of(&args.data, &reading, &data);
     let data_kept = data.clone();
-    let setup = Setup { data, options, index: None, hints: pointed.hints, source, cancel: cancel() };
-    let (gate, separation) = found(setup, show)?;
+    let setup = Setup { data, options, index: None, source, cancel: cancel() };
+    let (gate, separation) = found(&setup, &pointed.hints, show)?;
     let Written { written, kept, covered, picture } = write(&data_kept, &targets, &gate, &out, show)?;
     let text = format!(
         "{written} masks written in {}, {kept} kept; they cover {:.1} % of all pixels (separation {separation:.2})\nlook at {}: \
@@ -178,47 +177,34 @@ fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
     Err(Failure::new(Exit::BadInput, error))
 }
 
-/// Options of a training that only seeks.
+/// Options of a scout that is sent alone.
 fn options(args: &MaskArgs, data: &Dataset) -> Result<Options, Failure> {
     let mut options = Options::suited_to(scene_region(data).unbounded);
     super::options::set_all(&args.settings, &mut options)?;
     (options.refraction.bend, options.seek.enabled) = (Switch::On, Switch::On);
-    options.run.stop_after = 0;
     options.checked().or_exit(Exit::Usage)
 }
 
-/// Trains with straight rays until something is found; what it is, and its separation.
-fn found(setup: Setup, show: Show) -> Result<(Gate, f64), Failure> {
-    let looks = setup.options.seek.looks;
+/// Looks for what straight rays cannot explain; what it is, and its separation.
+fn found(setup: &Setup, hints: &Hints, show: Show) -> Result<(Gate, f64), Failure> {
     let mut watch = Watch::new(show);
-    let session = Session::start(setup, CpuBackend::new, &mut |event| watch.load(&event));
-    let mut session: Session<CpuBackend> = session.map_err(session_failure)?;
-    let last = session.options().refraction.straight_steps
-        + session.options().seek.pause * u64::from(looks.saturating_sub(1));
-    watch.start(Some(last));
-    let mut separation = 0.0;
-    while session.state().looks.count < looks && !session.state().stays_straight {
-        let step = session.state().step;
-        watch.stands(step as f64 / last as f64);
-        let run = session.run(Until::step(step + AT_A_TIME), &mut |event| match event {
-            Event::Progress { task: Task::Training, .. } | Event::Record(_) => {}
-            Event::Sought { separation: found, .. } => {
-                separation = found;
-                watch.tell(&event);
+    let mut is_loaded = false;
+    let found = setup.scout(hints, &mut |event| match event {
+        Event::Progress { task: Task::LoadingPhotos, .. } => watch.load(&event),
+        _ => {
+            if !std::mem::replace(&mut is_loaded, true) {
+                watch.start(None);
             }
-            _ => watch.tell(&event),
-        });
-        let stop = run.map_err(session_failure)?;
-        if interrupted() {
-            let note = anyhow!("stopped before anything was found; no mask was written");
-            return Err(Failure::new(Exit::Interrupted, note));
+            watch.tell(&event);
         }
-        if stop == Stop::Finished {
-            break; // so short a run looks less often
-        }
+    });
+    watch.end(found.is_ok());
+    if interrupted() {
+        let note = anyhow!("stopped before anything was found; no mask was written");
+        return Err(Failure::new(Exit::Interrupted, note));
     }
-    watch.end(true);
-    let nothing = || match session.data().views.iter().filter(|v| v.has_mask()).count() {
+    let Found { gate, separation } = found.map_err(session_failure)?;
+    let nothing = || match setup.data.views.iter().filter(|v| v.has_mask()).count() {
         masks if masks >= recipe::LEAST_MASKS => anyhow!(
             "nothing was found that straight rays cannot explain; {masks} photographs have masks, which is enough to train with: \
              their hull says what the others show"
@@ -228,7 +214,7 @@ fn found(setup: Setup, show: Show) -> Result<(Gate, f64), Failure> {
              --box VIEW X0 Y0 X1 Y1 or --outline VIEW X,Y X,Y X,Y"
         ),
     };
-    let gate = session.sought().cloned().ok_or_else(|| Failure::new(Exit::BadInput, nothing()))?;
+    let gate = gate.ok_or_else(|| Failure::new(Exit::BadInput, nothing()))?;
     Ok((gate, separation))
 }
 
@@ -260,7 +246,7 @@ fn write(
         let given = given(view)?;
         let is_kept = given.is_some() && matches!(view.source, PhotoSource::Files { .. });
         kept += usize::from(is_kept);
-        let mask = given.unwrap_or_else(|| Arc::new(recipe::mask(found, camera, edge)));
+        let mask = given.unwrap_or_else(|| Arc::new(scout::mask(found, camera, edge)));
         inside += mask.coverage.iter().filter(|c| **c > 127).count();
         pixels += mask.coverage.len();
         if !is_kept {

@@ -30,7 +30,6 @@ use refraxel_train::device::Device;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::options::Switch;
 use refraxel_train::peers::Traffic;
-use refraxel_train::recipe::Hints;
 use refraxel_train::run::Run;
 use refraxel_train::session::{BackendError, Session, SessionError, Setup, Stop, Until};
 use refraxel_train::{Options, TrainError, recipe};
@@ -163,7 +162,7 @@ pub(super) fn train_locked(
         None => options_of_new_run(args, &data, show)?,
     };
     let index = known_index::read(&source, &data, saved.as_ref(), &options)?;
-    let setup = Setup { data, options, index, hints: Hints::default(), source, cancel: cancel() };
+    let setup = Setup { data, options, index, source, cancel: cancel() };
     let needs = Needs { options: &setup.options, saved: saved.as_ref() };
     let Decided { opened, device } = device::decide(args.device, crew, needs, show)?;
     let training = Training { args, setup, saved, device, folder, lock, server, show };
@@ -208,8 +207,7 @@ impl Work for Training<'_> {
     }
 }
 
-/// The options of a run that begins. Rays bend as asked for, else where something says what is refractive, or where that is to be
-/// sought.
+/// The options of a run that begins. Rays bend as asked for, else where something says, or the scout finds, what is refractive.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Options, Failure> {
     let mut usual = Options::suited_to(scene_region(data).unbounded);
     let is_told = args.refraction_box.is_some() || args.index_from.is_some() || recipe::has_masks(data);
@@ -220,6 +218,8 @@ fn options_of_new_run(args: &TrainArgs, data: &Dataset, show: Show) -> Result<Op
     };
     if args.refraction == Refraction::On {
         usual.judge.straight = Switch::Off;
+        // Who knows that something refracts says where.
+        usual.seek.enabled = Switch::Off;
     }
     let mut options = options::read(args, usual, show)?;
     if args.refraction == Refraction::Auto && !is_told && options.seek.enabled.is_on() {

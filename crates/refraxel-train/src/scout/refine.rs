@@ -8,7 +8,7 @@
 use super::Hints;
 use super::evidence::Evidence;
 use super::hull::{Carved, keep_parts};
-use super::moments;
+use super::separation::moments;
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancel;
 use crate::model::Gate;

@@ -1,37 +1,49 @@
 //! A ball among residuals that leave a part of it out.
 
-use super::*;
+use super::Hints;
+use super::evidence::Evidence;
+use super::hull::Carved;
+use super::refine::{Refining, Votes};
+use super::separation::separation;
 use crate::cancel::Cancel;
+use crate::model::Gate;
+use crate::model::polyhedron::Plane;
 use crate::random::Random;
-use refraxel_core::{Camera, Domain, Extent, Vec3, vec3};
+use crate::rays::pixel_ray;
+use refraxel_core::{Aabb, Camera, Domain, Extent, Ray, Vec3, vec3};
+use std::cell::Cell;
 
 const RADIUS: f32 = 0.5;
-const BOX: Aabb<f32> = Aabb { min: vec3(-1.2, -1.2, -1.2), max: vec3(1.2, 1.2, 1.2) };
+pub(super) const BOX: Aabb<f32> = Aabb { min: vec3(-1.2, -1.2, -1.2), max: vec3(1.2, 1.2, 1.2) };
 
-/// Views of a ball before a wall: a part of its cells is explained, as plain things seen through glass are, and a tenth of the
-/// wall is not.
-fn views(explained: f64) -> Vec<Evidence> {
-    let random = Random::new(1);
+/// Forty views of 48² cells from all around, with these residuals of their rays.
+pub(super) fn views_of(residual: impl Fn(&Ray<f32>) -> f32) -> Vec<Evidence> {
     let view = |k: u32| {
         let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 40.0;
         let (r, angle) = ((1.0 - z * z).sqrt(), f64::from(k) * 2.399_963);
         let eye = vec3(r * angle.cos(), r * angle.sin(), z) * 4.0;
         let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.7, [48, 48]);
         let rays: Vec<_> = (0..48 * 48).map(|cell| pixel_ray(&camera, cell)).collect();
-        let residual = |cell: usize| {
-            let u = random.uniform(u64::from(k), cell as u64);
-            let ray = rays[cell].unwrap();
-            let foot = ray.at(-ray.origin.dot(ray.direction));
-            let unexplained = if foot.length() < RADIUS { u > explained } else { u > 0.9 };
-            if unexplained { 0.2 } else { 0.02 }
-        };
-        let residual = (0..48 * 48).map(residual).collect();
+        let residual = rays.iter().flatten().map(&residual).collect();
         Evidence { camera, rays, residual, beyond: vec![9.0; 48 * 48] }
     };
     (0..40).map(view).collect()
 }
 
-fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
+/// Views of a ball before a wall: a part of its cells is explained, as plain things seen through glass are, and a tenth of the
+/// wall is not.
+fn views(explained: f64) -> Vec<Evidence> {
+    let random = Random::new(1);
+    let count = Cell::new(0);
+    views_of(|ray| {
+        let u = random.uniform(0, count.replace(count.get() + 1));
+        let foot = ray.at(-ray.origin.dot(ray.direction));
+        let unexplained = if foot.length() < RADIUS { u > explained } else { u > 0.9 };
+        if unexplained { 0.2 } else { 0.02 }
+    })
+}
+
+pub(super) fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
     let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
     let inside = |j: usize| (domain.position(domain.coordinates(j)) - centre).length() < radius;
     let total = domain.resolution.map(|n| n as usize).iter().product();
@@ -39,13 +51,17 @@ fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
     Gate::new(domain, &share)
 }
 
-/// Intersection over union of a shape and the ball, by points.
 fn overlap(gate: &Gate) -> f64 {
+    overlap_of(gate, |x| x.length() < RADIUS)
+}
+
+/// Intersection over union of a shape and the truth, by points.
+pub(super) fn overlap_of(gate: &Gate, is_inside: impl Fn(Vec3<f32>) -> bool) -> f64 {
     let random = Random::new(2);
     let (mut both, mut either) = (0, 0);
     for k in 0..40_000 {
         let x = Vec3::from([0, 1, 2].map(|a| 2.4 * random.uniform(k, a) as f32 - 1.2));
-        let (found, truth) = (gate.is_inside(x), x.length() < RADIUS);
+        let (found, truth) = (gate.is_inside(x), is_inside(x));
         both += u32::from(found && truth);
         either += u32::from(found || truth);
     }

@@ -3,7 +3,7 @@
 use super::Hints;
 use crate::initial::{Outlines, Vote};
 use crate::model::Gate;
-use crate::recipe::parts::{NONE, connected, neighbours};
+use crate::recipe::{NONE, connected, neighbours};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Domain, Extent, LevelSet, Ray, Vec3};
 
