@@ -3,6 +3,7 @@
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
 //! visual [`Hull`] of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
 
+mod colours;
 mod consistency;
 mod contour;
 mod fields;
@@ -13,6 +14,7 @@ mod occluders;
 mod outline;
 mod region;
 
+pub use colours::{mean_colour, paint};
 pub use consistency::Consistency;
 pub use fields::Site;
 pub use hull::{Hull, Vote};

@@ -209,7 +209,8 @@ impl<B: Backend> Session<B> {
         plan.check()?;
         let backend = make(plan.start(&options)).into_backend().map_err(SessionError::Backend)?;
         let lessons = setup.lessons(photos)?;
-        let trainer = Trainer::new(options, plan, lessons, backend, State::default());
+        let mut trainer = Trainer::new(options, plan, lessons, backend, State::default());
+        trainer.begin();
         Ok(Self::of(setup, trainer))
     }
 

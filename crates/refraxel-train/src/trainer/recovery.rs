@@ -4,10 +4,12 @@ use super::{TrainError, Trainer};
 use crate::alignment::Alignment;
 use crate::backend::Backend;
 use crate::events::{Event, Watch};
+use crate::initial::{mean_colour, paint};
 use crate::model::{Model, Optimiser};
 use crate::run::{State, within_half};
 use half::f16;
 use rayon::prelude::*;
+use refraxel_data::Backdrop;
 
 /// Failed steps in a row after which training gives up.
 const MAX_ROLLBACKS: u32 = 4;
@@ -35,6 +37,25 @@ impl<B: Backend> Trainer<B> {
         self.check_device()?;
         let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
         Ok(Good { state: self.state.clone(), model, optimiser, alignment: self.alignment.clone() })
+    }
+
+    /// The model that the run begins with.
+    fn beginning(&self) -> Model {
+        let mut model = self.plan.start(&self.options);
+        if self.plan.backdrop == Backdrop::Surroundings
+            && let Some(colour) = mean_colour(self.sampler.pictures())
+        {
+            paint(&mut model, colour);
+        }
+        model
+    }
+
+    /// A fresh run: from now on the backend, which holds [`Plan::start`](crate::plan::Plan::start), holds the model that the run
+    /// begins with.
+    pub(crate) fn begin(&mut self) {
+        if self.plan.backdrop == Backdrop::Surroundings {
+            self.backend.load(self.beginning(), None);
+        }
     }
 
     /// Stand where a copy was made.
@@ -68,7 +89,7 @@ impl<B: Backend> Trainer<B> {
         if let Some(good) = &self.good {
             return f(&good.state, &good.model, &good.optimiser, &good.alignment);
         }
-        let model = self.plan.start(&self.options);
+        let model = self.beginning();
         let state = State { seconds: self.state.seconds, ..State::default() };
         f(&state, &model, &Optimiser::new(&model), &self.alignment.forgotten())
     }
@@ -83,7 +104,7 @@ impl<B: Backend> Trainer<B> {
         match self.good.take() {
             Some(good) => self.return_to(*good),
             None => {
-                self.backend.load(self.plan.start(&self.options), None);
+                self.backend.load(self.beginning(), None);
                 self.go_on_with_alignment(self.alignment.forgotten());
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
