@@ -86,7 +86,7 @@ impl<T: Real> Lattice<T> {
     pub fn cell(&self, g: Vec3<T>) -> Option<[usize; 3]> {
         let n = self.domain.resolution;
         let inside = (0..3).all(|a| g[a] >= T::zero() && g[a] <= T::of(f64::from(n[a] - 1)));
-        inside.then(|| std::array::from_fn(|a| (g[a].f64() as usize).min(n[a] as usize - 2)))
+        inside.then(|| std::array::from_fn(|a| (g[a].f64() as u32).min(n[a] - 2) as usize))
     }
     /// True for the cells along the faces of the box, whose stencils would reach beyond it.
     #[inline(always)]

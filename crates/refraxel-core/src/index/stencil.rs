@@ -1,7 +1,7 @@
 //! One evaluation of a grid of coefficients: the 4³ coefficients around a cell and their weights, theory (2.5)–(2.7).
 //!
-//! All three interpolations are products of one-dimensional weights, so one routine serves them all: it contracts y and z
-//! first, row by row of x, which lie next to each other in memory, and x at the end.
+//! All three interpolations are products of one-dimensional weights, so one routine serves them all: it contracts z first,
+//! row by row of x, which lie next to each other in memory, then y, and x at the end.
 
 use super::{BORDER, Interpolation};
 use crate::{Real, Vec3, vec3};
@@ -78,6 +78,8 @@ pub(super) struct Stencil<T> {
     strides: [usize; 2],
     /// Taps that can have a weight: all four, or the two of the trilinear interpolation.
     taps: [usize; 2],
+    /// D = V′: the force is the gradient of w.
+    is_gradient: bool,
     axes: [AxisWeights<T>; 3],
 }
 
@@ -90,7 +92,8 @@ impl<T: Real> Stencil<T> {
         let weights = |f| AxisWeights::new(interpolation, f);
         let axes = [weights(f.x), weights(f.y), weights(f.z)];
         let taps = if interpolation == Interpolation::Trilinear { [1, 3] } else { [0, TAPS] };
-        Self { cell, base, strides, taps, axes }
+        let is_gradient = interpolation != Interpolation::TrilinearOfDifferences;
+        Self { cell, base, strides, taps, is_gradient, axes }
     }
 
     /// The same stencil without the weights of the border, whose coefficients are no parameters. `nodes` is the number of
@@ -111,22 +114,18 @@ impl<T: Real> Stencil<T> {
         self
     }
 
-    /// M contractions of the coefficients `c` (x fastest) over y and z; each leaves one number per x tap. `weights(y, z, j,
-    /// k)` returns the M factors of the row at tap j of y and k of z.
+    /// M contractions of the coefficients `c` (x fastest) over z with these weights; each leaves one number per tap of y and
+    /// x. One axis after the other: a third of the arithmetic of 4³ products of weights.
     #[inline(always)]
-    fn rows<const M: usize>(
-        &self,
-        c: &[T],
-        weights: impl Fn(&AxisWeights<T>, &AxisWeights<T>, usize, usize) -> [T; M],
-    ) -> [[T; TAPS]; M] {
-        let ([_, y, z], [first, end]) = (&self.axes, self.taps);
-        let mut sums = [[T::zero(); TAPS]; M];
+    fn along_z<const M: usize>(&self, c: &[T], weights: [&[T; TAPS]; M]) -> [[[T; TAPS]; TAPS]; M] {
+        let [first, end] = self.taps;
+        let mut sums = [[[T::zero(); TAPS]; TAPS]; M];
         for k in first..end {
             for j in first..end {
                 let row = &c[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];
-                for (sum, w) in sums.iter_mut().zip(weights(y, z, j, k)) {
+                for (sum, w) in sums.iter_mut().zip(weights) {
                     for i in 0..TAPS {
-                        sum[i] += w * row[i];
+                        sum[j][i] += w[k] * row[i];
                     }
                 }
             }
@@ -137,10 +136,10 @@ impl<T: Real> Stencil<T> {
     /// (w, force) = (Σ V V V c, (Σ D V V c, Σ V D V c, Σ V V D c)).
     #[inline(always)]
     pub fn value_and_force(&self, c: &[T]) -> (T, Vec3<T>) {
-        let x = &self.axes[0];
-        let [vv, dv, vd] = self.rows(c, |y, z, j, k| {
-            [y.value[j] * z.value[k], y.force[j] * z.value[k], y.value[j] * z.force[k]]
-        });
+        let [x, y, z] = &self.axes;
+        let [v, d] = self.along_z(c, [&z.value, &z.force]);
+        let [vv, dv] = along_y(&v, [&y.value, &y.force]);
+        let [vd] = along_y(&d, [&y.value]);
         (dot(&x.value, &vv), vec3(dot(&x.force, &vv), dot(&x.value, &dv), dot(&x.value, &vd)))
     }
 
@@ -156,19 +155,28 @@ impl<T: Real> Stencil<T> {
     /// Jᵀu with J = d(force)/dx, the gradient of force · u: the Hessian times u where the force is a gradient.
     #[inline(always)]
     pub fn force_pullback(&self, c: &[T], u: Vec3<T>) -> Vec3<T> {
-        let x = &self.axes[0];
-        let [vv, dv, vd, along_y, sv, along_z, vs] = self.rows(c, |y, z, j, k| {
-            let (vy, dy, sy, ty) = (y.value[j], y.force[j], y.value_slope[j], y.force_slope[j]);
-            let (vz, dz, sz, tz) = (z.value[k], z.force[k], z.value_slope[k], z.force_slope[k]);
-            let along_y = u.y * ty * vz + u.z * sy * dz;
-            let along_z = u.z * vy * tz + u.y * dy * sz;
-            [vy * vz, dy * vz, vy * dz, along_y, sy * vz, along_z, vy * sz]
-        });
+        let [x, y, z] = &self.axes;
+        // Two letters: the weights of y and of z; V, D, S = dV/df, T = dD/df.
+        let [v, d, t] = self.along_z(c, [&z.value, &z.force, &z.force_slope]);
+        let [vv, dv, tv] = along_y(&v, [&y.value, &y.force, &y.force_slope]);
+        let [vd, sd] = along_y(&d, [&y.value, &y.value_slope]);
+        let [vt] = along_y(&t, [&y.value]);
+        let (sv, [vs, ds]) = if self.is_gradient {
+            (dv, [vd, sd])
+        } else {
+            let [s] = self.along_z(c, [&z.value_slope]);
+            (along_y(&v, [&y.value_slope])[0], along_y(&s, [&y.value, &y.force]))
+        };
+        let (mut by_y, mut by_z) = ([T::zero(); TAPS], [T::zero(); TAPS]);
+        for i in 0..TAPS {
+            by_y[i] = u.y * tv[i] + u.z * sd[i];
+            by_z[i] = u.z * vt[i] + u.y * ds[i];
+        }
         let across = u.y * dot(&x.value_slope, &dv) + u.z * dot(&x.value_slope, &vd);
         vec3(
             u.x * dot(&x.force_slope, &vv) + across,
-            dot(&x.value, &along_y) + u.x * dot(&x.force, &sv),
-            dot(&x.value, &along_z) + u.x * dot(&x.force, &vs),
+            dot(&x.value, &by_y) + u.x * dot(&x.force, &sv),
+            dot(&x.value, &by_z) + u.x * dot(&x.force, &vs),
         )
     }
 
@@ -178,11 +186,13 @@ impl<T: Real> Stencil<T> {
         let [x, y, z] = &self.axes;
         let [first, end] = self.taps;
         for k in first..end {
+            // forward: w = Σ V V V c, force = (Σ D V V c, Σ V D V c, Σ V V D c)
+            let (of_value, of_slope) =
+                (d_value * z.value[k] + d_force.z * z.force[k], d_force.y * z.value[k]);
+            let of_force = d_force.x * z.value[k];
             for j in first..end {
-                // forward: w = Σ V V V c, force = (Σ D V V c, Σ V D V c, Σ V V D c)
-                let (vy, vz) = (y.value[j], z.value[k]);
-                let by_value = vy * (d_value * vz + d_force.z * z.force[k]) + d_force.y * y.force[j] * vz;
-                let by_force = d_force.x * vy * vz;
+                let by_value = y.value[j] * of_value + y.force[j] * of_slope;
+                let by_force = y.value[j] * of_force;
                 let row = &mut grad[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];
                 for i in 0..TAPS {
                     row[i] += x.value[i] * by_value + x.force[i] * by_force;
@@ -190,6 +200,20 @@ impl<T: Real> Stencil<T> {
             }
         }
     }
+}
+
+/// M contractions over y of what a contraction over z has left; each leaves one number per tap of x.
+#[inline(always)]
+fn along_y<T: Real, const M: usize>(of: &[[T; TAPS]; TAPS], weights: [&[T; TAPS]; M]) -> [[T; TAPS]; M] {
+    let mut sums = [[T::zero(); TAPS]; M];
+    for j in 0..TAPS {
+        for (sum, w) in sums.iter_mut().zip(weights) {
+            for i in 0..TAPS {
+                sum[i] += w[j] * of[j][i];
+            }
+        }
+    }
+    sums
 }
 
 /// Σ a_i b_i, summed in pairs.

@@ -7,6 +7,7 @@ use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
 use super::order::best_order;
+use super::pages::enlarge;
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
@@ -88,7 +89,7 @@ impl CpuBackend {
     /// If the state [does not fit](Optimiser::fits) the model.
     pub fn resumed(model: Model, optimiser: Optimiser) -> Self {
         assert!(optimiser.fits(&model), "the optimiser's state is that of another model");
-        Self {
+        let new = Self {
             level: Level::new(),
             layout: Layout::new(model.field.degree),
             tapes: Vec::new(),
@@ -97,6 +98,16 @@ impl CpuBackend {
             failed: false,
             model,
             optimiser,
+        };
+        new.enlarge_pages();
+        new
+    }
+
+    /// Large pages for what rays and steps read in no order.
+    fn enlarge_pages(&self) {
+        let (field, optimiser) = (&self.model.field, &self.optimiser);
+        for array in [&field.density, &field.colour, &optimiser.density, &optimiser.colour] {
+            enlarge(array);
         }
     }
 
@@ -432,6 +443,7 @@ impl Backend for CpuBackend {
             self.pool = GradientPool::new(model.field.degree.stride());
         }
         (self.model, self.optimiser) = (model, optimiser);
+        self.enlarge_pages();
         self.outcomes.clear();
         self.failed = false;
     }
@@ -482,6 +494,7 @@ impl Backend for CpuBackend {
     fn resample(&mut self, domain: Domain<f32>, map: BrickMap) {
         self.model.field = resampled(&self.model.field, domain, map);
         self.optimiser.forget_field(&self.model.field);
+        self.enlarge_pages();
     }
 
     fn refresh_occupancy(&mut self, marching: &Marching) {

@@ -6,9 +6,10 @@
 //! `from_fn`) is compiled without the vector features of its caller.
 
 use super::prefetch::prefetch;
+use super::tape::BUCKET_VOXELS;
 use fearless_simd::{f32x16, prelude::*};
+use refraxel_core::Vec3;
 use refraxel_core::sh::{self, MAX_BASIS, ShDegree};
-use refraxel_core::{Vec3, grid::trilinear};
 
 /// Lanes of a vector.
 pub(super) const LANES: usize = 16;
@@ -36,16 +37,33 @@ impl Layout {
 
     /// SH basis of a direction, repeated for each colour, zero in the padding.
     pub(super) fn basis(&self, direction: Vec3<f32>) -> Lanes {
-        self.repeated(&sh::basis(self.degree, direction)[..self.degree.basis()])
+        self.repeated(&self.basis_of(&sh::basis(self.degree, direction)[..self.degree.basis()]))
+    }
+
+    /// A basis with these functions.
+    #[inline(always)]
+    pub(super) fn basis_of(&self, functions: &[f32]) -> Basis {
+        let mut basis = Basis([0.0; MAX_BASIS]);
+        basis.0[..self.degree.basis()].copy_from_slice(functions);
+        basis
     }
 
     /// The functions of a basis, repeated for each colour.
-    pub(super) fn repeated(&self, basis: &[f32]) -> Lanes {
-        let mut lanes = [[0.0; LANES]; MAX_BLOCKS];
-        for own in lanes.as_flattened_mut().chunks_exact_mut(basis.len()).take(3) {
-            own.copy_from_slice(basis);
+    #[inline(always)]
+    pub(super) fn repeated(&self, basis: &Basis) -> Lanes {
+        let mut repeated = [[0.0; LANES]; MAX_BLOCKS];
+        let lanes = repeated.as_flattened_mut();
+        for c in 0..3 {
+            // The zeros behind the functions are written over by those of the next colour.
+            lanes[c * self.degree.basis()..][..MAX_BASIS].copy_from_slice(&basis.0);
         }
-        lanes
+        repeated
+    }
+
+    /// The basis of which these lanes are the repetition.
+    #[inline(always)]
+    pub(super) fn functions_of(&self, lanes: &Lanes) -> Basis {
+        self.basis_of(&lanes.as_flattened()[..self.degree.basis()])
     }
 
     /// Functions of a basis.
@@ -83,6 +101,18 @@ pub(super) struct Coloured<'a> {
     basis: &'a Lanes,
 }
 
+/// The functions of a basis in one cache line, with zeros behind them.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Basis([f32; MAX_BASIS]);
+
+impl Basis {
+    /// All functions, and the zeros behind them.
+    pub(super) fn functions(&self) -> &[f32; MAX_BASIS] {
+        &self.0
+    }
+}
+
 /// Where a sample lies: the voxels around it, their weights, and its position in the cell.
 #[derive(Clone, Copy)]
 pub(super) struct SampleStencil<'a> {
@@ -117,6 +147,32 @@ pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[Voxel<BLOCKS>], co
     }
 }
 
+/// Whether block `b` of a voxel of `blocks` blocks has lanes of colour `c`: those of 3 × 1 and 3 × 4 channels lie in one
+/// block, those of 3 × 9 in two with green in both, and each of those of 3 × 16 in its own.
+#[inline(always)]
+const fn holds(blocks: usize, b: usize, c: usize) -> bool {
+    match blocks {
+        1 => true,
+        2 => c == 1 || c == 2 * b,
+        _ => c == b,
+    }
+}
+
+/// The sums of three vectors.
+#[inline(always)]
+fn sums<S: Simd>(simd: S, of: &[f32x16<S>; 3]) -> [f32; 3] {
+    // Lanes of the first and third vector alternate, then those of the second between them.
+    let zero = f32x16::splat(simd, 0.0);
+    let outer = simd.zip_low_f32x16(of[0], of[2]) + simd.zip_high_f32x16(of[0], of[2]);
+    let inner = simd.zip_low_f32x16(of[1], zero) + simd.zip_high_f32x16(of[1], zero);
+    let all = simd.zip_low_f32x16(outer, inner) + simd.zip_high_f32x16(outer, inner);
+    let (low, high) = simd.split_f32x16(all);
+    let (low, high) = simd.split_f32x8(low + high);
+    let mut out = [0.0; 4];
+    (low + high).store_slice(&mut out);
+    [out[0], out[1], out[2]]
+}
+
 /// Interpolated coefficients Σ_k w_k v_k.
 #[inline(always)]
 fn gather<S: Simd, const BLOCKS: usize>(
@@ -146,18 +202,17 @@ pub(super) fn shade<S: Simd, const BLOCKS: usize>(
     Coloured { layout, basis }: Coloured,
 ) -> [f32; 3] {
     let v = gather::<S, BLOCKS>(simd, colour, corners, weights);
-    let mut sum = [f32x16::splat(simd, 0.0); 3];
+    let mut of_colour = [f32x16::splat(simd, 0.0); 3];
     for b in 0..BLOCKS {
         let p = v[b] * f32x16::from_slice(simd, &basis[b]);
         for c in 0..3 {
-            sum[c] = p.mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), sum[c]);
+            if holds(BLOCKS, b, c) {
+                of_colour[c] = p.mul_add(f32x16::from_slice(simd, &layout.masks[c][b]), of_colour[c]);
+            }
         }
     }
-    let mut out = [0.0; 3];
-    for c in 0..3 {
-        out[c] = (simd.reduce_sum_f32x16(sum[c]) + 0.5).max(0.0);
-    }
-    out
+    let [r, g, b] = sums(simd, &of_colour);
+    [(r + 0.5).max(0.0), (g + 0.5).max(0.0), (b + 0.5).max(0.0)]
 }
 
 /// The adjoint of each lane's colour.
@@ -170,8 +225,10 @@ fn colour_of_lanes<S: Simd, const BLOCKS: usize>(
     let mut out = [f32x16::splat(simd, 0.0); BLOCKS];
     for b in 0..BLOCKS {
         for c in 0..3 {
-            let mask = f32x16::from_slice(simd, &layout.masks[c][b]);
-            out[b] = f32x16::splat(simd, d_colour[c]).mul_add(mask, out[b]);
+            if holds(BLOCKS, b, c) {
+                let mask = f32x16::from_slice(simd, &layout.masks[c][b]);
+                out[b] = f32x16::splat(simd, d_colour[c]).mul_add(mask, out[b]);
+            }
         }
     }
     out
@@ -191,11 +248,11 @@ fn coefficient_adjoint<S: Simd, const BLOCKS: usize>(
     out
 }
 
-/// Add a sample's gradient to some of the voxels around it, given as (index relative to `grad`'s first voxel, weight).
+/// Add a sample's gradient to some of the voxels around it, given as (index in the bucket, weight).
 #[inline(always)]
 pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     simd: S,
-    grad: &mut [Voxel<BLOCKS>],
+    grad: &mut [Voxel<BLOCKS>; BUCKET_VOXELS],
     corners: &[(usize, f32)],
     coloured: Coloured,
     d_colour: [f32; 3],
@@ -203,7 +260,7 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
     let g = coefficient_adjoint::<S, BLOCKS>(simd, coloured, d_colour);
     for &(voxel, weight) in corners {
         let w = f32x16::splat(simd, weight);
-        let voxel = &mut grad[voxel];
+        let voxel = &mut grad[voxel % BUCKET_VOXELS];
         for b in 0..BLOCKS {
             w.mul_add(g[b], f32x16::from_slice(simd, &voxel[b])).store_slice(&mut voxel[b]);
         }
@@ -225,20 +282,38 @@ pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
     for b in 0..BLOCKS {
         g[b] *= f32x16::from_slice(simd, &basis[b]);
     }
-    let (mut at_corner, mut v) = ([0.0; 8], [f32x16::splat(simd, 0.0); BLOCKS]);
+    let mut v = [f32x16::splat(simd, 0.0); BLOCKS];
+    // Lane by lane the derivative of the loss by the value at each corner; their sums over the lanes.
+    let mut at = [f32x16::splat(simd, 0.0); 8];
     for k in 0..8 {
         let w = f32x16::splat(simd, weights[k]);
-        let mut dot = f32x16::splat(simd, 0.0);
         for b in 0..BLOCKS {
             let lanes = f32x16::from_slice(simd, &colour[corners[k] as usize][b]);
             v[b] = w.mul_add(lanes, v[b]);
-            dot = g[b].mul_add(lanes, dot);
+            at[k] = g[b].mul_add(lanes, at[k]);
         }
-        at_corner[k] = simd.reduce_sum_f32x16(dot);
     }
     for b in 0..BLOCKS {
         let sum = &mut d_basis[b];
         d_lanes[b].mul_add(v[b], f32x16::from_slice(simd, sum)).store_slice(sum);
     }
-    trilinear::gradient(fraction, &at_corner)
+    Vec3::from(sums(simd, &gradient(simd, fraction, &at)))
+}
+
+/// As [`trilinear::gradient`](refraxel_core::grid::trilinear::gradient), lane by lane.
+#[inline(always)]
+fn gradient<S: Simd>(simd: S, fraction: Vec3<f32>, v: &[f32x16<S>; 8]) -> [f32x16<S>; 3] {
+    let mut out = [f32x16::splat(simd, 0.0); 3];
+    for a in 0..3 {
+        // Strides of the corners along the axis and along the other two.
+        let [along, s, t] = [[1, 2, 4], [2, 1, 4], [4, 1, 2]][a];
+        let [fs, ft] = [[fraction.y, fraction.z], [fraction.x, fraction.z], [fraction.x, fraction.y]][a];
+        let (fs, ft) = (f32x16::splat(simd, fs), f32x16::splat(simd, ft));
+        let near = v[along] - v[0];
+        let near = (v[along + s] - v[s] - near).mul_add(fs, near);
+        let far = v[along + t] - v[t];
+        let far = (v[along + s + t] - v[s + t] - far).mul_add(fs, far);
+        out[a] = (far - near).mul_add(ft, near);
+    }
+    out
 }

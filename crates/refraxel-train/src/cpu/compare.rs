@@ -1,6 +1,7 @@
 //! Compare a ray with its target, and the sweep from the back of its samples.
 
 use super::absorption::product;
+use super::colour::Layout;
 use super::mirrored::{self, MirroredSample, Section, ShownAdjoint};
 use super::record::Record;
 use super::sample::RaySamples;
@@ -40,6 +41,8 @@ pub(super) struct PixelAdjoint {
     d_transmittance: f32,
     /// The transmittance at the end of the ray.
     last: f32,
+    /// Weight of the prior on each sample.
+    sparsity: f32,
 }
 
 impl Compared<'_> {
@@ -85,7 +88,16 @@ impl Compared<'_> {
         let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
-        PixelAdjoint { squared_error, shown, d_background, d_thickness, d_transmittance, last: left }
+        let sparsity = lesson.objective.sparsity;
+        PixelAdjoint {
+            squared_error,
+            shown,
+            d_background,
+            d_thickness,
+            d_transmittance,
+            last: left,
+            sparsity,
+        }
     }
 
     /// dLoss/d(direction) of the exit ray through the background, tangential.
@@ -104,13 +116,19 @@ impl PixelAdjoint {
     /// The sweep from the back of a section: one record per sample, from the last on, theory (3.10)–(3.13). The twin of
     /// [`RaySamples::composite`].
     #[inline(always)]
-    pub(super) fn march_back(&self, samples: RaySamples, section: &Section, sparsity: f32, tape: &mut Tape) {
+    pub(super) fn march_back(
+        &self,
+        layout: &Layout,
+        samples: RaySamples,
+        section: &Section,
+        tape: &mut Tape,
+    ) {
         let mut segment = u32::MAX;
         let (mut behind, d_colour_ray, mut d_weight_behind) = (section.behind, section.d_colour, 0.0);
         for s in samples.samples.iter().rev() {
             if s.segment != segment {
                 segment = s.segment;
-                tape.bases.push(samples.segment_of(s).basis);
+                tape.bases.push(layout.functions_of(&samples.segment_of(s).basis));
             }
             let mut contrast = s.d_weight - d_weight_behind;
             d_weight_behind += s.alpha * contrast;
@@ -122,8 +140,8 @@ impl PixelAdjoint {
                 behind[c] += s.alpha * (s.colour[c] - behind[c]);
             }
             let mut d_tau = s.before * (1.0 - s.alpha) * contrast - self.last * self.d_transmittance;
-            if sparsity > 0.0 {
-                d_tau += sparsity * cauchy_slope(s.tau);
+            if self.sparsity > 0.0 {
+                d_tau += self.sparsity * cauchy_slope(s.tau);
             }
             tape.records.push(Record {
                 cell: s.cell,

@@ -20,6 +20,7 @@ mod mirrored;
 mod node_map;
 mod optics16;
 mod order;
+mod pages;
 mod path_adjoint;
 mod prefetch;
 mod record;

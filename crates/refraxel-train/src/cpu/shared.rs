@@ -211,7 +211,7 @@ impl Samples {
             let Some(name) = renamed.get_mut(basis as usize) else { return basis }; // no basis, but a mark
             if *name == u32::MAX {
                 *name = (bases.len() / functions) as u32;
-                bases.extend(&tape.bases[basis as usize].as_flattened()[..functions]);
+                bases.extend(&tape.bases[basis as usize].functions()[..functions]);
             }
             *name
         };
@@ -363,7 +363,7 @@ impl Member {
 /// The tape of a chunk that another process has followed, for the model of this one.
 fn tape_of(own: &CpuBackend, rest: Rest, samples: Samples) -> Tape {
     let layout = own.layout();
-    let bases = samples.bases.chunks_exact(layout.functions()).map(|basis| layout.repeated(basis));
+    let bases = samples.bases.chunks_exact(layout.functions()).map(|basis| layout.basis_of(basis));
     let mut tape = Tape::default();
     (tape.records, tape.bases) = (samples.records, bases.collect());
     (tape.index_samples, tape.lookups) = (rest.index_samples, rest.lookups);

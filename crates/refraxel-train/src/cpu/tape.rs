@@ -3,13 +3,14 @@
 //! A bucket is a run of [`BUCKET_SLOTS`] consecutive slots. Its owner alone adds up the gradients of its voxels, in the
 //! order of the records, so the sum is the same for any number of threads, needs no locks, and stays in the L2 cache.
 
-use super::colour::{Lanes, MAX_BLOCKS};
+use super::colour::Basis;
 use super::prefetch::prefetch;
 use super::record::{CacheLookup, IndexSample, Record};
+use super::sample::Sample;
 use crate::backend::BUCKET_SLOTS;
 use rayon::prelude::*;
 use refraxel_core::BrickMap;
-use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT};
+use refraxel_core::grid::{BRICK_VOXELS, Cell, EMPTY_SLOT};
 use std::ops::Range;
 
 /// Voxels of a bucket.
@@ -20,7 +21,7 @@ pub(super) const BUCKET_VOXELS: usize = BUCKET_SLOTS * BRICK_VOXELS;
 pub(super) struct Tape {
     pub records: Vec<Record>,
     /// SH bases of the directions of the chunk's segments.
-    pub bases: Vec<Lanes>,
+    pub bases: Vec<Basis>,
     /// Index samples of the chunk's bent paths.
     pub index_samples: Vec<IndexSample>,
     /// Look-ups in radiance caches.
@@ -32,7 +33,7 @@ pub(super) struct Tape {
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
     order: Vec<u32>,
     first: Vec<u32>,
-    /// (bucket, record) pairs while sorting.
+    /// (bucket, record) pairs that await sorting.
     touched: Vec<(u32, u32)>,
 }
 
@@ -65,21 +66,48 @@ pub(super) fn buckets(map: &BrickMap) -> usize {
 }
 
 impl Tape {
-    /// Sort the records by bucket (stable). A record near the face of its brick belongs to every bucket that holds one
-    /// of its corners.
-    pub(super) fn sort(&mut self, map: &BrickMap) {
-        let mut touched = std::mem::take(&mut self.touched);
-        touched.clear();
-        for (i, r) in self.records.iter().enumerate() {
-            let own = r.cell.slot / BUCKET_SLOTS as u32;
-            touched.push((own, i as u32));
-            let on_face = r.cell.local & 3 == 3 || r.cell.local >> 2 & 3 == 3 || r.cell.local >> 4 == 3;
-            if on_face {
-                push_other_buckets(&map.corners(r.cell), own, i as u32, &mut touched);
-            }
+    /// Note which buckets the records of a ray touch, which begin with `first` and belong to these samples in their order. A
+    /// record near the face of its brick belongs to every bucket that holds one of its corners.
+    #[inline(always)]
+    pub(super) fn touch(&mut self, first: usize, samples: &[Sample]) {
+        for (i, s) in (first as u32..).zip(samples) {
+            self.touch_corners(s.cell, &s.corners, i);
         }
+    }
+
+    /// The same for the records from `first` on, without their samples.
+    pub(super) fn touch_from(&mut self, first: usize, map: &BrickMap) {
+        for i in first..self.records.len() {
+            let cell = self.records[i].cell;
+            self.touch_corners(cell, &map.corners(cell), i as u32);
+        }
+    }
+
+    #[inline(always)]
+    fn touch_corners(&mut self, cell: Cell, corners: &[u32; 8], record: u32) {
+        let own = cell.slot / BUCKET_SLOTS as u32;
+        self.touched.push((own, record));
+        let mut differing = 0;
+        for k in 1..8 {
+            differing |= corners[k] ^ corners[0];
+        }
+        if differing as usize >= BUCKET_VOXELS {
+            push_other_buckets(corners, own, record, &mut self.touched);
+        }
+    }
+
+    /// Note which buckets all records touch, and sort them.
+    pub(super) fn sort(&mut self, map: &BrickMap) {
+        self.touched.clear();
+        self.touch_from(0, map);
+        self.sort_touched(map);
+    }
+
+    /// Sort the records by the buckets that they touch (stable).
+    pub(super) fn sort_touched(&mut self, map: &BrickMap) {
         self.first.clear();
         self.first.resize(buckets(map) + 1, 0);
+        let touched = std::mem::take(&mut self.touched);
         for &(bucket, _) in &touched {
             self.first[bucket as usize + 1] += 1;
         }
@@ -104,6 +132,7 @@ impl Tape {
         self.lookups.clear();
         self.absorption.clear();
         self.texels.clear();
+        self.touched.clear();
     }
 
     /// The numbers of the records that touch any of some buckets, in their order.
@@ -115,23 +144,51 @@ impl Tape {
         numbers
     }
 
+    /// The numbers of the records that touch a bucket.
+    #[inline(always)]
+    fn order_of(&self, bucket: usize) -> &[u32] {
+        &self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize]
+    }
+
     /// The records that touch a bucket, in the order of their rays; later ones are fetched ahead, and then their bases.
+    #[inline(always)]
     pub(super) fn of_bucket(&self, bucket: usize) -> impl Iterator<Item = &Record> {
-        const AHEAD: usize = 8;
         const SOON: usize = 4;
-        let order = &self.order[self.first[bucket] as usize..self.first[bucket + 1] as usize];
-        let bases = self.bases.as_flattened();
+        let order = self.order_of(bucket);
         order.iter().enumerate().map(move |(k, &i)| {
             if let Some(&next) = order.get(k + AHEAD) {
-                prefetch(&self.records, next as usize);
+                self.fetch(next);
             }
             if let Some(&soon) = order.get(k + SOON) {
-                let basis = self.records[soon as usize].basis as usize;
-                prefetch(bases, basis * MAX_BLOCKS);
-                prefetch(bases, basis * MAX_BLOCKS + 1);
+                prefetch(&self.bases, self.records[soon as usize].basis as usize);
             }
             &self.records[i as usize]
         })
+    }
+
+    /// Fetch a record, which may end in the line after that where it begins.
+    #[inline(always)]
+    fn fetch(&self, record: u32) {
+        prefetch(&self.records, record as usize);
+        prefetch(&self.records, record as usize + 1);
+    }
+}
+
+/// Records between prefetch and use.
+const AHEAD: usize = 12;
+
+/// Fetch what the records of a bucket begin with in the tapes after number `current`: one needs the range of its numbers, the
+/// one before that the numbers, and the next one the records. Most tapes have but few records of a bucket.
+#[inline(always)]
+pub(super) fn fetch_ahead(tapes: &[Tape], current: usize, bucket: usize) {
+    if let Some(tape) = tapes.get(current + 3) {
+        prefetch(&tape.first, bucket);
+    }
+    if let Some(tape) = tapes.get(current + 2) {
+        prefetch(&tape.order, tape.first[bucket] as usize);
+    }
+    if let Some(tape) = tapes.get(current + 1) {
+        tape.order_of(bucket).iter().take(AHEAD).for_each(|&record| tape.fetch(record));
     }
 }
 

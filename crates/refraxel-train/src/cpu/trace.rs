@@ -2,6 +2,7 @@
 //! comparing and marching back follow each other while everything is in the cache.
 
 use super::absorption::{FilteredRay, LengthAdjoint, absorb};
+use super::colour::Layout;
 use super::compare::{Compared, PixelAdjoint};
 use super::mirrored::{self, MirroredSample};
 use super::path_adjoint::{BentPath, SegmentSums, Teaches, WayBack};
@@ -158,7 +159,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
                 learned.way_back::<S, BLOCKS>(simd, &view, lesson, seen, Out { tape, way_back, wanted });
         }
     }
-    tape.sort(&scene.field.map);
+    tape.sort_touched(&scene.field.map);
     outcome
 }
 
@@ -210,7 +211,7 @@ impl LearnedRay<'_> {
             surface.look_back(direction, mirrored, samples, segments, &mut way_back.density_gradients);
         }
         let samples = seen.of(own);
-        march_sections(samples, mirrored, &d, objective.sparsity, tape);
+        march_sections(scene.layout, samples, mirrored, &d, tape);
         tape.records[first..].reverse();
         let absorbs = view.absorbing && marched.bent;
         if absorbs {
@@ -218,7 +219,10 @@ impl LearnedRay<'_> {
             let filtered = FilteredRay { medium, path, samples, filtered, mirrored, d_whole };
             filtered.way_back(&mut tape.records[first..], &mut tape.absorption, &mut way_back.lengths);
         }
+        tape.touch(first, samples.samples);
+        let others = tape.records.len();
         tape.records.append(&mut way_back.density_gradients);
+        tape.touch_from(others, &scene.field.map);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
         let teaches = bent.map_or(Teaches::NOTHING, |_| Teaches::of(path, objective.index.as_ref()));
         let (squared_error, residual) = (d.squared_error, d.shown.d_colour.map(|d| 0.5 * d / weight));
@@ -245,15 +249,15 @@ impl LearnedRay<'_> {
 /// The sweep from the back over all sections of a ray.
 #[inline(always)]
 fn march_sections(
+    layout: &Layout,
     samples: RaySamples,
     mirrored: &[MirroredSample],
     d: &PixelAdjoint,
-    sparsity: f32,
     tape: &mut Tape,
 ) {
     let RaySamples { samples: all, segments } = samples;
     for section in mirrored::sections(all.len(), mirrored, d.shown) {
         let own = RaySamples { samples: &all[section.samples.clone()], segments };
-        d.march_back(own, &section, sparsity, tape);
+        d.march_back(layout, own, &section, tape);
     }
 }

@@ -3,7 +3,7 @@
 use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
 use super::prefetch::prefetch;
 use super::record::DENSITY_GRADIENT;
-use super::tape::{BUCKET_VOXELS, Tape};
+use super::tape::{BUCKET_VOXELS, Tape, fetch_ahead};
 use crate::backend::{BUCKET_SLOTS, Objective, RULE};
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
@@ -18,8 +18,8 @@ const AHEAD: usize = 8;
 pub(super) struct BucketGradient {
     pub density: AlignedVec<f32>,
     pub colour: AlignedVec<f32>,
-    /// One bit per voxel that received a gradient, per slot.
-    pub touched: Vec<u64>,
+    /// Per slot, which voxels received a gradient. Bytes, not bits: neighbours in one word would wait for each other.
+    pub touched: Vec<[bool; BRICK_VOXELS]>,
 }
 
 impl BucketGradient {
@@ -27,18 +27,16 @@ impl BucketGradient {
         Self {
             density: AlignedVec::filled(BUCKET_VOXELS, 0.0),
             colour: AlignedVec::filled(BUCKET_VOXELS * stride, 0.0),
-            touched: vec![0; BUCKET_SLOTS],
+            touched: vec![[false; BRICK_VOXELS]; BUCKET_SLOTS],
         }
     }
 
     /// The voxels of the bucket that received a gradient.
     pub(super) fn touched_voxels(&self) -> Vec<u16> {
         let mut voxels = Vec::with_capacity(BUCKET_VOXELS);
-        for (slot, &bits) in self.touched.iter().enumerate() {
-            let mut bits = bits;
-            while bits != 0 {
-                voxels.push((slot * BRICK_VOXELS) as u16 + bits.trailing_zeros() as u16);
-                bits &= bits - 1;
+        for (voxel, touched) in (0..).zip(self.touched.as_flattened()) {
+            if *touched {
+                voxels.push(voxel);
             }
         }
         voxels
@@ -46,8 +44,8 @@ impl BucketGradient {
 
     /// Back to zero, touching only what was touched.
     fn clear(&mut self, stride: usize) {
-        for (slot, bits) in self.touched.iter_mut().enumerate().filter(|(_, b)| **b != 0) {
-            *bits = 0;
+        for (slot, touched) in self.touched.iter_mut().enumerate().filter(|(_, t)| t.contains(&true)) {
+            touched.fill(false);
             let voxels = slot * BRICK_VOXELS..(slot + 1) * BRICK_VOXELS;
             self.density[voxels.clone()].fill(0.0);
             self.colour[voxels.start * stride..voxels.end * stride].fill(0.0);
@@ -90,10 +88,15 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
     tapes: &[Tape],
     grad: &mut BucketGradient,
 ) {
-    let colour = voxels_mut::<BLOCKS>(&mut grad.colour);
+    let BucketGradient { density, colour, touched } = grad;
+    // Arrays of a known length take no checks of each index.
+    let colour = voxels_mut::<BLOCKS>(colour).as_mut_array::<BUCKET_VOXELS>().expect("a bucket's voxels");
+    let density = density.as_mut_array::<BUCKET_VOXELS>().expect("a bucket's voxels");
+    let touched = touched.as_flattened_mut().as_mut_array::<BUCKET_VOXELS>().expect("a bucket's voxels");
     let first = (bucket * BUCKET_VOXELS) as u32;
     let (learning, last) = (first.max(BRICK_VOXELS as u32), first + BUCKET_VOXELS as u32);
-    for tape in tapes {
+    for (k, tape) in tapes.iter().enumerate() {
+        fetch_ahead(tapes, k, bucket);
         for r in tape.of_bucket(bucket) {
             let corners = field.map.corners(r.cell);
             let of_gradient = r.basis == DENSITY_GRADIENT;
@@ -109,14 +112,19 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
                 n += usize::from(corners[k].wrapping_sub(learning) < last - learning);
             }
             for &(voxel, weight) in &own[..n] {
-                grad.density[voxel] += weight * r.d_theta;
-                grad.touched[voxel / BRICK_VOXELS] |= 1 << (voxel % BRICK_VOXELS);
+                density[voxel % BUCKET_VOXELS] += weight * r.d_theta;
+                touched[voxel % BUCKET_VOXELS] = true;
             }
             if of_gradient {
                 continue;
             }
-            let coloured = field.layout.with(&tape.bases[r.basis as usize]);
-            scatter(simd, colour, &own[..n], coloured, r.d_colour);
+            let basis = field.layout.repeated(&tape.bases[r.basis as usize]);
+            let coloured = field.layout.with(&basis);
+            if n == 8 {
+                scatter(simd, colour, &own, coloured, r.d_colour);
+            } else {
+                scatter(simd, colour, &own[..n], coloured, r.d_colour);
+            }
         }
     }
 }

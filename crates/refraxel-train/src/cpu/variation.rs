@@ -25,7 +25,7 @@ pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
     let own = |slot: u32| slots.contains(&(slot as usize));
     for slot in slots.clone() {
         let around = neighbour_slots(field, slot as u32);
-        grad.touched[slot - first] = u64::MAX;
+        grad.touched[slot - first].fill(true);
         for (axis, &[below, above]) in around.iter().enumerate() {
             let edges = Edges { first: first * BRICK_VOXELS, slot: slot as u32, axis, weights };
             edges.inside::<S, BLOCKS>(simd, field, grad);

@@ -11,7 +11,8 @@ const CELLS: usize = 16;
 /// The mean colour of photographs, each of which counts once; `None` where none has pixels that may be used.
 pub fn mean_colour<'a>(pictures: impl Iterator<Item = Picture<'a>>) -> Option<[f32; 3]> {
     let pictures: Vec<Picture> = pictures.collect();
-    let of_one = |p: &Picture| mean(p.means(cells(p)).into_iter().flatten());
+    let colour = |[r, g, b, _]: [f32; 4]| [r, g, b]; // pictures of surroundings are not transparent
+    let of_one = |p: &Picture| mean(p.reduced(cells(p)).into_iter().flatten().map(colour));
     let each: Vec<[f32; 3]> = pictures.par_iter().filter_map(of_one).collect();
     mean(each.into_iter())
 }

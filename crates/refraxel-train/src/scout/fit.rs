@@ -83,7 +83,8 @@ impl Fit {
             self.backend.refresh_occupancy(&course.marching());
             self.is_fine = true;
         }
-        let moment = Moment { progress: Progress(SPAN * share), bends_since: None, bends: false };
+        let (progress, extent) = (Progress(SPAN * share), self.backend.domain().extent);
+        let moment = Moment { progress, bends_since: None, bends: false, extent };
         let objective = objective(&course.options, course.plan.near, moment);
         let batch = self.batch(course, step, free);
         self.backend.submit(&batch, &objective, step);
