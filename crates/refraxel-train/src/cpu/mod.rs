@@ -7,7 +7,6 @@
 //! (`shared`).
 
 mod absorption;
-mod adam;
 mod backend;
 mod bake;
 mod caches;
@@ -28,7 +27,6 @@ mod sample;
 mod scene;
 mod secondary;
 mod shared;
-mod surface;
 mod tape;
 mod trace;
 mod update;
