@@ -90,7 +90,7 @@ pub enum GpuError {
     },
     /// A ray took more steps than a software adapter counts.
     #[error(
-        "{adapter} stops loops after {most} iterations, and the path of a ray took more; lower `grid.resolution` or `index.resolution`, or use `--device cpu`"
+        "{adapter} stops loops after {most} iterations, and the path of a ray took more; lower `grid.resolution`, or use `--device cpu`"
     )]
     CutShort {
         /// Name of the adapter.
