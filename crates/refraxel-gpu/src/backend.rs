@@ -1,28 +1,31 @@
 //! The backend itself: a model in the memory of a device.
 
-use crate::constants::{STATUS_FAILED, WANTS_FIELD};
-use crate::field::{OUTCOMES, blank, download, upload, without_values};
+use crate::bending::{Bending, Paths};
+use crate::constants::{STATUS_FAILED, WANTS_FIELD, WANTS_INDEX};
+use crate::field::{OUTCOMES, blank, download, upload, upload_medium, without_values};
 use crate::kernels::{Kernel, Kernels};
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
-use crate::step::{Gradients, RayBuffers};
+use crate::step::{Gradients, RayBuffers, check_loops};
 use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
-use refraxel_core::{BrickMap, Domain, Ray};
+use refraxel_core::{BrickMap, Domain, Integrator, Ray};
 use refraxel_train::Options;
 use refraxel_train::backend::{
     Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
     Snapshot, StepOutcome,
 };
 use refraxel_train::cancel::{Cancel, Cancelled};
-use refraxel_train::model::{Model, Optimiser, Reflection, Refraction, resampled};
+use refraxel_train::model::{IndexMoments, Model, Optimiser, Reflection, Refraction, resampled};
 use refraxel_train::run::Run;
 use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Rays of one dispatch of a rendering: short enough for a watchdog, long enough to fill a device.
 const PORTION: usize = 1 << 16;
+/// The same where they may bend.
+const BENT_PORTION: usize = 1 << 14;
 /// Steps after which outcomes are read also where nobody waits for them.
 const READ_EVERY: usize = 25;
 /// Steps across a grid along its diagonal, in units of its longest edge, bounded from above.
@@ -30,7 +33,7 @@ const DIAGONAL: f64 = 1.75;
 
 /// Parameters, moments and search structures in the memory of a GPU.
 ///
-/// Straight rays, bounded and contracted domains, constant backgrounds and panoramas, all priors. Models with more are
+/// Straight and bent rays, sharp surfaces and smooth regions, bodies that absorb, bounded and contracted domains, constant backgrounds and panoramas, all priors. Models with more are
 /// refused by [`GpuBackend::new`] and [`GpuBackend::supports`].
 #[derive(Debug)]
 pub struct GpuBackend {
@@ -40,6 +43,10 @@ pub struct GpuBackend {
     pub(crate) held: Model,
     pub(crate) buffers: Buffers,
     pub(crate) rays: RayBuffers,
+    /// The paths of rays that bend, while they learn.
+    pub(crate) paths: Paths,
+    /// Moments of what bends rays, which the host moves.
+    pub(crate) index_moments: Vec<IndexMoments>,
     /// Numbers and rays of the steps whose outcomes are on the device, in the order of their places there.
     pub(crate) pending: Vec<(u64, u64)>,
     /// Outcomes that nobody asked for yet.
@@ -60,18 +67,19 @@ impl GpuBackend {
     pub fn resumed(gpu: Gpu, model: &Model, optimiser: &Optimiser) -> Result<Self, GpuError> {
         assert!(optimiser.fits(model), "the optimiser's state is that of another model");
         Self::supports(model)?;
-        let shape = Shape::new(&gpu, model.field.degree, model.field.map.voxels())?;
+        let shape = Shape::new(&gpu, model)?;
         let kernels = gpu.kernels(shape)?;
         let buffers = upload(&gpu, &shape, model, optimiser)?;
         let held = without_values(model);
-        let (rays, pending, outcomes) = (RayBuffers::default(), Vec::new(), Vec::new());
-        Ok(Self { gpu, kernels, held, buffers, rays, pending, outcomes })
+        let (rays, paths, index_moments) = (RayBuffers::default(), Paths::default(), optimiser.index.clone());
+        let (pending, outcomes) = (Vec::new(), Vec::new());
+        Ok(Self { gpu, kernels, held, buffers, rays, paths, index_moments, pending, outcomes })
     }
 
     /// Whether the backend has everything that a model needs.
     pub fn supports(model: &Model) -> Result<(), Unsupported> {
-        if !model.refraction.is_none() {
-            return Err(Unsupported::Refraction);
+        if model.refraction.optics.integrator != Integrator::Leapfrog {
+            return Err(Unsupported::Integrator);
         }
         if !model.reflection.is_none() {
             return Err(Unsupported::Reflection);
@@ -86,8 +94,12 @@ impl GpuBackend {
             Self::supports(&run.model)?;
         }
         let stays_straight = saved.is_some_and(|run| run.state.stays_straight);
-        if options.refraction.bend.is_on() && !stays_straight {
-            return Err(Unsupported::Refraction);
+        let bends = options.refraction.bend.is_on() && !stays_straight;
+        if bends && Integrator::from(options.index.integrator) != Integrator::Leapfrog {
+            return Err(Unsupported::Integrator);
+        }
+        if bends && options.reflection.enabled.is_on() {
+            return Err(Unsupported::Reflection);
         }
         if options.clearcoat.enabled.is_on() { Err(Unsupported::Clearcoat) } else { Ok(()) }
     }
@@ -99,18 +111,22 @@ impl GpuBackend {
 
     /// The model and the optimiser's state as they are now.
     pub fn read(&self) -> Result<(Model, Optimiser), GpuError> {
-        download(&self.gpu, &self.kernels.shape, &self.buffers, &self.held)
+        download(&self.gpu, &self.kernels.shape, &self.buffers, &self.held, &self.index_moments)
     }
 
     /// Another model, with everything that belongs to it.
     fn replace(&mut self, model: &Model, optimiser: &Optimiser) -> Result<(), GpuError> {
         assert!(optimiser.fits(model), "the optimiser's state is that of another model");
         Self::supports(model)?;
-        let shape = Shape::new(&self.gpu, model.field.degree, model.field.map.voxels())?;
+        let shape = Shape::new(&self.gpu, model)?;
+        if let Some(fault) = self.gpu.fault() {
+            return Err(fault); // with the arrays as they are: whoever asks goes on to be told
+        }
         self.buffers = Buffers::default(); // no two fields at a time
         self.kernels = self.gpu.kernels(shape)?;
         self.buffers = upload(&self.gpu, &shape, model, optimiser)?;
         self.held = without_values(model);
+        self.index_moments.clone_from(&optimiser.index);
         Ok(())
     }
 
@@ -163,9 +179,19 @@ impl GpuBackend {
         self.forward_loops() * (1 + 8 + if wants_rays { 9 } else { 0 })
     }
 
+    /// Rays of one dispatch.
+    fn portion(&self) -> usize {
+        if self.held.refraction.is_none() { PORTION } else { BENT_PORTION }
+    }
+
     fn render_portion(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<Seen>, GpuError> {
         self.check_steps(marching, self.forward_loops())?;
-        let marched = self.march(&self.kernels.render, &Buffers::default(), rays, marching)?;
+        let kernel = if self.held.refraction.is_none() {
+            &self.kernels.render
+        } else {
+            &self.kernels.bent(&self.gpu)?.render
+        };
+        let marched = self.march(kernel, &Paths::none(&self.gpu)?.buffers, rays, marching)?;
         marched.buffers.read(&self.gpu, "seen", rays.len())
     }
 
@@ -175,7 +201,12 @@ impl GpuBackend {
         rays: &[Ray<f32>],
         marching: &Marching,
     ) -> Result<(), GpuError> {
-        self.march(&self.kernels.peak, weights, rays, marching).map(|_| ())
+        let kernel = if self.held.refraction.is_none() {
+            &self.kernels.peak
+        } else {
+            &self.kernels.bent(&self.gpu)?.peak
+        };
+        self.march(kernel, weights, rays, marching).map(|_| ())
     }
 
     /// Run a kernel on rays, with other buffers `beside` those of the model; what it wrote of the rays.
@@ -187,12 +218,19 @@ impl GpuBackend {
         marching: &Marching,
     ) -> Result<RayBuffers, GpuError> {
         let mut buffers = RayBuffers::default();
-        buffers.fill(&self.gpu, &Lesson::of_rays(rays), false)?;
-        self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held.field, rays.len())]);
+        let bends = !self.held.refraction.is_none();
+        buffers.fill(&self.gpu, &Lesson::of_rays(rays, &self.held.refraction), false)?;
+        self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held, rays.len())]);
+        if bends {
+            self.buffers.write(&self.gpu, "bending", &[Bending::shown(&self.held.refraction, rays.len())]);
+        }
         let mut encoder = self.encoder();
         let of = [&self.buffers, &buffers.buffers, beside];
         kernel.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
         self.gpu.queue.submit([encoder.finish()]);
+        if bends {
+            check_loops(&self.gpu, &self.buffers)?;
+        }
         Ok(buffers)
     }
 
@@ -264,8 +302,13 @@ impl Backend for GpuBackend {
     }
 
     fn set_medium(&mut self, medium: Refraction) {
-        assert!(medium.is_none(), "{}", Unsupported::Refraction);
+        self.index_moments = medium.medium.regions().iter().map(IndexMoments::zero).collect();
         self.held.refraction = medium;
+        let uploaded = Self::supports(&self.held)
+            .map_err(GpuError::from)
+            .and_then(|()| Shape::new(&self.gpu, &self.held))
+            .and_then(|_| upload_medium(&self.gpu, &mut self.buffers, &self.held.refraction));
+        self.noted(uploaded);
     }
 
     fn set_reflection(&mut self, reflection: Reflection) {
@@ -297,7 +340,7 @@ impl Backend for GpuBackend {
 
     fn refresh_occupancy(&mut self, marching: &Marching) {
         let (gpu, field) = (&self.gpu, &self.held.field);
-        self.buffers.write(gpu, "task", &[Task::marching(marching, field, 0)]);
+        self.buffers.write(gpu, "task", &[Task::marching(marching, &self.held, 0)]);
         let mut encoder = self.encoder();
         let groups = workgroups(2 * field.map.slots());
         self.kernels.occupancy.run(gpu, &mut encoder, &[&self.buffers], groups);
@@ -315,7 +358,7 @@ impl Backend for GpuBackend {
             let seen = self.noted(self.render_portion(rays, marching));
             seen.unwrap_or_else(|| vec![Seen::default(); rays.len()])
         };
-        rays.chunks(PORTION).flat_map(portion).map(pixel).collect()
+        rays.chunks(self.portion()).flat_map(portion).map(pixel).collect()
     }
 
     fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
@@ -344,14 +387,15 @@ impl Backend for GpuBackend {
     }
 
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
-        let found = self.gradients(batch, objective, WANTS_FIELD);
+        let found = self.gradients(batch, objective, WANTS_FIELD | WANTS_INDEX);
         // Of a device with a fault: nothing, and an outcome that is not finite.
-        let Gradients { field, texels, rays, outcome } = found.unwrap_or_else(|| Gradients::none(batch));
+        let Gradients { field, texels, medium, absorption, rays, outcome } =
+            found.unwrap_or_else(|| Gradients::none(batch));
         BatchGradient {
             field,
             background: texels,
-            medium: self.held.refraction.medium.zero_gradient(),
-            absorption: Vec::new(),
+            medium,
+            absorption,
             reflection: Vec::new(),
             clearcoat: None,
             rays,
@@ -374,7 +418,7 @@ impl Backend for GpuBackend {
         let mut weights = Buffers::default();
         let made = weights.zeros(&self.gpu, "weights", 4 * voxels as u64);
         let mut done = self.noted(made.and_then(|()| self.check_steps(marching, self.backward_loops(false))));
-        for portion in rays.chunks(PORTION) {
+        for portion in rays.chunks(self.portion()) {
             cancel.check()?;
             done = done.and_then(|()| self.noted(self.weigh_portion(&weights, portion, marching)));
         }

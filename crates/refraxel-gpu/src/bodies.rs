@@ -3,6 +3,8 @@
 use crate::memory::Buffers;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
+use refraxel_core::index::MediumGradient;
+use refraxel_core::radiance::LEAST_CONTRAST;
 use refraxel_core::{Domain, IndexGrid, Interpolation};
 use refraxel_train::Refraction;
 
@@ -10,6 +12,9 @@ use refraxel_train::Refraction;
 pub(crate) const CUBIC_B_SPLINE: u32 = 0;
 pub(crate) const TRILINEAR_OF_DIFFERENCES: u32 = 1;
 pub(crate) const TRILINEAR: u32 = 2;
+
+/// Regions that kernels know of, in arrays of this length: more than any file of bodies may have.
+pub(crate) const MAX_REGIONS: usize = 64;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -20,7 +25,10 @@ struct Region {
     is_uniform: u32,
     step: f32,
     interpolation: u32,
-    padding: [u32; 2],
+    contrast: f32,
+    padding_0: u32,
+    absorption: [f32; 3],
+    padding_1: u32,
 }
 
 #[repr(C)]
@@ -74,12 +82,14 @@ impl Region {
             is_uniform: grid.interior_index().is_some().into(),
             step,
             interpolation,
-            padding: [0; 2],
+            contrast: (grid.largest_index() - 1.0).max(LEAST_CONTRAST as f32),
+            absorption: grid.absorption(),
+            ..Self::default()
         }
     }
 }
 
-/// Arrays with everything that kernels read of a medium.
+/// Arrays with everything that kernels read of a medium, over those of one of the same shape.
 pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
     let (mut grids, mut regions) = (Grids::default(), Vec::new());
     for grid in refraction.medium.regions() {
@@ -93,14 +103,46 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Res
         }
     }
     grids.clearance.resize(grids.clearance.len().next_multiple_of(4), 0);
-    for bytes in [4 * grids.coefficients.len() as u64, grids.clearance.len() as u64] {
-        if bytes > gpu.binding_limit() {
+    let of_regions = |regions: usize| (regions * size_of::<Region>()) as u64;
+    for (needed, most) in [
+        (4 * grids.coefficients.len() as u64, gpu.binding_limit()),
+        (grids.clearance.len() as u64, gpu.binding_limit()),
+        (of_regions(regions.len()), of_regions(MAX_REGIONS)),
+    ] {
+        if needed > most {
             let (what, adapter) = ("the index of refraction", gpu.adapter().name.clone());
-            return Err(GpuError::TooLarge { what, adapter, needed: bytes, most: gpu.binding_limit() });
+            return Err(GpuError::TooLarge { what, adapter, needed, most });
         }
     }
-    b.filled(gpu, "regions", &regions)?;
-    b.filled(gpu, "lattices", &grids.lattices)?;
-    b.filled(gpu, "coefficients", &grids.coefficients)?;
-    b.filled(gpu, "clearance", &grids.clearance)
+    regions.resize(MAX_REGIONS, Region::default());
+    grids.lattices.resize(2 * MAX_REGIONS, Lattice::default());
+    b.put(gpu, "regions", &regions)?;
+    b.put(gpu, "lattices", &grids.lattices)?;
+    b.put(gpu, "coefficients", &grids.coefficients)?;
+    b.put(gpu, "clearance", &grids.clearance)
+}
+
+/// Coefficients of the index and of the level sets of all regions.
+pub(crate) fn coefficients(refraction: &Refraction) -> usize {
+    let of_level = |grid: &IndexGrid<f32>| grid.level_set().map_or(0, |l| l.coefficients().len());
+    let of = |grid| IndexGrid::coefficients(grid).len() + of_level(grid);
+    refraction.medium.regions().iter().map(of).sum()
+}
+
+/// Numbers of the gradient of a medium: its coefficients, and three of what each region absorbs.
+pub(crate) fn gradient_len(refraction: &Refraction) -> usize {
+    coefficients(refraction) + 3 * refraction.medium.regions().len()
+}
+
+/// The gradient of a medium as kernels sum it up, by region; and that of what regions absorb.
+pub(crate) fn gradient(refraction: &Refraction, sums: &[f64]) -> (MediumGradient<f32>, Vec<[f64; 3]>) {
+    let mut gradient = refraction.medium.zero_gradient();
+    let mut rest = sums;
+    for (index, level_set) in gradient.index.iter_mut().zip(&mut gradient.level_set) {
+        for d in index.iter_mut().chain(level_set) {
+            let Some((first, others)) = rest.split_first() else { break };
+            (*d, rest) = (*first as f32, others);
+        }
+    }
+    (gradient, rest.as_chunks::<3>().0.to_vec())
 }

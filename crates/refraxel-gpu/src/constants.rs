@@ -1,13 +1,14 @@
 //! Constants of the Rust code for the kernels. No number is repeated in WGSL.
 
+use crate::bending::REPLAY;
 use crate::bodies::{CUBIC_B_SPLINE, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
-use refraxel_core::index::{BORDER_VALUE, NUDGE, TOUCH, VACUUM};
-use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, MAX_LATTICE};
+use refraxel_core::index::{BORDER, BORDER_VALUE, FLAT, NUDGE, TOUCH, VACUUM};
+use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT};
 use refraxel_core::priors::OPACITY_MARGIN;
-use refraxel_core::radiance::GROUP;
+use refraxel_core::radiance::{GROUP, light};
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
 use refraxel_train::model::MAX_SEGMENTS;
@@ -21,6 +22,16 @@ pub(crate) const WANTS_FIELD: u32 = 1;
 pub(crate) const WANTS_RAYS: u32 = 2;
 /// Bit of `Task::wants`: the radiance behind the field comes with the rays.
 pub(crate) const GIVEN_BEHIND: u32 = 4;
+/// Bit of `Task::wants`: paths are kept, to be learned from.
+pub(crate) const WANTS_PATHS: u32 = 8;
+/// Bit of `Task::wants`: the index and surfaces receive gradients.
+pub(crate) const WANTS_INDEX: u32 = 16;
+/// Bit of `Task::wants`: bodies absorb, or may learn to.
+pub(crate) const ABSORBS: u32 = 32;
+/// Bits of `Segment::event`: the ray passes; it is turned back; it comes from inside the body.
+const REFRACTS: u32 = 1;
+const REFLECTS: u32 = 2;
+const FROM_INSIDE: u32 = 4;
 /// Words of the status: a failure of an earlier step; the loss of this one, or a parameter, is not finite.
 pub(crate) const STATUS_FAILED: u32 = 0;
 pub(crate) const STATUS_LOSS: u32 = 1;
@@ -29,8 +40,15 @@ pub(crate) const STATUS_PARAMETER: u32 = 2;
 pub(crate) const STATUS_SAMPLES: u32 = 3;
 /// The squared error of the step, two words of fixed point.
 pub(crate) const STATUS_ERROR: u32 = 4;
+/// Index samples that were left out since the derivative of their path overflowed.
+pub(crate) const STATUS_OVERFLOWS: u32 = 6;
+/// The device left loops before their end.
+pub(crate) const STATUS_CUT: u32 = 7;
 /// Words of the status.
-pub(crate) const STATUS_WORDS: u32 = 6;
+pub(crate) const STATUS_WORDS: u32 = 8;
+/// Words of an outcome: the two of the squared error, samples, whether the step failed, index samples left out, whether loops were
+/// left, and padding.
+pub(crate) const OUTCOME_WORDS: usize = 8;
 /// Bits behind the point of a fixed-point number: steps of 1.5e-11, far below [`RULE`]'s ε, and sums up to 1.3e8.
 const FIXED_BITS: i32 = 36;
 /// Values of larger magnitude are cut to it.
@@ -64,6 +82,17 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("STATUS_PARAMETER", STATUS_PARAMETER),
         ("STATUS_SAMPLES", STATUS_SAMPLES),
         ("STATUS_ERROR", STATUS_ERROR),
+        ("STATUS_OVERFLOWS", STATUS_OVERFLOWS),
+        ("STATUS_CUT", STATUS_CUT),
+        ("OUTCOME_WORDS", OUTCOME_WORDS as u32),
+        ("WANTS_PATHS", WANTS_PATHS),
+        ("WANTS_INDEX", WANTS_INDEX),
+        ("ABSORBS", ABSORBS),
+        ("REFRACTS", REFRACTS),
+        ("REFLECTS", REFLECTS),
+        ("FROM_INSIDE", FROM_INSIDE),
+        ("REPLAY", REPLAY as u32),
+        ("BORDER", BORDER as u32),
         ("BRICK_VOXELS", BRICK_VOXELS as u32),
         ("BUCKET_SLOTS", BUCKET_SLOTS as u32),
         ("GROUP", GROUP as u32),
@@ -97,6 +126,13 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("BORDER_VALUE", BORDER_VALUE as f32),
         ("TOUCH", TOUCH as f32),
         ("VACUUM", VACUUM as f32),
+        ("FLAT", FLAT as f32),
+        ("STRAIGHT", STRAIGHT as f32),
+        ("GRAZING", GRAZING as f32),
+        ("LIGHT_TOE", light::TOE as f32),
+        ("LIGHT_TOE_SLOPE", light::TOE_SLOPE as f32),
+        ("LIGHT_OFFSET", light::OFFSET as f32),
+        ("GAMMA", light::GAMMA as f32),
         ("CROSSING_SPACING", CROSSING_SPACING as f32),
         ("EPSILON", f32::EPSILON),
         ("STRETCH_MOST", STRETCH_MOST),

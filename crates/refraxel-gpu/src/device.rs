@@ -9,6 +9,8 @@ use wgpu::{BufferUsages, MapMode, PollType};
 
 /// Arrays that the largest kernel binds besides its pools, and the least number of pools.
 const LEAST_BINDINGS: u32 = 16;
+/// The limit that this concerns.
+pub(crate) const STORAGE_BUFFERS: &str = "the number of storage buffers of a kernel";
 /// Bytes that are read back at once.
 const STAGING: u64 = 32 << 20;
 /// Iterations of all loops of an invocation after which llvmpipe (Mesa) leaves them without a word.
@@ -46,7 +48,7 @@ impl Gpu {
         let name = || adapter.name.clone();
         if adapter.max_bindings < LEAST_BINDINGS {
             let (found, needed) = (adapter.max_bindings.into(), LEAST_BINDINGS.into());
-            let limit = "the number of storage buffers of a kernel";
+            let limit = STORAGE_BUFFERS;
             return Err(GpuError::Unsuitable { adapter: name(), limit, found, needed });
         }
         let descriptor = wgpu::DeviceDescriptor {
@@ -111,6 +113,11 @@ impl Gpu {
         Ok(kernels)
     }
 
+    /// Size of a buffer for so many bytes: kernels cannot bind nothing, and copies move whole words.
+    pub(crate) fn padded(bytes: u64) -> u64 {
+        bytes.max(16).next_multiple_of(16)
+    }
+
     /// A buffer of zeros.
     pub(crate) fn buffer(
         &self,
@@ -118,8 +125,7 @@ impl Gpu {
         bytes: u64,
         usage: BufferUsages,
     ) -> Result<wgpu::Buffer, GpuError> {
-        // Kernels cannot bind nothing, and copies move whole words.
-        let size = bytes.max(16).next_multiple_of(16);
+        let size = Self::padded(bytes);
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
         let buffer = self.device.create_buffer(&descriptor);

@@ -88,6 +88,16 @@ pub enum GpuError {
         /// What the adapter allows.
         most: u64,
     },
+    /// A ray took more steps than a software adapter counts.
+    #[error(
+        "{adapter} stops loops after {most} iterations, and the path of a ray took more; lower `grid.resolution`, or use `--device cpu`"
+    )]
+    CutShort {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the adapter allows.
+        most: u64,
+    },
     /// The model has something that the backend does not have yet.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
@@ -98,14 +108,10 @@ pub enum GpuError {
 #[error("{}; use `--device cpu`, or {}", self.what(), self.without())]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Rays that bend.
-    Refraction,
     /// Surfaces that mirror.
     Reflection,
     /// Opaque things with a clearcoat.
     Clearcoat,
-    /// Tinted bodies.
-    Absorption,
     /// Steps through the index by another rule than leapfrog.
     Integrator,
 }
@@ -114,10 +120,8 @@ impl Unsupported {
     /// What is not there.
     pub fn what(self) -> &'static str {
         match self {
-            Self::Refraction => "the GPU backend cannot bend rays yet",
             Self::Reflection => "the GPU backend has no mirrors yet",
             Self::Clearcoat => "the GPU backend has no clearcoats yet",
-            Self::Absorption => "the GPU backend has no tinted bodies yet",
             Self::Integrator => "the GPU backend traces rays by leapfrog only",
         }
     }
@@ -125,10 +129,8 @@ impl Unsupported {
     /// How to do without.
     fn without(self) -> &'static str {
         match self {
-            Self::Refraction => "straight rays with `--refraction off`",
             Self::Reflection => "no mirrors with `--reflection off`",
             Self::Clearcoat => "no clearcoat with `--clearcoat off`",
-            Self::Absorption => "clear bodies",
             Self::Integrator => "that rule",
         }
     }

@@ -1,6 +1,8 @@
 //! A model and its optimiser's state in the memory of a device, and back.
 
-use crate::constants::STATUS_WORDS;
+use crate::bending::Bending;
+use crate::bodies;
+use crate::constants::{OUTCOME_WORDS, STATUS_WORDS};
 use crate::memory::Buffers;
 use crate::pools::Shape;
 use crate::{Gpu, GpuError};
@@ -8,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
-use refraxel_train::model::{Model, Optimiser};
+use refraxel_train::model::{IndexMoments, Model, Optimiser, Refraction};
 
 /// Outcomes of steps that a device keeps until the host reads them.
 pub(crate) const OUTCOMES: usize = 64;
@@ -136,9 +138,20 @@ pub(crate) fn upload(
         b.zeros(gpu, &name, bytes)?;
     }
     b.zeros(gpu, "status", 4 * u64::from(STATUS_WORDS))?;
-    b.zeros(gpu, "outcomes", 16 * OUTCOMES as u64)?;
+    b.zeros(gpu, "outcomes", 4 * (OUTCOME_WORDS * OUTCOMES) as u64)?;
+    upload_medium(gpu, &mut b, &model.refraction)?;
     gpu.queue.submit([]);
     gpu.fault().map_or(Ok(b), Err)
+}
+
+/// Arrays with everything that kernels read and write of what bends rays.
+pub(crate) fn upload_medium(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
+    if refraction.is_none() {
+        return Ok(());
+    }
+    b.zeros(gpu, "bending", size_of::<Bending>() as u64)?;
+    b.zeros(gpu, "index_gradient", 8 * bodies::gradient_len(refraction) as u64)?;
+    bodies::upload(gpu, b, refraction)
 }
 
 /// Names and sizes of the arrays that are 0 between two steps.
@@ -181,12 +194,14 @@ pub(crate) fn blank(held: &Model) -> Model {
     Model { field, ..without_values(held) }
 }
 
-/// The model and the optimiser's state, read from a device; `held` is the model without its values.
+/// The model and the optimiser's state, read from a device; `held` is the model without its values, `index` what the host has of the
+/// state.
 pub(crate) fn download(
     gpu: &Gpu,
     shape: &Shape,
     buffers: &Buffers,
     held: &Model,
+    index: &[IndexMoments],
 ) -> Result<(Model, Optimiser), GpuError> {
     let (map, degree) = (held.field.map.clone(), held.field.degree);
     let (voxels, stride) = (map.voxels(), degree.stride());
@@ -215,6 +230,7 @@ pub(crate) fn download(
         colour: aligned("colour_moment")?,
         background: buffers.read(gpu, "texel_moment", texels)?,
         occupied: buffers.read(gpu, "occupied", model.field.map.slots())?,
+        index: index.to_vec(),
         ..Optimiser::new(held)
     };
     Ok((model, optimiser))

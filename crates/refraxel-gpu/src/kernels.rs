@@ -3,9 +3,11 @@
 use crate::memory::Buffers;
 use crate::pools::Shape;
 use crate::sources::{
-    Access, CONCLUDE, LEARN, OCCUPANCY, PEAK, RENDER, Source, UPDATE, UPDATE_BACKGROUND, VARIATION,
+    Access, CONCLUDE, LEARN, LEARN_BENT, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE,
+    UPDATE_BACKGROUND, VARIATION,
 };
 use crate::{Gpu, GpuError};
+use std::sync::OnceLock;
 
 /// A compiled kernel.
 #[derive(Debug)]
@@ -109,6 +111,15 @@ pub(crate) struct Kernels {
     pub conclude: Kernel,
     pub occupancy: Kernel,
     pub peak: Kernel,
+    bent: OnceLock<BentKernels>,
+}
+
+/// What takes the place of the kernels of the same names where rays bend.
+#[derive(Debug)]
+pub(crate) struct BentKernels {
+    pub render: Kernel,
+    pub learn: Kernel,
+    pub peak: Kernel,
 }
 
 impl Kernels {
@@ -124,7 +135,19 @@ impl Kernels {
             conclude: kernel(&CONCLUDE),
             occupancy: kernel(&OCCUPANCY),
             peak: kernel(&PEAK),
+            bent: OnceLock::new(),
         };
+        gpu.fault().map_or(Ok(kernels), Err)
+    }
+
+    /// Those for rays that bend, which are compiled when they are first needed.
+    pub(crate) fn bent(&self, gpu: &Gpu) -> Result<&BentKernels, GpuError> {
+        let kernel = |source| Kernel::new(gpu, source, &self.shape);
+        let kernels = self.bent.get_or_init(|| BentKernels {
+            render: kernel(&RENDER_BENT),
+            learn: kernel(&LEARN_BENT),
+            peak: kernel(&PEAK_BENT),
+        });
         gpu.fault().map_or(Ok(kernels), Err)
     }
 }

@@ -4,7 +4,7 @@
 //! A kernel (`kernels.rs`) is a concatenation of small files of `shaders/`, preceded by its bindings and by constants that are
 //! those of the Rust code. `naga` validates all of them in a unit test that needs no adapter.
 //!
-//! What the backend does not have yet (refraction, mirrors, clearcoats) it refuses, see [`Unsupported`]: it never computes
+//! What the backend does not have yet (mirrors, clearcoats) it refuses, see [`Unsupported`]: it never computes
 //! something else instead.
 //!
 //! **Sums are exact.** Gradients are added in fixed point of 64 bits (`shaders/fixed.wgsl`): the order in which rays arrive
@@ -12,6 +12,7 @@
 
 mod adapters;
 mod backend;
+mod bending;
 mod bodies;
 mod constants;
 mod device;

@@ -18,7 +18,7 @@ impl Buffers {
 
     /// Add an array of zeros.
     pub(crate) fn zeros(&mut self, gpu: &Gpu, name: &str, bytes: u64) -> Result<(), GpuError> {
-        let uniform = name == "scene" || name == "task";
+        let uniform = matches!(name, "scene" | "task" | "bending" | "regions" | "lattices");
         let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
         let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         self.0.insert(name.to_owned(), gpu.buffer(name, bytes, usage)?);
@@ -37,6 +37,22 @@ impl Buffers {
         Ok(())
     }
 
+    /// Write an array of these values over the one of this name, or add it where that has another size.
+    pub(crate) fn put(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        values: &[impl bytemuck::NoUninit],
+    ) -> Result<(), GpuError> {
+        match self.get(name) {
+            Some(buffer) if buffer.size() == Gpu::padded(size_of_val(values) as u64) => {
+                self.write(gpu, name, values);
+                Ok(())
+            }
+            _ => self.filled(gpu, name, values),
+        }
+    }
+
     /// Write the first values of an array.
     ///
     /// # Panics
@@ -49,6 +65,14 @@ impl Buffers {
                 gpu.queue.submit([]);
             }
         }
+    }
+
+    /// Write some values of an array, from this byte on.
+    ///
+    /// # Panics
+    /// If there is no such array.
+    pub(crate) fn write_at(&self, gpu: &Gpu, name: &str, offset: u64, values: &[impl bytemuck::NoUninit]) {
+        gpu.queue.write_buffer(&self.0[name], offset, bytemuck::cast_slice(values));
     }
 
     /// The first `n` values of an array.

@@ -1,13 +1,15 @@
 //! Arrays that are larger than a binding: cut into pools of whole bricks, read and written by generated functions.
 
 use crate::constants::WORKGROUP;
+use crate::device::STORAGE_BUFFERS;
 use crate::{Gpu, GpuError};
 use refraxel_core::ShDegree;
 use refraxel_core::grid::BRICK_VOXELS;
+use refraxel_train::Model;
 use std::fmt::Write;
 
-/// Arrays of the kernel with the most of them, without its pools.
-const OTHER_BINDINGS: u32 = 12;
+/// Arrays of the kernel with the most of them, without its pools, where all rays are straight, and where they may bend.
+const OTHER_BINDINGS: [u32; 2] = [12, 17];
 
 /// How an array with one entry per voxel is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +41,17 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// The shape of so many voxels, if a device can bind them.
-    pub(crate) fn new(gpu: &Gpu, degree: ShDegree, voxels: usize) -> Result<Self, GpuError> {
-        let binding = gpu.binding_limit();
-        let shape = Self::within(degree, voxels, binding);
-        let most = gpu.adapter().max_bindings.saturating_sub(OTHER_BINDINGS) as usize;
+    /// The shape of a model, if a device can bind it.
+    pub(crate) fn new(gpu: &Gpu, model: &Model) -> Result<Self, GpuError> {
+        let (binding, voxels) = (gpu.binding_limit(), model.field.map.voxels());
+        let shape = Self::within(model.field.degree, voxels, binding);
+        let others = OTHER_BINDINGS[usize::from(!model.refraction.is_none())];
+        let (found, needed) = (gpu.adapter().max_bindings, others + 2);
+        if found < needed {
+            let (adapter, limit) = (gpu.adapter().name.clone(), STORAGE_BUFFERS);
+            return Err(GpuError::Unsuitable { adapter, limit, found: found.into(), needed: needed.into() });
+        }
+        let most = (found - others) as usize;
         let too_large = |what, needed, most| GpuError::TooLarge {
             what,
             adapter: gpu.adapter().name.clone(),

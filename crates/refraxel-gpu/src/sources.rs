@@ -1,5 +1,6 @@
 //! The sources of kernels: which files of `shaders/` each consists of, and which arrays it binds.
 
+use crate::bodies::MAX_REGIONS;
 use crate::constants::declarations;
 use crate::pools::{Shape, add, take};
 use std::fmt::Write;
@@ -53,6 +54,27 @@ const MARCHED: &[(&str, Access)] = &[
     ("lessons", Read),
 ];
 
+/// Follows rays that bend.
+const TRACE: &[&str] = shaders!["bending", "lattice", "stencil", "medium", "crossing", "event", "trace"];
+/// What that reads.
+const TRACED: &[(&str, Access)] = &[
+    ("bending", Uniform),
+    ("regions", Uniform),
+    ("lattices", Uniform),
+    ("coefficients", Read),
+    ("clearance", Read),
+];
+/// What rays are compared with, and what receives gradients from them.
+const LEARNED: &[(&str, Access)] = &[
+    ("seen", Read),
+    ("ray_gradients", Writes),
+    ("density_gradient", Atomic),
+    ("colour_gradient", Atomic),
+    ("texel_gradient", Atomic),
+    ("touched", Atomic),
+    ("status", Atomic),
+];
+
 /// Render rays.
 pub(crate) const RENDER: Source = Source {
     entry: "render",
@@ -63,35 +85,44 @@ pub(crate) const RENDER: Source = Source {
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: &[MARCH, shaders!["lattice", "stencil", "medium", "crossing", "event", "trace", "render_bent"]],
+    files: &[MARCH, TRACE, shaders!["fixed", "absorption", "advance", "path", "render_bent"]],
+    bindings: &[MARCHED, TRACED, &[("seen", Writes), ("checkpoints", Writes), ("status", Atomic)]],
+};
+
+/// Compare rays that may bend with their targets and march back along their paths.
+pub(crate) const LEARN_BENT: Source = Source {
+    entry: "learn_bent",
+    files: &[
+        MARCH,
+        TRACE,
+        shaders![
+            "absorption",
+            "advance",
+            "path",
+            "fixed",
+            "touched",
+            "priors",
+            "ray_gradient",
+            "scatter",
+            "stencil_vjp",
+            "index_sample",
+            "trace_vjp",
+            "learn_bent"
+        ],
+    ],
     bindings: &[
         MARCHED,
-        &[
-            ("seen", Writes),
-            ("regions", Read),
-            ("lattices", Read),
-            ("coefficients", Read),
-            ("clearance", Read),
-        ],
+        TRACED,
+        LEARNED,
+        &[("checkpoints", Read), ("steps", Writes), ("index_gradient", Atomic)],
     ],
 };
 
 /// Compare rays with their targets and march back.
 pub(crate) const LEARN: Source = Source {
     entry: "learn",
-    files: &[MARCH, shaders!["fixed", "touched", "priors", "ray_gradient", "learn"]],
-    bindings: &[
-        MARCHED,
-        &[
-            ("seen", Read),
-            ("ray_gradients", Writes),
-            ("density_gradient", Atomic),
-            ("colour_gradient", Atomic),
-            ("texel_gradient", Atomic),
-            ("touched", Atomic),
-            ("status", Atomic),
-        ],
-    ],
+    files: &[MARCH, shaders!["fixed", "touched", "priors", "ray_gradient", "scatter", "learn"]],
+    bindings: &[MARCHED, LEARNED],
 };
 
 /// Add the gradient of total variation.
@@ -163,20 +194,30 @@ pub(crate) const OCCUPANCY: Source = Source {
     ]],
 };
 
+/// Marches rays without shading what they meet.
+const WEIGH: &[&str] =
+    shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "weigh"];
+/// What that reads and writes.
+const WEIGHED: &[(&str, Access)] = &[
+    ("scene", Uniform),
+    ("task", Uniform),
+    ("table", Read),
+    ("forward", Read),
+    ("occupied", Read),
+    ("density", Read),
+    ("lessons", Read),
+    ("weights", Atomic),
+];
+
 /// Find out which voxels rays see.
-pub(crate) const PEAK: Source = Source {
-    entry: "peak",
-    files: &[shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "peak"]],
-    bindings: &[&[
-        ("scene", Uniform),
-        ("task", Uniform),
-        ("table", Read),
-        ("forward", Read),
-        ("occupied", Read),
-        ("density", Read),
-        ("lessons", Read),
-        ("weights", Atomic),
-    ]],
+pub(crate) const PEAK: Source =
+    Source { entry: "peak", files: &[WEIGH, shaders!["peak"]], bindings: &[WEIGHED] };
+
+/// The same where rays may bend.
+pub(crate) const PEAK_BENT: Source = Source {
+    entry: "peak_bent",
+    files: &[WEIGH, TRACE, shaders!["fixed", "advance", "peak_bent"]],
+    bindings: &[WEIGHED, TRACED, &[("status", Atomic)]],
 };
 
 /// Type of the elements of an array.
@@ -188,8 +229,8 @@ fn element(name: &str) -> &'static str {
         "lessons" => "Lesson",
         "seen" => "Seen",
         "ray_gradients" => "RayGradient",
-        "regions" => "Region",
-        "lattices" => "Lattice",
+        "checkpoints" => "Checkpoint",
+        "steps" => "Step",
         "colour" => "vec4<f32>",
         "density" | "texels" | "coefficients" | "density_moment" | "colour_moment" | "texel_moment" => "f32",
         gradient => {
@@ -219,6 +260,9 @@ impl Source {
         for (number, (name, kind, access)) in self.names(shape).into_iter().enumerate() {
             let (space, of) = match (access, kind) {
                 (Uniform, "scene") => ("uniform", "Scene".to_owned()),
+                (Uniform, "bending") => ("uniform", "Bending".to_owned()),
+                (Uniform, "regions") => ("uniform", format!("array<Region, {MAX_REGIONS}>")),
+                (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
                 (Uniform, _) => ("uniform", "Task".to_owned()),
                 (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
                 (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
@@ -230,7 +274,7 @@ impl Source {
             match (name, access) {
                 ("colour", access) => out += &shape.colour_access(access == Writes),
                 ("colour_gradient", access) => out += &shape.gradient_access(access == Atomic),
-                ("density_gradient" | "texel_gradient", Atomic) => out += &add(name),
+                ("density_gradient" | "texel_gradient" | "index_gradient", Atomic) => out += &add(name),
                 ("density_gradient" | "texel_gradient", _) => out += &take(name),
                 ("status", Atomic) => out += &add(name),
                 _ => {}
@@ -244,6 +288,7 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use naga::back::spv;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use refraxel_core::ShDegree;
 
@@ -253,6 +298,8 @@ mod tests {
             &RENDER,
             &RENDER_BENT,
             &LEARN,
+            &LEARN_BENT,
+            &PEAK_BENT,
             &VARIATION,
             &UPDATE,
             &UPDATE_BACKGROUND,
@@ -269,9 +316,10 @@ mod tests {
                         .unwrap_or_else(|e| panic!("{}: {}", source.entry, e.emit_to_string(&text)));
                     let found =
                         Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
-                    if let Err(e) = found {
-                        panic!("{}: {}", source.entry, e.emit_to_string(&text));
-                    }
+                    let info =
+                        found.unwrap_or_else(|e| panic!("{}: {}", source.entry, e.emit_to_string(&text)));
+                    // What is valid and cannot be written, such as a pointer to a member, ends in a panic.
+                    spv::write_vec(&module, &info, &spv::Options::default(), None).expect(source.entry);
                     assert!(module.entry_points.iter().any(|e| e.name == source.entry));
                 }
             }

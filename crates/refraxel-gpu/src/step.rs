@@ -1,16 +1,21 @@
 //! The passes over a batch: forward, adjoint, update; and what is read back of them.
 
 use crate::backend::GpuBackend;
+use crate::bending::{Bending, Paths};
+use crate::bodies;
 use crate::constants::{
-    STATUS_ERROR, STATUS_LOSS, STATUS_SAMPLES, STATUS_WORDS, WANTS_FIELD, WANTS_RAYS, from_fixed,
+    OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
+    STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
 };
 use crate::field::{OUTCOMES, gradients, texel_values};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::task::{Lesson, RayAdjoint, Seen, Task};
 use crate::{Gpu, GpuError};
+use refraxel_core::index::MediumGradient;
 use refraxel_core::{AlignedVec, FieldGradient};
 use refraxel_train::backend::{Batch, Objective, REFRESH, RayGradient, StepOutcome};
+use refraxel_train::descent;
 
 /// Rays on a device, with room for what they show and receive.
 #[derive(Debug, Default)]
@@ -44,6 +49,8 @@ impl RayBuffers {
 pub(crate) struct Gradients {
     pub field: FieldGradient<f32>,
     pub texels: Vec<[f32; 3]>,
+    pub medium: MediumGradient<f32>,
+    pub absorption: Vec<[f64; 3]>,
     pub rays: Vec<RayGradient>,
     pub outcome: StepOutcome,
 }
@@ -55,7 +62,8 @@ impl Gradients {
         let rays = vec![RayGradient::zero(); batch.rays.len()];
         let outcome = StepOutcome { rays: rays.len() as u64, ..StepOutcome::default() };
         let field = FieldGradient { density: none(), colour: none() };
-        Self { field, texels: Vec::new(), rays, outcome }
+        let medium = MediumGradient { index: Vec::new(), level_set: Vec::new() };
+        Self { field, texels: Vec::new(), medium, absorption: Vec::new(), rays, outcome }
     }
 }
 
@@ -73,8 +81,8 @@ impl GpuBackend {
         outcome: usize,
     ) -> Result<(), GpuError> {
         let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
-        self.rays.fill(gpu, &Lesson::of_batch(batch), false)?;
-        let mut task = Task::learning(objective, field, batch);
+        self.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), false)?;
+        let mut task = Task::learning(objective, &self.held, batch);
         let moves = objective.moves_field();
         if !moves {
             task.wants &= !WANTS_FIELD;
@@ -87,9 +95,21 @@ impl GpuBackend {
         if step.is_multiple_of(REFRESH) {
             kernels.occupancy.run(gpu, &mut encoder, &of, workgroups(2 * field.map.slots()));
         }
-        let rays = workgroups(batch.rays.len());
-        kernels.render.run(gpu, &mut encoder, &of, rays);
-        kernels.learn.run(gpu, &mut encoder, &of, rays);
+        if self.held.refraction.is_none() {
+            let rays = workgroups(batch.rays.len());
+            kernels.render.run(gpu, &mut encoder, &of, rays);
+            kernels.learn.run(gpu, &mut encoder, &of, rays);
+        } else {
+            gpu.queue.submit([encoder.finish()]);
+            self.paths.fit(gpu, batch.rays.len())?;
+            let bending = Bending::learning(objective, &self.held.refraction, self.paths.keeps, true);
+            self.learn_bent(
+                bending,
+                batch.rays.len(),
+                &[&self.buffers, &self.rays.buffers, &self.paths.buffers],
+            )?;
+            encoder = self.encoder();
+        }
         if moves {
             if objective.tv_density > 0.0 || objective.tv_colour > 0.0 {
                 kernels.variation.run(gpu, &mut encoder, &of, voxels);
@@ -101,7 +121,71 @@ impl GpuBackend {
         kernels.update_background.run(gpu, &mut encoder, &of, texels);
         kernels.conclude.run(gpu, &mut encoder, &of, 1);
         gpu.queue.submit([encoder.finish()]);
+        if objective.index.is_some() || objective.absorption.is_some() {
+            self.move_medium(batch.rays.len(), objective, step, outcome)?;
+        }
         Ok(())
+    }
+
+    /// Forward and adjoint of rays that may bend, portion by portion.
+    fn learn_bent(&self, bending: Bending, rays: usize, of: &[&Buffers]) -> Result<(), GpuError> {
+        let (gpu, kernels) = (&self.gpu, self.kernels.bent(&self.gpu)?);
+        for (k, portion) in bending.portions(rays).enumerate() {
+            self.buffers.write(gpu, "bending", &[portion]);
+            let mut encoder = self.encoder();
+            if k == 0 {
+                clear(&mut encoder, &self.buffers, "index_gradient");
+            }
+            let groups = workgroups(portion.rays as usize);
+            kernels.render.run(gpu, &mut encoder, of, groups);
+            kernels.learn.run(gpu, &mut encoder, of, groups);
+            gpu.queue.submit([encoder.finish()]);
+        }
+        Ok(())
+    }
+
+    /// The step of what bends rays and absorbs, which the host takes: its grids are small. Not after a failure.
+    fn move_medium(
+        &mut self,
+        rays: usize,
+        objective: &Objective,
+        step: u64,
+        outcome: usize,
+    ) -> Result<(), GpuError> {
+        if self.held.refraction.is_none() || self.raw_outcomes()?[outcome][3] != 0 {
+            return Ok(());
+        }
+        let (gradient, absorption) = self.medium_sums()?;
+        let (refraction, moments) = (&mut self.held.refraction, &mut self.index_moments[..]);
+        if let Some(objective) = &objective.index {
+            descent::update_index(
+                refraction,
+                moments,
+                descent::IndexStep { gradient, rays, step },
+                objective,
+            );
+        }
+        let absorbing = objective.absorption.as_ref();
+        let finite =
+            absorbing.is_none_or(|o| descent::update_absorption(refraction, moments, &absorption, o));
+        if !finite {
+            let words = OUTCOME_WORDS * outcome + 3;
+            self.buffers.write_at(&self.gpu, "outcomes", 4 * words as u64, &[1_u32]);
+            self.buffers.write_at(&self.gpu, "status", 4 * u64::from(STATUS_FAILED), &[1_u32]);
+        }
+        bodies::upload(&self.gpu, &mut self.buffers, &self.held.refraction)
+    }
+
+    /// The sums of the gradient of what bends rays, and of what absorbs, as they are.
+    fn medium_sums(&self) -> Result<(MediumGradient<f32>, Vec<[f64; 3]>), GpuError> {
+        let refraction = &self.held.refraction;
+        let mut sums = Vec::new();
+        if !refraction.is_none() {
+            let n = bodies::gradient_len(refraction);
+            let words: Vec<[u32; 2]> = self.buffers.read(&self.gpu, "index_gradient", n)?;
+            sums.extend(words.iter().map(|w| from_fixed(w[0], w[1])));
+        }
+        Ok(bodies::gradient(refraction, &sums))
     }
 
     /// Forward and adjoint of a batch without a step; of the rays alone, where the field is not wanted.
@@ -111,30 +195,39 @@ impl GpuBackend {
         objective: &Objective,
         wants: u32,
     ) -> Result<Gradients, GpuError> {
-        let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
-        let mut rays = RayBuffers::default();
-        rays.fill(gpu, &Lesson::of_batch(batch), true)?;
-        let mut task = Task::learning(objective, field, batch);
-        task.wants = (task.wants & !WANTS_FIELD) | WANTS_RAYS | wants;
+        let (gpu, kernels, refraction) = (&self.gpu, &self.kernels, &self.held.refraction);
+        let (mut rays, n) = (RayBuffers::default(), batch.rays.len());
+        rays.fill(gpu, &Lesson::of_batch(batch, refraction), true)?;
+        let mut task = Task::learning(objective, &self.held, batch);
+        task.wants = (task.wants & !(WANTS_FIELD | WANTS_INDEX)) | WANTS_RAYS | wants;
         self.buffers.write(gpu, "task", &[task]);
-        let mut encoder = self.encoder();
-        let of = [&self.buffers, &rays.buffers];
-        kernels.render.run(gpu, &mut encoder, &of, workgroups(batch.rays.len()));
-        kernels.learn.run(gpu, &mut encoder, &of, workgroups(batch.rays.len()));
-        gpu.queue.submit([encoder.finish()]);
+        if refraction.is_none() {
+            let (mut encoder, of) = (self.encoder(), [&self.buffers, &rays.buffers]);
+            kernels.render.run(gpu, &mut encoder, &of, workgroups(n));
+            kernels.learn.run(gpu, &mut encoder, &of, workgroups(n));
+            gpu.queue.submit([encoder.finish()]);
+        } else {
+            let mut paths = Paths::default();
+            paths.fit(gpu, n)?;
+            let bending = Bending::learning(objective, refraction, paths.keeps, false);
+            self.learn_bent(bending, n, &[&self.buffers, &rays.buffers, &paths.buffers])?;
+            check_loops(gpu, &self.buffers)?;
+        }
         let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
         let outcome = StepOutcome {
             rays: batch.rays.len() as u64,
             squared_error: from_fixed(status[STATUS_ERROR as usize], status[STATUS_ERROR as usize + 1]),
             samples: status[STATUS_SAMPLES as usize].into(),
+            overflows: status[STATUS_OVERFLOWS as usize].into(),
             finite: status[STATUS_LOSS as usize] == 0,
-            ..StepOutcome::default()
+            step: 0,
         };
         let adjoints: Vec<RayAdjoint> = rays.buffers.read(gpu, "ray_gradients", batch.rays.len())?;
         let rays = adjoints.into_iter().map(RayGradient::from).collect();
         let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
+        let (medium, absorption) = self.medium_sums()?;
         self.clear_sums();
-        Ok(Gradients { field, texels, rays, outcome })
+        Ok(Gradients { field, texels, medium, absorption, rays, outcome })
     }
 
     /// The sums of gradients as they are; empty ones of a field that is not wanted.
@@ -175,16 +268,45 @@ impl GpuBackend {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
+    /// The ring of outcomes.
+    fn raw_outcomes(&self) -> Result<Vec<[u32; OUTCOME_WORDS]>, GpuError> {
+        self.buffers.read(&self.gpu, "outcomes", OUTCOMES)
+    }
+
     /// The outcomes of the steps that were enqueued and not read yet.
     pub(crate) fn read_outcomes(&mut self) -> Result<Vec<StepOutcome>, GpuError> {
-        let all: Vec<[u32; 4]> = self.buffers.read(&self.gpu, "outcomes", OUTCOMES)?;
+        let all = self.raw_outcomes()?;
+        if all[..self.pending.len()].iter().any(|words| words[5] != 0) {
+            return Err(cut_short(&self.gpu));
+        }
         let outcome = |(k, &(step, rays)): (usize, &(u64, u64))| {
-            let [low, high, samples, failed] = all[k];
+            let [low, high, samples, failed, overflows, ..] = all[k];
             let (squared_error, samples) = (from_fixed(low, high), samples.into());
-            StepOutcome { step, rays, squared_error, samples, overflows: 0, finite: failed == 0 }
+            StepOutcome {
+                step,
+                rays,
+                squared_error,
+                samples,
+                overflows: overflows.into(),
+                finite: failed == 0,
+            }
         };
         Ok(std::mem::take(&mut self.pending).iter().enumerate().map(outcome).collect())
     }
+}
+
+/// The error that a device left loops before their end.
+fn cut_short(gpu: &Gpu) -> GpuError {
+    GpuError::CutShort { adapter: gpu.adapter().name.clone(), most: gpu.iteration_limit().unwrap_or(0) }
+}
+
+/// Refuse what kernels found since the last step where a device left loops before their end. Asks only those that are known to.
+pub(crate) fn check_loops(gpu: &Gpu, buffers: &Buffers) -> Result<(), GpuError> {
+    if gpu.iteration_limit().is_none() {
+        return Ok(());
+    }
+    let status: Vec<u32> = buffers.read(gpu, "status", STATUS_WORDS as usize)?;
+    if status[STATUS_CUT as usize] == 0 { Ok(()) } else { Err(cut_short(gpu)) }
 }
 
 /// Set an array to 0.

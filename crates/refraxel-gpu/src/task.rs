@@ -1,9 +1,10 @@
 //! What kernels are told in one dispatch: the uniform `Task`, and rays.
 
-use crate::constants::{GIVEN_BEHIND, WANTS_FIELD};
+use crate::constants::{ABSORBS, GIVEN_BEHIND, WANTS_FIELD, WANTS_INDEX, WANTS_PATHS};
 use bytemuck::{Pod, Zeroable};
-use refraxel_core::{Ray, Vec3, VoxelField};
+use refraxel_core::{Ray, Vec3};
 use refraxel_train::backend::{Batch, Marching, Objective, RayGradient};
+use refraxel_train::{Model, Refraction};
 
 /// `Task` of `scene.wgsl`.
 #[repr(C)]
@@ -31,9 +32,11 @@ pub(crate) struct Task {
 
 impl Task {
     /// Marching alone.
-    pub(crate) fn marching(marching: &Marching, field: &VoxelField<f32>, rays: usize) -> Self {
+    pub(crate) fn marching(marching: &Marching, model: &Model, rays: usize) -> Self {
+        let field = &model.field;
         Self {
             rays: rays as u32,
+            wants: if model.refraction.is_absorbing() { ABSORBS } else { 0 },
             step: marching.step * field.domain.voxel(),
             near: marching.near,
             theta_min: marching.theta_min(field),
@@ -43,10 +46,17 @@ impl Task {
     }
 
     /// A step, or the gradient of one.
-    pub(crate) fn learning(objective: &Objective, field: &VoxelField<f32>, batch: &Batch) -> Self {
-        let given = if batch.behind.is_empty() { 0 } else { GIVEN_BEHIND };
+    pub(crate) fn learning(objective: &Objective, model: &Model, batch: &Batch) -> Self {
+        let marching = Self::marching(&objective.marching, model, batch.rays.len());
+        let bit = |wanted: bool, bit: u32| if wanted { bit } else { 0 };
+        let bends = !model.refraction.is_none();
         Self {
-            wants: WANTS_FIELD | given,
+            wants: marching.wants
+                | WANTS_FIELD
+                | bit(!batch.behind.is_empty(), GIVEN_BEHIND)
+                | bit(bends, WANTS_PATHS)
+                | bit(bends && objective.index.is_some(), WANTS_INDEX)
+                | bit(bends && objective.absorption.is_some(), ABSORBS),
             sparsity: objective.sparsity,
             opacity: objective.opacity,
             tv_density: objective.tv_density,
@@ -56,7 +66,7 @@ impl Task {
             rate_colour: objective.rate_colour,
             rate_view: objective.rate_view,
             rate_background: objective.rate_background,
-            ..Self::marching(&objective.marching, field, batch.rays.len())
+            ..marching
         }
     }
 }
@@ -68,7 +78,7 @@ pub(crate) struct Lesson {
     origin: [f32; 3],
     offset: f32,
     direction: [f32; 3],
-    pub bends: u32,
+    bends: u32,
     colour: [f32; 3],
     padding_1: f32,
     behind: [f32; 3],
@@ -77,10 +87,11 @@ pub(crate) struct Lesson {
 
 impl Lesson {
     /// Rays whose points lie in the middle of their steps.
-    pub(crate) fn of_rays(rays: &[Ray<f32>]) -> Vec<Self> {
+    pub(crate) fn of_rays(rays: &[Ray<f32>], refraction: &Refraction) -> Vec<Self> {
         let lesson = |ray: &Ray<f32>| Self {
             origin: ray.origin.to_array(),
             direction: ray.direction.to_array(),
+            bends: refraction.admits(ray).into(),
             offset: 0.5,
             ..Self::default()
         };
@@ -88,8 +99,8 @@ impl Lesson {
     }
 
     /// The rays of a batch.
-    pub(crate) fn of_batch(batch: &Batch) -> Vec<Self> {
-        let mut lessons = Self::of_rays(&batch.rays);
+    pub(crate) fn of_batch(batch: &Batch, refraction: &Refraction) -> Vec<Self> {
+        let mut lessons = Self::of_rays(&batch.rays, refraction);
         for (k, lesson) in lessons.iter_mut().enumerate() {
             (lesson.offset, lesson.colour) = (batch.offset[k], batch.target[k]);
             lesson.behind = batch.behind.get(k).copied().unwrap_or_default();

@@ -7,6 +7,7 @@ pub mod blur;
 pub mod cancel;
 pub mod checkpoint;
 pub mod cpu;
+pub mod descent;
 pub mod device;
 pub mod evaluation;
 pub mod events;

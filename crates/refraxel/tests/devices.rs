@@ -115,7 +115,7 @@ mod gpu {
         let folder = tempfile::tempdir().unwrap();
         let (data, run) = (ball(folder.path()), folder.path().join("run"));
         train(&data, &run, &["--refraction", "on", "--device", "gpu:0"])
-            .refused(6, &["cannot bend rays yet", "--device cpu", "--refraction off"]);
+            .refused(6, &["no mirrors yet", "--device cpu", "--reflection off"]);
         straight(&data, &run, &["--clearcoat", "on", "--device", "gpu:0"])
             .refused(6, &["no clearcoats yet", "--clearcoat off"]);
         assert!(!run.exists());

@@ -100,6 +100,10 @@ use crate::{Domain, Medium, Ray, Real, Vec3};
 /// Most lattice steps of one visit to a region: what [`Step::lattice`] can count.
 pub const MAX_LATTICE: u32 = u16::MAX as u32;
 
+/// Cosine of the angle between the directions of a ray before and after a path up to which the path is straight [1]: 4.5 mrad; single
+/// precision rounds to less.
+pub const STRAIGHT: f64 = 1.0 - 1e-5;
+
 /// The rule that advances position and momentum by one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrator {
@@ -209,8 +213,7 @@ impl<T> Path<T> {
 impl<T: Real> Path<T> {
     /// Whether it is other than the straight `ray`: it meets a surface, or leaves in another direction.
     pub fn bends(&self, ray: &Ray<T>) -> bool {
-        let least = T::of(1.0 - 1e-5); // 4.5 mrad; single precision rounds to less
-        self.events().next().is_some() || ray.direction.dot(self.exit.direction) < least
+        self.events().next().is_some() || ray.direction.dot(self.exit.direction) < T::of(STRAIGHT)
     }
 }
 

@@ -37,8 +37,8 @@ impl<T: Real> Reach<T> {
     }
 }
 
-/// Least difference between the largest index of a smooth region and that of vacuum.
-const LEAST_CONTRAST: f64 = 0.01;
+/// Least difference between the largest index of a smooth region and that of vacuum [1] in the share of the body, theory (7.17).
+pub const LEAST_CONTRAST: f64 = 0.01;
 
 /// Share g of the body where the index is n, and dg/dn: 1 in a body with a surface. In a smooth region it rises in
 /// proportion to n − 1 from 0 in vacuum to 1 at the largest index, theory (7.17), which is held fixed in derivatives.

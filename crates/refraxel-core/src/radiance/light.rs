@@ -8,13 +8,13 @@
 use crate::Real;
 
 /// Codes below this are proportional to light [1, a code].
-const TOE: f64 = 0.04045;
+pub const TOE: f64 = 0.04045;
 /// Slope of code by light below [`TOE`] [1].
-const TOE_SLOPE: f64 = 12.92;
+pub const TOE_SLOPE: f64 = 12.92;
 /// a of the curve code = (1 + a) light^(1/γ) − a above the toe [1].
-const OFFSET: f64 = 0.055;
+pub const OFFSET: f64 = 0.055;
 /// γ of that curve [1].
-const GAMMA: f64 = 2.4;
+pub const GAMMA: f64 = 2.4;
 
 /// Light ℓ of an sRGB code ≥ 0 (1 = white for both), and its slope. Codes above 1 continue the curve. Not differentiable at
 /// the end of the toe, where the slope jumps by 1.7 %.

@@ -6,13 +6,13 @@
 
 mod absorption;
 pub mod clearcoat;
-mod light;
+pub mod light;
 mod march;
 pub mod probes;
 mod quadrature;
 
 pub use crate::segment::{Segment, SegmentAdjoint};
-pub use absorption::{Absorption, AbsorptionAdjoint};
+pub use absorption::{Absorption, AbsorptionAdjoint, LEAST_CONTRAST};
 pub use light::{Filter, Filtered, MixAdjoint, mix, mix_vjp, without};
 pub use march::{Pixel, PixelAdjoint, render, render_through, render_vjp};
 pub use probes::{ProbeGrid, ProbeStencil};

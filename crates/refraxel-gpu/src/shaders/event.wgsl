@@ -1,10 +1,11 @@
 // A ray at a sharp surface, theory (2.25) and (2.26): `event.rs` of the core.
 
-// Position and momentum behind a surface, and the region that rules there.
+// Position and momentum behind a surface, what rules on its other side, and whether the ray passes.
 struct Turned {
     x: vec3<f32>,
     p: vec3<f32>,
-    into: u32,
+    beyond: u32,
+    passes: bool,
 }
 
 // The event at the end of a drift of length tau from x with momentum p inside of `within`, on the surface of `body`; `late` is
@@ -21,5 +22,5 @@ fn turned_at(x0: vec3<f32>, p0: vec3<f32>, tau: f32, body: u32, from_inside: boo
     let passes = square > 0.0;
     let size = select(-abs(a), sqrt(max(square, 0.0)), passes);
     let s = select(-size, size, from_inside);
-    return Turned(x, p + normal * (s - a), select(within, beyond, passes));
+    return Turned(x, p + normal * (s - a), beyond, passes);
 }

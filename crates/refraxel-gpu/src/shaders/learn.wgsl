@@ -36,21 +36,6 @@ fn learn(
     }
 }
 
-// dLoss/d(texels), given dLoss/d(radiance).
-fn scatter_background(direction: vec3<f32>, d_radiance: vec3<f32>) {
-    if (scene.rows == 0u) {
-        return;
-    }
-    let cell = texel_cell(direction);
-    let w = texel_weights(cell.fraction);
-    for (var k = 0u; k < 4u; k++) {
-        let d = w[k] * d_radiance;
-        add_texel_gradient(3u * cell.index[k], d.x);
-        add_texel_gradient(3u * cell.index[k] + 1u, d.y);
-        add_texel_gradient(3u * cell.index[k] + 2u, d.z);
-    }
-}
-
 // The adjoint of all samples of a straight ray; dLoss/d(segment).
 fn march_back(ray: u32, d_colour: vec3<f32>) -> SegmentAdjoint {
     var sums = SegmentAdjoint();
@@ -88,31 +73,9 @@ fn march_back(ray: u32, d_colour: vec3<f32>) -> SegmentAdjoint {
             scatter(&s, &basis, d_theta, d_sample);
         }
         if ((task.wants & WANTS_RAYS) != 0u) {
-            add_segment_adjoint(&sums, &s, &basis, Teaching(origin, direction, d_theta, d_tau, d_sample));
+            add_segment_adjoint(&sums, &s, &basis, Teaching(origin, direction, 1.0, d_theta, d_tau, d_sample));
         }
     }
     atomicAdd(&status[STATUS_SAMPLES], samples);
     return sums;
-}
-
-// What a sample gives to the voxels around it, theory (3.13). The empty brick never learns. These loops are not written out:
-// software adapters would compile so many atomics for minutes.
-fn scatter(
-    s: ptr<function, Sample>,
-    basis: ptr<function, array<vec4<f32>, BLOCKS>>,
-    d_theta: f32,
-    d_sample: vec3<f32>,
-) {
-    for (var k = 0u; k < 8u; k++) {
-        let voxel = corner_of((*s).slot, (*s).local, k);
-        if (voxel < BRICK_VOXELS) {
-            continue;
-        }
-        let weight = trilinear_weight((*s).fraction, k);
-        add_density_gradient(voxel, weight * d_theta);
-        touch(voxel);
-        for (var block = 0u; block < BLOCKS; block++) {
-            add_colour_gradient(voxel, block, weight * spread(block, d_sample) * (*basis)[block]);
-        }
-    }
 }

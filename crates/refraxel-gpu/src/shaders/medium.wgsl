@@ -11,7 +11,11 @@ struct Region {
     // Length of a step in t [scene unit].
     step: f32,
     interpolation: u32,
+    // Difference between the largest index and that of vacuum.
+    contrast: f32,
     padding_0: u32,
+    // Absorption coefficients [1 / scene unit].
+    absorption: vec3<f32>,
     padding_1: u32,
 }
 
@@ -42,21 +46,32 @@ fn holds_ahead(region: u32, x: vec3<f32>, p: vec3<f32>) -> bool {
     return select(phi.w, dot(phi.xyz, p), stands_on) < 0.0;
 }
 
+// The cell in whose coefficients the index of a region lies, where it is not that of vacuum.
+struct IndexCell {
+    cell: vec3<u32>,
+    found: bool,
+}
+
+// That of node coordinates: none outside the box and along its faces, where only bodies are continued.
+fn index_cell(region: u32, g: vec3<f32>) -> IndexCell {
+    let l = 2u * region;
+    if (!lattice_holds(l, g)) {
+        return IndexCell(vec3<u32>(0u), false);
+    }
+    let cell = lattice_cell(l, g);
+    let next = clamp(cell, vec3<u32>(1u), lattices[l].nodes - vec3<u32>(3u));
+    return IndexCell(next, all(cell == next) || regions[region].is_body != 0u);
+}
+
 // (∇w [1 / scene unit], w) of a region; that of vacuum outside its box, where no body is continued.
 fn index_sample(region: u32, x: vec3<f32>) -> vec4<f32> {
     let l = 2u * region;
     let g = lattice_node(l, x);
-    if (!lattice_holds(l, g)) {
+    let c = index_cell(region, g);
+    if (!c.found) {
         return vec4<f32>(0.0, 0.0, 0.0, VACUUM);
     }
-    var cell = lattice_cell(l, g);
-    if (is_rim(l, cell)) {
-        if (regions[region].is_body == 0u) {
-            return vec4<f32>(0.0, 0.0, 0.0, VACUUM);
-        }
-        cell = clamp(cell, vec3<u32>(1u), lattices[l].nodes - vec3<u32>(3u));
-    }
-    return value_and_force(l, regions[region].interpolation, cell, g) * vec4<f32>(lattices[l].scale, 1.0);
+    return value_and_force(l, regions[region].interpolation, c.cell, g) * vec4<f32>(lattices[l].scale, 1.0);
 }
 
 // (∇w, w) of a region, or of vacuum.
@@ -84,7 +99,7 @@ fn clip_region(region: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
 
 // The region whose field holds at a point; NO_REGION in vacuum.
 fn ruling_at(x: vec3<f32>) -> u32 {
-    for (var k = arrayLength(&regions); k > 0u; k--) {
+    for (var k = bending.regions; k > 0u; k--) {
         let region = k - 1u;
         if (all(x >= regions[region].lowest) && all(x <= regions[region].highest)) {
             if (regions[region].is_body == 0u || level_sample(region, x).w < 0.0) {
@@ -97,7 +112,7 @@ fn ruling_at(x: vec3<f32>) -> u32 {
 
 // The body that rules just behind the point x on the surface of a body, for a ray that enters it or leaves it.
 fn ruling_behind(surface: u32, enters: bool, x: vec3<f32>, p: vec3<f32>) -> u32 {
-    for (var k = arrayLength(&regions); k > 0u; k--) {
+    for (var k = bending.regions; k > 0u; k--) {
         let region = k - 1u;
         if (region == surface) {
             if (enters) {

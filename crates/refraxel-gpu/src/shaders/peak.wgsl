@@ -1,5 +1,4 @@
-// The largest weight T a that any ray gives to the samples around each voxel, theory (4.11). Weights are not negative, so
-// their order is that of their bits.
+// The largest weight T a that any straight ray gives to the samples around each voxel, theory (4.11).
 
 @compute @workgroup_size(WORKGROUP)
 fn peak(
@@ -17,15 +16,6 @@ fn peak(
     }
     var s: Sample;
     while (!front.opaque && next_sample(&front, &s)) {
-        let bits = bitcast<u32>(s.before * s.alpha);
-        for (var k = 0u; k < 8u; k++) {
-            weigh(corner_of(s.slot, s.local, k), bits);
-        }
-    }
-}
-
-fn weigh(voxel: u32, bits: u32) {
-    if (atomicLoad(&weights[voxel]) < bits) {
-        atomicMax(&weights[voxel], bits);
+        weigh_sample(&s);
     }
 }

@@ -23,6 +23,8 @@ fn axis_weights(interpolation: u32, f: f32) -> AxisWeights {
     return AxisWeights(value, vec4<f32>(-0.5 * g * g, (1.5 * f - 2.0) * f, (2.0 - 1.5 * g) * g, 0.5 * f * f));
 }
 
+// No compiler knows how often the loop over rows turns: written out wherever a grid is evaluated, it is so much code that software
+// adapters compile it for minutes.
 // (force, w) = (Σ D V V c, Σ V D V c, Σ V V D c, Σ V V V c) in the cell of node coordinates g, per node.
 fn value_and_force(l: u32, interpolation: u32, cell: vec3<u32>, g: vec3<f32>) -> vec4<f32> {
     let f = g - vec3<f32>(cell);
@@ -32,18 +34,18 @@ fn value_and_force(l: u32, interpolation: u32, cell: vec3<u32>, g: vec3<f32>) ->
     let n = lattices[l].nodes;
     let base = lattices[l].first + (cell.x - 1u) + n.x * ((cell.y - 1u) + n.y * (cell.z - 1u));
     var out = vec4<f32>(0.0);
-    for (var k = 0u; k < 4u; k++) {
-        for (var j = 0u; j < 4u; j++) {
-            let i = base + n.x * (j + n.y * k);
-            let row = vec4<f32>(coefficients[i], coefficients[i + 1u], coefficients[i + 2u], coefficients[i + 3u]);
-            let value = dot(x.value, row);
-            out += vec4<f32>(
-                dot(x.force, row) * y.value[j] * z.value[k],
-                value * y.force[j] * z.value[k],
-                value * y.value[j] * z.force[k],
-                value * y.value[j] * z.value[k],
-            );
-        }
+    for (var row_number = 0u; row_number < bending.taps * bending.taps; row_number++) {
+        let j = row_number % 4u;
+        let k = row_number / 4u;
+        let i = base + n.x * (j + n.y * k);
+        let row = vec4<f32>(coefficients[i], coefficients[i + 1u], coefficients[i + 2u], coefficients[i + 3u]);
+        let value = dot(x.value, row);
+        out += vec4<f32>(
+            dot(x.force, row) * y.value[j] * z.value[k],
+            value * y.force[j] * z.value[k],
+            value * y.value[j] * z.force[k],
+            value * y.value[j] * z.value[k],
+        );
     }
     return out;
 }

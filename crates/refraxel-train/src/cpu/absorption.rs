@@ -1,7 +1,6 @@
 //! What bodies on a ray's path absorb, theory (7.17)–(7.20): the colours of samples, of mirrored light and of the background
 //! are filtered once they are shaded. On the way back, dLoss/dcolour passes the filters and leaves dLoss/dthickness.
 
-use super::adam::{DECAY, adam};
 use super::mirrored::MirroredSample;
 use super::path_adjoint::SegmentSums;
 use super::record::Record;
@@ -9,6 +8,7 @@ use super::sample::{MarchedSegment, RaySamples, Sample};
 use super::tape::Tape;
 use super::view::{Packet, View};
 use crate::backend::AbsorptionObjective;
+use crate::descent;
 use crate::model::{IndexMoments, Refraction};
 use refraxel_core::radiance::{Absorption, AbsorptionAdjoint, Filter, Filtered, SegmentAdjoint};
 use refraxel_core::{Medium, Path};
@@ -141,33 +141,13 @@ pub(super) fn gradient(regions: usize, tapes: &[Tape]) -> Vec<[f64; 3]> {
     sums
 }
 
-/// One step of Adam on the coefficients of every region that rays have met, which stay >= 0. The parameters are the optical
-/// thicknesses over the longest edge of the region: the rate does not depend on the unit of length. False when one of them
-/// left the finite numbers; it then keeps its value.
+/// One step of every region; false when a coefficient left the finite numbers.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
     tapes: &[Tape],
     objective: &AbsorptionObjective,
 ) -> bool {
-    let grads = gradient(moments.len(), tapes);
-    let mut finite = true;
-    for (region, (grad, moments)) in grads.iter().zip(moments).enumerate() {
-        if grad.iter().all(|g| *g == 0.0) {
-            continue;
-        }
-        let grid = refraction.medium.region_mut(region);
-        let edge = grid.domain().bounds.extent().max_element();
-        let steps = adam(&mut moments.absorption, DECAY, &[0, 1, 2], |c| grad[c] as f32 / edge);
-        let mut absorption = grid.absorption();
-        for (a, step) in absorption.iter_mut().zip(steps) {
-            *a += objective.rate * step / edge;
-        }
-        if absorption.iter().all(|a| a.is_finite()) {
-            grid.set_absorption(absorption.map(|a| a.max(0.0)));
-        } else {
-            finite = false;
-        }
-    }
-    finite
+    let gradients = gradient(moments.len(), tapes);
+    descent::update_absorption(refraction, moments, &gradients, objective)
 }

@@ -1,20 +1,13 @@
-//! The index and its surfaces learn: index samples are scattered to the grids, their gradients are blurred, and Adam takes a step.
+//! The index and its surfaces learn: index samples are scattered to the grids, whose gradients take a [step](descent).
 
-use super::adam::{DECAY, HALF_OF_NODES, adam, slower};
 use super::record::IndexSample;
-use super::surface;
 use super::tape::{Tape, sum_in_parts};
 use crate::backend::IndexObjective;
-use crate::blur::gaussian_blur;
-use crate::model::{AdamMoments, IndexMoments, Refraction, RegionState};
+use crate::descent;
+use crate::model::{IndexMoments, Refraction};
 use rayon::prelude::*;
-use refraxel_core::index::{MediumGradient, priors};
-use refraxel_core::{IndexGrid, Medium};
-
-/// The rate of nodes by that of the one index of a body, which has the word of all rays.
-const SHARE_OF_NODES: f32 = 0.5;
-/// Steps between two looks at what is flat.
-const REFRESH: u64 = 16;
+use refraxel_core::Medium;
+use refraxel_core::index::MediumGradient;
 
 /// What a step has learned from its rays.
 pub(super) struct Learned<'a> {
@@ -74,90 +67,18 @@ pub(super) fn update(
     learned: &Learned,
     objective: &IndexObjective,
 ) {
-    let grads = gradient(&refraction.medium, learned.tapes, objective.clip);
-    let arrays = grads.index.into_iter().zip(grads.level_set);
-    for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
-        let state = refraction.states.get_mut(region);
-        let (is_held, is_rigid) = state.as_ref().map_or((false, false), |s| (s.fixed_index, s.fixed_surface));
-        let searched = state.as_ref().and_then(|s| s.searched);
-        let solid = state.and_then(|s| s.solid.as_mut());
-        let level = refraction.medium.region_mut(region).level_set_mut();
-        if let Some(level) = level.filter(|_| !is_rigid) {
-            surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
-        }
-        if is_held {
-            continue;
-        }
-        let trainable = refraction.states.get(region).and_then(RegionState::trainable);
-        let grid = refraction.medium.region_mut(region);
-        if grid.interior_index().is_some() && grid.level_set().is_some() {
-            descend_one(grid, searched, &mut moments.index, &grad, objective);
-            continue;
-        }
-        add_priors(grid, learned.rays as f32, objective, &mut grad);
-        gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
-        descend(grid, trainable, &mut moments.index, &grad, objective);
-        if learned.step.is_multiple_of(REFRESH) {
-            grid.find_flat_cells(trainable);
-        }
-    }
-}
-
-/// Priors count per ray, like the loss.
-fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad: &mut [f32]) {
-    let (weight, penalty) = objective.variation;
-    if weight > 0.0 {
-        priors::variation_vjp(grid, penalty, weight * rays, grad);
-    }
-    let (weight, penalty) = objective.deviation;
-    if weight > 0.0 {
-        priors::deviation_vjp(grid, 1.0, penalty, weight * rays, grad);
-    }
-}
-
-/// Adam on n = √(2c) at the trainable nodes.
-fn descend(
-    grid: &mut IndexGrid<f32>,
-    trainable: Option<&[bool]>,
-    moments: &mut AdamMoments,
-    grad: &[f32],
-    objective: &IndexObjective,
-) {
-    if objective.rate <= 0.0 {
-        return;
-    }
-    let nodes: Vec<usize> = grid.parameters().filter(|&j| trainable.is_none_or(|t| t[j])).collect();
-    let coefficients = grid.coefficients_mut();
-    let rate = SHARE_OF_NODES * objective.rate * slower(moments, HALF_OF_NODES);
-    let steps = adam(moments, DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
-    for (&j, step) in nodes.iter().zip(steps) {
-        let n = ((2.0 * coefficients[j]).sqrt() + rate * step).clamp(1.0, objective.largest);
-        coefficients[j] = 0.5 * n * n;
-    }
-}
-
-/// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'.
-fn descend_one(
-    grid: &mut IndexGrid<f32>,
-    searched: Option<f32>,
-    moments: &mut AdamMoments,
-    grad: &[f32],
-    objective: &IndexObjective,
-) {
-    let Some(n) = grid.interior_index().filter(|_| objective.rate > 0.0) else { return };
-    let d_n = n * grad.iter().sum::<f32>();
-    let step = adam(moments, DECAY, &[0], |_| d_n)[0];
-    let [low, high] =
-        searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
-    grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
+    let gradient = gradient(&refraction.medium, learned.tapes, objective.clip);
+    let learned = descent::IndexStep { gradient, rays: learned.rays, step: learned.step };
+    descent::update_index(refraction, moments, learned, objective);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::RegionState;
     use crate::random::Random;
     use refraxel_core::index::priors::Penalty;
-    use refraxel_core::{Aabb, LevelSet, Vec3};
+    use refraxel_core::{Aabb, IndexGrid, LevelSet, Vec3};
 
     const OBJECTIVE: IndexObjective = IndexObjective {
         rate: 0.0,

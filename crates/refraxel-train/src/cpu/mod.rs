@@ -7,7 +7,6 @@
 //! (`shared`).
 
 mod absorption;
-mod adam;
 mod backend;
 mod bake;
 mod caches;
@@ -29,7 +28,6 @@ mod sample;
 mod scene;
 mod secondary;
 mod shared;
-mod surface;
 mod tape;
 mod trace;
 mod update;

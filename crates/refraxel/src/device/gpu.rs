@@ -62,7 +62,7 @@ fn name(adapter: &Adapter) -> String {
 #[derive(Serialize)]
 struct Devices {
     kind: &'static str,
-    /// What `--device auto` is for a run with straight rays.
+    /// What `--device auto` is for a run without mirrors and clearcoats.
     auto: String,
     adapters: Vec<Adapter>,
 }
@@ -84,7 +84,9 @@ impl Devices {
         let mut lines: Vec<String> = self.adapters.iter().map(described).collect();
         lines.push(match self.auto.as_str() {
             "cpu" => "--device auto is the CPU: software adapters are taken by number only".to_owned(),
-            gpu => format!("--device auto is {gpu} for runs with straight rays, and the CPU for others"),
+            gpu => format!(
+                "--device auto is {gpu} for runs without mirrors and clearcoats, and the CPU for others"
+            ),
         });
         lines.join("\n")
     }
@@ -123,7 +125,7 @@ struct Bench {
     repetitions: usize,
 }
 
-/// `refraxel bench --device gpu`: straight rays, which are what a GPU trains.
+/// `refraxel bench --device gpu`: straight rays.
 pub fn bench(gpu: Gpu, args: &BenchArgs) -> Result<(), Failure> {
     let progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 1);
     let options = BenchOptions::suited_to(args.quick);

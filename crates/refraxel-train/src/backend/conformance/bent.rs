@@ -1,6 +1,6 @@
 //! Bent rays against the tracer and the radiance of the reference.
 
-use super::mirrored::nested_balls;
+use super::mirrored::{followed, nested_balls};
 use super::reference::Reference;
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
 use super::{Suite, Tolerances};
@@ -8,7 +8,7 @@ use crate::backend::{Backend, Layers, Marching, Objective};
 use crate::model::{Model, Refraction};
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
 use refraxel_core::radiance::{Pixel, PixelAdjoint, render, render_vjp};
-use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, vec3};
 
 /// Two balls of glass with soft edges beside each other.
 pub fn two_balls() -> Refraction {
@@ -32,6 +32,17 @@ pub fn sharp_model(extent: Extent) -> Model {
     Model { refraction: nested_balls().refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 
+/// A ball with a sharp surface and a lens in its middle, in a smooth field.
+pub fn graded_body_model(extent: Extent) -> Model {
+    let half = Vec3::splat(0.6);
+    let level = LevelSet::from_samples(Aabb::new(-half, half), [31; 3], |x: Vec3<f32>| x.length() - 0.4);
+    let n = |x: Vec3<f32>| 1.3 + 0.25 * (-x.dot(x) / 0.06).exp();
+    let body = IndexGrid::sharp_from_samples(level, [27; 3], Interpolation::CubicBSpline, n);
+    let medium = Medium::new(vec![body]).unwrap();
+    let refraction = Refraction { medium, ..Refraction::none() };
+    Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
+}
+
 /// Colours and depths.
 pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(bent_model, &suite.tolerances, &see(suite));
@@ -40,6 +51,7 @@ pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
 /// The same with surfaces at which the index jumps.
 pub fn sharp_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(sharp_model, &suite.tolerances, &see(suite));
+    rendering_agrees_with_the_reference(graded_body_model, &suite.tolerances, &see(suite));
 }
 
 fn see<B: Backend>(suite: &Suite<B>) -> impl Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>> {
@@ -76,9 +88,18 @@ pub fn rendering_agrees_with_the_reference(
 
 /// dLoss/d(density, colour, index, rays).
 pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
-    let model = bent_model(Extent::Bounded);
+    gradients_agree_with_the_reference(suite, bent_model(Extent::Bounded));
+}
+
+/// The same with surfaces at which the index jumps, in and through each other, and around a field.
+pub fn sharp_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
+    gradients_agree_with_the_reference(suite, sharp_model(Extent::Bounded));
+    gradients_agree_with_the_reference(suite, graded_body_model(Extent::Bounded));
+}
+
+fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model) {
     let reference = Reference::new(&model);
-    let (backend, b) = (suite.backend(model), batch(300));
+    let (backend, b) = (suite.backend(model), followed(batch(300), &reference));
     let bent_weight = 0.3;
     let got = backend.gradient(&b, &Objective { index: Some(index_objective()), bent_weight, ..objective() });
     let mut field = reference.field.zero_gradient();
@@ -107,11 +128,14 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     for (name, error, tolerance) in [
         ("density", relative(&got.field.density, &field.density), t.bent),
         ("colour", relative(&got.field.colour, &field.colour), t.bent),
-        ("first index", relative(&got.medium.index[0], &medium.index[0]), t.index),
-        ("second index", relative(&got.medium.index[1], &medium.index[1]), t.index),
         ("origins", relative(&origins, &want), t.index),
     ] {
         assert!(error < tolerance, "{name}: {error}");
+    }
+    let arrays = medium.index.iter().zip(&got.medium.index);
+    for (want, got) in arrays.chain(medium.level_set.iter().zip(&got.medium.level_set)) {
+        let error = if want.is_empty() { 0.0 } else { relative(got, want) };
+        assert!(error < t.index, "index or surface: {error}");
     }
 }
 

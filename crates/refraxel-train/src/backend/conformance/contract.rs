@@ -1,7 +1,7 @@
 //! What [`Backend`] promises besides numbers.
 
 use super::Suite;
-use super::bent::bent_model;
+use super::bent::{bent_model, graded_body_model, sharp_model};
 use super::clearcoated::clearcoated_model;
 use super::mirrored::sharp_ball;
 use super::scenes::{batch, index_objective, objective, straight_model};
@@ -53,6 +53,11 @@ pub fn a_loaded_snapshot_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &
 /// The same where nothing bends or mirrors.
 pub fn a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &Suite<B>) {
     goes_on(suite, vec![straight_model(2, Extent::Bounded), straight_model(1, Extent::Contracted)]);
+}
+
+/// The same where rays bend in smooth regions and at sharp surfaces, and nothing mirrors.
+pub fn a_loaded_snapshot_of_bent_rays_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &Suite<B>) {
+    goes_on(suite, vec![graded_body_model(Extent::Bounded), bent_model(Extent::Bounded)]);
 }
 
 fn goes_on<B: Backend>(suite: &Suite<B>, models: Vec<Model>) {
@@ -110,6 +115,11 @@ pub fn a_gradient_changes_nothing<B: Backend>(suite: &Suite<B>) {
 /// The same where nothing bends or mirrors.
 pub fn a_gradient_of_straight_rays_changes_nothing<B: Backend>(suite: &Suite<B>) {
     looks(suite, straight_model(1, Extent::Bounded));
+}
+
+/// The same where rays bend and nothing mirrors.
+pub fn a_gradient_of_bent_rays_changes_nothing<B: Backend>(suite: &Suite<B>) {
+    looks(suite, sharp_model(Extent::Bounded));
 }
 
 fn looks<B: Backend>(suite: &Suite<B>, model: Model) {

@@ -222,7 +222,7 @@ impl Differences {
 
 /// The rays of a batch along which derivatives are followed exactly: with no more events than [`index_objective`] takes, and
 /// none at grazing incidence, where adjoints are bounded.
-fn followed(batch: Batch, reference: &Reference) -> Batch {
+pub(super) fn followed(batch: Batch, reference: &Reference) -> Batch {
     let is_steep = |level: &LevelSet<f64>, segment: &Segment<f64>, x: Vec3<f64>| {
         level.sample(x).1.normalized().dot(segment.momentum.normalized()).abs() > 1.2 * GRAZING
     };

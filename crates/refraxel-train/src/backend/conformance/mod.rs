@@ -92,6 +92,7 @@ macro_rules! conformance_tests {
                 bent_rendering_agrees_with_the_reference,
                 sharp_rendering_agrees_with_the_reference,
                 bent_gradients_agree_with_the_reference,
+                sharp_gradients_agree_with_the_reference,
                 gradients_of_rays_alone_are_the_same,
             }
             mirrored {
@@ -122,10 +123,12 @@ macro_rules! conformance_tests {
             contract {
                 a_loaded_snapshot_goes_on_as_if_nothing_had_happened,
                 a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
+                a_loaded_snapshot_of_bent_rays_goes_on_as_if_nothing_had_happened,
                 a_parameter_that_is_not_a_number_is_reported,
                 after_a_failure_nothing_changes_until_the_next_load,
                 a_gradient_changes_nothing,
                 a_gradient_of_straight_rays_changes_nothing,
+                a_gradient_of_bent_rays_changes_nothing,
                 density_is_set_where_the_mask_says_and_its_moments_are_forgotten,
                 baking_that_is_cancelled_changes_nothing,
                 outcomes_come_in_order_and_once,

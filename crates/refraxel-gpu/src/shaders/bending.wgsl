@@ -1,0 +1,32 @@
+// What a dispatch on rays that may bend has to know beyond its task. The fields are those of `bending::Bending` in Rust.
+struct Bending {
+    // The rays from `first` on, so many of them.
+    first: u32,
+    rays: u32,
+    // Paths are long: only so many rays keep theirs at a time.
+    keeps: u32,
+    // Surfaces and the index learn from paths that meet surfaces at most this often.
+    surface_events: u32,
+    index_events: u32,
+    // Weight of the squared error of rays that bend.
+    weight: f32,
+    // Bound on the adjoint of an index sample.
+    clip: f32,
+    // Where the gradient of absorption coefficients lies behind that of the index.
+    absorption_from: u32,
+    // Coefficients per axis that a cell depends on: 4, which no compiler knows.
+    taps: u32,
+    regions: u32,
+    padding_0: u32,
+    padding_1: u32,
+}
+
+// Some devices leave all loops of an invocation after a number of iterations, without a word. An invocation asks at its end
+// whether that has happened: then this loop ends early, too.
+fn is_cut_short() -> bool {
+    var turns = 0u;
+    while (turns < bending.taps) {
+        turns++;
+    }
+    return turns < bending.taps;
+}

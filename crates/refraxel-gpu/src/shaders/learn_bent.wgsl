@@ -1,0 +1,220 @@
+// Compare rays that may bend with their targets, and the adjoint of all that they met, theory (2.15)–(2.30), (3.10)–(3.14) and
+// (7.19), (7.20). `render_bent` has run before: `seen` holds what rays show, `checkpoints` where their paths stand before every
+// REPLAY-th segment. From the last of these blocks to the first, segments are traced and marched again, from the front, and kept in
+// `steps`; then the adjoint of the path goes back over them.
+
+// What the samples of a ray have to know of it.
+struct Blame {
+    shown: vec3<f32>,
+    d_colour: vec3<f32>,
+    // Transmittance at the end, and dLoss/d(that) by the prior on opacity.
+    last: f32,
+    d_transmittance: f32,
+    // Segments receive gradients.
+    of_segments: bool,
+}
+
+// What a segment receives from the samples on it.
+struct Received {
+    d: SegmentAdjoint,
+    d_thickness: vec3<f32>,
+    d_moment: vec3<f32>,
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn learn_bent(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = invocation(group, groups, lane);
+    if (number >= bending.rays) {
+        return;
+    }
+    let ray = bending.first + number;
+    let whole = seen[ray];
+    let residual = whole.colour - lessons[ray].colour;
+    let squared_error = dot(residual, residual);
+    if (!is_finite(squared_error)) {
+        atomicOr(&status[STATUS_LOSS], 1u);
+        return;
+    }
+    add_status(STATUS_ERROR / 2u, squared_error);
+    let end = checkpoints[place_of(PATH_END, ray)];
+    let bends = lessons[ray].bends != 0u;
+    let exit = exit_of(ray, end.p);
+    let turns = bends && (end.events > 0u || dot(lessons[ray].direction, exit) < STRAIGHT);
+    let d_colour = 2.0 * select(1.0, bending.weight, turns) * residual;
+    var d_shown = whole.transmittance * d_colour;
+    var d_whole = vec3<f32>(0.0);
+    if (absorbs()) {
+        let behind = filtered(filter_of(end.thickness), whole.behind);
+        d_whole = d_shown * behind.by_thickness;
+        d_shown *= behind.slope;
+    }
+    var d_exit = vec3<f32>(0.0);
+    if ((task.wants & GIVEN_BEHIND) == 0u) {
+        scatter_background(exit, d_shown);
+        let free = background_radiance_vjp(exit, d_shown);
+        d_exit = free - exit * dot(exit, free);
+    }
+    let d_ray = look_back(ray, end, d_colour, d_exit, d_whole);
+    if ((task.wants & WANTS_RAYS) != 0u) {
+        ray_gradients[ray] = RayGradient(d_ray.x, 0.0, d_ray.p, 0.0, residual, 0.0);
+    }
+    if (is_cut_short()) {
+        atomicOr(&status[STATUS_CUT], 1u);
+    }
+}
+
+// From the exit to the camera; dLoss/d(origin, direction).
+fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, d_whole: vec3<f32>) -> StateAdjoint {
+    let bends = lessons[ray].bends != 0u;
+    let wants_rays = (task.wants & WANTS_RAYS) != 0u;
+    let wants_index = bends && (task.wants & WANTS_INDEX) != 0u;
+    teaches_index = wants_index && end.events <= bending.index_events;
+    teaches_surface = wants_index && end.events <= bending.surface_events;
+    let traces = wants_rays || teaches_index || teaches_surface;
+    var blame = Blame(seen[ray].colour, d_colour, end.transmittance, 0.0, traces);
+    if (task.opacity > 0.0) {
+        blame.d_transmittance = task.opacity * opacity_beta_slope(end.transmittance);
+    }
+    var d = StateAdjoint(vec3<f32>(0.0), d_exit);
+    if (bends && end.segments > 0u) {
+        d = exit_vjp(end.p, d_exit);
+    }
+    // dLoss/d(thickness) of all that lies behind a segment.
+    var d_behind = d_whole;
+    var row = (end.segments + REPLAY - 1u) / REPLAY;
+    var k = 0u;
+    loop {
+        if (k == 0u && row > 0u) {
+            row--;
+            k = replay(row, ray, blame);
+            continue;
+        }
+        let is_start = k == 0u;
+        if (is_start) {
+            if (bends && traces) {
+                d = start_vjp(lessons[ray].origin, lessons[ray].direction, d);
+            }
+        } else {
+            k--;
+            var s = steps[k * bending.keeps + ray - bending.first];
+            var d_end = 0.0;
+            if (absorbs() && s.within != NO_REGION) {
+                d_end = thickness_vjp(&s, d_behind);
+            }
+            d_behind += s.d_thickness;
+            if (bends && traces) {
+                step_vjp(s, d_end, &d);
+            } else {
+                d = StateAdjoint(d.x + s.d_start, d.p + s.d_momentum);
+            }
+        }
+        scatter_samples();
+        if (is_start) {
+            break;
+        }
+    }
+    return d;
+}
+
+// Transpose of the growth of the optical thickness along a segment, theory (7.20): adds to dLoss/d(coefficients) and to
+// dLoss/d(momentum), and returns dLoss/d(the length of the segment).
+fn thickness_vjp(s: ptr<function, Step>, d_behind: vec3<f32>) -> f32 {
+    let speed = length((*s).momentum);
+    let reach = reach_of((*s).within, speed);
+    let absorption = regions[(*s).within].absorption;
+    // forward: thickness = before + α |p| g t at the points, and with t = τ behind
+    let d_growth = d_behind * (*s).drift + (*s).d_moment;
+    let d = d_growth * reach.x;
+    // A path so chaotic that its length overflowed says nothing.
+    if (is_finite(d.x) && is_finite(d.y) && is_finite(d.z)) {
+        let at = bending.absorption_from + 3u * (*s).within;
+        add_index_gradient(at, d.x);
+        add_index_gradient(at + 1u, d.y);
+        add_index_gradient(at + 2u, d.z);
+    }
+    (*s).d_momentum += (*s).momentum * (dot(d_growth, absorption) * reach.y / speed);
+    return dot(d_behind, absorption) * reach.x;
+}
+
+// Trace and march the segments behind a checkpoint again, give their samples what they owe, and keep them; their number.
+fn replay(row: u32, ray: u32, blame: Blame) -> u32 {
+    let c = checkpoints[place_of(row, ray)];
+    let bends = lessons[ray].bends != 0u;
+    var tracer = tracer_at(c);
+    var front = front_at(c);
+    var sight = Sight(c.collected, c.thickness);
+    var segment = Segment();
+    var count = 0u;
+    while (count < REPLAY && advance(&tracer, bends, &segment)) {
+        let growth = thickness_growth(segment.within, length(segment.momentum));
+        var of_segment = blame;
+        // No index moves the samples before the first bend.
+        of_segment.of_segments = blame.of_segments && ((task.wants & WANTS_RAYS) != 0u || tracer.segments > 1u);
+        var received = Received();
+        if (!front.opaque && segment.range.x < segment.range.y) {
+            received = learn_segment(&front, &sight, &segment, growth, of_segment);
+        }
+        sight.thickness += growth * segment.drift;
+        steps[count * bending.keeps + ray - bending.first] = Step(
+            segment.start, segment.kick, segment.momentum, segment.drift, received.d.start, segment.late,
+            received.d.momentum, segment.within, received.d_thickness, segment.surface, received.d_moment, segment.beyond,
+            segment.event, 0u, 0u, 0u,
+        );
+        count++;
+    }
+    return count;
+}
+
+// The adjoint of the samples on a segment.
+fn learn_segment(
+    front: ptr<function, Front>,
+    sight: ptr<function, Sight>,
+    segment: ptr<function, Segment>,
+    growth: vec3<f32>,
+    blame: Blame,
+) -> Received {
+    let speed = length((*segment).momentum);
+    let unit = (*segment).momentum / speed;
+    var basis = basis_lanes(unit);
+    var out = Received();
+    var sums = SegmentAdjoint();
+    var samples = 0u;
+    var s: Sample;
+    enter(front, (*segment).start, (*segment).momentum, (*segment).range);
+    while (!(*front).opaque && next_sample(front, &s)) {
+        samples++;
+        let before = shade(s.corner, s.weight, &basis);
+        var f = Filtered(before, vec3<f32>(1.0), vec3<f32>(0.0));
+        if (absorbs()) {
+            f = filtered(filter_of((*sight).thickness + growth * s.t), before);
+        }
+        let weight = s.before * s.alpha;
+        (*sight).collected += weight * f.colour;
+        // forward: C = collected + T (1 − a) behind
+        let after = s.before * (1.0 - s.alpha);
+        let contrast = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
+        var d_tau = contrast - blame.last * blame.d_transmittance;
+        if (task.sparsity > 0.0) {
+            d_tau += task.sparsity * cauchy_slope(s.tau);
+        }
+        // A colour clamped at 0 has no slope.
+        let d_filtered = select(vec3<f32>(0.0), weight * blame.d_colour, f.colour > vec3<f32>(0.0));
+        out.d_thickness += d_filtered * f.by_thickness;
+        out.d_moment += d_filtered * f.by_thickness * s.t;
+        let d_sample = d_filtered * f.slope;
+        let d_theta = d_tau * s.slope;
+        if ((task.wants & WANTS_FIELD) != 0u) {
+            scatter(&s, &basis, d_theta, d_sample);
+        }
+        if (blame.of_segments) {
+            add_segment_adjoint(&sums, &s, &basis, Teaching((*segment).start, unit, speed, d_theta, d_tau, d_sample));
+        }
+    }
+    atomicAdd(&status[STATUS_SAMPLES], samples);
+    out.d = sums;
+    return out;
+}
