@@ -38,9 +38,11 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
     sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
-/// Index samples of the tapes that are left out.
+/// Index samples of the tapes that are left out, and lengths of paths in what absorbs.
 pub(super) fn overflows(tapes: &[Tape]) -> u64 {
-    let of = |tape: &Tape| tape.index_samples.iter().filter(|sample| has_overflowed(sample)).count() as u64;
+    let of = |tape: &Tape| {
+        tape.overflows + tape.index_samples.iter().filter(|sample| has_overflowed(sample)).count() as u64
+    };
     tapes.par_iter().map(of).sum()
 }
 
@@ -67,13 +69,14 @@ fn add(medium: &Medium<f32>, sample: &IndexSample, clip: f32, sums: &mut MediumG
     }
 }
 
-/// One step of every region.
+/// One step of every region. False when a parameter or a moment left the finite numbers.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
     learned: &Learned,
     objective: &IndexObjective,
-) {
+) -> bool {
+    let mut finite = true;
     let grads = gradient(&refraction.medium, learned.tapes, objective.clip);
     let arrays = grads.index.into_iter().zip(grads.level_set);
     for (region, ((mut grad, mut d_phi), moments)) in arrays.zip(moments).enumerate() {
@@ -83,7 +86,7 @@ pub(super) fn update(
         let solid = state.and_then(|s| s.solid.as_mut());
         let level = refraction.medium.region_mut(region).level_set_mut();
         if let Some(level) = level.filter(|_| !is_rigid) {
-            surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
+            finite &= surface::learn(level, solid, &mut moments.surface, &mut d_phi, objective);
         }
         if is_held {
             continue;
@@ -91,16 +94,17 @@ pub(super) fn update(
         let trainable = refraction.states.get(region).and_then(RegionState::trainable);
         let grid = refraction.medium.region_mut(region);
         if grid.interior_index().is_some() && grid.level_set().is_some() {
-            descend_one(grid, searched, &mut moments.index, &grad, objective);
+            finite &= descend_one(grid, searched, &mut moments.index, &grad, objective);
             continue;
         }
         add_priors(grid, learned.rays as f32, objective, &mut grad);
         gaussian_blur(&mut grad, grid.domain().resolution, objective.blur);
-        descend(grid, trainable, &mut moments.index, &grad, objective);
+        finite &= descend(grid, trainable, &mut moments.index, &grad, objective);
         if learned.step.is_multiple_of(REFRESH) {
             grid.find_flat_cells(trainable);
         }
     }
+    finite
 }
 
 /// Priors count per ray, like the loss.
@@ -115,41 +119,44 @@ fn add_priors(grid: &IndexGrid<f32>, rays: f32, objective: &IndexObjective, grad
     }
 }
 
-/// Adam on n = √(2c) at the trainable nodes.
+/// Adam on n = √(2c) at the trainable nodes; false when it fails.
 fn descend(
     grid: &mut IndexGrid<f32>,
     trainable: Option<&[bool]>,
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
-) {
+) -> bool {
     if objective.rate <= 0.0 {
-        return;
+        return true;
     }
     let nodes: Vec<usize> = grid.parameters().filter(|&j| trainable.is_none_or(|t| t[j])).collect();
     let coefficients = grid.coefficients_mut();
     let rate = SHARE_OF_NODES * objective.rate * slower(moments, HALF_OF_NODES);
     let steps = adam(moments, DECAY, &nodes, |j| grad[j] * (2.0 * coefficients[j]).sqrt()); // dc/dn = n
+    let Some(steps) = steps else { return false };
     for (&j, step) in nodes.iter().zip(steps) {
         let n = ((2.0 * coefficients[j]).sqrt() + rate * step).clamp(1.0, objective.largest);
         coefficients[j] = 0.5 * n * n;
     }
+    true
 }
 
-/// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'.
+/// Adam on the one index of a body; by dw = n dn its derivative is n times the sum of the coefficients'. False when it fails.
 fn descend_one(
     grid: &mut IndexGrid<f32>,
     searched: Option<f32>,
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
-) {
-    let Some(n) = grid.interior_index().filter(|_| objective.rate > 0.0) else { return };
+) -> bool {
+    let Some(n) = grid.interior_index().filter(|_| objective.rate > 0.0) else { return true };
     let d_n = n * grad.iter().sum::<f32>();
-    let step = adam(moments, DECAY, &[0], |_| d_n)[0];
+    let Some(steps) = adam(moments, DECAY, &[0], |_| d_n) else { return false };
     let [low, high] =
         searched.map_or([1.0, objective.largest], |s| [s - objective.trust, s + objective.trust]);
-    grid.set_interior_index((n + objective.rate * step).max(low.max(1.0)).min(high));
+    grid.set_interior_index((n + objective.rate * steps[0]).max(low.max(1.0)).min(high));
+    true
 }
 
 #[cfg(test)]
@@ -188,7 +195,7 @@ mod tests {
         refraction.medium = Medium::new(vec![grid]).unwrap();
         refraction.states = vec![Default::default()];
         (0..steps).for_each(|step| {
-            update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective)
+            assert!(update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective))
         });
         refraction.medium.regions()[0].level_set().unwrap().clone()
     }
@@ -238,7 +245,7 @@ mod tests {
         let mut tape = Tape::default();
         tape.index_samples.extend([sample(0), sample(1)]);
         let learned = Learned { tapes: &[tape], rays: 1, step: 0 };
-        update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+        assert!(update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE }));
         let indices: Vec<f32> =
             refraction.medium.regions().iter().map(|r| r.interior_index().unwrap()).collect();
         assert!(indices[0] > 1.505 && indices[1] == 1.0, "{indices:?}");
@@ -264,11 +271,50 @@ mod tests {
             refraction.medium = Medium::new(grids).unwrap();
             refraction.states = vec![RegionState { fixed_surface, ..Default::default() }];
             let learned = Learned { tapes: &tapes, rays: 1, step: 0 };
-            update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+            assert!(update(
+                &mut refraction,
+                &mut moments,
+                &learned,
+                &IndexObjective { rate: 0.01, ..OBJECTIVE }
+            ));
             let body = &refraction.medium.regions()[0];
             assert!(body.interior_index().unwrap() > 1.505);
             let stayed = body.level_set().unwrap().coefficients() == ball.coefficients();
             assert_eq!(stayed, fixed_surface);
+        }
+    }
+
+    /// A gradient of 1e30 has a square that no f32 can hold: without a bound on samples it must not pass for a step of 0.
+    #[test]
+    fn an_index_or_surface_whose_moments_overflow_fails_the_step_and_stays() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let smooth = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
+        let objective = IndexObjective { rate: 0.01, clip: f32::INFINITY, ..OBJECTIVE };
+        for (grid, surface) in [
+            (IndexGrid::sharp(ball.clone(), 1.5), true),
+            (IndexGrid::sharp(ball, 1.5), false),
+            (smooth, false),
+        ] {
+            let x = Vec3 { x: if surface { 0.6 } else { 0.0 }, y: 0.0, z: 0.0 };
+            let mut moments = [IndexMoments::zero(&grid)];
+            let mut refraction = Refraction::none();
+            refraction.medium = Medium::new(vec![grid]).unwrap();
+            refraction.states = vec![Default::default()];
+            let before = refraction.medium.regions()[0].clone();
+            let mut step = |d_value: f32| {
+                let mut tape = Tape::default();
+                let d_gradient = Vec3::zero();
+                tape.index_samples.push(IndexSample { region: 0, surface, x, d_value, d_gradient });
+                let learned = Learned { tapes: &[tape], rays: 1, step: 1 };
+                update(&mut refraction, &mut moments, &learned, &objective)
+            };
+            assert!(!step(1e30));
+            let after = &refraction.medium.regions()[0];
+            assert_eq!(after.coefficients(), before.coefficients());
+            assert_eq!(after.interior_index(), before.interior_index());
+            let level = |grid: &IndexGrid<f32>| grid.level_set().map(|l| l.coefficients().to_vec());
+            assert_eq!(level(after), level(&before));
         }
     }
 

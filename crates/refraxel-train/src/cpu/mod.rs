@@ -20,6 +20,8 @@ mod mirrored;
 mod node_map;
 mod optics16;
 mod order;
+#[cfg(test)]
+mod overflow;
 mod path_adjoint;
 mod prefetch;
 mod record;
