@@ -284,3 +284,34 @@ fn report(args: &SoakArgs, figures: &Figures, memory: [Memory; 2]) -> anyhow::Re
     );
     say("the bits at the end are the same, and memory is flat")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_processor_time_of_programs_that_ended_is_counted_and_waiting_is_not() {
+        let after = |script: &str| {
+            let before = children_seconds().unwrap();
+            assert!(Command::new("sh").args(["-c", script]).status().unwrap().success());
+            children_seconds().unwrap() - before
+        };
+        let waiting = after("sleep 0.5");
+        let working = after("i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done");
+        assert!(waiting < 0.2 && working > 0.05, "{waiting} s {working} s");
+    }
+
+    #[test]
+    fn the_last_whole_line_of_a_log_says_the_step() {
+        let run = tempfile::tempdir().unwrap();
+        assert_eq!(logged(run.path()), 0);
+        let mut log = String::new();
+        for step in (25..=5000).step_by(25) {
+            log += &format!("{{\"step\":{step},\"train_psnr\":21.5}}\n");
+            fs::write(run.path().join("log.jsonl"), log.clone() + "{\"step\":99").unwrap();
+            assert_eq!(logged(run.path()), step);
+        }
+    }
+}
