@@ -43,10 +43,10 @@ enum Verb {
     /// A fixed list: stored inputs, so many cases of each target, so many starts of trainings that are killed and interrupted
     Fixed {
         /// Cases of each target
-        #[arg(long, default_value_t = 16)]
+        #[arg(long, default_value_t = 10)]
         cases: u64,
         /// Starts of trainings
-        #[arg(long, default_value_t = 16)]
+        #[arg(long, default_value_t = 8)]
         starts: u32,
         #[command(flatten)]
         common: Common,
