@@ -63,6 +63,9 @@ type Memory = Vec<(f64, f64)>;
 const SAMPLE: Duration = Duration::from_millis(500);
 /// Memory of the last quarter against the third, at most. Grids get finer before.
 const GROWTH: f64 = 1.1;
+/// Steps from which on a run says something about memory: before, most of its time goes into what its rays bend at, and a search needs
+/// other memory than a race.
+const LEAST: u64 = 10_000;
 /// Steps of the two runs that tell the speed. Both have the same straight phase and the same race, so that the second costs more
 /// only for its last steps.
 const TRIALS: [u64; 2] = [1200, 3600];
@@ -277,6 +280,11 @@ fn report(args: &SoakArgs, figures: &Figures, memory: [Memory; 2]) -> anyhow::Re
     fs::write(args.out.join("soak.json"), serde_json::to_string_pretty(figures)?)?;
     say(&serde_json::to_string_pretty(figures)?)?;
     ensure!(figures.differences.is_empty(), "the bits differ: {}", figures.differences.join(", "));
+    let steps = figures.last_step;
+    ensure!(
+        steps >= LEAST,
+        "the bits are the same, but {steps} steps say nothing about memory: {LEAST} are needed"
+    );
     let [earlier, last] = figures.memory;
     ensure!(
         last <= GROWTH * earlier,
