@@ -24,6 +24,15 @@ const SETTINGS: [&str; 8] = [
 /// Exit code of a run that was interrupted and saved.
 const INTERRUPTED: i32 = 130;
 
+/// When it is enough.
+#[derive(Clone, Copy, Debug)]
+pub enum Enough {
+    /// After so long.
+    Time(Duration),
+    /// After so many starts of a training: the same moments everywhere, as shares of an undisturbed run.
+    Starts(u32),
+}
+
 /// What kills and signals have done.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Counts {
@@ -72,9 +81,9 @@ impl Counts {
     }
 }
 
-/// Kills and interrupts for so long; `out` keeps runs that show a failure.
-pub fn run(program: &Path, seed: u64, time: Duration, out: &Path) -> anyhow::Result<Counts> {
-    let end = Instant::now() + time;
+/// Kills and interrupts until it is enough; `out` keeps runs that show a failure.
+pub fn run(program: &Path, seed: u64, enough: Enough, out: &Path) -> anyhow::Result<Counts> {
+    let begin = Instant::now();
     let folder = tempfile::tempdir().context("cannot create a folder for the campaign")?;
     let data = folder.path().join("data");
     glass_ball(&data, 32, 24)?;
@@ -88,7 +97,12 @@ pub fn run(program: &Path, seed: u64, time: Duration, out: &Path) -> anyhow::Res
     let mut random = fastrand::Rng::with_seed(seed);
     let mut counts = Counts { seed, ..Counts::default() };
     let run = folder.path().join("run");
-    while Instant::now() < end {
+    let mut starts = 0;
+    while match enough {
+        Enough::Time(time) => begin.elapsed() < time,
+        Enough::Starts(most) => starts < most,
+    } {
+        starts += 1;
         let before = counts.failures.len();
         disturb(&training, &run, &reference, length, &mut random, &mut counts)?;
         if counts.failures.len() > before {

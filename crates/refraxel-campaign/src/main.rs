@@ -5,7 +5,7 @@ use clap::{Args, Parser, Subcommand};
 use refraxel_campaign::fuzz::parent::{Rules, Tally, attack};
 use refraxel_campaign::fuzz::worker::{self, Cases};
 use refraxel_campaign::fuzz::{ask, keep_panics};
-use refraxel_campaign::kills;
+use refraxel_campaign::kills::{self, Enough};
 use refraxel_campaign::soak::{self, SoakArgs};
 use refraxel_campaign::targets::{self, Answer, Bench, Target};
 use std::fs;
@@ -18,6 +18,7 @@ use std::time::Duration;
 /// Attacks refraxel with damaged files, kills and signals. Exit code 1: something was found.
 #[derive(Parser)]
 #[command(after_help = "Examples:
+  campaign fixed                      a fixed list of everything, a minute or two: what CI runs
   campaign all 3                      a short run of everything, 3 minutes
   campaign fuzz --seconds 600         mutated and hostile files
   campaign fuzz --only obj --seed 7   one format
@@ -36,6 +37,17 @@ enum Verb {
     All {
         /// Time in all [minute]
         minutes: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A fixed list: stored inputs, so many cases of each target, so many starts of trainings that are killed and interrupted
+    Fixed {
+        /// Cases of each target
+        #[arg(long, default_value_t = 10)]
+        cases: u64,
+        /// Starts of trainings
+        #[arg(long, default_value_t = 8)]
+        starts: u32,
         #[command(flatten)]
         common: Common,
     },
@@ -116,6 +128,8 @@ struct Common {
 
 /// The longest that a file may take; a busy machine must not look like a hang.
 const PATIENCE: Duration = Duration::from_secs(180);
+/// Time of cases that are counted [s].
+const UNBOUNDED: f64 = 1e6;
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().verb {
@@ -123,7 +137,13 @@ fn main() -> anyhow::Result<()> {
             replay_all(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/regressions")))?;
             let half = 30.0 * minutes;
             let fuzzed = fuzz(targets::all(), half, [0, u64::MAX], &common);
-            let killed = kill(half, &common);
+            let killed = kill(Enough::Time(Duration::from_secs_f64(half)), &common);
+            fuzzed.and(killed)
+        }
+        Verb::Fixed { cases, starts, common } => {
+            replay_all(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/regressions")))?;
+            let fuzzed = fuzz(targets::all(), UNBOUNDED, [0, cases], &common);
+            let killed = kill(Enough::Starts(starts), &common);
             fuzzed.and(killed)
         }
         Verb::Fuzz { seconds, cases, from, only, common } => {
@@ -132,7 +152,7 @@ fn main() -> anyhow::Result<()> {
         }
         Verb::Replay { target, file } => replay(&targets::named(&target)?, &[file]),
         Verb::ReplayAll { folder } => replay_all(&folder),
-        Verb::Kills { seconds, common } => kill(seconds, &common),
+        Verb::Kills { seconds, common } => kill(Enough::Time(Duration::from_secs_f64(seconds)), &common),
         Verb::Soak(args) => soak::run(&args),
         Verb::Targets => targets::all().iter().try_for_each(|t| say(t.name)),
         Verb::Worker { target, bench, seed, from, cases, seconds } => {
@@ -215,10 +235,9 @@ fn tell(tallies: &[Tally], common: &Common) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn kill(seconds: f64, common: &Common) -> anyhow::Result<()> {
+fn kill(enough: Enough, common: &Common) -> anyhow::Result<()> {
     let program = refraxel_campaign::training::program(common.program.as_deref())?;
-    let limit = Duration::from_secs_f64(seconds);
-    let counts = kills::run(&program, common.seed, limit, &common.out.join("kills"))?;
+    let counts = kills::run(&program, common.seed, enough, &common.out.join("kills"))?;
     say(&counts.text())?;
     ensure!(counts.is_good(), "something was lost");
     Ok(())

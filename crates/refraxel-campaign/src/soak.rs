@@ -7,7 +7,7 @@ use refraxel::plot::{Plot, Series};
 use refraxel_train::run::CHECKPOINT;
 use serde::Serialize;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,8 @@ pub struct SoakArgs {
     /// Seed of the moments
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Steps of each run, instead of the number that a short run says fit into the time
+    /// Steps of the schedule; otherwise more than fit into the time. A run that is not over by its time is stopped, and the other
+    /// one stops at the same step
     #[arg(long)]
     steps: Option<u64>,
     /// Threads of a training
@@ -40,7 +41,10 @@ pub struct SoakArgs {
 /// What a soak has shown.
 #[derive(Debug, Default, Serialize)]
 struct Figures {
+    /// Steps of the schedule.
     steps: u64,
+    /// The step at which both runs ended.
+    last_step: u64,
     threads: usize,
     seed: u64,
     undisturbed_minutes: f64,
@@ -59,8 +63,16 @@ type Memory = Vec<(f64, f64)>;
 const SAMPLE: Duration = Duration::from_millis(500);
 /// Memory of the last quarter against the third, at most. Grids get finer before.
 const GROWTH: f64 = 1.1;
-/// Steps that tell the speed.
-const TRIAL: u64 = 400;
+/// Steps from which on a run says something about memory: before, most of its time goes into what its rays bend at, and a search needs
+/// other memory than a race.
+const LEAST: u64 = 10_000;
+/// Steps of the two runs that tell the speed. Both have the same straight phase and the same race, so that the second costs more
+/// only for its last steps.
+const TRIALS: [u64; 2] = [1200, 3600];
+/// Steps of the schedule by those that fit into the time on a machine without other work.
+const MARGIN: f64 = 1.5;
+/// Exit code of a run that was interrupted and saved, or has met `run.stop_after`.
+const INTERRUPTED: i32 = 130;
 
 /// The verb.
 pub fn run(args: &SoakArgs) -> anyhow::Result<()> {
@@ -74,17 +86,18 @@ pub fn run(args: &SoakArgs) -> anyhow::Result<()> {
         settings: settings(steps),
         threads: args.threads,
     };
-    let steps = args.steps.map_or_else(|| fitting(&training(TRIAL), args), Ok)?;
-    let training = training(steps);
+    let steps = args.steps.map_or_else(|| fitting(training, args), Ok)?;
+    let mut training = training(steps);
     let mut figures = Figures { steps, threads: args.threads, seed: args.seed, ..Figures::default() };
     let [undisturbed, disturbed] = ["undisturbed", "disturbed"].map(|name| fresh(&args.out.join(name)));
     say(&format!("{steps} steps undisturbed"))?;
-    let start = Instant::now();
-    let mut running = training.start(&undisturbed)?;
-    let (memory, _) = watch(&mut running, start, None)?;
-    ensure!(running.finish()?.success(), "the undisturbed run fails: {}", running.said());
-    figures.undisturbed_minutes = minutes(start);
-    say(&format!("{:.1} min; now with {} interruptions", figures.undisturbed_minutes, args.interruptions))?;
+    let memory = leave_alone(&training, &undisturbed, args, &mut figures)?;
+    if figures.last_step < steps {
+        training.settings.push(format!("run.stop_after={}", figures.last_step));
+    }
+    let [time, last, times] =
+        [figures.undisturbed_minutes, figures.last_step as f64, args.interruptions.into()];
+    say(&format!("{time:.1} min to step {last}; now with {times} interruptions"))?;
     let disturbed_memory = disturb(&training, &disturbed, args, &mut figures)?;
     figures.memory = [quarter(&memory, 2), quarter(&memory, 3)];
     figures.peak_mib = memory.iter().chain(&disturbed_memory).map(|m| m.1).fold(0.0, f64::max);
@@ -93,8 +106,9 @@ pub fn run(args: &SoakArgs) -> anyhow::Result<()> {
 }
 
 fn settings(steps: u64) -> Vec<String> {
-    // Few rays and a small grid: many steps and saves in an hour.
-    let fixed = ["run.batch=1024", "run.save_every=10", "grid.resolution=64", "field.sh_degree=1"];
+    // Few rays and a small grid: many steps and saves in an hour. One grid: a finer one would look like a leak.
+    let fixed =
+        ["run.batch=1024", "run.save_every=10", "grid.resolution=64", "grid.stages=1", "field.sh_degree=1"];
     let mut all = fixed.map(str::to_owned).to_vec();
     all.push(format!("run.steps={steps}"));
     all
@@ -113,25 +127,65 @@ fn say(line: &str) -> anyhow::Result<()> {
     Ok(writeln!(io::stdout(), "{line}")?)
 }
 
-/// Steps for half of the time, as a short run tells.
-fn fitting(trial: &Training, args: &SoakArgs) -> anyhow::Result<u64> {
-    let start = Instant::now();
-    let run = fresh(&args.out.join("trial"));
-    let mut running = trial.start(&run)?;
-    ensure!(running.finish()?.success(), "the trial fails: {}", running.said());
-    let steps = TRIAL as f64 * 30.0 * args.minutes / start.elapsed().as_secs_f64();
-    Ok((steps as u64).max(TRIAL))
+/// Steps of a schedule that is not over before half of the time is, as two short runs tell. The processor's time counts, for
+/// other work on the machine may come and go.
+fn fitting(training: impl Fn(u64) -> Training, args: &SoakArgs) -> anyhow::Result<u64> {
+    let mut seconds = [0.0; 2];
+    for (steps, seconds) in TRIALS.into_iter().zip(&mut seconds) {
+        let (clock, before) = (Instant::now(), children_seconds());
+        let mut running = training(steps).start(&fresh(&args.out.join("trial")))?;
+        ensure!(running.finish()?.success(), "the trial fails: {}", running.said());
+        *seconds = match (before, children_seconds()) {
+            (Some(before), Some(after)) => (after - before) / args.threads as f64,
+            _ => clock.elapsed().as_secs_f64(),
+        };
+    }
+    let a_step = (seconds[1] - seconds[0]).max(1e-3) / (TRIALS[1] - TRIALS[0]) as f64;
+    Ok(((MARGIN * 30.0 * args.minutes / a_step) as u64).max(TRIALS[1]))
 }
 
-/// Samples the memory until the program ends, or until a moment.
-fn watch(running: &mut Running, start: Instant, until: Option<Instant>) -> anyhow::Result<(Memory, bool)> {
+/// Seconds that processors gave to the programs that this one has started and that have ended, where the system tells.
+fn children_seconds() -> Option<f64> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    let after_name = stat.rsplit_once(')')?.1;
+    let times: Vec<f64> = after_name.split_whitespace().skip(13).take(2).flat_map(str::parse).collect();
+    const TICKS: f64 = 100.0; // a second has as many on Linux
+    (times.len() == 2).then(|| times.iter().sum::<f64>() / TICKS)
+}
+
+/// A run that nobody disturbs, stopped when its time is over.
+fn leave_alone(
+    training: &Training,
+    run: &Path,
+    args: &SoakArgs,
+    figures: &mut Figures,
+) -> anyhow::Result<Memory> {
+    let (start, limit) = (Instant::now(), Duration::from_secs_f64(30.0 * args.minutes));
+    let mut running = training.start(run)?;
+    let (memory, ended) = watch(&mut running, start, |_| start.elapsed() >= limit)?;
+    if !ended {
+        running.send("INT")?;
+    }
+    let code = running.finish()?.code();
+    ensure!(matches!(code, Some(0 | INTERRUPTED)), "the undisturbed run fails: {}", running.said());
+    figures.last_step = step(run)?;
+    figures.undisturbed_minutes = minutes(start);
+    Ok(memory)
+}
+
+/// Samples the memory until the program ends, or until it is time.
+fn watch(
+    running: &mut Running,
+    start: Instant,
+    mut is_time: impl FnMut(&Running) -> bool,
+) -> anyhow::Result<(Memory, bool)> {
     let mut memory = Memory::new();
     loop {
         if running.wait(SAMPLE)?.is_some() {
             return Ok((memory, true));
         }
         memory.extend(resident(running.id()).map(|mib| (minutes(start), mib)));
-        if until.is_some_and(|moment| Instant::now() >= moment) {
+        if is_time(running) {
             return Ok((memory, false));
         }
     }
@@ -144,7 +198,20 @@ fn resident(id: u32) -> Option<f64> {
     line.trim().trim_end_matches("kB").trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
 }
 
-/// The same run, interrupted at random moments of its expected time.
+/// The last step of which the log of a run tells.
+fn logged(run: &Path) -> u64 {
+    const LINES: i64 = 4096; // bytes that hold some of the last lines
+    let mut end = Vec::new();
+    let read = fs::File::open(run.join("log.jsonl")).and_then(|mut log| {
+        let _ = log.seek(SeekFrom::End(-LINES)); // a short log is read from its start
+        log.read_to_end(&mut end)
+    });
+    let lines = read.map(|_| String::from_utf8_lossy(&end)).unwrap_or_default();
+    let last = lines.lines().rev().find_map(|l| serde_json::from_str::<serde_json::Value>(l).ok());
+    last.and_then(|entry| entry["step"].as_u64()).unwrap_or(0)
+}
+
+/// The same run, interrupted at random steps.
 fn disturb(
     training: &Training,
     run: &Path,
@@ -152,18 +219,16 @@ fn disturb(
     figures: &mut Figures,
 ) -> anyhow::Result<Memory> {
     let mut random = fastrand::Rng::with_seed(args.seed);
-    let length = 60.0 * figures.undisturbed_minutes;
-    let mut moments: Vec<f64> = (0..args.interruptions).map(|_| random.f64() * length).collect();
-    moments.sort_by(f64::total_cmp);
+    let mut places: Vec<u64> = (0..args.interruptions).map(|_| random.u64(..figures.last_step)).collect();
+    places.sort_unstable();
     let (start, mut all) = (Instant::now(), Memory::new());
-    for (k, moment) in moments.iter().enumerate() {
+    for (k, place) in places.into_iter().enumerate() {
         let mut running = training.start(run)?;
-        let until = (start + Duration::from_secs_f64(*moment)).max(Instant::now() + Duration::from_secs(2));
-        let (memory, ended) = watch(&mut running, start, Some(until))?;
+        let (memory, ended) = watch(&mut running, start, |_| logged(run) >= place)?;
         all.extend(memory);
-        if ended {
-            break;
-        }
+        ensure!(!ended, "the disturbed run ends early: {}", running.said());
+        // The log has a line every 25 steps: within these, any moment.
+        std::thread::sleep(SAMPLE.mul_f64(random.f64()));
         let signal = ["KILL", "INT", "KILL", "TERM"][k % 4];
         if signal == "KILL" {
             figures.kills += 1;
@@ -172,16 +237,20 @@ fn disturb(
             figures.signals += 1;
             running.send(signal)?;
             let code = running.finish()?.code();
-            ensure!(matches!(code, Some(0 | 130)), "code {code:?} after {signal}: {}", running.said());
+            ensure!(
+                matches!(code, Some(0 | INTERRUPTED)),
+                "code {code:?} after {signal}: {}",
+                running.said()
+            );
         }
         all.push((minutes(start), f64::NAN)); // the curve is interrupted, too
         let saved = run.join(CHECKPOINT).exists().then(|| step(run)).transpose()?.unwrap_or(0);
-        say(&format!("{:.1} min: {signal}, saved at step {saved}", minutes(start)))?;
+        say(&format!("{:.1} min: {signal} after step {place}, saved at step {saved}", minutes(start)))?;
     }
     let mut running = training.start(run)?;
-    all.extend(watch(&mut running, start, None)?.0);
-    let status = running.finish()?;
-    ensure!(status.success(), "the disturbed run fails: {}", running.said());
+    all.extend(watch(&mut running, start, |_| false)?.0);
+    let code = running.finish()?.code();
+    ensure!(matches!(code, Some(0 | INTERRUPTED)), "the disturbed run fails: {}", running.said());
     ensure!(leftovers(run) == 0, "temporary files are left");
     figures.disturbed_minutes = minutes(start);
     Ok(all)
@@ -211,10 +280,46 @@ fn report(args: &SoakArgs, figures: &Figures, memory: [Memory; 2]) -> anyhow::Re
     fs::write(args.out.join("soak.json"), serde_json::to_string_pretty(figures)?)?;
     say(&serde_json::to_string_pretty(figures)?)?;
     ensure!(figures.differences.is_empty(), "the bits differ: {}", figures.differences.join(", "));
+    let steps = figures.last_step;
+    ensure!(
+        steps >= LEAST,
+        "the bits are the same, but {steps} steps say nothing about memory: {LEAST} are needed"
+    );
     let [earlier, last] = figures.memory;
     ensure!(
         last <= GROWTH * earlier,
         "memory grows: {earlier:.0} MiB in the third quarter, {last:.0} in the last"
     );
     say("the bits at the end are the same, and memory is flat")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_processor_time_of_programs_that_ended_is_counted_and_waiting_is_not() {
+        let after = |script: &str| {
+            let before = children_seconds().unwrap();
+            assert!(Command::new("sh").args(["-c", script]).status().unwrap().success());
+            children_seconds().unwrap() - before
+        };
+        let waiting = after("sleep 0.5");
+        let working = after("i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done");
+        assert!(waiting < 0.2 && working > 0.05, "{waiting} s {working} s");
+    }
+
+    #[test]
+    fn the_last_whole_line_of_a_log_says_the_step() {
+        let run = tempfile::tempdir().unwrap();
+        assert_eq!(logged(run.path()), 0);
+        let mut log = String::new();
+        for step in (25..=5000).step_by(25) {
+            log += &format!("{{\"step\":{step},\"train_psnr\":21.5}}\n");
+            fs::write(run.path().join("log.jsonl"), log.clone() + "{\"step\":99").unwrap();
+            assert_eq!(logged(run.path()), step);
+        }
+    }
 }

@@ -135,12 +135,16 @@ pub fn step(run: &Path) -> anyhow::Result<u64> {
     file.header["state"]["step"].as_u64().context("a checkpoint without a step")
 }
 
-/// In what two checkpoints differ beside the time they took; empty when they are the same bit by bit.
+/// In what two checkpoints differ beside the time they took and the step at which they were to stop; empty when they are the same
+/// bit by bit.
 pub fn differences(a: &Path, b: &Path) -> anyhow::Result<Vec<String>> {
     let [a, b] = [a, b].map(|run| TensorFile::load(&run.join(CHECKPOINT)));
     let (mut a, mut b) = (a?, b?);
     for header in [&mut a.header, &mut b.header] {
         header["state"]["seconds"] = 0.into();
+        if let Some(run) = header["options"].get_mut("run").filter(|r| r.is_object()) {
+            run["stop_after"] = 0.into();
+        }
         if let Some(verdict) = header["state"].get_mut("verdict").filter(|v| v.is_object()) {
             verdict["seconds"] = 0.into();
         }

@@ -157,18 +157,13 @@ impl GpuBackend {
         }
         let (gradient, absorption) = self.medium_sums()?;
         let (refraction, moments) = (&mut self.held.refraction, &mut self.index_moments[..]);
-        if let Some(objective) = &objective.index {
-            descent::update_index(
-                refraction,
-                moments,
-                descent::IndexStep { gradient, rays, step },
-                objective,
-            );
-        }
+        let learned = descent::IndexStep { gradient, rays, step };
+        let index = objective.index.as_ref();
+        let is_index_finite = index.is_none_or(|o| descent::update_index(refraction, moments, learned, o));
         let absorbing = objective.absorption.as_ref();
-        let finite =
+        let is_absorption_finite =
             absorbing.is_none_or(|o| descent::update_absorption(refraction, moments, &absorption, o));
-        if !finite {
+        if !(is_index_finite && is_absorption_finite) {
             let words = OUTCOME_WORDS * outcome + 3;
             self.buffers.write_at(&self.gpu, "outcomes", 4 * words as u64, &[1_u32]);
             self.buffers.write_at(&self.gpu, "status", 4 * u64::from(STATUS_FAILED), &[1_u32]);

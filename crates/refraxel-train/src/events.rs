@@ -169,7 +169,8 @@ pub struct Record {
     pub samples_per_ray: f64,
     /// Thousand rays per second since the last record.
     pub krays_per_s: f64,
-    /// Evaluations of the index that taught nothing since the last record: their paths were so chaotic that derivatives overflowed.
+    /// Evaluations of the index, and lengths of paths in what absorbs, that taught nothing since the last record: their paths were so
+    /// chaotic that derivatives overflowed.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub overflows: u64,
     /// What the run is busy with.

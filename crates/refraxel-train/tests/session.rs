@@ -440,7 +440,7 @@ fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
     assert!(bytes(&resumed) == bytes(&session));
 }
 
-/// A backend whose outcomes become known some steps late, and some of whose steps overflow.
+/// A backend whose outcomes become known some steps late, and some of whose steps overflow and leave a parameter that is no number.
 struct Late {
     cpu: CpuBackend,
     waiting: Vec<StepOutcome>,
@@ -471,6 +471,9 @@ impl Backend for Late {
             batch.target[0] = [f32::INFINITY; 3];
         }
         self.cpu.submit(&batch, objective, step);
+        if self.failed {
+            self.cpu.edit(|model| model.field.density.fill(f32::NAN));
+        }
         self.waiting.extend(self.cpu.outcomes(true));
     }
     fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome> {
@@ -574,4 +577,8 @@ fn a_run_that_overflows_again_and_again_gives_up() {
     let mut session = start(false, Late::new(0, overflows));
     let error = session.run(Until::finished(), &mut |_| {}).unwrap_err();
     assert!(matches!(error, SessionError::Train(TrainError::Diverged { step: 24, rollbacks: 4 })), "{error}");
+    // Who saves it nevertheless saves the last good state.
+    assert!(session.snapshot().model.field.density.iter().all(|d| d.is_finite()));
+    let again = Run::read(&bytes(&session)[..]).unwrap();
+    assert_eq!(again.state.step, session.state().step);
 }

@@ -33,6 +33,8 @@ pub fn targets() -> Vec<Target> {
             described(at, more)
         }),
         target("panorama", Text, |at| described(at, json!({ "camera_model": "EQUIRECTANGULAR" }))),
+        target("points-ply-text", Text, |at| points(at, "ascii", &points_text())),
+        target("points-ply", Binary, |at| points(at, "binary_little_endian", &points_binary())),
         target("colmap-cameras-bin", Binary, |at| colmap_bin(at, "cameras")),
         target("colmap-images-bin", Binary, |at| colmap_bin(at, "images")),
         target("colmap-points-bin", Binary, |at| colmap_bin(at, "points3D")),
@@ -99,6 +101,31 @@ fn described(at: &Path, more: Value) -> anyhow::Result<PathBuf> {
     }
     write_file(at, "transforms.json", serde_json::to_string_pretty(&value)?);
     Ok(at.join("transforms.json"))
+}
+
+/// Points [scene unit] that a description names as those that its cameras were found with.
+const POINTS: [[f32; 3]; 5] =
+    [[-0.4, -0.4, -0.5], [0.4, -0.4, -0.5], [0.0, 0.4, -0.5], [0.0, 0.0, 0.3], [0.2, 0.1, 0.0]];
+
+/// A dataset of nerfstudio with such points.
+fn points(at: &Path, format: &str, body: &[u8]) -> anyhow::Result<PathBuf> {
+    described(at, json!({ "ply_file_path": "points.ply" }))?;
+    let head = format!(
+        "ply\nformat {format} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+        POINTS.len()
+    );
+    write_file(at, "points.ply", [head.as_bytes(), body].concat());
+    Ok(at.join("points.ply"))
+}
+
+fn points_text() -> Vec<u8> {
+    POINTS.map(|[x, y, z]| format!("{x} {y} {z} 200 100 50\n")).concat().into_bytes()
+}
+
+fn points_binary() -> Vec<u8> {
+    let point = |p: &[f32; 3]| [p.map(f32::to_le_bytes).concat(), vec![200, 100, 50]].concat();
+    POINTS.iter().flat_map(point).collect()
 }
 
 /// A dataset one of whose photographs has this format.

@@ -26,7 +26,18 @@ pub fn targets() -> Vec<Target> {
         target("obj", Text, |at| beside(at, "mesh.obj", OBJ.as_bytes())),
         target("ply-text", Text, |at| beside(at, "mesh.ply", ply("ascii", &text_body()).as_slice())),
         target("ply", Binary, |at| {
-            beside(at, "mesh.ply", ply("binary_little_endian", &binary_body()).as_slice())
+            beside(
+                at,
+                "mesh.ply",
+                ply("binary_little_endian", &binary_body(f32::to_le_bytes, i32::to_le_bytes)).as_slice(),
+            )
+        }),
+        target("ply-big-endian", Binary, |at| {
+            beside(
+                at,
+                "mesh.ply",
+                ply("binary_big_endian", &binary_body(f32::to_be_bytes, i32::to_be_bytes)).as_slice(),
+            )
         }),
         target("npz", Binary, |at| {
             ball(&at.join("data"))?;
@@ -73,10 +84,9 @@ fn ply(format: &str, body: &[u8]) -> Vec<u8> {
     [head.as_bytes(), body].concat()
 }
 
-fn binary_body() -> Vec<u8> {
-    let vertices = VERTICES.iter().flatten().flat_map(|v| v.to_le_bytes());
-    let faces =
-        FACES.iter().flat_map(|f| [vec![3], f.iter().flat_map(|i| i.to_le_bytes()).collect()].concat());
+fn binary_body(float: fn(f32) -> [u8; 4], int: fn(i32) -> [u8; 4]) -> Vec<u8> {
+    let vertices = VERTICES.iter().flatten().flat_map(|v| float(*v));
+    let faces = FACES.iter().flat_map(|f| [vec![3], f.iter().flat_map(|i| int(*i)).collect()].concat());
     vertices.chain(faces).collect()
 }
 

@@ -35,7 +35,7 @@ pub struct StepOutcome {
     pub squared_error: f64,
     /// Samples whose colour was evaluated.
     pub samples: u64,
-    /// Index samples that were left out since the derivative of their path overflowed.
+    /// Index samples, and lengths of paths in what absorbs, that were left out since the derivative of their path overflowed.
     pub overflows: u64,
     /// False when the squared error or a parameter was NaN or infinite.
     pub finite: bool,

@@ -97,13 +97,14 @@ pub(super) struct LengthAdjoint {
 
 impl FilteredRay<'_> {
     /// Turns dLoss/d(filtered colour) of the samples' `records` into that of the colour, theory (7.19). Adds what the
-    /// coefficients receive to those of the tape, and notes what the segments do, theory (7.20).
+    /// coefficients receive to those of the tape, and notes what the segments do, theory (7.20). Gives the number of segments
+    /// that were left out since their derivative overflowed.
     pub(super) fn way_back(
         &self,
         records: &mut [Record],
         coefficients: &mut [[f64; 3]],
         out: &mut LengthAdjoint,
-    ) {
+    ) -> u64 {
         let LengthAdjoint { adjoint, segments } = out;
         adjoint.clear(self.path.segments.len());
         for ((s, r), f) in self.samples.samples.iter().zip(records).zip(self.filtered) {
@@ -117,12 +118,15 @@ impl FilteredRay<'_> {
         adjoint.add_after(usize::MAX, self.d_whole);
         segments.clear();
         segments.resize(self.path.segments.len(), SegmentAdjoint::default());
+        let mut overflows = 0;
         adjoint.vjp(self.medium, self.path, segments, |region, d| {
-            // A path so chaotic that its length overflowed says nothing.
             if d.iter().all(|d| d.is_finite()) {
                 (0..3).for_each(|c| coefficients[region][c] += f64::from(d[c]));
+            } else {
+                overflows += 1; // a path so chaotic that its length overflowed says nothing
             }
         });
+        overflows
     }
 }
 

@@ -61,6 +61,12 @@ pub(super) fn total(rays: usize, chunks: &[StepOutcome]) -> StepOutcome {
     total
 }
 
+/// What the tapes of a step leave out since its derivative overflowed.
+pub(super) fn overflows(objective: &Objective, tapes: &[Tape]) -> u64 {
+    let learns = objective.index.is_some() || objective.absorption.is_some();
+    if learns { index::overflows(tapes) } else { 0 }
+}
+
 /// Parameters, moments and search structures on the CPU.
 pub struct CpuBackend {
     level: Level,
@@ -329,9 +335,8 @@ impl CpuBackend {
         let mut refraction = std::mem::replace(&mut self.model.refraction, Refraction::none());
         let mut moments = std::mem::take(&mut self.optimiser.index);
         let learn_index = || {
-            if let Some(objective) = &objective.index {
-                index::update(&mut refraction, &mut moments, learned, objective);
-            }
+            let objective = objective.index.as_ref();
+            objective.is_none_or(|o| index::update(&mut refraction, &mut moments, learned, o))
         };
         let learn_field = || {
             if !objective.moves_field() {
@@ -340,20 +345,22 @@ impl CpuBackend {
             let variation = self.variation(objective, learned.step, &share.buckets);
             self.update_field(learned.tapes, objective, variation, share)
         };
-        let (moved, ()) = rayon::join(learn_field, learn_index);
+        let (moved, is_index_finite) = rayon::join(learn_field, learn_index);
         (self.model.refraction, self.optimiser.index) = (refraction, moments);
-        moved
+        Moved { finite: moved.finite && is_index_finite, ..moved }
     }
 
     /// What no process has a share of: background, mirrors and absorption. False when a parameter left the finite numbers.
     pub(super) fn update_rest(&mut self, tapes: &[Tape], objective: &Objective) -> bool {
-        self.update_background(tapes, objective.rate_background);
+        let mut finite = self.update_background(tapes, objective.rate_background);
         if let Some(objective) = &objective.reflection {
-            self.update_reflection(tapes, objective);
+            finite &= self.update_reflection(tapes, objective);
         }
         let (refraction, moments) = (&mut self.model.refraction, &mut self.optimiser.index);
-        let absorbing = objective.absorption.as_ref();
-        absorbing.is_none_or(|objective| absorption::update(refraction, moments, tapes, objective))
+        if let Some(objective) = &objective.absorption {
+            finite &= absorption::update(refraction, moments, tapes, objective);
+        }
+        finite
     }
 
     /// Dense gradient of the background's texels, summed in the order of the rays.
@@ -367,28 +374,34 @@ impl CpuBackend {
         grad
     }
 
-    fn update_background(&mut self, tapes: &[Tape], rate: f32) {
+    /// False when a texel left the finite numbers.
+    fn update_background(&mut self, tapes: &[Tape], rate: f32) -> bool {
         let grad = self.background_gradient(tapes);
-        let Background::Environment(map) = &mut self.model.background else { return };
+        let mut finite = true;
+        let Background::Environment(map) = &mut self.model.background else { return finite };
         for ((texel, moment), g) in map.texels.iter_mut().zip(&mut self.optimiser.background).zip(&grad) {
             for c in (0..3).filter(|&c| g[c] != 0.0) {
                 texel[c] += RULE.step(g[c], &mut moment[c], rate);
+                finite &= texel[c].is_finite();
             }
         }
+        finite
     }
 
-    fn update_reflection(&mut self, tapes: &[Tape], objective: &ReflectionObjective) {
+    /// False when a parameter left the finite numbers.
+    fn update_reflection(&mut self, tapes: &[Tape], objective: &ReflectionObjective) -> bool {
         let (model, optimiser) = (&mut self.model, &mut self.optimiser);
-        update_mirrors(&mut model.reflection, &mut optimiser.reflection, tapes, objective);
+        let mut finite = update_mirrors(&mut model.reflection, &mut optimiser.reflection, tapes, objective);
         if let Some(clearcoat) = &mut model.clearcoat {
             let grad = clearcoat_gradient(clearcoat, model.reflection.source, tapes);
-            update_clearcoat(clearcoat, &mut optimiser.clearcoat, &grad, objective);
+            finite &= update_clearcoat(clearcoat, &mut optimiser.clearcoat, &grad, objective);
         }
+        finite
     }
 
     /// One step, all or nothing as far as the loss goes: a loss that is not finite changes nothing. Where a parameter leaves the
     /// finite numbers, others have moved by then. Nobody uses the mixture: no step follows, and nothing is copied or saved,
-    /// before the last good state is loaded with its moments.
+    /// before the last good state is loaded with its moments, also where a run gives up.
     fn learn(&mut self, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
         if step.is_multiple_of(REFRESH) {
             self.refresh_occupancy(&objective.marching);
@@ -400,7 +413,7 @@ impl CpuBackend {
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays: batch.rays.len(), step };
             let all = Share { buckets: 0..buckets(&self.model.field.map), tells: false };
-            outcome.overflows = if objective.index.is_some() { index::overflows(&tapes) } else { 0 };
+            outcome.overflows = overflows(objective, &tapes);
             outcome.finite = self.update_all(&learned, objective, &all).finite;
         }
         if outcome.finite {

@@ -28,22 +28,25 @@ pub(super) fn mirror_gradients(reflection: &Reflection, tapes: &[Tape]) -> Vec<M
     })
 }
 
-/// One step of every mirror, theory (7.10).
+/// One step of every mirror, theory (7.10). False when a parameter left the finite numbers.
 pub(super) fn update_mirrors(
     reflection: &mut Reflection,
     moments: &mut [MirrorMoments],
     tapes: &[Tape],
     objective: &ReflectionObjective,
-) {
+) -> bool {
+    let mut finite = true;
     let grads = mirror_gradients(reflection, tapes);
     for ((mirror, moments), grad) in reflection.mirrors.iter_mut().zip(moments).zip(&grads) {
         if grad.strength != 0.0 {
             let step = RULE.step(grad.strength as f32, &mut moments.strength, objective.rate_strength);
+            finite &= step.is_finite();
             mirror.strength = (mirror.strength + step).clamp(0.0, 1.0);
         }
-        descend(&mut mirror.outer, &mut moments.outer, &grad.outer, objective.rate);
-        descend(&mut mirror.inner, &mut moments.inner, &grad.inner, objective.rate);
+        finite &= descend(&mut mirror.outer, &mut moments.outer, &grad.outer, objective.rate);
+        finite &= descend(&mut mirror.inner, &mut moments.inner, &grad.inner, objective.rate);
     }
+    finite
 }
 
 /// The gradient of a clearcoat from the look-ups of all tapes; that of its probes only where they are looked at.
@@ -74,27 +77,35 @@ pub(super) fn clearcoat_gradient(
 /// Strengths of clearcoats stay this far from 0 and 1: beyond, they would learn nothing any more.
 const MARGIN: f32 = 1e-3;
 
-/// One step of a clearcoat along its gradient.
+/// One step of a clearcoat along its gradient. False when a parameter left the finite numbers.
 pub(super) fn update_clearcoat(
     clearcoat: &mut Clearcoat<f32>,
     moments: &mut ClearcoatMoments,
     grad: &ClearcoatGradient<f32>,
     objective: &ReflectionObjective,
-) {
-    descend(&mut clearcoat.strength, &mut moments.strength, &grad.strength, objective.rate_clearcoat);
+) -> bool {
+    let mut finite =
+        descend(&mut clearcoat.strength, &mut moments.strength, &grad.strength, objective.rate_clearcoat);
     clearcoat.bound_strength(MARGIN);
-    descend(&mut clearcoat.radiance, &mut moments.radiance, &grad.radiance, objective.rate);
+    finite &= descend(&mut clearcoat.radiance, &mut moments.radiance, &grad.radiance, objective.rate);
+    finite
 }
 
-/// RMSProp with one second moment per probe, as for the colours of voxels.
-fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) {
+/// RMSProp with one second moment per probe, as for the colours of voxels. False when a coefficient left the finite numbers.
+fn descend(cache: &mut ProbeGrid<f32>, moments: &mut [f32], grad: &[f32], rate: f32) -> bool {
     let stride = cache.stride();
+    let mut finite = true;
     let probes = cache.coefficients.chunks_exact_mut(stride).zip(grad.chunks_exact(stride)).zip(moments);
     for ((coefficients, grad), moment) in probes {
         let square = grad.iter().map(|g| g * g).sum::<f32>() / stride as f32;
-        if square > 0.0 && rate > 0.0 {
+        // Not `square > 0`: what is no number must not pass for a probe that nobody looked at.
+        if square != 0.0 && rate > 0.0 {
             let scale = RULE.scale(square, moment, rate);
-            coefficients.iter_mut().zip(grad).for_each(|(c, g)| *c += scale * g);
+            for (c, g) in coefficients.iter_mut().zip(grad) {
+                *c += scale * g;
+                finite &= c.is_finite();
+            }
         }
     }
+    finite
 }

@@ -31,9 +31,11 @@ pub(super) fn gradient(medium: &Medium<f32>, tapes: &[Tape], clip: f32) -> Mediu
     sum_in_parts(tapes, || medium.zero_gradient(), scatter, merge)
 }
 
-/// Index samples of the tapes that are left out.
+/// Index samples of the tapes that are left out, and lengths of paths in what absorbs.
 pub(super) fn overflows(tapes: &[Tape]) -> u64 {
-    let of = |tape: &Tape| tape.index_samples.iter().filter(|sample| has_overflowed(sample)).count() as u64;
+    let of = |tape: &Tape| {
+        tape.overflows + tape.index_samples.iter().filter(|sample| has_overflowed(sample)).count() as u64
+    };
     tapes.par_iter().map(of).sum()
 }
 
@@ -60,16 +62,16 @@ fn add(medium: &Medium<f32>, sample: &IndexSample, clip: f32, sums: &mut MediumG
     }
 }
 
-/// One step of every region.
+/// One step of every region. False when a parameter or a moment left the finite numbers.
 pub(super) fn update(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],
     learned: &Learned,
     objective: &IndexObjective,
-) {
+) -> bool {
     let gradient = gradient(&refraction.medium, learned.tapes, objective.clip);
     let learned = descent::IndexStep { gradient, rays: learned.rays, step: learned.step };
-    descent::update_index(refraction, moments, learned, objective);
+    descent::update_index(refraction, moments, learned, objective)
 }
 
 #[cfg(test)]
@@ -109,7 +111,7 @@ mod tests {
         refraction.medium = Medium::new(vec![grid]).unwrap();
         refraction.states = vec![Default::default()];
         (0..steps).for_each(|step| {
-            update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective)
+            assert!(update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective))
         });
         refraction.medium.regions()[0].level_set().unwrap().clone()
     }
@@ -159,7 +161,7 @@ mod tests {
         let mut tape = Tape::default();
         tape.index_samples.extend([sample(0), sample(1)]);
         let learned = Learned { tapes: &[tape], rays: 1, step: 0 };
-        update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+        assert!(update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE }));
         let indices: Vec<f32> =
             refraction.medium.regions().iter().map(|r| r.interior_index().unwrap()).collect();
         assert!(indices[0] > 1.505 && indices[1] == 1.0, "{indices:?}");
@@ -185,11 +187,50 @@ mod tests {
             refraction.medium = Medium::new(grids).unwrap();
             refraction.states = vec![RegionState { fixed_surface, ..Default::default() }];
             let learned = Learned { tapes: &tapes, rays: 1, step: 0 };
-            update(&mut refraction, &mut moments, &learned, &IndexObjective { rate: 0.01, ..OBJECTIVE });
+            assert!(update(
+                &mut refraction,
+                &mut moments,
+                &learned,
+                &IndexObjective { rate: 0.01, ..OBJECTIVE }
+            ));
             let body = &refraction.medium.regions()[0];
             assert!(body.interior_index().unwrap() > 1.505);
             let stayed = body.level_set().unwrap().coefficients() == ball.coefficients();
             assert_eq!(stayed, fixed_surface);
+        }
+    }
+
+    /// A gradient of 1e30 has a square that no f32 can hold: without a bound on samples it must not pass for a step of 0.
+    #[test]
+    fn an_index_or_surface_whose_moments_overflow_fails_the_step_and_stays() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let smooth = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
+        let objective = IndexObjective { rate: 0.01, clip: f32::INFINITY, ..OBJECTIVE };
+        for (grid, surface) in [
+            (IndexGrid::sharp(ball.clone(), 1.5), true),
+            (IndexGrid::sharp(ball, 1.5), false),
+            (smooth, false),
+        ] {
+            let x = Vec3 { x: if surface { 0.6 } else { 0.0 }, y: 0.0, z: 0.0 };
+            let mut moments = [IndexMoments::zero(&grid)];
+            let mut refraction = Refraction::none();
+            refraction.medium = Medium::new(vec![grid]).unwrap();
+            refraction.states = vec![Default::default()];
+            let before = refraction.medium.regions()[0].clone();
+            let mut step = |d_value: f32| {
+                let mut tape = Tape::default();
+                let d_gradient = Vec3::zero();
+                tape.index_samples.push(IndexSample { region: 0, surface, x, d_value, d_gradient });
+                let learned = Learned { tapes: &[tape], rays: 1, step: 1 };
+                update(&mut refraction, &mut moments, &learned, &objective)
+            };
+            assert!(!step(1e30));
+            let after = &refraction.medium.regions()[0];
+            assert_eq!(after.coefficients(), before.coefficients());
+            assert_eq!(after.interior_index(), before.interior_index());
+            let level = |grid: &IndexGrid<f32>| grid.level_set().map(|l| l.coefficients().to_vec());
+            assert_eq!(level(after), level(&before));
         }
     }
 

@@ -19,6 +19,8 @@ mod mirrored;
 mod node_map;
 mod optics16;
 mod order;
+#[cfg(test)]
+mod overflow;
 mod pages;
 mod path_adjoint;
 mod prefetch;

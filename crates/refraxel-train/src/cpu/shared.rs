@@ -7,8 +7,8 @@
 //!
 //! Every process takes its sums over all chunks in their order, as one process does: the model has the same bits.
 
-use super::backend::{CpuBackend, Share, total};
-use super::index::{self, Learned};
+use super::backend::{CpuBackend, Share, overflows, total};
+use super::index::Learned;
 use super::record::{CacheLookup, IndexSample, Record};
 use super::render::CHUNK;
 use super::tape::{Tape, buckets};
@@ -184,11 +184,12 @@ struct Rest {
     index_samples: Vec<IndexSample>,
     lookups: Vec<CacheLookup>,
     absorption: Vec<[f64; 3]>,
+    overflows: u64,
     texels: Vec<(u32, [f32; 3])>,
 }
 
 wire! {
-    Rest { squared_error, samples, index_samples, lookups, absorption, texels }
+    Rest { squared_error, samples, index_samples, lookups, absorption, overflows, texels }
 }
 
 /// Samples of the field of a chunk: their records, and the functions of the bases that these name, one after the other.
@@ -276,7 +277,7 @@ impl Member {
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays, step };
             let mine = part(buckets(self.own.map()), self.peers.rank(), self.count());
-            outcome.overflows = if objective.index.is_some() { index::overflows(&tapes) } else { 0 };
+            outcome.overflows = overflows(objective, &tapes);
             let moved = self.own.update_all(&learned, objective, &Share { buckets: mine, tells: !is_alone });
             let mut message = moved.voxels;
             message.push(moved.finite.into());
@@ -305,6 +306,7 @@ impl Member {
             index_samples: tape.index_samples.clone(),
             lookups: tape.lookups.clone(),
             absorption: tape.absorption.clone(),
+            overflows: tape.overflows,
             texels: tape.texels.clone(),
         };
         let mut shared = Vec::new();
@@ -367,7 +369,7 @@ fn tape_of(own: &CpuBackend, rest: Rest, samples: Samples) -> Tape {
     let mut tape = Tape::default();
     (tape.records, tape.bases) = (samples.records, bases.collect());
     (tape.index_samples, tape.lookups) = (rest.index_samples, rest.lookups);
-    (tape.absorption, tape.texels) = (rest.absorption, rest.texels);
+    (tape.absorption, tape.overflows, tape.texels) = (rest.absorption, rest.overflows, rest.texels);
     tape.sort(own.map());
     tape
 }

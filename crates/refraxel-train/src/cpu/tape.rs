@@ -28,6 +28,8 @@ pub(super) struct Tape {
     pub lookups: Vec<CacheLookup>,
     /// dLoss/d(absorption coefficients) of each region; empty where nothing absorbs and nothing learns to.
     pub absorption: Vec<[f64; 3]>,
+    /// Segments that taught nothing to these coefficients since their derivative overflowed.
+    pub overflows: u64,
     /// (texel, dLoss/dtexel) of the background.
     pub texels: Vec<(u32, [f32; 3])>,
     /// Records of bucket b: `order[first[b] .. first[b + 1]]`.
@@ -131,6 +133,7 @@ impl Tape {
         self.index_samples.clear();
         self.lookups.clear();
         self.absorption.clear();
+        self.overflows = 0;
         self.texels.clear();
         self.touched.clear();
     }

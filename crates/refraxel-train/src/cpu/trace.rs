@@ -217,7 +217,8 @@ impl LearnedRay<'_> {
         if absorbs {
             let (medium, d_whole) = (&scene.refraction.medium, d.d_thickness);
             let filtered = FilteredRay { medium, path, samples, filtered, mirrored, d_whole };
-            filtered.way_back(&mut tape.records[first..], &mut tape.absorption, &mut way_back.lengths);
+            let (records, coefficients) = (&mut tape.records[first..], &mut tape.absorption);
+            tape.overflows += filtered.way_back(records, coefficients, &mut way_back.lengths);
         }
         tape.touch(first, samples.samples);
         let others = tape.records.len();

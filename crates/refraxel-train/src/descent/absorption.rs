@@ -21,6 +21,10 @@ pub fn update_absorption(
         let grid = refraction.medium.region_mut(region);
         let edge = grid.domain().bounds.extent().max_element();
         let steps = adam(&mut moments.absorption, DECAY, &[0, 1, 2], |c| grad[c] as f32 / edge);
+        let Some(steps) = steps else {
+            finite = false;
+            continue;
+        };
         let mut absorption = grid.absorption();
         for (a, step) in absorption.iter_mut().zip(steps) {
             *a += objective.rate * step / edge;

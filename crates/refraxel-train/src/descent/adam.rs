@@ -16,23 +16,28 @@ pub(super) fn slower(moments: &AdamMoments, half: f32) -> f32 {
     half / (half + moments.steps as f32)
 }
 
-/// The change of each of the parameters `which`, for a learning rate of 1: Adam (Kingma & Ba 2015).
+/// The change of each of the parameters `which`, for a learning rate of 1: Adam (Kingma & Ba 2015). `None` where a moment left the
+/// finite numbers: the step has failed, and the parameters must stay.
 pub(super) fn adam(
     moments: &mut AdamMoments,
     decay: [f32; 2],
     which: &[usize],
     grad: impl Fn(usize) -> f32,
-) -> Vec<f32> {
+) -> Option<Vec<f32>> {
     moments.steps += 1;
     let unbias = decay.map(|d| (1.0 - d.powi(moments.steps.min(1 << 20) as i32)).recip());
-    let mut largest = 0.0_f32;
+    let (mut largest, mut finite) = (0.0_f32, true);
     for &j in which {
         let g = grad(j);
         moments.first[j] += (1.0 - decay[0]) * (g - moments.first[j]);
         moments.second[j] += (1.0 - decay[1]) * (g * g - moments.second[j]);
+        finite &= moments.second[j].is_finite(); // then the first one is, too
         largest = largest.max(moments.second[j]);
+    }
+    if !finite {
+        return None;
     }
     let floor = FLOOR * (largest * unbias[1]).sqrt() + f32::MIN_POSITIVE;
     let step = |&j: &usize| -moments.first[j] * unbias[0] / (moments.second[j] * unbias[1]).sqrt().max(floor);
-    which.iter().map(step).collect()
+    Some(which.iter().map(step).collect())
 }

@@ -12,22 +12,23 @@ const DECAY_OF_NODES: [f32; 2] = [0.97, 0.99];
 /// Steps after which the rate of planes has [halved](slower): nodes have further to go.
 const HALF_OF_PLANES: f32 = 50.0;
 
-/// One step of a surface along dLoss/dφ, unless it is held fixed. Where it is that of a `solid`, planes move.
+/// One step of a surface along dLoss/dφ, unless it is held fixed. Where it is that of a `solid`, planes move. False when a moment
+/// left the finite numbers; the surface then stays.
 pub(super) fn learn(
     level: &mut LevelSet<f32>,
     solid: Option<&mut Polyhedron>,
     moments: &mut AdamMoments,
     grad: &mut [f32],
     objective: &IndexObjective,
-) {
+) -> bool {
     if objective.surface_rate <= 0.0 {
-        return;
+        return true;
     }
     if let Some(solid) = solid {
-        descend_planes(level, solid, moments, grad, objective);
+        descend_planes(level, solid, moments, grad, objective)
     } else {
         gaussian_blur(grad, level.domain().resolution, objective.surface_blur);
-        descend_nodes(level, moments, grad, objective);
+        descend_nodes(level, moments, grad, objective)
     }
 }
 
@@ -43,13 +44,15 @@ fn descend_planes(
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
-) {
+) -> bool {
     let rate = rate(level, slower(moments, HALF_OF_PLANES), objective);
     let grad = solid.vjp(level, grad);
     let which: Vec<usize> = (0..grad.len()).collect();
-    let steps: Vec<f32> = adam(moments, DECAY, &which, |j| grad[j]).iter().map(|s| rate * s).collect();
+    let Some(steps) = adam(moments, DECAY, &which, |j| grad[j]) else { return false };
+    let steps: Vec<f32> = steps.iter().map(|s| rate * s).collect();
     solid.advance(level, &steps);
     *level = solid.level_set(level.domain().bounds, level.domain().resolution);
+    true
 }
 
 /// Adam on φ, then a little smoothing: what one pixel wants must not become a dent.
@@ -58,11 +61,11 @@ fn descend_nodes(
     moments: &mut AdamMoments,
     grad: &[f32],
     objective: &IndexObjective,
-) {
+) -> bool {
     let nodes: Vec<usize> = level.parameters().filter(|&j| grad[j] != 0.0).collect();
     let slower = slower(moments, HALF_OF_NODES);
     let rate = rate(level, slower, objective);
-    let steps = adam(moments, DECAY_OF_NODES, &nodes, |j| grad[j]);
+    let Some(steps) = adam(moments, DECAY_OF_NODES, &nodes, |j| grad[j]) else { return false };
     for (&j, step) in nodes.iter().zip(steps) {
         level.coefficients_mut()[j] += rate * step;
     }
@@ -71,4 +74,5 @@ fn descend_nodes(
     } else {
         level.find_surface();
     }
+    true
 }

@@ -94,13 +94,8 @@ impl<B: Backend> Trainer<B> {
         f(&state, &model, &Optimiser::new(&model), &self.alignment.forgotten())
     }
 
-    /// Return to the last good state with half the learning rates, and draw other rays from there on.
-    pub(super) fn roll_back(&mut self, failed: u64, watch: &mut Watch) -> Result<(), TrainError> {
-        let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
-        if rollbacks > MAX_ROLLBACKS {
-            return Err(TrainError::Diverged { step: failed, rollbacks: rollbacks - 1 });
-        }
-        let rate_scale = 0.5 * self.state.rate_scale;
+    /// Stand at the last good state, or else at the beginning.
+    fn go_back(&mut self) {
         match self.good.take() {
             Some(good) => self.return_to(*good),
             None => {
@@ -108,6 +103,17 @@ impl<B: Backend> Trainer<B> {
                 self.go_on_with_alignment(self.alignment.forgotten());
                 self.state = State { seconds: self.state.seconds, ..State::default() };
             }
+        }
+    }
+
+    /// Return to the last good state with half the learning rates, and draw other rays from there on. A run that gives up stands at
+    /// that state, too: whoever keeps it gets nothing of the step that failed.
+    pub(super) fn roll_back(&mut self, failed: u64, watch: &mut Watch) -> Result<(), TrainError> {
+        let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
+        let rate_scale = 0.5 * self.state.rate_scale;
+        self.go_back();
+        if rollbacks > MAX_ROLLBACKS {
+            return Err(TrainError::Diverged { step: failed, rollbacks: rollbacks - 1 });
         }
         self.state.step = step;
         self.keep_good_state()?;
