@@ -29,7 +29,7 @@ impl Picture<'_> {
     }
 
     /// Means over a grid of cells that fills the picture, x fastest: of colour times alpha, and of alpha, which is 1 where pictures
-    /// are not transparent. At most [`SAMPLED`]² pixels of a cell are looked at, evenly spread. `None` where half of them must
+    /// are not transparent. At most 4 × 4 pixels of a cell are looked at, evenly spread. `None` where half of them must
     /// not be used.
     pub fn reduced(&self, [width, height]: [usize; 2]) -> Vec<Option<[f32; 4]>> {
         let full = [self.camera.width as usize, self.camera.height as usize];
