@@ -102,9 +102,11 @@ pub(super) fn race(
             return Ok(Outcome { finalist, verdicts });
         }
     }
-    let mut trends: Vec<Trend> = (0..course.regions)
-        .map(|region| Trend::new(course.first, gain_of(&standings, chosen[region], region)))
-        .collect();
+    let trend = |region: usize| {
+        let so_far = gains(&standings, chosen[region], |score| score.inside[region]);
+        Trend::new(course.first, mean_and_error(&so_far).0)
+    };
+    let mut trends: Vec<Trend> = (0..course.regions).map(trend).collect();
     let mut until = course.all;
     loop {
         for entry in [STRAIGHT, finalist] {
@@ -125,13 +127,11 @@ pub(super) fn race(
     }
 }
 
-/// By how much an entry is better than straight rays inside the masks of a region [dB].
-fn gain_of(standings: &[Standing], entry: Entry, region: usize) -> f64 {
+/// By how much an entry is better than straight rays, for each view of which both have a score of this kind [dB].
+fn gains(standings: &[Standing], entry: Entry, score: impl Fn(&ViewScore) -> Option<f64>) -> Vec<f64> {
     let of = |entry: Entry| standings.iter().find(|s| s.entry == entry);
     let pairs = of(STRAIGHT).into_iter().zip(of(entry)).flat_map(|(s, b)| s.scores.iter().zip(&b.scores));
-    let gains: Vec<f64> =
-        pairs.filter_map(|(s, b)| Some(gain(s.inside[region]?, b.inside[region]?))).collect();
-    mean_and_error(&gains).0
+    pairs.filter_map(|(s, b)| Some(gain(score(s)?, score(b)?))).collect()
 }
 
 /// How the lead of bent rays changes with the steps.
@@ -170,12 +170,8 @@ fn verdict(
     region: usize,
     options: &JudgeOptions,
 ) -> RegionVerdict {
-    let of = |entry: Entry| standings.iter().find(|s| s.entry == entry);
-    let (straight, bent) = (of(STRAIGHT), of(finalist));
-    let pairs = || straight.iter().zip(&bent).flat_map(|(s, b)| s.scores.iter().zip(&b.scores));
-    let inside: Vec<f64> =
-        pairs().filter_map(|(s, b)| Some(gain(s.inside[region]?, b.inside[region]?))).collect();
-    let outside: Vec<f64> = pairs().filter_map(|(s, b)| Some(gain(s.outside?, b.outside?))).collect();
+    let inside = gains(standings, finalist, |score| score.inside[region]);
+    let outside = gains(standings, finalist, |score| score.outside);
     let (gain_inside, error) = mean_and_error(&inside);
     let gain_outside = mean_and_error(&outside).0;
     let spares_the_rest = outside.is_empty() || gain_outside >= -options.tolerance;
