@@ -6,6 +6,7 @@
 //! known: the truth of a scene, a volume, or a mesh.
 
 mod assemble;
+mod border;
 mod bytes;
 mod camera;
 mod crop;

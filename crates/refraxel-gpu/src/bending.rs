@@ -32,7 +32,8 @@ pub(crate) struct Bending {
     absorption_from: u32,
     taps: u32,
     regions: u32,
-    padding: [u32; 2],
+    silhouette: f32,
+    padding: u32,
 }
 
 impl Bending {
@@ -55,6 +56,7 @@ impl Bending {
             surface_events: index.map_or(u32::MAX, |o| o.surface_events),
             index_events: index.map_or(u32::MAX, |o| o.index_events),
             weight: objective.bent_weight,
+            silhouette: index.map_or(0.0, |o| o.silhouette),
             clip: index.filter(|_| clipped).map_or(f32::MAX, |o| o.clip.min(f32::MAX)),
             absorption_from: crate::bodies::coefficients(refraction) as u32,
             ..Self::shown(refraction, 0)

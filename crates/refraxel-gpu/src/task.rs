@@ -80,7 +80,7 @@ pub(crate) struct Lesson {
     direction: [f32; 3],
     bends: u32,
     colour: [f32; 3],
-    padding_1: f32,
+    beside: u32,
     behind: [f32; 3],
     padding_2: f32,
 }
@@ -103,6 +103,7 @@ impl Lesson {
         let mut lessons = Self::of_rays(&batch.rays, refraction);
         for (k, lesson) in lessons.iter_mut().enumerate() {
             (lesson.offset, lesson.colour) = (batch.offset[k], batch.target[k]);
+            lesson.beside = batch.is_beside(k).into();
             lesson.behind = batch.behind.get(k).copied().unwrap_or_default();
         }
         lessons

@@ -248,7 +248,7 @@ fn model(resolution: u32) -> Model {
 
 fn batch_of(rays: Vec<Ray<f32>>) -> Batch {
     let n = rays.len();
-    Batch { rays, target: vec![[0.5; 3]; n], behind: Vec::new(), offset: vec![0.5; n] }
+    Batch { rays, target: vec![[0.5; 3]; n], offset: vec![0.5; n], ..Batch::default() }
 }
 
 /// Rays from cameras all around at distance 4 towards points near the box's middle.

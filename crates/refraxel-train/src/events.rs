@@ -52,6 +52,15 @@ pub enum Event {
         /// Share of the pixels of all views inside masks from then on.
         pixels: f64,
     },
+    /// What straight rays cannot explain ends elsewhere than the masks: these end there from now on.
+    MasksShifted {
+        /// By how much their borders move outwards [pixel].
+        by: f32,
+        /// Mean misfit of straight rays near the new border on its inner side, 0 to 1.
+        inside: f64,
+        /// And on its outer side.
+        outside: f64,
+    },
     /// No masks say what is refractive, and straight rays explain everything.
     NothingSought {
         /// Number of the look, from 1.

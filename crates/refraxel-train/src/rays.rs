@@ -31,6 +31,8 @@ struct TrainingView {
     meaning: MaskMeaning,
     /// What shows something refractive, where no mask says it.
     found: Option<Arc<Mask>>,
+    /// What takes the place of either, where its border was found to lie elsewhere.
+    shifted: Option<Arc<Mask>>,
     /// What gives it the exposure that all have in common.
     exposure: Filter<f32>,
 }
@@ -72,6 +74,8 @@ pub struct RaySampler {
     aside: Vec<usize>,
     /// Masks that were found say where outlines are.
     traces_found: bool,
+    /// By how much borders of masks were moved outwards [pixel].
+    shift: f32,
 }
 
 /// Pixels of a view that is kept aside.
@@ -85,14 +89,19 @@ pub struct AsideView {
 /// A ray of a batch.
 struct Drawn {
     view: usize,
+    pixel: usize,
     ray: Ray<f32>,
     target: [f32; 3],
     behind: [f32; 3],
     offset: f32,
+    beside: bool,
 }
 
 /// Rays of a view that is kept aside, at most about.
 const ASIDE_RAYS: usize = 2500;
+
+/// Pixels within so many of a mask are not clearly beside it.
+const BESIDE: usize = 0;
 
 /// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
 const KEPT_LENSES: usize = 8;
@@ -118,6 +127,7 @@ impl RaySampler {
                 photo,
                 meaning: view.mask_meaning,
                 found: None,
+                shifted: None,
                 exposure: Filter::clear(),
             });
         }
@@ -128,7 +138,7 @@ impl RaySampler {
         let inside = InsidePixels::new(with_photos.iter().map(|s| s.refractive().map(|m| &**m)));
         let transparent = backdrop == Backdrop::Transparent;
         let (views, random, aside) = (with_photos, Random::new(seed), Vec::new());
-        Self { views, inside, first, transparent, random, aside, traces_found: false }
+        Self { views, inside, first, transparent, random, aside, traces_found: false, shift: 0.0 }
     }
 
     /// From now on batches draw from the other views only: every so many-th is kept aside, `count` in all.
@@ -225,6 +235,7 @@ impl RaySampler {
     /// If there is neither one entry per view, with masks of the view's size, nor none.
     pub fn set_found(&mut self, masks: Option<Vec<Option<Mask>>>, traced: bool) {
         self.traces_found = traced;
+        self.shift_masks(0.0);
         let Some(masks) = masks else {
             self.views.iter_mut().for_each(|v| v.found = None);
             return self.count_inside();
@@ -235,6 +246,19 @@ impl RaySampler {
             assert!(mask.as_ref().is_none_or(is_fit), "one coverage per pixel");
             view.found = mask.map(Arc::new);
         }
+        self.count_inside();
+    }
+
+    /// From now on the border of each refractive mask lies this far further out than the data, or what was found, say [pixel].
+    pub fn shift_masks(&mut self, by: f32) {
+        if by == self.shift {
+            return;
+        }
+        self.shift = by;
+        self.views.par_iter_mut().for_each(|view| {
+            view.shifted = None;
+            view.shifted = view.refractive().filter(|_| by != 0.0).map(|mask| Arc::new(mask.shifted(by)));
+        });
         self.count_inside();
     }
 
@@ -254,7 +278,8 @@ impl RaySampler {
 
     /// The refractive masks that say where outlines are.
     pub fn masked_views(&self) -> impl Iterator<Item = MaskedView<'_>> {
-        let masks = self.views.iter().map(|v| if self.traces_found { v.refractive() } else { v.stated() });
+        let traces = move |v: &TrainingView| self.traces_found || v.stated().is_some();
+        let masks = self.views.iter().map(move |v| v.refractive().filter(|_| traces(v)));
         self.views
             .iter()
             .zip(masks)
@@ -292,17 +317,35 @@ impl RaySampler {
         self.drawn(step, size, selection, &[])
     }
 
-    fn drawn(&self, step: u64, size: usize, selection: Selection, aside: &[usize]) -> (Batch, Vec<usize>) {
-        let draw = |i| self.draw(step, i, size as u64, selection, aside);
-        let drawn: Vec<Drawn> = (0..size as u64).into_par_iter().filter_map(draw).collect();
+    /// At most `size` rays near borders of refractive masks, and how far outside each lies, to the nearest pixel of the other kind
+    /// [pixel]: negative inside, at most `reach`.
+    pub fn near_borders(&self, step: u64, size: usize, reach: u32) -> (Batch, Vec<f32>) {
+        let draw = |i| self.draw(step, i, size as u64, Selection::Around(reach), &self.aside);
+        let near = |d: Drawn| {
+            let away = self.views[d.view].refractive()?.from_border(d.pixel, reach)?;
+            Some((d, away))
+        };
+        let drawn: Vec<(Drawn, f32)> =
+            (0..size as u64).into_par_iter().filter_map(draw).filter_map(near).collect();
+        (self.gathered(drawn.iter().map(|(d, _)| d)), drawn.iter().map(|(_, away)| *away).collect())
+    }
+
+    fn gathered<'a>(&self, drawn: impl Iterator<Item = &'a Drawn>) -> Batch {
         let mut batch = Batch::default();
-        for Drawn { ray, target, behind, offset, .. } in &drawn {
+        for Drawn { ray, target, behind, offset, beside, .. } in drawn {
             batch.rays.push(*ray);
             batch.target.push(*target);
             batch.offset.push(*offset);
+            batch.beside.push(*beside);
             batch.behind.extend(self.transparent.then_some(*behind));
         }
-        (batch, drawn.iter().map(|d| d.view).collect())
+        batch
+    }
+
+    fn drawn(&self, step: u64, size: usize, selection: Selection, aside: &[usize]) -> (Batch, Vec<usize>) {
+        let draw = |i| self.draw(step, i, size as u64, selection, aside);
+        let drawn: Vec<Drawn> = (0..size as u64).into_par_iter().filter_map(draw).collect();
+        (self.gathered(drawn.iter()), drawn.iter().map(|d| d.view).collect())
     }
 
     fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, aside: &[usize]) -> Option<Drawn> {
@@ -343,7 +386,9 @@ impl RaySampler {
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
         let target = self.views[view].colour(pixel, self.transparent.then_some(behind));
         let offset = self.random.uniform(step, lane(3)) as f32;
-        Some(Drawn { view, ray, target, behind, offset })
+        let of = &self.views[view];
+        let beside = of.refractive().is_some() && of.clearly_outside(pixel, BESIDE);
+        Some(Drawn { view, pixel, ray, target, behind, offset, beside })
     }
 
     /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
@@ -391,7 +436,7 @@ impl TrainingView {
 
     /// The mask of what is refractive.
     fn refractive(&self) -> Option<&Arc<Mask>> {
-        self.stated().or(self.found.as_ref())
+        self.shifted.as_ref().or_else(|| self.stated()).or(self.found.as_ref())
     }
 
     /// That of the data.

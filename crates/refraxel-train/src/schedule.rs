@@ -239,6 +239,7 @@ pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
         surface_rate: options.surface.rate * decay,
         surface_blur: options.surface.blur,
         surface_smooth: options.surface.smooth * decay,
+        silhouette: options.surface.silhouette,
         surface_events: options.surface.events,
         index_events: options.index.events,
         blur: options.index.blur,

@@ -42,6 +42,14 @@ pub fn sentence(event: &Event) -> Option<String> {
                 "agree nowhere".to_owned()
             }
         ),
+        Event::MasksShifted { by, inside, outside } => format!(
+            "masks are too {} by {:.1} pixels, since straight rays fail that far {} (misfit {inside:.2} on one side, {outside:.2} on the \
+             other): they are taken as that much {}",
+            if *by > 0.0 { "narrow" } else { "wide" },
+            by.abs(),
+            if *by > 0.0 { "beyond them" } else { "short of them" },
+            if *by > 0.0 { "wider" } else { "narrower" }
+        ),
         Event::NothingSought { look: 1, separation, needed } => format!(
             "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
         ),

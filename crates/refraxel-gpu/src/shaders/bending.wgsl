@@ -17,8 +17,9 @@ struct Bending {
     // Coefficients per axis that a cell depends on: 4, which no compiler knows.
     taps: u32,
     regions: u32,
+    // Weight of the depth at which rays beside masks pass through a body [1 / voxel of its level set].
+    silhouette: f32,
     padding_0: u32,
-    padding_1: u32,
 }
 
 // Some devices leave all loops of an invocation after a number of iterations, without a word. An invocation asks at its end

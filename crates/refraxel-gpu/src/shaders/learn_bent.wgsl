@@ -21,6 +21,36 @@ struct Received {
     d_moment: vec3<f32>,
 }
 
+// The first way of a path through a body, as far as it is known while the path is followed back.
+struct Trespass {
+    // The middle of the segment that was met last.
+    middle: vec3<f32>,
+    is_known: bool,
+    // The middle of the way, the body and the transmittance in front of it.
+    x: vec3<f32>,
+    region: u32,
+    transmittance: f32,
+}
+
+// Takes note of the segment before.
+fn follow(t: ptr<function, Trespass>, s: Step) {
+    if (s.event != 0u && (s.event & FROM_INSIDE) == 0u && (*t).is_known) {
+        (*t).x = (*t).middle;
+        (*t).region = s.surface;
+        (*t).transmittance = s.transmittance;
+    }
+    (*t).middle = s.start + s.momentum * (0.5 * s.drift);
+    (*t).is_known = true;
+}
+
+// What a path owes that should have missed the first body that it meets, theory (4.22).
+fn add_trespass(t: Trespass) {
+    if (t.region != NO_REGION && level_sample(t.region, t.x).w < 0.0) {
+        let weight = bending.silhouette * t.transmittance / lattices[2u * t.region + 1u].voxel;
+        add_level_sample(t.region, t.x, -weight, vec3<f32>(0.0));
+    }
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn learn_bent(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -44,7 +74,7 @@ fn learn_bent(
     let bends = lessons[ray].bends != 0u;
     let exit = exit_of(ray, end.p);
     let turns = bends && (end.events > 0u || dot(lessons[ray].direction, exit) < STRAIGHT);
-    let d_colour = 2.0 * select(1.0, bending.weight, turns) * residual;
+    let d_colour = 2.0 * select(1.0, bending.weight, turns && lessons[ray].beside == 0u) * residual;
     var d_shown = whole.transmittance * d_colour;
     var d_whole = vec3<f32>(0.0);
     if (absorbs()) {
@@ -83,6 +113,9 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, 
     if (bends && end.segments > 0u) {
         d = exit_vjp(end.p, d_exit);
     }
+    let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && (teaches_index || teaches_surface);
+    var trespass = Trespass();
+    trespass.region = NO_REGION;
     // dLoss/d(thickness) of all that lies behind a segment.
     var d_behind = d_whole;
     var row = (end.segments + REPLAY - 1u) / REPLAY;
@@ -95,12 +128,18 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, 
         }
         let is_start = k == 0u;
         if (is_start) {
+            if (trespasses) {
+                add_trespass(trespass);
+            }
             if (bends && traces) {
                 d = start_vjp(lessons[ray].origin, lessons[ray].direction, d);
             }
         } else {
             k--;
             var s = steps[k * bending.keeps + ray - bending.first];
+            if (trespasses) {
+                follow(&trespass, s);
+            }
             var d_end = 0.0;
             if (absorbs() && s.within != NO_REGION) {
                 d_end = thickness_vjp(&s, d_behind);
@@ -162,7 +201,7 @@ fn replay(row: u32, ray: u32, blame: Blame) -> u32 {
         steps[count * bending.keeps + ray - bending.first] = Step(
             segment.start, segment.kick, segment.momentum, segment.drift, received.d.start, segment.late,
             received.d.momentum, segment.within, received.d_thickness, segment.surface, received.d_moment, segment.beyond,
-            segment.event, 0u, 0u, 0u,
+            segment.event, front.transmittance, 0u, 0u,
         );
         count++;
     }

@@ -10,7 +10,8 @@ struct Lesson {
     bends: u32,
     // Observed colour (sRGB-encoded).
     colour: vec3<f32>,
-    padding_1: f32,
+    // Its pixel lies beside the mask of what is refractive.
+    beside: u32,
     // Radiance behind the field, where WANTS says that it is given.
     behind: vec3<f32>,
     padding_2: f32,

@@ -17,9 +17,10 @@ struct Step {
     d_moment: vec3<f32>,
     beyond: u32,
     event: u32,
+    // At its end.
+    transmittance: f32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 // dLoss/d(x, p).

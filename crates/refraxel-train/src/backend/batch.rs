@@ -41,9 +41,17 @@ pub struct Batch {
     pub behind: Vec<[f32; 3]>,
     /// Shift of the quadrature points per ray, in [0, 1) steps.
     pub offset: Vec<f32>,
+    /// Whether each ray's pixel lies beside the mask of what is refractive of its view; empty: nobody knows.
+    pub beside: Vec<bool>,
 }
 
 impl Batch {
+    /// Whether a ray is known to pass beside what is refractive.
+    #[inline(always)]
+    pub fn is_beside(&self, ray: usize) -> bool {
+        self.beside.get(ray) == Some(&true)
+    }
+
     /// The first `most` rays that are `chosen`.
     #[must_use]
     pub fn filtered(&self, most: usize, chosen: impl Fn(&Ray<f32>) -> bool) -> Self {
@@ -53,6 +61,7 @@ impl Batch {
             target: kept.iter().map(|&k| self.target[k]).collect(),
             behind: kept.iter().filter_map(|&k| self.behind.get(k).copied()).collect(),
             offset: kept.iter().map(|&k| self.offset[k]).collect(),
+            beside: kept.iter().filter_map(|&k| self.beside.get(k).copied()).collect(),
         }
     }
 
@@ -63,6 +72,7 @@ impl Batch {
         self.target.extend(other.target);
         self.behind.extend(other.behind);
         self.offset.extend(other.offset);
+        self.beside.extend(other.beside);
         self
     }
 }

@@ -18,7 +18,8 @@ pub const BUCKET_SLOTS: usize = 64;
 pub struct Objective {
     /// How rays are marched.
     pub marching: Marching,
-    /// Weight of |C − target|² of rays that [bend](refraxel_core::optics::Path::bends); 1 for all others.
+    /// Weight of |C − target|² of rays that [bend](refraxel_core::optics::Path::bends), but for those [beside](super::Batch::beside)
+    /// masks; 1 for all others.
     pub bent_weight: f32,
     /// Weight of the Cauchy sparsity of each sample's optical depth.
     pub sparsity: f32,
@@ -87,6 +88,8 @@ pub struct IndexObjective {
     pub surface_blur: f32,
     /// Strength of the smoothing of surfaces per step, theory (2.31), in [0, 1].
     pub surface_smooth: f32,
+    /// Weight of the depth at which rays [beside](super::Batch::beside) masks pass through a surface [1 / voxel of the level set].
+    pub silhouette: f32,
     /// Surfaces learn only from rays that meet them at most this often: further crossings amplify noise.
     pub surface_events: u32,
     /// The index learns only from rays that meet surfaces at most this often. It is one number for many rays, whose noise

@@ -93,6 +93,7 @@ mod tests {
         surface_rate: 0.05,
         surface_blur: 1.0,
         surface_smooth: 0.0,
+        silhouette: 0.0,
         surface_events: 8,
         index_events: 8,
     };

@@ -44,6 +44,7 @@ impl Batch {
             target: picked(&self.target, order),
             behind: picked(&self.behind, order),
             offset: picked(&self.offset, order),
+            beside: picked(&self.beside, order),
         }
     }
 }

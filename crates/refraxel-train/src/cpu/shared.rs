@@ -40,13 +40,13 @@ wire! {
     IndexSample { region, surface, x, d_value, d_gradient }
     CacheId { region, inner }
     CacheLookup { surface, cache, x, direction, d_radiance, d_strength }
-    Batch { rays, target, behind, offset }
+    Batch { rays, target, behind, offset, beside }
     RayGradient { origin, direction, residual }
     Marching { step, near, min_optical_depth, min_transmittance }
     AbsorptionObjective { rate }
     ReflectionObjective { rate, rate_strength, rate_clearcoat }
     IndexObjective {
-        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_blur, surface_smooth, surface_events,
+        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_blur, surface_smooth, silhouette, surface_events,
         index_events,
     }
     Objective {
@@ -241,6 +241,7 @@ fn range_of(batch: &Batch, range: Range<usize>) -> Batch {
         target: cut(&batch.target, &range),
         behind: cut(&batch.behind, &range),
         offset: cut(&batch.offset, &range),
+        beside: cut(&batch.beside, &range),
     }
 }
 

@@ -6,7 +6,7 @@ use super::colour::Layout;
 use super::compare::{Compared, PixelAdjoint};
 use super::mirrored::{self, MirroredSample};
 use super::path_adjoint::{BentPath, SegmentSums, Teaches, WayBack};
-use super::record::{CLEARCOAT, Record};
+use super::record::{CLEARCOAT, IndexSample, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
 use super::secondary::{SecondaryRay, look_exactly};
@@ -18,7 +18,7 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use refraxel_core::optics::PartialReflectionAdjoint;
 use refraxel_core::radiance::{Filtered, Pixel};
-use refraxel_core::{Path, Ray};
+use refraxel_core::{Medium, Path, Ray, Vec3};
 use std::ops::Range;
 
 /// Per-thread memory of a pass.
@@ -185,6 +185,13 @@ struct Out<'a> {
 }
 
 impl LearnedRay<'_> {
+    /// Its weight in the loss. One that bends beside a mask counts whole: the body is wrong there, not what stands around it.
+    #[inline(always)]
+    fn weight(&self, batch: &Batch, objective: &Objective) -> f32 {
+        let bends = self.marched.bent && self.path.bends(&batch.rays[self.ray]);
+        if bends && !batch.is_beside(self.ray) { objective.bent_weight } else { 1.0 }
+    }
+
     /// Compare the ray with its target and march back; its squared error.
     #[inline(always)]
     fn way_back<S: Simd, const BLOCKS: usize>(
@@ -195,11 +202,11 @@ impl LearnedRay<'_> {
         seen: &mut Samples,
         out: Out,
     ) -> f64 {
+        let weight = self.weight(lesson.batch, lesson.objective);
         let Self { ray, marched, own, path, mirrored, filtered } = self;
         let Out { tape, way_back, wanted } = out;
         let (scene, batch, objective) = (view.scene, lesson.batch, lesson.objective);
         let (left, exit, through) = (marched.left, &marched.exit, &marched.through);
-        let weight = if marched.bent && path.bends(&batch.rays[ray]) { objective.bent_weight } else { 1.0 };
         let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through, weight };
         let d = compared.with_target(scene, lesson, mirrored, tape);
         let first = tape.records.len();
@@ -237,6 +244,10 @@ impl LearnedRay<'_> {
         let d_reflections = &way_back.d_reflections;
         let d_lengths = if absorbs { &way_back.lengths.segments[..] } else { &[] };
         let bent = bent.map(|tracer| BentPath { tracer, path, teaches, d_reflections, d_lengths });
+        if teaches != Teaches::NOTHING && batch.is_beside(ray) {
+            let weight = objective.index.map_or(0.0, |o| o.silhouette);
+            tape.index_samples.extend(trespass(&scene.refraction.medium, path, samples, weight));
+        }
         let (ray, records, all) = (&batch.rays[ray], &tape.records[first..], wanted.is_some());
         let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
         let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);
@@ -245,6 +256,27 @@ impl LearnedRay<'_> {
         }
         squared_error
     }
+}
+
+/// What a path owes that should have missed the first body that it meets, theory (4.22): the depth in the middle of its way through
+/// it, times the transmittance in front, for what hides a body may hide its outline.
+fn trespass(medium: &Medium<f32>, path: &Path<f32>, samples: RaySamples, weight: f32) -> Option<IndexSample> {
+    let entry = path.steps.iter().position(|s| s.event.is_some_and(|e| !e.from_inside))?;
+    let region = path.steps[entry].region;
+    let (segment, step) = (path.segments.get(entry + 1)?, path.steps.get(entry + 1)?);
+    let level = medium.regions()[region as usize].level_set()?;
+    let x = segment.at(0.5 * step.drift);
+    let is_inside = weight > 0.0 && level.domain().bounds.contains(x) && level.value(x) < 0.0;
+    let before = samples.samples.iter().rev().find(|s| samples.segment_of(s).place as usize <= entry);
+    let transmittance = before.map_or(1.0, |s| s.before * (1.0 - s.alpha));
+    let d_value = -weight * transmittance / level.voxel();
+    is_inside.then_some(IndexSample {
+        region: region.into(),
+        surface: true,
+        x,
+        d_value,
+        d_gradient: Vec3::zero(),
+    })
 }
 
 /// The sweep from the back over all sections of a ray.

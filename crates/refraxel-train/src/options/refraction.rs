@@ -17,6 +17,9 @@ section! {
         /// They leave out pixels that are so near to a mask: masks may be too small, and glass that straight rays have learned
         /// as fog hides what stands there.
         mask_margin: u32 = 3, in 0..=100, "pixels";
+        /// Whether the borders of masks move to where straight rays begin to fail, when rays are to bend, if that is at least a pixel
+        /// away: by the same distance in all views, at most twice `mask_margin` less 1.5 pixels.
+        mask_shift: Switch = Switch::On;
         /// Share of the run after them in which only the index learns.
         index_alone_share: f64 = 0.02, in 0.0..=0.7;
         /// When rays begin to bend, at least this fraction of the rays of a batch lies inside masks.

@@ -61,6 +61,37 @@ fn rays_around_a_mask_reach_so_many_pixels_and_no_further() {
 }
 
 #[test]
+fn masks_that_are_moved_show_more_and_come_back_as_they_were() {
+    let mut s = sampler(Lens::Pinhole, MaskMeaning::Refractive, Some(vec![255, 0, 0, 0, 0, 0, 0, 0]));
+    let covered = |s: &RaySampler| {
+        let views: Vec<_> = s.masked_views().map(|v| v.mask.coverage.clone()).collect();
+        assert_eq!(views.len(), 1);
+        let inside = (s.mask_share() * 8.0).round() as usize;
+        (views[0].iter().filter(|c| **c > 127).count(), inside)
+    };
+    assert_eq!(covered(&s), (1, 1));
+    s.shift_masks(1.0);
+    assert_eq!(covered(&s), (4, 4), "its neighbours, too");
+    s.shift_masks(2.0);
+    assert_eq!(covered(&s), (6, 6), "from the mask of the data, not from the moved one");
+    s.shift_masks(0.0);
+    assert_eq!(covered(&s), (1, 1));
+}
+
+#[test]
+fn rays_beside_a_mask_are_known_where_there_is_one() {
+    let of = |mask: Option<Vec<u8>>| {
+        let s = sampler(Lens::Pinhole, MaskMeaning::Refractive, mask);
+        let batch = s.batch(0, 200, Selection::All);
+        (0..batch.rays.len()).filter(|&k| batch.is_beside(k)).count()
+    };
+    assert_eq!(of(None), 0, "nobody knows");
+    let half = of(Some(vec![255, 255, 0, 0, 255, 255, 0, 0]));
+    assert!((60..140).contains(&half), "{half} of 200");
+    assert_eq!(of(Some(vec![255; 8])), 0);
+}
+
+#[test]
 fn transparent_pixels_show_the_random_background() {
     let batch = sampler(Lens::Pinhole, MaskMeaning::Keep, None).batch(3, 100, Selection::All);
     assert_eq!(batch.behind.len(), batch.rays.len());

@@ -12,6 +12,7 @@
 //!
 //! From there shape and index learn by their gradients, first alone and then together with everything else.
 
+mod border;
 mod completing;
 mod contest;
 mod facets;
@@ -28,6 +29,7 @@ mod search;
 mod shapes;
 mod silhouettes;
 
+pub(crate) use border::border;
 pub use completing::LEAST as LEAST_MASKS;
 pub(crate) use completing::hulls;
 pub(crate) use ground::Ground;

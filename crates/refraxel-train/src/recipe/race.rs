@@ -13,6 +13,9 @@ const CARE: f64 = 0.5;
 /// Bent rays that lead by so many margins, and by so many standard errors, after the first round have won. Straight rays never
 /// have: at first bent ones are behind, because what stands inside is cleared, and catch up.
 const CLEAR: f64 = 2.0;
+/// Flat faces that are behind a free surface by no more than this after the first round go on [dB]: so near, few steps tell
+/// nothing, and where silhouettes show faces, these have less to learn.
+const TIE: f64 = 0.3;
 /// Fewer views that show a region have no standard error to speak of.
 const SOME_VIEWS: usize = 3;
 
@@ -87,9 +90,17 @@ pub(super) fn race(
         standings.push(Standing { entry, steps: course.first, scores: contest.scores(entry)? });
     }
     let best = |region: usize| {
-        let bent = standings[1..].iter();
-        let best = bent.max_by(|a, b| a.inside(region).total_cmp(&b.inside(region)));
-        best.map_or(STRAIGHT, |s| s.entry)
+        let bent = || standings[1..].iter();
+        let kind = |s: &Standing| contest.assumes(s.entry, region).0;
+        let Some(best) = bent().max_by(|a, b| a.inside(region).total_cmp(&b.inside(region))) else {
+            return STRAIGHT;
+        };
+        let ties = |s: &&Standing| {
+            kind(best) == Hypothesis::Solid
+                && kind(s) == Hypothesis::Polyhedron
+                && s.inside(region) >= best.inside(region) - TIE
+        };
+        bent().find(ties).unwrap_or(best).entry
     };
     let chosen: Vec<Entry> = (0..course.regions).map(best).collect();
     let finalist = contest.combined(&chosen);
@@ -247,12 +258,14 @@ mod tests {
         inside: Vec<Vec<f64>>,
         outside: Vec<f64>,
         learned: Vec<u64>,
+        kinds: [Hypothesis; 4],
     }
 
     impl Injected {
         fn new(inside: Vec<Vec<f64>>, outside: Vec<f64>) -> Self {
             let learned = vec![0; inside.len()];
-            Self { inside, outside, learned }
+            let kinds = [Hypothesis::Straight, Hypothesis::Solid, Hypothesis::Graded, Hypothesis::Shell];
+            Self { inside, outside, learned, kinds }
         }
 
         fn race(&mut self) -> Outcome {
@@ -289,8 +302,7 @@ mod tests {
             self.learned.len() - 1
         }
         fn assumes(&self, entry: Entry, _: usize) -> (Hypothesis, Vec<Found>) {
-            let kinds = [Hypothesis::Straight, Hypothesis::Solid, Hypothesis::Graded, Hypothesis::Shell];
-            (kinds[entry.min(3)], Vec::new())
+            (self.kinds[entry.min(3)], Vec::new())
         }
     }
 
@@ -306,6 +318,18 @@ mod tests {
         );
         let order: Vec<_> = verdict.contestants.iter().map(|c| c.hypothesis).collect();
         assert_eq!(order, [Hypothesis::Graded, Hypothesis::Straight, Hypothesis::Solid]);
+    }
+
+    #[test]
+    fn flat_faces_go_on_where_a_free_surface_leads_by_next_to_nothing() {
+        let finalist = |solid: f64, polyhedron: f64| {
+            let mut contest = Injected::new(vec![vec![0.08], vec![solid], vec![polyhedron]], vec![0.01; 3]);
+            contest.kinds[2] = Hypothesis::Polyhedron;
+            contest.race().verdicts[0].hypothesis
+        };
+        assert_eq!(finalist(0.020, 0.021), Hypothesis::Polyhedron, "0.2 dB behind");
+        assert_eq!(finalist(0.020, 0.022), Hypothesis::Solid, "0.4 dB behind");
+        assert_eq!(finalist(0.021, 0.020), Hypothesis::Polyhedron);
     }
 
     /// Bent rays whose lead after some steps [dB] is stated.

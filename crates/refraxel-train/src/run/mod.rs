@@ -53,6 +53,9 @@ pub struct State {
     /// Refractive things were sought that no mask shows.
     #[serde(default, alias = "looks", deserialize_with = "was_scouted")]
     pub scouted: bool,
+    /// By how much the borders of refractive masks were moved outwards when rays were to bend [pixel].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub mask_shift: f32,
     /// Rays were to bend, but nothing refractive was found: they stay straight.
     #[serde(default)]
     pub stays_straight: bool,
@@ -71,6 +74,10 @@ pub struct State {
     pub rate_scale: f32,
     /// Overflows since the last good state.
     pub rollbacks: u32,
+}
+
+fn is_zero(shift: &f32) -> bool {
+    *shift == 0.0
 }
 
 /// Former runs noted how often they had looked.
@@ -96,6 +103,7 @@ impl Default for State {
             held: None,
             bends_since: None,
             scouted: false,
+            mask_shift: 0.0,
             stays_straight: false,
             verdict: None,
             seconds: 0.0,

@@ -49,10 +49,27 @@ impl<B: Backend> Trainer<B> {
         self.note(Event::RaysStayStraight { why }, watch);
     }
 
+    /// Masks end where what straight rays cannot explain does, if that can be seen.
+    fn shift_masks(&mut self, watch: &mut Watch) -> Option<Event> {
+        let wanted = self.options.refraction.mask_shift.is_on() && self.index.is_none();
+        let found = recipe::border(&self.backend, &self.known()).filter(|_| wanted)?;
+        self.state.mask_shift = found.shift;
+        self.sampler.shift_masks(found.shift);
+        let told = Event::MasksShifted { by: found.shift, inside: found.misfit[0], outside: found.misfit[1] };
+        watch.tell(told.clone());
+        Some(told)
+    }
+
+    fn known(&self) -> Known<'_> {
+        let (options, near) = (&self.options, self.plan.near);
+        Known { sampler: &self.sampler, options, near, index: self.index.as_ref(), progress: self.progress() }
+    }
+
     /// Notes what happens in `events`, and tells it too.
     fn try_to_bend(&mut self, events: &mut Vec<Event>, watch: &mut Watch) -> Result<Decision, RecipeError> {
+        self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
+        events.extend(self.shift_masks(watch));
         let (options, near) = (&self.options, self.plan.near);
-        self.backend.refresh_occupancy(&training_marching(options, near));
         let cancel = watch.cancel();
         let mut report = |event: Event| {
             if !matches!(event, Event::Progress { .. }) {

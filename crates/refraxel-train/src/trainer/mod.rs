@@ -117,6 +117,7 @@ impl<B: Backend> Trainer<B> {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
         }
         trainer.completed = trainer.complete_masks();
+        trainer.sampler.shift_masks(trainer.state.mask_shift);
         trainer.alignment = trainer.fresh_alignment();
         if trainer.state.step > 0 {
             // Else an overflow would start from nothing again. A device with a fault says so at the first step.

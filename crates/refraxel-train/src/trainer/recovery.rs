@@ -63,6 +63,7 @@ impl<B: Backend> Trainer<B> {
         self.backend.load(good.model, Some(good.optimiser));
         self.go_on_with_alignment(good.alignment);
         self.state = State { seconds: self.state.seconds, ..good.state };
+        self.sampler.shift_masks(self.state.mask_shift);
     }
 
     pub(super) fn keep_good_state(&mut self) -> Result<(), TrainError> {
@@ -102,6 +103,7 @@ impl<B: Backend> Trainer<B> {
                 self.backend.load(self.beginning(), None);
                 self.go_on_with_alignment(self.alignment.forgotten());
                 self.state = State { seconds: self.state.seconds, ..State::default() };
+                self.sampler.shift_masks(self.state.mask_shift);
             }
         }
     }

@@ -91,6 +91,7 @@ impl<B: Backend> Trainer<B> {
     pub fn go_on_with(&mut self, sought: Option<Gate>) {
         let found = sought.as_ref().map(|gate| masks(std::slice::from_ref(gate), &self.sampler));
         self.sampler.set_found(found, true);
+        self.sampler.shift_masks(self.state.mask_shift);
         self.sought = sought;
     }
 }

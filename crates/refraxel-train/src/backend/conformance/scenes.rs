@@ -105,6 +105,7 @@ pub fn index_objective() -> IndexObjective {
         surface_rate: 0.01,
         surface_blur: 3.0,
         surface_smooth: 0.01,
+        silhouette: 0.2,
         surface_events: 8,
         index_events: 8,
     }
