@@ -17,6 +17,9 @@ const NEGLIGIBLE: f32 = 0.75;
 const CONTRAST: f64 = 0.1;
 /// And it must explain this much more of the variance than the border of the masks does.
 const BETTER: f64 = 1.1;
+/// Within this distance [pixel] it must fall by this part of that: where straight rays have learned little yet, it falls slowly all
+/// the way from the border outwards.
+const SHARP: (f32, f64) = (1.5, 0.7);
 
 /// Where masks should end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +59,13 @@ fn step(mut samples: Vec<(f32, f64)>, most: f32) -> Option<Border> {
     let places = (-tried..=tried).filter_map(|k| at(STEP * k as f32));
     let (best, variance) = places.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (_, stated) = at(0.0)?;
-    let is_seen = best.misfit[0] - best.misfit[1] >= CONTRAST && variance >= BETTER * stated;
+    let mean = |from: f32, to: f32| {
+        let [from, to] = [from, to].map(|a| samples.partition_point(|(away, _)| *away < a));
+        samples[from..to].iter().map(|(_, e)| e).sum::<f64>() / (to - from) as f64
+    };
+    let contrast = best.misfit[0] - best.misfit[1];
+    let beside = mean(best.shift - SHARP.0, best.shift) - mean(best.shift, best.shift + SHARP.0);
+    let is_seen = contrast >= CONTRAST && beside >= SHARP.1 * contrast && variance >= BETTER * stated;
     (best.shift.abs() > NEGLIGIBLE && is_seen).then_some(best)
 }
 
@@ -92,5 +101,16 @@ mod tests {
         assert_eq!(step(samples(3.0, [0.45, 0.85]), 4.5), None, "the outer side is worse");
         assert_eq!(step(samples(9.0, [0.85, 0.45]), 4.5), None, "no outer side");
         assert_eq!(step(Vec::new(), 4.5), None);
+    }
+
+    #[test]
+    fn misfits_that_fall_slowly_show_no_border() {
+        // Straight rays that have learned for ten steps, beside the true border.
+        let random = Random::new(6);
+        let sample = |k: u64| {
+            let away = 12.0 * random.uniform(k, 0) as f32 - 6.0;
+            (away, 0.9 - 0.07 * f64::from(away.max(0.0)) + 0.3 * (random.uniform(k, 1) - 0.5))
+        };
+        assert_eq!(step((0..4000).map(sample).collect(), 4.5), None);
     }
 }
