@@ -36,6 +36,9 @@ struct Report {
     reflection_strengths: Vec<f32>,
     /// What each refractive region absorbs of linear red, green and blue [1 / scene unit]; empty where all are clear.
     absorption: Vec<[f32; 3]>,
+    /// By how much the borders of refractive masks were moved outwards [pixel]; absent where they stayed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask_shift: Option<f32>,
     /// What was decided about refractive regions, where hypotheses raced.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<Verdict>,
@@ -69,6 +72,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         reflection_strengths: snapshot.model.reflection.mirrors.iter().map(|m| m.strength).collect(),
         absorption: snapshot.model.refraction.absorption(),
         source: run.source,
+        mask_shift: Some(run.state.mask_shift).filter(|shift| *shift != 0.0),
         verdict: run.state.verdict,
         evaluation: Evaluation::read(folder, SplitName::Test)?,
     };
@@ -102,6 +106,10 @@ impl Report {
         if !self.absorption.is_empty() {
             let bodies: Vec<String> = self.absorption.iter().map(|a| colours(*a)).collect();
             lines.push(format!("absorbs    {}", bodies.join("; ")));
+        }
+        if let Some(shift) = self.mask_shift {
+            let way = if shift > 0.0 { "outwards" } else { "inwards" };
+            lines.push(format!("masks      their borders were moved {way} by {:.1} pixels", shift.abs()));
         }
         if let Some(verdict) = &self.verdict {
             lines.extend(verdict_text(verdict).lines().map(|line| format!("verdict    {line}")));
