@@ -323,6 +323,15 @@ impl Run {
             .map_err(|e| file.wrong(&format!("its header does not fit: {e}")))?;
         let options = header.options.clone().checked();
         options.map_err(|e| file.wrong(&format!("its options make no sense: {e}")))?;
+        // NaN is not within either.
+        let most_shift = 2.0 * header.options.refraction.mask_margin as f32;
+        let is_within = header.state.mask_shift.abs() <= most_shift;
+        if !is_within {
+            return Err(file.wrong(&format!(
+                "it moves masks by {} pixels, at most {most_shift} make sense",
+                header.state.mask_shift
+            )));
+        }
         let plan = header.plan();
         field::check_resolution(&header, &file)?;
         plan.check().map_err(|e| file.wrong(&e.to_string()))?;

@@ -54,6 +54,22 @@ fn a_save_that_fails_anywhere_leaves_a_whole_checkpoint_and_nothing_else() {
     }
 }
 
+#[test]
+fn masks_that_are_moved_further_than_a_run_moves_them_are_refused() {
+    let read = |mask_shift: f32| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = run(1);
+        run.state.mask_shift = mask_shift;
+        run.view().save(folder.path()).unwrap();
+        Run::load(folder.path()).map(|run| run.state.mask_shift).map_err(|e| e.to_string())
+    };
+    assert_eq!(read(-2.5), Ok(-2.5));
+    for far in [6.5, -1e30] {
+        let error = read(far).unwrap_err();
+        assert!(error.contains("it moves masks by"), "{error}");
+    }
+}
+
 /// In the environment of a child: the folder to save in, and the request at which to die.
 const CHILD: [&str; 2] = ["REFRAXEL_TEST_FOLDER", "REFRAXEL_TEST_DEATH"];
 
