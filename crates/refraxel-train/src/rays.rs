@@ -100,9 +100,6 @@ struct Drawn {
 /// Rays of a view that is kept aside, at most about.
 const ASIDE_RAYS: usize = 2500;
 
-/// Pixels within so many of a mask are not clearly beside it.
-const BESIDE: usize = 0;
-
 /// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
 const KEPT_LENSES: usize = 8;
 /// Pixels that must not be used are drawn again this often before the ray is given up.
@@ -386,8 +383,7 @@ impl RaySampler {
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
         let target = self.views[view].colour(pixel, self.transparent.then_some(behind));
         let offset = self.random.uniform(step, lane(3)) as f32;
-        let of = &self.views[view];
-        let beside = of.refractive().is_some() && of.clearly_outside(pixel, BESIDE);
+        let beside = self.views[view].refractive().is_some_and(|mask| mask.coverage[pixel] == 0);
         Some(Drawn { view, pixel, ray, target, behind, offset, beside })
     }
 

@@ -52,7 +52,7 @@ impl<B: Backend> Trainer<B> {
     /// Masks end where what straight rays cannot explain does, if that can be seen.
     fn shift_masks(&mut self, watch: &mut Watch) -> Option<Event> {
         let wanted = self.options.refraction.mask_shift.is_on() && self.index.is_none();
-        let found = recipe::border(&self.backend, &self.known()).filter(|_| wanted)?;
+        let found = wanted.then(|| recipe::border(&self.backend, &self.known())).flatten()?;
         self.state.mask_shift = found.shift;
         self.sampler.shift_masks(found.shift);
         let told = Event::MasksShifted { by: found.shift, inside: found.misfit[0], outside: found.misfit[1] };
