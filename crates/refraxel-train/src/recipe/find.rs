@@ -93,7 +93,8 @@ fn from_masks(
         return Err(stated.map_or(RecipeError::Nowhere, |_| StayReason::OnlyABox.into()));
     }
     let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
-    let outlines = without_gaps(&outlines, &stated.unwrap_or(scene), options);
+    let with_gaps = outlines;
+    let outlines = without_gaps(&with_gaps, &stated.unwrap_or(scene), options);
     let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
     watch.progress(Task::Carving, 1, 3)?;
     let boxes = match stated {
@@ -104,7 +105,7 @@ fn from_masks(
         }
     };
     watch.progress(Task::Carving, 2, 3)?;
-    let views = Views { outlines: &outlines, vote, rays: &rays };
+    let views = Views { outlines: &outlines, with_gaps: &with_gaps, vote, rays: &rays };
     let region = |bounds: &Aabb<f32>| match options.shape.start {
         StartShape::Block => Ok(vec![sites.block(bounds)]),
         StartShape::Ball => Ok(vec![sites.ball(bounds)]),

@@ -1,7 +1,7 @@
 //! The shape of a region from silhouettes.
 
 use super::facets::{Face, faces, fills, lid};
-use super::parts::parts;
+use super::parts::{NONE, cores, parts};
 use super::region::{Region, Water};
 use super::shapes::{
     Basin, Contours, Ellipsoid, Faceted, Levels, Turned, ellipsoid, polyhedron, turned, upwards,
@@ -21,6 +21,8 @@ const SUNK: f32 = 2.0;
 /// What views say about shapes.
 pub(super) struct Views<'a> {
     pub outlines: &'a Outlines,
+    /// The same with the narrow gaps that masks have.
+    pub with_gaps: &'a Outlines,
     pub vote: Vote,
     /// Rays inside masks.
     pub rays: &'a [Ray<f32>],
@@ -59,6 +61,20 @@ fn carved(site: &Site, views: &Views) -> Result<LevelSet<f32>, Cancelled> {
     let near = distance.iter().map(|d| d.clamp(-reach, reach)).collect();
     let whole = LevelSet::from_coefficients(site.bounds, site.resolution, near);
     Ok(whole.unwrap_or_else(|| unreachable!("distances are finite")))
+}
+
+/// What lies so deep inside the strictest hull is surely inside [voxel].
+const SURELY: f32 = 0.5;
+
+/// Which nodes surely belong to which body: what stands above the ground in the hull that overrules one vote at most and has
+/// all gaps of the masks.
+fn sure(whole: &LevelSet<f32>, views: &Views, ground: Option<&Plane>) -> Result<Vec<u32>, Cancelled> {
+    let vote = Vote { share: 1.0, dissent: 1, ..views.vote };
+    let distance = views.with_gaps.hull(&whole.domain(), &vote).distance;
+    views.outlines.cancel().check()?;
+    let stands = |j: usize| ground.is_none_or(|g| g.height(whole.position(j)) > 0.0);
+    let n = whole.domain().resolution.map(|n| n as usize);
+    Ok(cores(n, |j| distance[j] < -SURELY * whole.voxel() && stands(j)))
 }
 
 /// A box of less than this part of the volume is worth carving again.
@@ -117,7 +133,16 @@ impl Region {
             whole = carved(&at, views)?;
         }
         whole.redistance();
-        let bodies = parts(&whole, &found);
+        let cores = sure(&whole, views, ground(&whole).as_ref())?;
+        let first = cores.iter().find(|c| **c != NONE);
+        let are_several = cores.iter().any(|c| *c != NONE && Some(c) != first);
+        // Between several bodies gaps are no wires.
+        let views = if are_several { &Views { outlines: views.with_gaps, ..*views } } else { views };
+        if are_several {
+            whole = carved(&at, views)?;
+            whole.redistance();
+        }
+        let bodies = parts(&whole, &found, &cores);
         let is_shared = bodies.len() > 1;
         let region = |surface: LevelSet<f32>| {
             let ground = ground(&surface);
@@ -235,7 +260,7 @@ mod tests {
         let (cancel, options) = (Cancel::new(), Options::default());
         let silhouettes: Vec<Silhouette> = (0..4).map(silhouette).collect();
         let outlines = Outlines::new(&silhouettes).cancelled_by(&cancel);
-        let views = Views { outlines: &outlines, vote: Vote::default(), rays: &[] };
+        let views = Views { outlines: &outlines, with_gaps: &outlines, vote: Vote::default(), rays: &[] };
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let interpolation = options.index.interpolation.into();
         let site = |b: &Aabb<f32>| Site { bounds: *b, resolution: [17; 3], interpolation };
