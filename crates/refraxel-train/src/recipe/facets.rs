@@ -26,9 +26,6 @@ const TILTS: [f32; 4] = [0.06, 0.02, 0.006, 0.002];
 /// Points of the surface that decide; more are thinned.
 const POINTS: usize = 3000;
 
-/// A face across a direction has its normal along it [cosine].
-const ALONG: f32 = 0.98;
-
 /// A polyhedron fills at least this share of what its planes enclose.
 const FILLED: f64 = 0.85;
 /// At least this share of its surface is on them.
@@ -92,17 +89,30 @@ fn faces_by(chords: &Chords, surface: &LevelSet<f32>, base: Option<&Plane>) -> V
     faces
 }
 
-/// The plane across `up` that takes the place of a large [face](faces) there; `None` where the body has none.
-pub(super) fn lid(
-    surface: &LevelSet<f32>,
-    rays: &[Ray<f32>],
-    base: Option<&Plane>,
-    up: Vec3<f32>,
-) -> Option<Plane> {
+/// The wall below a rim narrows by at most this part of what the roof above does; a dome narrows alike on both sides.
+const NARROWING: f32 = 0.3;
+/// How far below and above a rim that is measured [voxel].
+const BESIDE_RIM: f32 = 2.0;
+
+/// The plane across `up` that cuts the roof off the rim of a body of revolution: a cone, as steep as the lowest view, of which no
+/// ray inside a mask needs anything. `None` where there is no rim, or next to nothing above it.
+pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
     let chords = Chords::new(surface, rays);
-    let is_flat = |f: &Face| f.large && f.plane.normal().dot(up) > ALONG;
-    let found = faces_by(&chords, surface, base).iter().any(is_flat);
-    found.then(|| Plane::facing(up, chords.deepest(up)))
+    if chords.first.is_empty() {
+        return None;
+    }
+    let lid = Plane::facing(up, chords.deepest(up));
+    let nodes = surface.coefficients().iter().enumerate().filter(|(_, phi)| **phi < 0.0);
+    let heights: Vec<f32> = nodes.map(|(j, _)| lid.height(surface.position(j)) / surface.voxel()).collect();
+    // Proportional to the mean radius between so many times that height and once more.
+    let radius = |from: f32| {
+        let within = (BESIDE_RIM * from)..(BESIDE_RIM * (from + 1.0));
+        (heights.iter().filter(|h| within.contains(h)).count() as f32).sqrt()
+    };
+    let [below, at, above] = [-2.0, -1.0, 0.0].map(radius);
+    let is_rim = below - at < NARROWING * (at - above);
+    let has_roof = heights.iter().any(|h| *h > 1.0);
+    (is_rim && has_roof && is_shallow(&lid, surface)).then_some(lid)
 }
 
 /// The plane near a normal that cuts most off the points above it.
@@ -230,6 +240,25 @@ mod tests {
 
     const CUBE: Aabb<f32> =
         Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
+
+    #[test]
+    fn a_steep_roof_over_a_rim_is_cut_off_and_a_dome_stays() {
+        // Views from 20° above and higher: the hull of a tumbler has a cone of 20° on its rim, whose normals lie all around.
+        let up = vec3(0.0, 0.0, 1.0);
+        let across = |x: Vec3<f32>| x.x.hypot(x.y);
+        let tumbler = |x: Vec3<f32>| across(x) < 0.5 && x.z > -0.5 && x.z < 0.3;
+        let slope = 20.0_f32.to_radians().tan();
+        let roofed = |x: Vec3<f32>| {
+            let roof = (x.z - 0.3 - slope * (0.5 - across(x))) / slope.hypot(1.0);
+            (across(x) - 0.5).max(-0.5 - x.z).max(roof)
+        };
+        let hull = LevelSet::from_samples(CUBE, [65; 3], roofed);
+        let found = lid(&hull, &rays(tumbler, [20.0_f32.to_radians().sin(), 0.8]), up).unwrap();
+        assert!((found.offset() - 0.3).abs() < 0.5 * hull.voxel(), "{found:?}");
+        let dome = |x: Vec3<f32>| (x.length() - 0.5).max(-0.3 - x.z);
+        let round = LevelSet::from_samples(CUBE, [65; 3], dome);
+        assert_eq!(lid(&round, &rays(|x| dome(x) < 0.0, [0.34, 0.8]), up), None);
+    }
 
     #[test]
     fn the_roof_over_a_block_is_cut_off_at_its_rim() {

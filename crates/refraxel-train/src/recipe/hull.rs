@@ -197,7 +197,7 @@ impl Region {
     ) -> Self {
         let mut ends = Polyhedron { faces: Vec::new(), base: sunk(ground, hull) };
         let roofed = body.surface(&site.domain(), &ends);
-        ends.faces.extend(lid(&roofed, views.rays, ends.base.as_ref(), body.up()));
+        ends.faces.extend(lid(&roofed, views.rays, body.up()));
         Self::new(site, body.surface(&site.domain(), &ends), options)
     }
 
