@@ -70,7 +70,7 @@ const SURELY: f32 = 0.5;
 /// all gaps of the masks.
 fn sure(whole: &LevelSet<f32>, views: &Views, ground: Option<&Plane>) -> Result<Vec<u32>, Cancelled> {
     let vote = Vote { share: 1.0, dissent: 1, ..views.vote };
-    let distance = views.with_gaps.hull(&whole.domain(), &vote).distance;
+    let distance = views.with_gaps.hull(whole.domain(), &vote).distance;
     views.outlines.cancel().check()?;
     let stands = |j: usize| ground.is_none_or(|g| g.height(whole.position(j)) > 0.0);
     let n = whole.domain().resolution.map(|n| n as usize);
