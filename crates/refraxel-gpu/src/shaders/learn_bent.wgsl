@@ -113,7 +113,7 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, 
     if (bends && end.segments > 0u) {
         d = exit_vjp(end.p, d_exit);
     }
-    let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && (teaches_index || teaches_surface);
+    let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && teaches_surface;
     var trespass = Trespass();
     trespass.region = NO_REGION;
     // dLoss/d(thickness) of all that lies behind a segment.

@@ -107,7 +107,7 @@ impl WayBack<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Teaches {
     index: bool,
-    surface: bool,
+    pub(super) surface: bool,
 }
 
 impl Teaches {

@@ -244,7 +244,7 @@ impl LearnedRay<'_> {
         let d_reflections = &way_back.d_reflections;
         let d_lengths = if absorbs { &way_back.lengths.segments[..] } else { &[] };
         let bent = bent.map(|tracer| BentPath { tracer, path, teaches, d_reflections, d_lengths });
-        if teaches != Teaches::NOTHING && batch.is_beside(ray) {
+        if teaches.surface && batch.is_beside(ray) {
             let weight = objective.index.map_or(0.0, |o| o.silhouette);
             tape.index_samples.extend(trespass(&scene.refraction.medium, path, samples, weight));
         }
