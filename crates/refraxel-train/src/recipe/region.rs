@@ -218,7 +218,9 @@ impl Region {
     /// Its side, if it is a vessel that is open at the top: of flat walls where silhouettes may show them.
     pub(super) fn vessel_side(&self) -> Option<&Side> {
         let planes = |solid: &Polyhedron| solid.level_set(self.site.bounds, self.site.resolution);
-        let outer = || self.faceted.as_ref().map(planes).or_else(|| self.surface.clone());
+        // Planes of a hull that is a polyhedron have cut off the roof that silhouettes leave it.
+        let faceted = self.faceted.as_ref().filter(|_| self.solid.is_none());
+        let outer = || faceted.map(planes).or_else(|| self.surface.clone());
         let of = || Side::new(outer()?, self.up?);
         self.side.get_or_init(of).as_ref()
     }

@@ -45,7 +45,7 @@ pub(super) struct Fit {
 pub(super) struct Fits {
     /// Error of straight rays.
     pub straight: f64,
-    /// One per hypothesis, the best first.
+    /// One per hypothesis, and of dear ones one per valley of the error; the best first.
     pub fits: Vec<Fit>,
 }
 
@@ -203,12 +203,14 @@ impl<B: Backend> Search<'_, '_, B> {
         if !self.searches() {
             return 1;
         }
-        let of = |unknowns: Vec<Unknown>| {
+        let of = |proposal: &Proposal| {
+            let unknowns = (proposal.unknowns)(region);
             let first: usize = unknowns.iter().map(|u| u.first.len()).product();
             let diagonals = if unknowns.len() > 1 { unknowns[0].fine.len() * DIAGONALS.len() } else { 0 };
-            first + unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals
+            let starts = unknowns.get(1).filter(|_| proposal.is_dear).map_or(1, |u| u.first.len());
+            first + starts * (unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals)
         };
-        proposals(region, self.options).iter().map(|p| of((p.unknowns)(region)) as u64).sum()
+        proposals(region, self.options).iter().map(|p| of(p) as u64).sum()
     }
 
     /// The best numbers of each hypothesis on a region; the better hypotheses first. The first proposal is the simplest: the
@@ -229,13 +231,19 @@ impl<B: Backend> Search<'_, '_, B> {
                 break;
             }
             let first = group.into_iter().map(|p| self.first(region, p, judge));
-            let first = first.collect::<Result<Vec<Fit>, _>>()?;
-            nearest = first.iter().map(|f| f.error).fold(nearest, f64::min);
-            for fit in first {
-                let is_simplest = fit.candidate.proposal == simplest;
-                let is_far = fit.error > self.options.search.far * nearest;
-                let fit = if is_far { fit } else { self.refined(region, fit, judge, 1)? };
-                found.push(self.told(region, fit, is_simplest));
+            let first = first.collect::<Result<Vec<_>, _>>()?;
+            nearest = first.iter().flatten().map(|f| f.error).fold(nearest, f64::min);
+            for starts in first {
+                let (far, mut near): (Vec<_>, Vec<_>) =
+                    starts.into_iter().partition(|f| f.error > self.options.search.far * nearest);
+                for fit in &mut near {
+                    *fit = self.refined(region, fit.clone(), judge, 1)?;
+                }
+                let fits = if near.is_empty() { far } else { apart(near, &self.regions[region]) };
+                for fit in fits {
+                    let is_simplest = fit.candidate.proposal == simplest;
+                    found.push(self.told(region, fit, is_simplest));
+                }
             }
         }
         found.sort_by(|a, b| a.error.total_cmp(&b.error));
@@ -253,16 +261,30 @@ impl<B: Backend> Search<'_, '_, B> {
         fit
     }
 
-    /// A hypothesis on a region after all first values and the first pass, by some of the rays.
-    fn first(&mut self, region: usize, proposal: &'static Proposal, judge: &Judge) -> Result<Fit, Cancelled> {
+    /// A hypothesis on a region after all first values and the first pass, by some of the rays: from its best values, or of a
+    /// dear one, whose error has several valleys, from the best values with each of the second unknown.
+    fn first(
+        &mut self,
+        region: usize,
+        proposal: &'static Proposal,
+        judge: &Judge,
+    ) -> Result<Vec<Fit>, Cancelled> {
         let (unknowns, tint) = ((proposal.unknowns)(&self.regions[region]), self.tints[region]);
         let first = products(&unknowns).into_iter();
         let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
-        let fit = self.least(region, candidates.collect(), judge, Care::First)?;
+        let mut starts = self.judged(region, candidates.collect(), judge, Care::First)?;
         if unknowns.iter().all(|u| u.fine.len() < 2) {
-            return Ok(fit); // its only pass takes all rays
+            starts.truncate(1);
+            return Ok(starts); // its only pass takes all rays
         }
-        self.pass(region, fit, judge, 0, Care::First)
+        let mut met = Vec::new();
+        starts.retain(|s| {
+            let second = s.candidate.values.get(1).filter(|_| proposal.is_dear).copied();
+            let is_new = !met.contains(&second);
+            met.push(second);
+            is_new
+        });
+        starts.into_iter().map(|s| self.pass(region, s, judge, 0, Care::First)).collect()
     }
 
     /// Coordinate descent from a pass on.
@@ -354,20 +376,31 @@ impl<B: Backend> Search<'_, '_, B> {
         judge: &Judge,
         care: Care,
     ) -> Result<Fit, Cancelled> {
-        let mut best: Option<Fit> = None;
+        let best = self.judged(region, candidates, judge, care)?.into_iter().next();
+        Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
+    }
+
+    /// All of the candidates, those with lower errors first.
+    fn judged(
+        &mut self,
+        region: usize,
+        candidates: Vec<Candidate>,
+        judge: &Judge,
+        care: Care,
+    ) -> Result<Vec<Fit>, Cancelled> {
         if let Some(Candidate { proposal, .. }) = candidates.first() {
             let mut shapes = std::mem::take(&mut self.shapes);
             let place = self.place(region, proposal, care);
             shapes.make(&candidates, region, place, (self.options, self.watch.cancel()))?;
             self.shapes = shapes;
         }
-        for candidate in candidates {
+        let judged = candidates.into_iter().map(|candidate| {
             let error = self.error(region, &candidate, judge, care)?;
-            if best.as_ref().is_none_or(|b| error.total_cmp(&b.error).is_lt()) {
-                best = Some(Fit { misfit: error, error, candidate });
-            }
-        }
-        Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
+            Ok(Fit { misfit: error, error, candidate })
+        });
+        let mut fits = judged.collect::<Result<Vec<_>, _>>()?;
+        fits.sort_by(|a, b| a.error.total_cmp(&b.error)); // the first of equals stays the first
+        Ok(fits)
     }
 
     /// Error of rays bent by a candidate, and by what stands in the other regions.
@@ -413,6 +446,24 @@ fn prior(candidate: &Candidate, region: &Region, options: &SearchOptions) -> f64
         }
     };
     1.0 + options.unusual * candidate.found(region).iter().map(|f| away(f).powi(2)).sum::<f64>()
+}
+
+/// Those in different valleys of the error: others differ in some unknown by more than a round of the last pass can.
+fn apart(mut fits: Vec<Fit>, region: &Region) -> Vec<Fit> {
+    fits.sort_by(|a, b| a.error.total_cmp(&b.error));
+    let mut kept: Vec<Fit> = Vec::new();
+    for fit in fits {
+        let unknowns = (fit.candidate.proposal.unknowns)(region);
+        let is_far = |k: &Fit| {
+            let values = k.candidate.values.iter().zip(&fit.candidate.values);
+            let reach = |u: &Unknown| AROUND[AROUND.len() - 1] * u.fine.last().copied().unwrap_or(0.0);
+            unknowns.iter().zip(values).any(|(u, (a, b))| (a - b).abs() > reach(u))
+        };
+        if kept.iter().all(is_far) {
+            kept.push(fit);
+        }
+    }
+    kept
 }
 
 /// All first values with all others.
