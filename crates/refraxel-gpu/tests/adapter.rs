@@ -40,6 +40,7 @@ refraxel_train::conformance_tests! {
             sharp_rendering_agrees_with_the_reference,
             bent_gradients_agree_with_the_reference,
             sharp_gradients_agree_with_the_reference,
+            surfaces_owe_nothing_for_rays_that_do_not_teach_them,
             gradients_of_rays_alone_are_the_same,
         }
         contract {

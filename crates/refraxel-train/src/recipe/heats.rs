@@ -75,8 +75,11 @@ fn rivals(found: &Fits, region: &Region, options: &Options) -> Vec<Candidate> {
         is_near && f.misfit < SUPPORTED * found.straight && is_worth_it(f)
     };
     let is_rival = |f: &&Fit| (f.candidate.relearns() || is_supported(f)) && bends(&f.candidate, region);
-    let mut rivals: Vec<Candidate> =
-        found.fits.iter().filter(is_rival).map(|f| f.candidate.clone()).collect();
+    let all: Vec<&Candidate> = found.fits.iter().filter(is_rival).map(|f| &f.candidate).collect();
+    // The best numbers of each hypothesis before further numbers of one.
+    let is_first = |k: &usize| !all[..*k].iter().any(|c| c.proposal.kind == all[*k].proposal.kind);
+    let (firsts, further): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(is_first);
+    let mut rivals: Vec<Candidate> = firsts.into_iter().chain(further).map(|k| all[k].clone()).collect();
     // What silhouettes show to have flat faces may have them: rounded shapes fit many pixels by chance.
     if let Some(late) = rivals.iter().skip(MOST_HEATS).position(is_seen) {
         rivals.swap(MOST_HEATS - 1, MOST_HEATS + late);
@@ -143,6 +146,18 @@ mod tests {
         );
         assert_eq!(
             racing(0.8, vec![more(0.48), fit(Graded, 0.499, 0.499), simplest()]),
+            [Shell, Graded, Solid]
+        );
+    }
+
+    #[test]
+    fn further_numbers_of_a_hypothesis_race_behind_the_others() {
+        use Hypothesis::{Graded, Shell, Solid};
+        let [best, second] = [0.48, 0.481].map(|misfit| fit(Shell, misfit, misfit));
+        let solid = || fit(Solid, 0.49, 0.49);
+        assert_eq!(racing(0.8, vec![best.clone(), second.clone(), solid()]), [Shell, Solid, Shell]);
+        assert_eq!(
+            racing(0.8, vec![best, second, fit(Graded, 0.485, 0.485), solid()]),
             [Shell, Graded, Solid]
         );
     }

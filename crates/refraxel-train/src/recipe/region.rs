@@ -257,3 +257,31 @@ impl Region {
 fn fewer(resolution: [u32; 3], by: f64) -> [u32; 3] {
     resolution.map(|n| (f64::from(n - 1) / by).round().max(8.0) as u32 + 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::polyhedron::Plane;
+    use refraxel_core::{Aabb, vec3};
+
+    #[test]
+    fn the_side_of_a_vessel_has_no_roof_that_planes_have_cut_off() {
+        let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z), offset);
+        let walls = [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)];
+        let side = || walls.map(|(x, y)| face(2.0 * x, 2.0 * y, 0.0, 0.5));
+        let base = Some(face(0.0, 0.0, -1.0, 0.4));
+        let flat = Polyhedron { faces: side().into_iter().chain([face(0.0, 0.0, 1.0, 0.2)]).collect(), base };
+        let slope = |(x, y): (f32, f32)| Plane::facing(vec3(0.4 * x, 0.4 * y, 1.0).normalized(), 0.29);
+        let roofed = Polyhedron { faces: side().into_iter().chain(walls.map(slope)).collect(), base };
+        let bounds = Aabb::new(Vec3::splat(-0.8), Vec3::splat(0.8));
+        let options = Options::default();
+        let site = Site { bounds, resolution: [33; 3], interpolation: options.index.interpolation.into() };
+        let body = || Region::body(site, |x| flat.height(x), &options);
+        let rim = |solid: Option<&Polyhedron>| {
+            let (solid, faceted, up) = (solid.cloned(), Some(roofed.clone()), Some(vec3(0.0, 0.0, 1.0)));
+            Region { solid, faceted, up, ..body() }.vessel_side().unwrap().span[1]
+        };
+        assert!((rim(Some(&flat)) - 0.2).abs() < 0.5 * 0.05, "{}", rim(Some(&flat)));
+        assert!(rim(None) > 0.24, "{}", rim(None));
+    }
+}

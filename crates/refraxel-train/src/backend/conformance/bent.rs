@@ -4,7 +4,7 @@ use super::mirrored::{followed, nested_balls};
 use super::reference::{Marched, Reference};
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
 use super::{Suite, Tolerances};
-use crate::backend::{Backend, Layers, Marching, Objective};
+use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
 use crate::model::{Model, Refraction};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
@@ -167,4 +167,19 @@ pub fn gradients_of_rays_alone_are_the_same<B: Backend>(suite: &Suite<B>) {
     let squared = |r: &[f32; 3]| r.iter().map(|r| f64::from(*r).powi(2)).sum::<f64>();
     let sum: f64 = alone.iter().map(|d| squared(&d.residual)).sum();
     assert!((sum / all.outcome.squared_error - 1.0).abs() < 1e-6, "{sum} {}", all.outcome.squared_error);
+}
+
+/// What no ray through a body teaches, as the surface around a cavity, rays beside masks alone must not move either.
+pub fn surfaces_owe_nothing_for_rays_that_do_not_teach_them<B: Backend>(suite: &Suite<B>) {
+    let model = sharp_model(Extent::Bounded);
+    let mut b = followed(batch(300), &Reference::new(&model));
+    b.beside = vec![true; b.rays.len()];
+    let backend = suite.backend(model);
+    let owed = |surface_events: u32| {
+        let index = IndexObjective { surface_events, ..index_objective() };
+        let got = backend.gradient(&b, &Objective { index: Some(index), ..objective() });
+        got.medium.level_set.iter().flatten().filter(|g| **g != 0.0).count()
+    };
+    assert!(owed(index_objective().surface_events) > 0);
+    assert_eq!(owed(0), 0);
 }

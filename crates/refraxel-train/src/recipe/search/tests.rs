@@ -220,3 +220,21 @@ fn two_bodies_of_different_index_have_their_own() {
         assert!((best.values[0] - index).abs() < 0.02, "{index}: {:?}", best.values);
     }
 }
+
+#[test]
+fn starts_that_end_in_one_valley_are_one() {
+    let setting = alone(vec![glass(Vec3::zero(), 1.5)]);
+    let region = setting.region(Vec3::zero(), false);
+    let proposal =
+        proposals(&region, &setting.options).into_iter().find(|p| p.kind == Hypothesis::Shell).unwrap();
+    let at = |wall: f32, error: f64| {
+        let values = vec![1.5, wall];
+        let candidate = Candidate { proposal, values, searched: true, tint: [0.0; 3] };
+        Fit { misfit: error, error, candidate }
+    };
+    let unknown = &(proposal.unknowns)(&region)[1];
+    let near = unknown.fine.last().unwrap();
+    let kept = apart(vec![at(0.3, 0.52), at(0.3 + near, 0.51), at(0.3 + 20.0 * near, 0.53)], &region);
+    let walls: Vec<f32> = kept.iter().map(|f| f.candidate.values[1]).collect();
+    assert_eq!(walls, [0.3 + near, 0.3 + 20.0 * near]);
+}
