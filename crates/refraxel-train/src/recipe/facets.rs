@@ -77,7 +77,7 @@ fn faces_by(chords: &Chords, surface: &LevelSet<f32>, base: Option<&Plane>) -> V
         }
         let mean = members.iter().fold(Vec3::zero(), |sum, p| sum + p.normal).normalized();
         let large = members.len() as f64 >= LARGE * all as f64;
-        let found = match face(chords, &members, mean) {
+        let found = match face(chords, &members, mean, surface.voxel()) {
             Some(plane) => Face { plane, large: large && is_shallow(&plane, surface) },
             None => Face { plane: fitted(&members, mean), large: false },
         };
@@ -115,9 +115,11 @@ pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> 
     (is_rim && has_roof && is_shallow(&lid, surface)).then_some(lid)
 }
 
-/// The plane near a normal that cuts most off the points above it.
-fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>) -> Option<Plane> {
-    let gain = |plane: &Plane| points.iter().map(|p| plane.height(p.x).max(0.0)).sum::<f32>();
+/// The plane near a normal that most points are above. More than a voxel hardly counts more, and what is below the plane counts
+/// against it: else one that cuts off a sharp edge would win over the face, of which there may be nothing to cut.
+fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>, voxel: f32) -> Option<Plane> {
+    let above = |h: f32| h / (h.abs() + voxel);
+    let gain = |plane: &Plane| points.iter().map(|p| above(plane.height(p.x))).sum::<f32>();
     let at = |m: Vec3<f32>| Plane::facing(m, chords.deepest(m));
     let mut best = at(normal);
     for tilt in TILTS {
@@ -318,9 +320,12 @@ mod tests {
             let from = |z: f32| (x - vec3(0.0, 0.0, z)).length() - 2.0;
             from(1.9).max(from(-1.9))
         };
-        for face in of(&lens) {
+        let backs = of(&lens);
+        for face in backs.iter().filter(|f| f.large) {
             let plane = face.plane;
             assert!(plane.height(vec3(0.0, 0.0, 0.1 * plane.normal().z)) < 0.01, "{face:?}");
         }
+        let planes = Polyhedron { faces: backs.iter().map(|f| f.plane).collect(), base: None };
+        assert!(!fills(&LevelSet::from_samples(CUBE, [65; 3], lens), &planes), "{backs:?}");
     }
 }
