@@ -207,7 +207,7 @@ impl<B: Backend> Search<'_, '_, B> {
             let unknowns = (proposal.unknowns)(region);
             let first: usize = unknowns.iter().map(|u| u.first.len()).product();
             let diagonals = if unknowns.len() > 1 { unknowns[0].fine.len() * DIAGONALS.len() } else { 0 };
-            let starts = unknowns.get(1).filter(|_| proposal.is_dear).map_or(1, |u| u.first.len());
+            let starts = apart_in(proposal, &unknowns).map_or(1, |k| unknowns[k].first.len());
             first + starts * (unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals)
         };
         proposals(region, self.options).iter().map(|p| of(p) as u64).sum()
@@ -234,15 +234,16 @@ impl<B: Backend> Search<'_, '_, B> {
             let first = first.collect::<Result<Vec<_>, _>>()?;
             nearest = first.iter().flatten().map(|f| f.error).fold(nearest, f64::min);
             for starts in first {
+                let Some(proposal) = starts.first().map(|f| f.candidate.proposal) else { continue };
                 let (far, mut near): (Vec<_>, Vec<_>) =
                     starts.into_iter().partition(|f| f.error > self.options.search.far * nearest);
                 for fit in &mut near {
                     *fit = self.refined(region, fit.clone(), judge, 1)?;
                 }
-                let fits = if near.is_empty() { far } else { apart(near, &self.regions[region]) };
+                let unknowns = (proposal.unknowns)(&self.regions[region]);
+                let fits = if near.is_empty() { far } else { apart(near, &unknowns) };
                 for fit in fits {
-                    let is_simplest = fit.candidate.proposal == simplest;
-                    found.push(self.told(region, fit, is_simplest));
+                    found.push(self.told(region, fit, proposal == simplest));
                 }
             }
         }
@@ -277,11 +278,12 @@ impl<B: Backend> Search<'_, '_, B> {
             starts.truncate(1);
             return Ok(starts); // its only pass takes all rays
         }
+        let apart_in = apart_in(proposal, &unknowns);
         let mut met = Vec::new();
         starts.retain(|s| {
-            let second = s.candidate.values.get(1).filter(|_| proposal.is_dear).copied();
-            let is_new = !met.contains(&second);
-            met.push(second);
+            let value = apart_in.map(|k| s.candidate.values[k]);
+            let is_new = !met.contains(&value);
+            met.push(value);
             is_new
         });
         starts.into_iter().map(|s| self.pass(region, s, judge, 0, Care::First)).collect()
@@ -448,18 +450,22 @@ fn prior(candidate: &Candidate, region: &Region, options: &SearchOptions) -> f64
     1.0 + options.unusual * candidate.found(region).iter().map(|f| away(f).powi(2)).sum::<f64>()
 }
 
-/// Those in different valleys of the error: others differ in some unknown by more than a round of the last pass can.
-fn apart(mut fits: Vec<Fit>, region: &Region) -> Vec<Fit> {
+/// The unknown of whose first values each is a start of its own: of a dear proposal, whose error has several valleys, the second.
+fn apart_in(proposal: &Proposal, unknowns: &[Unknown]) -> Option<usize> {
+    (proposal.is_dear && unknowns.len() > 1).then_some(1)
+}
+
+/// Those of one proposal in different valleys of the error: others differ in some unknown by more than a round of the last pass can.
+fn apart(mut fits: Vec<Fit>, unknowns: &[Unknown]) -> Vec<Fit> {
+    let reach = |u: &Unknown| AROUND[AROUND.len() - 1] * u.fine.last().copied().unwrap_or(0.0);
+    let are_apart = |a: &Fit, b: &Fit| {
+        let values = a.candidate.values.iter().zip(&b.candidate.values);
+        unknowns.iter().zip(values).any(|(u, (a, b))| (a - b).abs() > reach(u))
+    };
     fits.sort_by(|a, b| a.error.total_cmp(&b.error));
     let mut kept: Vec<Fit> = Vec::new();
     for fit in fits {
-        let unknowns = (fit.candidate.proposal.unknowns)(region);
-        let is_far = |k: &Fit| {
-            let values = k.candidate.values.iter().zip(&fit.candidate.values);
-            let reach = |u: &Unknown| AROUND[AROUND.len() - 1] * u.fine.last().copied().unwrap_or(0.0);
-            unknowns.iter().zip(values).any(|(u, (a, b))| (a - b).abs() > reach(u))
-        };
-        if kept.iter().all(is_far) {
+        if kept.iter().all(|k| are_apart(k, &fit)) {
             kept.push(fit);
         }
     }

@@ -232,9 +232,9 @@ fn starts_that_end_in_one_valley_are_one() {
         let candidate = Candidate { proposal, values, searched: true, tint: [0.0; 3] };
         Fit { misfit: error, error, candidate }
     };
-    let unknown = &(proposal.unknowns)(&region)[1];
-    let near = unknown.fine.last().unwrap();
-    let kept = apart(vec![at(0.3, 0.52), at(0.3 + near, 0.51), at(0.3 + 20.0 * near, 0.53)], &region);
+    let unknowns = (proposal.unknowns)(&region);
+    let near = unknowns[1].fine.last().unwrap();
+    let kept = apart(vec![at(0.3, 0.52), at(0.3 + near, 0.51), at(0.3 + 20.0 * near, 0.53)], &unknowns);
     let walls: Vec<f32> = kept.iter().map(|f| f.candidate.values[1]).collect();
     assert_eq!(walls, [0.3 + near, 0.3 + 20.0 * near]);
 }
