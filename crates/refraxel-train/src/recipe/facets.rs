@@ -17,6 +17,8 @@ const CONE: f32 = 0.2;
 const SHARE: f64 = 0.03;
 /// Least share of a face that cuts bodies that are no polyhedra too.
 const LARGE: f64 = 0.05;
+/// Points that bulge more than this lie on a curved surface, which a fitted plane would cut into.
+const BULGE: f32 = 0.25 * CONE;
 /// Share of the rays that a face may take off the body: silhouettes are not exact.
 const LOST: f64 = 5e-4;
 /// Deepest cut [extent of the body along the normal].
@@ -79,6 +81,7 @@ fn faces_by(chords: &Chords, surface: &LevelSet<f32>, base: Option<&Plane>) -> V
         let large = members.len() as f64 >= LARGE * all as f64;
         let found = match face(chords, &members, mean, surface.voxel()) {
             Some(plane) => Face { plane, large: large && is_shallow(&plane, surface) },
+            None if bulge(&members, mean) > BULGE => Face { plane: touching(&members, mean), large: false },
             None => Face { plane: fitted(&members, mean), large: false },
         };
         faces.push(found);
@@ -135,6 +138,23 @@ fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>, voxel: f32) -> Opt
         }
     }
     (gain(&best) > 0.0).then_some(best)
+}
+
+/// The plane of this normal on the outermost of some points: it cuts nothing.
+fn touching(points: &[Point], normal: Vec3<f32>) -> Plane {
+    Plane::facing(normal, points.iter().map(|p| normal.dot(p.x)).fold(f32::NEG_INFINITY, f32::max))
+}
+
+/// How far the normals of points turn outwards with their places [rad, root mean square]: of a cap of a ball within the cone
+/// [`CONE`]/√2, of a plane 0, whatever their noise.
+fn bulge(points: &[Point], normal: Vec3<f32>) -> f32 {
+    let count = points.len() as f32;
+    let centre = points.iter().fold(Vec3::zero(), |sum, p| sum + p.x) / count;
+    let across = |v: Vec3<f32>| v - normal * normal.dot(v);
+    let places = || points.iter().map(|p| across(p.x - centre));
+    let turned: f32 = places().zip(points).map(|(x, p)| x.dot(p.normal)).sum();
+    let width = places().map(|x| x.dot(x)).sum::<f32>().sqrt();
+    if width > 0.0 { turned / (width * count.sqrt()) } else { 0.0 }
 }
 
 /// The plane of points of about the same normal.
@@ -321,7 +341,8 @@ mod tests {
             from(1.9).max(from(-1.9))
         };
         let backs = of(&lens);
-        for face in backs.iter().filter(|f| f.large) {
+        assert_eq!(backs.len(), 2, "{backs:?}");
+        for face in &backs {
             let plane = face.plane;
             assert!(plane.height(vec3(0.0, 0.0, 0.1 * plane.normal().z)) < 0.01, "{face:?}");
         }
