@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What may stand in a refractive region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Hypothesis {

@@ -2,6 +2,7 @@
 //! coordinate descent. The radiance field is held; it shows what straight rays have learned around the regions.
 
 mod bodies;
+mod starts;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -19,6 +20,7 @@ use crate::schedule::training_marching;
 use crate::verdict::{Found, Hypothesis};
 use bodies::Shapes;
 use refraxel_core::radiance::Pixel;
+use std::collections::HashMap;
 
 /// Candidates of a finer pass, in its distances.
 const AROUND: [f32; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
@@ -108,8 +110,25 @@ impl Judge {
     }
 }
 
+/// Error of straight rays.
+#[derive(Clone, Copy)]
+struct Straight {
+    /// By the rays of first values.
+    few: f64,
+    /// By all of them.
+    all: f64,
+}
+
+impl Straight {
+    /// While nothing bends.
+    fn new(judge: &Judge, backend: &impl Backend) -> Self {
+        let [few, all] = [Care::First, Care::Last].map(|care| judge.error(&judge.shown(backend, care), care));
+        Self { few, all }
+    }
+}
+
 /// How many rays judge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Care {
     /// A part.
     First,
@@ -118,6 +137,9 @@ enum Care {
     /// All.
     Last,
 }
+
+/// What the error of a candidate depends on while the rest stands: hypothesis, bits of its values, rays.
+type Key = (Hypothesis, Vec<u32>, Care);
 
 /// A search under way.
 struct Search<'a, 'w, B> {
@@ -133,6 +155,8 @@ struct Search<'a, 'w, B> {
     standing: Vec<Option<Candidate>>,
     /// What each region absorbs [1 / scene unit].
     tints: Vec<[f32; 3]>,
+    /// Errors of candidates since something else changed: the middle of a round, and what ends at the end of a range, come again.
+    errors: HashMap<Key, f64>,
     /// Candidates judged, and how many there will be as far as is known.
     done: u64,
     total: u64,
@@ -149,8 +173,7 @@ pub(super) fn fits<B: Backend>(
     let judges: Vec<Judge> = regions.iter().map(|r| Judge::new(known, r, regions.len() == 1)).collect();
     let sketches = regions.iter().map(|r| r.sketch(options)).collect();
     backend.set_medium(Refraction::none());
-    let straight: Vec<f64> =
-        judges.iter().map(|j| j.error(&j.shown(backend, Care::Last), Care::Last)).collect();
+    let straight: Vec<Straight> = judges.iter().map(|j| Straight::new(j, backend)).collect();
     let (standing, tints) = (vec![None; regions.len()], vec![[0.0; 3]; regions.len()]);
     let mut search = Search {
         backend,
@@ -161,6 +184,7 @@ pub(super) fn fits<B: Backend>(
         watch,
         standing,
         tints,
+        errors: HashMap::new(),
         done: 0,
         total: 0,
     };
@@ -170,7 +194,7 @@ pub(super) fn fits<B: Backend>(
         search.tints[k] = search.tint(k, judge)?;
         let fits = search.all(k, judge, straight[k])?;
         search.standing[k] = fits.first().map(|best| best.candidate.clone());
-        found.push(Fits { straight: straight[k], fits });
+        found.push(Fits { straight: straight[k].all, fits });
     }
     if regions.len() > 1 && search.searches() {
         for (k, judge) in judges.iter().enumerate() {
@@ -207,15 +231,17 @@ impl<B: Backend> Search<'_, '_, B> {
             let unknowns = (proposal.unknowns)(region);
             let first: usize = unknowns.iter().map(|u| u.first.len()).product();
             let diagonals = if unknowns.len() > 1 { unknowns[0].fine.len() * DIAGONALS.len() } else { 0 };
-            let starts = apart_in(proposal, &unknowns).map_or(1, |k| unknowns[k].first.len());
-            first + starts * (unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals)
+            first
+                + starts::most(proposal, &unknowns)
+                    * (unknowns.iter().map(|u| u.fine.len() * AROUND.len()).sum::<usize>() + diagonals)
         };
         proposals(region, self.options).iter().map(|p| of(p) as u64).sum()
     }
 
     /// The best numbers of each hypothesis on a region; the better hypotheses first. The first proposal is the simplest: the
     /// others must be better by a margin.
-    fn all(&mut self, region: usize, judge: &Judge, straight: f64) -> Result<Vec<Fit>, Cancelled> {
+    fn all(&mut self, region: usize, judge: &Judge, straight: Straight) -> Result<Vec<Fit>, Cancelled> {
+        self.errors.clear();
         let proposals = proposals(&self.regions[region], self.options);
         let simplest = proposals[0];
         if !self.searches() {
@@ -227,10 +253,10 @@ impl<B: Backend> Search<'_, '_, B> {
         let (mut found, mut nearest) = (Vec::new(), f64::INFINITY);
         for group in [usual, dear] {
             let least = found.iter().map(|f: &Fit| f.error).fold(f64::INFINITY, f64::min);
-            if least < self.options.search.explained * straight {
+            if least < self.options.search.explained * straight.all {
                 break;
             }
-            let first = group.into_iter().map(|p| self.first(region, p, judge));
+            let first = group.into_iter().map(|p| self.first(region, p, judge, straight.few));
             let first = first.collect::<Result<Vec<_>, _>>()?;
             nearest = first.iter().flatten().map(|f| f.error).fold(nearest, f64::min);
             for starts in first {
@@ -241,7 +267,7 @@ impl<B: Backend> Search<'_, '_, B> {
                     *fit = self.refined(region, fit.clone(), judge, 1)?;
                 }
                 let unknowns = (proposal.unknowns)(&self.regions[region]);
-                let fits = if near.is_empty() { far } else { apart(near, &unknowns) };
+                let fits = if near.is_empty() { far } else { starts::apart(near, &unknowns) };
                 for fit in fits {
                     found.push(self.told(region, fit, proposal == simplest));
                 }
@@ -262,30 +288,23 @@ impl<B: Backend> Search<'_, '_, B> {
         fit
     }
 
-    /// A hypothesis on a region after all first values and the first pass, by some of the rays: from its best values, or of a
-    /// dear one, whose error has several valleys, from the best values with each of the second unknown.
+    /// A hypothesis on a region after all first values and, from where it starts, the first pass, by some of the rays.
     fn first(
         &mut self,
         region: usize,
         proposal: &'static Proposal,
         judge: &Judge,
+        straight: f64,
     ) -> Result<Vec<Fit>, Cancelled> {
         let (unknowns, tint) = ((proposal.unknowns)(&self.regions[region]), self.tints[region]);
         let first = products(&unknowns).into_iter();
         let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
-        let mut starts = self.judged(region, candidates.collect(), judge, Care::First)?;
+        let mut fits = self.judged(region, candidates.collect(), judge, Care::First)?;
         if unknowns.iter().all(|u| u.fine.len() < 2) {
-            starts.truncate(1);
-            return Ok(starts); // its only pass takes all rays
+            fits.truncate(1);
+            return Ok(fits); // its only pass takes all rays
         }
-        let apart_in = apart_in(proposal, &unknowns);
-        let mut met = Vec::new();
-        starts.retain(|s| {
-            let value = apart_in.map(|k| s.candidate.values[k]);
-            let is_new = !met.contains(&value);
-            met.push(value);
-            is_new
-        });
+        let starts = starts::starts(fits, proposal, &unknowns, straight);
         starts.into_iter().map(|s| self.pass(region, s, judge, 0, Care::First)).collect()
     }
 
@@ -361,6 +380,7 @@ impl<B: Backend> Search<'_, '_, B> {
         judge: &Judge,
         found: &mut Fits,
     ) -> Result<(), Cancelled> {
+        self.errors.clear();
         let Some(best) = found.fits.first_mut() else { return Ok(()) };
         let fit = self.refined(region, best.clone(), judge, 0)?;
         if fit.error.is_finite() {
@@ -393,7 +413,9 @@ impl<B: Backend> Search<'_, '_, B> {
         if let Some(Candidate { proposal, .. }) = candidates.first() {
             let mut shapes = std::mem::take(&mut self.shapes);
             let place = self.place(region, proposal, care);
-            shapes.make(&candidates, region, place, (self.options, self.watch.cancel()))?;
+            let new: Vec<_> =
+                candidates.iter().filter(|c| !self.errors.contains_key(&key(c, care))).collect();
+            shapes.make(&new, region, place, (self.options, self.watch.cancel()))?;
             self.shapes = shapes;
         }
         let judged = candidates.into_iter().map(|candidate| {
@@ -413,8 +435,15 @@ impl<B: Backend> Search<'_, '_, B> {
         judge: &Judge,
         care: Care,
     ) -> Result<f64, Cancelled> {
+        let key = key(candidate, care);
+        if let Some(error) = self.errors.get(&key) {
+            self.done += 1;
+            return Ok(*error);
+        }
         let shown = self.shown(region, candidate, judge, care)?;
-        Ok(judge.error(&shown, care) * prior(candidate, &self.regions[region], &self.options.search))
+        let error = judge.error(&shown, care) * prior(candidate, &self.regions[region], &self.options.search);
+        self.errors.insert(key, error);
+        Ok(error)
     }
 
     /// What these rays show.
@@ -437,6 +466,10 @@ impl<B: Backend> Search<'_, '_, B> {
     }
 }
 
+fn key(candidate: &Candidate, care: Care) -> Key {
+    (candidate.proposal.kind, candidate.values.iter().map(|v| v.to_bits()).collect(), care)
+}
+
 /// Factor on the error of unusual indices, and of surfaces off the hull.
 fn prior(candidate: &Candidate, region: &Region, options: &SearchOptions) -> f64 {
     let away = |found: &Found| {
@@ -448,28 +481,6 @@ fn prior(candidate: &Candidate, region: &Region, options: &SearchOptions) -> f64
         }
     };
     1.0 + options.unusual * candidate.found(region).iter().map(|f| away(f).powi(2)).sum::<f64>()
-}
-
-/// The unknown of whose first values each is a start of its own: of a dear proposal, whose error has several valleys, the second.
-fn apart_in(proposal: &Proposal, unknowns: &[Unknown]) -> Option<usize> {
-    (proposal.is_dear && unknowns.len() > 1).then_some(1)
-}
-
-/// Those of one proposal in different valleys of the error: others differ in some unknown by more than a round of the last pass can.
-fn apart(mut fits: Vec<Fit>, unknowns: &[Unknown]) -> Vec<Fit> {
-    let reach = |u: &Unknown| AROUND[AROUND.len() - 1] * u.fine.last().copied().unwrap_or(0.0);
-    let are_apart = |a: &Fit, b: &Fit| {
-        let values = a.candidate.values.iter().zip(&b.candidate.values);
-        unknowns.iter().zip(values).any(|(u, (a, b))| (a - b).abs() > reach(u))
-    };
-    fits.sort_by(|a, b| a.error.total_cmp(&b.error));
-    let mut kept: Vec<Fit> = Vec::new();
-    for fit in fits {
-        if kept.iter().all(|k| are_apart(k, &fit)) {
-            kept.push(fit);
-        }
-    }
-    kept
 }
 
 /// All first values with all others.

@@ -41,13 +41,13 @@ impl Shapes {
     /// its sketch.
     pub(super) fn make(
         &mut self,
-        candidates: &[Candidate],
+        candidates: &[&Candidate],
         region: usize,
         place: &Region,
         (options, cancel): (&Options, &Cancel),
     ) -> Result<(), Cancelled> {
         let mut wanted: Vec<(Key, &Candidate)> = Vec::new();
-        for candidate in candidates {
+        for &candidate in candidates {
             let key = Key::of(candidate, region, place).filter(|key| self.find(key).is_none());
             if let Some(key) = key.filter(|key| wanted.iter().all(|(k, _)| k != key)) {
                 wanted.push((key, candidate));
@@ -104,9 +104,9 @@ mod tests {
                 |index| Candidate { proposal, values: numbers(index), searched: true, tint: [0.1, 0.0, 0.2] };
             let mut shapes = Shapes::default();
             let cancel = Cancel::new();
-            shapes.make(&[candidate(1.3)], 0, &region, (&options, &cancel)).unwrap();
+            shapes.make(&[&candidate(1.3)], 0, &region, (&options, &cancel)).unwrap();
             cancel.cancel();
-            let stopped = Shapes::default().make(&[candidate(1.3)], 0, &region, (&options, &cancel));
+            let stopped = Shapes::default().make(&[&candidate(1.3)], 0, &region, (&options, &cancel));
             assert_eq!(stopped.is_err(), proposal.is_sharp, "a wish to stop is seen before a shape is made");
             assert_eq!(shapes.made.len(), usize::from(proposal.is_sharp), "{:?}", proposal.kind);
             let found = shapes.bodies(&candidate(1.7), 0, &region, &options);

@@ -171,14 +171,17 @@ fn a_lens_is_told_from_a_body_of_one_index() {
 
 #[test]
 fn steep_lenses_are_found() {
-    // A bell that has faded to 0.02 at the border, and the fish eye.
+    // A bell that has faded to 0.02 at the border.
     let bell = |r: f32| 1.0 + 0.5 * (-3.22 * r * r).exp() * f32::from(u8::from(r < 1.2));
+    let (kind, values, part) = alone(vec![lens(bell)]).best();
+    assert_eq!(kind, Hypothesis::Graded, "{values:?} {part}");
+    assert!((values[0] - 1.5).abs() < 0.06 && values[1] > 1.4, "{values:?} {part}");
+    // The fish eye is none of the powers, and along a valley from (1.6, 3.4) to (2.4, 1.3) many are about as wrong. What is found must
+    // explain more than 2.0 and 2.0, which come nearest to its index and leave 0.77.
     let fish_eye = |r: f32| if r < 1.0 { 2.0 / (1.0 + r * r) } else { 1.0 };
-    for (truth, middle) in [(lens(bell), 1.5), (lens(fish_eye), 2.0)] {
-        let (kind, values, part) = alone(vec![truth]).best();
-        assert_eq!(kind, Hypothesis::Graded, "{values:?} {part}");
-        assert!((values[0] - middle).abs() < 0.06 && values[1] > 1.4, "{middle}: {values:?} {part}");
-    }
+    let (kind, values, part) = alone(vec![lens(fish_eye)]).best();
+    assert_eq!(kind, Hypothesis::Graded, "{values:?} {part}");
+    assert!(part < 0.7 && values[1] > 1.4, "{values:?} {part}");
 }
 
 #[test]
@@ -219,22 +222,4 @@ fn two_bodies_of_different_index_have_their_own() {
         assert_eq!(best.proposal.kind, Hypothesis::Solid);
         assert!((best.values[0] - index).abs() < 0.02, "{index}: {:?}", best.values);
     }
-}
-
-#[test]
-fn starts_that_end_in_one_valley_are_one() {
-    let setting = alone(vec![glass(Vec3::zero(), 1.5)]);
-    let region = setting.region(Vec3::zero(), false);
-    let proposal =
-        proposals(&region, &setting.options).into_iter().find(|p| p.kind == Hypothesis::Shell).unwrap();
-    let at = |wall: f32, error: f64| {
-        let values = vec![1.5, wall];
-        let candidate = Candidate { proposal, values, searched: true, tint: [0.0; 3] };
-        Fit { misfit: error, error, candidate }
-    };
-    let unknowns = (proposal.unknowns)(&region);
-    let near = unknowns[1].fine.last().unwrap();
-    let kept = apart(vec![at(0.3, 0.52), at(0.3 + near, 0.51), at(0.3 + 20.0 * near, 0.53)], &unknowns);
-    let walls: Vec<f32> = kept.iter().map(|f| f.candidate.values[1]).collect();
-    assert_eq!(walls, [0.3 + near, 0.3 + 20.0 * near]);
 }
