@@ -5,7 +5,7 @@ use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::radiance::LEAST_CONTRAST;
-use refraxel_core::{Domain, IndexGrid, Interpolation};
+use refraxel_core::{Domain, IndexGrid, Interpolation, LevelSet};
 use refraxel_train::Refraction;
 
 /// Numbers of the interpolations in kernels.
@@ -26,9 +26,9 @@ struct Region {
     step: f32,
     interpolation: u32,
     contrast: f32,
-    padding_0: u32,
+    planes: u32,
     absorption: [f32; 3],
-    padding_1: u32,
+    first_plane: u32,
 }
 
 #[repr(C)]
@@ -101,6 +101,12 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Res
             Some(level) => grids.push(level.domain(), level.coefficients(), level.clearances()),
             None => grids.lattices.push(Lattice::default()),
         }
+    }
+    // Behind all coefficients, so that those of gradients stay where they are.
+    for (region, grid) in regions.iter_mut().zip(refraction.medium.regions()) {
+        let planes = grid.level_set().map_or(&[][..], LevelSet::planes);
+        (region.first_plane, region.planes) = (grids.coefficients.len() as u32, planes.len() as u32);
+        grids.coefficients.extend(planes.iter().flat_map(|(h, m)| [m.x, m.y, m.z, *h]));
     }
     grids.clearance.resize(grids.clearance.len().next_multiple_of(4), 0);
     let of_regions = |regions: usize| (regions * size_of::<Region>()) as u64;

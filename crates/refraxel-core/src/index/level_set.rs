@@ -1,5 +1,6 @@
-//! The surface of a body: the zero level of a cubic B-spline, theory (2.22).
+//! The surface of a body: the zero level of a cubic B-spline, theory (2.22), or planes, (4.14).
 
+use super::facets::Facets;
 use super::hull::may_vanish;
 use super::lattice::Lattice;
 use super::stencil::Stencil;
@@ -12,7 +13,7 @@ use crate::{Aabb, Domain, Real, Vec3};
 /// outermost cells and outside: the coefficients of the border (3 layers) are no parameters and are kept at half a voxel or
 /// more. A body that reaches them is cut off there.
 ///
-/// φ is C², so normals and curvatures are continuous. Source: Osher & Fedkiw 2003 for the method; the spline is that of
+/// φ is C², so normals and curvatures are continuous. [`Self::with_planes`] gives it edges instead. Source: Osher & Fedkiw 2003 for the method; the spline is that of
 /// theory (2.5).
 ///
 /// ```
@@ -28,6 +29,8 @@ pub struct LevelSet<T: Copy> {
     /// Marks the cells that may hold the zero level.
     lattice: Lattice<T>,
     coefficients: Vec<T>,
+    /// Planes that take the place of the spline.
+    facets: Option<Facets<T>>,
 }
 
 /// Least coefficient of the border [voxel], which keeps the surface away from the faces of the box.
@@ -48,14 +51,14 @@ impl<T: Real> LevelSet<T> {
     /// # Panics
     /// If `resolution` has less than 7 nodes on an axis.
     pub fn from_samples(bounds: Aabb<T>, resolution: [u32; 3], phi: impl Fn(Vec3<T>) -> T) -> Self {
-        let Self { lattice, coefficients } = Self::unmarked(bounds, resolution, phi);
+        let Self { lattice, coefficients, .. } = Self::unmarked(bounds, resolution, phi);
         Self::through(lattice, coefficients)
     }
 
     /// The level set that takes these values [scene unit] at the nodes of `lattice`, x fastest.
     pub(super) fn through(lattice: Lattice<T>, mut values: Vec<T>) -> Self {
         prefilter::interpolate_all(&mut values, lattice.nodes());
-        let mut out = Self { lattice, coefficients: values };
+        let mut out = Self { lattice, coefficients: values, facets: None };
         out.find_surface();
         out
     }
@@ -79,17 +82,28 @@ impl<T: Real> LevelSet<T> {
         let lattice = Lattice::new(bounds, resolution);
         let is_valid = coefficients.len() == lattice.total() && coefficients.iter().all(|c| c.is_finite());
         is_valid.then(|| {
-            let mut out = Self { lattice, coefficients };
+            let mut out = Self { lattice, coefficients, facets: None };
             out.find_surface();
             out
         })
+    }
+
+    /// The same body with flat faces and sharp edges: from now on φ(x) = max_k (n_k·x − o_k) in place of the spline, for planes
+    /// of unit normals n_k [1], outwards, at distances o_k from the origin [scene unit]. The coefficients should be heights above the
+    /// highest plane. Of derivatives by them, [`Self::scatter`] then gives those by which a spline through one plane would move it.
+    ///
+    /// φ has a crease in each edge; its Hessian is 0. The body is cut off 2.5 voxels inside its box.
+    #[must_use]
+    pub fn with_planes(mut self, planes: impl IntoIterator<Item = (Vec3<T>, T)>) -> Self {
+        self.facets = Some(Facets::new(planes, &self.lattice));
+        self
     }
 
     /// The level set with the coefficients `phi(x)`, before its surface is found.
     fn unmarked(bounds: Aabb<T>, resolution: [u32; 3], phi: impl Fn(Vec3<T>) -> T) -> Self {
         let lattice = Lattice::new(bounds, resolution);
         let coefficients = (0..lattice.total()).map(|j| phi(lattice.position(j))).collect();
-        Self { lattice, coefficients }
+        Self { lattice, coefficients, facets: None }
     }
 
     /// The same surface in another precision.
@@ -97,6 +111,7 @@ impl<T: Real> LevelSet<T> {
         let mut out = LevelSet {
             lattice: self.lattice.cast(),
             coefficients: self.coefficients.iter().map(|c| U::of(c.f64())).collect(),
+            facets: self.facets.as_ref().map(Facets::cast),
         };
         out.find_surface();
         out
@@ -114,9 +129,10 @@ impl<T: Real> LevelSet<T> {
     pub fn coefficients(&self) -> &[T] {
         &self.coefficients
     }
-    /// The coefficients, to be changed. Call [`Self::find_surface`] afterwards: until then rays look for the surface where
-    /// it was.
+    /// The coefficients, to be changed: the surface is that of the spline from now on. Call [`Self::find_surface`] afterwards: until
+    /// then rays look for the surface where it was.
     pub fn coefficients_mut(&mut self) -> &mut [T] {
+        self.facets = None;
         &mut self.coefficients
     }
 
@@ -132,6 +148,12 @@ impl<T: Real> LevelSet<T> {
         }
         let (c, margin) = (&self.coefficients, T::of(MARGIN) * voxel);
         self.lattice.clearance = flat::distance_to(&may_vanish(c, n, margin), n);
+    }
+
+    /// The planes that take the place of the spline, by (h, m): at node coordinates g their heights are h + m·g [scene unit]. Those
+    /// that cut the body off inside its box are among them; none where it is a spline.
+    pub fn planes(&self) -> &[(T, Vec3<T>)] {
+        self.facets.as_ref().map_or(&[], |f| &f.planes)
     }
 
     /// World position of a node [scene unit].
@@ -177,9 +199,18 @@ impl<T: Real> LevelSet<T> {
         self.stencil_at(self.lattice.node(x))
     }
 
+    /// Where the line g + t v in node coordinates is inside, if the body is one of flat faces: between these two, or nowhere.
+    #[inline(always)]
+    pub(crate) fn inside_of_planes(&self, g: Vec3<T>, v: Vec3<T>) -> Option<[T; 2]> {
+        self.facets.as_ref().map(|f| f.inside(g, v))
+    }
+
     /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`; half a voxel outside the spline.
     #[inline(always)]
     pub(crate) fn sample_at(&self, g: Vec3<T>) -> (T, Vec3<T>) {
+        if let Some(facets) = &self.facets {
+            return facets.sample(g);
+        }
         match self.stencil_at(g) {
             Some(s) => s.value_and_force(&self.coefficients),
             None => (T::of(BORDER_VALUE) * self.voxel(), Vec3::zero()),
@@ -207,7 +238,7 @@ impl<T: Real> LevelSet<T> {
     }
     /// Hess(φ) v [1 / scene unit]: the transpose of the derivative of ∇φ by x, theory (2.28).
     pub fn hessian(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
-        let Some(s) = self.stencil(x) else { return Vec3::zero() };
+        let Some(s) = self.stencil(x).filter(|_| self.facets.is_none()) else { return Vec3::zero() };
         let scale = self.lattice.scale;
         s.force_pullback(&self.coefficients, v.hadamard(scale)).hadamard(scale)
     }

@@ -8,6 +8,7 @@
 //! Bodies may lie in each other, the one that rules being last in the list, theory (2.23).
 
 mod distance;
+mod facets;
 mod flat;
 mod grid;
 mod hull;

@@ -3,7 +3,8 @@
 //! Only cells that may hold the zero level are searched; the others are hopped over by their clearance. In a searched cell
 //! φ and its slope along the line are sampled twice per voxel. The zero lies between two samples where φ changes its sign,
 //! or where φ falls at the first sample and rises at the second and the lowest point of the cubic between them is beyond
-//! zero: that finds thin plates and grazing rays. Newton's method within the bracket does the rest.
+//! zero: that finds thin plates and grazing rays. Newton's method within the bracket does the rest. A body of flat faces is met where
+//! the line enters the last of its half spaces, and left where it leaves the first.
 
 use super::step::State;
 use crate::index::NUDGE;
@@ -58,6 +59,9 @@ pub(super) fn first_crossing<T: Real>(
     let (lattice, sign) = (level.lattice(), if side == Side::Inside { -T::one() } else { T::one() });
     let velocity = s.p.hadamard(lattice.scale);
     let line = Line { level, sign, start: lattice.node(s.x), velocity };
+    if let Some(inside) = level.inside_of_planes(line.start, velocity) {
+        return line.crossing_of_planes(inside, [from, end], side);
+    }
     let per_voxel = velocity.map(T::abs).max_element().recip();
     let (spacing, nudge) = (T::of(SPACING) * per_voxel, T::of(NUDGE) * per_voxel);
     let mut t = from;
@@ -93,6 +97,20 @@ impl<T: Real> Line<'_, T> {
     fn sample(&self, t: T) -> Sample<T> {
         let (phi, gradient) = self.level.sample_at(self.node(t));
         Sample { t, u: self.sign * phi, slope: self.sign * gradient.dot(self.velocity) }
+    }
+
+    /// The first crossing of a body of flat faces, inside of which the line is between `first` and `last`.
+    fn crossing_of_planes(&self, [first, last]: [T; 2], [from, end]: [T; 2], side: Side) -> Option<T> {
+        let start = self.sample(from);
+        let t = match side {
+            // What stands on the surface, or by rounding beyond it, and goes on beyond has crossed it.
+            _ if start.u <= T::zero() && start.slope < T::zero() => from,
+            Side::Outside if first < last && first >= from => first,
+            Side::Inside if first < last && last >= from => last,
+            Side::Outside => return None,
+            Side::Inside => from,
+        };
+        (t <= end).then_some(t)
     }
 
     /// The t between two neighbouring samples at which the line leaves its side.

@@ -26,6 +26,9 @@ fn line_point(line: Line, t: f32) -> LinePoint {
 fn first_crossing(region: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
     let l = 2u * region + 1u;
     let line = Line(region, side, lattice_node(l, x), p * lattices[l].scale);
+    if (regions[region].planes > 0u) {
+        return crossing_of_facets(line, range);
+    }
     let per_voxel = 1.0 / max_element(abs(line.velocity));
     let spacing = CROSSING_SPACING * per_voxel;
     let nudge = NUDGE * per_voxel;
@@ -55,6 +58,34 @@ fn first_crossing(region: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, sid
         searches = clearance_at(l, line.start + line.velocity * t) == 0u;
     }
     return FAR;
+}
+
+// The same of a body of flat faces.
+fn crossing_of_facets(line: Line, range: vec2<f32>) -> f32 {
+    var inside = vec2<f32>(-FAR, FAR);
+    for (var k = 0u; k < regions[line.region].planes; k++) {
+        let plane = facet(line.region, k);
+        let height = plane.w + dot(plane.xyz, line.start);
+        let slope = dot(plane.xyz, line.velocity);
+        if (slope < 0.0) {
+            inside.x = max(inside.x, -height / slope);
+        } else if (slope > 0.0) {
+            inside.y = min(inside.y, -height / slope);
+        } else if (height > 0.0) {
+            inside.x = FAR;
+        }
+    }
+    let start = line_point(line, range.x);
+    let is_outside = line.side > 0.0;
+    let t = select(inside.y, inside.x, is_outside);
+    var found = select(range.x, FAR, is_outside);
+    // What stands on the surface, or by rounding beyond it, and goes on beyond has crossed it.
+    if (start.u <= 0.0 && start.slope < 0.0) {
+        found = range.x;
+    } else if (inside.x < inside.y && t >= range.x) {
+        found = t;
+    }
+    return select(FAR, found, found <= range.y);
 }
 
 // The t between two neighbouring points at which the line leaves its side; FAR if it stays.

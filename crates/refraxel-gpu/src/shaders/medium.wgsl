@@ -13,14 +13,37 @@ struct Region {
     interpolation: u32,
     // Difference between the largest index and that of vacuum.
     contrast: f32,
-    padding_0: u32,
+    // How many planes bound it, if its faces are flat, and where the first of them is among the coefficients.
+    planes: u32,
     // Absorption coefficients [1 / scene unit].
     absorption: vec3<f32>,
-    padding_1: u32,
+    first_plane: u32,
+}
+
+// (m, h) of a plane of a body: its height at node coordinates g is h + m·g, theory (4.14).
+fn facet(region: u32, k: u32) -> vec4<f32> {
+    let at = regions[region].first_plane + 4u * k;
+    return vec4<f32>(coefficients[at], coefficients[at + 1u], coefficients[at + 2u], coefficients[at + 3u]);
+}
+
+// (∇φ, φ) of a body of flat faces at node coordinates [per node].
+fn highest_facet(region: u32, g: vec3<f32>) -> vec4<f32> {
+    var highest = vec4<f32>(0.0, 0.0, 0.0, -FAR);
+    for (var k = 0u; k < regions[region].planes; k++) {
+        let plane = facet(region, k);
+        let height = plane.w + dot(plane.xyz, g);
+        if (height > highest.w) {
+            highest = vec4<f32>(plane.xyz, height);
+        }
+    }
+    return highest;
 }
 
 // (∇φ, φ) of a body at node coordinates [per node]; half a voxel outside the spline.
 fn level_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
+    if (regions[region].planes > 0u) {
+        return highest_facet(region, g);
+    }
     let l = 2u * region + 1u;
     let beyond = vec4<f32>(0.0, 0.0, 0.0, BORDER_VALUE * lattices[l].voxel);
     if (!lattice_holds(l, g)) {

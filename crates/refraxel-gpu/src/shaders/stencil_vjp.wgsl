@@ -78,11 +78,11 @@ fn w_gradient(region: u32, x: vec3<f32>) -> vec3<f32> {
     return value_and_force(l, interpolation, c.cell, g).xyz * lattices[l].scale;
 }
 
-// Hess(φ) v of a body.
+// Hess(φ) v of a body: 0 where its faces are flat.
 fn hessian(region: u32, x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
     let l = 2u * region + 1u;
     let g = lattice_node(l, x);
-    if (!lattice_holds(l, g)) {
+    if (regions[region].planes > 0u || !lattice_holds(l, g)) {
         return vec3<f32>(0.0);
     }
     let cell = lattice_cell(l, g);

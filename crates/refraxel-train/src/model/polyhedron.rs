@@ -98,9 +98,14 @@ impl Polyhedron {
         self.faces.iter().chain(&self.base)
     }
 
-    /// Its surface on a grid: edges are as sharp as that.
+    /// Its surface, with sharp edges, on a grid.
     pub fn level_set(&self, bounds: Aabb<f32>, resolution: [u32; 3]) -> LevelSet<f32> {
-        level_set(bounds, resolution, |x| self.height(x))
+        self.sharpened(level_set(bounds, resolution, |x| self.height(x)))
+    }
+
+    /// A level set of heights above its highest plane, with sharp edges.
+    pub fn sharpened(&self, heights: LevelSet<f32>) -> LevelSet<f32> {
+        heights.with_planes(self.planes().map(|p| (p.normal, p.offset)))
     }
 
     /// What of a body lies below all planes.

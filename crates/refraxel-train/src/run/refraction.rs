@@ -214,6 +214,10 @@ impl RegionFile<'_> {
         let n = count(surface_resolution);
         let level = LevelSet::from_coefficients(bounds, surface_resolution, self.values(".surface", n)?);
         let level = level.ok_or_else(|| self.wrong("has a surface that is not finite"))?;
+        let level = match &self.stored.solid {
+            Some(solid) => solid.sharpened(level),
+            None => level,
+        };
         // Bodies with a surface have one index, and the default interpolation whatever the options say.
         let mut grid = IndexGrid::vacuum(bounds, resolution, Interpolation::default()).with_level_set(level);
         grid.coefficients_mut().copy_from_slice(&coefficients);

@@ -5,6 +5,7 @@ use super::reference::{Marched, Reference};
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
 use super::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
+use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::model::{Model, Refraction};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
@@ -44,6 +45,22 @@ pub fn graded_body_model(extent: Extent) -> Model {
     Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 
+/// A wedge of glass with flat faces and sharp edges, in a smooth field.
+pub fn faceted_model(extent: Extent) -> Model {
+    let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z).normalized(), offset);
+    let faces = vec![
+        face(1.0, 0.2, 0.3, 0.35),
+        face(-1.0, 0.6, 0.1, 0.3),
+        face(-0.2, -1.0, 0.0, 0.35),
+        face(0.1, 0.0, 1.0, 0.35),
+    ];
+    let wedge = Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.4)) };
+    let half = Vec3::splat(0.9);
+    let body = IndexGrid::sharp(wedge.level_set(Aabb::new(-half, half), [31; 3]), 1.5);
+    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), ..Refraction::none() };
+    Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
+}
+
 /// Colours and depths.
 pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(bent_model, &suite.tolerances, &see(suite));
@@ -53,6 +70,7 @@ pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
 pub fn sharp_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(sharp_model, &suite.tolerances, &see(suite));
     rendering_agrees_with_the_reference(graded_body_model, &suite.tolerances, &see(suite));
+    rendering_agrees_with_the_reference(faceted_model, &suite.tolerances, &see(suite));
 }
 
 fn see<B: Backend>(suite: &Suite<B>) -> impl Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>> {
@@ -96,6 +114,7 @@ pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
 pub fn sharp_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     gradients_agree_with_the_reference(suite, sharp_model(Extent::Bounded));
     gradients_agree_with_the_reference(suite, graded_body_model(Extent::Bounded));
+    gradients_agree_with_the_reference(suite, faceted_model(Extent::Bounded));
 }
 
 fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model) {

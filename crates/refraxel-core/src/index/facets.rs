@@ -1,0 +1,173 @@
+//! Convex bodies with flat faces, exactly: φ is the height above the highest of some planes, theory (4.14).
+//!
+//! A spline rounds edges over about two voxels, and a rounded edge sends the rays that meet it anywhere: a bright line
+//! along each edge, and along each of its reflections.
+
+use super::lattice::Lattice;
+use crate::{Real, Vec3};
+
+/// The body is cut off this far inside the faces of its grid [node], as the border of a spline cuts it off.
+const INSET: f64 = 2.5;
+
+/// Planes in node coordinates: heights are h + m·g [scene unit].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Facets<T: Copy> {
+    /// (h, m) of each, those that cut the body off inside its grid last.
+    pub planes: Vec<(T, Vec3<T>)>,
+}
+
+impl<T: Real> Facets<T> {
+    /// Of planes with these unit normals and distances from the origin [scene unit].
+    pub fn new(planes: impl IntoIterator<Item = (Vec3<T>, T)>, lattice: &Lattice<T>) -> Self {
+        let per_node = lattice.scale.map(T::recip);
+        let of = |(normal, offset): (Vec3<T>, T)| {
+            (normal.dot(lattice.domain.bounds.min) - offset, normal.hadamard(per_node))
+        };
+        let mut planes: Vec<_> = planes.into_iter().map(of).collect();
+        for axis in 0..3 {
+            let mut m = Vec3::zero();
+            m[axis] = per_node[axis];
+            let last = T::of(f64::from(lattice.domain.resolution[axis] - 1) - INSET);
+            planes.extend([(m[axis] * T::of(INSET), -m), (-m[axis] * last, m)]);
+        }
+        Self { planes }
+    }
+
+    /// The same in another precision.
+    pub fn cast<U: Real>(&self) -> Facets<U> {
+        Facets { planes: self.planes.iter().map(|(h, m)| (U::of(h.f64()), m.cast())).collect() }
+    }
+
+    /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`.
+    #[inline(always)]
+    pub fn sample(&self, g: Vec3<T>) -> (T, Vec3<T>) {
+        let mut highest = (T::neg_infinity(), Vec3::zero());
+        for (h, m) in &self.planes {
+            let height = *h + m.dot(g);
+            if height > highest.0 {
+                highest = (height, *m);
+            }
+        }
+        highest
+    }
+
+    /// Where the line g + t v is inside the body: from the first to the second, which are no range where it never is.
+    #[inline(always)]
+    pub fn inside(&self, g: Vec3<T>, v: Vec3<T>) -> [T; 2] {
+        let [mut first, mut last] = [T::neg_infinity(), T::infinity()];
+        for (h, m) in &self.planes {
+            let (height, slope) = (*h + m.dot(g), m.dot(v));
+            if slope < T::zero() {
+                first = first.max(-height / slope);
+            } else if slope > T::zero() {
+                last = last.min(-height / slope);
+            } else if height > T::zero() {
+                first = T::infinity();
+            }
+        }
+        [first, last]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Aabb, LevelSet, Ray, Vec3, vec3};
+
+    /// A wedge of four planes, and a base.
+    fn planes() -> [(Vec3<f64>, f64); 5] {
+        let face = |x: f64, y: f64, z: f64, offset| (vec3(x, y, z).normalized(), offset);
+        [
+            face(1.0, 0.2, 0.3, 0.5),
+            face(-1.0, 0.6, 0.1, 0.4),
+            face(-0.2, -1.0, 0.0, 0.5),
+            face(0.1, 0.0, 1.0, 0.55),
+            face(0.0, 0.0, -1.0, 0.6),
+        ]
+    }
+
+    fn height(x: Vec3<f64>) -> f64 {
+        planes().into_iter().map(|(n, offset)| n.dot(x) - offset).fold(f64::MIN, f64::max)
+    }
+
+    /// The wedge on a grid of voxels of different edge lengths.
+    fn wedge() -> LevelSet<f64> {
+        let bounds = Aabb::new(vec3(-1.2, -1.1, -1.0), vec3(1.1, 1.2, 1.0));
+        LevelSet::from_control_values(bounds, [31, 37, 33], height).with_planes(planes())
+    }
+
+    #[test]
+    fn heights_and_normals_are_those_of_the_highest_plane_up_to_the_edges() {
+        let body = wedge();
+        for k in 0..2000 {
+            let at = |m: usize| ((k * m % 1009) as f64 / 1009.0 - 0.5) * 1.6;
+            let x = vec3(at(17), at(91), at(331));
+            let (phi, gradient) = body.sample(x);
+            assert!((phi - height(x)).abs() < 1e-12, "{phi} at {x:?}");
+            assert!(planes().iter().any(|(n, _)| (gradient - *n).length() < 1e-12), "{gradient:?}");
+            assert_eq!(body.hessian(x, vec3(1.0, 2.0, 3.0)), Vec3::zero());
+        }
+        let single = body.cast::<f32>();
+        assert!((f64::from(single.value(vec3(0.1, 0.2, 0.3))) - height(vec3(0.1, 0.2, 0.3))).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_body_that_reaches_its_box_is_cut_off_inside_it() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let below = |x: Vec3<f64>| x.z;
+        let half = LevelSet::from_control_values(cube, [21; 3], below);
+        let half = half.with_planes([(vec3(0.0, 0.0, 1.0), 0.0)]);
+        assert!(half.is_inside(vec3(0.3, 0.2, -0.7)) && !half.is_inside(vec3(0.3, 0.2, 0.01)));
+        for x in [vec3(0.8, 0.0, -0.5), vec3(0.3, 0.2, -0.8), vec3(-0.95, 0.0, -0.5), vec3(3.0, 0.0, -0.2)] {
+            assert!(!half.is_inside(x), "{x:?}");
+        }
+    }
+
+    #[test]
+    fn changed_coefficients_make_it_a_spline_again() {
+        let mut body = wedge();
+        let edge = vec3(0.0, 0.0, 0.0);
+        body.coefficients_mut().iter_mut().for_each(|c| *c += 0.1);
+        body.find_surface();
+        assert!((body.value(edge) - height(edge) - 0.1).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_slab_moves_rays_by_its_closed_form_and_edges_bend_nothing() {
+        use crate::optics::{Options, Tracer};
+        use crate::{Domain, IndexGrid, Medium};
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let slab = |x: Vec3<f64>| (x.z.abs() - 0.25).max(x.x.abs() - 0.6).max(x.y.abs() - 0.6);
+        let faces = (0..6).map(|k: usize| {
+            let mut n = Vec3::zero();
+            n[k / 2] = if k % 2 == 0 { 1.0 } else { -1.0 };
+            (n, if k / 2 == 2 { 0.25 } else { 0.6 })
+        });
+        let body = LevelSet::from_control_values(cube, [41; 3], slab).with_planes(faces);
+        let index = 1.5;
+        let medium = Medium::new(vec![IndexGrid::sharp(body, index)]).unwrap();
+        let domain = Domain::with_longest(cube, crate::Extent::Bounded, 41);
+        let tracer = Tracer::new(&medium, &domain, Options::default());
+        let mut near_an_edge = 0;
+        for k in 0..400 {
+            let at = |m: usize| (k * m % 401) as f64 / 401.0 - 0.5;
+            let direction = vec3(0.9 * at(29), 0.9 * at(83), -1.0).normalized();
+            // All over the face, up to a hundredth of a voxel from its edges.
+            let inner = 0.5998;
+            let meets = vec3(2.0 * inner * at(17), 2.0 * inner * at(53), 0.25);
+            let path = tracer.trace(&Ray { origin: meets - direction * 2.0, direction });
+            let slope = |d: Vec3<f64>| vec3(d.x, d.y, 0.0) / -d.z;
+            let inside = vec3(direction.x / index, direction.y / index, 0.0);
+            let inside = inside - vec3(0.0, 0.0, (1.0 - inside.dot(inside)).sqrt());
+            let leaves = meets + slope(inside) * 0.5 - vec3(0.0, 0.0, 0.5);
+            if leaves.x.abs() > inner || leaves.y.abs() > inner {
+                continue; // through a side
+            }
+            near_an_edge += usize::from(meets.x.abs().max(meets.y.abs()) > 0.55);
+            let last = path.segments.last().unwrap();
+            let away = (last.start - leaves).length();
+            assert!(away < 1e-9, "{away} from {leaves:?}");
+            assert!((last.momentum - direction).length() < 1e-9, "{:?}", last.momentum);
+        }
+        assert!(near_an_edge > 20, "{near_an_edge}");
+    }
+}
