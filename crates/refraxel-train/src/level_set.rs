@@ -9,6 +9,16 @@ pub(crate) fn level_set(
     resolution: [u32; 3],
     phi: impl Fn(Vec3<f32>) -> f32 + Sync,
 ) -> LevelSet<f32> {
+    let level = LevelSet::from_coefficients(bounds, resolution, at_nodes(bounds, resolution, phi));
+    level.unwrap_or_else(|| unreachable!("distances are finite"))
+}
+
+/// `phi(x)` at the nodes of a grid, x fastest, on all threads.
+pub(crate) fn at_nodes(
+    bounds: Aabb<f32>,
+    resolution: [u32; 3],
+    phi: impl Fn(Vec3<f32>) -> f32 + Sync,
+) -> Vec<f32> {
     let [nx, ny, nz] = resolution.map(|n| n as usize);
     let mut values = vec![0.0; nx * ny * nz];
     let cells = Vec3::from(resolution.map(|n| (n - 1) as f32));
@@ -19,6 +29,5 @@ pub(crate) fn level_set(
             *value = phi(bounds.min + node.hadamard(step));
         }
     });
-    let level = LevelSet::from_coefficients(bounds, resolution, values);
-    level.unwrap_or_else(|| unreachable!("distances are finite"))
+    values
 }

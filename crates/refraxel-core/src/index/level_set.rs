@@ -99,6 +99,17 @@ impl<T: Real> LevelSet<T> {
         self
     }
 
+    /// Other planes in place of those of [`Self::with_planes`], and their heights at the nodes [scene unit]. The cells of the spline's
+    /// surface, of which planes make no use, are not found again.
+    ///
+    /// # Panics
+    /// If there is not one height per node.
+    pub fn move_planes(&mut self, heights: Vec<T>, planes: impl IntoIterator<Item = (Vec3<T>, T)>) {
+        assert_eq!(heights.len(), self.lattice.total(), "one height per node");
+        self.coefficients = heights;
+        self.facets = Some(Facets::new(planes, &self.lattice));
+    }
+
     /// The level set with the coefficients `phi(x)`, before its surface is found.
     fn unmarked(bounds: Aabb<T>, resolution: [u32; 3], phi: impl Fn(Vec3<T>) -> T) -> Self {
         let lattice = Lattice::new(bounds, resolution);

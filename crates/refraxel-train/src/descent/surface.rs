@@ -51,7 +51,7 @@ fn descend_planes(
     let Some(steps) = adam(moments, DECAY, &which, |j| grad[j]) else { return false };
     let steps: Vec<f32> = steps.iter().map(|s| rate * s).collect();
     solid.advance(level, &steps);
-    *level = solid.level_set(level.domain().bounds, level.domain().resolution);
+    solid.put(level);
     true
 }
 

@@ -1,7 +1,7 @@
 //! Bodies with flat faces: the planes that enclose them are what learns, theory (4.14).
 
-use crate::level_set::level_set;
-use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
+use crate::level_set::{at_nodes, level_set};
+use refraxel_core::{Aabb, Domain, LevelSet, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 
 /// A plane, and which side of it is above.
@@ -106,6 +106,13 @@ impl Polyhedron {
     /// A level set of heights above its highest plane, with sharp edges.
     pub fn sharpened(&self, heights: LevelSet<f32>) -> LevelSet<f32> {
         heights.with_planes(self.planes().map(|p| (p.normal, p.offset)))
+    }
+
+    /// Its surface on the grid of a level set of planes, in place of what is there.
+    pub fn put(&self, level: &mut LevelSet<f32>) {
+        let Domain { bounds, resolution, .. } = *level.domain();
+        let heights = at_nodes(bounds, resolution, |x| self.height(x));
+        level.move_planes(heights, self.planes().map(|p| (p.normal, p.offset)));
     }
 
     /// What of a body lies below all planes.
@@ -217,7 +224,13 @@ mod tests {
         let level = body.level_set(CUBE, [41; 3]);
         let base = body.base;
         body.advance(&level, &[0.02, 0.01, -0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.03, 0.0, 0.0]);
+        let mut moved = level.clone();
+        body.put(&mut moved);
         let level = body.level_set(CUBE, [41; 3]);
+        for j in level.parameters() {
+            assert_eq!(moved.coefficients()[j], level.coefficients()[j]);
+            assert_eq!(moved.sample(level.position(j)), level.sample(level.position(j)));
+        }
         assert_eq!(body.base, base);
         let lowered = body.faces[3];
         assert!((lowered.offset() - 0.52).abs() < 1e-5, "{lowered:?}");
