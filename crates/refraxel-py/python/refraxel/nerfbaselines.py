@@ -143,7 +143,7 @@ class Refraxel(Method):  # type: ignore[misc,unused-ignore]
         del options  # an 8-bit colour, opacity and depth cost one march together
         shown = self._trained().render(_camera(camera.item()))
         return {
-            "color": shown.colour.astype(np.float32) / 255,
+            "color": shown.colour.astype(np.float32) / np.float32(255),
             "accumulation": shown.opacity,
             "depth": shown.depth,
         }

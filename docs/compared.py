@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""The tables of docs/compared.md: this program and others that run on a CPU, on the same photographs, with the same CPU time.
+
+usage: docs/compared.py OUT DATA [seconds=60] [every=8] [scenes=NAME,NAME…] [programs=NAME,NAME…]
+  OUT       folder for the environment of the others (OUT/env), pictures and scores (OUT/SCENE/PROGRAM) and the table (OUT/table.md)
+  DATA      folder of scenes in NeRF-synthetic layout, each with scene.json
+  seconds   about the CPU time of our trainings: it sets their steps; the others get what the longer of ours took, or if there is none this
+  every     of the test views each EVERY-th is rendered and scored
+A second call keeps what has its scores. REFRAXEL names a program to use instead of building one. Needs Python 3.10 or later with venv,
+PyPI, Rust, and for Mitsuba LLVM 16 or later (Debian: apt-get install libllvm19); DRJIT_LIBLLVM_PATH names its library.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PACKAGES = ["torch==2.15.0", "mitsuba==3.9.1", "numpy", "scipy", "scikit-image", "pillow"]
+# Steps of this program that take about 60 CPU seconds on a quiet machine, straight and bent.
+STEPS = {"opaque": (1700, 340), "glass_ball": (1700, 340), "water_tank": (1700, 320), "grin_luneburg": (1700, 340)}
+BODIES = {"sphere", "box"}  # shapes that Mitsuba has; a graded index it has not
+OURS = ["straight/result.json", "bent/result.json"]
+NAMES = {
+    "straight": "refraxel, straight rays",
+    "bent": "refraxel, bent rays",
+    "hash_grid": "NeRF with a hash grid, PyTorch",
+    "field": "radiance field in Mitsuba 3, straight rays",
+    "bent_field": "radiance field in Mitsuba 3, true shape told",
+}
+
+
+def run(command: list[str], **options) -> tuple[float, str]:
+    """CPU seconds and standard output of a command that must succeed."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **options) as process:
+        output = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"compared.py: exit code {process.returncode} of {' '.join(command)}")
+    return usage.ru_utime + usage.ru_stime, output
+
+
+def environment(out: Path) -> Path:
+    """Python with the packages of the others."""
+    python = out / "env" / "bin" / "python"
+    if not python.exists():
+        venv.create(out / "env", with_pip=True)
+    subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
+    return python
+
+
+def program() -> str:
+    if "REFRAXEL" in os.environ:
+        return str(Path(os.environ["REFRAXEL"]).resolve())
+    subprocess.run(["cargo", "build", "--release", "--quiet"], cwd=HERE.parent, check=True)
+    return str(Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target")).resolve() / "release" / "refraxel")
+
+
+def refraxel(binary: str, scene: Path, out: Path, seconds: float, bent: bool) -> dict:
+    """A run of as many steps as fit the time. It also renders all test views, which is measured apart and taken off."""
+    steps = round(STEPS[scene.name][bent] * seconds / 60)
+    options = [] if bent else ["--refraction", "off"]
+    train = [binary, "train", str(scene), "--out", str(out / "run"), "--set", f"run.steps={steps}", "--threads", "1"]
+    total, _ = run([*train, "--seed", "0", "--overwrite", "--quiet", "--json", *options])
+    rendering, output = run([binary, "eval", str(out / "run"), "--threads", "1", "--json", "--quiet"])
+    scores = json.loads(output)
+    for score in scores["per_image"]:
+        (out / score["name"]).unlink(missing_ok=True)
+        (out / score["name"]).symlink_to(out / "run" / "eval" / "test" / score["name"])
+    result = {"steps": steps, "train_cpu_s": total - rendering, "render_cpu_s": rendering, "rendered": len(scores["per_image"])}
+    return result | ({"index_error": scores["ior"]["mae_inside"]} if bent and "ior" in scores else {})
+
+
+def peer(python: Path, name: str, scene: Path, out: Path, seconds: float, every: int) -> dict:
+    script = {"field": "bent_field"}.get(name, name)
+    libraries = sorted(Path("/usr/lib").glob("*/libLLVM.so.[1-9]*"))
+    llvm = {"DRJIT_LIBLLVM_PATH": str(libraries[-1])} if libraries else {}
+    command = [str(python), str(HERE / "peers" / f"{script}.py"), str(scene), str(out), str(seconds), str(every)]
+    _, output = run(command + (["straight"] if name == "field" else []), env={**llvm, **os.environ})
+    result = json.loads(output)
+    bodies = json.loads((scene / "scene.json").read_text())["refractive"]
+    if "index" in result and bodies:
+        result["index_error"] = abs(result["index"] - bodies[0]["ior"])
+    return result
+
+
+def possible(name: str, scene: Path) -> bool:
+    """Whether a program can be asked for a scene: without refractive bodies nothing bends, and Mitsuba has no graded index."""
+    shapes = {body["shape"] for body in json.loads((scene / "scene.json").read_text())["refractive"]}
+    return {"bent": bool(shapes), "bent_field": bool(shapes) and shapes <= BODIES, "field": not shapes}.get(name, True)
+
+
+def compare(python: Path, binary: str, name: str, scene: Path, out: Path, seconds: float, every: int) -> dict:
+    """Trains, renders and scores one program on one scene, unless that is done."""
+    done = out / "result.json"
+    if not done.exists():
+        out.mkdir(parents=True, exist_ok=True)
+        print(f"{scene.name}: {NAMES[name]}", file=sys.stderr, flush=True)
+        if name in ("straight", "bent"):
+            result = refraxel(binary, scene, out, seconds, bent=name == "bent")
+        else:
+            ours = [json.loads(path.read_text())["train_cpu_s"] for path in map(out.parent.joinpath, OURS) if path.exists()]
+            result = peer(python, name, scene, out, max(ours, default=seconds), every)
+        _, output = run([str(python), str(HERE / "peers" / "scores.py"), str(scene), str(out), str(every)])
+        scores = json.loads(output)
+        result["render_cpu_s"] /= result.pop("rendered", scores["pictures"])
+        done.write_text(json.dumps({"seconds": seconds, "every": every, **result, **scores}, indent=1))
+    result = json.loads(done.read_text())
+    if (result["seconds"], result["every"]) != (seconds, every):
+        sys.exit(f"compared.py: {done} is of seconds={result['seconds']} every={result['every']}; choose another folder")
+    return result
+
+
+def row(scene: str, name: str, result: dict) -> str:
+    def cell(key: str, digits: int) -> str:
+        return f"{result[key]:.{digits}f}" if key in result else "–"
+
+    cells = [cell("psnr_inside", 2), cell("psnr_outside", 2), cell("psnr", 2), cell("ssim", 4), cell("index_error", 3)]
+    times = [str(result["steps"]), cell("train_cpu_s", 0), cell("render_cpu_s", 2)]
+    return f"| {' | '.join([scene, NAMES[name], *cells, *times])} |"
+
+
+def main() -> None:
+    words = dict(word.split("=", 1) for word in sys.argv[3:])
+    if len(sys.argv) < 3 or not words.keys() <= {"seconds", "every", "scenes", "programs"}:
+        sys.exit(__doc__)
+    out, data = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+    seconds, every = float(words.get("seconds", 60)), int(words.get("every", 8))
+    scenes = words.get("scenes", ",".join(STEPS)).split(",")
+    names = words.get("programs", ",".join(NAMES)).split(",")
+    python, binary = environment(out), program()
+    lines = [
+        "| scene | program | inside [dB] | outside [dB] | all [dB] | SSIM | error of n | steps | training [CPU s] | a view [CPU s] |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for scene in scenes:
+        for name in names:
+            if possible(name, data / scene):
+                result = compare(python, binary, name, data / scene, out / scene / name, seconds, every)
+                lines.append(row(scene, name, result))
+                (out / "table.md").write_text("\n".join(lines) + "\n")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()
