@@ -32,7 +32,9 @@ impl<B: Backend> Trainer<B> {
                 watch.tell(Event::RaysStayStraight { why });
             }
             Err(problem) => {
-                self.go_on_with(sought);
+                if sought.is_some() {
+                    self.go_on_with(sought);
+                }
                 self.return_to(before);
                 return Err(problem.into());
             }
