@@ -61,6 +61,15 @@ pub enum Event {
         /// And on its outer side.
         outside: f64,
     },
+    /// What was found without masks ends elsewhere, by what straight rays fail to explain beside it: it ends there from now on.
+    Outlined {
+        /// Share of the variance of misfits near its outlines that these explained, 0 to 1.
+        before: f64,
+        /// And that they explain now.
+        now: f64,
+        /// Share of the pixels of all views inside them from then on.
+        pixels: f64,
+    },
     /// No masks say what is refractive, and straight rays explain everything.
     NothingSought {
         /// Number of the look, from 1.

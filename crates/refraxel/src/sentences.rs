@@ -50,6 +50,13 @@ pub fn sentence(event: &Event) -> Option<String> {
             if *by > 0.0 { "beyond them" } else { "short of them" },
             if *by > 0.0 { "wider" } else { "narrower" }
         ),
+        Event::Outlined { before, now, pixels } => format!(
+            "outlines of what was found were drawn anew, where straight rays begin to fail: they explain {:.0} % of the misfit beside \
+             them instead of {:.0} % ({:.1} % of the pixels lie inside)",
+            100.0 * now,
+            100.0 * before,
+            100.0 * pixels
+        ),
         Event::NothingSought { look: 1, separation, needed } => format!(
             "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
         ),

@@ -22,6 +22,7 @@ mod heats;
 mod hull;
 mod hypotheses;
 mod known;
+mod outline;
 mod parts;
 mod race;
 mod region;
@@ -34,6 +35,7 @@ pub use completing::LEAST as LEAST_MASKS;
 pub(crate) use completing::hulls;
 pub(crate) use ground::Ground;
 pub use known::{known_field, known_refraction};
+pub(crate) use outline::{Outline, outline};
 pub(crate) use parts::{NONE, connected, neighbours};
 pub(crate) use silhouettes::OCCLUDER_RAYS;
 

@@ -5,7 +5,7 @@ use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
 use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
-use crate::recipe::{self, Decision, Known, RecipeError};
+use crate::recipe::{self, Decision, Known, Outline, RecipeError};
 use crate::schedule::{Progress, training_marching};
 use crate::verdict::StayReason;
 use refraxel_core::ShDegree;
@@ -16,6 +16,7 @@ impl<B: Backend> Trainer<B> {
     pub(super) fn begin_bending(&mut self, now: Progress, watch: &mut Watch) -> Result<(), TrainError> {
         self.good = None; // the copy made here takes its place
         let before = self.copy()?;
+        let sought = self.sought.clone();
         let mut events = Vec::new();
         match self.try_to_bend(&mut events, watch) {
             Ok(Decision { stays: None, verdict }) => {
@@ -31,6 +32,9 @@ impl<B: Backend> Trainer<B> {
                 watch.tell(Event::RaysStayStraight { why });
             }
             Err(problem) => {
+                if sought.is_some() {
+                    self.go_on_with(sought);
+                }
                 self.return_to(before);
                 return Err(problem.into());
             }
@@ -47,6 +51,17 @@ impl<B: Backend> Trainer<B> {
         self.state.stays_straight = true;
         self.sampler.give_back();
         self.note(Event::RaysStayStraight { why }, watch);
+    }
+
+    /// What was found without masks ends where straight rays begin to fail, if that can be seen.
+    fn outline_found(&mut self, watch: &mut Watch) -> Option<Event> {
+        let found = self.sought.as_ref().filter(|_| self.sampler.traces_found())?;
+        let Outline { gate, explained } = recipe::outline(&self.backend, &self.known(), found)?;
+        self.go_on_with(Some(gate));
+        let pixels = self.sampler.mask_share();
+        let told = Event::Outlined { before: explained[0], now: explained[1], pixels };
+        watch.tell(told.clone());
+        Some(told)
     }
 
     /// Masks end where what straight rays cannot explain does, if that can be seen.
@@ -68,6 +83,7 @@ impl<B: Backend> Trainer<B> {
     /// Notes what happens in `events`, and tells it too.
     fn try_to_bend(&mut self, events: &mut Vec<Event>, watch: &mut Watch) -> Result<Decision, RecipeError> {
         self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
+        events.extend(self.outline_found(watch));
         events.extend(self.shift_masks(watch));
         let (options, near) = (&self.options, self.plan.near);
         let cancel = watch.cancel();
