@@ -85,7 +85,7 @@ pub(crate) const RENDER: Source = Source {
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: &[MARCH, TRACE, shaders!["fixed", "absorption", "advance", "path", "render_bent"]],
+    files: &[MARCH, TRACE, shaders!["fixed", "absorption", "path", "stand", "render_bent"]],
     bindings: &[MARCHED, TRACED, &[("seen", Writes), ("checkpoints", Writes), ("status", Atomic)]],
 };
 
@@ -97,7 +97,6 @@ pub(crate) const LEARN_BENT: Source = Source {
         TRACE,
         shaders![
             "absorption",
-            "advance",
             "path",
             "fixed",
             "touched",
@@ -114,7 +113,7 @@ pub(crate) const LEARN_BENT: Source = Source {
         MARCHED,
         TRACED,
         LEARNED,
-        &[("checkpoints", Read), ("steps", Writes), ("index_gradient", Atomic)],
+        &[("checkpoints", Read), ("ways", Writes), ("steps", Writes), ("index_gradient", Atomic)],
     ],
 };
 
@@ -216,8 +215,8 @@ pub(crate) const PEAK: Source =
 /// The same where rays may bend.
 pub(crate) const PEAK_BENT: Source = Source {
     entry: "peak_bent",
-    files: &[WEIGH, TRACE, shaders!["fixed", "advance", "peak_bent"]],
-    bindings: &[WEIGHED, TRACED, &[("status", Atomic)]],
+    files: &[WEIGH, TRACE, shaders!["fixed", "path", "stand", "peak_bent"]],
+    bindings: &[WEIGHED, TRACED, &[("checkpoints", Writes), ("status", Atomic)]],
 };
 
 /// Type of the elements of an array.
@@ -231,6 +230,7 @@ fn element(name: &str) -> &'static str {
         "ray_gradients" => "RayGradient",
         "checkpoints" => "Checkpoint",
         "steps" => "Step",
+        "ways" => "WayBack",
         "colour" => "vec4<f32>",
         "density" | "texels" | "coefficients" | "density_moment" | "colour_moment" | "texel_moment" => "f32",
         gradient => {
