@@ -1,12 +1,12 @@
 //! The backend itself: a model in the memory of a device.
 
-use crate::bending::{Bending, Paths};
+use crate::bending::{Bending, Paths, follow};
 use crate::constants::{STATUS_FAILED, WANTS_FIELD, WANTS_INDEX};
 use crate::field::{OUTCOMES, blank, download, upload, upload_medium, without_values};
 use crate::kernels::{Kernel, Kernels};
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
-use crate::step::{Gradients, RayBuffers, check_loops};
+use crate::step::{Gradients, RayBuffers};
 use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
@@ -191,7 +191,7 @@ impl GpuBackend {
         } else {
             &self.kernels.bent(&self.gpu)?.render
         };
-        let marched = self.march(kernel, &Paths::none(&self.gpu)?.buffers, rays, marching)?;
+        let marched = self.march(kernel, &Buffers::default(), rays, marching)?;
         marched.buffers.read(&self.gpu, "seen", rays.len())
     }
 
@@ -217,19 +217,18 @@ impl GpuBackend {
         rays: &[Ray<f32>],
         marching: &Marching,
     ) -> Result<RayBuffers, GpuError> {
-        let mut buffers = RayBuffers::default();
-        let bends = !self.held.refraction.is_none();
-        buffers.fill(&self.gpu, &Lesson::of_rays(rays, &self.held.refraction), false)?;
+        let (mut buffers, refraction) = (RayBuffers::default(), &self.held.refraction);
+        buffers.fill(&self.gpu, &Lesson::of_rays(rays, refraction), false)?;
         self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held, rays.len())]);
-        if bends {
-            self.buffers.write(&self.gpu, "bending", &[Bending::shown(&self.held.refraction, rays.len())]);
-        }
-        let mut encoder = self.encoder();
-        let of = [&self.buffers, &buffers.buffers, beside];
-        kernel.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
-        self.gpu.queue.submit([encoder.finish()]);
-        if bends {
-            check_loops(&self.gpu, &self.buffers)?;
+        if refraction.is_none() {
+            let mut encoder = self.encoder();
+            let of = [&self.buffers, &buffers.buffers, beside];
+            kernel.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
+            self.gpu.queue.submit([encoder.finish()]);
+        } else {
+            let paths = Paths::standing(&self.gpu, rays.len())?;
+            let of = [&self.buffers, &buffers.buffers, beside, &paths.buffers];
+            follow(&self.gpu, kernel, &of, &Bending::shown(&self.gpu, refraction, rays.len()))?;
         }
         Ok(buffers)
     }

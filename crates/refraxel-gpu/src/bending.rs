@@ -1,22 +1,23 @@
-//! What kernels are told of rays that may bend, and where the paths of those that learn are kept.
+//! What kernels are told of rays that may bend, where their paths are kept, and the dispatches that follow them.
 
+use crate::constants::{STATUS_CUT, STATUS_LONGEST, STATUS_OVER, STATUS_WORDS};
+use crate::kernels::Kernel;
 use crate::memory::Buffers;
+use crate::pools::workgroups;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_train::Refraction;
 use refraxel_train::backend::Objective;
 use refraxel_train::model::MAX_SEGMENTS;
 
-/// Segments that are computed again from one checkpoint, and kept meanwhile. More of them need more of the second, less of the
-/// first: at 32 a ray takes 8.6 KiB.
-pub(crate) const REPLAY: usize = 32;
-/// Checkpoints of a path: one before every [`REPLAY`]-th segment, and one at its end.
-const CHECKPOINTS: usize = MAX_SEGMENTS / REPLAY + 1;
-/// Bytes of a `Checkpoint` of `path.wgsl`, and of a `Step` of `trace_vjp.wgsl`.
-const CHECKPOINT_BYTES: usize = 80;
+/// Bytes of a `Checkpoint` of `path.wgsl`, of a `WayBack` of `learn_bent.wgsl`, and of a `Step` of `trace_vjp.wgsl`.
+const CHECKPOINT_BYTES: usize = 96;
+const WAY_BYTES: usize = 80;
 const STEP_BYTES: usize = 112;
 /// Bytes of checkpoints that are kept at a time. Longer batches learn in portions.
 const KEPT: u64 = 64 << 20;
+/// Dispatches that follow paths before the device is asked whether all are over.
+const MOST_DISPATCHES: usize = 64;
 
 /// `Bending` of `bending.wgsl`.
 #[repr(C)]
@@ -33,18 +34,19 @@ pub(crate) struct Bending {
     taps: u32,
     regions: u32,
     silhouette: f32,
-    padding: u32,
+    replay: u32,
 }
 
 impl Bending {
-    /// Rays that are shown, and keep nothing.
-    pub(crate) fn shown(refraction: &Refraction, rays: usize) -> Self {
-        let regions = refraction.medium.regions().len() as u32;
-        Self { rays: rays as u32, taps: 4, regions, ..Self::default() }
+    /// Rays that are shown, and keep nothing but where they stand.
+    pub(crate) fn shown(gpu: &Gpu, refraction: &Refraction, rays: usize) -> Self {
+        let (regions, replay) = (refraction.medium.regions().len() as u32, gpu.replay() as u32);
+        Self { rays: rays as u32, taps: 4, regions, replay, ..Self::default() }
     }
 
     /// What is learned from paths, so many of which are kept at a time. Adjoints count whole unless they are `clipped`.
     pub(crate) fn learning(
+        gpu: &Gpu,
         objective: &Objective,
         refraction: &Refraction,
         keeps: usize,
@@ -59,7 +61,7 @@ impl Bending {
             silhouette: index.map_or(0.0, |o| o.silhouette),
             clip: index.filter(|_| clipped).map_or(f32::MAX, |o| o.clip.min(f32::MAX)),
             absorption_from: crate::bodies::coefficients(refraction) as u32,
-            ..Self::shown(refraction, 0)
+            ..Self::shown(gpu, refraction, 0)
         }
     }
 
@@ -83,23 +85,69 @@ pub(crate) struct Paths {
 }
 
 impl Paths {
-    /// Make room for the paths of so many rays, or for as many of them as are kept at a time.
+    /// Make room for the paths of so many rays, or for as many of them as are kept at a time: one checkpoint before every block of
+    /// segments, and one for where they stand.
     pub(crate) fn fit(&mut self, gpu: &Gpu, rays: usize) -> Result<(), GpuError> {
-        let bytes = (CHECKPOINTS * CHECKPOINT_BYTES) as u64;
+        let replay = gpu.replay();
+        let bytes = ((MAX_SEGMENTS.div_ceil(replay) + 1) * CHECKPOINT_BYTES) as u64;
         let most = (KEPT.min(gpu.binding_limit()) / bytes) as usize;
         let keeps = rays.clamp(1, most.max(1));
         if keeps > self.keeps {
             self.buffers.zeros(gpu, "checkpoints", keeps as u64 * bytes)?;
-            self.buffers.zeros(gpu, "steps", (keeps * REPLAY * STEP_BYTES) as u64)?;
+            self.buffers.zeros(gpu, "ways", (keeps * WAY_BYTES) as u64)?;
+            self.buffers.zeros(gpu, "steps", (keeps * replay * STEP_BYTES) as u64)?;
             self.keeps = keeps;
         }
         Ok(())
     }
 
-    /// Room that kernels bind and do not use.
-    pub(crate) fn none(gpu: &Gpu) -> Result<Self, GpuError> {
+    /// Room for where the paths of so many rays stand.
+    pub(crate) fn standing(gpu: &Gpu, rays: usize) -> Result<Self, GpuError> {
         let mut buffers = Buffers::default();
-        buffers.zeros(gpu, "checkpoints", CHECKPOINT_BYTES as u64)?;
+        buffers.zeros(gpu, "checkpoints", (rays * CHECKPOINT_BYTES) as u64)?;
         Ok(Self { buffers, keeps: 0 })
     }
+}
+
+/// Follow the paths of a portion of rays to their ends, as many segments per dispatch as the device takes. How many dispatches are
+/// needed nobody knows before: they are sent in growing numbers, and the device is asked in between. Returns those that the longest
+/// path needed.
+pub(crate) fn follow(
+    gpu: &Gpu,
+    kernel: &Kernel,
+    of: &[&Buffers],
+    portion: &Bending,
+) -> Result<usize, GpuError> {
+    let find = |name| of.iter().find(|buffers| buffers.get(name).is_some());
+    let (Some(paths), Some(model)) = (find("checkpoints"), find("status")) else {
+        unreachable!("paths have a place where they stand, and the device one to tell of them")
+    };
+    model.write(gpu, "bending", &[*portion]);
+    model.write_at(gpu, "status", 4 * u64::from(STATUS_OVER), &[0_u32; 2]);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    paths.clear(&mut encoder, "checkpoints", (portion.rays as usize * CHECKPOINT_BYTES) as u64);
+    let mut dispatches = 1;
+    loop {
+        kernel.run_often(gpu, &mut encoder, of, workgroups(portion.rays as usize), dispatches);
+        gpu.queue.submit([encoder.finish()]);
+        let status: Vec<u32> = model.read(gpu, "status", STATUS_WORDS as usize)?;
+        if status[STATUS_CUT as usize] != 0 {
+            return Err(GpuError::cut_short(gpu));
+        }
+        if status[STATUS_OVER as usize] >= portion.rays {
+            return Ok((status[STATUS_LONGEST as usize] as usize).div_ceil(gpu.replay()));
+        }
+        encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        dispatches = (2 * dispatches).min(MOST_DISPATCHES);
+    }
+}
+
+/// Follow them back, given what [`follow`] has returned.
+pub(crate) fn follow_back(gpu: &Gpu, kernel: &Kernel, of: &[&Buffers], portion: &Bending, blocks: usize) {
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    if let Some(paths) = of.iter().find(|buffers| buffers.get("ways").is_some()) {
+        paths.clear(&mut encoder, "ways", u64::from(portion.rays) * WAY_BYTES as u64);
+    }
+    kernel.run_often(gpu, &mut encoder, of, workgroups(portion.rays as usize), blocks.max(1));
+    gpu.queue.submit([encoder.finish()]);
 }

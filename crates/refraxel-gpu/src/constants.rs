@@ -1,6 +1,5 @@
 //! Constants of the Rust code for the kernels. No number is repeated in WGSL.
 
-use crate::bending::REPLAY;
 use crate::bodies::{CUBIC_B_SPLINE, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
@@ -44,8 +43,11 @@ pub(crate) const STATUS_ERROR: u32 = 4;
 pub(crate) const STATUS_OVERFLOWS: u32 = 6;
 /// The device left loops before their end.
 pub(crate) const STATUS_CUT: u32 = 7;
+/// Of the rays whose paths are followed, how many have reached the end of theirs, and segments of the longest.
+pub(crate) const STATUS_OVER: u32 = 8;
+pub(crate) const STATUS_LONGEST: u32 = 9;
 /// Words of the status.
-pub(crate) const STATUS_WORDS: u32 = 8;
+pub(crate) const STATUS_WORDS: u32 = 10;
 /// Words of an outcome: the two of the squared error, samples, whether the step failed, index samples left out, whether loops were
 /// left, and padding.
 pub(crate) const OUTCOME_WORDS: usize = 8;
@@ -84,6 +86,8 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("STATUS_ERROR", STATUS_ERROR),
         ("STATUS_OVERFLOWS", STATUS_OVERFLOWS),
         ("STATUS_CUT", STATUS_CUT),
+        ("STATUS_OVER", STATUS_OVER),
+        ("STATUS_LONGEST", STATUS_LONGEST),
         ("OUTCOME_WORDS", OUTCOME_WORDS as u32),
         ("WANTS_PATHS", WANTS_PATHS),
         ("WANTS_INDEX", WANTS_INDEX),
@@ -91,7 +95,6 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("REFRACTS", REFRACTS),
         ("REFLECTS", REFLECTS),
         ("FROM_INSIDE", FROM_INSIDE),
-        ("REPLAY", REPLAY as u32),
         ("BORDER", BORDER as u32),
         ("BRICK_VOXELS", BRICK_VOXELS as u32),
         ("BUCKET_SLOTS", BUCKET_SLOTS as u32),

@@ -4,6 +4,7 @@ use crate::adapters::{choose, describe, enumerate};
 use crate::kernels::Kernels;
 use crate::pools::Shape;
 use crate::{Adapter, AdapterKind, DeviceChoice, GpuError};
+use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{BufferUsages, MapMode, PollType};
 
@@ -15,6 +16,11 @@ pub(crate) const STORAGE_BUFFERS: &str = "the number of storage buffers of a ker
 const STAGING: u64 = 32 << 20;
 /// Iterations of all loops of an invocation after which llvmpipe (Mesa) leaves them without a word.
 const SOFTWARE_ITERATIONS: u64 = 65_535;
+/// Segments that one dispatch takes a path further. More of them need more memory for each, less for checkpoints: at 32 a ray takes
+/// 9.7 KiB.
+const REPLAY: usize = 32;
+/// The same on software adapters, so that their limit of iterations is not met.
+const SOFTWARE_REPLAY: usize = 8;
 
 /// An adapter that was opened. Shared by the backends that use it.
 #[derive(Clone, Debug)]
@@ -24,6 +30,8 @@ pub struct Gpu {
     adapter: Adapter,
     /// Largest array that a kernel binds [byte].
     binding: u64,
+    /// Segments that one dispatch takes a path further.
+    replay: usize,
     /// The first thing that went wrong.
     fault: Arc<Mutex<Option<GpuError>>>,
     /// Kernels that were compiled, by what they were compiled for.
@@ -60,7 +68,8 @@ impl Gpu {
             .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
         let fault = Arc::default();
         let (binding, kernels) = (adapter.max_binding, Arc::default());
-        let gpu = Self { device, queue, binding, adapter, fault, kernels };
+        let replay = if adapter.kind == AdapterKind::Software { SOFTWARE_REPLAY } else { REPLAY };
+        let gpu = Self { device, queue, binding, replay, adapter, fault, kernels };
         let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
         gpu.device.set_device_lost_callback(move |_, reason| {
             note(&fault, GpuError::Lost { adapter: name.clone(), reason });
@@ -81,6 +90,18 @@ impl Gpu {
     #[must_use]
     pub fn with_binding_limit(self, bytes: u64) -> Self {
         Self { binding: bytes.min(self.binding), ..self }
+    }
+
+    /// The same device with another number of segments per dispatch, at least 1: more than a software adapter takes, or as few as
+    /// it does.
+    #[must_use]
+    pub fn with_replay(self, segments: usize) -> Self {
+        Self { replay: segments.clamp(1, MAX_SEGMENTS), ..self }
+    }
+
+    /// Segments that one dispatch takes a path further: computed again from one checkpoint, and kept meanwhile.
+    pub(crate) fn replay(&self) -> usize {
+        self.replay
     }
 
     /// Largest array that a kernel binds [byte].

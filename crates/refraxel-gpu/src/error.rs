@@ -1,5 +1,7 @@
 //! What can go wrong with a GPU.
 
+use crate::Gpu;
+
 /// Why a GPU cannot be used, or no longer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -88,9 +90,9 @@ pub enum GpuError {
         /// What the adapter allows.
         most: u64,
     },
-    /// A ray took more steps than a software adapter counts.
+    /// A few segments of a path took more steps than a software adapter counts.
     #[error(
-        "{adapter} stops loops after {most} iterations, and the path of a ray took more; lower `grid.resolution`, or use `--device cpu`"
+        "{adapter} stops loops after {most} iterations, and a part of the path of a ray took more; lower `grid.resolution`, or use `--device cpu`"
     )]
     CutShort {
         /// Name of the adapter.
@@ -101,6 +103,14 @@ pub enum GpuError {
     /// The model has something that the backend does not have yet.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
+}
+
+impl GpuError {
+    /// The error that a device left loops before their end.
+    pub(crate) fn cut_short(gpu: &Gpu) -> Self {
+        let (adapter, most) = (gpu.adapter().name.clone(), gpu.iteration_limit().unwrap_or(0));
+        Self::CutShort { adapter, most }
+    }
 }
 
 /// What the GPU backend does not have yet.

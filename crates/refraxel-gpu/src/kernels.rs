@@ -69,6 +69,18 @@ impl Kernel {
         of: &[&Buffers],
         workgroups: u32,
     ) {
+        self.run_often(gpu, encoder, of, workgroups, 1);
+    }
+
+    /// The same so many times, one after the other.
+    pub(crate) fn run_often(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        of: &[&Buffers],
+        workgroups: u32,
+        times: usize,
+    ) {
         if workgroups == 0 {
             return;
         }
@@ -95,7 +107,9 @@ impl Kernel {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(columns, workgroups.div_ceil(columns), 1);
+        for _ in 0..times {
+            pass.dispatch_workgroups(columns, workgroups.div_ceil(columns), 1);
+        }
     }
 }
 

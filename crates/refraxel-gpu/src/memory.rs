@@ -37,6 +37,13 @@ impl Buffers {
         Ok(())
     }
 
+    /// Set the first bytes of an array to 0, or what there is of it.
+    pub(crate) fn clear(&self, encoder: &mut wgpu::CommandEncoder, name: &str, bytes: u64) {
+        if let Some(buffer) = self.get(name) {
+            encoder.clear_buffer(buffer, 0, Some(bytes.min(buffer.size())));
+        }
+    }
+
     /// Write an array of these values over the one of this name, or add it where that has another size.
     pub(crate) fn put(
         &mut self,

@@ -1,13 +1,13 @@
 //! A model in the memory of a GPU that is shown and does not learn: straight rays, and bent ones.
 
-use crate::bending::{Bending, Paths};
+use crate::bending::{Bending, Paths, follow};
 use crate::constants::STATUS_WORDS;
 use crate::field::{upload_medium, upload_shown, without_values};
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
 use crate::sources::{OCCUPANCY, RENDER, RENDER_BENT};
-use crate::step::{RayBuffers, check_loops};
+use crate::step::RayBuffers;
 use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::Pixel;
@@ -23,7 +23,7 @@ const PORTION: usize = 1 << 14;
 /// Rays bend in smooth regions and at sharp surfaces, with bodies in bodies and total reflection, as those of
 /// [`Tracer`](refraxel_core::Tracer) in f32. What the model must not have is said by [`Self::supports`].
 ///
-/// Software adapters leave loops after 65 535 iterations of a ray: a longer path is an error there.
+/// Software adapters leave loops after 65 535 iterations of a ray: where a few segments need more, that is an error.
 #[derive(Debug)]
 pub struct GpuRenderer {
     gpu: Gpu,
@@ -84,18 +84,18 @@ impl GpuRenderer {
 
     fn portion(&self, rays: &[Ray<f32>]) -> Result<Vec<Seen>, GpuError> {
         let (gpu, refraction) = (&self.gpu, &self.held.refraction);
-        let (mut buffers, kept) = (RayBuffers::default(), Paths::none(gpu)?);
+        let mut buffers = RayBuffers::default();
         buffers.fill(gpu, &Lesson::of_rays(rays, refraction), false)?;
         self.buffers.write(gpu, "task", &[Task::marching(&self.marching, &self.held, rays.len())]);
-        if !refraction.is_none() {
-            self.buffers.write(gpu, "bending", &[Bending::shown(&self.held.refraction, rays.len())]);
-        }
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let of = [&self.buffers, &buffers.buffers, &kept.buffers];
-        self.kernel.run(gpu, &mut encoder, &of, workgroups(rays.len()));
-        gpu.queue.submit([encoder.finish()]);
-        if !refraction.is_none() {
-            check_loops(gpu, &self.buffers)?;
+        if refraction.is_none() {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let of = [&self.buffers, &buffers.buffers];
+            self.kernel.run(gpu, &mut encoder, &of, workgroups(rays.len()));
+            gpu.queue.submit([encoder.finish()]);
+        } else {
+            let (paths, shown) =
+                (Paths::standing(gpu, rays.len())?, Bending::shown(gpu, refraction, rays.len()));
+            follow(gpu, &self.kernel, &[&self.buffers, &buffers.buffers, &paths.buffers], &shown)?;
         }
         let seen = buffers.buffers.read(gpu, "seen", rays.len())?;
         gpu.fault().map_or(Ok(seen), Err)

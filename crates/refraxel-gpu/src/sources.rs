@@ -64,6 +64,10 @@ const TRACED: &[(&str, Access)] = &[
     ("coefficients", Read),
     ("clearance", Read),
 ];
+/// Takes the paths of rays further.
+const FOLLOW: &[&str] = shaders!["fixed", "path", "stand"];
+/// What that reads and writes.
+const FOLLOWED: &[(&str, Access)] = &[("checkpoints", Writes), ("status", Atomic)];
 /// What rays are compared with, and what receives gradients from them.
 const LEARNED: &[(&str, Access)] = &[
     ("seen", Read),
@@ -85,8 +89,8 @@ pub(crate) const RENDER: Source = Source {
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: &[MARCH, TRACE, shaders!["fixed", "absorption", "advance", "path", "render_bent"]],
-    bindings: &[MARCHED, TRACED, &[("seen", Writes), ("checkpoints", Writes), ("status", Atomic)]],
+    files: &[MARCH, TRACE, FOLLOW, shaders!["absorption", "render_bent"]],
+    bindings: &[MARCHED, TRACED, FOLLOWED, &[("seen", Writes)]],
 };
 
 /// Compare rays that may bend with their targets and march back along their paths.
@@ -97,7 +101,6 @@ pub(crate) const LEARN_BENT: Source = Source {
         TRACE,
         shaders![
             "absorption",
-            "advance",
             "path",
             "fixed",
             "touched",
@@ -114,7 +117,7 @@ pub(crate) const LEARN_BENT: Source = Source {
         MARCHED,
         TRACED,
         LEARNED,
-        &[("checkpoints", Read), ("steps", Writes), ("index_gradient", Atomic)],
+        &[("checkpoints", Read), ("ways", Writes), ("steps", Writes), ("index_gradient", Atomic)],
     ],
 };
 
@@ -216,8 +219,8 @@ pub(crate) const PEAK: Source =
 /// The same where rays may bend.
 pub(crate) const PEAK_BENT: Source = Source {
     entry: "peak_bent",
-    files: &[WEIGH, TRACE, shaders!["fixed", "advance", "peak_bent"]],
-    bindings: &[WEIGHED, TRACED, &[("status", Atomic)]],
+    files: &[WEIGH, TRACE, FOLLOW, shaders!["peak_bent"]],
+    bindings: &[WEIGHED, TRACED, FOLLOWED],
 };
 
 /// Type of the elements of an array.
@@ -231,6 +234,7 @@ fn element(name: &str) -> &'static str {
         "ray_gradients" => "RayGradient",
         "checkpoints" => "Checkpoint",
         "steps" => "Step",
+        "ways" => "WayBack",
         "colour" => "vec4<f32>",
         "density" | "texels" | "coefficients" | "density_moment" | "colour_moment" | "texel_moment" => "f32",
         gradient => {

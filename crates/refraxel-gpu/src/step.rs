@@ -1,7 +1,7 @@
 //! The passes over a batch: forward, adjoint, update; and what is read back of them.
 
 use crate::backend::GpuBackend;
-use crate::bending::{Bending, Paths};
+use crate::bending::{Bending, Paths, follow, follow_back};
 use crate::bodies;
 use crate::constants::{
     OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
@@ -102,7 +102,7 @@ impl GpuBackend {
         } else {
             gpu.queue.submit([encoder.finish()]);
             self.paths.fit(gpu, batch.rays.len())?;
-            let bending = Bending::learning(objective, &self.held.refraction, self.paths.keeps, true);
+            let bending = Bending::learning(gpu, objective, &self.held.refraction, self.paths.keeps, true);
             self.learn_bent(
                 bending,
                 batch.rays.len(),
@@ -130,16 +130,12 @@ impl GpuBackend {
     /// Forward and adjoint of rays that may bend, portion by portion.
     fn learn_bent(&self, bending: Bending, rays: usize, of: &[&Buffers]) -> Result<(), GpuError> {
         let (gpu, kernels) = (&self.gpu, self.kernels.bent(&self.gpu)?);
-        for (k, portion) in bending.portions(rays).enumerate() {
-            self.buffers.write(gpu, "bending", &[portion]);
-            let mut encoder = self.encoder();
-            if k == 0 {
-                clear(&mut encoder, &self.buffers, "index_gradient");
-            }
-            let groups = workgroups(portion.rays as usize);
-            kernels.render.run(gpu, &mut encoder, of, groups);
-            kernels.learn.run(gpu, &mut encoder, of, groups);
-            gpu.queue.submit([encoder.finish()]);
+        let mut encoder = self.encoder();
+        clear(&mut encoder, &self.buffers, "index_gradient");
+        gpu.queue.submit([encoder.finish()]);
+        for portion in bending.portions(rays) {
+            let blocks = follow(gpu, &kernels.render, of, &portion)?;
+            follow_back(gpu, &kernels.learn, of, &portion, blocks);
         }
         Ok(())
     }
@@ -204,11 +200,13 @@ impl GpuBackend {
         } else {
             let mut paths = Paths::default();
             paths.fit(gpu, n)?;
-            let bending = Bending::learning(objective, refraction, paths.keeps, false);
+            let bending = Bending::learning(gpu, objective, refraction, paths.keeps, false);
             self.learn_bent(bending, n, &[&self.buffers, &rays.buffers, &paths.buffers])?;
-            check_loops(gpu, &self.buffers)?;
         }
         let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
+        if status[STATUS_CUT as usize] != 0 {
+            return Err(GpuError::cut_short(gpu));
+        }
         let outcome = StepOutcome {
             rays: batch.rays.len() as u64,
             squared_error: from_fixed(status[STATUS_ERROR as usize], status[STATUS_ERROR as usize + 1]),
@@ -272,7 +270,7 @@ impl GpuBackend {
     pub(crate) fn read_outcomes(&mut self) -> Result<Vec<StepOutcome>, GpuError> {
         let all = self.raw_outcomes()?;
         if all[..self.pending.len()].iter().any(|words| words[5] != 0) {
-            return Err(cut_short(&self.gpu));
+            return Err(GpuError::cut_short(&self.gpu));
         }
         let outcome = |(k, &(step, rays)): (usize, &(u64, u64))| {
             let [low, high, samples, failed, overflows, ..] = all[k];
@@ -288,20 +286,6 @@ impl GpuBackend {
         };
         Ok(std::mem::take(&mut self.pending).iter().enumerate().map(outcome).collect())
     }
-}
-
-/// The error that a device left loops before their end.
-fn cut_short(gpu: &Gpu) -> GpuError {
-    GpuError::CutShort { adapter: gpu.adapter().name.clone(), most: gpu.iteration_limit().unwrap_or(0) }
-}
-
-/// Refuse what kernels found since the last step where a device left loops before their end. Asks only those that are known to.
-pub(crate) fn check_loops(gpu: &Gpu, buffers: &Buffers) -> Result<(), GpuError> {
-    if gpu.iteration_limit().is_none() {
-        return Ok(());
-    }
-    let status: Vec<u32> = buffers.read(gpu, "status", STATUS_WORDS as usize)?;
-    if status[STATUS_CUT as usize] == 0 { Ok(()) } else { Err(cut_short(gpu)) }
 }
 
 /// Set an array to 0.

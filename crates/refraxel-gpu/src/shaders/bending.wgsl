@@ -19,7 +19,8 @@ struct Bending {
     regions: u32,
     // Weight of the depth at which rays beside masks pass through a body [1 / voxel of its level set].
     silhouette: f32,
-    padding_0: u32,
+    // Segments that one dispatch takes a path further, or back.
+    replay: u32,
 }
 
 // Some devices leave all loops of an invocation after a number of iterations, without a word. An invocation asks at its end

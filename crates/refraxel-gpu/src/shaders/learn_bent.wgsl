@@ -1,7 +1,25 @@
 // Compare rays that may bend with their targets, and the adjoint of all that they met, theory (2.15)–(2.30), (3.10)–(3.14) and
 // (7.19), (7.20). `render_bent` has run before: `seen` holds what rays show, `checkpoints` where their paths stand before every
-// REPLAY-th segment. From the last of these blocks to the first, segments are traced and marched again, from the front, and kept in
-// `steps`; then the adjoint of the path goes back over them.
+// block of `replay` segments. Each dispatch takes the last of these blocks that is left: segments are traced and marched again, from
+// the front, and kept in `steps`; then the adjoint of the path goes back over them.
+
+// Where the way back along a path stands.
+struct WayBack {
+    // dLoss/d(x, p).
+    d_x: vec3<f32>,
+    // Blocks that are left.
+    blocks: u32,
+    d_p: vec3<f32>,
+    // 0 before the first dispatch, then GOES_ON or OVER.
+    stage: u32,
+    // dLoss/d(thickness) of all that lies behind.
+    d_behind: vec3<f32>,
+    region: u32,
+    middle: vec3<f32>,
+    is_known: u32,
+    trespass: vec3<f32>,
+    transmittance: f32,
+}
 
 // What the samples of a ray have to know of it.
 struct Blame {
@@ -62,6 +80,10 @@ fn learn_bent(
         return;
     }
     let ray = bending.first + number;
+    var way = ways[number];
+    if (way.stage == OVER) {
+        return;
+    }
     let whole = seen[ray];
     let residual = whole.colour - lessons[ray].colour;
     let squared_error = dot(residual, residual);
@@ -69,36 +91,49 @@ fn learn_bent(
         atomicOr(&status[STATUS_LOSS], 1u);
         return;
     }
-    add_status(STATUS_ERROR / 2u, squared_error);
-    let end = checkpoints[place_of(PATH_END, ray)];
-    let bends = lessons[ray].bends != 0u;
+    let end = checkpoints[place_of(0u, ray)];
     let exit = exit_of(ray, end.p);
-    let turns = bends && (end.events > 0u || dot(lessons[ray].direction, exit) < STRAIGHT);
+    let turns = lessons[ray].bends != 0u && (end.events > 0u || dot(lessons[ray].direction, exit) < STRAIGHT);
     let d_colour = 2.0 * select(1.0, bending.weight, turns && lessons[ray].beside == 0u) * residual;
-    var d_shown = whole.transmittance * d_colour;
-    var d_whole = vec3<f32>(0.0);
-    if (absorbs()) {
-        let behind = filtered(filter_of(end.thickness), whole.behind);
-        d_whole = d_shown * behind.by_thickness;
-        d_shown *= behind.slope;
+    if (way.stage == 0u) {
+        add_status(STATUS_ERROR / 2u, squared_error);
+        way = way_from(ray, end, exit, whole, d_colour);
     }
-    var d_exit = vec3<f32>(0.0);
-    if ((task.wants & GIVEN_BEHIND) == 0u) {
-        scatter_background(exit, d_shown);
-        let free = background_radiance_vjp(exit, d_shown);
-        d_exit = free - exit * dot(exit, free);
-    }
-    let d_ray = look_back(ray, end, d_colour, d_exit, d_whole);
-    if ((task.wants & WANTS_RAYS) != 0u) {
-        ray_gradients[ray] = RayGradient(d_ray.x, 0.0, d_ray.p, 0.0, residual, 0.0);
+    look_back(ray, end, d_colour, &way);
+    ways[number] = way;
+    if (way.stage == OVER && (task.wants & WANTS_RAYS) != 0u) {
+        ray_gradients[ray] = RayGradient(way.d_x, 0.0, way.d_p, 0.0, residual, 0.0);
     }
     if (is_cut_short()) {
         atomicOr(&status[STATUS_CUT], 1u);
     }
 }
 
-// From the exit to the camera; dLoss/d(origin, direction).
-fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, d_whole: vec3<f32>) -> StateAdjoint {
+// The way back from the end of a path.
+fn way_from(ray: u32, end: Checkpoint, exit: vec3<f32>, whole: Seen, d_colour: vec3<f32>) -> WayBack {
+    var way = WayBack();
+    way.stage = GOES_ON;
+    way.blocks = (end.segments + bending.replay - 1u) / bending.replay;
+    way.region = NO_REGION;
+    var d_shown = whole.transmittance * d_colour;
+    if (absorbs()) {
+        let behind = filtered(filter_of(end.thickness), whole.behind);
+        way.d_behind = d_shown * behind.by_thickness;
+        d_shown *= behind.slope;
+    }
+    if ((task.wants & GIVEN_BEHIND) == 0u) {
+        scatter_background(exit, d_shown);
+        let free = background_radiance_vjp(exit, d_shown);
+        way.d_p = free - exit * dot(exit, free);
+    }
+    if (lessons[ray].bends != 0u && end.segments > 0u) {
+        way.d_p = exit_vjp(end.p, way.d_p).p;
+    }
+    return way;
+}
+
+// Over one block, towards the camera; over the first, dLoss/d(origin, direction) is what is left.
+fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, WayBack>) {
     let bends = lessons[ray].bends != 0u;
     let wants_rays = (task.wants & WANTS_RAYS) != 0u;
     let wants_index = bends && (task.wants & WANTS_INDEX) != 0u;
@@ -109,25 +144,22 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, 
     if (task.opacity > 0.0) {
         blame.d_transmittance = task.opacity * opacity_beta_slope(end.transmittance);
     }
-    var d = StateAdjoint(vec3<f32>(0.0), d_exit);
-    if (bends && end.segments > 0u) {
-        d = exit_vjp(end.p, d_exit);
-    }
+    var d = StateAdjoint((*way).d_x, (*way).d_p);
     let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && teaches_surface;
-    var trespass = Trespass();
-    trespass.region = NO_REGION;
-    // dLoss/d(thickness) of all that lies behind a segment.
-    var d_behind = d_whole;
-    var row = (end.segments + REPLAY - 1u) / REPLAY;
+    var trespass = Trespass((*way).middle, (*way).is_known != 0u, (*way).trespass, (*way).region, (*way).transmittance);
+    var d_behind = (*way).d_behind;
     var k = 0u;
+    if ((*way).blocks > 0u) {
+        (*way).blocks--;
+        k = replay((*way).blocks, ray, blame);
+    }
     loop {
-        if (k == 0u && row > 0u) {
-            row--;
-            k = replay(row, ray, blame);
-            continue;
-        }
         let is_start = k == 0u;
         if (is_start) {
+            if ((*way).blocks > 0u) {
+                break;
+            }
+            (*way).stage = OVER;
             if (trespasses) {
                 add_trespass(trespass);
             }
@@ -156,7 +188,14 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, d_exit: vec3<f32>, 
             break;
         }
     }
-    return d;
+    (*way).d_x = d.x;
+    (*way).d_p = d.p;
+    (*way).d_behind = d_behind;
+    (*way).middle = trespass.middle;
+    (*way).is_known = u32(trespass.is_known);
+    (*way).trespass = trespass.x;
+    (*way).region = trespass.region;
+    (*way).transmittance = trespass.transmittance;
 }
 
 // Transpose of the growth of the optical thickness along a segment, theory (7.20): adds to dLoss/d(coefficients) and to
@@ -180,15 +219,15 @@ fn thickness_vjp(s: ptr<function, Step>, d_behind: vec3<f32>) -> f32 {
 }
 
 // Trace and march the segments behind a checkpoint again, give their samples what they owe, and keep them; their number.
-fn replay(row: u32, ray: u32, blame: Blame) -> u32 {
-    let c = checkpoints[place_of(row, ray)];
+fn replay(block: u32, ray: u32, blame: Blame) -> u32 {
+    let c = checkpoints[place_of(1u + block, ray)];
     let bends = lessons[ray].bends != 0u;
     var tracer = tracer_at(c);
     var front = front_at(c);
-    var sight = Sight(c.collected, c.thickness);
+    var sight = Sight(c.collected, c.depth, c.thickness, c.arc);
     var segment = Segment();
     var count = 0u;
-    while (count < REPLAY && advance(&tracer, bends, &segment)) {
+    while (count < bending.replay && advance(&tracer, bends, &segment)) {
         let growth = thickness_growth(segment.within, length(segment.momentum));
         var of_segment = blame;
         // No index moves the samples before the first bend.

@@ -1,6 +1,10 @@
-// What is seen along a path, and the places from which its segments can be computed again.
+// The paths of rays, where they stand between two dispatches, and what is seen along them.
+//
+// A path may be long, and devices bound what one dispatch may do. So each takes every path `replay` segments further; the host sends
+// dispatches until all paths are over.
 
-// Where a path stands before every REPLAY-th segment, and at its end: the tracer and the march.
+// Where a path stands: the tracer and the march. Row 0 of `checkpoints` says so of each ray; of rays that learn, row 1 + k says it
+// before the k-th block of `replay` segments.
 struct Checkpoint {
     x: vec3<f32>,
     search_from: f32,
@@ -17,25 +21,62 @@ struct Checkpoint {
     visits: u32,
     lattice: u32,
     segments: u32,
+    depth: f32,
+    // Length of the path.
+    arc: f32,
+    // 0 before the first dispatch, then GOES_ON or OVER.
+    stage: u32,
+    padding_0: u32,
 }
 
-// The row of the end of a path.
-const PATH_END: u32 = MAX_SEGMENTS / REPLAY;
+const GOES_ON: u32 = 1u;
+const OVER: u32 = 2u;
+
+// What a path has seen so far.
+struct Sight {
+    collected: vec3<f32>,
+    depth: f32,
+    thickness: vec3<f32>,
+    arc: f32,
+}
+
+// Where the checkpoint of a row lies.
+fn place_of(row: u32, ray: u32) -> u32 {
+    return row * bending.keeps + ray - bending.first;
+}
 
 // The direction in which a path whose momentum at its end is p reaches the background.
 fn exit_of(ray: u32, p: vec3<f32>) -> vec3<f32> {
     return select(p, normalize(p), lessons[ray].bends != 0u);
 }
 
-// What a path has seen so far.
-struct Sight {
-    collected: vec3<f32>,
-    thickness: vec3<f32>,
+// The path of a ray before its first segment.
+fn path_of(ray: u32) -> Tracer {
+    if (lessons[ray].bends != 0u) {
+        return tracer_of(lessons[ray].origin, lessons[ray].direction);
+    }
+    var t = Tracer();
+    t.x = lessons[ray].origin;
+    t.p = lessons[ray].direction;
+    t.body = NO_REGION;
+    t.visits = NO_REGION;
+    t.camera = NO_REGION;
+    return t;
 }
 
-// Where the checkpoint of a row lies.
-fn place_of(row: u32, ray: u32) -> u32 {
-    return row * bending.keeps + ray - bending.first;
+// The next segment; false at the end of the path.
+fn advance(t: ptr<function, Tracer>, bends: bool, out: ptr<function, Segment>) -> bool {
+    if (bends) {
+        return next_segment(t, out);
+    }
+    if ((*t).ended) {
+        return false;
+    }
+    (*out).kick = 0.0;
+    let range = clip((*t).x, (*t).p, task.near);
+    note(t, out, range, range.y, NO_REGION);
+    (*t).ended = true;
+    return true;
 }
 
 fn tracer_at(c: Checkpoint) -> Tracer {
@@ -52,4 +93,12 @@ fn front_at(c: Checkpoint) -> Front {
     front.transmittance = c.transmittance;
     front.opaque = c.transmittance < task.min_transmittance;
     return front;
+}
+
+fn checkpoint_of(t: ptr<function, Tracer>, front: ptr<function, Front>, sight: Sight, stage: u32) -> Checkpoint {
+    let visits = select((*t).visits, (*t).camera, (*t).segments == 0u);
+    return Checkpoint(
+        (*t).x, (*t).search_from, (*t).p, (*front).phase, sight.collected, (*front).transmittance, sight.thickness,
+        (*t).events, (*t).body, visits, (*t).lattice, (*t).segments, sight.depth, sight.arc, stage, 0u,
+    );
 }

@@ -11,11 +11,17 @@ fn peak_bent(
         return;
     }
     let ray = bending.first + number;
+    let c = standing(ray);
+    if (c.stage == OVER) {
+        return;
+    }
     let bends = lessons[ray].bends != 0u;
-    var tracer = path_of(ray);
-    var front = front_of(lessons[ray].offset);
+    var tracer = tracer_at(c);
+    var front = front_at(c);
     var segment = Segment();
-    while (!front.opaque && advance(&tracer, bends, &segment)) {
+    var count = 0u;
+    while (count < bending.replay && !front.opaque && advance(&tracer, bends, &segment)) {
+        count++;
         if (!(segment.range.x < segment.range.y)) {
             continue;
         }
@@ -25,7 +31,5 @@ fn peak_bent(
             weigh_sample(&s);
         }
     }
-    if (is_cut_short()) {
-        atomicOr(&status[STATUS_CUT], 1u);
-    }
+    stand(ray, &tracer, &front, Sight(), front.opaque || count < bending.replay);
 }

@@ -11,22 +11,21 @@ fn render_bent(
         return;
     }
     let ray = bending.first + number;
+    let c = standing(ray);
+    if (c.stage == OVER) {
+        return;
+    }
+    if ((task.wants & WANTS_PATHS) != 0u) {
+        checkpoints[place_of(1u + c.segments / bending.replay, ray)] = c;
+    }
     let bends = lessons[ray].bends != 0u;
-    let keeps = (task.wants & WANTS_PATHS) != 0u;
-    var tracer = path_of(ray);
-    var front = front_of(lessons[ray].offset);
-    var sight = Sight();
-    var depth = 0.0;
-    // Length of the path before the segment.
-    var arc = 0.0;
+    var tracer = tracer_at(c);
+    var front = front_at(c);
+    var sight = Sight(c.collected, c.depth, c.thickness, c.arc);
     var segment = Segment();
-    loop {
-        if (keeps && tracer.segments % REPLAY == 0u && !tracer.ended) {
-            keep(tracer.segments / REPLAY, ray, &tracer, &front, sight);
-        }
-        if (!advance(&tracer, bends, &segment)) {
-            break;
-        }
+    var count = 0u;
+    while (count < bending.replay && advance(&tracer, bends, &segment)) {
+        count++;
         let speed = length(segment.momentum);
         let growth = thickness_growth(segment.within, speed);
         if (!front.opaque && segment.range.x < segment.range.y) {
@@ -37,32 +36,19 @@ fn render_bent(
                 let weight = s.before * s.alpha;
                 let filter_there = filter_of(sight.thickness + growth * s.t);
                 sight.collected += weight * through(filter_there, shade(s.corner, s.weight, &basis));
-                depth += weight * (arc + speed * s.t);
+                sight.depth += weight * (sight.arc + speed * s.t);
             }
         }
-        arc += speed * segment.range.y;
+        sight.arc += speed * segment.range.y;
         sight.thickness += growth * segment.drift;
     }
-    if (keeps) {
-        keep(PATH_END, ray, &tracer, &front, sight);
+    if (!stand(ray, &tracer, &front, sight, count < bending.replay)) {
+        return;
     }
     var behind = lessons[ray].behind;
     if ((task.wants & GIVEN_BEHIND) == 0u) {
         behind = background_radiance(exit_of(ray, tracer.p));
     }
     let shown = through(filter_of(sight.thickness), behind);
-    seen[ray] = Seen(sight.collected + front.transmittance * shown, front.transmittance, behind, depth);
-    if (is_cut_short()) {
-        atomicOr(&status[STATUS_CUT], 1u);
-    }
-}
-
-// Keep where a path stands.
-fn keep(row: u32, ray: u32, t: ptr<function, Tracer>, front: ptr<function, Front>, sight: Sight) {
-    let at = place_of(row, ray);
-    let visits = select((*t).visits, (*t).camera, (*t).segments == 0u);
-    checkpoints[at] = Checkpoint(
-        (*t).x, (*t).search_from, (*t).p, (*front).phase, sight.collected, (*front).transmittance,
-        sight.thickness, (*t).events, (*t).body, visits, (*t).lattice, (*t).segments,
-    );
+    seen[ray] = Seen(sight.collected + front.transmittance * shown, front.transmittance, behind, sight.depth);
 }
