@@ -4,7 +4,7 @@ use crate::bodies::{CUBIC_B_SPLINE, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
-use refraxel_core::index::{BORDER, BORDER_VALUE, FLAT, NUDGE, TOUCH, VACUUM};
+use refraxel_core::index::{BORDER, BORDER_VALUE, CUTS, FLAT, NUDGE, TOUCH, VACUUM};
 use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT};
 use refraxel_core::priors::OPACITY_MARGIN;
 use refraxel_core::radiance::{GROUP, light};
@@ -109,6 +109,7 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("NO_REGION", NO_REGION),
         ("OUTSIDE", OUTSIDE),
         ("CROSSING_STEPS", CROSSING_STEPS as u32),
+        ("CUTS", CUTS as u32),
         ("MAX_LATTICE", MAX_LATTICE),
         ("MAX_SEGMENTS", MAX_SEGMENTS as u32),
     ];

@@ -9,6 +9,9 @@ use crate::{Real, Vec3};
 /// The body is cut off this far inside the faces of its grid [node], as the border of a spline cuts it off.
 const INSET: f64 = 2.5;
 
+/// Planes that cut the body off inside its grid, the last of [`LevelSet::planes`](super::LevelSet::planes).
+pub const CUTS: usize = 6;
+
 /// Planes in node coordinates: heights are h + m·g [scene unit].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Facets<T: Copy> {
@@ -41,14 +44,33 @@ impl<T: Real> Facets<T> {
     /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`.
     #[inline(always)]
     pub fn sample(&self, g: Vec3<T>) -> (T, Vec3<T>) {
-        let mut highest = (T::neg_infinity(), Vec3::zero());
-        for (h, m) in &self.planes {
+        let (height, which) = self.highest(g);
+        (height, self.planes[which].1)
+    }
+
+    /// The height above the highest plane [scene unit], and which one that is; the first of equals.
+    #[inline(always)]
+    fn highest(&self, g: Vec3<T>) -> (T, usize) {
+        let mut highest = (T::neg_infinity(), 0);
+        for (k, (h, m)) in self.planes.iter().enumerate() {
             let height = *h + m.dot(g);
             if height > highest.0 {
-                highest = (height, *m);
+                highest = (height, k);
             }
         }
         highest
+    }
+
+    /// Transpose of φ and ∇φ at `g`, which lies at `arm` from the middle of the box [scene unit]: adds four numbers for the plane that
+    /// is the highest there. They follow each other in `grad`, plane by plane: dLoss/d(its normal), turned about the middle, and
+    /// dLoss/d(its height below the middle). The planes that cut the body off receive nothing.
+    pub fn scatter(&self, g: Vec3<T>, arm: Vec3<T>, d_value: T, d_gradient: Vec3<T>, grad: &mut [T]) {
+        let which = self.highest(g).1;
+        if which + CUTS < self.planes.len() {
+            let d_normal = arm * d_value + d_gradient;
+            let numbers = [d_normal.x, d_normal.y, d_normal.z, d_value];
+            grad[4 * which..].iter_mut().zip(numbers).for_each(|(sum, d)| *sum += d);
+        }
     }
 
     /// Where the line g + t v is inside the body: from the first to the second, which are no range where it never is.
@@ -111,6 +133,38 @@ mod tests {
     }
 
     #[test]
+    fn derivatives_by_planes_match_central_differences() {
+        let (body, middle, e) = (wedge(), wedge().domain().bounds.center(), 1e-6);
+        for k in 0..300 {
+            let at = |m: usize| ((k * m % 1009) as f64 / 1009.0 - 0.5) * 1.6;
+            let (x, v) = (vec3(at(17), at(91), at(331)), vec3(at(5), at(7), at(11)));
+            let mut grad = vec![0.0; body.coefficients().len()];
+            body.scatter(x, 0.7, v, &mut grad);
+            let loss = |which: usize, turned: Vec3<f64>, raised: f64| {
+                let moved = planes().into_iter().enumerate().map(|(p, (n, offset))| {
+                    let by = if p == which { 1.0 } else { 0.0 };
+                    (n + turned * by, offset + (turned.dot(middle) - raised) * by)
+                });
+                let (phi, gradient) = wedge().with_planes(moved).sample(x);
+                0.7 * phi + v.dot(gradient)
+            };
+            for which in 0..5 {
+                let normal = |a: usize| {
+                    let mut d = Vec3::zero();
+                    d[a] = e;
+                    (loss(which, d, 0.0) - loss(which, -d, 0.0)) / (2.0 * e)
+                };
+                let height = (loss(which, Vec3::zero(), e) - loss(which, Vec3::zero(), -e)) / (2.0 * e);
+                for (a, fd) in [normal(0), normal(1), normal(2), height].into_iter().enumerate() {
+                    let found = grad[4 * which + a];
+                    assert!((found - fd).abs() < 1e-7, "plane {which}, {a}: {found} and {fd}");
+                }
+            }
+            assert!(grad[20..].iter().all(|d| *d == 0.0));
+        }
+    }
+
+    #[test]
     fn a_body_that_reaches_its_box_is_cut_off_inside_it() {
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let below = |x: Vec3<f64>| x.z;
@@ -139,7 +193,7 @@ mod tests {
         let slab = |x: Vec3<f64>| (x.z.abs() - 0.25).max(x.x.abs() - 0.6).max(x.y.abs() - 0.6);
         let faces = (0..6).map(|k: usize| {
             let mut n = Vec3::zero();
-            n[k / 2] = if k % 2 == 0 { 1.0 } else { -1.0 };
+            n[k / 2] = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             (n, if k / 2 == 2 { 0.25 } else { 0.6 })
         });
         let body = LevelSet::from_control_values(cube, [41; 3], slab).with_planes(faces);

@@ -90,7 +90,7 @@ impl<T: Real> LevelSet<T> {
 
     /// The same body with flat faces and sharp edges: from now on φ(x) = max_k (n_k·x − o_k) in place of the spline, for planes
     /// of unit normals n_k [1], outwards, at distances o_k from the origin [scene unit]. The coefficients should be heights above the
-    /// highest plane. Of derivatives by them, [`Self::scatter`] then gives those by which a spline through one plane would move it.
+    /// highest plane. Derivatives are by the planes then, not by the coefficients: see [`Self::scatter`].
     ///
     /// φ has a crease in each edge; its Hessian is 0. The body is cut off 2.5 voxels inside its box.
     #[must_use]
@@ -255,7 +255,14 @@ impl<T: Real> LevelSet<T> {
     }
     /// Transpose of [`Self::sample`] with respect to the coefficients, theory (2.28) and (2.29): adds to `grad`, one per
     /// node. The border receives nothing.
+    ///
+    /// Of planes, `grad` begins with four numbers for each instead: dLoss/dn_k, the plane being turned about the middle c of the box, and
+    /// dLoss/d(n_k·c − o_k).
     pub fn scatter(&self, x: Vec3<T>, d_value: T, d_gradient: Vec3<T>, grad: &mut [T]) {
+        if let Some(facets) = &self.facets {
+            let arm = x - self.lattice.domain.bounds.center();
+            return facets.scatter(self.lattice.node(x), arm, d_value, d_gradient, grad);
+        }
         if let Some(stencil) = self.stencil(x) {
             let stencil = stencil.without_border(self.lattice.nodes());
             stencil.scatter(d_value, d_gradient.hadamard(self.lattice.scale), grad);

@@ -23,6 +23,7 @@ mod stencil;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use facets::CUTS;
 pub use flat::FLAT;
 pub use grid::IndexGrid;
 pub use lattice::NUDGE;

@@ -49,6 +49,23 @@ fn add_level_sample(region: u32, x: vec3<f32>, d_value: f32, d_gradient: vec3<f3
     }
 }
 
+// Of a body of flat faces the gradient begins with four numbers for each plane: by its normal, turned about the middle of the box, and by
+// its height there. Planes that cut the body off receive nothing.
+fn scatter_facet(region: u32, x: vec3<f32>, g: vec3<f32>, d_value: f32, d_gradient: vec3<f32>) {
+    let which = highest_facet(region, g);
+    if (which + CUTS >= regions[region].planes) {
+        return;
+    }
+    let lattice = lattices[2u * region + 1u];
+    let middle = lattice.lowest + 0.5 * vec3<f32>(lattice.nodes - 1u) / lattice.scale;
+    let d_normal = (x - middle) * d_value + d_gradient;
+    let first = lattice.first + 4u * which;
+    add_index_gradient(first, d_normal.x);
+    add_index_gradient(first + 1u, d_normal.y);
+    add_index_gradient(first + 2u, d_normal.z);
+    add_index_gradient(first + 3u, d_value);
+}
+
 // Add what waits to the gradient of the coefficients.
 fn scatter_samples() {
     for (var k = 0u; k < waiting_samples; k++) {
@@ -68,7 +85,10 @@ fn scatter_samples() {
             at.cell = lattice_cell(s.lattice, g);
             at.found = !is_rim(s.lattice, at.cell);
         }
-        if (scale > 0.0 && at.found) {
+        let is_faceted = s.lattice % 2u == 1u && regions[region].planes > 0u;
+        if (is_faceted && scale > 0.0) {
+            scatter_facet(region, s.x, g, s.d_value * scale, s.d_gradient * scale);
+        } else if (scale > 0.0 && at.found) {
             let d_force = s.d_gradient * (scale * lattices[s.lattice].scale);
             scatter_stencil(s.lattice, interpolation, at.cell, g, s.d_value * scale, d_force, border);
         }

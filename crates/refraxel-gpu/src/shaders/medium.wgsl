@@ -26,23 +26,26 @@ fn facet(region: u32, k: u32) -> vec4<f32> {
     return vec4<f32>(coefficients[at], coefficients[at + 1u], coefficients[at + 2u], coefficients[at + 3u]);
 }
 
-// (∇φ, φ) of a body of flat faces at node coordinates [per node].
-fn highest_facet(region: u32, g: vec3<f32>) -> vec4<f32> {
-    var highest = vec4<f32>(0.0, 0.0, 0.0, -FAR);
+// The plane of a body of flat faces that is the highest at node coordinates g.
+fn highest_facet(region: u32, g: vec3<f32>) -> u32 {
+    var highest = -FAR;
+    var which = 0u;
     for (var k = 0u; k < regions[region].planes; k++) {
         let plane = facet(region, k);
         let height = plane.w + dot(plane.xyz, g);
-        if (height > highest.w) {
-            highest = vec4<f32>(plane.xyz, height);
+        if (height > highest) {
+            highest = height;
+            which = k;
         }
     }
-    return highest;
+    return which;
 }
 
 // (∇φ, φ) of a body at node coordinates [per node]; half a voxel outside the spline.
 fn level_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
     if (regions[region].planes > 0u) {
-        return highest_facet(region, g);
+        let plane = facet(region, highest_facet(region, g));
+        return vec4<f32>(plane.xyz, plane.w + dot(plane.xyz, g));
     }
     let l = 2u * region + 1u;
     let beyond = vec4<f32>(0.0, 0.0, 0.0, BORDER_VALUE * lattices[l].voxel);

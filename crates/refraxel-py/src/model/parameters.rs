@@ -93,7 +93,9 @@ impl Parameter {
         let mut all = vec![Self::RawDensity, Self::Sh, Self::Background];
         for (k, region) in model.refraction.medium.regions().iter().enumerate() {
             all.push(Self::Index(k));
-            all.extend(region.level_set().map(|_| Self::Surface(k)));
+            // What bounds a body of flat faces is no array of nodes.
+            let surface = region.level_set().filter(|level| level.planes().is_empty());
+            all.extend(surface.map(|_| Self::Surface(k)));
             all.push(Self::Absorption(k));
         }
         all

@@ -133,24 +133,16 @@ impl Polyhedron {
         OF_FACE * self.faces.len()
     }
 
-    /// dLoss/d(parameters) from dLoss/dφ at the nodes of [`Self::level_set`]: a node follows the plane that is highest above it.
-    /// Parameters are displacements [scene unit]: of the whole face, and of points 0.4 times the longest edge of the grid from its middle.
-    pub fn vjp(&self, level: &LevelSet<f32>, d_phi: &[f32]) -> Vec<f32> {
-        let mut out = vec![0.0; self.parameters()];
+    /// dLoss/d(parameters) from the derivatives by planes of [`LevelSet::scatter`] on [`Self::level_set`], theory (4.14). Parameters are
+    /// displacements [scene unit]: of the whole face, and of points 0.4 times the longest edge of the grid from its middle.
+    pub fn vjp(&self, level: &LevelSet<f32>, d_planes: &[f32]) -> Vec<f32> {
         let arm = Self::arm(level);
-        let frames: Vec<_> = self.faces.iter().map(|f| (Self::middle(f, level), f.tangents())).collect();
-        for j in level.parameters().filter(|&j| d_phi[j] != 0.0) {
-            let x = level.position(j);
-            let highest = self.planes().map(|p| p.height(x)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((k, _)) = highest.filter(|(k, _)| *k < self.faces.len()) else { continue };
-            let (middle, tangents) = &frames[k];
-            // Where the face rises, φ falls.
-            out[OF_FACE * k] -= d_phi[j];
-            for (a, t) in tangents.iter().enumerate() {
-                out[OF_FACE * k + 1 + a] -= d_phi[j] * t.dot(x - *middle) / arm;
-            }
-        }
-        out
+        // Where the face rises, φ falls.
+        let of = |(face, [x, y, z, height]): (&Plane, &[f32; 4])| {
+            let [u, v] = face.tangents().map(|t| -t.dot(vec3(*x, *y, *z)) / arm);
+            [-height, u, v]
+        };
+        self.faces.iter().zip(d_planes.as_chunks().0).flat_map(of).collect()
     }
 
     /// Move the faces by displacements of their parameters [scene unit].
@@ -176,6 +168,7 @@ impl Polyhedron {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     fn prism() -> Polyhedron {
         let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z).normalized(), offset);
@@ -195,20 +188,37 @@ mod tests {
     fn derivatives_match_central_differences() {
         let body = prism();
         let level = body.level_set(CUBE, [21; 3]);
-        // A loss that weighs the nodes differently; far nodes do not count.
-        let weight =
-            |j: usize| if level.is_parameter(j) { ((j * 37) % 101) as f32 / 101.0 - 0.3 } else { 0.0 };
-        let d_phi: Vec<f32> = (0..level.coefficients().len()).map(weight).collect();
-        let grad = body.vjp(&level, &d_phi);
+        // A loss of heights and normals at points all over the body and beside it.
+        let random = Random::new(3);
+        let number = |k: u64, i: u64| random.uniform(k, i) as f32 - 0.5;
+        let point = |k: u64| {
+            let three = |i: u64| vec3(number(k, i), number(k, i + 1), number(k, i + 2));
+            (three(0) * 1.6, number(k, 3), three(4))
+        };
+        // Normals jump where another plane becomes the highest.
+        let is_far_from_creases = |(x, ..): &(Vec3<f32>, f32, Vec3<f32>)| {
+            let mut heights: Vec<f32> = body.planes().map(|p| p.height(*x)).collect();
+            heights.sort_by(|a, b| b.total_cmp(a));
+            heights[0] - heights[1] > 0.01
+        };
+        let points: Vec<_> = (0..2000).map(point).filter(is_far_from_creases).collect();
+        let mut d_planes = vec![0.0; level.coefficients().len()];
+        points
+            .iter()
+            .for_each(|(x, d_value, d_normal)| level.scatter(*x, *d_value, *d_normal, &mut d_planes));
+        let grad = body.vjp(&level, &d_planes);
         let loss = |by: &[f32]| {
             let mut moved = body.clone();
             moved.advance(&level, by);
-            let phi = moved.level_set(CUBE, [21; 3]);
-            phi.coefficients().iter().zip(&d_phi).map(|(p, d)| f64::from(p * d)).sum::<f64>()
+            let moved = moved.level_set(CUBE, [21; 3]);
+            let of = |(x, d_value, d_normal): &(Vec3<f32>, f32, Vec3<f32>)| {
+                let (phi, normal) = moved.sample(*x);
+                f64::from(d_value * phi + d_normal.dot(normal))
+            };
+            points.iter().map(of).sum::<f64>()
         };
         let largest = grad.iter().fold(0.0_f32, |m, g| m.max(g.abs()));
         for k in 0..body.parameters() {
-            // Small enough that few nodes change their plane.
             let h = 1e-3;
             let at = |h: f32| {
                 loss(&(0..body.parameters()).map(|i| if i == k { h } else { 0.0 }).collect::<Vec<_>>())
