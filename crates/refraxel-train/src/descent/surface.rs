@@ -11,6 +11,8 @@ use refraxel_core::LevelSet;
 const DECAY_OF_NODES: [f32; 2] = [0.97, 0.99];
 /// Steps after which the rate of planes has [halved](slower): nodes have further to go.
 const HALF_OF_PLANES: f32 = 50.0;
+/// Planes learn this much slower: silhouettes show them to a tenth of a voxel, and what is seen through them is blurred at first.
+const OF_PLANES: f32 = 0.125;
 
 /// One step of a surface along dLoss/dφ, unless it is held fixed. Where it is that of a `solid`, planes move. False when a moment
 /// left the finite numbers; the surface then stays.
@@ -45,7 +47,7 @@ fn descend_planes(
     grad: &[f32],
     objective: &IndexObjective,
 ) -> bool {
-    let rate = rate(level, slower(moments, HALF_OF_PLANES), objective);
+    let rate = OF_PLANES * rate(level, slower(moments, HALF_OF_PLANES), objective);
     let grad = solid.vjp(level, grad);
     let which: Vec<usize> = (0..grad.len()).collect();
     let Some(steps) = adam(moments, DECAY, &which, |j| grad[j]) else { return false };
