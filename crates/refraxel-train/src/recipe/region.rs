@@ -219,9 +219,9 @@ impl Region {
     pub(super) fn vessel_side(&self) -> Option<&Side> {
         let planes = |solid: &Polyhedron| solid.level_set(self.site.bounds, self.site.resolution);
         // Planes of a hull that is a polyhedron have cut off the roof that silhouettes leave it.
-        let faceted = self.faceted.as_ref().filter(|_| self.solid.is_none());
-        let outer = || faceted.map(planes).or_else(|| self.surface.clone());
-        let of = || Side::new(outer()?, self.up?);
+        let solid = self.solid.as_ref().or(self.faceted.as_ref());
+        let outer = || solid.map(planes).or_else(|| self.surface.clone());
+        let of = || Some(Side::new(outer()?, self.up?)?.of_planes(solid));
         self.side.get_or_init(of).as_ref()
     }
 

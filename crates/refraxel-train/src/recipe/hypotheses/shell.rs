@@ -36,6 +36,6 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         if is_air { Body::given(b.surface, 1.0, air) } else { Body::sought(b.surface, at[0]) }
     };
     let shell = shell(surface, at[1] * region.depth());
-    let solid = || vec![ShapeBody { surface: surface.clone(), substance: Substance::Glass }];
+    let solid = || vec![ShapeBody::new(surface.clone(), Substance::Glass)];
     shell.unwrap_or_else(solid).into_iter().map(body).collect()
 }

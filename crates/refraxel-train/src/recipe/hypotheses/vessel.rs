@@ -40,8 +40,7 @@ fn unknowns(stands: bool) -> Vec<Unknown> {
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let Some(outer) = &region.surface else { return Vec::new() };
-    let (depth, solid) =
-        (region.depth(), || ShapeBody { surface: outer.clone(), substance: Substance::Glass });
+    let (depth, solid) = (region.depth(), || ShapeBody::new(outer.clone(), Substance::Glass));
     let found = region.vessel_side().and_then(|side| {
         let [low, high] = side.span;
         let raised = if region.sunk > 0.0 { (region.sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
@@ -50,11 +49,15 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         vessel(side, &assumed)
     });
     // Nodes of a surface follow pixels, which dents walls thinner than a voxel: what was measured is better.
-    let rigid = |fixed_index| RegionState { fixed_index, fixed_surface: true, ..RegionState::default() };
-    let body = |b: ShapeBody| match b.substance {
-        Substance::Glass => Body { state: rigid(false), ..Body::sought(b.surface, at[0]) },
-        Substance::Water => Body::given(b.surface, WATER, rigid(false)),
-        Substance::Air => Body::given(b.surface, 1.0, rigid(true)),
+    let body = |b: ShapeBody| {
+        let fixed_index = b.substance == Substance::Air;
+        let state =
+            RegionState { fixed_index, fixed_surface: true, solid: b.solid, ..RegionState::default() };
+        match b.substance {
+            Substance::Glass => Body { state, ..Body::sought(b.surface, at[0]) },
+            Substance::Water => Body::given(b.surface, WATER, state),
+            Substance::Air => Body::given(b.surface, 1.0, state),
+        }
     };
     found.unwrap_or_else(|| vec![solid()]).into_iter().map(body).collect()
 }

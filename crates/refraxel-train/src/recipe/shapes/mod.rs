@@ -19,6 +19,7 @@ pub(super) use turned::{Turned, turned};
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};
 
+use crate::model::polyhedron::Polyhedron;
 use refraxel_core::{LevelSet, Vec3};
 
 /// What a body is made of.
@@ -42,6 +43,15 @@ pub(super) struct ShapeBody {
     /// φ < 0 inside.
     pub surface: LevelSet<f32>,
     pub substance: Substance,
+    /// Its planes, if all of its faces are flat.
+    pub solid: Option<Polyhedron>,
+}
+
+impl ShapeBody {
+    /// A body without flat faces.
+    pub(super) fn new(surface: LevelSet<f32>, substance: Substance) -> Self {
+        Self { surface, substance, solid: None }
+    }
 }
 
 /// φ of a level set, and outside of its box a lower bound of the distance from it: a spline ends there.

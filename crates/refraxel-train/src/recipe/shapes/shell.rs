@@ -15,8 +15,8 @@ pub(in crate::recipe) fn shell(outer: &LevelSet<f32>, wall: f32) -> Option<Vec<S
     air.find_surface();
     let is_deep = |j: usize| air.value(air.position(j)) < -air.voxel();
     let holds_air = wall > 0.0 && air.parameters().any(is_deep);
-    let body = |surface, substance| ShapeBody { surface, substance };
-    let bodies = || vec![body(outer.clone(), Substance::Glass), body(air.clone(), Substance::Air)];
+    let bodies =
+        || vec![ShapeBody::new(outer.clone(), Substance::Glass), ShapeBody::new(air.clone(), Substance::Air)];
     holds_air.then(bodies)
 }
 

@@ -2,7 +2,7 @@
 
 use super::{ShapeBody, Substance, distance, span};
 use crate::level_set::level_set;
-use crate::model::polyhedron::Plane;
+use crate::model::polyhedron::{Plane, Polyhedron};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};
 
@@ -37,6 +37,8 @@ pub(in crate::recipe) struct Side {
     domain: Domain<f32>,
     /// Unit vector out of the opening.
     up: Vec3<f32>,
+    /// The planes of the hull, if all of its faces are flat.
+    solid: Option<Polyhedron>,
     /// Per node: signed distance from it, and height along the vector out of the opening [scene unit].
     nodes: Vec<[f32; 2]>,
     /// Lowest and highest point of the vessel along `up` [scene unit].
@@ -69,21 +71,51 @@ impl Side {
             [surface.value(x), up.dot(x)]
         };
         let nodes = (0..count).into_par_iter().map(node).collect();
-        Some(Self { domain: *surface.domain(), outer, up, nodes, span })
+        Some(Self { domain: *surface.domain(), outer, up, solid: None, nodes, span })
     }
 
-    /// The hull above a height.
-    fn standing(&self, low: f32) -> LevelSet<f32> {
+    /// The same side, of a hull that is a polyhedron.
+    #[must_use]
+    pub(in crate::recipe) fn of_planes(self, solid: Option<&Polyhedron>) -> Self {
+        Self { solid: solid.cloned(), ..self }
+    }
+
+    /// The hull above a height, if that is not all of it.
+    fn standing(&self, low: f32, substance: Substance) -> ShapeBody {
+        let foot = (low > self.span[0]).then(|| Plane::facing(-self.up, -low));
         let grid = self.outer.domain();
-        level_set(grid.bounds, grid.resolution, |x| self.outer.value(x).max(low - self.up.dot(x)))
+        let surface = foot
+            .map(|foot| level_set(grid.bounds, grid.resolution, |x| self.outer.value(x).max(foot.height(x))));
+        let solid = self.solid.as_ref().map(|s| Polyhedron { faces: s.faces.clone(), base: foot.or(s.base) });
+        flat(surface.unwrap_or_else(|| self.outer.clone()), substance, solid)
     }
 
     /// What lies deeper than `within` below the side, between two heights.
-    fn body(&self, within: f32, [low, high]: [f32; 2]) -> LevelSet<f32> {
+    fn body(&self, within: f32, [low, high]: [f32; 2], substance: Substance) -> ShapeBody {
         let phi = self.nodes.iter().map(|[d, h]| (d + within).max(low - h).max(h - high)).collect();
         let body = LevelSet::from_coefficients(self.domain.bounds, self.domain.resolution, phi);
-        body.unwrap_or_else(|| unreachable!("distances are finite"))
+        let surface = body.unwrap_or_else(|| unreachable!("distances are finite"));
+        let is_side = |p: &&Plane| p.normal().dot(self.up).abs() < UPRIGHT;
+        let inner = |p: &Plane| Plane::facing(p.normal(), p.offset() - within);
+        let solid = self.solid.as_ref().map(|s| {
+            let top = (high < f32::MAX).then(|| Plane::facing(self.up, high));
+            let faces = s.faces.iter().filter(is_side).map(inner).chain(top).collect();
+            Polyhedron { faces, base: Some(Plane::facing(-self.up, -low)) }
+        });
+        flat(surface, substance, solid)
     }
+}
+
+/// Planes are sides of a vessel and no lid or base where the cosine between their normal and the way up is less.
+const UPRIGHT: f32 = 0.9;
+
+/// A body, with sharp edges if all of its faces are flat.
+fn flat(surface: LevelSet<f32>, substance: Substance, solid: Option<Polyhedron>) -> ShapeBody {
+    let surface = match &solid {
+        Some(solid) => solid.sharpened(surface),
+        None => surface,
+    };
+    ShapeBody { surface, substance, solid }
 }
 
 /// The wall goes on above the rim for this part of the height of the vessel.
@@ -101,14 +133,12 @@ pub(in crate::recipe) fn vessel(side: &Side, vessel: &Vessel) -> Option<Vec<Shap
     if !side.nodes.iter().any(|[d, h]| *d < -wall - voxel && *h > level + voxel && *h < rim) {
         return None;
     }
-    let glass = if raised > 0.0 { side.standing(low) } else { side.outer.clone() };
-    let mut bodies = vec![ShapeBody { surface: glass, substance: Substance::Glass }];
+    let mut bodies = vec![side.standing(low, Substance::Glass)];
     if water > 0.0 {
-        let surface = side.body(wall + WITHIN * voxel, [low + base, level + ABOVE * voxel]);
-        bodies.push(ShapeBody { surface, substance: Substance::Water });
+        let heights = [low + base, level + ABOVE * voxel];
+        bodies.push(side.body(wall + WITHIN * voxel, heights, Substance::Water));
     }
-    let surface = side.body(wall, [level, f32::MAX]);
-    bodies.push(ShapeBody { surface, substance: Substance::Air });
+    bodies.push(side.body(wall, [level, f32::MAX], Substance::Air));
     Some(bodies)
 }
 
@@ -177,6 +207,40 @@ mod tests {
             let along = |r: f32| runs(|s| index(&bodies, up * s + side * r), [-0.9, 0.9]);
             check(&along(0.1), &[(1.0, 0.0), (1.5, 0.12), (1.33, 0.6), (1.0, 0.0)], tolerance);
             check(&along(0.45), &[(1.0, 0.0), (1.5, 1.1), (1.0, 0.0)], tolerance);
+        }
+    }
+
+    #[test]
+    fn a_tank_of_flat_glass_has_sharp_edges_inside_too() {
+        let face = |x: f32, y: f32, z: f32, offset| Plane::facing(vec3(x, y, z), offset);
+        let walls = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(x, y)| face(x, y, 0.0, 0.5));
+        let faces = walls.into_iter().chain([face(0.0, 0.0, 1.0, 0.4)]).collect();
+        let block = Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.6)) };
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let outer = block.level_set(bounds, [65; 3]);
+        let side = Side::new(outer, UP).unwrap().of_planes(Some(&block));
+        for raised in [0.0, 0.05] {
+            let tank = Vessel { wall: 0.08, base: 0.1, water: 0.4, raised };
+            let bodies = vessel(&side, &tank).unwrap();
+            assert!(bodies.iter().all(|b| b.solid.is_some()));
+            let low = side.span[0] + raised;
+            let at = |x: f32, h: f32| index(&bodies, vec3(x, x, low + h));
+            // Along the diagonal through edges of wall, water and base, a hundredth of a voxel before and behind.
+            for (x, h, n) in [
+                (0.4997, 0.3, 1.5),
+                (0.5003, 0.3, 1.0),
+                (0.4203, 0.3, 1.5),
+                (0.418, 0.3, 1.33),
+                (0.418, 0.1003, 1.33),
+                (0.418, 0.0997, 1.5),
+                (0.4197, 0.5003, 1.0),
+                (0.418, 0.4997, 1.33),
+                (0.4197, 0.9, 1.0),
+                (0.3, -0.0003, 1.0),
+                (0.3, 0.0003, 1.5),
+            ] {
+                assert_eq!(at(x, h), n, "at {x}, {h} over {raised}");
+            }
         }
     }
 

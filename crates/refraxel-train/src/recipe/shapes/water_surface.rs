@@ -150,7 +150,7 @@ impl Basin {
         };
         let phi = |x: Vec3<f32>| (side(x) - beyond).clamp(-far, far).max(self.up.dot(x) - height);
         let surface = level_set(bounds, cells.to_array().map(|c| c as u32 + 1), phi);
-        ShapeBody { surface, substance: Substance::Water }
+        ShapeBody::new(surface, Substance::Water)
     }
 }
 
