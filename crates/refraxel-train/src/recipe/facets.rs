@@ -17,8 +17,9 @@ const CONE: f32 = 0.2;
 const SHARE: f64 = 0.03;
 /// Least share of a face that cuts bodies that are no polyhedra too.
 const LARGE: f64 = 0.05;
-/// Points that bulge more than this lie on a curved surface, which a fitted plane would cut into.
-const BULGE: f32 = 0.25 * CONE;
+/// Points that bulge more than this lie on a curved surface, which a fitted plane would cut into. Of flat faces with rounded edges the hull shows
+/// 0.07.
+const BULGE: f32 = 0.5 * CONE;
 /// Share of the rays that a face may take off the body: silhouettes are not exact.
 const LOST: f64 = 5e-4;
 /// Deepest cut [extent of the body along the normal].
