@@ -6,7 +6,7 @@ use super::scenes::{batch, environment, index_objective, objective, relative, sm
 use super::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
 use crate::model::polyhedron::{Plane, Polyhedron};
-use crate::model::{Model, Refraction};
+use crate::model::{Model, Refraction, RegionState};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
 use refraxel_core::radiance::{Pixel, PixelAdjoint, render, render_vjp};
@@ -57,7 +57,9 @@ pub fn faceted_model(extent: Extent) -> Model {
     let wedge = Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.4)) };
     let half = Vec3::splat(0.9);
     let body = IndexGrid::sharp(wedge.level_set(Aabb::new(-half, half), [31; 3]), 1.5);
-    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), ..Refraction::none() };
+    // Its planes are a part of what is stored of a model, and sent to other processes.
+    let states = vec![RegionState { solid: Some(wedge), ..RegionState::default() }];
+    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), states, ..Refraction::none() };
     Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 
