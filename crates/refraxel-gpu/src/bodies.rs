@@ -13,6 +13,11 @@ pub(crate) const CUBIC_B_SPLINE: u32 = 0;
 pub(crate) const TRILINEAR_OF_DIFFERENCES: u32 = 1;
 pub(crate) const TRILINEAR: u32 = 2;
 
+/// What surface a region has, in kernels: none, a spline that planes may cut, planes alone.
+pub(crate) const NO_BODY: u32 = 0;
+pub(crate) const BODY: u32 = 1;
+pub(crate) const BODY_OF_PLANES: u32 = 2;
+
 /// Regions that kernels know of, in arrays of this length: more than any file of bodies may have.
 pub(crate) const MAX_REGIONS: usize = 64;
 
@@ -20,7 +25,7 @@ pub(crate) const MAX_REGIONS: usize = 64;
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 struct Region {
     lowest: [f32; 3],
-    is_body: u32,
+    body: u32,
     highest: [f32; 3],
     is_uniform: u32,
     step: f32,
@@ -77,7 +82,11 @@ impl Region {
         };
         Self {
             lowest: bounds.min.to_array(),
-            is_body: grid.level_set().is_some().into(),
+            body: match grid.level_set() {
+                None => NO_BODY,
+                Some(level) if level.is_of_planes() => BODY_OF_PLANES,
+                Some(_) => BODY,
+            },
             highest: bounds.max.to_array(),
             is_uniform: grid.interior_index().is_some().into(),
             step,

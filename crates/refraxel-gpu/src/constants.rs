@@ -1,6 +1,6 @@
 //! Constants of the Rust code for the kernels. No number is repeated in WGSL.
 
-use crate::bodies::{CUBIC_B_SPLINE, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
+use crate::bodies::{BODY, BODY_OF_PLANES, CUBIC_B_SPLINE, NO_BODY, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
@@ -106,6 +106,9 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("CUBIC_B_SPLINE", CUBIC_B_SPLINE),
         ("TRILINEAR_OF_DIFFERENCES", TRILINEAR_OF_DIFFERENCES),
         ("TRILINEAR", TRILINEAR),
+        ("NO_BODY", NO_BODY),
+        ("BODY", BODY),
+        ("BODY_OF_PLANES", BODY_OF_PLANES),
         ("NO_REGION", NO_REGION),
         ("OUTSIDE", OUTSIDE),
         ("CROSSING_STEPS", CROSSING_STEPS as u32),

@@ -13,6 +13,7 @@ impl<T: Real> LevelSet<T> {
     /// radii of curvature exceed a few voxels; creases move by about a tenth, as far as a spline of distances can hold
     /// them. Costs about 0.6 µs per node. Does nothing without a surface.
     pub fn redistance(&mut self) {
+        let cuts = self.take_cuts();
         let n = self.lattice().nodes();
         let (distance, is_inside) = near_surface(self);
         let mut distance = spread(distance, n, self.lattice().scale.map(T::recip));
@@ -20,6 +21,7 @@ impl<T: Real> LevelSet<T> {
             distance.iter_mut().zip(is_inside).filter(|(_, inside)| *inside).for_each(|(d, _)| *d = -*d);
             *self = Self::through(self.lattice().clone(), distance);
         }
+        self.put_cuts(cuts);
     }
 
     /// The body whose surface lies `by` [scene unit] further out, or further in where `by` < 0: φ is made a signed distance,

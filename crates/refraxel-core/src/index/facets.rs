@@ -1,4 +1,4 @@
-//! Convex bodies with flat faces, exactly: φ is the height above the highest of some planes, theory (4.14).
+//! Flat faces, exactly, theory (4.14): φ is the height above the highest of some planes, or that and a spline, whichever is larger.
 //!
 //! A spline rounds edges over about two voxels, and a rounded edge sends the rays that meet it anywhere: a bright line
 //! along each edge, and along each of its reflections.
@@ -15,30 +15,39 @@ pub const CUTS: usize = 6;
 /// Planes in node coordinates: heights are h + m·g [scene unit].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Facets<T: Copy> {
-    /// (h, m) of each, those that cut the body off inside its grid last.
+    /// (h, m) of each; those that cut a body of planes alone off inside its grid last.
     pub planes: Vec<(T, Vec3<T>)>,
+    /// They enclose the body, which has no other surface.
+    pub alone: bool,
 }
 
 impl<T: Real> Facets<T> {
-    /// Of planes with these unit normals and distances from the origin [scene unit].
-    pub fn new(planes: impl IntoIterator<Item = (Vec3<T>, T)>, lattice: &Lattice<T>) -> Self {
+    /// Planes with these unit normals and distances from the origin [scene unit], which cut a body.
+    pub fn cutting(planes: impl IntoIterator<Item = (Vec3<T>, T)>, lattice: &Lattice<T>) -> Self {
         let per_node = lattice.scale.map(T::recip);
         let of = |(normal, offset): (Vec3<T>, T)| {
             (normal.dot(lattice.domain.bounds.min) - offset, normal.hadamard(per_node))
         };
-        let mut planes: Vec<_> = planes.into_iter().map(of).collect();
+        Self { planes: planes.into_iter().map(of).collect(), alone: false }
+    }
+
+    /// The same, which enclose one.
+    pub fn enclosing(planes: impl IntoIterator<Item = (Vec3<T>, T)>, lattice: &Lattice<T>) -> Self {
+        let per_node = lattice.scale.map(T::recip);
+        let Self { mut planes, .. } = Self::cutting(planes, lattice);
         for axis in 0..3 {
             let mut m = Vec3::zero();
             m[axis] = per_node[axis];
             let last = T::of(f64::from(lattice.domain.resolution[axis] - 1) - INSET);
             planes.extend([(m[axis] * T::of(INSET), -m), (-m[axis] * last, m)]);
         }
-        Self { planes }
+        Self { planes, alone: true }
     }
 
     /// The same in another precision.
     pub fn cast<U: Real>(&self) -> Facets<U> {
-        Facets { planes: self.planes.iter().map(|(h, m)| (U::of(h.f64()), m.cast())).collect() }
+        let planes = self.planes.iter().map(|(h, m)| (U::of(h.f64()), m.cast())).collect();
+        Facets { planes, alone: self.alone }
     }
 
     /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`.
@@ -73,7 +82,7 @@ impl<T: Real> Facets<T> {
         }
     }
 
-    /// Where the line g + t v is inside the body: from the first to the second, which are no range where it never is.
+    /// Where the line g + t v is below all planes: from the first to the second, which are no range where it never is.
     #[inline(always)]
     pub fn inside(&self, g: Vec3<T>, v: Vec3<T>) -> [T; 2] {
         let [mut first, mut last] = [T::neg_infinity(), T::infinity()];
@@ -174,6 +183,64 @@ mod tests {
         for x in [vec3(0.8, 0.0, -0.5), vec3(0.3, 0.2, -0.8), vec3(-0.95, 0.0, -0.5), vec3(3.0, 0.0, -0.2)] {
             assert!(!half.is_inside(x), "{x:?}");
         }
+    }
+
+    /// A ball whose middle part alone is left, between oblique planes.
+    fn lens() -> (LevelSet<f64>, [(Vec3<f64>, f64); 2]) {
+        let cuts = [(vec3(0.36, -0.48, 0.8), 0.2), (vec3(-0.3, 0.1, -0.9).normalized(), 0.35)];
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_control_values(cube, [41; 3], |x: Vec3<f64>| x.length() - 0.7);
+        (ball.cut_by(cuts), cuts)
+    }
+
+    #[test]
+    fn a_spline_that_planes_cut_ends_there_with_sharp_edges() {
+        let ((body, cuts), e) = (lens(), 1e-5);
+        let ball = body.clone().cut_by([]);
+        assert!(ball.planes().is_empty());
+        let mut by_planes = 0;
+        for k in 0..2000 {
+            let at = |m: usize| ((k * m % 1009) as f64 / 1009.0 - 0.5) * 1.6;
+            let x = vec3(at(17), at(91), at(331));
+            let height = cuts.map(|(n, offset)| n.dot(x) - offset).into_iter().fold(f64::MIN, f64::max);
+            let (phi, gradient) = body.sample(x);
+            assert!((phi - ball.value(x).max(height)).abs() < 1e-12, "{phi} at {x:?}");
+            let is_plane = height > ball.value(x);
+            by_planes += usize::from(is_plane);
+            // Nothing is received where a plane is the surface; else what the ball receives.
+            let mut grads = [(); 2].map(|()| vec![0.0; body.coefficients().len()]);
+            body.scatter(x, 0.7, vec3(0.1, 0.2, -0.3), &mut grads[0]);
+            ball.scatter(x, 0.7, vec3(0.1, 0.2, -0.3), &mut grads[1]);
+            let v = vec3(0.3, -1.1, 0.7);
+            if is_plane {
+                assert!(cuts.iter().any(|(n, _)| (gradient - *n).length() < 1e-12));
+                assert!(grads[0].iter().all(|d| *d == 0.0));
+                assert_eq!(body.hessian(x, v), Vec3::zero());
+            } else {
+                assert_eq!(grads[0], grads[1]);
+                let slope = (ball.sample(x + v * e).1 - ball.sample(x - v * e).1) / (2.0 * e);
+                assert!((body.hessian(x, v) - slope).length() < 1e-4, "{slope:?}");
+            }
+        }
+        assert!((200..1800).contains(&by_planes), "{by_planes}");
+    }
+
+    #[test]
+    fn what_learns_or_is_made_a_distance_stays_cut() {
+        let (mut body, cuts) = lens();
+        body.coefficients_mut().iter_mut().for_each(|c| *c -= 0.05);
+        body.find_surface();
+        body.redistance();
+        let single = body.cast::<f32>();
+        for (n, offset) in cuts {
+            let (above, below) = (n * (offset + 1e-3), n * (offset - 1e-3));
+            assert!(body.is_inside(below) && !body.is_inside(above));
+            assert!(single.is_inside(below.cast()) && !single.is_inside(above.cast()));
+            assert!(body.rounded().value(n * (offset + 0.2)) > 0.1);
+        }
+        let side = cuts[0].0.cross(cuts[1].0).normalized();
+        assert!(body.is_inside(side * 0.74) && !body.is_inside(side * 0.76));
+        assert!(body.rounded().planes().is_empty());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The surface of a body: the zero level of a cubic B-spline, theory (2.22), or planes, (4.14).
+//! The surface of a body: the zero level of a cubic B-spline, theory (2.22), planes, or a spline that planes cut, (4.14).
 
 use super::facets::Facets;
 use super::hull::may_vanish;
@@ -6,6 +6,7 @@ use super::lattice::Lattice;
 use super::stencil::Stencil;
 use super::{BORDER, Interpolation, flat, prefilter};
 use crate::{Aabb, Domain, Real, Vec3};
+use std::borrow::Cow;
 
 /// A body as φ < 0, theory (2.22): φ(x) = Σ_j c_j B_j(x) [scene unit], best a signed distance.
 ///
@@ -13,7 +14,7 @@ use crate::{Aabb, Domain, Real, Vec3};
 /// outermost cells and outside: the coefficients of the border (3 layers) are no parameters and are kept at half a voxel or
 /// more. A body that reaches them is cut off there.
 ///
-/// φ is C², so normals and curvatures are continuous. [`Self::with_planes`] gives it edges instead. Source: Osher & Fedkiw 2003 for the method; the spline is that of
+/// φ is C², so normals and curvatures are continuous. [`Self::with_planes`] and [`Self::cut_by`] give it edges instead. Source: Osher & Fedkiw 2003 for the method; the spline is that of
 /// theory (2.5).
 ///
 /// ```
@@ -29,7 +30,7 @@ pub struct LevelSet<T: Copy> {
     /// Marks the cells that may hold the zero level.
     lattice: Lattice<T>,
     coefficients: Vec<T>,
-    /// Planes that take the place of the spline.
+    /// Planes that take the place of the spline, or cut it.
     facets: Option<Facets<T>>,
 }
 
@@ -95,7 +96,17 @@ impl<T: Real> LevelSet<T> {
     /// φ has a crease in each edge; its Hessian is 0. The body is cut off 2.5 voxels inside its box.
     #[must_use]
     pub fn with_planes(mut self, planes: impl IntoIterator<Item = (Vec3<T>, T)>) -> Self {
-        self.facets = Some(Facets::new(planes, &self.lattice));
+        self.facets = Some(Facets::enclosing(planes, &self.lattice));
+        self
+    }
+
+    /// What of the body lies below planes of unit normals n_k [1], outwards, at distances o_k from the origin [scene unit], with
+    /// sharp edges: φ(x) is the spline or max_k (n_k·x − o_k), whichever is larger. Best where the spline goes on beyond the planes, for some
+    /// voxels at least. The planes are no parameters, and take the place of any before them.
+    #[must_use]
+    pub fn cut_by(mut self, planes: impl IntoIterator<Item = (Vec3<T>, T)>) -> Self {
+        let planes = Facets::cutting(planes, &self.lattice);
+        self.facets = Some(planes).filter(|f| !f.planes.is_empty());
         self
     }
 
@@ -107,7 +118,7 @@ impl<T: Real> LevelSet<T> {
     pub fn move_planes(&mut self, heights: Vec<T>, planes: impl IntoIterator<Item = (Vec3<T>, T)>) {
         assert_eq!(heights.len(), self.lattice.total(), "one height per node");
         self.coefficients = heights;
-        self.facets = Some(Facets::new(planes, &self.lattice));
+        self.facets = Some(Facets::enclosing(planes, &self.lattice));
     }
 
     /// The level set with the coefficients `phi(x)`, before its surface is found.
@@ -140,10 +151,10 @@ impl<T: Real> LevelSet<T> {
     pub fn coefficients(&self) -> &[T] {
         &self.coefficients
     }
-    /// The coefficients, to be changed: the surface is that of the spline from now on. Call [`Self::find_surface`] afterwards: until
-    /// then rays look for the surface where it was.
+    /// The coefficients, to be changed: the surface is that of the spline from now on, in place of planes that enclosed the body; those that
+    /// cut it stay. Call [`Self::find_surface`] afterwards: until then rays look for the surface where it was.
     pub fn coefficients_mut(&mut self) -> &mut [T] {
-        self.facets = None;
+        self.facets.take_if(|f| f.alone);
         &mut self.coefficients
     }
 
@@ -161,10 +172,33 @@ impl<T: Real> LevelSet<T> {
         self.lattice.clearance = flat::distance_to(&may_vanish(c, n, margin), n);
     }
 
-    /// The planes that take the place of the spline, by (h, m): at node coordinates g their heights are h + m·g [scene unit]. Those
-    /// that cut the body off inside its box are among them; none where it is a spline.
+    /// The planes of the body, by (h, m): at node coordinates g their heights are h + m·g [scene unit]. Of a body that they enclose alone,
+    /// those that cut it off inside its box are among them; none where it is a spline.
     pub fn planes(&self) -> &[(T, Vec3<T>)] {
         self.facets.as_ref().map_or(&[], |f| &f.planes)
+    }
+    /// Whether planes take the place of the spline.
+    pub fn is_of_planes(&self) -> bool {
+        self.facets.as_ref().is_some_and(|f| f.alone)
+    }
+    /// The same body as a spline alone, with round edges where it has planes.
+    #[must_use]
+    pub fn rounded(&self) -> Cow<'_, Self> {
+        if self.facets.is_none() {
+            return Cow::Borrowed(self);
+        }
+        let Domain { bounds, resolution, .. } = *self.domain();
+        Cow::Owned(Self::from_control_values(bounds, resolution, |x| self.value(x)))
+    }
+    /// The planes that cut the spline, as long as they are taken away.
+    pub(super) fn take_cuts(&mut self) -> Option<Facets<T>> {
+        self.facets.take_if(|f| !f.alone)
+    }
+    /// They cut it again.
+    pub(super) fn put_cuts(&mut self, cuts: Option<Facets<T>>) {
+        if cuts.is_some() {
+            self.facets = cuts;
+        }
     }
 
     /// World position of a node [scene unit].
@@ -210,22 +244,39 @@ impl<T: Real> LevelSet<T> {
         self.stencil_at(self.lattice.node(x))
     }
 
-    /// Where the line g + t v in node coordinates is inside, if the body is one of flat faces: between these two, or nowhere.
+    /// Where the line g + t v in node coordinates is below all planes, if there are some: between these two, or nowhere.
     #[inline(always)]
-    pub(crate) fn inside_of_planes(&self, g: Vec3<T>, v: Vec3<T>) -> Option<[T; 2]> {
+    pub(crate) fn below_planes(&self, g: Vec3<T>, v: Vec3<T>) -> Option<[T; 2]> {
         self.facets.as_ref().map(|f| f.inside(g, v))
     }
 
     /// φ [scene unit] and its gradient [scene unit / node] at node coordinates `g`; half a voxel outside the spline.
     #[inline(always)]
     pub(crate) fn sample_at(&self, g: Vec3<T>) -> (T, Vec3<T>) {
-        if let Some(facets) = &self.facets {
-            return facets.sample(g);
+        match &self.facets {
+            None => self.sample_spline_at(g),
+            Some(facets) if facets.alone => facets.sample(g),
+            Some(facets) => {
+                let (spline, planes) = (self.sample_spline_at(g), facets.sample(g));
+                if planes.0 > spline.0 { planes } else { spline }
+            }
         }
+    }
+    /// The same of the spline, whatever planes there are.
+    #[inline(always)]
+    pub(crate) fn sample_spline_at(&self, g: Vec3<T>) -> (T, Vec3<T>) {
         match self.stencil_at(g) {
             Some(s) => s.value_and_force(&self.coefficients),
             None => (T::of(BORDER_VALUE) * self.voxel(), Vec3::zero()),
         }
+    }
+    /// The stencil where φ is the spline; `None` where it is a plane.
+    fn stencil_of_spline(&self, x: Vec3<T>) -> Option<Stencil<T>> {
+        let stencil = self.stencil(x)?;
+        let is_spline = |f: &Facets<T>| {
+            !f.alone && stencil.value_and_force(&self.coefficients).0 >= f.sample(self.lattice.node(x)).0
+        };
+        self.facets.as_ref().is_none_or(is_spline).then_some(stencil)
     }
 
     /// φ [scene unit]; half a voxel outside the spline.
@@ -249,7 +300,7 @@ impl<T: Real> LevelSet<T> {
     }
     /// Hess(φ) v [1 / scene unit]: the transpose of the derivative of ∇φ by x, theory (2.28).
     pub fn hessian(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
-        let Some(s) = self.stencil(x).filter(|_| self.facets.is_none()) else { return Vec3::zero() };
+        let Some(s) = self.stencil_of_spline(x) else { return Vec3::zero() };
         let scale = self.lattice.scale;
         s.force_pullback(&self.coefficients, v.hadamard(scale)).hadamard(scale)
     }
@@ -257,13 +308,13 @@ impl<T: Real> LevelSet<T> {
     /// node. The border receives nothing.
     ///
     /// Of planes, `grad` begins with four numbers for each instead: dLoss/dn_k, the plane being turned about the middle c of the box, and
-    /// dLoss/d(n_k·c − o_k).
+    /// dLoss/d(n_k·c − o_k). Where planes cut the spline, nothing is received.
     pub fn scatter(&self, x: Vec3<T>, d_value: T, d_gradient: Vec3<T>, grad: &mut [T]) {
-        if let Some(facets) = &self.facets {
+        if let Some(facets) = self.facets.as_ref().filter(|f| f.alone) {
             let arm = x - self.lattice.domain.bounds.center();
             return facets.scatter(self.lattice.node(x), arm, d_value, d_gradient, grad);
         }
-        if let Some(stencil) = self.stencil(x) {
+        if let Some(stencil) = self.stencil_of_spline(x) {
             let stencil = stencil.without_border(self.lattice.nodes());
             stencil.scatter(d_value, d_gradient.hadamard(self.lattice.scale), grad);
         }

@@ -28,7 +28,7 @@ fn filter_of(thickness: vec3<f32>) -> Filter {
 
 // The arc length within the body by t, and its derivative by |p|, theory (7.17): the length is |p| t times the share of the body.
 fn reach_of(region: u32, speed: f32) -> vec2<f32> {
-    if (regions[region].is_body != 0u) {
+    if (regions[region].body != NO_BODY) {
         return vec2<f32>(speed, 1.0);
     }
     let slope = 1.0 / regions[region].contrast;

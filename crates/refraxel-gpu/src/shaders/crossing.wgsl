@@ -17,18 +17,80 @@ struct LinePoint {
     slope: f32,
 }
 
+// Of the spline.
 fn line_point(line: Line, t: f32) -> LinePoint {
-    let phi = level_sample_at(line.region, line.start + line.velocity * t);
+    return counted(line, t, spline_sample_at(line.region, line.start + line.velocity * t));
+}
+
+fn counted(line: Line, t: f32, phi: vec4<f32>) -> LinePoint {
     return LinePoint(t, line.side * phi.w, line.side * dot(phi.xyz, line.velocity));
+}
+
+// What stands on the surface at t, or by rounding beyond it, and goes on beyond has crossed it.
+fn goes_beyond(line: Line, t: f32) -> bool {
+    let start = counted(line, t, level_sample_at(line.region, line.start + line.velocity * t));
+    return start.u <= 0.0 && start.slope < 0.0;
 }
 
 // The first t in [from, end] at which the line x + t p leaves its side of the surface of a body; FAR if it stays.
 fn first_crossing(region: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
     let l = 2u * region + 1u;
     let line = Line(region, side, lattice_node(l, x), p * lattices[l].scale);
-    if (regions[region].planes > 0u) {
-        return crossing_of_facets(line, range);
+    if (regions[region].planes == 0u) {
+        return crossing_of_spline(line, x, p, range);
     }
+    if (goes_beyond(line, range.x)) {
+        return range.x;
+    }
+    let below = below_facets(line);
+    var found = FAR;
+    var searched = range;
+    if (side < 0.0) {
+        found = select(range.x, max(range.x, below.y), below.x < below.y);
+        searched.y = min(found, range.y);
+    } else {
+        // Nothing comes back below a plane that it has left, or is about to leave.
+        let nudge = NUDGE / max_element(abs(line.velocity));
+        let leaves = regions[region].body == BODY && below.y <= range.x + nudge;
+        if (below.x >= below.y || below.x > range.y || leaves) {
+            return FAR;
+        }
+        let is_below_spline = regions[region].body == BODY_OF_PLANES || line_point(line, below.x).u <= 0.0;
+        if (below.x >= range.x && is_below_spline) {
+            return below.x;
+        }
+        searched = vec2<f32>(max(below.x, range.x), min(below.y, range.y));
+    }
+    if (regions[region].body == BODY) {
+        let spline = crossing_of_spline(line, x, p, searched);
+        if (spline != FAR) {
+            return spline;
+        }
+    }
+    return select(FAR, found, found <= range.y);
+}
+
+// Where a line is below all planes of a body: between these two, or nowhere.
+fn below_facets(line: Line) -> vec2<f32> {
+    var below = vec2<f32>(-FAR, FAR);
+    for (var k = 0u; k < regions[line.region].planes; k++) {
+        let plane = facet(line.region, k);
+        let height = plane.w + dot(plane.xyz, line.start);
+        let slope = dot(plane.xyz, line.velocity);
+        if (slope < 0.0) {
+            below.x = max(below.x, -height / slope);
+        } else if (slope > 0.0) {
+            below.y = min(below.y, -height / slope);
+        } else if (height > 0.0) {
+            below.x = FAR;
+        }
+    }
+    return below;
+}
+
+// The first crossing of the spline of a body.
+fn crossing_of_spline(line: Line, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>) -> f32 {
+    let l = 2u * line.region + 1u;
     let per_voxel = 1.0 / max_element(abs(line.velocity));
     let spacing = CROSSING_SPACING * per_voxel;
     let nudge = NUDGE * per_voxel;
@@ -58,34 +120,6 @@ fn first_crossing(region: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, sid
         searches = clearance_at(l, line.start + line.velocity * t) == 0u;
     }
     return FAR;
-}
-
-// The same of a body of flat faces.
-fn crossing_of_facets(line: Line, range: vec2<f32>) -> f32 {
-    var inside = vec2<f32>(-FAR, FAR);
-    for (var k = 0u; k < regions[line.region].planes; k++) {
-        let plane = facet(line.region, k);
-        let height = plane.w + dot(plane.xyz, line.start);
-        let slope = dot(plane.xyz, line.velocity);
-        if (slope < 0.0) {
-            inside.x = max(inside.x, -height / slope);
-        } else if (slope > 0.0) {
-            inside.y = min(inside.y, -height / slope);
-        } else if (height > 0.0) {
-            inside.x = FAR;
-        }
-    }
-    let start = line_point(line, range.x);
-    let is_outside = line.side > 0.0;
-    let t = select(inside.y, inside.x, is_outside);
-    var found = select(range.x, FAR, is_outside);
-    // What stands on the surface, or by rounding beyond it, and goes on beyond has crossed it.
-    if (start.u <= 0.0 && start.slope < 0.0) {
-        found = range.x;
-    } else if (inside.x < inside.y && t >= range.x) {
-        found = t;
-    }
-    return select(FAR, found, found <= range.y);
 }
 
 // The t between two neighbouring points at which the line leaves its side; FAR if it stays.

@@ -13,7 +13,7 @@ fn clipped(region: u32, d_value: f32, d_gradient: vec3<f32>) -> f32 {
         return 0.0;
     }
     // What a smooth transition mirrors depends on w itself.
-    let of_value = select(0.0, abs(d_value) * lattices[2u * region].voxel, regions[region].is_body == 0u);
+    let of_value = select(0.0, abs(d_value) * lattices[2u * region].voxel, regions[region].body == NO_BODY);
     let size = max(slope, of_value);
     return select(1.0, bending.clip / size, size > bending.clip);
 }
@@ -50,7 +50,7 @@ fn add_level_sample(region: u32, x: vec3<f32>, d_value: f32, d_gradient: vec3<f3
 }
 
 // Of a body of flat faces the gradient begins with four numbers for each plane: by its normal, turned about the middle of the box, and by
-// its height there. Planes that cut the body off receive nothing.
+// its height there. Planes that cut the body off, and those that cut a spline, receive nothing.
 fn scatter_facet(region: u32, x: vec3<f32>, g: vec3<f32>, d_value: f32, d_gradient: vec3<f32>) {
     let which = highest_facet(region, g);
     if (which + CUTS >= regions[region].planes) {
@@ -80,12 +80,12 @@ fn scatter_samples() {
         if (s.lattice % 2u == 0u) {
             at = index_cell(region, g);
             interpolation = regions[region].interpolation;
-            border = regions[region].is_body != 0u;
+            border = regions[region].body != NO_BODY;
         } else if (lattice_holds(s.lattice, g)) {
             at.cell = lattice_cell(s.lattice, g);
-            at.found = !is_rim(s.lattice, at.cell);
+            at.found = !is_rim(s.lattice, at.cell) && is_of_spline(region, g);
         }
-        let is_faceted = s.lattice % 2u == 1u && regions[region].planes > 0u;
+        let is_faceted = s.lattice % 2u == 1u && regions[region].body == BODY_OF_PLANES;
         if (is_faceted && scale > 0.0) {
             scatter_facet(region, s.x, g, s.d_value * scale, s.d_gradient * scale);
         } else if (scale > 0.0 && at.found) {

@@ -3,8 +3,8 @@
 // The fields are those of `bodies::Region` in Rust.
 struct Region {
     lowest: vec3<f32>,
-    // Whether it has a sharp surface.
-    is_body: u32,
+    // Whether it has a sharp surface: NO_BODY, BODY or BODY_OF_PLANES.
+    body: u32,
     highest: vec3<f32>,
     // Whether rays are straight all through the box.
     is_uniform: u32,
@@ -13,7 +13,7 @@ struct Region {
     interpolation: u32,
     // Difference between the largest index and that of vacuum.
     contrast: f32,
-    // How many planes bound it, if its faces are flat, and where the first of them is among the coefficients.
+    // How many planes enclose it or cut its spline, and where the first of them is among the coefficients.
     planes: u32,
     // Absorption coefficients [1 / scene unit].
     absorption: vec3<f32>,
@@ -26,7 +26,7 @@ fn facet(region: u32, k: u32) -> vec4<f32> {
     return vec4<f32>(coefficients[at], coefficients[at + 1u], coefficients[at + 2u], coefficients[at + 3u]);
 }
 
-// The plane of a body of flat faces that is the highest at node coordinates g.
+// The plane of a body that is the highest at node coordinates g.
 fn highest_facet(region: u32, g: vec3<f32>) -> u32 {
     var highest = -FAR;
     var which = 0u;
@@ -41,12 +41,22 @@ fn highest_facet(region: u32, g: vec3<f32>) -> u32 {
     return which;
 }
 
-// (∇φ, φ) of a body at node coordinates [per node]; half a voxel outside the spline.
+// (∇φ, φ) of a body at node coordinates [per node].
 fn level_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
-    if (regions[region].planes > 0u) {
-        let plane = facet(region, highest_facet(region, g));
-        return vec4<f32>(plane.xyz, plane.w + dot(plane.xyz, g));
+    if (regions[region].planes == 0u) {
+        return spline_sample_at(region, g);
     }
+    let highest = facet(region, highest_facet(region, g));
+    let plane = vec4<f32>(highest.xyz, highest.w + dot(highest.xyz, g));
+    if (regions[region].body == BODY_OF_PLANES) {
+        return plane;
+    }
+    let spline = spline_sample_at(region, g);
+    return select(spline, plane, plane.w > spline.w);
+}
+
+// The same of its spline, whatever planes there are; half a voxel outside the spline.
+fn spline_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
     let l = 2u * region + 1u;
     let beyond = vec4<f32>(0.0, 0.0, 0.0, BORDER_VALUE * lattices[l].voxel);
     if (!lattice_holds(l, g)) {
@@ -57,6 +67,15 @@ fn level_sample_at(region: u32, g: vec3<f32>) -> vec4<f32> {
         return beyond;
     }
     return value_and_force(l, CUBIC_B_SPLINE, cell, g);
+}
+
+// Whether φ of a body at node coordinates is its spline, and no plane.
+fn is_of_spline(region: u32, g: vec3<f32>) -> bool {
+    if (regions[region].planes == 0u) {
+        return true;
+    }
+    let plane = facet(region, highest_facet(region, g));
+    return regions[region].body == BODY && spline_sample_at(region, g).w >= plane.w + dot(plane.xyz, g);
 }
 
 // (∇φ [1], φ [scene unit]) of a body.
@@ -86,7 +105,7 @@ fn index_cell(region: u32, g: vec3<f32>) -> IndexCell {
     }
     let cell = lattice_cell(l, g);
     let next = clamp(cell, vec3<u32>(1u), lattices[l].nodes - vec3<u32>(3u));
-    return IndexCell(next, all(cell == next) || regions[region].is_body != 0u);
+    return IndexCell(next, all(cell == next) || regions[region].body != NO_BODY);
 }
 
 // (∇w [1 / scene unit], w) of a region; that of vacuum outside its box, where no body is continued.
@@ -128,7 +147,7 @@ fn ruling_at(x: vec3<f32>) -> u32 {
     for (var k = bending.regions; k > 0u; k--) {
         let region = k - 1u;
         if (all(x >= regions[region].lowest) && all(x <= regions[region].highest)) {
-            if (regions[region].is_body == 0u || level_sample(region, x).w < 0.0) {
+            if (regions[region].body == NO_BODY || level_sample(region, x).w < 0.0) {
                 return region;
             }
         }
@@ -144,7 +163,7 @@ fn ruling_behind(surface: u32, enters: bool, x: vec3<f32>, p: vec3<f32>) -> u32 
             if (enters) {
                 return surface;
             }
-        } else if (regions[region].is_body != 0u && holds_ahead(region, x, p)) {
+        } else if (regions[region].body != NO_BODY && holds_ahead(region, x, p)) {
             return region;
         }
     }

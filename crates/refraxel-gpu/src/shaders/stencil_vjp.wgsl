@@ -82,7 +82,7 @@ fn w_gradient(region: u32, x: vec3<f32>) -> vec3<f32> {
 fn hessian(region: u32, x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
     let l = 2u * region + 1u;
     let g = lattice_node(l, x);
-    if (regions[region].planes > 0u || !lattice_holds(l, g)) {
+    if (!lattice_holds(l, g) || !is_of_spline(region, g)) {
         return vec3<f32>(0.0);
     }
     let cell = lattice_cell(l, g);

@@ -54,7 +54,7 @@ fn tracer_of(origin: vec3<f32>, direction: vec3<f32>) -> Tracer {
     if (ruling == NO_REGION) {
         return t;
     }
-    if (regions[ruling].is_body != 0u) {
+    if (regions[ruling].body != NO_BODY) {
         t.body = ruling;
     } else if (abs(n - 1.0) >= FLAT) {
         t.camera = ruling;
@@ -113,7 +113,7 @@ fn next_segment(t: ptr<function, Tracer>, out: ptr<function, Segment>) -> bool {
     if (in_body || ahead.region == NO_REGION) {
         met = first_met(t, ahead);
     }
-    if (met.region != NO_REGION && regions[met.region].is_body != 0u) {
+    if (met.region != NO_REGION && regions[met.region].body != NO_BODY) {
         var late = 0.0;
         if (in_body && ahead.steps > 0u && !is_flat(ahead.region, (*t).x + (*t).p * met.t)) {
             // Kicks so far reach to the middle of the interval of the lattice that the surface cuts short.
@@ -193,7 +193,7 @@ fn first_met(t: ptr<function, Tracer>, ahead: Ahead) -> Met {
     var met = Met(FAR, NO_REGION);
     for (var k = select(0u, ahead.region, in_body); k < bending.regions; k++) {
         let is_own = in_body && k == ahead.region;
-        let is_body = regions[k].is_body != 0u;
+        let is_body = regions[k].body != NO_BODY;
         let inside = clip_region(k, (*t).x, (*t).p);
         if (!is_own && (!(inside.x < inside.y) || (in_body && !is_body))) {
             continue;

@@ -94,7 +94,7 @@ impl Parameter {
         for (k, region) in model.refraction.medium.regions().iter().enumerate() {
             all.push(Self::Index(k));
             // What bounds a body of flat faces is no array of nodes.
-            let surface = region.level_set().filter(|level| level.planes().is_empty());
+            let surface = region.level_set().filter(|level| !level.is_of_planes());
             all.extend(surface.map(|_| Self::Surface(k)));
             all.push(Self::Absorption(k));
         }

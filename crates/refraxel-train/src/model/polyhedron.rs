@@ -75,6 +75,11 @@ impl Plane {
     }
 }
 
+/// What of a body lies below some planes, with sharp edges.
+pub fn cut_by(body: LevelSet<f32>, planes: &[Plane]) -> LevelSet<f32> {
+    body.cut_by(planes.iter().map(|p| (p.normal, p.offset)))
+}
+
 /// A body below all of some planes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polyhedron {

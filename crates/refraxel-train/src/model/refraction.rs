@@ -1,7 +1,7 @@
 //! What bends the rays of a model: its index of refraction, and how rays are traced through it.
 
 use super::Gate;
-use super::polyhedron::Polyhedron;
+use super::polyhedron::{Plane, Polyhedron};
 use refraxel_core::optics::{Options, Tracer, Weight};
 use refraxel_core::{Domain, IndexGrid, Integrator, Medium, Path, Ray, Vec3};
 
@@ -32,6 +32,8 @@ pub struct RegionState {
     pub fixed_surface: bool,
     /// The planes of a body whose faces are all flat: they learn, and not the nodes of its surface.
     pub solid: Option<Polyhedron>,
+    /// Planes that cut a body with other faces, too: they are held.
+    pub cuts: Vec<Plane>,
 }
 
 impl RegionState {

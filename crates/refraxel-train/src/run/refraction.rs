@@ -3,7 +3,7 @@
 use super::boxes::{bounds_of, is_box};
 use super::tensors::{Tensors, row};
 use crate::checkpoint::{CheckpointError, Tensor, TensorData};
-use crate::model::polyhedron::{Plane, Polyhedron};
+use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
 use crate::model::{AdamMoments, Gate, IndexMoments, Model, Optimiser, Refraction, RegionState};
 use crate::options::Options;
 use refraxel_core::{Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium};
@@ -26,6 +26,9 @@ pub(super) struct StoredRegion {
     /// The planes of its faces, where all are flat.
     #[serde(default)]
     solid: Option<Polyhedron>,
+    /// The planes that cut it, where it has other faces, too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    cuts: Vec<Plane>,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
     /// What it absorbs; absent in files of earlier versions, whose bodies are clear.
@@ -76,6 +79,7 @@ pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> 
             fixed_index: state.is_some_and(|s| s.fixed_index),
             fixed_surface: state.is_some_and(|s| s.fixed_surface),
             solid: state.and_then(|s| s.solid.clone()),
+            cuts: state.map_or(Vec::new(), |s| s.cuts.clone()),
             moment_steps: [moments.index.steps, moments.surface.steps],
             absorption: StoredAbsorption::of(region.absorption(), &moments.absorption),
         }
@@ -216,7 +220,7 @@ impl RegionFile<'_> {
         let level = level.ok_or_else(|| self.wrong("has a surface that is not finite"))?;
         let level = match &self.stored.solid {
             Some(solid) => solid.sharpened(level),
-            None => level,
+            None => cut_by(level, &self.stored.cuts),
         };
         // Bodies with a surface have one index, and the default interpolation whatever the options say.
         let mut grid = IndexGrid::vacuum(bounds, resolution, Interpolation::default()).with_level_set(level);
@@ -251,16 +255,24 @@ impl RegionFile<'_> {
         if !trainable.is_empty() && trainable.len() != count(self.stored.resolution) {
             return Err(self.wrong("has trainable nodes of another size"));
         }
-        let solid = self.stored.solid.clone();
+        let (solid, cuts) = (self.stored.solid.clone(), self.stored.cuts.clone());
         let is_unit = |p: &Plane| (p.normal().length() - 1.0).abs() < 1e-3 && p.offset().is_finite();
-        if !solid.iter().flat_map(Polyhedron::planes).all(is_unit) {
+        if !solid.iter().flat_map(Polyhedron::planes).chain(&cuts).all(is_unit) {
             return Err(self.wrong("has faces that are no planes"));
         }
         if solid.as_ref().is_some_and(|s| s.parameters() > surface_nodes) {
             return Err(self.wrong("has more faces than its surface has room for"));
         }
         let StoredRegion { searched, fixed_index, fixed_surface, .. } = *self.stored;
-        Ok(RegionState { trainable, gate: gate.transpose()?, searched, fixed_index, fixed_surface, solid })
+        Ok(RegionState {
+            trainable,
+            gate: gate.transpose()?,
+            searched,
+            fixed_index,
+            fixed_surface,
+            solid,
+            cuts,
+        })
     }
 }
 

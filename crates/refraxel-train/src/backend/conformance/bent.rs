@@ -5,7 +5,7 @@ use super::reference::{Marched, Reference};
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
 use super::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
-use crate::model::polyhedron::{Plane, Polyhedron};
+use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
 use crate::model::{Model, Refraction, RegionState};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
@@ -63,6 +63,20 @@ pub fn faceted_model(extent: Extent) -> Model {
     Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 
+/// A ball of glass of which planes have cut off both ends, in a smooth field.
+pub fn cut_model(extent: Extent) -> Model {
+    let half = Vec3::splat(0.9);
+    let ball = LevelSet::from_samples(Aabb::new(-half, half), [31; 3], |x: Vec3<f32>| x.length() - 0.55);
+    let cuts = vec![
+        Plane::facing(vec3(0.36, -0.48, 0.8), 0.2),
+        Plane::facing(vec3(-0.3, 0.1, -0.9).normalized(), 0.3),
+    ];
+    let body = IndexGrid::sharp(cut_by(ball, &cuts), 1.5);
+    let states = vec![RegionState { cuts, ..RegionState::default() }];
+    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), states, ..Refraction::none() };
+    Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
+}
+
 /// Colours and depths.
 pub fn bent_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(bent_model, &suite.tolerances, &see(suite));
@@ -73,6 +87,7 @@ pub fn sharp_rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     rendering_agrees_with_the_reference(sharp_model, &suite.tolerances, &see(suite));
     rendering_agrees_with_the_reference(graded_body_model, &suite.tolerances, &see(suite));
     rendering_agrees_with_the_reference(faceted_model, &suite.tolerances, &see(suite));
+    rendering_agrees_with_the_reference(cut_model, &suite.tolerances, &see(suite));
 }
 
 fn see<B: Backend>(suite: &Suite<B>) -> impl Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>> {
@@ -117,6 +132,7 @@ pub fn sharp_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     gradients_agree_with_the_reference(suite, sharp_model(Extent::Bounded));
     gradients_agree_with_the_reference(suite, graded_body_model(Extent::Bounded));
     gradients_agree_with_the_reference(suite, faceted_model(Extent::Bounded));
+    gradients_agree_with_the_reference(suite, cut_model(Extent::Bounded));
 }
 
 fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model) {

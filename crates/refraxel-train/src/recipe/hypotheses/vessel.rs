@@ -51,8 +51,8 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     // Nodes of a surface follow pixels, which dents walls thinner than a voxel: what was measured is better.
     let body = |b: ShapeBody| {
         let fixed_index = b.substance == Substance::Air;
-        let state =
-            RegionState { fixed_index, fixed_surface: true, solid: b.solid, ..RegionState::default() };
+        let (solid, cuts) = (b.solid, b.cuts);
+        let state = RegionState { fixed_index, fixed_surface: true, solid, cuts, ..RegionState::default() };
         match b.substance {
             Substance::Glass => Body { state, ..Body::sought(b.surface, at[0]) },
             Substance::Water => Body::given(b.surface, WATER, state),

@@ -19,8 +19,8 @@ pub(super) use turned::{Turned, turned};
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};
 
-use crate::model::polyhedron::Polyhedron;
-use refraxel_core::{LevelSet, Vec3};
+use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
+use refraxel_core::{Aabb, LevelSet, Vec3};
 
 /// What a body is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,12 +45,28 @@ pub(super) struct ShapeBody {
     pub substance: Substance,
     /// Its planes, if all of its faces are flat.
     pub solid: Option<Polyhedron>,
+    /// The planes that cut it, where others are not.
+    pub cuts: Vec<Plane>,
 }
 
 impl ShapeBody {
     /// A body without flat faces.
     pub(super) fn new(surface: LevelSet<f32>, substance: Substance) -> Self {
-        Self { surface, substance, solid: None }
+        Self { surface, substance, solid: None, cuts: Vec::new() }
+    }
+
+    /// A body of which planes cut off a part.
+    fn cut(surface: LevelSet<f32>, cuts: Vec<Plane>, substance: Substance) -> Self {
+        Self { cuts: cuts.clone(), ..Self::new(cut_by(surface, &cuts), substance) }
+    }
+
+    /// A body all of whose faces are flat, on a grid.
+    fn of_planes(
+        solid: Polyhedron,
+        (bounds, resolution): (Aabb<f32>, [u32; 3]),
+        substance: Substance,
+    ) -> Self {
+        Self { solid: Some(solid.clone()), ..Self::new(solid.level_set(bounds, resolution), substance) }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::level_set::level_set;
 use crate::model::polyhedron::{Plane, Polyhedron};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};
+use std::ops::Range;
 
 /// What is assumed of a vessel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,11 @@ pub(in crate::recipe) struct Vessel {
 /// The lid of a visual hull is cut off this far below the rim [voxel], where its edge is rounded.
 const RIM: f32 = 2.0;
 
+/// So far below the side and below the rim lies the edge between both [voxel]. At least the other part of it is below the lid where that is flat
+/// and meets the side in a sharp edge, which a spline rounds: 0.91 of it in the hull of a cylinder, 0.4 to 0.7 of a bowl with a round rim.
+const EDGE: [Range<f32>; 2] = [0.25..1.5, 0.25..2.0];
+const FLAT_LID: f64 = 0.85;
+
 /// Water ends this far inside of the wall [voxel], so that its surface and that of the air above nowhere coincide.
 const WITHIN: f32 = 0.02;
 /// It reaches this far into the air, which rules there [voxel].
@@ -34,11 +40,14 @@ const ABOVE: f32 = 3.0;
 pub(in crate::recipe) struct Side {
     /// The hull, as if it were filled up to the rim.
     outer: LevelSet<f32>,
-    domain: Domain<f32>,
+    /// Without lid.
+    side: LevelSet<f32>,
     /// Unit vector out of the opening.
     up: Vec3<f32>,
     /// The planes of the hull, if all of its faces are flat.
     solid: Option<Polyhedron>,
+    /// Its lid is a plane across `up`, with a sharp edge.
+    has_flat_lid: bool,
     /// Per node: signed distance from it, and height along the vector out of the opening [scene unit].
     nodes: Vec<[f32; 2]>,
     /// Lowest and highest point of the vessel along `up` [scene unit].
@@ -70,8 +79,15 @@ impl Side {
             let x = surface.position(j);
             [surface.value(x), up.dot(x)]
         };
-        let nodes = (0..count).into_par_iter().map(node).collect();
-        Some(Self { domain: *surface.domain(), outer, up, solid: None, nodes, span })
+        let nodes: Vec<[f32; 2]> = (0..count).into_par_iter().map(node).collect();
+        let is_in_edge = |j: &usize| {
+            let [below_side, below_rim] = [-nodes[*j][0] / voxel, (rim - nodes[*j][1]) / voxel];
+            EDGE[0].contains(&below_side) && EDGE[1].contains(&below_rim)
+        };
+        let edge: Vec<usize> = (0..count).filter(is_in_edge).collect();
+        let below_lid = edge.iter().filter(|&&j| distance(&outer, surface.position(j)) < 0.0).count();
+        let has_flat_lid = below_lid as f64 >= FLAT_LID * edge.len() as f64;
+        Some(Self { side: surface, outer, up, solid: None, has_flat_lid, nodes, span })
     }
 
     /// The same side, of a hull that is a polyhedron.
@@ -82,41 +98,52 @@ impl Side {
 
     /// The hull above a height, if that is not all of it.
     fn standing(&self, low: f32, substance: Substance) -> ShapeBody {
-        let foot = (low > self.span[0]).then(|| Plane::facing(-self.up, -low));
-        let grid = self.outer.domain();
-        let surface = foot
-            .map(|foot| level_set(grid.bounds, grid.resolution, |x| self.outer.value(x).max(foot.height(x))));
-        let solid = self.solid.as_ref().map(|s| Polyhedron { faces: s.faces.clone(), base: foot.or(s.base) });
-        flat(surface.unwrap_or_else(|| self.outer.clone()), substance, solid)
+        let [lowest, rim] = self.span;
+        let foot = (low > lowest).then(|| Plane::facing(-self.up, -low));
+        if let Some(solid) = &self.solid {
+            let solid = Polyhedron { faces: solid.faces.clone(), base: foot.or(solid.base) };
+            let Domain { bounds, resolution, .. } = *self.outer.domain();
+            return ShapeBody::of_planes(solid, (bounds, resolution), substance);
+        }
+        if self.has_flat_lid {
+            let cuts = foot.into_iter().chain([Plane::facing(self.up, rim)]).collect();
+            return ShapeBody::cut(self.surface(0.0), cuts, substance);
+        }
+        ShapeBody::cut(self.outer.clone(), foot.into_iter().collect(), substance)
+    }
+
+    /// What lies deeper than `within` below the side.
+    fn surface(&self, within: f32) -> LevelSet<f32> {
+        let mut surface = self.side.clone();
+        if within > 0.0 {
+            // B-splines add up to 1: what is added to each coefficient is added to φ.
+            surface.coefficients_mut().iter_mut().for_each(|c| *c += within);
+            surface.find_surface();
+        }
+        surface
     }
 
     /// What lies deeper than `within` below the side, between two heights.
     fn body(&self, within: f32, [low, high]: [f32; 2], substance: Substance) -> ShapeBody {
-        let phi = self.nodes.iter().map(|[d, h]| (d + within).max(low - h).max(h - high)).collect();
-        let body = LevelSet::from_coefficients(self.domain.bounds, self.domain.resolution, phi);
-        let surface = body.unwrap_or_else(|| unreachable!("distances are finite"));
+        let top = (high < f32::MAX).then(|| Plane::facing(self.up, high));
+        let bottom = Plane::facing(-self.up, -low);
+        let Some(solid) = &self.solid else {
+            return ShapeBody::cut(
+                self.surface(within),
+                top.into_iter().chain([bottom]).collect(),
+                substance,
+            );
+        };
         let is_side = |p: &&Plane| p.normal().dot(self.up).abs() < UPRIGHT;
         let inner = |p: &Plane| Plane::facing(p.normal(), p.offset() - within);
-        let solid = self.solid.as_ref().map(|s| {
-            let top = (high < f32::MAX).then(|| Plane::facing(self.up, high));
-            let faces = s.faces.iter().filter(is_side).map(inner).chain(top).collect();
-            Polyhedron { faces, base: Some(Plane::facing(-self.up, -low)) }
-        });
-        flat(surface, substance, solid)
+        let faces = solid.faces.iter().filter(is_side).map(inner).chain(top).collect();
+        let Domain { bounds, resolution, .. } = *self.side.domain();
+        ShapeBody::of_planes(Polyhedron { faces, base: Some(bottom) }, (bounds, resolution), substance)
     }
 }
 
 /// Planes are sides of a vessel and no lid or base where the cosine between their normal and the way up is less.
 const UPRIGHT: f32 = 0.9;
-
-/// A body, with sharp edges if all of its faces are flat.
-fn flat(surface: LevelSet<f32>, substance: Substance, solid: Option<Polyhedron>) -> ShapeBody {
-    let surface = match &solid {
-        Some(solid) => solid.sharpened(surface),
-        None => surface,
-    };
-    ShapeBody { surface, substance, solid }
-}
 
 /// The wall goes on above the rim for this part of the height of the vessel.
 const MOST_RAISED: f32 = 0.15;
@@ -276,6 +303,24 @@ mod tests {
         let below_the_rim = runs(|s| index(&bodies, vec3(s, 0.0, 0.17)), [-0.9, 0.9]);
         let indices: Vec<f32> = below_the_rim.iter().map(|r| r.0).collect();
         assert_eq!(indices, [1.0, 1.5, 1.0, 1.5, 1.0]);
+    }
+
+    #[test]
+    fn a_round_rim_stays_round_and_a_flat_one_is_sharp() {
+        let round = |edge: f32| {
+            let outer = body(|x| {
+                let [side, lid] = [x.x.hypot(x.y) - 0.5, (x.z - 0.5).max(-0.6 - x.z)].map(|d| d + edge);
+                side.max(0.0).hypot(lid.max(0.0)) + side.max(lid).min(0.0) - edge
+            });
+            let edge_of = |side: Side| side.standing(side.span[0], Substance::Glass);
+            edge_of(Side::new(outer, UP).unwrap())
+        };
+        let sharp = round(0.0);
+        assert_eq!(sharp.cuts.len(), 1);
+        assert!(sharp.surface.is_inside(vec3(0.493, 0.0, 0.493)), "a spline ends 0.4 voxels before the edge");
+        let rounded = round(0.12);
+        assert!(rounded.cuts.is_empty());
+        assert!(!rounded.surface.is_inside(vec3(0.47, 0.0, 0.47)));
     }
 
     #[test]

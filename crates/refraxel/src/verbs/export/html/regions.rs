@@ -53,7 +53,9 @@ struct Parts {
 
 impl Parts {
     fn add(&mut self, grid: &IndexGrid<f32>, is_uniform: bool, [step, strength]: [f32; 2], pack: &mut Pack) {
-        let level = grid.level_set();
+        // The page knows splines alone: its edges are round.
+        let level = grid.level_set().map(LevelSet::rounded);
+        let level = level.as_deref();
         let kind = if level.is_some() { IS_BODY } else { 0 } | if is_uniform { IS_UNIFORM } else { 0 };
         let clearance = self.clearances.len() as u32;
         let surface = level.map_or(0, |level| {
