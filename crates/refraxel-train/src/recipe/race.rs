@@ -13,9 +13,9 @@ const CARE: f64 = 0.5;
 /// Bent rays that lead by so many margins, and by so many standard errors, after the first round have won. Straight rays never
 /// have: at first bent ones are behind, because what stands inside is cleared, and catch up.
 const CLEAR: f64 = 2.0;
-/// Flat faces that are behind a free surface by no more than this after the first round go on [dB]: so near, few steps tell
-/// nothing, and where silhouettes show faces, these have less to learn.
-const TIE: f64 = 0.3;
+/// Flat faces that are behind a free surface by no more than this after the first round go on [dB]. A surface that may bend everywhere learns
+/// what the views want sooner, and goes on to dent: of a tank it led by 0.5 dB after 100 steps and was 3 dB behind after 12,000.
+const TIE: f64 = 1.0;
 /// Fewer views that show a region have no standard error to speak of.
 const SOME_VIEWS: usize = 3;
 
@@ -100,7 +100,8 @@ pub(super) fn race(
                 && kind(s) == Hypothesis::Polyhedron
                 && s.inside(region) >= best.inside(region) - TIE
         };
-        bent().find(ties).unwrap_or(best).entry
+        let faces = bent().filter(ties).max_by(|a, b| a.inside(region).total_cmp(&b.inside(region)));
+        faces.unwrap_or(best).entry
     };
     let chosen: Vec<Entry> = (0..course.regions).map(best).collect();
     let finalist = contest.combined(&chosen);
@@ -321,14 +322,14 @@ mod tests {
     }
 
     #[test]
-    fn flat_faces_go_on_where_a_free_surface_leads_by_next_to_nothing() {
+    fn flat_faces_go_on_where_a_free_surface_leads_by_little() {
         let finalist = |solid: f64, polyhedron: f64| {
             let mut contest = Injected::new(vec![vec![0.08], vec![solid], vec![polyhedron]], vec![0.01; 3]);
             contest.kinds[2] = Hypothesis::Polyhedron;
             contest.race().verdicts[0].hypothesis
         };
-        assert_eq!(finalist(0.020, 0.021), Hypothesis::Polyhedron, "0.2 dB behind");
-        assert_eq!(finalist(0.020, 0.022), Hypothesis::Solid, "0.4 dB behind");
+        assert_eq!(finalist(0.020, 0.025), Hypothesis::Polyhedron, "0.97 dB behind");
+        assert_eq!(finalist(0.020, 0.026), Hypothesis::Solid, "1.14 dB behind");
         assert_eq!(finalist(0.021, 0.020), Hypothesis::Polyhedron);
     }
 
