@@ -62,8 +62,7 @@ pub(super) fn first_crossing<T: Real>(
     let line = Line { level, sign, start: lattice.node(s.x), velocity };
     match level.below_planes(line.start, velocity) {
         None => line.crossing_of_spline(s, [from, end]),
-        Some(below) if level.is_of_planes() => line.crossing_of_planes(below, [from, end], side),
-        Some(below) => line.crossing_of_cut(s, below, [from, end], side),
+        Some(below) => line.crossing_below_planes(s, below, [from, end], side),
     }
 }
 
@@ -115,39 +114,32 @@ impl<T: Real> Line<'_, T> {
         }
     }
 
-    /// The first crossing of a spline that planes cut, below all of which the line is between `first` and `last`.
-    fn crossing_of_cut(
+    /// The first crossing of a body that planes enclose, or whose spline they cut: the line is below all of them between `first` and
+    /// `last`.
+    fn crossing_below_planes(
         &self,
         s: &State<T>,
         [first, last]: [T; 2],
         [from, end]: [T; 2],
         side: Side,
     ) -> Option<T> {
+        let has_spline = !self.level.is_of_planes();
+        let spline = |range| if has_spline { self.crossing_of_spline(s, range) } else { None };
         let nudge = T::of(NUDGE) * self.velocity.map(T::abs).max_element().recip();
         match side {
             _ if self.goes_beyond(from) => Some(from),
             Side::Inside => {
                 let leaves = if first < last { last.max(from) } else { from };
-                let spline = self.crossing_of_spline(s, [from, leaves.min(end)]);
-                spline.or_else(|| Some(leaves).filter(|t| *t <= end))
+                spline([from, leaves.min(end)]).or_else(|| Some(leaves).filter(|t| *t <= end))
             }
+            Side::Outside if first >= last || first > end => None,
             // Nothing comes back below a plane that it has left, or is about to leave.
-            Side::Outside if first >= last || last <= from + nudge || first > end => None,
-            Side::Outside if first >= from && self.sample(first).u <= T::zero() => Some(first),
-            Side::Outside => self.crossing_of_spline(s, [first.max(from), last.min(end)]),
+            Side::Outside if has_spline && last <= from + nudge => None,
+            Side::Outside if first >= from && (!has_spline || self.sample(first).u <= T::zero()) => {
+                Some(first)
+            }
+            Side::Outside => spline([first.max(from), last.min(end)]),
         }
-    }
-
-    /// The first crossing of a body of flat faces, inside of which the line is between `first` and `last`.
-    fn crossing_of_planes(&self, [first, last]: [T; 2], [from, end]: [T; 2], side: Side) -> Option<T> {
-        let t = match side {
-            _ if self.goes_beyond(from) => from,
-            Side::Outside if first < last && first >= from => first,
-            Side::Inside if first < last && last >= from => last,
-            Side::Outside => return None,
-            Side::Inside => from,
-        };
-        (t <= end).then_some(t)
     }
 
     /// The t between two neighbouring samples at which the line leaves its side.

@@ -20,7 +20,7 @@ pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};
 
 use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
-use refraxel_core::{Aabb, LevelSet, Vec3};
+use refraxel_core::{Domain, LevelSet, Vec3};
 
 /// What a body is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,16 +57,14 @@ impl ShapeBody {
 
     /// A body of which planes cut off a part.
     fn cut(surface: LevelSet<f32>, cuts: Vec<Plane>, substance: Substance) -> Self {
-        Self { cuts: cuts.clone(), ..Self::new(cut_by(surface, &cuts), substance) }
+        let surface = cut_by(surface, &cuts);
+        Self { cuts, ..Self::new(surface, substance) }
     }
 
     /// A body all of whose faces are flat, on a grid.
-    fn of_planes(
-        solid: Polyhedron,
-        (bounds, resolution): (Aabb<f32>, [u32; 3]),
-        substance: Substance,
-    ) -> Self {
-        Self { solid: Some(solid.clone()), ..Self::new(solid.level_set(bounds, resolution), substance) }
+    fn of_planes(solid: Polyhedron, grid: &Domain<f32>, substance: Substance) -> Self {
+        let surface = solid.level_set(grid.bounds, grid.resolution);
+        Self { solid: Some(solid), ..Self::new(surface, substance) }
     }
 }
 

@@ -4,7 +4,7 @@ use super::{ShapeBody, Substance, distance, span};
 use crate::level_set::level_set;
 use crate::model::polyhedron::{Plane, Polyhedron};
 use rayon::prelude::*;
-use refraxel_core::{Aabb, Camera, Domain, LevelSet, Vec3};
+use refraxel_core::{Aabb, Camera, LevelSet, Vec3};
 use std::ops::Range;
 
 /// What is assumed of a vessel.
@@ -24,9 +24,10 @@ pub(in crate::recipe) struct Vessel {
 /// The lid of a visual hull is cut off this far below the rim [voxel], where its edge is rounded.
 const RIM: f32 = 2.0;
 
-/// So far below the side and below the rim lies the edge between both [voxel]. At least the other part of it is below the lid where that is flat
-/// and meets the side in a sharp edge, which a spline rounds: 0.91 of it in the hull of a cylinder, 0.4 to 0.7 of a bowl with a round rim.
+/// So far below the side, and so far below the rim, lies the edge between both [voxel].
 const EDGE: [Range<f32>; 2] = [0.25..1.5, 0.25..2.0];
+/// At least this part of the edge is below the lid where that is flat and meets the side in a sharp edge, which a spline rounds: 0.91 in
+/// the hull of a cylinder, 0.4 to 0.7 of a bowl with a round rim.
 const FLAT_LID: f64 = 0.85;
 
 /// Water ends this far inside of the wall [voxel], so that its surface and that of the air above nowhere coincide.
@@ -102,8 +103,7 @@ impl Side {
         let foot = (low > lowest).then(|| Plane::facing(-self.up, -low));
         if let Some(solid) = &self.solid {
             let solid = Polyhedron { faces: solid.faces.clone(), base: foot.or(solid.base) };
-            let Domain { bounds, resolution, .. } = *self.outer.domain();
-            return ShapeBody::of_planes(solid, (bounds, resolution), substance);
+            return ShapeBody::of_planes(solid, self.outer.domain(), substance);
         }
         if self.has_flat_lid {
             let cuts = foot.into_iter().chain([Plane::facing(self.up, rim)]).collect();
@@ -137,8 +137,7 @@ impl Side {
         let is_side = |p: &&Plane| p.normal().dot(self.up).abs() < UPRIGHT;
         let inner = |p: &Plane| Plane::facing(p.normal(), p.offset() - within);
         let faces = solid.faces.iter().filter(is_side).map(inner).chain(top).collect();
-        let Domain { bounds, resolution, .. } = *self.side.domain();
-        ShapeBody::of_planes(Polyhedron { faces, base: Some(bottom) }, (bounds, resolution), substance)
+        ShapeBody::of_planes(Polyhedron { faces, base: Some(bottom) }, self.side.domain(), substance)
     }
 }
 
