@@ -105,7 +105,8 @@ fn from_masks(
         }
     };
     watch.progress(Task::Carving, 2, 3)?;
-    let views = Views { outlines: &outlines, with_gaps: &with_gaps, vote, rays: &rays };
+    let are_rough = sampler.traces_found();
+    let views = Views { outlines: &outlines, with_gaps: &with_gaps, vote, rays: &rays, are_rough };
     let region = |bounds: &Aabb<f32>| match options.shape.start {
         StartShape::Block => Ok(vec![sites.block(bounds)]),
         StartShape::Ball => Ok(vec![sites.ball(bounds)]),

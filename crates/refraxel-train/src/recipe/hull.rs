@@ -26,6 +26,8 @@ pub(super) struct Views<'a> {
     pub vote: Vote,
     /// Rays inside masks.
     pub rays: &'a [Ray<f32>],
+    /// No mask shows the outlines: they were found, and are rough.
+    pub are_rough: bool,
 }
 
 /// The plane under a body, normal downwards, sunk into the ground.
@@ -67,8 +69,11 @@ fn carved(site: &Site, views: &Views) -> Result<LevelSet<f32>, Cancelled> {
 const SURELY: f32 = 0.5;
 
 /// Which nodes surely belong to which body: what stands above the ground in the hull that overrules one vote at most and has
-/// all gaps of the masks.
+/// all gaps of the masks. Rough outlines leave nothing sure: the strictest hull of one body falls to pieces.
 fn sure(whole: &LevelSet<f32>, views: &Views, ground: Option<&Plane>) -> Result<Vec<u32>, Cancelled> {
+    if views.are_rough {
+        return Ok(vec![NONE; whole.coefficients().len()]);
+    }
     let vote = Vote { share: 1.0, dissent: 1, ..views.vote };
     let distance = views.with_gaps.hull(whole.domain(), &vote).distance;
     views.outlines.cancel().check()?;
@@ -245,25 +250,50 @@ mod tests {
     use refraxel_core::vec3;
     use refraxel_data::Mask;
 
-    /// Something in the middle, seen from four sides.
-    fn silhouette(k: u32) -> Silhouette {
-        let (y, x) = (1.571 * f64::from(k)).sin_cos();
-        let camera =
-            Camera::look_at(vec3(4.0 * x, 4.0 * y, 1.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, [32; 2]);
-        let is_inside = |p: u32| (8..24).contains(&(p % 32)) && (8..24).contains(&(p / 32));
-        let coverage = (0..32 * 32).map(|p| if is_inside(p) { 255 } else { 0 }).collect();
-        Silhouette { camera, mask: Mask { width: 32, height: 32, coverage }.into(), occluders: None }
+    /// Something in the middle, seen from four sides; some rows of pixels may show that it is two things.
+    fn silhouettes(gap: std::ops::Range<u32>) -> Vec<Silhouette> {
+        let is_inside =
+            |[x, y]: [u32; 2]| (16..48).contains(&x) && (12..52).contains(&y) && !gap.contains(&y);
+        let of = |k: u32| {
+            let (y, x) = (1.571 * f64::from(k)).sin_cos();
+            let camera =
+                Camera::look_at(vec3(4.0 * x, 4.0 * y, 0.2), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, [64; 2]);
+            let coverage = (0..64 * 64).map(|p| if is_inside([p % 64, p / 64]) { 255 } else { 0 }).collect();
+            Silhouette { camera, mask: Mask { width: 64, height: 64, coverage }.into(), occluders: None }
+        };
+        (0..4).map(of).collect()
+    }
+
+    fn site(bounds: &Aabb<f32>) -> Site {
+        let interpolation = Options::default().index.interpolation.into();
+        Site { bounds: *bounds, resolution: [33; 3], interpolation }
+    }
+
+    #[test]
+    fn outlines_that_were_found_divide_no_body() {
+        let (whole, halves) = (silhouettes(0..0), silhouettes(30..36));
+        let (outlines, with_gaps) = (Outlines::new(&whole), Outlines::new(&halves));
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bodies = |are_rough| {
+            let views = Views {
+                outlines: &outlines,
+                with_gaps: &with_gaps,
+                vote: Vote::default(),
+                rays: &[],
+                are_rough,
+            };
+            Region::hulls(&cube, site, &views, |_| None, &Options::default()).unwrap().len()
+        };
+        assert_eq!([false, true].map(bodies), [2, 1]);
     }
 
     #[test]
     fn a_wish_to_stop_ends_the_making_of_hulls() {
-        let (cancel, options) = (Cancel::new(), Options::default());
-        let silhouettes: Vec<Silhouette> = (0..4).map(silhouette).collect();
+        let (cancel, options, silhouettes) = (Cancel::new(), Options::default(), silhouettes(0..0));
         let outlines = Outlines::new(&silhouettes).cancelled_by(&cancel);
-        let views = Views { outlines: &outlines, with_gaps: &outlines, vote: Vote::default(), rays: &[] };
+        let vote = Vote::default();
+        let views = Views { outlines: &outlines, with_gaps: &outlines, vote, rays: &[], are_rough: false };
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
-        let interpolation = options.index.interpolation.into();
-        let site = |b: &Aabb<f32>| Site { bounds: *b, resolution: [17; 3], interpolation };
         let hulls = || Region::hulls(&cube, site, &views, |_| None, &options).map(|bodies| bodies.len());
         assert_eq!(hulls(), Ok(1));
         cancel.cancel();
