@@ -2,10 +2,14 @@
 
 use crate::bending::{Bending, Paths, follow};
 use crate::constants::{STATUS_FAILED, WANTS_FIELD, WANTS_INDEX};
-use crate::field::{OUTCOMES, blank, download, upload, upload_medium, without_values};
-use crate::kernels::{Kernel, Kernels};
+use crate::field::{
+    HostMoments, OUTCOMES, blank, download, upload, upload_medium, upload_mirrors, without_values,
+};
+use crate::kernels::Kernels;
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
+use crate::reflections::Found;
+use crate::show::Showing;
 use crate::step::{Gradients, RayBuffers};
 use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
@@ -16,8 +20,11 @@ use refraxel_train::backend::{
     Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
     Snapshot, StepOutcome,
 };
+use refraxel_train::bake::Look;
 use refraxel_train::cancel::{Cancel, Cancelled};
-use refraxel_train::model::{IndexMoments, Model, Optimiser, Reflection, Refraction, resampled};
+use refraxel_train::model::{
+    IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
+};
 use refraxel_train::run::Run;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -33,8 +40,8 @@ const DIAGONAL: f64 = 1.75;
 
 /// Parameters, moments and search structures in the memory of a GPU.
 ///
-/// Straight and bent rays, sharp surfaces and smooth regions, bodies that absorb, bounded and contracted domains, constant backgrounds and panoramas, all priors. Models with more are
-/// refused by [`GpuBackend::new`] and [`GpuBackend::supports`].
+/// Straight and bent rays, sharp surfaces and smooth regions that mirror, bodies that absorb, bounded and contracted domains, constant
+/// backgrounds and panoramas, all priors. Models with more are refused by [`GpuBackend::new`] and [`GpuBackend::supports`].
 #[derive(Debug)]
 pub struct GpuBackend {
     pub(crate) gpu: Gpu,
@@ -45,8 +52,10 @@ pub struct GpuBackend {
     pub(crate) rays: RayBuffers,
     /// The paths of rays that bend, while they learn.
     pub(crate) paths: Paths,
-    /// Moments of what bends rays, which the host moves.
-    pub(crate) index_moments: Vec<IndexMoments>,
+    /// What surfaces mirror into those rays.
+    pub(crate) found: Found,
+    /// Moments of what bends rays and mirrors, which the host moves.
+    pub(crate) moments: HostMoments,
     /// Numbers and rays of the steps whose outcomes are on the device, in the order of their places there.
     pub(crate) pending: Vec<(u64, u64)>,
     /// Outcomes that nobody asked for yet.
@@ -71,18 +80,15 @@ impl GpuBackend {
         let kernels = gpu.kernels(shape)?;
         let buffers = upload(&gpu, &shape, model, optimiser)?;
         let held = without_values(model);
-        let (rays, paths, index_moments) = (RayBuffers::default(), Paths::default(), optimiser.index.clone());
-        let (pending, outcomes) = (Vec::new(), Vec::new());
-        Ok(Self { gpu, kernels, held, buffers, rays, paths, index_moments, pending, outcomes })
+        let (rays, paths, found) = (RayBuffers::default(), Paths::default(), Found::nothing(&gpu)?);
+        let (moments, pending, outcomes) = (HostMoments::of(optimiser), Vec::new(), Vec::new());
+        Ok(Self { gpu, kernels, held, buffers, rays, paths, found, moments, pending, outcomes })
     }
 
     /// Whether the backend has everything that a model needs.
     pub fn supports(model: &Model) -> Result<(), Unsupported> {
         if model.refraction.optics.integrator != Integrator::Leapfrog {
             return Err(Unsupported::Integrator);
-        }
-        if !model.reflection.is_none() {
-            return Err(Unsupported::Reflection);
         }
         if model.clearcoat.is_some() { Err(Unsupported::Clearcoat) } else { Ok(()) }
     }
@@ -98,9 +104,6 @@ impl GpuBackend {
         if bends && Integrator::from(options.index.integrator) != Integrator::Leapfrog {
             return Err(Unsupported::Integrator);
         }
-        if bends && options.reflection.enabled.is_on() {
-            return Err(Unsupported::Reflection);
-        }
         if options.clearcoat.enabled.is_on() { Err(Unsupported::Clearcoat) } else { Ok(()) }
     }
 
@@ -111,7 +114,7 @@ impl GpuBackend {
 
     /// The model and the optimiser's state as they are now.
     pub fn read(&self) -> Result<(Model, Optimiser), GpuError> {
-        download(&self.gpu, &self.kernels.shape, &self.buffers, &self.held, &self.index_moments)
+        download(&self.gpu, &self.kernels.shape, &self.buffers, &self.held, &self.moments)
     }
 
     /// Another model, with everything that belongs to it.
@@ -126,7 +129,7 @@ impl GpuBackend {
         self.kernels = self.gpu.kernels(shape)?;
         self.buffers = upload(&self.gpu, &shape, model, optimiser)?;
         self.held = without_values(model);
-        self.index_moments.clone_from(&optimiser.index);
+        self.moments = HostMoments::of(optimiser);
         Ok(())
     }
 
@@ -160,7 +163,7 @@ impl GpuBackend {
     }
 
     /// Refuse rays that a software adapter would leave half-way, with so many iterations per sample.
-    fn check_steps(&self, marching: &Marching, per_sample: u64) -> Result<(), GpuError> {
+    pub(crate) fn check_steps(&self, marching: &Marching, per_sample: u64) -> Result<(), GpuError> {
         let Some(most) = self.gpu.iteration_limit() else { return Ok(()) };
         let nodes = self.held.field.domain.resolution.into_iter().max().unwrap_or(0);
         let steps = (DIAGONAL * f64::from(nodes) / f64::from(marching.step)) as u64;
@@ -170,7 +173,7 @@ impl GpuBackend {
     }
 
     /// Iterations per sample: of the loop over samples, of the search for the next one, and of shading.
-    fn forward_loops(&self) -> u64 {
+    pub(crate) fn forward_loops(&self) -> u64 {
         2 + u64::from(self.kernels.shape.blocks())
     }
 
@@ -180,19 +183,18 @@ impl GpuBackend {
     }
 
     /// Rays of one dispatch.
-    fn portion(&self) -> usize {
+    pub(crate) fn portion(&self) -> usize {
         if self.held.refraction.is_none() { PORTION } else { BENT_PORTION }
     }
 
-    fn render_portion(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<Seen>, GpuError> {
-        self.check_steps(marching, self.forward_loops())?;
-        let kernel = if self.held.refraction.is_none() {
-            &self.kernels.render
-        } else {
-            &self.kernels.bent(&self.gpu)?.render
+    /// What rays show; nothing on a device with a fault.
+    fn shown(&self, rays: &[Ray<f32>], marching: &Marching, showing: Showing) -> Vec<Pixel<f32>> {
+        let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
+        let portion = |rays: &[Ray<f32>]| {
+            let seen = self.noted(self.show(rays, marching, showing));
+            seen.unwrap_or_else(|| vec![Seen::default(); rays.len()])
         };
-        let marched = self.march(kernel, &Buffers::default(), rays, marching)?;
-        marched.buffers.read(&self.gpu, "seen", rays.len())
+        rays.chunks(self.portion()).flat_map(portion).map(pixel).collect()
     }
 
     fn weigh_portion(
@@ -201,36 +203,21 @@ impl GpuBackend {
         rays: &[Ray<f32>],
         marching: &Marching,
     ) -> Result<(), GpuError> {
-        let kernel = if self.held.refraction.is_none() {
-            &self.kernels.peak
-        } else {
-            &self.kernels.bent(&self.gpu)?.peak
-        };
-        self.march(kernel, weights, rays, marching).map(|_| ())
-    }
-
-    /// Run a kernel on rays, with other buffers `beside` those of the model; what it wrote of the rays.
-    fn march(
-        &self,
-        kernel: &Kernel,
-        beside: &Buffers,
-        rays: &[Ray<f32>],
-        marching: &Marching,
-    ) -> Result<RayBuffers, GpuError> {
         let (mut buffers, refraction) = (RayBuffers::default(), &self.held.refraction);
         buffers.fill(&self.gpu, &Lesson::of_rays(rays, refraction), false)?;
         self.buffers.write(&self.gpu, "task", &[Task::marching(marching, &self.held, rays.len())]);
         if refraction.is_none() {
             let mut encoder = self.encoder();
-            let of = [&self.buffers, &buffers.buffers, beside];
-            kernel.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
+            let of = [&self.buffers, &buffers.buffers, weights];
+            self.kernels.peak.run(&self.gpu, &mut encoder, &of, workgroups(rays.len()));
             self.gpu.queue.submit([encoder.finish()]);
         } else {
             let paths = Paths::standing(&self.gpu, rays.len())?;
-            let of = [&self.buffers, &buffers.buffers, beside, &paths.buffers];
-            follow(&self.gpu, kernel, &of, &Bending::shown(&self.gpu, refraction, rays.len()))?;
+            let of = [&self.buffers, &buffers.buffers, weights, &paths.buffers];
+            let portion = Bending::shown(&self.gpu, &self.held, rays.len());
+            follow(&self.gpu, &self.kernels.bent(&self.gpu)?.peak, &of, &portion)?;
         }
-        Ok(buffers)
+        Ok(())
     }
 
     /// Change what is read from the device and put it back.
@@ -301,7 +288,7 @@ impl Backend for GpuBackend {
     }
 
     fn set_medium(&mut self, medium: Refraction) {
-        self.index_moments = medium.medium.regions().iter().map(IndexMoments::zero).collect();
+        self.moments.index = medium.medium.regions().iter().map(IndexMoments::zero).collect();
         self.held.refraction = medium;
         let uploaded = Self::supports(&self.held)
             .map_err(GpuError::from)
@@ -311,8 +298,10 @@ impl Backend for GpuBackend {
     }
 
     fn set_reflection(&mut self, reflection: Reflection) {
-        assert!(reflection.is_none(), "{}", Unsupported::Reflection);
+        self.moments.reflection = reflection.mirrors.iter().map(MirrorMoments::zero).collect();
         self.held.reflection = reflection;
+        let uploaded = upload_mirrors(&self.gpu, &mut self.buffers, &self.held.reflection);
+        self.noted(uploaded);
     }
 
     fn set_clearcoat(&mut self, _: Clearcoat<f32>) {
@@ -346,18 +335,24 @@ impl Backend for GpuBackend {
         gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Nothing: a model that is supported has no caches.
-    fn bake(&mut self, _: Caches, _: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
-        cancel.check()
+    fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
+        let marching = Marching { near: 0.0, ..*marching };
+        let see =
+            |rays: &[Ray<f32>], through| self.shown(rays, &marching, Showing::of_probes(through));
+        let (refraction, domain) = (&self.held.refraction, &self.held.field.domain);
+        let look = Look { refraction, domain, see, cancel };
+        match caches {
+            Caches::Reflection => self.held.reflection = look.reflection(&self.held.reflection)?,
+            // A model that is supported has no clearcoat.
+            Caches::Clearcoat => return cancel.check(),
+        }
+        let uploaded = crate::reflections::upload(&self.gpu, &mut self.buffers, &self.held.reflection);
+        self.noted(uploaded);
+        Ok(())
     }
 
-    fn render(&self, rays: &[Ray<f32>], marching: &Marching, _: Layers) -> Vec<Pixel<f32>> {
-        let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
-        let portion = |rays: &[Ray<f32>]| {
-            let seen = self.noted(self.render_portion(rays, marching));
-            seen.unwrap_or_else(|| vec![Seen::default(); rays.len()])
-        };
-        rays.chunks(self.portion()).flat_map(portion).map(pixel).collect()
+    fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>> {
+        self.shown(rays, marching, Showing::layers(layers))
     }
 
     fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
@@ -388,14 +383,14 @@ impl Backend for GpuBackend {
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
         let found = self.gradients(batch, objective, WANTS_FIELD | WANTS_INDEX);
         // Of a device with a fault: nothing, and an outcome that is not finite.
-        let Gradients { field, texels, medium, absorption, rays, outcome } =
+        let Gradients { field, texels, medium, absorption, reflection, rays, outcome } =
             found.unwrap_or_else(|| Gradients::none(batch));
         BatchGradient {
             field,
             background: texels,
             medium,
             absorption,
-            reflection: Vec::new(),
+            reflection,
             clearcoat: None,
             rays,
             outcome,

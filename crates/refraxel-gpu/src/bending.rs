@@ -6,12 +6,12 @@ use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
-use refraxel_train::Refraction;
+use refraxel_core::optics::Weight;
 use refraxel_train::backend::Objective;
-use refraxel_train::model::MAX_SEGMENTS;
+use refraxel_train::model::{MAX_SEGMENTS, Model};
 
-/// Bytes of a `Checkpoint` of `path.wgsl`, of a `WayBack` of `learn_bent.wgsl`, and of a `Step` of `trace_vjp.wgsl`.
-const CHECKPOINT_BYTES: usize = 96;
+/// Bytes of a `Checkpoint` of `checkpoint.wgsl`, of a `WayBack` of `learn_bent.wgsl`, and of a `Step` of `trace_vjp.wgsl`.
+const CHECKPOINT_BYTES: usize = 112;
 const WAY_BYTES: usize = 80;
 const STEP_BYTES: usize = 112;
 /// Bytes of checkpoints that are kept at a time. Longer batches learn in portions.
@@ -35,20 +35,39 @@ pub(crate) struct Bending {
     regions: u32,
     silhouette: f32,
     replay: u32,
+    most_segments: u32,
+    is_smooth: u32,
+    plain_product: u32,
+    strengths_from: u32,
 }
 
 impl Bending {
     /// Rays that are shown, and keep nothing but where they stand.
-    pub(crate) fn shown(gpu: &Gpu, refraction: &Refraction, rays: usize) -> Self {
-        let (regions, replay) = (refraction.medium.regions().len() as u32, gpu.replay() as u32);
-        Self { rays: rays as u32, taps: 4, regions, replay, ..Self::default() }
+    pub(crate) fn shown(gpu: &Gpu, model: &Model, rays: usize) -> Self {
+        let regions = model.refraction.medium.regions();
+        Self {
+            rays: rays as u32,
+            taps: 4,
+            regions: regions.len() as u32,
+            replay: gpu.replay() as u32,
+            most_segments: MAX_SEGMENTS as u32,
+            is_smooth: regions.iter().any(|r| r.level_set().is_none()).into(),
+            plain_product: (model.refraction.optics.weight == Weight::Gradient).into(),
+            strengths_from: crate::reflections::coefficients(&model.reflection) as u32,
+            ..Self::default()
+        }
+    }
+
+    /// The same for paths of at most so many segments.
+    pub(crate) fn up_to(self, segments: usize) -> Self {
+        Self { most_segments: segments as u32, ..self }
     }
 
     /// What is learned from paths, so many of which are kept at a time. Adjoints count whole unless they are `clipped`.
     pub(crate) fn learning(
         gpu: &Gpu,
         objective: &Objective,
-        refraction: &Refraction,
+        model: &Model,
         keeps: usize,
         clipped: bool,
     ) -> Self {
@@ -60,8 +79,8 @@ impl Bending {
             weight: objective.bent_weight,
             silhouette: index.map_or(0.0, |o| o.silhouette),
             clip: index.filter(|_| clipped).map_or(f32::MAX, |o| o.clip.min(f32::MAX)),
-            absorption_from: crate::bodies::coefficients(refraction) as u32,
-            ..Self::shown(gpu, refraction, 0)
+            absorption_from: crate::bodies::coefficients(&model.refraction) as u32,
+            ..Self::shown(gpu, model, 0)
         }
     }
 

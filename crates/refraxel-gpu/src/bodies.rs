@@ -4,6 +4,7 @@ use crate::memory::Buffers;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::index::MediumGradient;
+use refraxel_core::optics::transition;
 use refraxel_core::radiance::LEAST_CONTRAST;
 use refraxel_core::{Domain, IndexGrid, Interpolation, LevelSet};
 use refraxel_train::Refraction;
@@ -34,6 +35,8 @@ struct Region {
     planes: u32,
     absorption: [f32; 3],
     first_plane: u32,
+    gentlest: f32,
+    padding: [u32; 3],
 }
 
 #[repr(C)]
@@ -93,6 +96,7 @@ impl Region {
             interpolation,
             contrast: (grid.largest_index() - 1.0).max(LEAST_CONTRAST as f32),
             absorption: grid.absorption(),
+            gentlest: transition::gentlest(grid),
             ..Self::default()
         }
     }

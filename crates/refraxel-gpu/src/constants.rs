@@ -5,12 +5,11 @@ use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::index::{BORDER, BORDER_VALUE, CUTS, FLAT, NUDGE, TOUCH, VACUUM};
-use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT};
+use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT, transition};
 use refraxel_core::priors::OPACITY_MARGIN;
 use refraxel_core::radiance::{GROUP, light};
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
-use refraxel_train::model::MAX_SEGMENTS;
 use std::fmt::Write;
 
 /// Invocations of a workgroup: the voxels of a brick.
@@ -27,6 +26,10 @@ pub(crate) const WANTS_PATHS: u32 = 8;
 pub(crate) const WANTS_INDEX: u32 = 16;
 /// Bit of `Task::wants`: bodies absorb, or may learn to.
 pub(crate) const ABSORBS: u32 = 32;
+/// Bit of `Task::wants`: surfaces mirror.
+pub(crate) const MIRRORS: u32 = 64;
+/// Bit of `Task::wants`: caches say what they mirror.
+pub(crate) const READS_CACHES: u32 = 128;
 /// Bits of `Segment::event`: the ray passes; it is turned back; it comes from inside the body.
 const REFRACTS: u32 = 1;
 const REFLECTS: u32 = 2;
@@ -46,8 +49,10 @@ pub(crate) const STATUS_CUT: u32 = 7;
 /// Of the rays whose paths are followed, how many have reached the end of theirs, and segments of the longest.
 pub(crate) const STATUS_OVER: u32 = 8;
 pub(crate) const STATUS_LONGEST: u32 = 9;
+/// Records of reflections, the heads of their lists included.
+pub(crate) const STATUS_REFLECTIONS: u32 = 10;
 /// Words of the status.
-pub(crate) const STATUS_WORDS: u32 = 10;
+pub(crate) const STATUS_WORDS: u32 = 11;
 /// Words of an outcome: the two of the squared error, samples, whether the step failed, index samples left out, whether loops were
 /// left, and padding.
 pub(crate) const OUTCOME_WORDS: usize = 8;
@@ -88,10 +93,13 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("STATUS_CUT", STATUS_CUT),
         ("STATUS_OVER", STATUS_OVER),
         ("STATUS_LONGEST", STATUS_LONGEST),
+        ("STATUS_REFLECTIONS", STATUS_REFLECTIONS),
         ("OUTCOME_WORDS", OUTCOME_WORDS as u32),
         ("WANTS_PATHS", WANTS_PATHS),
         ("WANTS_INDEX", WANTS_INDEX),
         ("ABSORBS", ABSORBS),
+        ("MIRRORS", MIRRORS),
+        ("READS_CACHES", READS_CACHES),
         ("REFRACTS", REFRACTS),
         ("REFLECTS", REFLECTS),
         ("FROM_INSIDE", FROM_INSIDE),
@@ -114,7 +122,6 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("CROSSING_STEPS", CROSSING_STEPS as u32),
         ("CUTS", CUTS as u32),
         ("MAX_LATTICE", MAX_LATTICE),
-        ("MAX_SEGMENTS", MAX_SEGMENTS as u32),
     ];
     for (name, value) in whole {
         let _ = writeln!(out, "const {name}: u32 = {value}u;");
@@ -136,6 +143,9 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("FLAT", FLAT as f32),
         ("STRAIGHT", STRAIGHT as f32),
         ("GRAZING", GRAZING as f32),
+        ("PASSAGE_FLAT", transition::FLAT as f32),
+        ("PASSAGE_LEAST", transition::LEAST as f32),
+        ("PASSAGE_INSIDE", transition::INSIDE as f32),
         ("LIGHT_TOE", light::TOE as f32),
         ("LIGHT_TOE_SLOPE", light::TOE_SLOPE as f32),
         ("LIGHT_OFFSET", light::OFFSET as f32),

@@ -5,12 +5,13 @@ use crate::bodies;
 use crate::constants::{OUTCOME_WORDS, STATUS_WORDS};
 use crate::memory::Buffers;
 use crate::pools::Shape;
+use crate::reflections;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
-use refraxel_train::model::{IndexMoments, Model, Optimiser, Refraction};
+use refraxel_train::model::{IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction};
 
 /// Outcomes of steps that a device keeps until the host reads them.
 pub(crate) const OUTCOMES: usize = 64;
@@ -140,6 +141,7 @@ pub(crate) fn upload(
     b.zeros(gpu, "status", 4 * u64::from(STATUS_WORDS))?;
     b.zeros(gpu, "outcomes", 4 * (OUTCOME_WORDS * OUTCOMES) as u64)?;
     upload_medium(gpu, &mut b, &model.refraction)?;
+    upload_mirrors(gpu, &mut b, &model.reflection)?;
     gpu.queue.submit([]);
     gpu.fault().map_or(Ok(b), Err)
 }
@@ -152,6 +154,12 @@ pub(crate) fn upload_medium(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction)
     b.zeros(gpu, "bending", size_of::<Bending>() as u64)?;
     b.zeros(gpu, "index_gradient", 8 * bodies::gradient_len(refraction) as u64)?;
     bodies::upload(gpu, b, refraction)
+}
+
+/// Arrays with everything that kernels read and write of what mirrors.
+pub(crate) fn upload_mirrors(gpu: &Gpu, b: &mut Buffers, reflection: &Reflection) -> Result<(), GpuError> {
+    b.zeros(gpu, "probe_gradient", 8 * reflections::gradient_len(reflection) as u64)?;
+    reflections::upload(gpu, b, reflection)
 }
 
 /// Names and sizes of the arrays that are 0 between two steps.
@@ -194,14 +202,27 @@ pub(crate) fn blank(held: &Model) -> Model {
     Model { field, ..without_values(held) }
 }
 
-/// The model and the optimiser's state, read from a device; `held` is the model without its values, `index` what the host has of the
-/// state.
+/// Moments of what the host moves.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct HostMoments {
+    pub index: Vec<IndexMoments>,
+    pub reflection: Vec<MirrorMoments>,
+}
+
+impl HostMoments {
+    pub(crate) fn of(optimiser: &Optimiser) -> Self {
+        Self { index: optimiser.index.clone(), reflection: optimiser.reflection.clone() }
+    }
+}
+
+/// The model and the optimiser's state, read from a device; `held` is the model without its values, `moments` what the host has of
+/// the state.
 pub(crate) fn download(
     gpu: &Gpu,
     shape: &Shape,
     buffers: &Buffers,
     held: &Model,
-    index: &[IndexMoments],
+    moments: &HostMoments,
 ) -> Result<(Model, Optimiser), GpuError> {
     let (map, degree) = (held.field.map.clone(), held.field.degree);
     let (voxels, stride) = (map.voxels(), degree.stride());
@@ -230,7 +251,8 @@ pub(crate) fn download(
         colour: aligned("colour_moment")?,
         background: buffers.read(gpu, "texel_moment", texels)?,
         occupied: buffers.read(gpu, "occupied", model.field.map.slots())?,
-        index: index.to_vec(),
+        index: moments.index.clone(),
+        reflection: moments.reflection.clone(),
         ..Optimiser::new(held)
     };
     Ok((model, optimiser))

@@ -3,10 +3,11 @@
 use crate::memory::Buffers;
 use crate::pools::Shape;
 use crate::sources::{
-    Access, CONCLUDE, LEARN, LEARN_BENT, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE,
+    Access, CONCLUDE, FIND_REFLECTIONS, LEARN, LEARN_BENT, MIRROR_LIGHT, MIRROR_VJP, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE,
     UPDATE_BACKGROUND, VARIATION,
 };
 use crate::{Gpu, GpuError};
+use refraxel_core::ShDegree;
 use std::sync::OnceLock;
 
 /// A compiled kernel.
@@ -126,6 +127,7 @@ pub(crate) struct Kernels {
     pub occupancy: Kernel,
     pub peak: Kernel,
     bent: OnceLock<BentKernels>,
+    mirrors: OnceLock<MirrorKernels>,
 }
 
 /// What takes the place of the kernels of the same names where rays bend.
@@ -134,6 +136,14 @@ pub(crate) struct BentKernels {
     pub render: Kernel,
     pub learn: Kernel,
     pub peak: Kernel,
+}
+
+/// What runs beside those where surfaces mirror.
+#[derive(Debug)]
+pub(crate) struct MirrorKernels {
+    pub find: Kernel,
+    pub mirror: Kernel,
+    pub vjp: Kernel,
 }
 
 impl Kernels {
@@ -150,6 +160,7 @@ impl Kernels {
             occupancy: kernel(&OCCUPANCY),
             peak: kernel(&PEAK),
             bent: OnceLock::new(),
+            mirrors: OnceLock::new(),
         };
         gpu.fault().map_or(Ok(kernels), Err)
     }
@@ -161,6 +172,19 @@ impl Kernels {
             render: kernel(&RENDER_BENT),
             learn: kernel(&LEARN_BENT),
             peak: kernel(&PEAK_BENT),
+        });
+        gpu.fault().map_or(Ok(kernels), Err)
+    }
+
+    /// Those for surfaces that mirror, which are compiled when they are first needed.
+    pub(crate) fn mirrors(&self, gpu: &Gpu) -> Result<&MirrorKernels, GpuError> {
+        // Caches have a degree of their own.
+        let shape = Shape { degree: ShDegree::MAX, ..self.shape };
+        let kernel = |source| Kernel::new(gpu, source, &shape);
+        let kernels = self.mirrors.get_or_init(|| MirrorKernels {
+            find: kernel(&FIND_REFLECTIONS),
+            mirror: kernel(&MIRROR_LIGHT),
+            vjp: kernel(&MIRROR_VJP),
         });
         gpu.fault().map_or(Ok(kernels), Err)
     }

@@ -18,7 +18,7 @@ impl Buffers {
 
     /// Add an array of zeros.
     pub(crate) fn zeros(&mut self, gpu: &Gpu, name: &str, bytes: u64) -> Result<(), GpuError> {
-        let uniform = matches!(name, "scene" | "task" | "bending" | "regions" | "lattices");
+        let uniform = matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches");
         let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
         let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         self.0.insert(name.to_owned(), gpu.buffer(name, bytes, usage)?);

@@ -6,6 +6,7 @@ use crate::field::{upload_medium, upload_shown, without_values};
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
+use crate::reflections::Found;
 use crate::sources::{OCCUPANCY, RENDER, RENDER_BENT};
 use crate::step::RayBuffers;
 use crate::task::{Lesson, Seen, Task};
@@ -32,6 +33,8 @@ pub struct GpuRenderer {
     /// The model without its values.
     held: Model,
     marching: Marching,
+    /// Kernels bind the list of reflections, which is empty.
+    found: Found,
 }
 
 impl GpuRenderer {
@@ -53,7 +56,8 @@ impl GpuRenderer {
         occupancy.run(&gpu, &mut encoder, &[&buffers], workgroups(2 * model.field.map.slots()));
         gpu.queue.submit([encoder.finish()]);
         let (held, marching) = (without_values(model), *marching);
-        gpu.fault().map_or(Ok(Self { gpu, kernel, buffers, held, marching }), Err)
+        let found = Found::nothing(&gpu)?;
+        gpu.fault().map_or(Ok(Self { gpu, kernel, buffers, held, marching, found }), Err)
     }
 
     /// Whether a model can be shown: it mirrors nothing.
@@ -94,8 +98,9 @@ impl GpuRenderer {
             gpu.queue.submit([encoder.finish()]);
         } else {
             let (paths, shown) =
-                (Paths::standing(gpu, rays.len())?, Bending::shown(gpu, refraction, rays.len()));
-            follow(gpu, &self.kernel, &[&self.buffers, &buffers.buffers, &paths.buffers], &shown)?;
+                (Paths::standing(gpu, rays.len())?, Bending::shown(gpu, &self.held, rays.len()));
+            let of = [&self.buffers, &buffers.buffers, &paths.buffers, &self.found.buffers];
+            follow(gpu, &self.kernel, &of, &shown)?;
         }
         let seen = buffers.buffers.read(gpu, "seen", rays.len())?;
         gpu.fault().map_or(Ok(seen), Err)

@@ -65,9 +65,23 @@ const TRACED: &[(&str, Access)] = &[
     ("clearance", Read),
 ];
 /// Takes the paths of rays further.
-const FOLLOW: &[&str] = shaders!["fixed", "path", "stand"];
+const FOLLOW: &[&str] = shaders!["fixed", "checkpoint", "path", "stand"];
 /// What that reads and writes.
 const FOLLOWED: &[(&str, Access)] = &[("checkpoints", Writes), ("status", Atomic)];
+/// What surfaces mirror, and the caches that they read.
+const MIRROR: &[&str] = shaders![
+    "scene",
+    "rays",
+    "bending",
+    "checkpoint",
+    "light",
+    "reflections",
+    "sh",
+    "trilinear",
+    "probes"
+];
+/// What those are.
+const CACHES: &[(&str, Access)] = &[("caches", Uniform), ("probes", Read)];
 /// What rays are compared with, and what receives gradients from them.
 const LEARNED: &[(&str, Access)] = &[
     ("seen", Read),
@@ -89,8 +103,89 @@ pub(crate) const RENDER: Source = Source {
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: &[MARCH, TRACE, FOLLOW, shaders!["absorption", "render_bent"]],
-    bindings: &[MARCHED, TRACED, FOLLOWED, &[("seen", Writes)]],
+    files: &[MARCH, TRACE, FOLLOW, shaders!["light", "absorption", "reflections", "render_bent"]],
+    bindings: &[MARCHED, TRACED, FOLLOWED, &[("seen", Writes), ("reflections", Writes)]],
+};
+
+/// Find out where the paths of rays are mirrored.
+pub(crate) const FIND_REFLECTIONS: Source = Source {
+    entry: "find_reflections",
+    files: &[
+        shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march"],
+        TRACE,
+        FOLLOW,
+        shaders!["reflections", "fresnel", "find_reflections"],
+    ],
+    bindings: &[
+        &[
+            ("scene", Uniform),
+            ("task", Uniform),
+            ("table", Read),
+            ("forward", Read),
+            ("occupied", Read),
+            ("density", Read),
+            ("lessons", Read),
+            ("reflections", Writes),
+            ("passings", Writes),
+        ],
+        TRACED,
+        FOLLOWED,
+    ],
+};
+
+/// Mix what paths show with what surfaces mirror.
+pub(crate) const MIRROR_LIGHT: Source = Source {
+    entry: "mirror",
+    files: &[MIRROR, shaders!["fixed", "mirror"]],
+    bindings: &[
+        &[
+            ("scene", Uniform),
+            ("task", Uniform),
+            ("bending", Uniform),
+            ("checkpoints", Read),
+            ("reflections", Writes),
+            ("lessons", Read),
+            ("seen", Writes),
+            ("status", Atomic),
+        ],
+        CACHES,
+    ],
+};
+
+/// The adjoint of what surfaces mirror.
+pub(crate) const MIRROR_VJP: Source = Source {
+    entry: "mirror_vjp",
+    files: &[
+        MIRROR,
+        shaders![
+            "fixed",
+            "domain",
+            "lattice",
+            "stencil",
+            "medium",
+            "stencil_vjp",
+            "index_sample",
+            "fresnel",
+            "probes_vjp",
+            "compare",
+            "mirror_vjp"
+        ],
+    ],
+    bindings: &[
+        &[
+            ("scene", Uniform),
+            ("task", Uniform),
+            ("checkpoints", Read),
+            ("reflections", Writes),
+            ("lessons", Read),
+            ("seen", Read),
+            ("status", Atomic),
+            ("index_gradient", Atomic),
+            ("probe_gradient", Atomic),
+        ],
+        TRACED,
+        CACHES,
+    ],
 };
 
 /// Compare rays that may bend with their targets and march back along their paths.
@@ -100,7 +195,10 @@ pub(crate) const LEARN_BENT: Source = Source {
         MARCH,
         TRACE,
         shaders![
+            "light",
             "absorption",
+            "reflections",
+            "checkpoint",
             "path",
             "fixed",
             "touched",
@@ -110,6 +208,7 @@ pub(crate) const LEARN_BENT: Source = Source {
             "stencil_vjp",
             "index_sample",
             "trace_vjp",
+            "compare",
             "learn_bent"
         ],
     ],
@@ -117,7 +216,13 @@ pub(crate) const LEARN_BENT: Source = Source {
         MARCHED,
         TRACED,
         LEARNED,
-        &[("checkpoints", Read), ("ways", Writes), ("steps", Writes), ("index_gradient", Atomic)],
+        &[
+            ("checkpoints", Read),
+            ("reflections", Read),
+            ("ways", Writes),
+            ("steps", Writes),
+            ("index_gradient", Atomic),
+        ],
     ],
 };
 
@@ -234,9 +339,12 @@ fn element(name: &str) -> &'static str {
         "ray_gradients" => "RayGradient",
         "checkpoints" => "Checkpoint",
         "steps" => "Step",
+        "reflections" => "Reflection",
+        "passings" => "Passing",
         "ways" => "WayBack",
         "colour" => "vec4<f32>",
-        "density" | "texels" | "coefficients" | "density_moment" | "colour_moment" | "texel_moment" => "f32",
+        "density" | "texels" | "coefficients" | "probes" | "density_moment" | "colour_moment"
+        | "texel_moment" => "f32",
         gradient => {
             debug_assert!(gradient.ends_with("_gradient"), "{gradient}");
             "u32"
@@ -267,6 +375,7 @@ impl Source {
                 (Uniform, "bending") => ("uniform", "Bending".to_owned()),
                 (Uniform, "regions") => ("uniform", format!("array<Region, {MAX_REGIONS}>")),
                 (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
+                (Uniform, "caches") => ("uniform", format!("array<Cache, {}>", 2 * MAX_REGIONS)),
                 (Uniform, _) => ("uniform", "Task".to_owned()),
                 (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
                 (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
@@ -278,7 +387,9 @@ impl Source {
             match (name, access) {
                 ("colour", access) => out += &shape.colour_access(access == Writes),
                 ("colour_gradient", access) => out += &shape.gradient_access(access == Atomic),
-                ("density_gradient" | "texel_gradient" | "index_gradient", Atomic) => out += &add(name),
+                ("density_gradient" | "texel_gradient" | "index_gradient" | "probe_gradient", Atomic) => {
+                    out += &add(name);
+                }
                 ("density_gradient" | "texel_gradient", _) => out += &take(name),
                 ("status", Atomic) => out += &add(name),
                 _ => {}
@@ -301,6 +412,9 @@ mod tests {
         let sources = [
             &RENDER,
             &RENDER_BENT,
+            &FIND_REFLECTIONS,
+            &MIRROR_LIGHT,
+            &MIRROR_VJP,
             &LEARN,
             &LEARN_BENT,
             &PEAK_BENT,

@@ -1,20 +1,24 @@
 //! The passes over a batch: forward, adjoint, update; and what is read back of them.
 
 use crate::backend::GpuBackend;
-use crate::bending::{Bending, Paths, follow, follow_back};
+use crate::bending::{Bending, Paths, follow_back};
 use crate::bodies;
 use crate::constants::{
-    OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
+    MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
     STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
 };
 use crate::field::{OUTCOMES, gradients, texel_values};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
+use crate::reflections::{self, Found};
+use crate::show::Forward;
 use crate::task::{Lesson, RayAdjoint, Seen, Task};
 use crate::{Gpu, GpuError};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::{AlignedVec, FieldGradient};
-use refraxel_train::backend::{Batch, Objective, REFRESH, RayGradient, StepOutcome};
+use refraxel_train::backend::{
+    Batch, Layers, MirrorGradient, Objective, REFRESH, RayGradient, StepOutcome,
+};
 use refraxel_train::descent;
 
 /// Rays on a device, with room for what they show and receive.
@@ -51,6 +55,7 @@ pub(crate) struct Gradients {
     pub texels: Vec<[f32; 3]>,
     pub medium: MediumGradient<f32>,
     pub absorption: Vec<[f64; 3]>,
+    pub reflection: Vec<MirrorGradient>,
     pub rays: Vec<RayGradient>,
     pub outcome: StepOutcome,
 }
@@ -63,7 +68,8 @@ impl Gradients {
         let outcome = StepOutcome { rays: rays.len() as u64, ..StepOutcome::default() };
         let field = FieldGradient { density: none(), colour: none() };
         let medium = MediumGradient { index: Vec::new(), level_set: Vec::new() };
-        Self { field, texels: Vec::new(), medium, absorption: Vec::new(), rays, outcome }
+        let (texels, absorption, reflection) = (Vec::new(), Vec::new(), Vec::new());
+        Self { field, texels, medium, absorption, reflection, rays, outcome }
     }
 }
 
@@ -102,12 +108,12 @@ impl GpuBackend {
         } else {
             gpu.queue.submit([encoder.finish()]);
             self.paths.fit(gpu, batch.rays.len())?;
-            let bending = Bending::learning(gpu, objective, &self.held.refraction, self.paths.keeps, true);
-            self.learn_bent(
-                bending,
-                batch.rays.len(),
-                &[&self.buffers, &self.rays.buffers, &self.paths.buffers],
-            )?;
+            let bending = Bending::learning(gpu, objective, &self.held, self.paths.keeps, true);
+            let mut found = std::mem::take(&mut self.found);
+            let of = [&self.buffers, &self.rays.buffers, &self.paths.buffers];
+            let learned = self.learn_bent(bending, task, objective, &of, &mut found);
+            self.found = found;
+            learned?;
             encoder = self.encoder();
         }
         if moves {
@@ -121,27 +127,46 @@ impl GpuBackend {
         kernels.update_background.run(gpu, &mut encoder, &of, texels);
         kernels.conclude.run(gpu, &mut encoder, &of, 1);
         gpu.queue.submit([encoder.finish()]);
-        if objective.index.is_some() || objective.absorption.is_some() {
-            self.move_medium(batch.rays.len(), objective, step, outcome)?;
+        let hosts = objective.index.is_some() || objective.absorption.is_some();
+        if hosts || objective.reflection.is_some() {
+            self.move_bodies(batch.rays.len(), objective, step, outcome)?;
         }
         Ok(())
     }
 
-    /// Forward and adjoint of rays that may bend, portion by portion.
-    fn learn_bent(&self, bending: Bending, rays: usize, of: &[&Buffers]) -> Result<(), GpuError> {
+    /// Forward and adjoint of rays that may bend and be mirrored, portion by portion.
+    fn learn_bent(
+        &self,
+        bending: Bending,
+        mut task: Task,
+        objective: &Objective,
+        of: &[&Buffers],
+        found: &mut Found,
+    ) -> Result<(), GpuError> {
         let (gpu, kernels) = (&self.gpu, self.kernels.bent(&self.gpu)?);
+        let source = reflections::source(&self.held.reflection, Layers::All);
+        task.wants |= reflections::wants(source);
         let mut encoder = self.encoder();
         clear(&mut encoder, &self.buffers, "index_gradient");
+        clear(&mut encoder, &self.buffers, "probe_gradient");
         gpu.queue.submit([encoder.finish()]);
-        for portion in bending.portions(rays) {
-            let blocks = follow(gpu, &kernels.render, of, &portion)?;
-            follow_back(gpu, &kernels.learn, of, &portion, blocks);
+        for portion in bending.portions(task.rays as usize) {
+            let forward = Forward { portion, task, source, marching: objective.marching, of };
+            let blocks = self.forward(&forward, found)?;
+            let all: Vec<&Buffers> = of.iter().copied().chain([&found.buffers]).collect();
+            if task.wants & MIRRORS != 0 {
+                let mut encoder = self.encoder();
+                let rays = workgroups(portion.rays as usize);
+                self.kernels.mirrors(gpu)?.vjp.run(gpu, &mut encoder, &all, rays);
+                gpu.queue.submit([encoder.finish()]);
+            }
+            follow_back(gpu, &kernels.learn, &all, &portion, blocks);
         }
         Ok(())
     }
 
-    /// The step of what bends rays and absorbs, which the host takes: its grids are small. Not after a failure.
-    fn move_medium(
+    /// The step of what bends rays, absorbs and mirrors, which the host takes: its grids are small. Not after a failure.
+    fn move_bodies(
         &mut self,
         rays: usize,
         objective: &Objective,
@@ -152,19 +177,38 @@ impl GpuBackend {
             return Ok(());
         }
         let (gradient, absorption) = self.medium_sums()?;
-        let (refraction, moments) = (&mut self.held.refraction, &mut self.index_moments[..]);
+        let mirrored = self.mirror_sums()?;
+        let (refraction, moments) = (&mut self.held.refraction, &mut self.moments.index[..]);
         let learned = descent::IndexStep { gradient, rays, step };
         let index = objective.index.as_ref();
         let is_index_finite = index.is_none_or(|o| descent::update_index(refraction, moments, learned, o));
         let absorbing = objective.absorption.as_ref();
         let is_absorption_finite =
             absorbing.is_none_or(|o| descent::update_absorption(refraction, moments, &absorption, o));
-        if !(is_index_finite && is_absorption_finite) {
+        let (reflection, moments) = (&mut self.held.reflection, &mut self.moments.reflection[..]);
+        let mirroring = objective.reflection.as_ref();
+        let are_mirrors_finite =
+            mirroring.is_none_or(|o| descent::update_mirrors(reflection, moments, &mirrored, o));
+        if !(is_index_finite && is_absorption_finite && are_mirrors_finite) {
             let words = OUTCOME_WORDS * outcome + 3;
             self.buffers.write_at(&self.gpu, "outcomes", 4 * words as u64, &[1_u32]);
             self.buffers.write_at(&self.gpu, "status", 4 * u64::from(STATUS_FAILED), &[1_u32]);
         }
+        if mirroring.is_some() {
+            reflections::upload(&self.gpu, &mut self.buffers, &self.held.reflection)?;
+        }
         bodies::upload(&self.gpu, &mut self.buffers, &self.held.refraction)
+    }
+
+    /// The sums of the gradient of mirrors as they are.
+    fn mirror_sums(&self) -> Result<Vec<MirrorGradient>, GpuError> {
+        let reflection = &self.held.reflection;
+        let mut sums = vec![0.0; reflections::gradient_len(reflection)];
+        if !self.held.refraction.is_none() {
+            let words: Vec<[u32; 2]> = self.buffers.read(&self.gpu, "probe_gradient", sums.len())?;
+            sums.iter_mut().zip(&words).for_each(|(sum, w)| *sum = from_fixed(w[0], w[1]));
+        }
+        Ok(reflections::gradient(reflection, &sums))
     }
 
     /// The sums of the gradient of what bends rays, and of what absorbs, as they are.
@@ -200,8 +244,9 @@ impl GpuBackend {
         } else {
             let mut paths = Paths::default();
             paths.fit(gpu, n)?;
-            let bending = Bending::learning(gpu, objective, refraction, paths.keeps, false);
-            self.learn_bent(bending, n, &[&self.buffers, &rays.buffers, &paths.buffers])?;
+            let bending = Bending::learning(gpu, objective, &self.held, paths.keeps, false);
+            let of = [&self.buffers, &rays.buffers, &paths.buffers];
+            self.learn_bent(bending, task, objective, &of, &mut Found::nothing(gpu)?)?;
         }
         let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
         if status[STATUS_CUT as usize] != 0 {
@@ -219,8 +264,9 @@ impl GpuBackend {
         let rays = adjoints.into_iter().map(RayGradient::from).collect();
         let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
         let (medium, absorption) = self.medium_sums()?;
+        let reflection = self.mirror_sums()?;
         self.clear_sums();
-        Ok(Gradients { field, texels, medium, absorption, rays, outcome })
+        Ok(Gradients { field, texels, medium, absorption, reflection, rays, outcome })
     }
 
     /// The sums of gradients as they are; empty ones of a field that is not wanted.

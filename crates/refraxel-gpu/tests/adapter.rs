@@ -6,7 +6,7 @@ use refraxel_core::{Background, Extent, Integrator, Ray, vec3};
 use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, GpuRenderer, Unsupported};
 use refraxel_train::backend::conformance::bent::{bent_model, graded_body_model, sharp_model};
 use refraxel_train::backend::conformance::scenes::{batch, index_objective, objective, straight_model};
-use refraxel_train::backend::conformance::{Suite, Tolerances, clearcoated, mirrored};
+use refraxel_train::backend::conformance::{Suite, Tolerances, clearcoated as coated, mirrored as mirroring};
 use refraxel_train::backend::{AbsorptionObjective, Batch, BatchGradient, Layers, Marching, Objective, step};
 use refraxel_train::cancel::Cancel;
 use refraxel_train::{Backend, CpuBackend, Model};
@@ -43,7 +43,27 @@ refraxel_train::conformance_tests! {
             surfaces_owe_nothing_for_rays_that_do_not_teach_them,
             gradients_of_rays_alone_are_the_same,
         }
+        mirrored {
+            mirroring_agrees_with_the_reference,
+            bodies_in_bodies_refract_and_mirror_as_the_reference_does,
+            soft_edges_mirror_as_the_reference_does,
+            gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences,
+            gradients_of_bodies_in_bodies_match_central_differences,
+            gradients_of_soft_edges_that_mirror_match_central_differences,
+            without_strength_a_picture_is_that_of_transmission,
+            a_furnace_shows_one_colour_whatever_is_mirrored,
+            secondary_rays_see_what_a_camera_at_the_surface_sees,
+        }
+        absorbing {
+            absorbing_bodies_look_as_the_reference_says,
+            gradients_of_absorbing_bodies_match_central_differences,
+            gradients_of_absorbing_bodies_in_bodies_match_central_differences,
+            clear_glass_that_may_learn_to_absorb_shows_and_teaches_the_same,
+            tinted_glass_is_learned_from_pictures,
+        }
         contract {
+            a_gradient_changes_nothing,
+            baking_that_is_cancelled_changes_nothing,
             a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
             a_loaded_snapshot_of_bent_rays_goes_on_as_if_nothing_had_happened,
             a_gradient_of_bent_rays_changes_nothing,
@@ -195,8 +215,8 @@ fn models_that_mirror_are_refused() {
     let mut euler = bent_model(Extent::Bounded);
     euler.refraction.optics.integrator = Integrator::ExplicitEuler;
     assert_eq!(GpuBackend::supports(&euler), Err(Unsupported::Integrator));
-    assert_eq!(GpuBackend::supports(&mirrored::sharp_ball()), Err(Unsupported::Reflection));
-    let clearcoated = clearcoated::clearcoated_model(Extent::Bounded);
+    assert_eq!(GpuBackend::supports(&mirroring::sharp_ball()), Err(Unsupported::Reflection));
+    let clearcoated = coated::clearcoated_model(Extent::Bounded);
     assert_eq!(GpuBackend::supports(&clearcoated), Err(Unsupported::Clearcoat));
     assert!(Unsupported::Reflection.to_string().contains("--device cpu"));
 }
@@ -204,7 +224,7 @@ fn models_that_mirror_are_refused() {
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn a_refusal_is_no_fault_of_the_device() {
-    let refused = GpuBackend::new(gpu(), mirrored::sharp_ball()).map(|_| ());
+    let refused = GpuBackend::new(gpu(), mirroring::sharp_ball()).map(|_| ());
     assert_eq!(refused, Err(GpuError::Unsupported(Unsupported::Reflection)));
     assert_eq!(gpu().fault(), None);
 }
@@ -454,7 +474,7 @@ fn a_model_that_is_shown_looks_as_on_the_cpu() {
 #[test]
 fn what_cannot_be_shown_yet_is_refused() {
     assert_eq!(GpuRenderer::supports(&sharp_model(Extent::Contracted)), Ok(()));
-    assert_eq!(GpuRenderer::supports(&mirrored::sharp_ball()), Err(Unsupported::Reflection));
-    let coated = clearcoated::clearcoated_model(Extent::Bounded);
+    assert_eq!(GpuRenderer::supports(&mirroring::sharp_ball()), Err(Unsupported::Reflection));
+    let coated = coated::clearcoated_model(Extent::Bounded);
     assert_eq!(GpuRenderer::supports(&coated), Err(Unsupported::Clearcoat));
 }

@@ -2,6 +2,7 @@
 
 pub mod alignment;
 pub mod backend;
+pub mod bake;
 pub mod bench;
 pub mod blur;
 pub mod cancel;
@@ -27,6 +28,7 @@ pub mod rays;
 pub mod recipe;
 pub mod run;
 pub mod schedule;
+pub mod second_rays;
 pub mod scout;
 pub mod session;
 pub mod trainer;

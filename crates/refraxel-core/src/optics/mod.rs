@@ -84,7 +84,7 @@ mod mirror;
 mod partial_reflections;
 mod step;
 mod trace;
-mod transition;
+pub mod transition;
 
 #[cfg(test)]
 mod tests;

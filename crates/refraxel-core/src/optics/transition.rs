@@ -10,11 +10,11 @@ use crate::{IndexGradient, IndexGrid, Real, Vec3};
 /// steepest slope that the path meets. A wider one is a lens, which has no surface.
 const WIDEST: f64 = 0.125;
 /// Reflectance below which a transition is left out [1].
-const LEAST: f64 = 1e-4;
+pub const LEAST: f64 = 1e-4;
 /// Change of w from point to point below which the index counts as constant there [1].
-const FLAT: f64 = 1e-4;
+pub const FLAT: f64 = 1e-4;
 /// Contrast of w to vacuum above which a ray comes from inside a body [1].
-const INSIDE: f64 = 0.01;
+pub const INSIDE: f64 = 0.01;
 
 /// A point of a path, which is the start of a segment.
 #[derive(Clone, Copy)]
@@ -203,7 +203,12 @@ fn goes_on<T: Real>(path: &Path<T>, run: &Run<T>, p: Vec3<T>, normal: Vec3<T>) -
 
 /// True if a transition of this steepest `slope` of w [1 / scene unit] is wider than [`WIDEST`].
 fn is_lens<T: Real>(grid: &IndexGrid<T>, slope: T) -> bool {
+    slope < gentlest(grid)
+}
+
+/// Slope of w [1 / scene unit] below which the steepest point of a transition is that of a lens.
+pub fn gentlest<T: Real>(grid: &IndexGrid<T>) -> T {
     let (largest, half) = (grid.largest_index(), T::of(0.5));
     let contrast = (half * largest * largest - T::of(VACUUM)).abs();
-    contrast > T::of(WIDEST) * grid.domain().bounds.extent().max_element() * slope
+    contrast / (T::of(WIDEST) * grid.domain().bounds.extent().max_element())
 }

@@ -21,6 +21,14 @@ struct Bending {
     silhouette: f32,
     // Segments that one dispatch takes a path further, or back.
     replay: u32,
+    // Segments that a path may have.
+    most_segments: u32,
+    // Whether some region has no sharp surface.
+    is_smooth: u32,
+    // Whether surfaces mirror by the plain product of reflectance and index gradient.
+    plain_product: u32,
+    // Where the gradient of the strengths of mirrors lies behind that of the probes.
+    strengths_from: u32,
 }
 
 // Some devices leave all loops of an invocation after a number of iterations, without a word. An invocation asks at its end

@@ -1,6 +1,6 @@
 // Compare rays that may bend with their targets, and the adjoint of all that they met, theory (2.15)–(2.30), (3.10)–(3.14) and
-// (7.19), (7.20). `render_bent` has run before: `seen` holds what rays show, `checkpoints` where their paths stand before every
-// block of `replay` segments. Each dispatch takes the last of these blocks that is left: segments are traced and marched again, from
+// (7.19), (7.20). `render_bent` has run before, and where surfaces mirror `mirror` and `mirror_vjp`: `seen` holds what rays show,
+// `checkpoints` where their paths stand before every block of `replay` segments. Each dispatch takes the last of these blocks that is left: segments are traced and marched again, from
 // the front, and kept in `steps`; then the adjoint of the path goes back over them.
 
 // Where the way back along a path stands.
@@ -21,8 +21,9 @@ struct WayBack {
     transmittance: f32,
 }
 
-// What the samples of a ray have to know of it.
+// What the samples of a section of a ray have to know of it.
 struct Blame {
+    // What the section and all behind it show, and dLoss/d(that), for a transmittance of 1 before the section.
     shown: vec3<f32>,
     d_colour: vec3<f32>,
     // Transmittance at the end, and dLoss/d(that) by the prior on opacity.
@@ -92,12 +93,10 @@ fn learn_bent(
         return;
     }
     let end = checkpoints[place_of(0u, ray)];
-    let exit = exit_of(ray, end.p);
-    let turns = lessons[ray].bends != 0u && (end.events > 0u || dot(lessons[ray].direction, exit) < STRAIGHT);
-    let d_colour = 2.0 * select(1.0, bending.weight, turns && lessons[ray].beside == 0u) * residual;
+    let d_colour = d_colour_of(ray, end);
     if (way.stage == 0u) {
         add_status(STATUS_ERROR / 2u, squared_error);
-        way = way_from(ray, end, exit, whole, d_colour);
+        way = way_from(ray, end, whole, d_colour);
     }
     look_back(ray, end, d_colour, &way);
     ways[number] = way;
@@ -110,15 +109,23 @@ fn learn_bent(
 }
 
 // The way back from the end of a path.
-fn way_from(ray: u32, end: Checkpoint, exit: vec3<f32>, whole: Seen, d_colour: vec3<f32>) -> WayBack {
+fn way_from(ray: u32, end: Checkpoint, whole: Seen, d_colour: vec3<f32>) -> WayBack {
     var way = WayBack();
     way.stage = GOES_ON;
     way.blocks = (end.segments + bending.replay - 1u) / bending.replay;
     way.region = NO_REGION;
+    let exit = exit_of(ray, end.p);
     var d_shown = whole.transmittance * d_colour;
+    var d_thickness = vec3<f32>(0.0);
+    if (is_surface(end.mirror)) {
+        d_shown = whole.transmittance * reflections[end.mirror].d_behind;
+        if (reflections[end.mirror].segment + 1u == end.segments) {
+            d_thickness = reflections[end.mirror].d_thickness;
+        }
+    }
     if (absorbs()) {
         let behind = filtered(filter_of(end.thickness), whole.behind);
-        way.d_behind = d_shown * behind.by_thickness;
+        way.d_behind = d_thickness + d_shown * behind.by_thickness;
         d_shown *= behind.slope;
     }
     if ((task.wants & GIVEN_BEHIND) == 0u) {
@@ -135,11 +142,8 @@ fn way_from(ray: u32, end: Checkpoint, exit: vec3<f32>, whole: Seen, d_colour: v
 // Over one block, towards the camera; over the first, dLoss/d(origin, direction) is what is left.
 fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, WayBack>) {
     let bends = lessons[ray].bends != 0u;
-    let wants_rays = (task.wants & WANTS_RAYS) != 0u;
-    let wants_index = bends && (task.wants & WANTS_INDEX) != 0u;
-    teaches_index = wants_index && end.events <= bending.index_events;
-    teaches_surface = wants_index && end.events <= bending.surface_events;
-    let traces = wants_rays || teaches_index || teaches_surface;
+    choose_what_learns(ray, end);
+    let traces = (task.wants & WANTS_RAYS) != 0u || teaches_index || teaches_surface;
     var blame = Blame(seen[ray].colour, d_colour, end.transmittance, 0.0, traces);
     if (task.opacity > 0.0) {
         blame.d_transmittance = task.opacity * opacity_beta_slope(end.transmittance);
@@ -151,7 +155,7 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, 
     var k = 0u;
     if ((*way).blocks > 0u) {
         (*way).blocks--;
-        k = replay((*way).blocks, ray, blame);
+        k = replay((*way).blocks, ray, end.mirror, blame);
     }
     loop {
         let is_start = k == 0u;
@@ -218,18 +222,23 @@ fn thickness_vjp(s: ptr<function, Step>, d_behind: vec3<f32>) -> f32 {
     return dot(d_behind, absorption) * reach.x;
 }
 
-// Trace and march the segments behind a checkpoint again, give their samples what they owe, and keep them; their number.
-fn replay(block: u32, ray: u32, blame: Blame) -> u32 {
+// Trace and march the segments behind a checkpoint again, give their samples what they owe, and keep them; their number. The last
+// reflection that the ray shows is `last`.
+fn replay(block: u32, ray: u32, last: u32, blame: Blame) -> u32 {
     let c = checkpoints[place_of(1u + block, ray)];
     let bends = lessons[ray].bends != 0u;
     var tracer = tracer_at(c);
     var front = front_at(c);
-    var sight = Sight(c.collected, c.depth, c.thickness, c.arc);
+    var sight = sight_at(c);
     var segment = Segment();
     var count = 0u;
     while (count < bending.replay && advance(&tracer, bends, &segment)) {
         let growth = thickness_growth(segment.within, length(segment.momentum));
         var of_segment = blame;
+        if (is_surface(sight.mirror)) {
+            of_segment.shown = reflections[sight.mirror].behind;
+            of_segment.d_colour = reflections[sight.mirror].reached * reflections[sight.mirror].d_behind;
+        }
         // No index moves the samples before the first bend.
         of_segment.of_segments = blame.of_segments && ((task.wants & WANTS_RAYS) != 0u || tracer.segments > 1u);
         var received = Received();
@@ -237,14 +246,54 @@ fn replay(block: u32, ray: u32, blame: Blame) -> u32 {
             received = learn_segment(&front, &sight, &segment, growth, of_segment);
         }
         sight.thickness += growth * segment.drift;
+        if (mirrors()) {
+            receive(&received, sight.mirror, last, tracer.segments - 1u);
+        }
+        // A section begins behind each surface that mirrors.
+        var mirror = 0u;
+        var next = next_reflection(sight.mirror, tracer.segments);
+        while (next != 0u && sight.mirror != last) {
+            mirror = select(0u, next, reflections[next].trend == SHARP);
+            sight.collected = vec3<f32>(0.0);
+            sight.through = 1.0;
+            sight.mirror = next;
+            next = next_reflection(next, tracer.segments);
+        }
         steps[count * bending.keeps + ray - bending.first] = Step(
             segment.start, segment.kick, segment.momentum, segment.drift, received.d.start, segment.late,
             received.d.momentum, segment.within, received.d_thickness, segment.surface, received.d_moment, segment.beyond,
-            segment.event, front.transmittance, 0u, 0u,
+            segment.event, front.transmittance, mirror, 0u,
         );
         count++;
     }
     return count;
+}
+
+// Add what a segment receives from the reflections around it, but for those at sharp surfaces at its end: of the mirrored light before
+// it, through what absorbs, and of smooth transitions whose first, steepest or last point is its start.
+fn receive(received: ptr<function, Received>, section: u32, last: u32, segment: u32) {
+    var at = section;
+    if (at != last && reflections[at].next != 0u) {
+        at = reflections[at].next;
+    }
+    // The next one, that before the section, and one that ends where the next begins.
+    for (var k = 0u; k < 3u && is_surface(at); k++) {
+        let is_smooth = reflections[at].trend != SHARP;
+        if (reflections[at].segment + 1u == segment) {
+            (*received).d_thickness += reflections[at].d_thickness;
+            if (is_smooth) {
+                (*received).d.start += reflections[at].d_position;
+                (*received).d.momentum += reflections[at].d_p;
+            }
+        }
+        if (is_smooth && reflections[at].first_segment == segment) {
+            (*received).d.start += reflections[at].d_first;
+        }
+        if (is_smooth && reflections[at].last_segment == segment) {
+            (*received).d.start += reflections[at].d_last;
+        }
+        at = reflections[at].previous;
+    }
 }
 
 // The adjoint of the samples on a segment.
@@ -270,10 +319,11 @@ fn learn_segment(
         if (absorbs()) {
             f = filtered(filter_of((*sight).thickness + growth * s.t), before);
         }
-        let weight = s.before * s.alpha;
+        let weight = (*sight).through * s.alpha;
         (*sight).collected += weight * f.colour;
         // forward: C = collected + T (1 − a) behind
-        let after = s.before * (1.0 - s.alpha);
+        let after = (*sight).through * (1.0 - s.alpha);
+        (*sight).through = after;
         let contrast = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
         var d_tau = contrast - blame.last * blame.d_transmittance;
         if (task.sparsity > 0.0) {

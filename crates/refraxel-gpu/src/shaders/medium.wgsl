@@ -18,6 +18,11 @@ struct Region {
     // Absorption coefficients [1 / scene unit].
     absorption: vec3<f32>,
     first_plane: u32,
+    // Slope of w [1 / scene unit] below which a transition is that of a lens and mirrors nothing.
+    gentlest: f32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // (m, h) of a plane of a body: its height at node coordinates g is h + m·g, theory (4.14).

@@ -1,53 +1,24 @@
-// The paths of rays, where they stand between two dispatches, and what is seen along them.
-//
-// A path may be long, and devices bound what one dispatch may do. So each takes every path `replay` segments further; the host sends
-// dispatches until all paths are over.
+// The paths of rays from one dispatch to the next, and what is seen along them.
 
-// Where a path stands: the tracer and the march. Row 0 of `checkpoints` says so of each ray; of rays that learn, row 1 + k says it
-// before the k-th block of `replay` segments.
-struct Checkpoint {
-    x: vec3<f32>,
-    search_from: f32,
-    p: vec3<f32>,
-    phase: f32,
-    // The radiance collected so far.
-    collected: vec3<f32>,
-    transmittance: f32,
-    // Optical thickness of what absorbs, theory (7.17).
-    thickness: vec3<f32>,
-    events: u32,
-    body: u32,
-    // Before the first segment, the region around the camera.
-    visits: u32,
-    lattice: u32,
-    segments: u32,
-    depth: f32,
-    // Length of the path.
-    arc: f32,
-    // 0 before the first dispatch, then GOES_ON or OVER.
-    stage: u32,
-    padding_0: u32,
-}
-
-const GOES_ON: u32 = 1u;
-const OVER: u32 = 2u;
-
-// What a path has seen so far.
+// What a path has seen so far. Surfaces that mirror cut it into sections: the radiance of one and its transmittance count from its
+// start, for a transmittance of 1 before it.
 struct Sight {
     collected: vec3<f32>,
     depth: f32,
     thickness: vec3<f32>,
     arc: f32,
+    through: f32,
+    // The reflection before the section; before the first one, the head of the list.
+    mirror: u32,
 }
 
-// Where the checkpoint of a row lies.
-fn place_of(row: u32, ray: u32) -> u32 {
-    return row * bending.keeps + ray - bending.first;
+// Before the first segment of a path.
+fn first_sight(ray: u32) -> Sight {
+    return Sight(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0.0, 1.0, ray - bending.first);
 }
 
-// The direction in which a path whose momentum at its end is p reaches the background.
-fn exit_of(ray: u32, p: vec3<f32>) -> vec3<f32> {
-    return select(p, normalize(p), lessons[ray].bends != 0u);
+fn sight_at(c: Checkpoint) -> Sight {
+    return Sight(c.collected, c.depth, c.thickness, c.arc, c.through, c.mirror);
 }
 
 // The path of a ray before its first segment.
@@ -99,6 +70,7 @@ fn checkpoint_of(t: ptr<function, Tracer>, front: ptr<function, Front>, sight: S
     let visits = select((*t).visits, (*t).camera, (*t).segments == 0u);
     return Checkpoint(
         (*t).x, (*t).search_from, (*t).p, (*front).phase, sight.collected, (*front).transmittance, sight.thickness,
-        (*t).events, (*t).body, visits, (*t).lattice, (*t).segments, sight.depth, sight.arc, stage, 0u,
+        (*t).events, (*t).body, visits, (*t).lattice, (*t).segments, sight.depth, sight.arc, stage,
+        sight.through, sight.mirror, 0u, 0u, 0u,
     );
 }

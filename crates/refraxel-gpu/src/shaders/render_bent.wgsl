@@ -1,4 +1,20 @@
-// Render rays that may bend, theory (3.9) along the segments of a path, and keep what their adjoint begins with.
+// Render rays that may bend, theory (3.9) along the segments of a path, and keep what their adjoint begins with. Where surfaces
+// mirror, `find_reflections` has run before, and `mirror` follows: `seen` holds what is seen behind the last of them.
+
+// Begin a section behind each surface that mirrors where these first segments of the path end. Behind what is opaque nothing is.
+fn cut(sight: ptr<function, Sight>, front: ptr<function, Front>, segments: u32) {
+    var next = next_reflection((*sight).mirror, segments);
+    while (next != 0u && !(*front).opaque) {
+        reflections[next].collected = (*sight).collected;
+        reflections[next].through = (*sight).through;
+        reflections[next].thickness = (*sight).thickness;
+        reflections[next].reached = (*front).transmittance;
+        (*sight).collected = vec3<f32>(0.0);
+        (*sight).through = 1.0;
+        (*sight).mirror = next;
+        next = next_reflection(next, segments);
+    }
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn render_bent(
@@ -21,7 +37,7 @@ fn render_bent(
     let bends = lessons[ray].bends != 0u;
     var tracer = tracer_at(c);
     var front = front_at(c);
-    var sight = Sight(c.collected, c.depth, c.thickness, c.arc);
+    var sight = sight_at(c);
     var segment = Segment();
     var count = 0u;
     while (count < bending.replay && advance(&tracer, bends, &segment)) {
@@ -33,14 +49,15 @@ fn render_bent(
             enter(&front, segment.start, segment.momentum, segment.range);
             var s: Sample;
             while (!front.opaque && next_sample(&front, &s)) {
-                let weight = s.before * s.alpha;
                 let filter_there = filter_of(sight.thickness + growth * s.t);
-                sight.collected += weight * through(filter_there, shade(s.corner, s.weight, &basis));
-                sight.depth += weight * (sight.arc + speed * s.t);
+                sight.collected += sight.through * s.alpha * through(filter_there, shade(s.corner, s.weight, &basis));
+                sight.through *= 1.0 - s.alpha;
+                sight.depth += s.before * s.alpha * (sight.arc + speed * s.t);
             }
         }
         sight.arc += speed * segment.range.y;
         sight.thickness += growth * segment.drift;
+        cut(&sight, &front, tracer.segments);
     }
     if (!stand(ray, &tracer, &front, sight, count < bending.replay)) {
         return;
@@ -50,5 +67,5 @@ fn render_bent(
         behind = background_radiance(exit_of(ray, tracer.p));
     }
     let shown = through(filter_of(sight.thickness), behind);
-    seen[ray] = Seen(sight.collected + front.transmittance * shown, front.transmittance, behind, sight.depth);
+    seen[ray] = Seen(sight.collected + sight.through * shown, front.transmittance, behind, sight.depth);
 }

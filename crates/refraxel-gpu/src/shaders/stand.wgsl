@@ -8,12 +8,12 @@ fn standing(ray: u32) -> Checkpoint {
     }
     var tracer = path_of(ray);
     var front = front_of(lessons[ray].offset);
-    return checkpoint_of(&tracer, &front, Sight(), GOES_ON);
+    return checkpoint_of(&tracer, &front, first_sight(ray), GOES_ON);
 }
 
 // Note where it stands after as many segments as one dispatch takes, or at its end, of which the host is told; whether it is over.
 fn stand(ray: u32, t: ptr<function, Tracer>, front: ptr<function, Front>, sight: Sight, ends: bool) -> bool {
-    let over = ends || (*t).ended || (*t).segments >= MAX_SEGMENTS;
+    let over = ends || (*t).ended || (*t).segments >= bending.most_segments;
     checkpoints[place_of(0u, ray)] = checkpoint_of(t, front, sight, select(GOES_ON, OVER, over));
     if (over) {
         atomicAdd(&status[STATUS_OVER], 1u);

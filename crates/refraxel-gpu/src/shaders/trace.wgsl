@@ -39,6 +39,11 @@ struct Segment {
     event: u32,
     // Length of the end kick.
     late: f32,
+    // Steps of the lattice, 0 for a hop outside, and (∇w, w) at the start where there are some.
+    lattice: u32,
+    field: vec4<f32>,
+    // The ray on the surface.
+    arrival: Arrival,
 }
 
 // The path of a camera ray, before its first segment.
@@ -100,10 +105,11 @@ fn run(region: u32, x: vec3<f32>, p: vec3<f32>, h: f32, limit: u32) -> Run {
 //
 // What a body, a smooth region and vacuum have in common stands here once: compilers copy functions to where they are called.
 fn next_segment(t: ptr<function, Tracer>, out: ptr<function, Segment>) -> bool {
-    if ((*t).ended || (*t).segments >= MAX_SEGMENTS || (*t).lattice >= MAX_LATTICE) {
+    if ((*t).ended || (*t).segments >= bending.most_segments || (*t).lattice >= MAX_LATTICE) {
         return false;
     }
     (*out).kick = 0.0;
+    (*out).lattice = 0u;
     let in_body = (*t).body != NO_REGION;
     var ahead = step_ahead(t, out);
     if (in_body && !(ahead.drift > 0.0)) {
@@ -141,6 +147,7 @@ fn next_segment(t: ptr<function, Tracer>, out: ptr<function, Segment>) -> bool {
         range = visible(t, ahead.drift);
     }
     note(t, out, range, ahead.drift, within);
+    (*out).lattice = ahead.steps;
     (*t).x += (*t).p * ahead.drift;
     (*t).lattice += ahead.steps;
     return true;
@@ -167,6 +174,7 @@ fn step_ahead(t: ptr<function, Tracer>, out: ptr<function, Segment>) -> Ahead {
     }
     let h = regions[region].step;
     let is_first = (*t).lattice == 0u;
+    (*out).field = index_sample(region, (*t).x);
     if ((in_body || !is_first) && is_flat(region, (*t).x)) {
         let flat = run(region, (*t).x, (*t).p, h, MAX_LATTICE - (*t).lattice);
         if (!in_body && flat.outside) {
@@ -177,7 +185,7 @@ fn step_ahead(t: ptr<function, Tracer>, out: ptr<function, Segment>) -> Ahead {
         return Ahead(region, h * f32(flat.steps), flat.steps);
     }
     (*out).kick = select(h, 0.5 * h, is_first);
-    (*t).p += index_sample(region, (*t).x).xyz * (*out).kick;
+    (*t).p += (*out).field.xyz * (*out).kick;
     return Ahead(region, h, 1u);
 }
 
@@ -240,6 +248,7 @@ fn end_on_surface(t: ptr<function, Tracer>, out: ptr<function, Segment>, tau: f3
     (*out).beyond = turned.beyond;
     (*out).event = select(REFLECTS, REFRACTS, turned.passes) | select(0u, FROM_INSIDE, from_inside);
     (*out).late = late;
+    (*out).arrival = turned.arrival;
     (*t).lattice = 0u;
     (*t).search_from = 0.0;
 }

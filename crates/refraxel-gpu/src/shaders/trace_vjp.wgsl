@@ -19,8 +19,9 @@ struct Step {
     event: u32,
     // At its end.
     transmittance: f32,
+    // The reflection at the surface, or 0.
+    mirror: u32,
     padding_0: u32,
-    padding_1: u32,
 }
 
 // dLoss/d(x, p).
@@ -80,19 +81,31 @@ fn event_vjp(s: Step, d_end: f32, d: ptr<function, StateAdjoint>) {
     let change = after - a;
     let c = dot((*d).p, m);
     var d_a = -c;
+    var d_s = c;
     var d_w_before = 0.0;
     var d_w_after = 0.0;
+    var d_normal = (*d).p * change;
+    if (s.mirror != 0u) {
+        // Of the partial reflection, theory (7.4).
+        d_a += reflections[s.mirror].d_before;
+        d_s += reflections[s.mirror].d_after;
+        d_w_before = reflections[s.mirror].d_w_before;
+        d_w_after = reflections[s.mirror].d_w_after;
+        (*d).p += reflections[s.mirror].d_p;
+        (*d).x += reflections[s.mirror].d_position;
+        d_normal -= reflections[s.mirror].d_p * (2.0 * a);
+    }
     if (refracts) {
         // forward: s² = a² + 2D
         let least = at_least(after, outward, length(p + m * change));
-        d_w_after = c / least;
-        d_w_before = -d_w_after;
-        d_a += c * a / least;
+        d_w_after += d_s / least;
+        d_w_before -= d_s / least;
+        d_a += d_s * a / least;
     } else {
         // forward: s = −a
-        d_a -= c;
+        d_a -= d_s;
     }
-    let d_normal = (*d).p * change + p * d_a;
+    d_normal += p * d_a;
     (*d).p += m * d_a;
     let d_gradient = (d_normal - m * dot(m, d_normal)) / size;
     (*d).x += hessian(s.surface, x, d_gradient) + w_gradient(s.within, x) * d_w_before + w_gradient(s.beyond, x) * d_w_after;

@@ -1,8 +1,7 @@
 //! The backend itself: a step is a half over rays and a half over voxels.
 
 use super::absorption;
-use super::bake::Look;
-use super::caches::{clearcoat_gradient, mirror_gradients, update_clearcoat, update_mirrors};
+use super::caches::{clearcoat_gradient, mirror_gradients};
 use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
@@ -20,7 +19,9 @@ use crate::backend::{
     AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring,
     Objective, PixelGradient, REFRESH, RULE, RayGradient, ReflectionObjective, Snapshot, StepOutcome,
 };
+use crate::bake::{Look, Through};
 use crate::cancel::{Cancel, Cancelled};
+use crate::descent;
 use crate::model::{
     ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
 };
@@ -189,10 +190,6 @@ impl CpuBackend {
 
     fn scene(&self) -> Scene<'_> {
         Scene::new(&self.model, &self.optimiser.occupied, &self.layout)
-    }
-
-    fn renderer(&self) -> Renderer<'_> {
-        Renderer { level: self.level, scene: self.scene() }
     }
 
     fn stride(&self) -> usize {
@@ -391,10 +388,12 @@ impl CpuBackend {
     /// False when a parameter left the finite numbers.
     fn update_reflection(&mut self, tapes: &[Tape], objective: &ReflectionObjective) -> bool {
         let (model, optimiser) = (&mut self.model, &mut self.optimiser);
-        let mut finite = update_mirrors(&mut model.reflection, &mut optimiser.reflection, tapes, objective);
+        let grads = mirror_gradients(&model.reflection, tapes);
+        let (reflection, moments) = (&mut model.reflection, &mut optimiser.reflection);
+        let mut finite = descent::update_mirrors(reflection, moments, &grads, objective);
         if let Some(clearcoat) = &mut model.clearcoat {
             let grad = clearcoat_gradient(clearcoat, model.reflection.source, tapes);
-            finite &= update_clearcoat(clearcoat, &mut optimiser.clearcoat, &grad, objective);
+            finite &= descent::update_clearcoat(clearcoat, &mut optimiser.clearcoat, &grad, objective);
         }
         finite
     }
@@ -515,9 +514,17 @@ impl Backend for CpuBackend {
     }
 
     fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
-        let look = Look { from: self.renderer(), marching: *marching, cancel };
+        let scene = self.scene();
+        let (straight, silent) = (Refraction::none(), Reflection::none());
+        let marching = Marching { near: 0.0, ..*marching };
+        let see = |rays: &[Ray<f32>], through| {
+            let refraction = if through == Through::Bent { scene.refraction } else { &straight };
+            let scene = Scene { refraction, reflection: &silent, clearcoat: None, ..scene };
+            Renderer { level: self.level, scene }.render(rays, &marching)
+        };
+        let look = Look { refraction: scene.refraction, domain: &scene.field.domain, see, cancel };
         match (caches, &self.model.clearcoat) {
-            (Caches::Reflection, _) => self.model.reflection = look.reflection()?,
+            (Caches::Reflection, _) => self.model.reflection = look.reflection(scene.reflection)?,
             (Caches::Clearcoat, Some(clearcoat)) => self.model.clearcoat = Some(look.clearcoat(clearcoat)?),
             (Caches::Clearcoat, None) => {}
         }

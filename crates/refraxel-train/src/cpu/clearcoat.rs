@@ -1,7 +1,7 @@
 //! Clearcoats of opaque things, theory (7.13)–(7.16): a mirrored sample before all samples of a straight ray, from the surface
 //! at which the ray ends, and the way back to the samples.
 
-use super::mirrored::{MirroredSample, reads_caches};
+use super::mirrored::MirroredSample;
 use super::record::{CLEARCOAT, DENSITY_GRADIENT, Record};
 use super::sample::{MarchedSegment, RaySamples, Sample};
 use super::scene::Scene;
@@ -46,7 +46,7 @@ impl OpaqueSurface<'_> {
         let (clearcoat, facing) = (self.clearcoat, self.facing(ray)?);
         let coating = facing.reflection(d, clearcoat.ior)?;
         let (position, direction) = (facing.position, coating.direction);
-        let mirrored = if reads_caches(self.scene.reflection.source) {
+        let mirrored = if self.scene.reflection.source.reads_caches() {
             clearcoat.radiance.radiance(&clearcoat.radiance.stencil(position, direction))
         } else {
             [0.0; 3]
@@ -104,7 +104,7 @@ fn adjoint(
     mirrored: &MirroredSample,
 ) -> PartialReflectionAdjoint<f32> {
     let (of, d_share) = (&mirrored.of, mirrored.d_share);
-    let (d_x, direction) = if reads_caches(source) {
+    let (d_x, direction) = if source.reads_caches() {
         let stencil = clearcoat.radiance.stencil(of.position, of.direction);
         clearcoat.radiance.radiance_vjp(&stencil, of.direction, mirrored.d_mirrored)
     } else {

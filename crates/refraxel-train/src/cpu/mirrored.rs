@@ -6,7 +6,7 @@
 use super::absorption::product;
 use super::record::CacheLookup;
 use super::sample::{RaySamples, Sample, over};
-use crate::model::{CacheId, MirrorSource, Reflection};
+use crate::model::{CacheId, Reflection};
 use refraxel_core::Path;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
 use refraxel_core::radiance::{Filter, Pixel, mix, mix_vjp};
@@ -63,12 +63,6 @@ impl MirroredSample {
     }
 }
 
-/// True where radiance caches say what is mirrored.
-#[inline(always)]
-pub(super) fn reads_caches(source: MirrorSource) -> bool {
-    matches!(source, MirrorSource::Learned | MirrorSource::Baked)
-}
-
 /// Append the mirrored samples of a bent ray; those behind its last sample only if the ray is not `opaque` there. What they
 /// mirror is read from the caches. `found` is memory for the path's reflections.
 pub(super) fn find(
@@ -85,7 +79,7 @@ pub(super) fn find(
         if path.opaque && before == ray.samples.len() {
             break;
         }
-        let mirrored = if reads_caches(reflection.source) {
+        let mirrored = if reflection.source.reads_caches() {
             let cache = reflection.cache(CacheId::read_by(of));
             cache.radiance(&cache.stencil(of.position, of.direction))
         } else {
@@ -186,7 +180,7 @@ pub(super) fn reflection_adjoints(
         let mirror = &reflection.mirrors[usize::from(m.of.region)];
         let mut d =
             PartialReflectionAdjoint { reflectance: m.d_share * mirror.strength, ..Default::default() };
-        if reads_caches(reflection.source) {
+        if reflection.source.reads_caches() {
             let (cache, direction) = (reflection.cache(CacheId::read_by(&m.of)), m.of.direction);
             let stencil = cache.stencil(m.of.position, direction);
             (d.position, d.direction) = cache.radiance_vjp(&stencil, direction, m.d_mirrored);

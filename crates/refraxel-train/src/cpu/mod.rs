@@ -8,7 +8,6 @@
 
 mod absorption;
 mod backend;
-mod bake;
 mod caches;
 mod clearcoat;
 mod colour;

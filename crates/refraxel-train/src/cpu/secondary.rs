@@ -5,6 +5,7 @@ use super::mirrored::{self, MirroredSample};
 use super::record::CLEARCOAT;
 use super::view::{Samples, View};
 use crate::backend::Marching;
+use crate::second_rays;
 use fearless_simd::Simd;
 use refraxel_core::{Path, Ray};
 
@@ -15,11 +16,6 @@ pub(super) struct SecondaryRay {
     path: Path<f32>,
     absorbed: Absorbed,
 }
-
-/// Distance from the surface at which a secondary ray begins [voxel of the field]: it must not meet where it comes from.
-const LIFT: f32 = 1e-2;
-/// The same where an opaque thing ends or the index changes gradually, over some voxels [voxel of the field or the index].
-const OUT_OF_THE_EDGE: f32 = 2.0;
 
 /// Give mirrored samples what a second ray through the field shows, without further reflections.
 #[inline(always)]
@@ -34,9 +30,10 @@ pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
     let view = View { scene, marching: &marching, tracer: Some(tracer), absorbing: view.absorbing };
     for sample in mirrored {
         let of = &sample.of;
-        let away = distance(&view, of.region);
-        let side = away * of.direction.dot(of.normal).signum();
-        let ray = Ray { origin: of.position + of.normal * side, direction: of.direction };
+        let region = (of.region != CLEARCOAT).then_some(usize::from(of.region));
+        let away = second_rays::distance(&scene.refraction.medium, scene.field.domain.voxel(), region);
+        let from = Ray { origin: of.position, direction: of.direction };
+        let ray = second_rays::lifted(from, of.normal, away);
         let SecondaryRay { seen, path, absorbed } = second;
         seen.clear();
         absorbed.clear();
@@ -53,14 +50,4 @@ pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
         let behind = through.through(behind).colour;
         sample.mirrored = mirrored::shown(&seen.samples, &mut [], &pixel, behind);
     }
-}
-
-/// How far from a surface of a region a secondary ray begins [scene unit].
-fn distance(view: &View, region: u16) -> f32 {
-    let voxel = view.scene.field.domain.voxel();
-    if region == CLEARCOAT {
-        return OUT_OF_THE_EDGE * voxel;
-    }
-    let grid = &view.scene.refraction.medium.regions()[usize::from(region)];
-    if grid.level_set().is_some() { LIFT * voxel } else { OUT_OF_THE_EDGE * grid.voxel() }
 }

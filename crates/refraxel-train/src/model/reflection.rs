@@ -31,6 +31,14 @@ pub enum MirrorSource {
     Black,
 }
 
+impl MirrorSource {
+    /// True where radiance caches say what is mirrored.
+    #[inline(always)]
+    pub fn reads_caches(self) -> bool {
+        matches!(self, Self::Learned | Self::Baked)
+    }
+}
+
 /// The surface of one region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {

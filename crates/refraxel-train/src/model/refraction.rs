@@ -167,8 +167,13 @@ impl Refraction {
 
     /// A tracer of rays that begin anywhere: one that begins inside a body may never find out, and is given up sooner.
     pub fn secondary_tracer<'a>(&'a self, domain: &'a Domain<f32>) -> Tracer<'a, f32> {
+        self.tracer_of(domain, 0.0, self.secondary_segments())
+    }
+
+    /// The most segments of the path of such a ray.
+    pub fn secondary_segments(&self) -> usize {
         let graded = self.medium.regions().iter().any(|r| r.interior_index().is_none());
-        self.tracer_of(domain, 0.0, if graded { MAX_SEGMENTS / 4 } else { MAX_BOUNCES })
+        if graded { MAX_SEGMENTS / 4 } else { MAX_BOUNCES }
     }
 
     fn tracer_of<'a>(&'a self, domain: &'a Domain<f32>, near: f32, max_segments: usize) -> Tracer<'a, f32> {

@@ -1,8 +1,6 @@
-//! Probes look at the field, theory (7.9).
+//! Probes look at the field, theory (7.9): where they stand, which way they look, and what is made of it. A backend shows what rays
+//! from there see.
 
-use super::render::Renderer;
-use super::scene::Scene;
-use crate::backend::Marching;
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::index_edit::half_way_index;
 use crate::model::{Mirror, Reflection, Refraction};
@@ -11,6 +9,15 @@ use refraxel_core::optics::PathEnd;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::radiance::{Pixel, probes::even_direction};
 use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Path, Ray, Vec3};
+
+/// How rays from a probe go through bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Through {
+    /// Straight, as if there were none.
+    Straight,
+    /// Bent.
+    Bent,
+}
 
 /// Directions in which a probe looks: 16 per coefficient of degree 3.
 const DIRECTIONS: usize = 256;
@@ -45,23 +52,27 @@ fn mean(seen: &[Option<[f32; 3]>]) -> [f32; 3] {
     if count > 0.0 { sum.map(|s| s / count) } else { [0.5; 3] }
 }
 
-/// A look at the field as it is, without further reflections.
-pub(super) struct Look<'a> {
-    pub from: Renderer<'a>,
-    pub marching: Marching,
+/// A look at the field as it is.
+pub struct Look<'a, See> {
+    /// The bodies whose surfaces mirror.
+    pub refraction: &'a Refraction,
+    /// Where the field lies.
+    pub domain: &'a Domain<f32>,
+    /// What rays show, without what surfaces mirror.
+    pub see: See,
+    /// Says when to stop.
     pub cancel: &'a Cancel,
 }
 
-impl Look<'_> {
+impl<See: Fn(&[Ray<f32>], Through) -> Vec<Pixel<f32>>> Look<'_, See> {
     /// All probes near a surface look: those of the outer caches along straight rays, as if the bodies were not there, those
     /// of the inner caches along bent ones that begin inside.
-    pub(super) fn reflection(&self) -> Result<Reflection, Cancelled> {
-        let scene = &self.from.scene;
-        let mut baked = scene.reflection.clone();
-        let of_mirrors = scene.refraction.medium.regions().iter().zip(&baked.mirrors);
+    pub fn reflection(&self, reflection: &Reflection) -> Result<Reflection, Cancelled> {
+        let mut baked = reflection.clone();
+        let of_mirrors = self.refraction.medium.regions().iter().zip(&baked.mirrors);
         let levels: Vec<Option<LevelSet<f32>>> = of_mirrors.map(|(region, _)| level_of(region)).collect();
         for inner in [false, true] {
-            let regions = Regions { medium: &scene.refraction.medium, levels: &levels };
+            let regions = Regions { medium: &self.refraction.medium, levels: &levels };
             for lookouts in regions.lookouts(&baked.mirrors, inner).chunks(PORTION) {
                 self.cancel.check()?;
                 self.project(lookouts, inner, &mut baked.mirrors);
@@ -75,7 +86,8 @@ impl Look<'_> {
         let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
         let escapes = self.escapes(&rays, inner);
         let free: Vec<Ray<f32>> = rays.iter().zip(&escapes).filter(|(_, e)| **e).map(|(r, _)| *r).collect();
-        let mut seen = self.seen(&free, inner).into_iter().map(|p| p.colour);
+        let through = if inner { Through::Bent } else { Through::Straight };
+        let mut seen = (self.see)(&free, through).into_iter().map(|p| p.colour);
         for (lookout, escapes) in lookouts.iter().zip(escapes.chunks_exact(DIRECTIONS)) {
             let own: Vec<Option<[f32; 3]>> =
                 escapes.iter().map(|e| e.then(|| seen.next()).flatten()).collect();
@@ -89,14 +101,14 @@ impl Look<'_> {
     }
 
     /// The probes of a clearcoat look along straight rays.
-    pub(super) fn clearcoat(&self, clearcoat: &Clearcoat<f32>) -> Result<Clearcoat<f32>, Cancelled> {
+    pub fn clearcoat(&self, clearcoat: &Clearcoat<f32>) -> Result<Clearcoat<f32>, Cancelled> {
         let mut baked = clearcoat.clone();
         let at = |probe| Lookout { region: 0, probe, position: clearcoat.radiance.position(probe) };
         let lookouts: Vec<Lookout> = (0..clearcoat.radiance.probes()).map(at).collect();
         for lookouts in lookouts.chunks(PORTION) {
             self.cancel.check()?;
             let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
-            let seen = self.seen(&rays, false);
+            let seen = (self.see)(&rays, Through::Straight);
             let of_probes = rays.chunks_exact(DIRECTIONS).zip(seen.chunks_exact(DIRECTIONS));
             for (lookout, (rays, seen)) in lookouts.iter().zip(of_probes) {
                 let views = rays.iter().zip(seen).map(|(ray, pixel)| (ray.direction, pixel.colour));
@@ -111,23 +123,12 @@ impl Look<'_> {
         if !bent {
             return vec![true; rays.len()];
         }
-        let scene = &self.from.scene;
-        let tracer = scene.refraction.secondary_tracer(&scene.field.domain);
+        let tracer = self.refraction.secondary_tracer(self.domain);
         let escapes = |path: &mut Path<f32>, ray: &Ray<f32>| {
             tracer.trace_into(ray, path);
             path.end == PathEnd::Escaped
         };
         rays.par_iter().map_init(Path::default, escapes).collect()
-    }
-
-    /// What rays from a surface see; straight unless `bent`.
-    fn seen(&self, rays: &[Ray<f32>], bent: bool) -> Vec<Pixel<f32>> {
-        let (straight, silent) = (Refraction::none(), Reflection::none());
-        let scene = self.from.scene;
-        let refraction = if bent { scene.refraction } else { &straight };
-        let scene = Scene { refraction, reflection: &silent, clearcoat: None, ..scene };
-        let marching = Marching { near: 0.0, ..self.marching };
-        Renderer { level: self.from.level, scene }.render(rays, &marching)
     }
 }
 

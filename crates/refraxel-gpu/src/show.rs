@@ -1,0 +1,138 @@
+//! What rays show: forward passes of rays that are straight and of those that may bend and be mirrored.
+
+use crate::backend::GpuBackend;
+use crate::bending::{Bending, Paths, follow};
+use crate::constants::{MIRRORS, STATUS_CUT, STATUS_WORDS};
+use crate::memory::Buffers;
+use crate::pools::workgroups;
+use crate::reflections::{self, Found};
+use crate::step::RayBuffers;
+use crate::task::{Lesson, Seen, Task};
+use crate::GpuError;
+use refraxel_core::Ray;
+use refraxel_train::Refraction;
+use refraxel_train::backend::{Layers, Marching};
+use refraxel_train::bake::Through;
+use refraxel_train::model::{MAX_SEGMENTS, MirrorSource};
+use refraxel_train::second_rays;
+
+/// Which light rays show, and how they go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Showing {
+    pub layers: Layers,
+    pub through: Through,
+    /// Segments that a path may have.
+    pub most_segments: usize,
+}
+
+impl Showing {
+    /// What a camera sees of these layers.
+    pub(crate) fn layers(layers: Layers) -> Self {
+        Self { layers, through: Through::Bent, most_segments: MAX_SEGMENTS }
+    }
+
+    /// What probes see: nothing that surfaces mirror.
+    pub(crate) fn of_probes(through: Through) -> Self {
+        Self { through, ..Self::layers(Layers::Transmitted) }
+    }
+}
+
+/// A portion of rays that may bend, on their way forward.
+pub(crate) struct Forward<'a> {
+    pub portion: Bending,
+    pub task: Task,
+    /// Where the mirrored light comes from.
+    pub source: Option<MirrorSource>,
+    pub marching: Marching,
+    /// Buffers of the model, the rays and the paths.
+    pub of: &'a [&'a Buffers],
+}
+
+impl GpuBackend {
+    /// What a portion of rays shows.
+    pub(crate) fn show(
+        &self,
+        rays: &[Ray<f32>],
+        marching: &Marching,
+        showing: Showing,
+    ) -> Result<Vec<Seen>, GpuError> {
+        self.check_steps(marching, self.forward_loops())?;
+        let (gpu, mut buffers, straight) = (&self.gpu, RayBuffers::default(), Refraction::none());
+        let bends = showing.through == Through::Bent && !self.held.refraction.is_none();
+        let refraction = if bends { &self.held.refraction } else { &straight };
+        buffers.fill(gpu, &Lesson::of_rays(rays, refraction), false)?;
+        let mut task = Task::marching(marching, &self.held, rays.len());
+        if bends {
+            let source = reflections::source(&self.held.reflection, showing.layers);
+            task.wants |= reflections::wants(source);
+            let paths = Paths::standing(gpu, rays.len())?;
+            let portion = Bending::shown(gpu, &self.held, rays.len()).up_to(showing.most_segments);
+            let of = [&self.buffers, &buffers.buffers, &paths.buffers];
+            let forward = Forward { portion, task, source, marching: *marching, of: &of };
+            self.forward(&forward, &mut Found::nothing(gpu)?)?;
+        } else {
+            self.buffers.write(gpu, "task", &[task]);
+            let mut encoder = self.encoder();
+            let of = [&self.buffers, &buffers.buffers];
+            self.kernels.render.run(gpu, &mut encoder, &of, workgroups(rays.len()));
+            gpu.queue.submit([encoder.finish()]);
+        }
+        buffers.buffers.read(gpu, "seen", rays.len())
+    }
+
+    /// Render a portion of rays that may bend, with what surfaces mirror into them; the dispatches that the longest path needed.
+    pub(crate) fn forward(&self, forward: &Forward, found: &mut Found) -> Result<usize, GpuError> {
+        let Forward { portion, task, of, .. } = forward;
+        let (gpu, rays) = (&self.gpu, portion.rays as usize);
+        let with = |found: &Buffers, kernel| {
+            let all: Vec<&Buffers> = of.iter().copied().chain([found]).collect();
+            follow(gpu, kernel, &all, portion)
+        };
+        self.buffers.write(gpu, "task", &[*task]);
+        let render = &self.kernels.bent(gpu)?.render;
+        if task.wants & MIRRORS == 0 {
+            return with(&found.buffers, render);
+        }
+        let mirrors = self.kernels.mirrors(gpu)?;
+        let count = found.fill(gpu, &self.buffers, rays, |found| with(found, &mirrors.find))?;
+        let blocks = with(&found.buffers, render)?;
+        if forward.source == Some(MirrorSource::Exact) {
+            self.look_exactly(found, rays..count, &forward.marching)?;
+            self.buffers.write(gpu, "task", &[*task]);
+            self.buffers.write(gpu, "bending", &[*portion]);
+        }
+        let mut encoder = self.encoder();
+        let all: Vec<&Buffers> = of.iter().copied().chain([&found.buffers]).collect();
+        mirrors.mirror.run(gpu, &mut encoder, &all, workgroups(rays));
+        gpu.queue.submit([encoder.finish()]);
+        let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
+        if status[STATUS_CUT as usize] != 0 { Err(GpuError::cut_short(gpu)) } else { Ok(blocks) }
+    }
+
+    /// Give the reflections that were found what a second ray through the field shows, without further reflections.
+    fn look_exactly(
+        &self,
+        found: &Found,
+        range: std::ops::Range<usize>,
+        marching: &Marching,
+    ) -> Result<(), GpuError> {
+        let (medium, voxel) = (&self.held.refraction.medium, self.held.field.domain.voxel());
+        let mut all = found.read(&self.gpu, range.start, range.end)?;
+        let ray = |r: &reflections::Reflection| {
+            let mirrored = Ray { origin: r.position.into(), direction: r.direction.into() };
+            let away = second_rays::distance(medium, voxel, Some(r.region as usize));
+            second_rays::lifted(mirrored, r.normal.into(), away)
+        };
+        let rays: Vec<Ray<f32>> = all.iter().map(ray).collect();
+        let most_segments = self.held.refraction.secondary_segments();
+        let showing = Showing { most_segments, ..Showing::layers(Layers::Transmitted) };
+        let marching = Marching { near: 0.0, ..*marching };
+        for (part, rays) in all.chunks_mut(self.portion()).zip(rays.chunks(self.portion())) {
+            for (r, seen) in part.iter_mut().zip(self.show(rays, &marching, showing)?) {
+                r.light = seen.colour;
+            }
+        }
+        found.write(&self.gpu, range.start, &all);
+        Ok(())
+    }
+}
