@@ -130,7 +130,7 @@ impl Unsupported {
     /// What is not there.
     pub fn what(self) -> &'static str {
         match self {
-            Self::Reflection => "the GPU backend has no mirrors yet",
+            Self::Reflection => "the GPU renderer has no mirrors yet",
             Self::Clearcoat => "the GPU backend has no clearcoats yet",
             Self::Integrator => "the GPU backend traces rays by leapfrog only",
         }
