@@ -23,7 +23,7 @@ use refraxel_train::backend::{
 use refraxel_train::bake::Look;
 use refraxel_train::cancel::{Cancel, Cancelled};
 use refraxel_train::model::{
-    IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
+    ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
 };
 use refraxel_train::run::Run;
 use std::borrow::Cow;
@@ -87,10 +87,8 @@ impl GpuBackend {
 
     /// Whether the backend has everything that a model needs.
     pub fn supports(model: &Model) -> Result<(), Unsupported> {
-        if model.refraction.optics.integrator != Integrator::Leapfrog {
-            return Err(Unsupported::Integrator);
-        }
-        if model.clearcoat.is_some() { Err(Unsupported::Clearcoat) } else { Ok(()) }
+        let leapfrog = model.refraction.optics.integrator == Integrator::Leapfrog;
+        if leapfrog { Ok(()) } else { Err(Unsupported::Integrator) }
     }
 
     /// Whether the backend has everything that a run may come to need: what its options switch on, and, for a run that goes on,
@@ -104,7 +102,7 @@ impl GpuBackend {
         if bends && Integrator::from(options.index.integrator) != Integrator::Leapfrog {
             return Err(Unsupported::Integrator);
         }
-        if options.clearcoat.enabled.is_on() { Err(Unsupported::Clearcoat) } else { Ok(()) }
+        Ok(())
     }
 
     /// The device, and what went wrong there.
@@ -300,12 +298,15 @@ impl Backend for GpuBackend {
     fn set_reflection(&mut self, reflection: Reflection) {
         self.moments.reflection = reflection.mirrors.iter().map(MirrorMoments::zero).collect();
         self.held.reflection = reflection;
-        let uploaded = upload_mirrors(&self.gpu, &mut self.buffers, &self.held.reflection);
+        let uploaded = upload_mirrors(&self.gpu, &mut self.buffers, &self.held);
         self.noted(uploaded);
     }
 
-    fn set_clearcoat(&mut self, _: Clearcoat<f32>) {
-        panic!("{}", Unsupported::Clearcoat);
+    fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>) {
+        self.moments.clearcoat = ClearcoatMoments::zero(&clearcoat);
+        self.held.clearcoat = Some(clearcoat);
+        let uploaded = upload_mirrors(&self.gpu, &mut self.buffers, &self.held);
+        self.noted(uploaded);
     }
 
     fn set_density(&mut self, value: f32, inside: &BrickMask) {
@@ -341,12 +342,12 @@ impl Backend for GpuBackend {
             |rays: &[Ray<f32>], through| self.shown(rays, &marching, Showing::of_probes(through));
         let (refraction, domain) = (&self.held.refraction, &self.held.field.domain);
         let look = Look { refraction, domain, see, cancel };
-        match caches {
-            Caches::Reflection => self.held.reflection = look.reflection(&self.held.reflection)?,
-            // A model that is supported has no clearcoat.
-            Caches::Clearcoat => return cancel.check(),
+        match (caches, &self.held.clearcoat) {
+            (Caches::Reflection, _) => self.held.reflection = look.reflection(&self.held.reflection)?,
+            (Caches::Clearcoat, Some(clearcoat)) => self.held.clearcoat = Some(look.clearcoat(clearcoat)?),
+            (Caches::Clearcoat, None) => {}
         }
-        let uploaded = crate::reflections::upload(&self.gpu, &mut self.buffers, &self.held.reflection);
+        let uploaded = crate::reflections::upload(&self.gpu, &mut self.buffers, &self.held);
         self.noted(uploaded);
         Ok(())
     }
@@ -383,15 +384,15 @@ impl Backend for GpuBackend {
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
         let found = self.gradients(batch, objective, WANTS_FIELD | WANTS_INDEX);
         // Of a device with a fault: nothing, and an outcome that is not finite.
-        let Gradients { field, texels, medium, absorption, reflection, rays, outcome } =
+        let Gradients { field, texels, medium, absorption, mirrored, rays, outcome } =
             found.unwrap_or_else(|| Gradients::none(batch));
         BatchGradient {
             field,
             background: texels,
             medium,
             absorption,
-            reflection,
-            clearcoat: None,
+            reflection: mirrored.mirrors,
+            clearcoat: mirrored.clearcoat,
             rays,
             outcome,
         }

@@ -53,7 +53,7 @@ impl Bending {
             most_segments: MAX_SEGMENTS as u32,
             is_smooth: regions.iter().any(|r| r.level_set().is_none()).into(),
             plain_product: (model.refraction.optics.weight == Weight::Gradient).into(),
-            strengths_from: crate::reflections::coefficients(&model.reflection) as u32,
+            strengths_from: crate::reflections::coefficients(model) as u32,
             ..Self::default()
         }
     }

@@ -1,13 +1,15 @@
 //! Constants of the Rust code for the kernels. No number is repeated in WGSL.
 
-use crate::bodies::{BODY, BODY_OF_PLANES, CUBIC_B_SPLINE, NO_BODY, TRILINEAR, TRILINEAR_OF_DIFFERENCES};
+use crate::bodies::{
+    BODY, BODY_OF_PLANES, CUBIC_B_SPLINE, MAX_REGIONS, NO_BODY, TRILINEAR, TRILINEAR_OF_DIFFERENCES,
+};
 use crate::pools::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::index::{BORDER, BORDER_VALUE, CUTS, FLAT, NUDGE, TOUCH, VACUUM};
 use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT, transition};
 use refraxel_core::priors::OPACITY_MARGIN;
-use refraxel_core::radiance::{GROUP, light};
+use refraxel_core::radiance::{GROUP, clearcoat, light};
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
 use std::fmt::Write;
@@ -30,6 +32,8 @@ pub(crate) const ABSORBS: u32 = 32;
 pub(crate) const MIRRORS: u32 = 64;
 /// Bit of `Task::wants`: caches say what they mirror.
 pub(crate) const READS_CACHES: u32 = 128;
+/// Bit of `Task::wants`: opaque things have a clearcoat.
+pub(crate) const COATED: u32 = 256;
 /// Bits of `Segment::event`: the ray passes; it is turned back; it comes from inside the body.
 const REFRACTS: u32 = 1;
 const REFLECTS: u32 = 2;
@@ -100,6 +104,8 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("ABSORBS", ABSORBS),
         ("MIRRORS", MIRRORS),
         ("READS_CACHES", READS_CACHES),
+        ("COATED", COATED),
+        ("MAX_REGIONS", MAX_REGIONS as u32),
         ("REFRACTS", REFRACTS),
         ("REFLECTS", REFLECTS),
         ("FROM_INSIDE", FROM_INSIDE),
@@ -146,6 +152,8 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("PASSAGE_FLAT", transition::FLAT as f32),
         ("PASSAGE_LEAST", transition::LEAST as f32),
         ("PASSAGE_INSIDE", transition::INSIDE as f32),
+        ("LEAST_SLOPE", clearcoat::LEAST_SLOPE as f32),
+        ("LEAST_COSINE", clearcoat::LEAST_COSINE as f32),
         ("LIGHT_TOE", light::TOE as f32),
         ("LIGHT_TOE_SLOPE", light::TOE_SLOPE as f32),
         ("LIGHT_OFFSET", light::OFFSET as f32),

@@ -11,7 +11,9 @@ use bytemuck::{Pod, Zeroable};
 use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
-use refraxel_train::model::{IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction};
+use refraxel_train::model::{
+    ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction,
+};
 
 /// Outcomes of steps that a device keeps until the host reads them.
 pub(crate) const OUTCOMES: usize = 64;
@@ -105,6 +107,7 @@ pub(crate) fn upload_shown(
     let mut b = Buffers::default();
     b.filled(gpu, "scene", &[Scene::of(model)])?;
     b.zeros(gpu, "task", size_of::<crate::task::Task>() as u64)?;
+    b.zeros(gpu, "bending", size_of::<Bending>() as u64)?;
     b.filled(gpu, "table", &table(map))?;
     b.filled(gpu, "forward", map.forward_rows())?;
     b.filled(gpu, "occupied", occupied)?;
@@ -141,7 +144,7 @@ pub(crate) fn upload(
     b.zeros(gpu, "status", 4 * u64::from(STATUS_WORDS))?;
     b.zeros(gpu, "outcomes", 4 * (OUTCOME_WORDS * OUTCOMES) as u64)?;
     upload_medium(gpu, &mut b, &model.refraction)?;
-    upload_mirrors(gpu, &mut b, &model.reflection)?;
+    upload_mirrors(gpu, &mut b, model)?;
     gpu.queue.submit([]);
     gpu.fault().map_or(Ok(b), Err)
 }
@@ -151,15 +154,14 @@ pub(crate) fn upload_medium(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction)
     if refraction.is_none() {
         return Ok(());
     }
-    b.zeros(gpu, "bending", size_of::<Bending>() as u64)?;
     b.zeros(gpu, "index_gradient", 8 * bodies::gradient_len(refraction) as u64)?;
     bodies::upload(gpu, b, refraction)
 }
 
 /// Arrays with everything that kernels read and write of what mirrors.
-pub(crate) fn upload_mirrors(gpu: &Gpu, b: &mut Buffers, reflection: &Reflection) -> Result<(), GpuError> {
-    b.zeros(gpu, "probe_gradient", 8 * reflections::gradient_len(reflection) as u64)?;
-    reflections::upload(gpu, b, reflection)
+pub(crate) fn upload_mirrors(gpu: &Gpu, b: &mut Buffers, model: &Model) -> Result<(), GpuError> {
+    b.zeros(gpu, "probe_gradient", 8 * reflections::gradient_len(model) as u64)?;
+    reflections::upload(gpu, b, model)
 }
 
 /// Names and sizes of the arrays that are 0 between two steps.
@@ -207,11 +209,13 @@ pub(crate) fn blank(held: &Model) -> Model {
 pub(crate) struct HostMoments {
     pub index: Vec<IndexMoments>,
     pub reflection: Vec<MirrorMoments>,
+    pub clearcoat: ClearcoatMoments,
 }
 
 impl HostMoments {
     pub(crate) fn of(optimiser: &Optimiser) -> Self {
-        Self { index: optimiser.index.clone(), reflection: optimiser.reflection.clone() }
+        let Optimiser { index, reflection, clearcoat, .. } = optimiser;
+        Self { index: index.clone(), reflection: reflection.clone(), clearcoat: clearcoat.clone() }
     }
 }
 
@@ -253,6 +257,7 @@ pub(crate) fn download(
         occupied: buffers.read(gpu, "occupied", model.field.map.slots())?,
         index: moments.index.clone(),
         reflection: moments.reflection.clone(),
+        clearcoat: moments.clearcoat.clone(),
         ..Optimiser::new(held)
     };
     Ok((model, optimiser))

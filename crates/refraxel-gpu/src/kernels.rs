@@ -3,7 +3,7 @@
 use crate::memory::Buffers;
 use crate::pools::Shape;
 use crate::sources::{
-    Access, CONCLUDE, FIND_REFLECTIONS, LEARN, LEARN_BENT, MIRROR_LIGHT, MIRROR_VJP, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE,
+    Access, COAT, COAT_VJP, CONCLUDE, FACE, LEARN_COAT, FIND_REFLECTIONS, LEARN, LEARN_BENT, MIRROR_LIGHT, MIRROR_VJP, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE,
     UPDATE_BACKGROUND, VARIATION,
 };
 use crate::{Gpu, GpuError};
@@ -128,6 +128,7 @@ pub(crate) struct Kernels {
     pub peak: Kernel,
     bent: OnceLock<BentKernels>,
     mirrors: OnceLock<MirrorKernels>,
+    coat: OnceLock<CoatKernels>,
 }
 
 /// What takes the place of the kernels of the same names where rays bend.
@@ -146,6 +147,15 @@ pub(crate) struct MirrorKernels {
     pub vjp: Kernel,
 }
 
+/// What runs beside those for straight rays where opaque things have a clearcoat.
+#[derive(Debug)]
+pub(crate) struct CoatKernels {
+    pub face: Kernel,
+    pub coat: Kernel,
+    pub vjp: Kernel,
+    pub learn: Kernel,
+}
+
 impl Kernels {
     pub(crate) fn new(gpu: &Gpu, shape: Shape) -> Result<Self, GpuError> {
         let kernel = |source| Kernel::new(gpu, source, &shape);
@@ -161,6 +171,7 @@ impl Kernels {
             peak: kernel(&PEAK),
             bent: OnceLock::new(),
             mirrors: OnceLock::new(),
+            coat: OnceLock::new(),
         };
         gpu.fault().map_or(Ok(kernels), Err)
     }
@@ -185,6 +196,19 @@ impl Kernels {
             find: kernel(&FIND_REFLECTIONS),
             mirror: kernel(&MIRROR_LIGHT),
             vjp: kernel(&MIRROR_VJP),
+        });
+        gpu.fault().map_or(Ok(kernels), Err)
+    }
+
+    /// Those for clearcoats, which are compiled when they are first needed.
+    pub(crate) fn coat(&self, gpu: &Gpu) -> Result<&CoatKernels, GpuError> {
+        let shape = Shape { degree: ShDegree::MAX, ..self.shape };
+        let kernel = |source| Kernel::new(gpu, source, &shape);
+        let kernels = self.coat.get_or_init(|| CoatKernels {
+            face: kernel(&FACE),
+            coat: kernel(&COAT),
+            vjp: kernel(&COAT_VJP),
+            learn: kernel(&LEARN_COAT),
         });
         gpu.fault().map_or(Ok(kernels), Err)
     }

@@ -4,7 +4,7 @@
 //! A kernel (`kernels.rs`) is a concatenation of small files of `shaders/`, preceded by its bindings and by constants that are
 //! those of the Rust code. `naga` validates all of them in a unit test that needs no adapter.
 //!
-//! What the backend does not have yet (mirrors, clearcoats) it refuses, see [`Unsupported`]: it never computes
+//! What the backend does not have (rules of integration other than leapfrog) it refuses, see [`Unsupported`]: it never computes
 //! something else instead.
 //!
 //! **Sums are exact.** Gradients are added in fixed point of 64 bits (`shaders/fixed.wgsl`): the order in which rays arrive
@@ -14,6 +14,7 @@ mod adapters;
 mod backend;
 mod bending;
 mod bodies;
+mod coats;
 mod constants;
 mod device;
 mod error;

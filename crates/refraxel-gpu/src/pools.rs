@@ -9,7 +9,7 @@ use refraxel_train::Model;
 use std::fmt::Write;
 
 /// Arrays of the kernel with the most of them, without its pools, where all rays are straight, and where they may bend.
-const OTHER_BINDINGS: [u32; 2] = [12, 19];
+const OTHER_BINDINGS: [u32; 2] = [13, 19];
 
 /// How an array with one entry per voxel is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,13 +1,14 @@
 //! What surfaces mirror, as kernels read it and find it: `Cache` of `probes.wgsl` and `Reflection` of `reflections.wgsl`.
 
 use crate::bodies::MAX_REGIONS;
-use crate::constants::{MIRRORS, READS_CACHES, STATUS_REFLECTIONS, STATUS_WORDS};
+use crate::constants::{COATED, MIRRORS, READS_CACHES, STATUS_REFLECTIONS, STATUS_WORDS};
 use crate::memory::Buffers;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::radiance::ProbeGrid;
+use refraxel_core::radiance::clearcoat::{Clearcoat, ClearcoatGradient};
 use refraxel_train::backend::{Layers, MirrorGradient};
-use refraxel_train::model::{Mirror, MirrorSource, Reflection as Mirrors};
+use refraxel_train::model::{Mirror, MirrorSource, Model};
 
 /// Surfaces per ray for which there is room at first.
 const AT_FIRST: usize = 4;
@@ -47,69 +48,100 @@ fn caches(mirror: &Mirror) -> [&ProbeGrid<f32>; 2] {
     [&mirror.outer, &mirror.inner]
 }
 
-/// Arrays with everything that kernels read and write of mirrors.
-pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, reflection: &Mirrors) -> Result<(), GpuError> {
-    let (mut all, mut probes) = (Vec::new(), Vec::<f32>::new());
-    for mirror in &reflection.mirrors {
-        for cache in caches(mirror) {
-            let (nodes, extent) = (cache.resolution(), cache.bounds().extent());
-            all.push(Cache {
-                lowest: cache.bounds().min.to_array(),
-                first: probes.len() as u32,
-                scale: [0, 1, 2].map(|a| (nodes[a] - 1) as f32 / extent[a]),
-                basis: cache.degree().basis() as u32,
-                nodes,
-                strength: mirror.strength,
-            });
-            probes.extend(&cache.coefficients);
-        }
+/// The caches of a clearcoat: strength and radiance, behind those of all regions.
+fn caches_of_coat(clearcoat: Option<&Clearcoat<f32>>) -> impl Iterator<Item = &ProbeGrid<f32>> {
+    clearcoat.into_iter().flat_map(|c| [&c.strength, &c.radiance])
+}
+
+/// Describe a cache, and append its coefficients.
+fn push(cache: &ProbeGrid<f32>, strength: f32, probes: &mut Vec<f32>) -> Cache {
+    let (nodes, extent) = (cache.resolution(), cache.bounds().extent());
+    let first = probes.len() as u32;
+    probes.extend(&cache.coefficients);
+    Cache {
+        lowest: cache.bounds().min.to_array(),
+        first,
+        scale: [0, 1, 2].map(|a| (nodes[a] - 1) as f32 / extent[a]),
+        basis: cache.degree().basis() as u32,
+        nodes,
+        strength,
     }
-    let needed = 8 * gradient_len(reflection) as u64;
+}
+
+/// Arrays with everything that kernels read of what a model mirrors.
+pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, model: &Model) -> Result<(), GpuError> {
+    let (mut all, mut probes) = (Vec::new(), Vec::<f32>::new());
+    for mirror in &model.reflection.mirrors {
+        all.extend(caches(mirror).map(|cache| push(cache, mirror.strength, &mut probes)));
+    }
+    all.resize(2 * MAX_REGIONS, Cache::default());
+    all.extend(caches_of_coat(model.clearcoat.as_ref()).map(|cache| push(cache, 1.0, &mut probes)));
+    all.resize(2 * MAX_REGIONS + 2, Cache::default());
+    let needed = 8 * gradient_len(model) as u64;
     if needed > gpu.binding_limit() {
         let (what, adapter) = ("the gradient of radiance caches", gpu.adapter().name.clone());
         return Err(GpuError::TooLarge { what, adapter, needed, most: gpu.binding_limit() });
     }
-    all.resize(2 * MAX_REGIONS, Cache::default());
     b.put(gpu, "caches", &all)?;
     b.put(gpu, "probes", &probes)
 }
 
 /// Coefficients of all caches.
-pub(crate) fn coefficients(reflection: &Mirrors) -> usize {
-    reflection.mirrors.iter().flat_map(caches).map(|c| c.coefficients.len()).sum()
+pub(crate) fn coefficients(model: &Model) -> usize {
+    let of_mirrors = model.reflection.mirrors.iter().flat_map(caches);
+    of_mirrors.chain(caches_of_coat(model.clearcoat.as_ref())).map(|c| c.coefficients.len()).sum()
 }
 
-/// Numbers of the gradient of mirrors: the coefficients of their caches, and the strength of each.
-pub(crate) fn gradient_len(reflection: &Mirrors) -> usize {
-    coefficients(reflection) + reflection.mirrors.len()
+/// Numbers of the gradient of what a model mirrors: the coefficients of all caches, and the strength of each mirror.
+pub(crate) fn gradient_len(model: &Model) -> usize {
+    coefficients(model) + model.reflection.mirrors.len()
 }
 
-/// The gradient of mirrors as kernels sum it up.
-pub(crate) fn gradient(reflection: &Mirrors, sums: &[f64]) -> Vec<MirrorGradient> {
-    let (caches, strengths) = sums.split_at(coefficients(reflection));
-    let mut rest = caches.iter();
-    let of_mirror = |(mirror, strength): (&Mirror, &f64)| {
-        let mut next = |n: usize| rest.by_ref().take(n).map(|d| *d as f32).collect();
-        let outer = next(mirror.outer.coefficients.len());
-        MirrorGradient { strength: *strength, outer, inner: next(mirror.inner.coefficients.len()) }
-    };
-    reflection.mirrors.iter().zip(strengths).map(of_mirror).collect()
+/// dLoss/d(what surfaces mirror).
+#[derive(Debug, Default)]
+pub(crate) struct Gradient {
+    pub mirrors: Vec<MirrorGradient>,
+    pub clearcoat: Option<ClearcoatGradient<f32>>,
+}
+
+impl Gradient {
+    /// As kernels sum it up.
+    pub(crate) fn of(model: &Model, sums: &[f64]) -> Self {
+        let (caches, strengths) = sums.split_at(coefficients(model));
+        let mut rest = caches.iter();
+        let mut next = |like: &ProbeGrid<f32>| {
+            rest.by_ref().take(like.coefficients.len()).map(|d| *d as f32).collect::<Vec<f32>>()
+        };
+        let of_mirror = |(mirror, strength): (&Mirror, &f64)| {
+            let (outer, inner) = (next(&mirror.outer), next(&mirror.inner));
+            MirrorGradient { strength: *strength, outer, inner }
+        };
+        let mirrors = model.reflection.mirrors.iter().zip(strengths).map(of_mirror).collect();
+        let of_coat = |c: &Clearcoat<f32>| {
+            let (strength, radiance) = (next(&c.strength), next(&c.radiance));
+            ClearcoatGradient { strength, radiance }
+        };
+        Self { mirrors, clearcoat: model.clearcoat.as_ref().map(of_coat) }
+    }
 }
 
 /// Where the light comes from that surfaces mirror; `None` where none does.
-pub(crate) fn source(reflection: &Mirrors, layers: Layers) -> Option<MirrorSource> {
+pub(crate) fn source(model: &Model, layers: Layers) -> Option<MirrorSource> {
     let source = match layers {
-        Layers::All => reflection.source,
+        Layers::All => model.reflection.source,
         Layers::Mirroring(source) => source,
         Layers::Transmitted => return None,
     };
-    (!reflection.is_none()).then_some(source)
+    (!model.reflection.is_none() || model.clearcoat.is_some()).then_some(source)
 }
 
-/// Bits of `Task::wants` for mirrors with light of this source.
-pub(crate) fn wants(source: Option<MirrorSource>) -> u32 {
-    let reads = source.is_some_and(MirrorSource::reads_caches);
-    source.map_or(0, |_| MIRRORS) | if reads { READS_CACHES } else { 0 }
+/// Bits of `Task::wants` for surfaces that mirror light of this source.
+pub(crate) fn wants(model: &Model, source: Option<MirrorSource>) -> u32 {
+    let Some(source) = source else { return 0 };
+    let bit = |wanted: bool, bit: u32| if wanted { bit } else { 0 };
+    bit(!model.reflection.is_none(), MIRRORS)
+        | bit(model.clearcoat.is_some(), COATED)
+        | bit(source.reads_caches(), READS_CACHES)
 }
 
 /// The reflections of the paths of a portion of rays: a head of the list of each, then those that were found.

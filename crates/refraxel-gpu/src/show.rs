@@ -2,7 +2,8 @@
 
 use crate::backend::GpuBackend;
 use crate::bending::{Bending, Paths, follow};
-use crate::constants::{MIRRORS, STATUS_CUT, STATUS_WORDS};
+use crate::coats::{self, Coat};
+use crate::constants::{COATED, MIRRORS, STATUS_CUT, STATUS_WORDS};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::reflections::{self, Found};
@@ -48,6 +49,14 @@ pub(crate) struct Forward<'a> {
     pub of: &'a [&'a Buffers],
 }
 
+/// Straight rays on their way forward.
+pub(crate) struct StraightForward {
+    pub task: Task,
+    /// Where the mirrored light comes from.
+    pub source: Option<MirrorSource>,
+    pub marching: Marching,
+}
+
 impl GpuBackend {
     /// What a portion of rays shows.
     pub(crate) fn show(
@@ -62,22 +71,50 @@ impl GpuBackend {
         let refraction = if bends { &self.held.refraction } else { &straight };
         buffers.fill(gpu, &Lesson::of_rays(rays, refraction), false)?;
         let mut task = Task::marching(marching, &self.held, rays.len());
+        let source = reflections::source(&self.held, showing.layers);
+        task.wants |= reflections::wants(&self.held, source);
+        if !bends || task.wants & COATED != 0 {
+            let coats = if task.wants & COATED != 0 { rays.len() } else { 1 };
+            coats::fit(gpu, &mut buffers.buffers, coats)?;
+            let straight = StraightForward { task, source, marching: *marching };
+            self.forward_straight(&straight, &[&self.buffers, &buffers.buffers])?;
+        }
         if bends {
-            let source = reflections::source(&self.held.reflection, showing.layers);
-            task.wants |= reflections::wants(source);
             let paths = Paths::standing(gpu, rays.len())?;
             let portion = Bending::shown(gpu, &self.held, rays.len()).up_to(showing.most_segments);
             let of = [&self.buffers, &buffers.buffers, &paths.buffers];
             let forward = Forward { portion, task, source, marching: *marching, of: &of };
             self.forward(&forward, &mut Found::nothing(gpu)?)?;
-        } else {
-            self.buffers.write(gpu, "task", &[task]);
-            let mut encoder = self.encoder();
-            let of = [&self.buffers, &buffers.buffers];
-            self.kernels.render.run(gpu, &mut encoder, &of, workgroups(rays.len()));
-            gpu.queue.submit([encoder.finish()]);
         }
         buffers.buffers.read(gpu, "seen", rays.len())
+    }
+
+    /// Render straight rays, with what a clearcoat mirrors into them.
+    pub(crate) fn forward_straight(
+        &self,
+        forward: &StraightForward,
+        of: &[&Buffers],
+    ) -> Result<(), GpuError> {
+        let (gpu, task) = (&self.gpu, forward.task);
+        let groups = workgroups(task.rays as usize);
+        self.buffers.write(gpu, "task", &[task]);
+        let mut encoder = self.encoder();
+        self.kernels.render.run(gpu, &mut encoder, of, groups);
+        if task.wants & COATED != 0 {
+            let (coat, bending) = (self.kernels.coat(gpu)?, Bending::shown(gpu, &self.held, 0));
+            self.buffers.write(gpu, "bending", &[bending]);
+            coat.face.run(gpu, &mut encoder, of, groups);
+            if forward.source == Some(MirrorSource::Exact) {
+                gpu.queue.submit([encoder.finish()]);
+                self.look_exactly_from_coats(of, task.rays as usize, &forward.marching)?;
+                self.buffers.write(gpu, "task", &[task]);
+                self.buffers.write(gpu, "bending", &[bending]);
+                encoder = self.encoder();
+            }
+            coat.coat.run(gpu, &mut encoder, of, groups);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        Ok(())
     }
 
     /// Render a portion of rays that may bend, with what surfaces mirror into them; the dispatches that the longest path needed.
@@ -124,15 +161,45 @@ impl GpuBackend {
             second_rays::lifted(mirrored, r.normal.into(), away)
         };
         let rays: Vec<Ray<f32>> = all.iter().map(ray).collect();
-        let most_segments = self.held.refraction.secondary_segments();
-        let showing = Showing { most_segments, ..Showing::layers(Layers::Transmitted) };
-        let marching = Marching { near: 0.0, ..*marching };
-        for (part, rays) in all.chunks_mut(self.portion()).zip(rays.chunks(self.portion())) {
-            for (r, seen) in part.iter_mut().zip(self.show(rays, &marching, showing)?) {
-                r.light = seen.colour;
-            }
+        for (r, light) in all.iter_mut().zip(self.second_rays(&rays, marching)?) {
+            r.light = light;
         }
         found.write(&self.gpu, range.start, &all);
         Ok(())
+    }
+
+    /// The same for the surfaces at which straight rays end.
+    fn look_exactly_from_coats(
+        &self,
+        of: &[&Buffers],
+        rays: usize,
+        marching: &Marching,
+    ) -> Result<(), GpuError> {
+        let (medium, voxel) = (&self.held.refraction.medium, self.held.field.domain.voxel());
+        let Some(buffers) = of.iter().find(|b| b.get("coats").is_some()) else { return Ok(()) };
+        let mut all: Vec<Coat> = buffers.read(&self.gpu, "coats", rays)?;
+        let away = second_rays::distance(medium, voxel, None);
+        let ray = |c: &Coat| {
+            let mirrored = Ray { origin: c.position.into(), direction: c.direction.into() };
+            second_rays::lifted(mirrored, c.normal.into(), away)
+        };
+        let rays: Vec<Ray<f32>> = all.iter().filter(|c| c.is_there != 0).map(ray).collect();
+        let seen = self.second_rays(&rays, marching)?;
+        for (c, light) in all.iter_mut().filter(|c| c.is_there != 0).zip(seen) {
+            c.light = light;
+        }
+        buffers.write(&self.gpu, "coats", &all);
+        Ok(())
+    }
+
+    /// What rays from surfaces show.
+    fn second_rays(&self, rays: &[Ray<f32>], marching: &Marching) -> Result<Vec<[f32; 3]>, GpuError> {
+        let most_segments = self.held.refraction.secondary_segments();
+        let showing = Showing { most_segments, ..Showing::layers(Layers::Transmitted) };
+        let (marching, mut out) = (Marching { near: 0.0, ..*marching }, Vec::with_capacity(rays.len()));
+        for rays in rays.chunks(self.portion()) {
+            out.extend(self.show(rays, &marching, showing)?.into_iter().map(|seen| seen.colour));
+        }
+        Ok(out)
     }
 }

@@ -203,6 +203,7 @@ pub(crate) const LEARN_BENT: Source = Source {
             "fixed",
             "touched",
             "priors",
+            "ray_gradient_fields",
             "ray_gradient",
             "scatter",
             "stencil_vjp",
@@ -229,8 +230,108 @@ pub(crate) const LEARN_BENT: Source = Source {
 /// Compare rays with their targets and march back.
 pub(crate) const LEARN: Source = Source {
     entry: "learn",
-    files: &[MARCH, shaders!["fixed", "touched", "priors", "ray_gradient", "scatter", "learn"]],
-    bindings: &[MARCHED, LEARNED],
+    files: &[
+        MARCH,
+        shaders![
+            "fixed",
+            "touched",
+            "priors",
+            "ray_gradient_fields",
+            "ray_gradient",
+            "scatter",
+            "fresnel",
+            "bending",
+            "coats",
+            "learn"
+        ],
+    ],
+    bindings: &[MARCHED, LEARNED, &[("bending", Uniform), ("coats", Read)]],
+};
+
+/// Marches straight rays without shading what they meet, for a clearcoat.
+const COAT_MARCH: &[&str] = shaders![
+    "scene",
+    "rays",
+    "density",
+    "domain",
+    "bricks",
+    "trilinear",
+    "march",
+    "coat_sample",
+    "bending",
+    "fresnel",
+    "coats"
+];
+/// What that reads.
+const COAT_MARCHED: &[(&str, Access)] = &[
+    ("scene", Uniform),
+    ("task", Uniform),
+    ("bending", Uniform),
+    ("table", Read),
+    ("forward", Read),
+    ("occupied", Read),
+    ("density", Read),
+    ("lessons", Read),
+];
+
+/// Find the surfaces at which straight rays end.
+pub(crate) const FACE: Source = Source {
+    entry: "face",
+    files: &[COAT_MARCH, shaders!["face"]],
+    bindings: &[COAT_MARCHED, &[("coats", Writes)]],
+};
+
+/// Mix what straight rays show with what a clearcoat mirrors.
+pub(crate) const COAT: Source = Source {
+    entry: "coat",
+    files: &[shaders![
+        "scene", "rays", "bending", "light", "sh", "trilinear", "probes", "fresnel", "coats", "coat"
+    ]],
+    bindings: &[
+        &[("scene", Uniform), ("task", Uniform), ("bending", Uniform), ("coats", Writes), ("seen", Writes)],
+        CACHES,
+    ],
+};
+
+/// The adjoint of what a clearcoat mirrors.
+pub(crate) const COAT_VJP: Source = Source {
+    entry: "coat_vjp",
+    files: &[shaders![
+        "scene",
+        "rays",
+        "bending",
+        "fixed",
+        "light",
+        "sh",
+        "trilinear",
+        "probes",
+        "fresnel",
+        "probes_vjp",
+        "coats",
+        "coat_vjp"
+    ]],
+    bindings: &[
+        &[
+            ("scene", Uniform),
+            ("task", Uniform),
+            ("bending", Uniform),
+            ("coats", Writes),
+            ("seen", Read),
+            ("lessons", Read),
+            ("probe_gradient", Atomic),
+        ],
+        CACHES,
+    ],
+};
+
+/// March back from the surfaces at which straight rays end.
+pub(crate) const LEARN_COAT: Source = Source {
+    entry: "learn_coat",
+    files: &[COAT_MARCH, shaders!["fixed", "touched", "ray_gradient_fields", "learn_coat"]],
+    bindings: &[
+        COAT_MARCHED,
+        &[("coats", Read), ("ray_gradients", Writes), ("density_gradient", Atomic), ("touched", Atomic)],
+    ],
 };
 
 /// Add the gradient of total variation.
@@ -339,6 +440,7 @@ fn element(name: &str) -> &'static str {
         "ray_gradients" => "RayGradient",
         "checkpoints" => "Checkpoint",
         "steps" => "Step",
+        "coats" => "Coat",
         "reflections" => "Reflection",
         "passings" => "Passing",
         "ways" => "WayBack",
@@ -375,7 +477,7 @@ impl Source {
                 (Uniform, "bending") => ("uniform", "Bending".to_owned()),
                 (Uniform, "regions") => ("uniform", format!("array<Region, {MAX_REGIONS}>")),
                 (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
-                (Uniform, "caches") => ("uniform", format!("array<Cache, {}>", 2 * MAX_REGIONS)),
+                (Uniform, "caches") => ("uniform", format!("array<Cache, {}>", 2 * MAX_REGIONS + 2)),
                 (Uniform, _) => ("uniform", "Task".to_owned()),
                 (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
                 (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
@@ -415,6 +517,10 @@ mod tests {
             &FIND_REFLECTIONS,
             &MIRROR_LIGHT,
             &MIRROR_VJP,
+            &FACE,
+            &COAT,
+            &COAT_VJP,
+            &LEARN_COAT,
             &LEARN,
             &LEARN_BENT,
             &PEAK_BENT,

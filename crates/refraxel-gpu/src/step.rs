@@ -3,21 +3,22 @@
 use crate::backend::GpuBackend;
 use crate::bending::{Bending, Paths, follow_back};
 use crate::bodies;
+use crate::coats;
 use crate::constants::{
-    MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
+    COATED, MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
     STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
 };
 use crate::field::{OUTCOMES, gradients, texel_values};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::reflections::{self, Found};
-use crate::show::Forward;
+use crate::show::{Forward, StraightForward};
 use crate::task::{Lesson, RayAdjoint, Seen, Task};
 use crate::{Gpu, GpuError};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::{AlignedVec, FieldGradient};
 use refraxel_train::backend::{
-    Batch, Layers, MirrorGradient, Objective, REFRESH, RayGradient, StepOutcome,
+    Batch, Layers, Objective, REFRESH, RayGradient, StepOutcome,
 };
 use refraxel_train::descent;
 
@@ -55,7 +56,7 @@ pub(crate) struct Gradients {
     pub texels: Vec<[f32; 3]>,
     pub medium: MediumGradient<f32>,
     pub absorption: Vec<[f64; 3]>,
-    pub reflection: Vec<MirrorGradient>,
+    pub mirrored: reflections::Gradient,
     pub rays: Vec<RayGradient>,
     pub outcome: StepOutcome,
 }
@@ -68,8 +69,8 @@ impl Gradients {
         let outcome = StepOutcome { rays: rays.len() as u64, ..StepOutcome::default() };
         let field = FieldGradient { density: none(), colour: none() };
         let medium = MediumGradient { index: Vec::new(), level_set: Vec::new() };
-        let (texels, absorption, reflection) = (Vec::new(), Vec::new(), Vec::new());
-        Self { field, texels, medium, absorption, reflection, rays, outcome }
+        let (texels, absorption, mirrored) = (Vec::new(), Vec::new(), reflections::Gradient::default());
+        Self { field, texels, medium, absorption, mirrored, rays, outcome }
     }
 }
 
@@ -101,12 +102,15 @@ impl GpuBackend {
         if step.is_multiple_of(REFRESH) {
             kernels.occupancy.run(gpu, &mut encoder, &of, workgroups(2 * field.map.slots()));
         }
-        if self.held.refraction.is_none() {
-            let rays = workgroups(batch.rays.len());
-            kernels.render.run(gpu, &mut encoder, &of, rays);
-            kernels.learn.run(gpu, &mut encoder, &of, rays);
-        } else {
-            gpu.queue.submit([encoder.finish()]);
+        clear(&mut encoder, &self.buffers, "probe_gradient");
+        gpu.queue.submit([encoder.finish()]);
+        let source = reflections::source(&self.held, Layers::All);
+        task.wants |= reflections::wants(&self.held, source);
+        if self.held.refraction.is_none() || task.wants & COATED != 0 {
+            coats::fit(gpu, &mut self.rays.buffers, if task.wants & COATED != 0 { batch.rays.len() } else { 1 })?;
+            self.learn_straight(task, objective, &[&self.buffers, &self.rays.buffers])?;
+        }
+        if !self.held.refraction.is_none() {
             self.paths.fit(gpu, batch.rays.len())?;
             let bending = Bending::learning(gpu, objective, &self.held, self.paths.keeps, true);
             let mut found = std::mem::take(&mut self.found);
@@ -114,8 +118,9 @@ impl GpuBackend {
             let learned = self.learn_bent(bending, task, objective, &of, &mut found);
             self.found = found;
             learned?;
-            encoder = self.encoder();
         }
+        encoder = self.encoder();
+        let of = [&self.buffers, &self.rays.buffers];
         if moves {
             if objective.tv_density > 0.0 || objective.tv_colour > 0.0 {
                 kernels.variation.run(gpu, &mut encoder, &of, voxels);
@@ -127,10 +132,28 @@ impl GpuBackend {
         kernels.update_background.run(gpu, &mut encoder, &of, texels);
         kernels.conclude.run(gpu, &mut encoder, &of, 1);
         gpu.queue.submit([encoder.finish()]);
-        let hosts = objective.index.is_some() || objective.absorption.is_some();
-        if hosts || objective.reflection.is_some() {
+        let bends = objective.index.is_some() || objective.absorption.is_some();
+        if bends || objective.reflection.is_some() {
             self.move_bodies(batch.rays.len(), objective, step, outcome)?;
         }
+        Ok(())
+    }
+
+    /// Forward and adjoint of straight rays, whatever coats the opaque.
+    fn learn_straight(&self, task: Task, objective: &Objective, of: &[&Buffers]) -> Result<(), GpuError> {
+        let (gpu, groups) = (&self.gpu, workgroups(task.rays as usize));
+        let source = reflections::source(&self.held, Layers::All);
+        self.forward_straight(&StraightForward { task, source, marching: objective.marching }, of)?;
+        let mut encoder = self.encoder();
+        let coat = if task.wants & COATED == 0 { None } else { Some(self.kernels.coat(gpu)?) };
+        if let Some(coat) = coat {
+            coat.vjp.run(gpu, &mut encoder, of, groups);
+        }
+        self.kernels.learn.run(gpu, &mut encoder, of, groups);
+        if let Some(coat) = coat {
+            coat.learn.run(gpu, &mut encoder, of, groups);
+        }
+        gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
 
@@ -138,17 +161,15 @@ impl GpuBackend {
     fn learn_bent(
         &self,
         bending: Bending,
-        mut task: Task,
+        task: Task,
         objective: &Objective,
         of: &[&Buffers],
         found: &mut Found,
     ) -> Result<(), GpuError> {
         let (gpu, kernels) = (&self.gpu, self.kernels.bent(&self.gpu)?);
-        let source = reflections::source(&self.held.reflection, Layers::All);
-        task.wants |= reflections::wants(source);
+        let source = reflections::source(&self.held, Layers::All);
         let mut encoder = self.encoder();
         clear(&mut encoder, &self.buffers, "index_gradient");
-        clear(&mut encoder, &self.buffers, "probe_gradient");
         gpu.queue.submit([encoder.finish()]);
         for portion in bending.portions(task.rays as usize) {
             let forward = Forward { portion, task, source, marching: objective.marching, of };
@@ -173,7 +194,8 @@ impl GpuBackend {
         step: u64,
         outcome: usize,
     ) -> Result<(), GpuError> {
-        if self.held.refraction.is_none() || self.raw_outcomes()?[outcome][3] != 0 {
+        let moves_nothing = self.held.refraction.is_none() && self.held.clearcoat.is_none();
+        if moves_nothing || self.raw_outcomes()?[outcome][3] != 0 {
             return Ok(());
         }
         let (gradient, absorption) = self.medium_sums()?;
@@ -188,27 +210,32 @@ impl GpuBackend {
         let (reflection, moments) = (&mut self.held.reflection, &mut self.moments.reflection[..]);
         let mirroring = objective.reflection.as_ref();
         let are_mirrors_finite =
-            mirroring.is_none_or(|o| descent::update_mirrors(reflection, moments, &mirrored, o));
-        if !(is_index_finite && is_absorption_finite && are_mirrors_finite) {
+            mirroring.is_none_or(|o| descent::update_mirrors(reflection, moments, &mirrored.mirrors, o));
+        let (clearcoat, moments) = (&mut self.held.clearcoat, &mut self.moments.clearcoat);
+        let coat = mirroring.zip(clearcoat.as_mut()).zip(mirrored.clearcoat.as_ref());
+        let is_coat_finite =
+            coat.is_none_or(|((o, coat), d)| descent::update_clearcoat(coat, moments, d, o));
+        if !(is_index_finite && is_absorption_finite && are_mirrors_finite && is_coat_finite) {
             let words = OUTCOME_WORDS * outcome + 3;
             self.buffers.write_at(&self.gpu, "outcomes", 4 * words as u64, &[1_u32]);
             self.buffers.write_at(&self.gpu, "status", 4 * u64::from(STATUS_FAILED), &[1_u32]);
         }
         if mirroring.is_some() {
-            reflections::upload(&self.gpu, &mut self.buffers, &self.held.reflection)?;
+            reflections::upload(&self.gpu, &mut self.buffers, &self.held)?;
+        }
+        if self.held.refraction.is_none() {
+            return Ok(());
         }
         bodies::upload(&self.gpu, &mut self.buffers, &self.held.refraction)
     }
 
-    /// The sums of the gradient of mirrors as they are.
-    fn mirror_sums(&self) -> Result<Vec<MirrorGradient>, GpuError> {
-        let reflection = &self.held.reflection;
-        let mut sums = vec![0.0; reflections::gradient_len(reflection)];
-        if !self.held.refraction.is_none() {
-            let words: Vec<[u32; 2]> = self.buffers.read(&self.gpu, "probe_gradient", sums.len())?;
-            sums.iter_mut().zip(&words).for_each(|(sum, w)| *sum = from_fixed(w[0], w[1]));
-        }
-        Ok(reflections::gradient(reflection, &sums))
+    /// The sums of the gradient of what surfaces mirror as they are.
+    fn mirror_sums(&self) -> Result<reflections::Gradient, GpuError> {
+        let n = reflections::gradient_len(&self.held);
+        let words: Vec<[u32; 2]> =
+            if n == 0 { Vec::new() } else { self.buffers.read(&self.gpu, "probe_gradient", n)? };
+        let sums: Vec<f64> = words.iter().map(|w| from_fixed(w[0], w[1])).collect();
+        Ok(reflections::Gradient::of(&self.held, &sums))
     }
 
     /// The sums of the gradient of what bends rays, and of what absorbs, as they are.
@@ -230,18 +257,21 @@ impl GpuBackend {
         objective: &Objective,
         wants: u32,
     ) -> Result<Gradients, GpuError> {
-        let (gpu, kernels, refraction) = (&self.gpu, &self.kernels, &self.held.refraction);
+        let (gpu, refraction) = (&self.gpu, &self.held.refraction);
         let (mut rays, n) = (RayBuffers::default(), batch.rays.len());
         rays.fill(gpu, &Lesson::of_batch(batch, refraction), true)?;
         let mut task = Task::learning(objective, &self.held, batch);
         task.wants = (task.wants & !(WANTS_FIELD | WANTS_INDEX)) | WANTS_RAYS | wants;
-        self.buffers.write(gpu, "task", &[task]);
-        if refraction.is_none() {
-            let (mut encoder, of) = (self.encoder(), [&self.buffers, &rays.buffers]);
-            kernels.render.run(gpu, &mut encoder, &of, workgroups(n));
-            kernels.learn.run(gpu, &mut encoder, &of, workgroups(n));
-            gpu.queue.submit([encoder.finish()]);
-        } else {
+        let source = reflections::source(&self.held, Layers::All);
+        task.wants |= reflections::wants(&self.held, source);
+        let mut encoder = self.encoder();
+        clear(&mut encoder, &self.buffers, "probe_gradient");
+        gpu.queue.submit([encoder.finish()]);
+        if refraction.is_none() || task.wants & COATED != 0 {
+            coats::fit(gpu, &mut rays.buffers, if task.wants & COATED != 0 { n } else { 1 })?;
+            self.learn_straight(task, objective, &[&self.buffers, &rays.buffers])?;
+        }
+        if !refraction.is_none() {
             let mut paths = Paths::default();
             paths.fit(gpu, n)?;
             let bending = Bending::learning(gpu, objective, &self.held, paths.keeps, false);
@@ -264,9 +294,9 @@ impl GpuBackend {
         let rays = adjoints.into_iter().map(RayGradient::from).collect();
         let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
         let (medium, absorption) = self.medium_sums()?;
-        let reflection = self.mirror_sums()?;
+        let mirrored = self.mirror_sums()?;
         self.clear_sums();
-        Ok(Gradients { field, texels, medium, absorption, reflection, rays, outcome })
+        Ok(Gradients { field, texels, medium, absorption, mirrored, rays, outcome })
     }
 
     /// The sums of gradients as they are; empty ones of a field that is not wanted.

@@ -157,8 +157,8 @@ mod gpu {
     fn what_a_gpu_cannot_do_is_refused_before_the_work() {
         let folder = tempfile::tempdir().unwrap();
         let (data, run) = (ball(folder.path()), folder.path().join("run"));
-        straight(&data, &run, &["--clearcoat", "on", "--device", "gpu:0"])
-            .refused(6, &["no clearcoats yet", "--device cpu", "--clearcoat off"]);
+        let euler = ["--refraction", "on", "--set", "index.integrator=euler", "--device", "gpu:0"];
+        train(&data, &run, &euler).refused(6, &["by leapfrog only", "--device cpu"]);
         assert!(!run.exists());
     }
 

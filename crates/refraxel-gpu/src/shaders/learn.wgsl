@@ -9,7 +9,7 @@ fn learn(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let ray = invocation(group, groups, lane);
-    if (ray >= task.rays) {
+    if (ray >= task.rays || lessons[ray].bends != 0u) {
         return;
     }
     let whole = seen[ray];
@@ -20,12 +20,18 @@ fn learn(
         return;
     }
     add_status(STATUS_ERROR / 2u, squared_error);
-    let d_colour = 2.0 * residual;
+    var d_colour = 2.0 * residual;
+    var shown = whole.colour;
+    if ((task.wants & COATED) != 0u && coats[ray].is_there != 0u) {
+        // Behind the clearcoat.
+        d_colour = coats[ray].d_behind;
+        shown = coats[ray].behind;
+    }
     let direction = lessons[ray].direction;
     if ((task.wants & GIVEN_BEHIND) == 0u) {
         scatter_background(direction, whole.transmittance * d_colour);
     }
-    let sums = march_back(ray, d_colour);
+    let sums = march_back(ray, shown, d_colour);
     if ((task.wants & WANTS_RAYS) != 0u) {
         var d_exit = vec3<f32>(0.0);
         if ((task.wants & GIVEN_BEHIND) == 0u) {
@@ -37,11 +43,10 @@ fn learn(
 }
 
 // The adjoint of all samples of a straight ray; dLoss/d(segment).
-fn march_back(ray: u32, d_colour: vec3<f32>) -> SegmentAdjoint {
+fn march_back(ray: u32, shown: vec3<f32>, d_colour: vec3<f32>) -> SegmentAdjoint {
     var sums = SegmentAdjoint();
     let origin = lessons[ray].origin;
     let direction = lessons[ray].direction;
-    let shown = seen[ray].colour;
     let last = seen[ray].transmittance;
     var d_transmittance = 0.0;
     if (task.opacity > 0.0) {

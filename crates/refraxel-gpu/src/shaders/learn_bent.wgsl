@@ -82,7 +82,7 @@ fn learn_bent(
     }
     let ray = bending.first + number;
     var way = ways[number];
-    if (way.stage == OVER) {
+    if (way.stage == OVER || !is_followed(ray)) {
         return;
     }
     let whole = seen[ray];

@@ -21,6 +21,11 @@ fn sight_at(c: Checkpoint) -> Sight {
     return Sight(c.collected, c.depth, c.thickness, c.arc, c.through, c.mirror);
 }
 
+// Whether the path of a ray is followed. Where there is a clearcoat, the kernels for straight rays have those that do not bend.
+fn is_followed(ray: u32) -> bool {
+    return (task.wants & COATED) == 0u || lessons[ray].bends != 0u;
+}
+
 // The path of a ray before its first segment.
 fn path_of(ray: u32) -> Tracer {
     if (lessons[ray].bends != 0u) {

@@ -6,16 +6,6 @@ struct SegmentAdjoint {
     momentum: vec3<f32>,
 }
 
-// The fields are those of `task::RayAdjoint` in Rust.
-struct RayGradient {
-    origin: vec3<f32>,
-    padding_0: f32,
-    direction: vec3<f32>,
-    padding_1: f32,
-    residual: vec3<f32>,
-    padding_2: f32,
-}
-
 // The adjoint of a sample, and the segment that it lies on.
 struct Teaching {
     start: vec3<f32>,

@@ -35,12 +35,13 @@ fn render_bent(
         checkpoints[place_of(1u + c.segments / bending.replay, ray)] = c;
     }
     let bends = lessons[ray].bends != 0u;
+    let follows = is_followed(ray);
     var tracer = tracer_at(c);
     var front = front_at(c);
     var sight = sight_at(c);
     var segment = Segment();
     var count = 0u;
-    while (count < bending.replay && advance(&tracer, bends, &segment)) {
+    while (follows && count < bending.replay && advance(&tracer, bends, &segment)) {
         count++;
         let speed = length(segment.momentum);
         let growth = thickness_growth(segment.within, speed);
@@ -59,7 +60,7 @@ fn render_bent(
         sight.thickness += growth * segment.drift;
         cut(&sight, &front, tracer.segments);
     }
-    if (!stand(ray, &tracer, &front, sight, count < bending.replay)) {
+    if (!stand(ray, &tracer, &front, sight, count < bending.replay) || !follows) {
         return;
     }
     var behind = lessons[ray].behind;

@@ -62,7 +62,7 @@ fn name(adapter: &Adapter) -> String {
 #[derive(Serialize)]
 struct Devices {
     kind: &'static str,
-    /// What `--device auto` is for a run without mirrors and clearcoats.
+    /// What `--device auto` is for a run that a GPU can do.
     auto: String,
     adapters: Vec<Adapter>,
 }
@@ -84,9 +84,7 @@ impl Devices {
         let mut lines: Vec<String> = self.adapters.iter().map(described).collect();
         lines.push(match self.auto.as_str() {
             "cpu" => "--device auto is the CPU: software adapters are taken by number only".to_owned(),
-            gpu => format!(
-                "--device auto is {gpu} for runs without mirrors and clearcoats, and the CPU for others"
-            ),
+            gpu => format!("--device auto is {gpu}, but for runs that trace other than by leapfrog"),
         });
         lines.join("\n")
     }

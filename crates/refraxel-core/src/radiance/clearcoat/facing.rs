@@ -4,10 +4,10 @@ use crate::optics::fresnel::Incidence;
 use crate::{Real, Vec3};
 
 /// Slope of the raw density [1 / voxel] at which half of the reflection is there: fog has no surface.
-const LEAST_SLOPE: f64 = 0.25;
+pub const LEAST_SLOPE: f64 = 0.25;
 /// Cosine of the angle of incidence at which half of the reflection is there [1]: beyond it, at 87 degrees, the mean of the
 /// normals in a pixel is no normal of anything.
-const LEAST_COSINE: f64 = 0.05;
+pub const LEAST_COSINE: f64 = 0.05;
 
 /// The surface that a ray ends at: sums over its samples with weights w = T a, theory (7.13).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 mod facing;
 mod shown;
 
-pub use facing::{ClearcoatReflection, Facing, FacingAdjoint};
+pub use facing::{ClearcoatReflection, Facing, FacingAdjoint, LEAST_COSINE, LEAST_SLOPE};
 pub use shown::ClearcoatedScene;
 
 use super::probes::ProbeGrid;
