@@ -1,9 +1,10 @@
 //! The backend itself: a model in the memory of a device.
 
 use crate::bending::{Bending, Paths, follow};
-use crate::constants::{STATUS_FAILED, WANTS_FIELD, WANTS_INDEX};
+use crate::constants::{STATUS_FAILED, STATUS_WORDS, WANTS_FIELD, WANTS_INDEX};
 use crate::field::{
-    HostMoments, OUTCOMES, blank, download, upload, upload_medium, upload_mirrors, without_values,
+    HostMoments, OUTCOMES, blank, download, upload, upload_medium, upload_mirrors, upload_shown,
+    without_values,
 };
 use crate::kernels::Kernels;
 use crate::memory::Buffers;
@@ -79,7 +80,29 @@ impl GpuBackend {
         let shape = Shape::new(&gpu, model)?;
         let kernels = gpu.kernels(shape)?;
         let buffers = upload(&gpu, &shape, model, optimiser)?;
-        let held = without_values(model);
+        Self::with(gpu, kernels, without_values(model), buffers, optimiser)
+    }
+
+    /// A backend that shows a model, and has no room to learn.
+    pub(crate) fn to_show(gpu: Gpu, model: &Model) -> Result<Self, GpuError> {
+        Self::supports(model)?;
+        let shape = Shape::new(&gpu, model)?;
+        let kernels = gpu.kernels(shape)?;
+        let optimiser = Optimiser::new(model);
+        let mut buffers = upload_shown(&gpu, &shape, model, &optimiser.occupied)?;
+        buffers.zeros(&gpu, "status", 4 * u64::from(STATUS_WORDS))?;
+        upload_medium(&gpu, &mut buffers, &model.refraction)?;
+        crate::reflections::upload(&gpu, &mut buffers, model)?;
+        Self::with(gpu, kernels, without_values(model), buffers, &optimiser)
+    }
+
+    fn with(
+        gpu: Gpu,
+        kernels: Arc<Kernels>,
+        held: Model,
+        buffers: Buffers,
+        optimiser: &Optimiser,
+    ) -> Result<Self, GpuError> {
         let (rays, paths, found) = (RayBuffers::default(), Paths::default(), Found::nothing(&gpu)?);
         let (moments, pending, outcomes) = (HostMoments::of(optimiser), Vec::new(), Vec::new());
         Ok(Self { gpu, kernels, held, buffers, rays, paths, found, moments, pending, outcomes })
@@ -338,8 +361,7 @@ impl Backend for GpuBackend {
 
     fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled> {
         let marching = Marching { near: 0.0, ..*marching };
-        let see =
-            |rays: &[Ray<f32>], through| self.shown(rays, &marching, Showing::of_probes(through));
+        let see = |rays: &[Ray<f32>], through| self.shown(rays, &marching, Showing::of_probes(through));
         let (refraction, domain) = (&self.held.refraction, &self.held.field.domain);
         let look = Look { refraction, domain, see, cancel };
         match (caches, &self.held.clearcoat) {

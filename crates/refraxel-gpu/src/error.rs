@@ -118,10 +118,6 @@ impl GpuError {
 #[error("{}; use `--device cpu`, or {}", self.what(), self.without())]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Surfaces that mirror.
-    Reflection,
-    /// Opaque things with a clearcoat.
-    Clearcoat,
     /// Steps through the index by another rule than leapfrog.
     Integrator,
 }
@@ -130,8 +126,6 @@ impl Unsupported {
     /// What is not there.
     pub fn what(self) -> &'static str {
         match self {
-            Self::Reflection => "the GPU renderer has no mirrors yet",
-            Self::Clearcoat => "the GPU backend has no clearcoats yet",
             Self::Integrator => "the GPU backend traces rays by leapfrog only",
         }
     }
@@ -139,8 +133,6 @@ impl Unsupported {
     /// How to do without.
     fn without(self) -> &'static str {
         match self {
-            Self::Reflection => "no mirrors with `--reflection off`",
-            Self::Clearcoat => "no clearcoat with `--clearcoat off`",
             Self::Integrator => "that rule",
         }
     }

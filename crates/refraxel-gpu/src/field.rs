@@ -11,9 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
-use refraxel_train::model::{
-    ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction,
-};
+use refraxel_train::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction};
 
 /// Outcomes of steps that a device keeps until the host reads them.
 pub(crate) const OUTCOMES: usize = 64;

@@ -1,5 +1,6 @@
 //! What rays show: forward passes of rays that are straight and of those that may bend and be mirrored.
 
+use crate::GpuError;
 use crate::backend::GpuBackend;
 use crate::bending::{Bending, Paths, follow};
 use crate::coats::{self, Coat};
@@ -9,7 +10,6 @@ use crate::pools::workgroups;
 use crate::reflections::{self, Found};
 use crate::step::RayBuffers;
 use crate::task::{Lesson, Seen, Task};
-use crate::GpuError;
 use refraxel_core::Ray;
 use refraxel_train::Refraction;
 use refraxel_train::backend::{Layers, Marching};

@@ -69,17 +69,8 @@ const FOLLOW: &[&str] = shaders!["fixed", "checkpoint", "path", "stand"];
 /// What that reads and writes.
 const FOLLOWED: &[(&str, Access)] = &[("checkpoints", Writes), ("status", Atomic)];
 /// What surfaces mirror, and the caches that they read.
-const MIRROR: &[&str] = shaders![
-    "scene",
-    "rays",
-    "bending",
-    "checkpoint",
-    "light",
-    "reflections",
-    "sh",
-    "trilinear",
-    "probes"
-];
+const MIRROR: &[&str] =
+    shaders!["scene", "rays", "bending", "checkpoint", "light", "reflections", "sh", "trilinear", "probes"];
 /// What those are.
 const CACHES: &[(&str, Access)] = &[("caches", Uniform), ("probes", Read)];
 /// What rays are compared with, and what receives gradients from them.
@@ -285,7 +276,16 @@ pub(crate) const FACE: Source = Source {
 pub(crate) const COAT: Source = Source {
     entry: "coat",
     files: &[shaders![
-        "scene", "rays", "bending", "light", "sh", "trilinear", "probes", "fresnel", "coats", "coat"
+        "scene",
+        "rays",
+        "bending",
+        "light",
+        "sh",
+        "trilinear",
+        "probes",
+        "fresnel",
+        "coats",
+        "coat"
     ]],
     bindings: &[
         &[("scene", Uniform), ("task", Uniform), ("bending", Uniform), ("coats", Writes), ("seen", Writes)],

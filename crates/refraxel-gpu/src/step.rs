@@ -5,8 +5,8 @@ use crate::bending::{Bending, Paths, follow_back};
 use crate::bodies;
 use crate::coats;
 use crate::constants::{
-    COATED, MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS, STATUS_SAMPLES,
-    STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
+    COATED, MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS,
+    STATUS_SAMPLES, STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
 };
 use crate::field::{OUTCOMES, gradients, texel_values};
 use crate::memory::Buffers;
@@ -17,9 +17,7 @@ use crate::task::{Lesson, RayAdjoint, Seen, Task};
 use crate::{Gpu, GpuError};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::{AlignedVec, FieldGradient};
-use refraxel_train::backend::{
-    Batch, Layers, Objective, REFRESH, RayGradient, StepOutcome,
-};
+use refraxel_train::backend::{Batch, Layers, Objective, REFRESH, RayGradient, StepOutcome};
 use refraxel_train::descent;
 
 /// Rays on a device, with room for what they show and receive.
@@ -107,7 +105,11 @@ impl GpuBackend {
         let source = reflections::source(&self.held, Layers::All);
         task.wants |= reflections::wants(&self.held, source);
         if self.held.refraction.is_none() || task.wants & COATED != 0 {
-            coats::fit(gpu, &mut self.rays.buffers, if task.wants & COATED != 0 { batch.rays.len() } else { 1 })?;
+            coats::fit(
+                gpu,
+                &mut self.rays.buffers,
+                if task.wants & COATED != 0 { batch.rays.len() } else { 1 },
+            )?;
             self.learn_straight(task, objective, &[&self.buffers, &self.rays.buffers])?;
         }
         if !self.held.refraction.is_none() {
@@ -213,8 +215,7 @@ impl GpuBackend {
             mirroring.is_none_or(|o| descent::update_mirrors(reflection, moments, &mirrored.mirrors, o));
         let (clearcoat, moments) = (&mut self.held.clearcoat, &mut self.moments.clearcoat);
         let coat = mirroring.zip(clearcoat.as_mut()).zip(mirrored.clearcoat.as_ref());
-        let is_coat_finite =
-            coat.is_none_or(|((o, coat), d)| descent::update_clearcoat(coat, moments, d, o));
+        let is_coat_finite = coat.is_none_or(|((o, coat), d)| descent::update_clearcoat(coat, moments, d, o));
         if !(is_index_finite && is_absorption_finite && are_mirrors_finite && is_coat_finite) {
             let words = OUTCOME_WORDS * outcome + 3;
             self.buffers.write_at(&self.gpu, "outcomes", 4 * words as u64, &[1_u32]);

@@ -2,13 +2,16 @@
 //! for, and what is its own affair.
 
 use refraxel_core::radiance::Pixel;
-use refraxel_core::{Background, Extent, Integrator, Ray, vec3};
+use refraxel_core::{Background, Extent, Integrator, Ray, ShDegree, vec3};
 use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, GpuRenderer, Unsupported};
 use refraxel_train::backend::conformance::bent::{bent_model, graded_body_model, sharp_model};
 use refraxel_train::backend::conformance::scenes::{batch, index_objective, objective, straight_model};
 use refraxel_train::backend::conformance::{Suite, Tolerances, clearcoated as coated, mirrored as mirroring};
-use refraxel_train::backend::{AbsorptionObjective, Batch, BatchGradient, Layers, Marching, Objective, step};
+use refraxel_train::backend::{
+    AbsorptionObjective, Batch, BatchGradient, Layers, Marching, Objective, ReflectionObjective, step,
+};
 use refraxel_train::cancel::Cancel;
+use refraxel_train::model::{MirrorSource, ProbeLayout, Reflection};
 use refraxel_train::{Backend, CpuBackend, Model};
 use std::sync::OnceLock;
 
@@ -263,10 +266,29 @@ fn tinted(mut model: Model) -> Model {
     model
 }
 
-/// Everything that learns where rays bend, without mirrors.
+/// What this model shows where surfaces mirror noise, and opaque things have a clearcoat.
+fn glossy(model: Model) -> Model {
+    let layout = ProbeLayout { longest: 4, degree: ShDegree::MAX };
+    let mut reflection = Reflection::of(&model.refraction, MirrorSource::Learned, &layout);
+    let mut k = 0;
+    let mut noise = || {
+        k += 1;
+        0.15 * (12.9898 * k as f32).sin()
+    };
+    for mirror in &mut reflection.mirrors {
+        mirror.strength = 0.7;
+        let caches = mirror.outer.coefficients.iter_mut().chain(&mut mirror.inner.coefficients);
+        caches.for_each(|c| *c = noise());
+    }
+    Model { reflection, clearcoat: coated::clearcoated_model(Extent::Bounded).clearcoat, ..model }
+}
+
+/// Everything that learns where rays bend and are mirrored.
 fn all_that_bends() -> Objective {
+    let reflection = ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 };
     Objective {
         index: Some(index_objective()),
+        reflection: Some(reflection),
         absorption: Some(AbsorptionObjective { rate: 0.01 }),
         bent_weight: 0.3,
         ..all_priors()
@@ -291,6 +313,17 @@ fn parts(d: &BatchGradient) -> Vec<(String, Vec<f32>)> {
     for (name, arrays) in [("index", &d.medium.index), ("surface", &d.medium.level_set)] {
         all.extend(arrays.iter().enumerate().map(|(k, a)| (format!("{name} {k}"), a.clone())));
     }
+    for (k, mirror) in d.reflection.iter().enumerate() {
+        let strength = vec![mirror.strength as f32];
+        let of_mirror = [("strength", &strength), ("outer", &mirror.outer), ("inner", &mirror.inner)];
+        all.extend(of_mirror.map(|(name, a)| (format!("{name} {k}"), a.clone())));
+    }
+    if let Some(coat) = &d.clearcoat {
+        all.extend(
+            [("strength of the clearcoat", &coat.strength), ("its light", &coat.radiance)]
+                .map(|(name, a)| (name.to_owned(), a.clone())),
+        );
+    }
     all
 }
 
@@ -314,13 +347,14 @@ fn agreed(cpu: &CpuBackend, gpu: &GpuBackend, b: &Batch) -> Batch {
     out
 }
 
-/// dLoss/d(everything) through tinted bodies. The conformance suite has them only with mirrors.
+/// dLoss/d(everything) through tinted bodies, with mirrors and a clearcoat and without. The conformance suite has absorption only with
+/// mirrors, and no model with both.
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn gradients_of_tinted_bodies_are_those_of_the_cpu() {
     let tolerances = Tolerances::SINGLE_PRECISION;
-    for model in [graded_body_model, sharp_model, bent_model] {
-        let model = tinted(model(Extent::Bounded));
+    let bodies = [graded_body_model, sharp_model, bent_model].map(|model| tinted(model(Extent::Bounded)));
+    for model in bodies.clone().into_iter().chain(bodies.map(glossy)) {
         let (cpu, gpu) = (CpuBackend::new(model.clone()), make(model));
         let b = agreed(&cpu, &gpu, &batch(200));
         let (want, got) = (cpu.gradient(&b, &all_that_bends()), gpu.gradient(&b, &all_that_bends()));
@@ -338,7 +372,8 @@ fn gradients_of_tinted_bodies_are_those_of_the_cpu() {
 fn the_first_bent_steps_are_those_of_the_cpu() {
     // Rates of the index and of surfaces: a step is about as long, whatever the gradient.
     const TOL: f32 = 2e-3;
-    for (model, o) in [(tinted(sharp_model(Extent::Bounded)), all_that_bends())] {
+    let body = tinted(sharp_model(Extent::Bounded));
+    for (model, o) in [(body.clone(), all_that_bends()), (glossy(body), all_that_bends())] {
         let (mut cpu, mut gpu) = (CpuBackend::new(model.clone()), make(model));
         let b = agreed(&cpu, &gpu, &batch(300));
         for k in 0..3 {
@@ -354,6 +389,11 @@ fn the_first_bent_steps_are_those_of_the_cpu() {
             assert!(want.samples.abs_diff(got.samples) <= want.samples / 200);
         }
         let (want, got) = (cpu.snapshot(), gpu.snapshot());
+        for (want, got) in want.model.reflection.mirrors.iter().zip(&got.model.reflection.mirrors) {
+            assert!((want.strength - got.strength).abs() < TOL);
+            assert!(apart(&want.outer.coefficients, &got.outer.coefficients) < 5.0 * TOL);
+            assert!(apart(&want.inner.coefficients, &got.inner.coefficients) < 5.0 * TOL);
+        }
         let regions = want.model.refraction.medium.regions().iter();
         for (want, got) in regions.zip(got.model.refraction.medium.regions()) {
             let far = |a: &[f32], b: &[f32]| a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > TOL).count();
@@ -373,7 +413,12 @@ fn the_first_bent_steps_are_those_of_the_cpu() {
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn bent_steps_give_the_same_bits_whatever_the_order_and_the_portions_of_rays_and_paths() {
-    let model = tinted(sharp_model(Extent::Bounded));
+    for model in [sharp_model(Extent::Bounded), mirroring::soft_ball()] {
+        gives_the_same_bits(&glossy(tinted(model)));
+    }
+}
+
+fn gives_the_same_bits(model: &Model) {
     let mut turned = batch(300);
     turned.rays.reverse();
     turned.target.reverse();
@@ -391,16 +436,43 @@ fn bent_steps_give_the_same_bits_whatever_the_order_and_the_portions_of_rays_and
         assert!(outcomes.iter().all(|o| o.finite));
         let snapshot = gpu.snapshot();
         let bodies: Vec<f32> = (snapshot.model.refraction.medium.regions().iter())
-            .flat_map(|r| [r.coefficients(), r.level_set().unwrap().coefficients(), &r.absorption()].concat())
+            .flat_map(|r| {
+                let surface = r.level_set().map_or(&[][..], |l| l.coefficients());
+                [r.coefficients(), surface, &r.absorption()].concat()
+            })
             .collect();
         ends.push((
             snapshot.model.field.density.clone(),
             snapshot.model.field.colour.clone(),
             bodies,
+            snapshot.model.reflection.clone(),
+            snapshot.model.clearcoat.clone(),
             outcomes,
         ));
     }
     assert!(ends.iter().all(|end| *end == ends[0]));
+}
+
+/// Rays that are mirrored more often than there is room for at first.
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_path_may_meet_any_number_of_surfaces_that_mirror() {
+    const ROOM: usize = 4;
+    let model = glossy(sharp_model(Extent::Bounded));
+    let cpu = CpuBackend::new(model.clone());
+    let tracer = cpu.medium().tracer(cpu.domain(), 0.0);
+    let surfaces = |ray: &Ray<f32>| {
+        let mut found = Vec::new();
+        tracer.partial_reflections(&tracer.trace(ray), &mut found);
+        found.len()
+    };
+    let (rays, marching) = (batch(300).rays, objective().marching);
+    let often: Vec<Ray<f32>> = rays.into_iter().filter(|ray| surfaces(ray) > ROOM).collect();
+    assert!(often.len() > 10, "{} rays", often.len());
+    let [want, got] = [&cpu as &dyn Backend, &make(model) as &dyn Backend]
+        .map(|backend| backend.render(&often, &marching, Layers::All));
+    let different = want.iter().zip(&got).filter(|(a, b)| apart(&a.colour, &b.colour) > 1e-3).count();
+    assert!(different * 10 <= often.len(), "{different} of {} rays differ", often.len());
 }
 
 /// The claim of the suite, of bodies that absorb.
@@ -470,6 +542,7 @@ fn a_model_that_is_shown_looks_as_on_the_cpu() {
         bent_model(Extent::Contracted),
         sharp_model(Extent::Bounded),
         tinted(graded_body_model(Extent::Bounded)),
+        glossy(bent_model(Extent::Bounded)),
     ] {
         let (mut cpu, rays) = (CpuBackend::new(model.clone()), batch(400).rays);
         cpu.refresh_occupancy(&marching);
@@ -478,12 +551,4 @@ fn a_model_that_is_shown_looks_as_on_the_cpu() {
         let different = want.iter().zip(&got).filter(|(a, b)| apart(&a.colour, &b.colour) > TOL).count();
         assert!(different <= rays.len() / 50, "{different} rays differ");
     }
-}
-
-#[test]
-fn what_cannot_be_shown_yet_is_refused() {
-    assert_eq!(GpuRenderer::supports(&sharp_model(Extent::Contracted)), Ok(()));
-    assert_eq!(GpuRenderer::supports(&mirroring::sharp_ball()), Err(Unsupported::Reflection));
-    let coated = coated::clearcoated_model(Extent::Bounded);
-    assert_eq!(GpuRenderer::supports(&coated), Err(Unsupported::Clearcoat));
 }

@@ -25,7 +25,7 @@ pub fn sharp_ball() -> Model {
 }
 
 /// The same with a soft edge.
-pub(super) fn soft_ball() -> Model {
+pub fn soft_ball() -> Model {
     let n = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.4) / 0.03).tanh();
     with_ball(IndexGrid::from_control_values(bounds(), [33; 3], Interpolation::CubicBSpline, n))
 }
