@@ -9,9 +9,8 @@ use crate::field::{
 use crate::kernels::Kernels;
 use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
-use crate::reflections::Found;
 use crate::show::Showing;
-use crate::step::{Gradients, RayBuffers};
+use crate::step::{Gradients, RayBuffers, Room};
 use crate::task::{Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
@@ -50,11 +49,8 @@ pub struct GpuBackend {
     /// The model without the values that the device holds.
     pub(crate) held: Model,
     pub(crate) buffers: Buffers,
-    pub(crate) rays: RayBuffers,
-    /// The paths of rays that bend, while they learn.
-    pub(crate) paths: Paths,
-    /// What surfaces mirror into those rays.
-    pub(crate) found: Found,
+    /// Room for the batch that learns.
+    pub(crate) room: Room,
     /// Moments of what bends rays and mirrors, which the host moves.
     pub(crate) moments: HostMoments,
     /// Numbers and rays of the steps whose outcomes are on the device, in the order of their places there.
@@ -80,7 +76,7 @@ impl GpuBackend {
         let shape = Shape::new(&gpu, model)?;
         let kernels = gpu.kernels(shape)?;
         let buffers = upload(&gpu, &shape, model, optimiser)?;
-        Self::with(gpu, kernels, without_values(model), buffers, optimiser)
+        Ok(Self::with(gpu, kernels, without_values(model), buffers, optimiser))
     }
 
     /// A backend that shows a model, and has no room to learn.
@@ -93,19 +89,13 @@ impl GpuBackend {
         buffers.zeros(&gpu, "status", 4 * u64::from(STATUS_WORDS))?;
         upload_medium(&gpu, &mut buffers, &model.refraction)?;
         crate::reflections::upload(&gpu, &mut buffers, model)?;
-        Self::with(gpu, kernels, without_values(model), buffers, &optimiser)
+        Ok(Self::with(gpu, kernels, without_values(model), buffers, &optimiser))
     }
 
-    fn with(
-        gpu: Gpu,
-        kernels: Arc<Kernels>,
-        held: Model,
-        buffers: Buffers,
-        optimiser: &Optimiser,
-    ) -> Result<Self, GpuError> {
-        let (rays, paths, found) = (RayBuffers::default(), Paths::default(), Found::nothing(&gpu)?);
-        let (moments, pending, outcomes) = (HostMoments::of(optimiser), Vec::new(), Vec::new());
-        Ok(Self { gpu, kernels, held, buffers, rays, paths, found, moments, pending, outcomes })
+    fn with(gpu: Gpu, kernels: Arc<Kernels>, held: Model, buffers: Buffers, optimiser: &Optimiser) -> Self {
+        let (room, moments) = (Room::default(), HostMoments::of(optimiser));
+        let (pending, outcomes) = (Vec::new(), Vec::new());
+        Self { gpu, kernels, held, buffers, room, moments, pending, outcomes }
     }
 
     /// Whether the backend has everything that a model needs.
@@ -235,7 +225,7 @@ impl GpuBackend {
         } else {
             let paths = Paths::standing(&self.gpu, rays.len())?;
             let of = [&self.buffers, &buffers.buffers, weights, &paths.buffers];
-            let portion = Bending::shown(&self.gpu, &self.held, rays.len());
+            let portion = Bending::shown(&self.gpu, &self.held, marching, rays.len());
             follow(&self.gpu, &self.kernels.bent(&self.gpu)?.peak, &of, &portion)?;
         }
         Ok(())

@@ -7,7 +7,7 @@ use crate::pools::workgroups;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::optics::Weight;
-use refraxel_train::backend::Objective;
+use refraxel_train::backend::{Marching, Objective};
 use refraxel_train::model::{MAX_SEGMENTS, Model};
 
 /// Bytes of a `Checkpoint` of `checkpoint.wgsl`, of a `WayBack` of `learn_bent.wgsl`, and of a `Step` of `trace_vjp.wgsl`.
@@ -39,11 +39,13 @@ pub(crate) struct Bending {
     is_smooth: u32,
     plain_product: u32,
     strengths_from: u32,
+    least_weight: f32,
+    coat_index: f32,
 }
 
 impl Bending {
     /// Rays that are shown, and keep nothing but where they stand.
-    pub(crate) fn shown(gpu: &Gpu, model: &Model, rays: usize) -> Self {
+    pub(crate) fn shown(gpu: &Gpu, model: &Model, marching: &Marching, rays: usize) -> Self {
         let regions = model.refraction.medium.regions();
         Self {
             rays: rays as u32,
@@ -54,6 +56,8 @@ impl Bending {
             is_smooth: regions.iter().any(|r| r.level_set().is_none()).into(),
             plain_product: (model.refraction.optics.weight == Weight::Gradient).into(),
             strengths_from: crate::reflections::coefficients(model) as u32,
+            least_weight: marching.min_optical_depth,
+            coat_index: model.clearcoat.as_ref().map_or(1.0, |c| c.ior),
             ..Self::default()
         }
     }
@@ -80,7 +84,7 @@ impl Bending {
             silhouette: index.map_or(0.0, |o| o.silhouette),
             clip: index.filter(|_| clipped).map_or(f32::MAX, |o| o.clip.min(f32::MAX)),
             absorption_from: crate::bodies::coefficients(&model.refraction) as u32,
-            ..Self::shown(gpu, model, 0)
+            ..Self::shown(gpu, model, &objective.marching, 0)
         }
     }
 

@@ -1,6 +1,8 @@
 //! The clearcoat of opaque things on a device: `Coat` of `coats.wgsl`.
 
+use crate::constants::COATED;
 use crate::memory::Buffers;
+use crate::task::Task;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 
@@ -21,7 +23,10 @@ pub(crate) struct Coat {
     adjoints: [[u32; 4]; 4],
 }
 
-/// Add room for what so many straight rays end at.
-pub(crate) fn fit(gpu: &Gpu, b: &mut Buffers, rays: usize) -> Result<(), GpuError> {
-    b.zeros(gpu, "coats", (rays.max(1) * size_of::<Coat>()) as u64)
+/// Make room for what the straight rays of a task end at, where there is a clearcoat.
+pub(crate) fn fit(gpu: &Gpu, b: &mut Buffers, task: &Task) -> Result<(), GpuError> {
+    let rays = if task.wants & COATED == 0 { 1 } else { u64::from(task.rays) };
+    let bytes = rays * size_of::<Coat>() as u64;
+    let fits = b.get("coats").is_some_and(|coats| coats.size() >= bytes);
+    if fits { Ok(()) } else { b.zeros(gpu, "coats", bytes) }
 }

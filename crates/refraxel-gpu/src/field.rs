@@ -256,7 +256,6 @@ pub(crate) fn download(
         index: moments.index.clone(),
         reflection: moments.reflection.clone(),
         clearcoat: moments.clearcoat.clone(),
-        ..Optimiser::new(held)
     };
     Ok((model, optimiser))
 }

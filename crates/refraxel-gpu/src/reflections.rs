@@ -155,11 +155,9 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// Room where nothing mirrors: kernels cannot bind nothing.
-    pub(crate) fn nothing(gpu: &Gpu) -> Result<Self, GpuError> {
-        let mut found = Self::default();
-        found.fit(gpu, 1, 1)?;
-        Ok(found)
+    /// Some room where nothing mirrors: kernels bind the list all the same.
+    pub(crate) fn bind_nothing(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.fit(gpu, 1, 1)
     }
 
     fn fit(&mut self, gpu: &Gpu, rays: usize, room: usize) -> Result<(), GpuError> {

@@ -74,17 +74,16 @@ impl GpuBackend {
         let source = reflections::source(&self.held, showing.layers);
         task.wants |= reflections::wants(&self.held, source);
         if !bends || task.wants & COATED != 0 {
-            let coats = if task.wants & COATED != 0 { rays.len() } else { 1 };
-            coats::fit(gpu, &mut buffers.buffers, coats)?;
+            coats::fit(gpu, &mut buffers.buffers, &task)?;
             let straight = StraightForward { task, source, marching: *marching };
             self.forward_straight(&straight, &[&self.buffers, &buffers.buffers])?;
         }
         if bends {
             let paths = Paths::standing(gpu, rays.len())?;
-            let portion = Bending::shown(gpu, &self.held, rays.len()).up_to(showing.most_segments);
+            let portion = Bending::shown(gpu, &self.held, marching, rays.len()).up_to(showing.most_segments);
             let of = [&self.buffers, &buffers.buffers, &paths.buffers];
             let forward = Forward { portion, task, source, marching: *marching, of: &of };
-            self.forward(&forward, &mut Found::nothing(gpu)?)?;
+            self.forward(&forward, &mut Found::default())?;
         }
         buffers.buffers.read(gpu, "seen", rays.len())
     }
@@ -101,7 +100,8 @@ impl GpuBackend {
         let mut encoder = self.encoder();
         self.kernels.render.run(gpu, &mut encoder, of, groups);
         if task.wants & COATED != 0 {
-            let (coat, bending) = (self.kernels.coat(gpu)?, Bending::shown(gpu, &self.held, 0));
+            let (coat, bending) =
+                (self.kernels.coat(gpu)?, Bending::shown(gpu, &self.held, &forward.marching, 0));
             self.buffers.write(gpu, "bending", &[bending]);
             coat.face.run(gpu, &mut encoder, of, groups);
             if forward.source == Some(MirrorSource::Exact) {
@@ -128,6 +128,7 @@ impl GpuBackend {
         self.buffers.write(gpu, "task", &[*task]);
         let render = &self.kernels.bent(gpu)?.render;
         if task.wants & MIRRORS == 0 {
+            found.bind_nothing(gpu)?;
             return with(&found.buffers, render);
         }
         let mirrors = self.kernels.mirrors(gpu)?;

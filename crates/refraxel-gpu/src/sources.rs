@@ -248,7 +248,7 @@ const COAT_MARCH: &[&str] = shaders![
     "bricks",
     "trilinear",
     "march",
-    "coat_sample",
+    "density_slope",
     "bending",
     "fresnel",
     "coats"
@@ -327,7 +327,10 @@ pub(crate) const COAT_VJP: Source = Source {
 /// March back from the surfaces at which straight rays end.
 pub(crate) const LEARN_COAT: Source = Source {
     entry: "learn_coat",
-    files: &[COAT_MARCH, shaders!["fixed", "touched", "ray_gradient_fields", "learn_coat"]],
+    files: &[
+        COAT_MARCH,
+        shaders!["fixed", "touched", "ray_gradient_fields", "density_slope_vjp", "learn_coat"],
+    ],
     bindings: &[
         COAT_MARCHED,
         &[("coats", Read), ("ray_gradients", Writes), ("density_gradient", Atomic), ("touched", Atomic)],

@@ -48,6 +48,21 @@ impl RayBuffers {
     }
 }
 
+/// Room for a batch: its rays, their paths, and what surfaces mirror into them.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    pub rays: RayBuffers,
+    pub paths: Paths,
+    pub found: Found,
+}
+
+/// How the adjoints of index samples count.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Adjoints {
+    Clipped,
+    Whole,
+}
+
 /// What a batch gives: gradients of the field and the texels, of rays, and the outcome.
 pub(crate) struct Gradients {
     pub field: FieldGradient<f32>,
@@ -86,7 +101,7 @@ impl GpuBackend {
         outcome: usize,
     ) -> Result<(), GpuError> {
         let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
-        self.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), false)?;
+        self.room.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), false)?;
         let mut task = Task::learning(objective, &self.held, batch);
         let moves = objective.moves_field();
         if !moves {
@@ -96,33 +111,17 @@ impl GpuBackend {
         task.outcome = outcome as u32;
         self.buffers.write(gpu, "task", &[task]);
         let mut encoder = self.encoder();
-        let (of, voxels) = ([&self.buffers, &self.rays.buffers], workgroups(field.map.voxels()));
+        let voxels = workgroups(field.map.voxels());
         if step.is_multiple_of(REFRESH) {
-            kernels.occupancy.run(gpu, &mut encoder, &of, workgroups(2 * field.map.slots()));
+            kernels.occupancy.run(gpu, &mut encoder, &[&self.buffers], workgroups(2 * field.map.slots()));
         }
-        clear(&mut encoder, &self.buffers, "probe_gradient");
         gpu.queue.submit([encoder.finish()]);
-        let source = reflections::source(&self.held, Layers::All);
-        task.wants |= reflections::wants(&self.held, source);
-        if self.held.refraction.is_none() || task.wants & COATED != 0 {
-            coats::fit(
-                gpu,
-                &mut self.rays.buffers,
-                if task.wants & COATED != 0 { batch.rays.len() } else { 1 },
-            )?;
-            self.learn_straight(task, objective, &[&self.buffers, &self.rays.buffers])?;
-        }
-        if !self.held.refraction.is_none() {
-            self.paths.fit(gpu, batch.rays.len())?;
-            let bending = Bending::learning(gpu, objective, &self.held, self.paths.keeps, true);
-            let mut found = std::mem::take(&mut self.found);
-            let of = [&self.buffers, &self.rays.buffers, &self.paths.buffers];
-            let learned = self.learn_bent(bending, task, objective, &of, &mut found);
-            self.found = found;
-            learned?;
-        }
+        let mut room = std::mem::take(&mut self.room);
+        let learned = self.learn(task, objective, Adjoints::Clipped, &mut room);
+        self.room = room;
+        learned?;
         encoder = self.encoder();
-        let of = [&self.buffers, &self.rays.buffers];
+        let of = [&self.buffers, &self.room.rays.buffers];
         if moves {
             if objective.tv_density > 0.0 || objective.tv_colour > 0.0 {
                 kernels.variation.run(gpu, &mut encoder, &of, voxels);
@@ -139,6 +138,33 @@ impl GpuBackend {
             self.move_bodies(batch.rays.len(), objective, step, outcome)?;
         }
         Ok(())
+    }
+
+    /// Forward and adjoint of a batch.
+    fn learn(
+        &self,
+        mut task: Task,
+        objective: &Objective,
+        adjoints: Adjoints,
+        room: &mut Room,
+    ) -> Result<(), GpuError> {
+        let (gpu, bends) = (&self.gpu, !self.held.refraction.is_none());
+        let mut encoder = self.encoder();
+        clear(&mut encoder, &self.buffers, "probe_gradient");
+        gpu.queue.submit([encoder.finish()]);
+        task.wants |= reflections::wants(&self.held, reflections::source(&self.held, Layers::All));
+        if !bends || task.wants & COATED != 0 {
+            coats::fit(gpu, &mut room.rays.buffers, &task)?;
+            self.learn_straight(task, objective, &[&self.buffers, &room.rays.buffers])?;
+        }
+        if !bends {
+            return Ok(());
+        }
+        room.paths.fit(gpu, task.rays as usize)?;
+        let clips = adjoints == Adjoints::Clipped;
+        let bending = Bending::learning(gpu, objective, &self.held, room.paths.keeps, clips);
+        let of = [&self.buffers, &room.rays.buffers, &room.paths.buffers];
+        self.learn_bent(bending, task, objective, &of, &mut room.found)
     }
 
     /// Forward and adjoint of straight rays, whatever coats the opaque.
@@ -258,27 +284,11 @@ impl GpuBackend {
         objective: &Objective,
         wants: u32,
     ) -> Result<Gradients, GpuError> {
-        let (gpu, refraction) = (&self.gpu, &self.held.refraction);
-        let (mut rays, n) = (RayBuffers::default(), batch.rays.len());
-        rays.fill(gpu, &Lesson::of_batch(batch, refraction), true)?;
+        let (gpu, mut room) = (&self.gpu, Room::default());
+        room.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), true)?;
         let mut task = Task::learning(objective, &self.held, batch);
         task.wants = (task.wants & !(WANTS_FIELD | WANTS_INDEX)) | WANTS_RAYS | wants;
-        let source = reflections::source(&self.held, Layers::All);
-        task.wants |= reflections::wants(&self.held, source);
-        let mut encoder = self.encoder();
-        clear(&mut encoder, &self.buffers, "probe_gradient");
-        gpu.queue.submit([encoder.finish()]);
-        if refraction.is_none() || task.wants & COATED != 0 {
-            coats::fit(gpu, &mut rays.buffers, if task.wants & COATED != 0 { n } else { 1 })?;
-            self.learn_straight(task, objective, &[&self.buffers, &rays.buffers])?;
-        }
-        if !refraction.is_none() {
-            let mut paths = Paths::default();
-            paths.fit(gpu, n)?;
-            let bending = Bending::learning(gpu, objective, &self.held, paths.keeps, false);
-            let of = [&self.buffers, &rays.buffers, &paths.buffers];
-            self.learn_bent(bending, task, objective, &of, &mut Found::nothing(gpu)?)?;
-        }
+        self.learn(task, objective, Adjoints::Whole, &mut room)?;
         let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
         if status[STATUS_CUT as usize] != 0 {
             return Err(GpuError::cut_short(gpu));
@@ -291,7 +301,7 @@ impl GpuBackend {
             finite: status[STATUS_LOSS as usize] == 0,
             step: 0,
         };
-        let adjoints: Vec<RayAdjoint> = rays.buffers.read(gpu, "ray_gradients", batch.rays.len())?;
+        let adjoints: Vec<RayAdjoint> = room.rays.buffers.read(gpu, "ray_gradients", batch.rays.len())?;
         let rays = adjoints.into_iter().map(RayGradient::from).collect();
         let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
         let (medium, absorption) = self.medium_sums()?;

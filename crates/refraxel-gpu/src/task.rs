@@ -27,9 +27,7 @@ pub(crate) struct Task {
     rate_view: f32,
     rate_background: f32,
     pub outcome: u32,
-    least_weight: f32,
-    coat_index: f32,
-    padding: u32,
+    padding: [u32; 3],
 }
 
 impl Task {
@@ -43,8 +41,6 @@ impl Task {
             near: marching.near,
             theta_min: marching.theta_min(field),
             min_transmittance: marching.min_transmittance,
-            least_weight: marching.min_optical_depth,
-            coat_index: model.clearcoat.as_ref().map_or(1.0, |c| c.ior),
             ..Self::default()
         }
     }

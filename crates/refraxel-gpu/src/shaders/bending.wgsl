@@ -1,4 +1,4 @@
-// What a dispatch on rays that may bend has to know beyond its task. The fields are those of `bending::Bending` in Rust.
+// What a dispatch on rays that may bend or be mirrored has to know beyond its task. The fields are those of `bending::Bending` in Rust.
 struct Bending {
     // The rays from `first` on, so many of them.
     first: u32,
@@ -29,6 +29,9 @@ struct Bending {
     plain_product: u32,
     // Where the gradient of the strengths of mirrors lies behind that of the probes.
     strengths_from: u32,
+    // Samples of at most this weight do not count for a clearcoat, whose index of refraction comes next.
+    least_weight: f32,
+    coat_index: f32,
 }
 
 // Some devices leave all loops of an invocation after a number of iterations, without a word. An invocation asks at its end

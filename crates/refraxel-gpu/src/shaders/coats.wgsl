@@ -45,6 +45,6 @@ fn saturation(square: f32, least: f32) -> vec2<f32> {
 
 // Light that arrives in vacuum at a clearcoat, at an angle of this cosine.
 fn incidence_of(cosine: f32) -> Incidence {
-    let square = task.coat_index * task.coat_index;
+    let square = bending.coat_index * bending.coat_index;
     return Incidence(cosine, sqrt(square - 1.0 + cosine * cosine), 0.5, 0.5 * square);
 }

@@ -42,25 +42,6 @@ fn node_vjp(x: vec3<f32>, d_node: vec3<f32>) -> vec3<f32> {
     return (d_u * (inverse * (2.0 - inverse)) + axis * (slope * dot(u, d_u))) * scene.unit_per_world;
 }
 
-// The derivative of the node coordinates along v, the transpose of `node_vjp`.
-fn node_jvp(x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
-    let d_u = v * scene.unit_per_world;
-    let u = unit(x);
-    let m = max_element(abs(u));
-    if (scene.contracted == 0u || m <= 1.0) {
-        return d_u * scene.nodes_per_unit;
-    }
-    let inverse = 1.0 / m;
-    var axis = vec3<f32>(0.0, 0.0, 1.0);
-    if (abs(u.x) == m) {
-        axis = vec3<f32>(1.0, 0.0, 0.0);
-    } else if (abs(u.y) == m) {
-        axis = vec3<f32>(0.0, 1.0, 0.0);
-    }
-    let slope = sign(dot(axis, u)) * 2.0 * inverse * inverse * (inverse - 1.0);
-    return (d_u * (inverse * (2.0 - inverse)) + u * (slope * dot(axis, d_u))) * scene.nodes_per_unit;
-}
-
 // Factor by which steps grow at a point.
 fn growth_at(x: vec3<f32>) -> f32 {
     return select(1.0, max(max_element(abs(unit(x))), 1.0), scene.contracted != 0u);

@@ -19,7 +19,7 @@ fn face(
         var s: Sample;
         while (!front.opaque && next_sample(&front, &s)) {
             let weight = s.before * s.alpha;
-            if (weight > task.least_weight) {
+            if (weight > bending.least_weight) {
                 let x = origin + direction * s.t;
                 coat.opacity += weight;
                 coat.position += weight * x;

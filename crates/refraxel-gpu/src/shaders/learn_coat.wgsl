@@ -28,7 +28,7 @@ fn learn_coat(
     while (!front.opaque && next_sample(&front, &s)) {
         let x = origin + direction * s.t;
         let weight = s.before * s.alpha;
-        let counts = weight > task.least_weight;
+        let counts = weight > bending.least_weight;
         var d_weight = 0.0;
         if (counts) {
             let slope = density_slope(&s, x);
@@ -51,16 +51,5 @@ fn learn_coat(
     if (wants_rays) {
         ray_gradients[ray].origin += d_origin;
         ray_gradients[ray].direction += d_direction;
-    }
-}
-
-// What a sample gives to the densities around it, and its gradient, by dLoss/dθ and dLoss/d(∇θ per node).
-fn scatter_density(s: ptr<function, Sample>, d_theta: f32, d_node: vec3<f32>) {
-    for (var k = 0u; k < 8u; k++) {
-        let voxel = corner_of((*s).slot, (*s).local, k);
-        if (voxel >= BRICK_VOXELS) {
-            add_density_gradient(voxel, trilinear_weight((*s).fraction, k) * d_theta + dot(trilinear_slope((*s).fraction, k), d_node));
-            touch(voxel);
-        }
     }
 }

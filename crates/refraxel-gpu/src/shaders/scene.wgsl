@@ -33,7 +33,7 @@ struct Scene {
 // What a dispatch does. The fields are those of `task::Task` in Rust.
 struct Task {
     rays: u32,
-    // Bits, from WANTS_FIELD to COATED.
+    // Bits: WANTS_FIELD, WANTS_RAYS, GIVEN_BEHIND.
     wants: u32,
     // Quadrature step inside the box [scene unit].
     step: f32,
@@ -54,10 +54,9 @@ struct Task {
     rate_background: f32,
     // Where the outcome of the step goes.
     outcome: u32,
-    // Samples of at most this weight do not count for a clearcoat, whose index of refraction comes next.
-    least_weight: f32,
-    coat_index: f32,
     padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // The number of an invocation in a dispatch of one or two dimensions.

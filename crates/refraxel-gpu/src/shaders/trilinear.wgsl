@@ -7,14 +7,6 @@ fn trilinear_weight(f: vec3<f32>, k: u32) -> f32 {
     return w.x * (w.y * w.z);
 }
 
-// Gradient of the weight of one corner [1 / node].
-fn trilinear_slope(f: vec3<f32>, k: u32) -> vec3<f32> {
-    let is_upper = vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u) == vec3<u32>(1u);
-    let w = select(1.0 - f, f, is_upper);
-    let sign = select(vec3<f32>(-1.0), vec3<f32>(1.0), is_upper);
-    return sign * vec3<f32>(w.y * w.z, w.x * w.z, w.x * w.y);
-}
-
 // Weights of the eight corners.
 fn trilinear_weights(f: vec3<f32>) -> array<f32, 8> {
     let g = 1.0 - f;

@@ -1,4 +1,4 @@
-// A sample of a straight ray as a clearcoat needs it.
+// The gradient of raw density at a sample of a straight ray.
 
 // The raw densities around a sample.
 fn densities(s: ptr<function, Sample>) -> array<f32, 8> {
@@ -9,7 +9,7 @@ fn densities(s: ptr<function, Sample>) -> array<f32, 8> {
     );
 }
 
-// h ∇θ at a place of a sample.
+// h ∇θ at the place of a sample.
 fn density_slope(s: ptr<function, Sample>, x: vec3<f32>) -> vec3<f32> {
     return node_vjp(x, trilinear_gradient((*s).fraction, densities(s))) * scene.voxel;
 }
