@@ -6,7 +6,7 @@ mod score;
 
 pub use index_error::{IndexError, index_error};
 pub use rendering::{Rendering, SUBPIXELS, render, render_reflection, render_transmission};
-pub use score::{score, truth, truth_checksum};
+pub use score::{TruthChecksum, score, truth};
 
 use crate::alignment::Alignment;
 use crate::backend::{Backend, Marching};
@@ -102,7 +102,7 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
     if indices.is_empty() {
         return Err(EvaluateError::NoViews { part }.into());
     }
-    let (mut scores, mut truths) = (Vec::new(), Vec::new());
+    let (mut scores, mut truths) = (Vec::new(), TruthChecksum::default());
     for (k, &i) in indices.iter().enumerate() {
         let progress = watch.progress(Task::Evaluating, k as u64, indices.len() as u64);
         progress.map_err(EvaluateError::from)?;
@@ -123,10 +123,10 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
         let score = score(&rendering, view, &photo, data.backdrop).map_err(EvaluateError::from)?;
         each(view, &rendering, &score)?;
         scores.push(score);
-        truths.push(shown);
+        truths.add(&shown);
     }
-    let truth_crc32 = truth_checksum(truths.iter().map(Vec::as_slice));
-    Ok(Evaluation { scores: Scores::new(scores), index: index_errors(data, backend.medium()), truth_crc32 })
+    let index = index_errors(data, backend.medium());
+    Ok(Evaluation { scores: Scores::new(scores), index, truth_crc32: truths.text() })
 }
 
 /// Where the camera of a photograph is: of a training view as learned, of another one as its own pixels say.

@@ -28,7 +28,8 @@ pub struct Rendering {
 /// ball, and one ray would miss most of it.
 pub const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
 
-/// Rays between two looks at a wish to stop: a fraction of a second of one thread. A multiple of 256, the rays of a chunk.
+/// Pixels whose rays exist at the same time, and between two looks at a wish to stop: a fraction of a second of one thread. A
+/// multiple of 256, the rays of a chunk.
 const PORTION: usize = 16_384;
 
 /// Render a camera's whole image, unless somebody wishes to stop. Pixels that the lens does not see are black.
@@ -94,7 +95,6 @@ fn render_with(
     let (medium, domain) = (backend.medium(), backend.domain());
     let order = tiles(camera.width, camera.height);
     let of_pixel = |path: &mut Path<f32>, &p: &usize| rays_of_pixel(camera, p, medium, domain, path);
-    let rays: Vec<Vec<Ray<f32>>> = order.par_iter().map_init(Path::default, of_pixel).collect();
     let mut out = Rendering {
         width: camera.width,
         height: camera.height,
@@ -102,20 +102,20 @@ fn render_with(
         opacity: vec![0.0; count],
         depth: vec![0.0; count],
     };
-    let mut all = Vec::with_capacity(count);
-    for portion in rays.concat().chunks(PORTION) {
+    for portion in order.chunks(PORTION) {
         cancel.check()?;
-        all.extend(pixels(portion));
-    }
-    let mut rest = &all[..];
-    for (&p, rays) in order.iter().zip(&rays) {
-        let own;
-        (own, rest) = rest.split_at(rays.len());
-        let Some(pixel) = mean(own) else { continue };
-        let opacity = 1.0 - pixel.transmittance;
-        out.colour[p] = pixel.colour.map(quantize);
-        out.opacity[p] = opacity;
-        out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
+        let rays: Vec<Vec<Ray<f32>>> = portion.par_iter().map_init(Path::default, of_pixel).collect();
+        let all = pixels(&rays.concat());
+        let mut rest = &all[..];
+        for (&p, rays) in portion.iter().zip(&rays) {
+            let own;
+            (own, rest) = rest.split_at(rays.len());
+            let Some(pixel) = mean(own) else { continue };
+            let opacity = 1.0 - pixel.transmittance;
+            out.colour[p] = pixel.colour.map(quantize);
+            out.opacity[p] = opacity;
+            out.depth[p] = if opacity > 1e-3 { pixel.depth / opacity } else { 0.0 };
+        }
     }
     Ok(out)
 }

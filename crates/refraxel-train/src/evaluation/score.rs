@@ -16,13 +16,20 @@ pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {
 }
 
 /// A checksum of truth images in their order, so that scores of different images are not compared.
-pub fn truth_checksum<'a>(truths: impl IntoIterator<Item = &'a [[u8; 3]]>) -> String {
-    let mut hasher = crc32fast::Hasher::new();
-    for truth in truths {
-        hasher.update(&(truth.len() as u64).to_le_bytes());
-        hasher.update(truth.as_flattened());
+#[derive(Clone, Debug, Default)]
+pub struct TruthChecksum(crc32fast::Hasher);
+
+impl TruthChecksum {
+    /// Takes the next image into account.
+    pub fn add(&mut self, truth: &[[u8; 3]]) {
+        self.0.update(&(truth.len() as u64).to_le_bytes());
+        self.0.update(truth.as_flattened());
     }
-    format!("{:08x}", hasher.finalize())
+
+    /// Eight hexadecimal digits.
+    pub fn text(self) -> String {
+        format!("{:08x}", self.0.finalize())
+    }
 }
 
 /// Score a rendering against its photograph. Refractive masks give the scores inside and outside; other masks none.
