@@ -50,9 +50,26 @@ pub fn bytes_per_voxel(degree: ShDegree) -> u64 {
     4 * (3 + degree.stride() as u64)
 }
 
-/// Share of a grid's voxels that survives pruning, for forecasts. Measured: 27 % of an opaque synthetic scene, 31–55 % of
-/// photographs with surroundings, 65 % of a glass ball explained by straight rays.
+/// Share of a grid's voxels that survives pruning, for forecasts, where no backdrop shows where surfaces are. Measured: 31–55 % of
+/// photographs with surroundings.
 pub const TYPICAL_OCCUPANCY: f64 = 0.5;
+
+/// Thickness of what survives pruning around a surface [voxel]: what a coarser grid saw of it, a voxel of that grid on either
+/// side, and the rest of their bricks.
+const SHELL: f64 = 11.0;
+
+/// Haze that straight rays have not cleared when a run of so many steps prunes makes shells thicker by this times √nodes / steps
+/// [voxel]. Total variation is stronger where rays bend, and leaves none. Measured, docs/growth.md.
+const HAZE: f64 = 380.0;
+
+/// Share of the voxels that survives pruning of a grid with so many nodes along its longest edge. Where surfaces of this density
+/// (see [`Region::surface_density`]) are placed at random, a shell around them takes 1 − e^(−thickness · density).
+pub fn stored_share(options: &Options, surface: Option<f64>, longest: u32) -> f64 {
+    let nodes = f64::from(longest);
+    let is_short = !options.refraction.bend.is_on() && options.run.minutes == 0.0;
+    let haze = if is_short { HAZE * nodes.sqrt() / options.run.steps as f64 } else { 0.0 };
+    surface.map_or(TYPICAL_OCCUPANCY, |density| 1.0 - (-(SHELL + haze) * density / nodes).exp())
+}
 
 /// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (4.10).
 ///
@@ -71,8 +88,14 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
     region.bounds.extent().max_element() / footprint
 }
 
-/// The grid that options and a dataset ask for, within the memory allowed.
-pub fn finest_domain(options: &Options, region: &Region, views: &[&View]) -> Domain<f32> {
+/// The largest grid that options and a dataset ask for within the memory allowed. `surface` is asked for the
+/// [density of surfaces](Region::surface_density) where a dense grid would not fit.
+pub fn finest_domain(
+    options: &Options,
+    region: &Region,
+    views: &[&View],
+    surface: impl FnOnce() -> Option<f64>,
+) -> Domain<f32> {
     let extent = if region.unbounded { Extent::Contracted } else { Extent::Bounded };
     // A contracted grid gives half its nodes to the box.
     let share = if region.unbounded { 2.0 } else { 1.0 };
@@ -81,23 +104,28 @@ pub fn finest_domain(options: &Options, region: &Region, views: &[&View]) -> Dom
             .min(f64::from(options.grid.max_resolution)),
         n => f64::from(n),
     };
-    let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
-    let mut longest = (wanted.round() as u32).clamp(8, 1024);
     let bounds = region.bounds.cast::<f32>();
-    loop {
-        let domain = Domain::with_longest(bounds, extent, longest);
-        if longest <= 16 || model_bytes(options, &domain, degree) <= options.run.memory * (1_u64 << 30) as f64
-        {
-            return domain;
-        }
-        longest = longest * 9 / 10;
+    let of = |longest| Domain::with_longest(bounds, extent, longest);
+    let fits = |longest: u32, stored: f64| {
+        longest <= 16
+            || model_bytes(options, &of(longest), stored) <= options.run.memory * (1_u64 << 30) as f64
+    };
+    let mut longest = (wanted.round() as u32).clamp(8, 1024);
+    if fits(longest, 1.0) {
+        return of(longest);
     }
+    // The last stage is pruned by then, and dense if it is also the first.
+    let surface = if options.grid.stages > 1 { Some(surface()) } else { None };
+    while !fits(longest, surface.map_or(1.0, |s| stored_share(options, s, longest))) {
+        longest -= 1;
+    }
+    of(longest)
 }
 
-/// Bytes of parameters and moments of the last stage: pruned by then, dense if it is also the first.
-pub fn model_bytes(options: &Options, domain: &Domain<f32>, degree: ShDegree) -> f64 {
+/// Bytes of parameters and moments of a grid of which this share is stored.
+fn model_bytes(options: &Options, domain: &Domain<f32>, stored: f64) -> f64 {
+    let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
     let nodes: f64 = domain.resolution.iter().map(|&n| f64::from(n)).product();
-    let stored = if options.grid.stages > 1 { TYPICAL_OCCUPANCY } else { 1.0 };
     nodes * stored * bytes_per_voxel(degree) as f64
 }
 
@@ -113,15 +141,27 @@ impl Plan {
     /// The plan for a dataset, whose training photographs are `photos`.
     pub fn new(options: &Options, data: &Dataset, photos: &[Photo]) -> Self {
         let region = refraxel_data::scene_region(data);
-        let region =
-            if region.unbounded { region } else { region.around_content(data, &data.split.train, photos) };
-        Self::of_region(options, data, &region)
+        if region.unbounded {
+            return Self::of_region(options, data, &region);
+        }
+        let train = &data.split.train;
+        let region = region.around_content(data, train, photos);
+        Self::within(options, data, &region, || region.surface_density(data, train, photos))
     }
 
     /// The plan for a dataset whose scene lies in this region.
     pub fn of_region(options: &Options, data: &Dataset, region: &Region) -> Self {
+        Self::within(options, data, region, || None)
+    }
+
+    fn within(
+        options: &Options,
+        data: &Dataset,
+        region: &Region,
+        surface: impl FnOnce() -> Option<f64>,
+    ) -> Self {
         let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
-        let finest = finest_domain(options, region, &views);
+        let finest = finest_domain(options, region, &views, surface);
         let near = near_limit(&views, region.bounds.center(), options.march.near);
         Self { finest, near, backdrop: data.backdrop }
     }
@@ -238,11 +278,18 @@ mod tests {
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
         let mut one_each = Options::default();
         one_each.grid.voxels_per_pixel = 1.0;
-        let full = finest_domain(&one_each, &region, &[&view]);
+        let full = finest_domain(&one_each, &region, &[&view], || None);
         // 200 pixels see 2 × 4 tan(0.345) = 2.87 units: 139 pixels across the box.
         assert!(full.resolution[0].abs_diff(139) <= 1, "{:?}", full.resolution);
-        let mut tight = Options::default();
-        tight.run.memory = 0.01;
-        assert!(finest_domain(&tight, &region, &[&view]).resolution[0] < 80);
+        let tight = |surface: Option<f64>| {
+            let mut tight = Options::default();
+            tight.run.memory = 0.01;
+            let domain = finest_domain(&tight, &region, &[&view], || surface);
+            let bytes = model_bytes(&tight, &domain, stored_share(&tight, surface, domain.resolution[0]));
+            assert!((0.95..=1.0).contains(&(bytes / (0.01 * (1_u64 << 30) as f64))), "{bytes}");
+            domain.resolution[0]
+        };
+        assert!(tight(None) < 80);
+        assert!(tight(Some(1.0)) > 80, "a grid with little surface may be finer");
     }
 }

@@ -85,6 +85,13 @@ fn inspect_forecasts_a_dataset() {
     assert!(json["forecast"]["peak"].as_u64() > json["forecast"]["model"].as_u64());
     // Five masks of 16×16: two maps of contours and occluders, and cells of a pixel, in f32.
     assert_eq!(json["forecast"]["silhouettes"], 5 * 16 * 16 * 12);
+    let options = ["--refraction", "off", "--set", "grid.resolution=48", "--set", "run.batch=1000000"];
+    let other = refraxel(&[&["inspect", path(&data), "--json"], &options[..]].concat()).done().json();
+    let resolution = other["forecast"]["resolution"].as_array().unwrap();
+    assert_eq!(resolution.iter().map(|n| n.as_u64()).max(), Some(Some(48)));
+    assert_eq!(other["forecast"]["silhouettes"], 0);
+    assert!(other["forecast"]["peak"].as_u64().unwrap() > 1_000_000_000, "a million rays");
+    refraxel(&["inspect", path(&data), "--set", "grid.resolution=2"]).refused(2, &["grid.resolution"]);
     let text = refraxel(&["inspect", path(&data)]).done().out;
     for word in ["5 training, 1 validation, 2 test", "8 of 16×16", "refractive object is seen first", "grid "]
     {

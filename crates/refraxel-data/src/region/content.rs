@@ -34,15 +34,7 @@ impl Region {
         if data.backdrop == Backdrop::Surroundings || photos.is_empty() {
             return *self;
         }
-        let step = indices.len().div_ceil(MAX_VIEWS);
-        let silhouettes: Vec<Silhouette> = (0..indices.len())
-            .step_by(step)
-            .map(|k| {
-                let view = &data.views[indices[k]];
-                let refractive = view.mask_meaning == MaskMeaning::Refractive;
-                Silhouette::new(&view.camera, &photos[k], data.backdrop, refractive)
-            })
-            .collect();
+        let silhouettes = silhouettes(data, indices, photos);
         let cell = self.bounds.extent() / CELLS as f64;
         let layers: Vec<Aabb<f64>> =
             (0..CELLS).into_par_iter().map(|k| hull_of_layer(&self.bounds, cell, k, &silhouettes)).collect();
@@ -63,6 +55,44 @@ impl Region {
             Aabb::new((hull.min - margin).max(self.bounds.min), (hull.max + margin).min(self.bounds.max));
         Region { bounds, ..*self }
     }
+
+    /// How much surface what `photos` show has: the area of its coarse visual hull over the volume of this region, both with the
+    /// region's longest edge as the unit of length. `None` for unbounded scenes and where the pictures show nothing.
+    ///
+    /// # Panics
+    /// As [`Self::around_content`].
+    pub fn surface_density(&self, data: &Dataset, indices: &[usize], photos: &[Photo]) -> Option<f64> {
+        assert_eq!(indices.len(), photos.len(), "one photo for each index");
+        let edge = self.bounds.extent().max_element() / CELLS as f64;
+        if data.backdrop == Backdrop::Surroundings || photos.is_empty() || edge <= 0.0 {
+            return None;
+        }
+        let silhouettes = silhouettes(data, indices, photos);
+        let n = self.bounds.extent().map(|e| (e / edge).round().max(1.0)).to_array().map(|n| n as usize);
+        let at = |k: usize| {
+            let cell = [k % n[0], k / n[0] % n[1], k / (n[0] * n[1])];
+            let center = self.bounds.min + Vec3::from(cell.map(|c| c as f64 + 0.5)) * edge;
+            occupied(center, 0.5 * 3.0_f64.sqrt() * edge, &silhouettes)
+        };
+        let filled: Vec<bool> = (0..n.iter().product()).into_par_iter().map(at).collect();
+        let strides = [1, n[0], n[0] * n[1]];
+        let has_next = |k: usize, a: usize| k / strides[a] % n[a] + 1 < n[a];
+        let faces =
+            |k: usize| (0..3).filter(|&a| has_next(k, a) && filled[k] != filled[k + strides[a]]).count();
+        let faces: usize = (0..filled.len()).map(faces).sum();
+        // Faces of edge² each, cells of edge³.
+        (faces > 0).then(|| faces as f64 * CELLS as f64 / filled.len() as f64)
+    }
+}
+
+/// What is not backdrop in some of the views.
+fn silhouettes<'a>(data: &'a Dataset, indices: &[usize], photos: &[Photo]) -> Vec<Silhouette<'a>> {
+    let of = |k: usize| {
+        let view = &data.views[indices[k]];
+        let refractive = view.mask_meaning == MaskMeaning::Refractive;
+        Silhouette::new(&view.camera, &photos[k], data.backdrop, refractive)
+    };
+    (0..indices.len()).step_by(indices.len().div_ceil(MAX_VIEWS)).map(of).collect()
 }
 
 /// Box of the centres of the occupied cells of layer `k`.
@@ -126,5 +156,50 @@ fn is_foreground([r, g, b, a]: [f32; 4], backdrop: Backdrop) -> bool {
             (r - br).abs().max((g - bg).abs()).max((b - bb).abs()) > THRESHOLD
         }
         _ => a > THRESHOLD,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Image, Pixels, PosedPhoto, Split};
+
+    /// A ball of this radius around the origin, black before white, from the corners and faces of a cube.
+    fn ball(radius: f64) -> Dataset {
+        let directions = (0..27).filter(|k| *k != 13).map(|k| {
+            let at = [k % 3, k / 3 % 3, k / 9].map(|c| f64::from(c) - 1.0);
+            Vec3::from(at).normalized()
+        });
+        let posed = directions.enumerate().map(|(k, direction)| {
+            let up = vec3(0.1, 0.2, 1.0);
+            let camera = Camera::look_at(direction * 6.0, Vec3::zero(), up, 0.6, [128, 128]);
+            let is_ball = |pixel: u32| {
+                let ray = camera.ray(f64::from(pixel % 128) + 0.5, f64::from(pixel / 128) + 0.5).unwrap();
+                ray.origin.cross(ray.direction).length() < radius
+            };
+            let pixels = (0..128 * 128).flat_map(|p| if is_ball(p) { [0_u8; 3] } else { [255; 3] }).collect();
+            let image = Image { width: 128, height: 128, channels: 3, pixels: Pixels::U8(pixels) };
+            let photo = Photo::new(image, None);
+            PosedPhoto { name: format!("{k}.png"), camera, photo, mask_meaning: MaskMeaning::Keep }
+        });
+        let split = Split { train: (0..26).collect(), ..Split::default() };
+        Dataset::in_memory(posed.collect(), split, Backdrop::Color([1.0; 3])).unwrap()
+    }
+
+    #[test]
+    fn the_density_of_surfaces_is_that_of_the_faces_of_a_ball_s_cells() {
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
+        for radius in [0.3, 0.5, 0.8] {
+            let data = ball(radius);
+            let photos = data.load_photos(&data.split.train, |_| {}).unwrap();
+            let density = region.surface_density(&data, &data.split.train, &photos).unwrap();
+            // The faces of cells have 3/2 of the area of a ball, whose hull is a little larger.
+            let faces = 1.5 * 4.0 * std::f64::consts::PI * (radius / 2.0).powi(2);
+            assert!((1.0..1.35).contains(&(density / faces)), "{radius}: {density} instead of {faces}");
+        }
+        let nothing = ball(0.0);
+        let photos = nothing.load_photos(&nothing.split.train, |_| {}).unwrap();
+        assert_eq!(region.surface_density(&nothing, &nothing.split.train, &photos), None);
     }
 }

@@ -33,7 +33,7 @@ use std::time::Instant;
 use tally::Tally;
 
 /// Rays that decide what is pruned.
-const PRUNING_RAYS: u64 = 600_000;
+pub(crate) const PRUNING_RAYS: u64 = 600_000;
 /// Every voxel has more weight than this.
 const NOTHING: f32 = -1.0;
 /// Least share of rays inside masks while the index learns alone.

@@ -55,6 +55,7 @@ impl From<WhiteMeans> for MaskMeaning {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel inspect my_photos
+  refraxel inspect my_photos --set grid.resolution=384 --downscale 2
   refraxel inspect --devices
   refraxel inspect run --json")]
 pub struct InspectArgs {
@@ -67,9 +68,33 @@ pub struct InspectArgs {
     /// Print the result as JSON on standard output, and nothing else there
     #[arg(long)]
     pub json: bool,
+    /// The training whose memory is forecast.
+    #[command(flatten)]
+    pub training: ForecastArgs,
     /// How to read it.
     #[command(flatten)]
     pub reading: ReadingArgs,
+}
+
+/// Options of `refraxel train` that its memory depends on.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "The training whose memory is forecast, as for `refraxel train`")]
+pub struct ForecastArgs {
+    /// Whether rays bend
+    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    pub refraction: Refraction,
+    /// Start from this index of refraction instead of masks
+    #[arg(long, value_name = "FILE")]
+    pub index_from: Option<PathBuf>,
+    /// Change one training option (train --options lists them); may be repeated, the last one counts
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+    /// Read training options from a TOML file; --set overrides it
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Read the photographs with fewer pixels: 2 halves their edges, 1600 is the longer edge in pixels
+    #[arg(long, value_name = "N|PIXELS")]
+    pub downscale: Option<Reduction>,
 }
 
 /// Whether rays bend.

@@ -9,7 +9,7 @@ mod sweep;
 mod values;
 mod view;
 
-pub use data::{InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use data::{ForecastArgs, InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, ExportFormat, Layer, RenderArgs, SplitName};

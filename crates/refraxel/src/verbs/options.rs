@@ -28,20 +28,31 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         }
         known_index::held(&mut options);
     }
-    let mut renamed = Vec::new();
-    if let Some(path) = &args.config {
-        let refused = || format!("the options of {} are refused", path.display());
-        renamed = options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
-        options = options.checked().with_context(refused).or_exit(Exit::BadInput)?;
-    }
-    renamed.extend(set_all(&args.settings, &mut options)?);
-    for Renamed { former, now } in renamed {
-        show.say(&format!("note: option `{former}` is now `{now}`"));
-    }
+    let mut options = changed(options, args.config.as_deref(), &args.settings, show)?;
     set_flags(args, &mut options);
     let options = options.checked().or_exit(Exit::Usage)?;
     if args.index_from.is_some() {
         known_index::refuse_unused(&options)?;
+    }
+    Ok(options)
+}
+
+/// The options as a file and then `--set` change them.
+pub fn changed(
+    mut options: Options,
+    config: Option<&Path>,
+    settings: &[Setting],
+    show: Show,
+) -> Result<Options, Failure> {
+    let mut renamed = Vec::new();
+    if let Some(path) = config {
+        let refused = || format!("the options of {} are refused", path.display());
+        renamed = options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
+        options = options.checked().with_context(refused).or_exit(Exit::BadInput)?;
+    }
+    renamed.extend(set_all(settings, &mut options)?);
+    for Renamed { former, now } in renamed {
+        show.say(&format!("note: option `{former}` is now `{now}`"));
     }
     Ok(options)
 }

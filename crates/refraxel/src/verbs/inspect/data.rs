@@ -1,11 +1,11 @@
 //! Describes a dataset, and the memory that training on it would take.
 
-use crate::cli::InspectArgs;
+use crate::cli::{ForecastArgs, InspectArgs, Refraction};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::table::{bytes, count};
-use crate::verbs::{data_failure, load_photos, open_options};
+use crate::verbs::{data_failure, known_index, load_photos, open_options, options, reduce};
 use refraxel_core::Aabb;
 use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
 use refraxel_train::Options;
@@ -25,36 +25,56 @@ struct Report {
     inspection: Inspection,
     /// The box around the content of the photographs, which training fills with voxels.
     content_box: [[f64; 3]; 2],
-    /// With the default options.
+    /// With the options given, and the defaults of all others.
     forecast: Forecast,
 }
 
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
-    let data = Dataset::open(args.path(), &open_options(&args.reading)).map_err(data_failure)?;
-    let region = content_region(&data, Show::suited(args.json))?;
-    let mut options = Options::suited_to(region.unbounded);
-    options.refraction.bend = if has_masks(&data) { Switch::On } else { Switch::Off };
+    let show = Show::suited(args.json);
+    let mut data = Dataset::open(args.path(), &open_options(&args.reading)).map_err(data_failure)?;
+    reduce(&mut data, args.training.downscale.map(u32::from), args.path(), show)?;
+    let (region, surface) = content(&data, show)?;
+    let options = options_of(&args.training, &data, &region, show)?;
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
-    let finest = finest_domain(&options, &region, &views);
+    let finest = finest_domain(&options, &region, &views, || surface);
     let report = Report {
         kind: "dataset",
         inspection: report(&data),
         content_box: corners(&region.bounds),
-        forecast: forecast(&options, &finest, &data),
+        forecast: forecast(&options, &finest, &data, surface),
     };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// The region that training would choose.
-fn content_region(data: &Dataset, show: Show) -> Result<Region, Failure> {
+/// The options with which training would begin.
+fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region, show: Show) -> Result<Options, Failure> {
+    let mut usual = Options::suited_to(region.unbounded);
+    let is_told = args.index_from.is_some() || has_masks(data);
+    usual.refraction.bend = if is_told { Switch::On } else { Switch::Off };
+    if let Some(file) = &args.index_from {
+        known_index::suit(&mut usual, file);
+        known_index::held(&mut usual);
+    }
+    let mut options = options::changed(usual, args.config.as_deref(), &args.settings, show)?;
+    match args.refraction {
+        Refraction::Off => options.refraction.bend = Switch::Off,
+        Refraction::On => options.refraction.bend = Switch::On,
+        Refraction::Auto => {}
+    }
+    options.checked().or_exit(Exit::Usage)
+}
+
+/// The region that training would choose, and how much surface it holds.
+fn content(data: &Dataset, show: Show) -> Result<(Region, Option<f64>), Failure> {
     let region = scene_region(data);
     if region.unbounded {
-        return Ok(region);
+        return Ok((region, None));
     }
     let train = &data.split.train;
     let some: Vec<usize> = train.iter().copied().step_by(train.len().div_ceil(DECODED).max(1)).collect();
     let photos = load_photos(data, &some, show)?;
-    Ok(region.around_content(data, &some, &photos))
+    let region = region.around_content(data, &some, &photos);
+    Ok((region, region.surface_density(data, &some, &photos)))
 }
 
 fn corners(b: &Aabb<f64>) -> [[f64; 3]; 2] {
