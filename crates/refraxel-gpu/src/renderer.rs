@@ -6,6 +6,7 @@ use crate::task::Seen;
 use crate::{Gpu, GpuError};
 use refraxel_core::Ray;
 use refraxel_core::radiance::Pixel;
+use refraxel_train::Refraction;
 use refraxel_train::backend::{Backend, Layers, Marching};
 use refraxel_train::model::Model;
 
@@ -31,11 +32,17 @@ impl GpuRenderer {
         fault.map_or(Ok(Self { backend, marching: *marching }), Err)
     }
 
+    /// Bends the rays otherwise.
+    pub fn set_medium(&mut self, medium: Refraction) -> Result<(), GpuError> {
+        self.backend.set_medium(medium);
+        self.backend.gpu().fault().map_or(Ok(()), Err)
+    }
+
     /// What rays show, over the background.
-    pub fn render(&self, rays: &[Ray<f32>]) -> Result<Vec<Pixel<f32>>, GpuError> {
+    pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Result<Vec<Pixel<f32>>, GpuError> {
         let mut out = Vec::with_capacity(rays.len());
         for portion in rays.chunks(PORTION) {
-            let seen = self.backend.show(portion, &self.marching, Showing::layers(Layers::All))?;
+            let seen = self.backend.show(portion, &self.marching, Showing::layers(layers))?;
             let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
             out.extend(seen.into_iter().map(pixel));
         }

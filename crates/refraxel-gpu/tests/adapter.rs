@@ -528,7 +528,7 @@ fn paths_that_a_software_adapter_leaves_are_told() {
 
 fn shown(model: Model, rays: &[Ray<f32>], marching: &Marching) -> Vec<Pixel<f32>> {
     let renderer = GpuRenderer::new(gpu(), &model, marching).expect("a model that can be shown");
-    renderer.render(rays).expect("a device without a fault")
+    renderer.render(rays, Layers::All).expect("a device without a fault")
 }
 
 #[test]

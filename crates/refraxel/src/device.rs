@@ -1,6 +1,7 @@
 //! The device of a run: the CPU; a GPU where the program was built with the feature `gpu`; or the CPUs of several processes where it
 //! was built with the feature `mpi`.
 
+mod eyes;
 #[cfg(feature = "gpu")]
 mod gpu;
 #[cfg(feature = "mpi")]
@@ -10,12 +11,17 @@ mod no_mpi;
 #[cfg(not(feature = "gpu"))]
 mod none;
 
+pub use eyes::Eyes;
+#[cfg(feature = "gpu")]
+use gpu::eyes as gpu_eyes;
 #[cfg(feature = "gpu")]
 pub use gpu::{Gpu, bench, devices, on_gpu, open};
 #[cfg(feature = "mpi")]
 pub use mpi::join;
 #[cfg(not(feature = "mpi"))]
 pub use no_mpi::join;
+#[cfg(not(feature = "gpu"))]
+use none::eyes as gpu_eyes;
 #[cfg(not(feature = "gpu"))]
 pub use none::{Gpu, bench, devices, on_gpu, open};
 

@@ -45,8 +45,16 @@ fn log(run: &Path) -> String {
 #[cfg(feature = "gpu")]
 mod gpu {
     use super::*;
-    use common::refractive;
-    use serde_json::Value;
+    use common::{path, refractive};
+    use refraxel::progress::Show;
+    use refraxel::viewer::{Look, Scene};
+    use refraxel_core::{Ray, vec3};
+    use refraxel_train::Backend;
+    use refraxel_train::backend::Layers;
+    use refraxel_train::device::DeviceChoice;
+    use refraxel_train::run::Run;
+    use serde_json::{Value, json};
+    use std::path::PathBuf;
 
     /// The adapters of this machine.
     fn adapters() -> Vec<Value> {
@@ -179,6 +187,115 @@ mod gpu {
         assert!(!failed.err.contains("at step 0"), "{}", failed.err);
         straight(&data, &run, &[&fine[..], &["--resume", "--device", "cpu"]].concat()).done();
         assert!(log(&run).contains("device_chosen"));
+    }
+
+    /// A run on a glass ball that mirrors, whose index and shape were given.
+    fn glass_run(folder: &Path) -> PathBuf {
+        let (data, run) = (ball(folder), folder.join("run"));
+        let (scene, held) = (data.join("scene.json"), ["--set", "index.rate=0", "--set", "surface.rate=0"]);
+        let bent = ["--refraction", "on", "--device", "cpu", "--index-from", path(&scene)];
+        train(&data, &run, &[&bent[..], &held[..]].concat()).done();
+        run
+    }
+
+    /// Names of the pictures that lie in a folder itself.
+    fn pictures(folder: &Path) -> Vec<String> {
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+        files.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".png")).collect()
+    }
+
+    #[test]
+    #[ignore = "needs a Vulkan adapter"]
+    fn views_are_rendered_as_on_the_cpu() {
+        // Mean of all code values: both round, and rays that graze the ball take another path.
+        const TOL: f64 = 0.3;
+        let folder = tempfile::tempdir().unwrap();
+        let run = glass_run(folder.path());
+        let rendered = |device: &str| {
+            let out = folder.path().join(device.replace(':', ""));
+            let layers = ["--outputs", "colour,reflection,transmission,opacity", "--set-index", "1.4"];
+            let views = ["render", path(&run), "--out", path(&out), "--orbit", "2", "--size", "40x40"];
+            let ran = refraxel(&[&views[..], &layers[..], &["--device", device]].concat()).done();
+            assert_eq!(ran.err.contains("note: on "), device != "cpu", "{}", ran.err);
+            out
+        };
+        let (cpu, gpu) = (rendered("cpu"), rendered("gpu:0"));
+        let layers = ["", "reflection/", "transmission/", "opacity/"];
+        let names: Vec<String> =
+            pictures(&cpu).iter().flat_map(|name| layers.map(|of| format!("{of}{name}"))).collect();
+        assert_eq!(names.len(), 8, "{names:?}");
+        for name in names {
+            let [a, b] = [&cpu, &gpu].map(|out| image::open(out.join(&name)).unwrap().to_rgb8().into_raw());
+            let apart: u64 = a.iter().zip(&b).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+            let mean = apart as f64 / a.len() as f64;
+            assert!(mean < TOL && a.iter().any(|v| *v != a[0]), "{name}: {mean}");
+        }
+    }
+
+    #[test]
+    #[ignore = "needs a Vulkan adapter"]
+    fn a_page_is_painted_as_by_the_cpu() {
+        const TOL: f32 = 2e-3;
+        let folder = tempfile::tempdir().unwrap();
+        let run = glass_run(folder.path());
+        let scene = |device| {
+            let scene = Scene::new("ball".to_owned(), Run::load(&run).unwrap(), None);
+            scene.on(device, Show::Nothing).map_err(|failure| failure.error).unwrap()
+        };
+        let (mut cpu, mut gpu) = (scene(DeviceChoice::Cpu), scene(DeviceChoice::Adapter(0)));
+        let ray = |k: u32| {
+            let to = vec3(0.02 * (k % 20) as f32 - 0.2, 0.0, 0.02 * (k / 20) as f32 - 0.35);
+            let from = vec3(0.3, -3.0, 1.0);
+            Ray { origin: from, direction: (to - from).normalized() }
+        };
+        let rays: Vec<Ray<f32>> = (0..400).map(ray).collect();
+        let camera = cpu.describe()["start"].clone();
+        let mut seen = Vec::new();
+        for look in [
+            json!({ "id": 0, "camera": camera }),
+            json!({ "id": 1, "camera": camera, "edits": { "index": [1.33] } }),
+            json!({ "id": 2, "camera": camera, "straight": true }),
+            json!({ "id": 3, "camera": camera }),
+        ] {
+            let look: Look = serde_json::from_value(look).unwrap();
+            cpu.wear(&look).unwrap();
+            gpu.wear(&look).unwrap();
+            let (want, found) = (cpu.render(&rays, Layers::All), gpu.render(&rays, Layers::All));
+            let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>();
+            let all: f32 = want.iter().zip(&found).map(|(a, b)| apart((&a.colour, &b.colour))).sum();
+            let mean = all / (3 * rays.len()) as f32;
+            assert!(mean < TOL, "look {}: {mean}", look.id);
+            seen.push(found);
+        }
+        assert!(
+            seen[0] == seen[3] && seen[0] != seen[1] && seen[1] != seen[2],
+            "every look shows its own medium"
+        );
+        assert_eq!(gpu.backend().medium().medium.regions().len(), 1);
+    }
+
+    #[test]
+    #[ignore = "needs a software adapter as the first one: hardware counts no steps"]
+    fn where_a_gpu_fails_the_cpu_renders() {
+        assert_eq!(adapters()[0]["kind"], "software");
+        let folder = tempfile::tempdir().unwrap();
+        let (data, run) = (ball(folder.path()), folder.path().join("run"));
+        // More steps in a ray than llvmpipe takes: 140 nodes, twenty steps each, 14 iterations a step.
+        let fine =
+            ["grid.resolution=140", "march.render_step=0.05", "field.sh_degree=3"].map(|o| ["--set", o]);
+        straight(&data, &run, &[fine.as_flattened(), &["--device", "cpu"]].concat()).done();
+        let [cpu, gpu] = ["cpu", "gpu:0"].map(|device| {
+            let out = folder.path().join(device.replace(':', ""));
+            let views = ["render", path(&run), "--out", path(&out), "--orbit", "2", "--size", "8x8"];
+            let ran = refraxel(&[&views[..], &["--device", device]].concat()).done();
+            let told = ran.err.matches("on the CPU from here on, since the GPU failed").count();
+            assert_eq!(told, usize::from(device != "cpu"), "{}", ran.err);
+            assert_eq!(ran.err.contains("65535"), device != "cpu", "{}", ran.err);
+            let mut names = pictures(&out);
+            names.sort();
+            names.iter().map(|name| std::fs::read(out.join(name)).unwrap()).collect::<Vec<_>>()
+        });
+        assert!(cpu == gpu && cpu.len() == 2, "the same pictures");
     }
 
     #[test]

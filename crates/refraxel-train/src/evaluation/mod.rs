@@ -5,7 +5,7 @@ mod rendering;
 mod score;
 
 pub use index_error::{IndexError, index_error};
-pub use rendering::{Rendering, SUBPIXELS, render, render_reflection, render_transmission};
+pub use rendering::{Light, Rendering, SUBPIXELS, render, render_by};
 pub use score::{TruthChecksum, score, truth};
 
 use crate::alignment::Alignment;

@@ -39,34 +39,40 @@ pub fn render(
     marching: &Marching,
     cancel: &Cancel,
 ) -> Result<Rendering, Cancelled> {
-    render_with(backend, camera, cancel, |rays| backend.render(rays, marching, Layers::All))
+    render_by(backend, camera, cancel, |rays| backend.render(rays, marching, Layers::All))
 }
 
-/// What the surfaces that a camera sees mirror, alone: its picture without what it would be if they mirrored blackness.
-pub fn render_reflection(
-    backend: &impl Backend,
-    camera: &Camera,
-    marching: &Marching,
-    cancel: &Cancel,
-) -> Result<Rendering, Cancelled> {
-    render_with(backend, camera, cancel, |rays| {
-        let mut all = backend.render(rays, marching, Layers::All);
-        let black = backend.render(rays, marching, Layers::Mirroring(MirrorSource::Black));
-        for (all, black) in all.iter_mut().zip(black) {
-            all.colour = without(all.colour, black.colour);
+/// Which part of the light is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// All of it.
+    All,
+    /// What surfaces mirror, alone: all light without what it would be if they mirrored blackness.
+    Reflected,
+    /// What would be seen if no surface mirrored but totally.
+    Transmitted,
+}
+
+impl Light {
+    /// What rays show of it, by what `render` shows of all layers.
+    pub fn of(
+        self,
+        rays: &[Ray<f32>],
+        render: impl Fn(&[Ray<f32>], Layers) -> Vec<Pixel<f32>>,
+    ) -> Vec<Pixel<f32>> {
+        match self {
+            Self::All => render(rays, Layers::All),
+            Self::Transmitted => render(rays, Layers::Transmitted),
+            Self::Reflected => {
+                let mut all = render(rays, Layers::All);
+                let black = render(rays, Layers::Mirroring(MirrorSource::Black));
+                for (all, black) in all.iter_mut().zip(black) {
+                    all.colour = without(all.colour, black.colour);
+                }
+                all
+            }
         }
-        all
-    })
-}
-
-/// What a camera would see if no surface mirrored but totally.
-pub fn render_transmission(
-    backend: &impl Backend,
-    camera: &Camera,
-    marching: &Marching,
-    cancel: &Cancel,
-) -> Result<Rendering, Cancelled> {
-    render_with(backend, camera, cancel, |rays| backend.render(rays, marching, Layers::Transmitted))
+    }
 }
 
 /// The rays of a pixel; none where the lens is blind.
@@ -85,7 +91,8 @@ fn rays_of_pixel(
     several.unwrap_or_else(|| vec![centre])
 }
 
-fn render_with(
+/// The same with `pixels` to say what rays show of what the backend holds.
+pub fn render_by(
     backend: &impl Backend,
     camera: &Camera,
     cancel: &Cancel,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::Part;
 
 use super::WorkArgs;
@@ -160,6 +161,12 @@ pub struct RenderArgs {
     /// Where the index varies, n - 1 is multiplied by a factor. The median of n, weighted by (n - 1)^2, becomes N.
     #[arg(long, value_name = "N", value_parser = index)]
     pub set_index: Option<f64>,
+    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
+    ///
+    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
+    /// on.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

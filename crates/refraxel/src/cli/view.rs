@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use refraxel_train::device::DeviceChoice;
 
 /// `refraxel view`
 #[derive(Args, Debug)]
@@ -20,6 +21,12 @@ pub struct ViewArgs {
     /// Port on 127.0.0.1 [default: any that is free]
     #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
+    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
+    ///
+    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
+    /// on.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
     /// Threads to use, at most 1024 [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,

@@ -163,3 +163,44 @@ impl Bench {
         )
     }
 }
+
+/// A model that a GPU shows.
+pub mod eyes {
+    use super::Gpu;
+    use refraxel_core::Ray;
+    use refraxel_core::radiance::Pixel;
+    use refraxel_gpu::GpuRenderer;
+    use refraxel_train::Refraction;
+    use refraxel_train::backend::{Layers, Marching};
+    use refraxel_train::model::Model;
+
+    /// A model in the memory of a GPU. What is wrong is said in words.
+    pub struct Eyes {
+        gpu: Gpu,
+        renderer: GpuRenderer,
+    }
+
+    impl Eyes {
+        /// A model as it is seen by this marching.
+        pub fn new(gpu: Gpu, model: &Model, marching: &Marching) -> Result<Self, String> {
+            let renderer = GpuRenderer::new(gpu.clone(), model, marching).map_err(|e| e.to_string())?;
+            Ok(Self { gpu, renderer })
+        }
+
+        /// Another model.
+        pub fn renew(&mut self, model: &Model, marching: &Marching) -> Result<(), String> {
+            *self = Self::new(self.gpu.clone(), model, marching)?;
+            Ok(())
+        }
+
+        /// Bends the rays otherwise.
+        pub fn set_medium(&mut self, medium: &Refraction) -> Result<(), String> {
+            self.renderer.set_medium(medium.clone()).map_err(|e| e.to_string())
+        }
+
+        /// What rays show, over the background.
+        pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Result<Vec<Pixel<f32>>, String> {
+            self.renderer.render(rays, layers).map_err(|e| e.to_string())
+        }
+    }
+}

@@ -40,3 +40,38 @@ fn missing() -> Failure {
          `--device cpu`"
     ))
 }
+
+/// A model that a GPU shows: there is none.
+pub mod eyes {
+    use super::Gpu;
+    use refraxel_core::Ray;
+    use refraxel_core::radiance::Pixel;
+    use refraxel_train::Refraction;
+    use refraxel_train::backend::{Layers, Marching};
+    use refraxel_train::model::Model;
+
+    /// There is none.
+    pub enum Eyes {}
+
+    impl Eyes {
+        /// None.
+        pub fn new(gpu: Gpu, _: &Model, _: &Marching) -> Result<Self, String> {
+            match gpu {}
+        }
+
+        /// Of none, another one.
+        pub fn renew(&mut self, _: &Model, _: &Marching) -> Result<(), String> {
+            match *self {}
+        }
+
+        /// There is none to bend rays.
+        pub fn set_medium(&mut self, _: &Refraction) -> Result<(), String> {
+            match *self {}
+        }
+
+        /// There is none to show any.
+        pub fn render(&self, _: &[Ray<f32>], _: Layers) -> Result<Vec<Pixel<f32>>, String> {
+            match *self {}
+        }
+    }
+}

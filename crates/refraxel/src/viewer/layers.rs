@@ -4,12 +4,11 @@ use super::protocol::Shown;
 use super::scene::Scene;
 use crate::colour_map::ColourMap;
 use crate::verbs::render::refractive::Refractive;
-use refraxel_core::radiance::{Pixel, without};
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_train::Backend;
-use refraxel_train::backend::Layers;
+use refraxel_train::evaluation::Light;
 use refraxel_train::metrics::quantize;
-use refraxel_train::model::MirrorSource;
 use refraxel_train::model::index_edit::index_range;
 use refraxel_train::rays::ray_within;
 use std::ops::Range;
@@ -92,19 +91,12 @@ impl Canvas {
     }
 
     fn render(&self, scene: &Scene, rays: &[Ray<f32>]) -> Vec<Pixel<f32>> {
-        let (backend, marching) = (scene.backend(), scene.marching());
-        match self.look.shown {
-            Shown::Reflection => {
-                let mut all = backend.render(rays, marching, Layers::All);
-                let black = backend.render(rays, marching, Layers::Mirroring(MirrorSource::Black));
-                for (all, black) in all.iter_mut().zip(black) {
-                    all.colour = without(all.colour, black.colour);
-                }
-                all
-            }
-            Shown::Transmission => backend.render(rays, marching, Layers::Transmitted),
-            _ => backend.render(rays, marching, Layers::All),
-        }
+        let light = match self.look.shown {
+            Shown::Reflection => Light::Reflected,
+            Shown::Transmission => Light::Transmitted,
+            _ => Light::All,
+        };
+        light.of(rays, |rays, layers| scene.render(rays, layers))
     }
 
     /// The refractive media that the rays of some rows meet.

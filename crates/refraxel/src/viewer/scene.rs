@@ -2,9 +2,15 @@
 
 use super::photographs::Photographs;
 use super::protocol::{Edits, Look, PageCamera};
+use crate::device::Eyes;
+use crate::exit::Failure;
+use crate::progress::Show;
+use refraxel_core::Ray;
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Aabb, Camera, Vec3};
 use refraxel_data::{Dataset, scene_region};
-use refraxel_train::backend::Marching;
+use refraxel_train::backend::{Layers, Marching};
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
 use refraxel_train::run::Run;
 use refraxel_train::schedule::rendering_marching;
@@ -52,6 +58,7 @@ pub struct Scene {
     step: u64,
     marching: Marching,
     backend: CpuBackend,
+    eyes: Eyes,
     learned: Refraction,
     /// The edits that the medium of the backend has.
     worn: Worn,
@@ -67,7 +74,7 @@ struct Worn {
 }
 
 impl Scene {
-    /// A run and, where they can be read, the photographs that it was trained on.
+    /// A run and, where they can be read, the photographs that it was trained on; the CPU renders it.
     pub fn new(name: String, run: Run, data: Option<&Dataset>) -> Self {
         let photographs = data.map_or_else(Photographs::default, |d| Photographs::new(d, &run.alignment));
         let up = data.map_or(UP, |d| scene_region(d).up);
@@ -82,11 +89,18 @@ impl Scene {
             step: state.step,
             marching,
             backend,
+            eyes: Eyes::default(),
             learned,
             worn: Worn::default(),
             photographs: Arc::new(photographs),
             up,
         }
+    }
+
+    /// The same scene, rendered by the device that is asked for.
+    pub fn on(self, device: DeviceChoice, show: Show) -> Result<Self, Failure> {
+        let eyes = Eyes::open(device, &self.backend, &self.marching, show)?;
+        Ok(Self { eyes, ..self })
     }
 
     /// The same scene after more training.
@@ -96,8 +110,14 @@ impl Scene {
         (self.plan, self.step) = (plan, state.step);
         self.backend.load(model, Some(optimiser));
         self.backend.refresh_occupancy(&self.marching);
+        self.eyes.renew(&self.backend, &self.marching);
         self.learned = self.backend.medium().clone();
         self.worn = Worn::default();
+    }
+
+    /// What rays show, bent by the medium of the last [`Self::wear`].
+    pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Vec<Pixel<f32>> {
+        self.eyes.render(&self.backend, rays, &self.marching, layers)
     }
 
     /// The renderer, whose medium is that of the last [`Self::wear`].
@@ -138,7 +158,9 @@ impl Scene {
     pub fn wear(&mut self, look: &Look) -> Result<(), SceneError> {
         let wish = Worn { edits: look.edits.clone(), straight: look.straight };
         if wish != self.worn {
-            self.backend.set_medium(self.medium(&wish)?);
+            let medium = self.medium(&wish)?;
+            self.eyes.set_medium(&medium);
+            self.backend.set_medium(medium);
             self.worn = wish;
         }
         Ok(())

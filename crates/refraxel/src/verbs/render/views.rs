@@ -6,6 +6,7 @@ use super::folder::RenderFolder;
 use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::colour_map::ColourMap;
+use crate::device::Eyes;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
@@ -17,7 +18,8 @@ use refraxel_core::Camera;
 use refraxel_data::NamedCamera;
 use refraxel_train::backend::Marching;
 use refraxel_train::cancel::Cancelled;
-use refraxel_train::evaluation::{Rendering, render, render_reflection, render_transmission};
+use refraxel_train::device::DeviceChoice;
+use refraxel_train::evaluation::{Light, Rendering, render_by};
 use refraxel_train::metrics::quantize;
 use refraxel_train::model::index_edit::index_range;
 use refraxel_train::schedule::rendering_marching;
@@ -32,6 +34,8 @@ pub struct Views<'a> {
     pub layers: &'a [Layer],
     /// How depths are written.
     pub depth: Depth,
+    /// What renders.
+    pub device: DeviceChoice,
 }
 
 /// The depth scales of a render: for opaque things, and for refractive surfaces.
@@ -44,11 +48,28 @@ struct Depths {
 struct Seen<'a> {
     name: &'a str,
     camera: &'a Camera,
-    backend: &'a CpuBackend,
-    marching: &'a Marching,
+    view: View<'a>,
     rendering: Rendering,
     refractive: Option<Refractive>,
     index_range: [f32; 2],
+}
+
+/// What renders the cameras of a run.
+#[derive(Clone, Copy)]
+struct View<'a> {
+    eyes: &'a Eyes,
+    backend: &'a CpuBackend,
+    marching: &'a Marching,
+}
+
+impl View<'_> {
+    fn of(&self, camera: &Camera, light: Light) -> Result<Rendering, Failure> {
+        let Self { eyes, backend, marching } = self;
+        let seen = render_by(*backend, camera, &cancel(), |rays| {
+            light.of(rays, |rays, layers| eyes.render(backend, rays, marching, layers))
+        });
+        seen.map_err(stopped)
+    }
 }
 
 /// True for the layers that need bent rays.
@@ -129,6 +150,8 @@ fn see_all(
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
+    let eyes = Eyes::open(views.device, &run.backend, &marching, show)?;
+    let view = View { eyes: &eyes, backend: &run.backend, marching: &marching };
     let (refraction, domain) = (run.backend.medium(), run.backend.domain());
     let with_index = views.layers.iter().any(|&l| is_refractive(l));
     let index_range = index_range(refraction);
@@ -136,14 +159,13 @@ fn see_all(
     let count = views.cameras.len();
     let mut progress = Progress::new(show, "rendering", count as u64);
     for (k, NamedCamera { name, camera }) in views.cameras.iter().enumerate() {
-        let rendering = render(&run.backend, camera, &marching, &cancel()).map_err(stopped)?;
+        let rendering = view.of(camera, Light::All)?;
         depths.seen.choose_range(opaque(&rendering));
         let refractive = with_index.then(|| Refractive::of(refraction, domain, run.plan.near, camera));
         if let Some(met) = &refractive {
             depths.surface.choose_range(met.depths());
         }
-        let (backend, marching) = (&run.backend, &marching);
-        each(&Seen { name, camera, backend, marching, rendering, refractive, index_range }, &depths)?;
+        each(&Seen { name, camera, view, rendering, refractive, index_range }, &depths)?;
         progress.set(k as u64 + 1, name);
     }
     progress.finish("");
@@ -180,13 +202,11 @@ impl Seen<'_> {
                 save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Reflection, _) => {
-                let mirrored = render_reflection(self.backend, self.camera, self.marching, &cancel());
-                let mirrored = mirrored.map_err(stopped)?;
+                let mirrored = self.view.of(self.camera, Light::Reflected)?;
                 save(0, mirrored.colour.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Transmission, _) => {
-                let transmitted = render_transmission(self.backend, self.camera, self.marching, &cancel());
-                let transmitted = transmitted.map_err(stopped)?;
+                let transmitted = self.view.of(self.camera, Light::Transmitted)?;
                 save(0, transmitted.colour.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index, Some(met)) => {
@@ -217,16 +237,8 @@ impl Seen<'_> {
             (Layer::Colour, _) => r.colour.clone(),
             (Layer::Opacity, _) => r.opacity.iter().map(|&a| [quantize(a); 3]).collect(),
             (Layer::Depth, _) => depths.seen.preview(r),
-            (Layer::Reflection, _) => {
-                render_reflection(self.backend, self.camera, self.marching, &cancel())
-                    .map_err(stopped)?
-                    .colour
-            }
-            (Layer::Transmission, _) => {
-                render_transmission(self.backend, self.camera, self.marching, &cancel())
-                    .map_err(stopped)?
-                    .colour
-            }
+            (Layer::Reflection, _) => self.view.of(self.camera, Light::Reflected)?.colour,
+            (Layer::Transmission, _) => self.view.of(self.camera, Light::Transmitted)?.colour,
             (Layer::Index, Some(met)) => {
                 let [low, high] = self.index_range;
                 let colour = |n: f32| ColourMap::Viridis.at((n - low) / (high - low).max(1e-3));
