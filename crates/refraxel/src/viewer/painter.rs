@@ -8,6 +8,7 @@ use super::protocol::{Ask, Header, Look, Tell};
 use super::scene::{Scene, SceneError};
 use super::slice::slice;
 use super::socket::Out;
+use rayon::ThreadPoolBuilder;
 use refraxel_core::{Ray, vec3};
 use refraxel_train::run::Run;
 use serde_json::Value;
@@ -119,7 +120,18 @@ impl Painter {
     }
 
     /// Works until nobody can give orders any more: obeys all of them, paints a portion, rests.
-    pub fn work(mut self) {
+    ///
+    /// Beside a training it has threads of its own: those of all work look at a job that comes from elsewhere when they have none
+    /// left, and may begin a long one of the training while they wait for a part of a picture.
+    pub fn work(self) {
+        let threads = || ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build().ok();
+        match Some(self.share).filter(|share| *share < 1.0).and_then(|_| threads()) {
+            Some(own) => own.install(|| self.take_orders()),
+            None => self.take_orders(),
+        }
+    }
+
+    fn take_orders(mut self) {
         let mut rests_until = Instant::now();
         loop {
             match self.next_order(rests_until) {
