@@ -200,12 +200,11 @@ impl GpuBackend {
 
     /// What rays show; nothing on a device with a fault.
     fn shown(&self, rays: &[Ray<f32>], marching: &Marching, showing: Showing) -> Vec<Pixel<f32>> {
-        let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
         let portion = |rays: &[Ray<f32>]| {
             let seen = self.noted(self.show(rays, marching, showing));
             seen.unwrap_or_else(|| vec![Seen::default(); rays.len()])
         };
-        rays.chunks(self.portion()).flat_map(portion).map(pixel).collect()
+        rays.chunks(self.portion()).flat_map(portion).map(Pixel::from).collect()
     }
 
     fn weigh_portion(

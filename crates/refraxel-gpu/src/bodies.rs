@@ -129,8 +129,7 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Res
         (of_regions(regions.len()), of_regions(MAX_REGIONS)),
     ] {
         if needed > most {
-            let (what, adapter) = ("the index of refraction", gpu.adapter().name.clone());
-            return Err(GpuError::TooLarge { what, adapter, needed, most });
+            return Err(GpuError::too_large(gpu, "the index of refraction", needed, most));
         }
     }
     regions.resize(MAX_REGIONS, Region::default());

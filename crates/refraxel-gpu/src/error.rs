@@ -106,6 +106,11 @@ pub enum GpuError {
 }
 
 impl GpuError {
+    /// The error that something needs so many bytes, and so many can be bound at most.
+    pub(crate) fn too_large(gpu: &Gpu, what: &'static str, needed: u64, most: u64) -> Self {
+        Self::TooLarge { what, adapter: gpu.adapter().name.clone(), needed, most }
+    }
+
     /// The error that a device left loops before their end.
     pub(crate) fn cut_short(gpu: &Gpu) -> Self {
         let (adapter, most) = (gpu.adapter().name.clone(), gpu.iteration_limit().unwrap_or(0));

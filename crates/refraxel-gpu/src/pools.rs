@@ -52,12 +52,7 @@ impl Shape {
             return Err(GpuError::Unsuitable { adapter, limit, found: found.into(), needed: needed.into() });
         }
         let most = (found - others) as usize;
-        let too_large = |what, needed, most| GpuError::TooLarge {
-            what,
-            adapter: gpu.adapter().name.clone(),
-            needed,
-            most,
-        };
+        let too_large = |what, needed, most| GpuError::too_large(gpu, what, needed, most);
         // Density's gradient is the largest array in one piece.
         if 8 * voxels as u64 > binding {
             return Err(too_large("the gradient of density", 8 * voxels as u64, binding));

@@ -79,8 +79,7 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, model: &Model) -> Result<(), Gp
     all.resize(2 * MAX_REGIONS + 2, Cache::default());
     let needed = 8 * gradient_len(model) as u64;
     if needed > gpu.binding_limit() {
-        let (what, adapter) = ("the gradient of radiance caches", gpu.adapter().name.clone());
-        return Err(GpuError::TooLarge { what, adapter, needed, most: gpu.binding_limit() });
+        return Err(GpuError::too_large(gpu, "the gradient of radiance caches", needed, gpu.binding_limit()));
     }
     b.put(gpu, "caches", &all)?;
     b.put(gpu, "probes", &probes)
@@ -169,8 +168,7 @@ impl Found {
             let needed = (room * size_of::<Reflection>()) as u64;
             let most = gpu.binding_limit();
             if needed > most {
-                let (what, adapter) = ("the list of reflections", gpu.adapter().name.clone());
-                return Err(GpuError::TooLarge { what, adapter, needed, most });
+                return Err(GpuError::too_large(gpu, "the list of reflections", needed, most));
             }
             self.buffers.zeros(gpu, "reflections", needed)?;
             self.room = room;

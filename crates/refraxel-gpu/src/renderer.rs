@@ -2,7 +2,6 @@
 
 use crate::backend::GpuBackend;
 use crate::show::Showing;
-use crate::task::Seen;
 use crate::{Gpu, GpuError};
 use refraxel_core::Ray;
 use refraxel_core::radiance::Pixel;
@@ -43,8 +42,7 @@ impl GpuRenderer {
         let mut out = Vec::with_capacity(rays.len());
         for portion in rays.chunks(PORTION) {
             let seen = self.backend.show(portion, &self.marching, Showing::layers(layers))?;
-            let pixel = |s: Seen| Pixel { colour: s.colour, transmittance: s.transmittance, depth: s.depth };
-            out.extend(seen.into_iter().map(pixel));
+            out.extend(seen.into_iter().map(Pixel::from));
         }
         self.backend.gpu().fault().map_or(Ok(out), Err)
     }

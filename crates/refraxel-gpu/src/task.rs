@@ -2,6 +2,7 @@
 
 use crate::constants::{ABSORBS, GIVEN_BEHIND, WANTS_FIELD, WANTS_INDEX, WANTS_PATHS};
 use bytemuck::{Pod, Zeroable};
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Ray, Vec3};
 use refraxel_train::backend::{Batch, Marching, Objective, RayGradient};
 use refraxel_train::{Model, Refraction};
@@ -118,6 +119,12 @@ pub(crate) struct Seen {
     pub transmittance: f32,
     pub behind: [f32; 3],
     pub depth: f32,
+}
+
+impl From<Seen> for Pixel<f32> {
+    fn from(s: Seen) -> Self {
+        Self { colour: s.colour, transmittance: s.transmittance, depth: s.depth }
+    }
 }
 
 /// `RayGradient` of `ray_gradient.wgsl`.

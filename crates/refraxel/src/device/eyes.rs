@@ -45,12 +45,6 @@ impl Eyes {
         }
     }
 
-    /// Shows what `cpu` holds by now.
-    pub fn renew(&mut self, cpu: &CpuBackend, marching: &Marching) {
-        let renewed = self.gpu.as_mut().map(|(gpu, _)| gpu.renew(&cpu.snapshot().model, marching));
-        self.take(renewed.unwrap_or(Ok(())));
-    }
-
     /// Bends the rays otherwise.
     pub fn set_medium(&mut self, medium: &Refraction) {
         let bent = self.gpu.as_mut().map(|(gpu, _)| gpu.set_medium(medium));

@@ -175,32 +175,22 @@ pub mod eyes {
     use refraxel_train::model::Model;
 
     /// A model in the memory of a GPU. What is wrong is said in words.
-    pub struct Eyes {
-        gpu: Gpu,
-        renderer: GpuRenderer,
-    }
+    pub struct Eyes(GpuRenderer);
 
     impl Eyes {
         /// A model as it is seen by this marching.
         pub fn new(gpu: Gpu, model: &Model, marching: &Marching) -> Result<Self, String> {
-            let renderer = GpuRenderer::new(gpu.clone(), model, marching).map_err(|e| e.to_string())?;
-            Ok(Self { gpu, renderer })
-        }
-
-        /// Another model.
-        pub fn renew(&mut self, model: &Model, marching: &Marching) -> Result<(), String> {
-            *self = Self::new(self.gpu.clone(), model, marching)?;
-            Ok(())
+            GpuRenderer::new(gpu, model, marching).map(Self).map_err(|e| e.to_string())
         }
 
         /// Bends the rays otherwise.
         pub fn set_medium(&mut self, medium: &Refraction) -> Result<(), String> {
-            self.renderer.set_medium(medium.clone()).map_err(|e| e.to_string())
+            self.0.set_medium(medium.clone()).map_err(|e| e.to_string())
         }
 
         /// What rays show, over the background.
         pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Result<Vec<Pixel<f32>>, String> {
-            self.renderer.render(rays, layers).map_err(|e| e.to_string())
+            self.0.render(rays, layers).map_err(|e| e.to_string())
         }
     }
 }

@@ -59,11 +59,6 @@ pub mod eyes {
             match gpu {}
         }
 
-        /// Of none, another one.
-        pub fn renew(&mut self, _: &Model, _: &Marching) -> Result<(), String> {
-            match *self {}
-        }
-
         /// There is none to bend rays.
         pub fn set_medium(&mut self, _: &Refraction) -> Result<(), String> {
             match *self {}

@@ -76,16 +76,21 @@ fn table(path: &Path) -> Result<serde_json::Value, Failure> {
     serde_json::to_value(table).or_exit(Exit::BadInput)
 }
 
+/// Bends rays or not, where somebody says so.
+pub fn bend(wish: Refraction, options: &mut Options) {
+    match wish {
+        Refraction::Off => options.refraction.bend = Switch::Off,
+        Refraction::On => options.refraction.bend = Switch::On,
+        Refraction::Auto => {}
+    }
+}
+
 /// Flags of the command line that are short for options.
 fn set_flags(args: &TrainArgs, options: &mut Options) {
     let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
     options.run.seed = args.seed.unwrap_or(options.run.seed);
     options.run.minutes = args.minutes.unwrap_or(options.run.minutes);
-    match args.refraction {
-        Refraction::Off => options.refraction.bend = Switch::Off,
-        Refraction::On => options.refraction.bend = Switch::On,
-        Refraction::Auto => {}
-    }
+    bend(args.refraction, options);
     options.reflection.enabled = args.reflection.map_or(options.reflection.enabled, switch);
     options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
     let learning = |l: cli::Learning| if l == cli::Learning::Learn { Switch::On } else { Switch::Off };

@@ -103,14 +103,14 @@ impl Scene {
         Ok(Self { eyes, ..self })
     }
 
-    /// The same scene after more training.
+    /// The same scene after more training, rendered by the CPU.
     pub fn renew(&mut self, run: Run) {
         let Run { options, plan, state, model, optimiser, .. } = run;
         self.marching = rendering_marching(&options, plan.near);
         (self.plan, self.step) = (plan, state.step);
         self.backend.load(model, Some(optimiser));
         self.backend.refresh_occupancy(&self.marching);
-        self.eyes.renew(&self.backend, &self.marching);
+        self.eyes = Eyes::default();
         self.learned = self.backend.medium().clone();
         self.worn = Worn::default();
     }

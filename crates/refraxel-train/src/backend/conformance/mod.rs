@@ -62,8 +62,8 @@ impl<B: Backend> Suite<B> {
     }
 }
 
-/// One `#[test]` per claim of the suite; the argument is a [`Suite`](crate::backend::conformance::Suite). A backend that does
-/// not have everything yet lists the claims that it answers for, and may say what a machine needs to test them:
+/// One `#[test]` per claim of the suite; the argument is a [`Suite`](crate::backend::conformance::Suite). A backend
+/// may say what a machine needs to test them, and one that does not have everything yet lists the claims that it answers for:
 ///
 /// ```
 /// use refraxel_train::CpuBackend;
@@ -77,7 +77,10 @@ impl<B: Backend> Suite<B> {
 #[macro_export]
 macro_rules! conformance_tests {
     ($suite:expr) => {
-        $crate::conformance_tests! { $suite, cfg(test) =>
+        $crate::conformance_tests! { $suite, cfg(test) }
+    };
+    ($suite:expr, $attribute:meta) => {
+        $crate::conformance_tests! { $suite, $attribute =>
             straight {
                 rendering_agrees_with_the_reference,
                 gradients_agree_with_the_reference,

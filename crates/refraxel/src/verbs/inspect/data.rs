@@ -1,6 +1,6 @@
 //! Describes a dataset, and the memory that training on it would take.
 
-use crate::cli::{ForecastArgs, InspectArgs, Refraction};
+use crate::cli::{ForecastArgs, InspectArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
@@ -56,11 +56,7 @@ fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region, show: Show) 
         known_index::held(&mut usual);
     }
     let mut options = options::changed(usual, args.config.as_deref(), &args.settings, show)?;
-    match args.refraction {
-        Refraction::Off => options.refraction.bend = Switch::Off,
-        Refraction::On => options.refraction.bend = Switch::On,
-        Refraction::Auto => {}
-    }
+    options::bend(args.refraction, &mut options);
     options.checked().or_exit(Exit::Usage)
 }
 
