@@ -47,11 +47,12 @@ impl Progress {
     }
 }
 
-/// The schedule was held while something else than steps was done: a coarse grid must not end before it has learned.
+/// The schedule was held while something else than steps was done: a coarse grid must not end before it has learned. Or it began
+/// again, because rays stay straight that were to bend.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Held {
-    /// Where it stood.
+    /// Where it stood; 0 where it began again.
     pub at: f64,
     /// The share of the run that was over when it went on.
     pub until: f64,

@@ -146,8 +146,11 @@ fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
     let verdict = session.state().verdict.as_ref().unwrap();
     assert_eq!((verdict.regions[0].hypothesis, verdict.views), (Hypothesis::Straight, 3));
     assert!(session.state().stays_straight && session.backend().medium().is_none());
-    assert!(events.iter().any(|e| matches!(e, Event::Judged { .. })));
     assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { why: StayReason::Judged })));
+    let after = events.iter().skip_while(|e| !matches!(e, Event::Judged { .. }));
+    let stages: Vec<u32> =
+        after.filter_map(|e| if let Event::Stage { stage, .. } = e { Some(*stage) } else { None }).collect();
+    assert_eq!(stages, [0, 1, 2], "straight rays learn what is inside from coarse to fine");
     let stored = Run::read(&bytes(&session)[..]).unwrap();
     assert_eq!(stored.state.verdict.as_ref(), Some(verdict), "the checkpoint keeps the verdict");
     let (forced, _) = judged(data, |o| o.judge.straight = Switch::Off);

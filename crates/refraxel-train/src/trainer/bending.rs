@@ -6,9 +6,10 @@ use crate::cancel::Cancelled;
 use crate::events::{Event, Task, Watch};
 use crate::model::{MirrorSource, ProbeLayout, Reflection};
 use crate::recipe::{self, Decision, Known, Outline, RecipeError};
-use crate::schedule::{Progress, training_marching};
+use crate::schedule::{Held, Progress, stage_domain, training_marching};
 use crate::verdict::StayReason;
 use refraxel_core::ShDegree;
+use refraxel_core::grid::BrickMap;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 
 impl<B: Backend> Trainer<B> {
@@ -23,6 +24,7 @@ impl<B: Backend> Trainer<B> {
                 self.state.verdict = verdict;
                 self.state.bends_since = Some(now.0);
                 drop(before); // never three copies
+                self.hold_schedule(now);
             }
             Ok(Decision { stays: Some(why), verdict }) => {
                 // A scene without bent rays is better than none.
@@ -30,6 +32,7 @@ impl<B: Backend> Trainer<B> {
                 (self.state.stays_straight, self.state.verdict) = (true, verdict);
                 events.push(Event::RaysStayStraight { why: why.clone() });
                 watch.tell(Event::RaysStayStraight { why });
+                events.push(self.begin_again(watch));
             }
             Err(problem) => {
                 if sought.is_some() {
@@ -39,11 +42,24 @@ impl<B: Backend> Trainer<B> {
                 return Err(problem.into());
             }
         }
-        self.hold_schedule(now);
         self.sampler.give_back();
         self.events.append(&mut events);
         self.keep_good_state()?;
         Ok(())
+    }
+
+    /// The schedule begins again, on the coarsest grid, with what was learned so far: straight rays have not looked inside what is
+    /// refractive, and what they show there is laid out on coarse grids and high rates, as at the start of a run.
+    fn begin_again(&mut self, watch: &mut Watch) -> Event {
+        let domain = stage_domain(&self.options, &self.plan.finest, 0);
+        self.backend.resample(domain, BrickMap::dense(domain.resolution));
+        self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
+        self.state.stage = 0;
+        self.state.held = Some(Held { at: 0.0, until: self.progress().0 });
+        let voxels = self.backend.map().voxels() as u64;
+        let told = Event::Stage { stage: 0, resolution: domain.resolution, voxels };
+        watch.tell(told.clone());
+        told
     }
 
     /// Rays stay straight from now on.

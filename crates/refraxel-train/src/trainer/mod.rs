@@ -221,6 +221,7 @@ impl<B: Backend> Trainer<B> {
         if self.is_about_to_bend(progress) {
             self.begin_bending(progress, watch)?;
         }
+        let progress = self.scheduled(); // it began again if rays stay straight
         let (bends_since, bends) = (self.state.bends_since, self.bends());
         let moment = Moment { progress, bends_since, bends, extent: self.plan.finest.extent };
         self.enter(moment.phase(&self.options), watch);
