@@ -2,6 +2,7 @@
 
 use crate::bending::{Bending, Paths, follow};
 use crate::constants::{STATUS_FAILED, STATUS_WORDS, WANTS_FIELD, WANTS_INDEX};
+use crate::drawing::Drawing;
 use crate::field::{
     HostMoments, OUTCOMES, blank, download, upload, upload_medium, upload_mirrors, upload_shown,
     without_values,
@@ -11,7 +12,7 @@ use crate::memory::Buffers;
 use crate::pools::{Shape, workgroups};
 use crate::show::Showing;
 use crate::step::{Gradients, RayBuffers, Room};
-use crate::task::{Lesson, Seen, Task};
+use crate::task::{Given, Lesson, Seen, Task};
 use crate::{Gpu, GpuError, Unsupported};
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
 use refraxel_core::{BrickMap, Domain, Integrator, Ray};
@@ -25,6 +26,7 @@ use refraxel_train::cancel::{Cancel, Cancelled};
 use refraxel_train::model::{
     ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
 };
+use refraxel_train::rays::Draw;
 use refraxel_train::run::Run;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -57,6 +59,8 @@ pub struct GpuBackend {
     pub(crate) pending: Vec<(u64, u64)>,
     /// Outcomes that nobody asked for yet.
     outcomes: Vec<StepOutcome>,
+    /// Where batches are drawn.
+    pub(crate) drawing: Drawing,
 }
 
 impl GpuBackend {
@@ -95,7 +99,8 @@ impl GpuBackend {
     fn with(gpu: Gpu, kernels: Arc<Kernels>, held: Model, buffers: Buffers, optimiser: &Optimiser) -> Self {
         let (room, moments) = (Room::default(), HostMoments::of(optimiser));
         let (pending, outcomes) = (Vec::new(), Vec::new());
-        Self { gpu, kernels, held, buffers, room, moments, pending, outcomes }
+        let drawing = Drawing::default();
+        Self { gpu, kernels, held, buffers, room, moments, pending, outcomes, drawing }
     }
 
     /// Whether the backend has everything that a model needs.
@@ -225,7 +230,7 @@ impl GpuBackend {
             let paths = Paths::standing(&self.gpu, rays.len())?;
             let of = [&self.buffers, &buffers.buffers, weights, &paths.buffers];
             let portion = Bending::shown(&self.gpu, &self.held, marching, rays.len());
-            follow(&self.gpu, &self.kernels.bent(&self.gpu)?.peak, &of, &portion)?;
+            follow(&self.gpu, &self.kernels.bent(&self.gpu)?.peak, &of, &portion, 1)?;
         }
         Ok(())
     }
@@ -242,6 +247,23 @@ impl GpuBackend {
             let mut status = vec![0_u32; STATUS_FAILED as usize + 1];
             status[STATUS_FAILED as usize] = 1;
             self.buffers.write(&self.gpu, "status", &status);
+        }
+    }
+
+    /// Begin a step on a batch that is on the device.
+    fn begin(&mut self, given: Result<Given, GpuError>, rays: usize, objective: &Objective, step: u64) {
+        if self.pending.len() == OUTCOMES {
+            self.settle();
+        }
+        let (place, rays) = (self.pending.len(), rays as u64);
+        let checked = self.check_steps(&objective.marching, self.backward_loops(false));
+        let enqueued = checked.and(given).and_then(|given| self.enqueue(given, objective, step, place));
+        match self.noted(enqueued) {
+            Some(()) => self.pending.push((step, rays)),
+            None => {
+                self.settle();
+                self.outcomes.push(StepOutcome { step, rays, ..StepOutcome::default() });
+            }
         }
     }
 
@@ -368,21 +390,30 @@ impl Backend for GpuBackend {
     }
 
     fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64) {
-        if self.pending.len() == OUTCOMES {
-            self.settle();
-        }
-        let place = self.pending.len();
-        let enqueued = self
-            .check_steps(&objective.marching, self.backward_loops(false))
-            .and_then(|()| self.enqueue(batch, objective, step, place));
-        let rays = batch.rays.len() as u64;
-        match self.noted(enqueued) {
-            Some(()) => self.pending.push((step, rays)),
-            None => {
-                self.settle();
-                self.outcomes.push(StepOutcome { step, rays, ..StepOutcome::default() });
+        let given = self.put(batch);
+        self.begin(given, batch.rays.len(), objective, step);
+    }
+
+    fn submit_drawn(&mut self, draw: &Draw<'_>, objective: &Objective, step: u64) -> bool {
+        self.take_photographs(draw);
+        let Some(photographs) = self.drawing.photographs() else {
+            let batch = draw.batch();
+            let is_any = !batch.rays.is_empty();
+            if is_any {
+                self.submit(&batch, objective, step);
             }
-        }
+            return is_any;
+        };
+        let mut rays = std::mem::take(&mut self.room.rays);
+        let given = self.draw(photographs, draw, &mut rays);
+        self.room.rays = rays;
+        self.begin(given, draw.size, objective, step);
+        true
+    }
+
+    fn why_on_host(&self) -> Option<String> {
+        let device = &self.gpu.adapter().name;
+        self.drawing.why_on_host.as_ref().map(|why| format!("{device}: {why}"))
     }
 
     fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome> {

@@ -1,6 +1,6 @@
 //! What kernels are told of rays that may bend, where their paths are kept, and the dispatches that follow them.
 
-use crate::constants::{STATUS_CUT, STATUS_LONGEST, STATUS_OVER, STATUS_WORDS};
+use crate::constants::{STATUS_CUT, STATUS_LONGEST, STATUS_OVER, STATUS_REFLECTIONS, STATUS_WORDS};
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
 use crate::pools::workgroups;
@@ -132,15 +132,25 @@ impl Paths {
     }
 }
 
+/// What is known of paths at their ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Followed {
+    /// Dispatches that the longest needed.
+    pub dispatches: usize,
+    /// Records of reflections by now.
+    pub reflections: usize,
+}
+
 /// Follow the paths of a portion of rays to their ends, as many segments per dispatch as the device takes. How many dispatches are
-/// needed nobody knows before: they are sent in growing numbers, and the device is asked in between. Returns those that the longest
-/// path needed.
+/// needed nobody knows before: first half as many again are sent as were needed `before`, then growing numbers, and the device is asked in
+/// between.
 pub(crate) fn follow(
     gpu: &Gpu,
     kernel: &Kernel,
     of: &[&Buffers],
     portion: &Bending,
-) -> Result<usize, GpuError> {
+    before: usize,
+) -> Result<Followed, GpuError> {
     let find = |name| of.iter().find(|buffers| buffers.get(name).is_some());
     let (Some(paths), Some(model)) = (find("checkpoints"), find("status")) else {
         unreachable!("paths have a place where they stand, and the device one to tell of them")
@@ -149,7 +159,7 @@ pub(crate) fn follow(
     model.write_at(gpu, "status", 4 * u64::from(STATUS_OVER), &[0_u32; 2]);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     paths.clear(&mut encoder, "checkpoints", (portion.rays as usize * CHECKPOINT_BYTES) as u64);
-    let mut dispatches = 1;
+    let mut dispatches = (before + before / 2).clamp(1, MOST_DISPATCHES);
     loop {
         kernel.run_often(gpu, &mut encoder, of, workgroups(portion.rays as usize), dispatches);
         gpu.queue.submit([encoder.finish()]);
@@ -158,7 +168,11 @@ pub(crate) fn follow(
             return Err(GpuError::cut_short(gpu));
         }
         if status[STATUS_OVER as usize] >= portion.rays {
-            return Ok((status[STATUS_LONGEST as usize] as usize).div_ceil(gpu.replay()));
+            let longest = status[STATUS_LONGEST as usize] as usize;
+            return Ok(Followed {
+                dispatches: longest.div_ceil(gpu.replay()),
+                reflections: status[STATUS_REFLECTIONS as usize] as usize,
+            });
         }
         encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         dispatches = (2 * dispatches).min(MOST_DISPATCHES);

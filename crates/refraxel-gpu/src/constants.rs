@@ -12,6 +12,9 @@ use refraxel_core::priors::OPACITY_MARGIN;
 use refraxel_core::radiance::{GROUP, clearcoat, light};
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
+use refraxel_train::model::gate;
+use refraxel_train::random::{MIX, MIX_SHIFTS, WEYL};
+use refraxel_train::rays::{LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 use std::fmt::Write;
 
 /// Invocations of a workgroup: the voxels of a brick.
@@ -55,10 +58,12 @@ pub(crate) const STATUS_OVER: u32 = 8;
 pub(crate) const STATUS_LONGEST: u32 = 9;
 /// Records of reflections, the heads of their lists included.
 pub(crate) const STATUS_REFLECTIONS: u32 = 10;
+/// Rays of the batch for which no pixel was found.
+pub(crate) const STATUS_ABSENT: u32 = 11;
 /// Words of the status.
-pub(crate) const STATUS_WORDS: u32 = 11;
+pub(crate) const STATUS_WORDS: u32 = 12;
 /// Words of an outcome: the two of the squared error, samples, whether the step failed, index samples left out, whether loops were
-/// left, and padding.
+/// left, rays, and padding.
 pub(crate) const OUTCOME_WORDS: usize = 8;
 /// Bits behind the point of a fixed-point number: steps of 1.5e-11, far below [`RULE`]'s ε, and sums up to 1.3e8.
 const FIXED_BITS: i32 = 36;
@@ -69,6 +74,8 @@ const FIXED_LIMIT: f32 = (1 << 26) as f32;
 const STRETCH: f32 = 4.0 / 3.0;
 const STRETCH_MOST: f32 = 16.0 / 3.0;
 
+/// Something that a photograph or a gate does not have.
+pub(crate) const NONE: u32 = u32::MAX;
 /// The region of vacuum.
 const NO_REGION: u32 = u32::MAX;
 /// Distance to the nearest marked cell from outside of a lattice; those of cells are bytes.
@@ -78,6 +85,11 @@ const OUTSIDE: u32 = 256;
 pub(crate) fn from_fixed(low: u32, high: u32) -> f64 {
     let whole = (u64::from(high) << 32 | u64::from(low)) as i64;
     whole as f64 * 2f64.powi(-FIXED_BITS)
+}
+
+/// 64 bits as kernels have them, the lower word first.
+pub(crate) fn words(bits: u64) -> [u32; 2] {
+    [bits as u32, (bits >> 32) as u32]
 }
 
 /// The constants as WGSL.
@@ -98,6 +110,7 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("STATUS_OVER", STATUS_OVER),
         ("STATUS_LONGEST", STATUS_LONGEST),
         ("STATUS_REFLECTIONS", STATUS_REFLECTIONS),
+        ("STATUS_ABSENT", STATUS_ABSENT),
         ("OUTCOME_WORDS", OUTCOME_WORDS as u32),
         ("WANTS_PATHS", WANTS_PATHS),
         ("WANTS_INDEX", WANTS_INDEX),
@@ -123,6 +136,14 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("NO_BODY", NO_BODY),
         ("BODY", BODY),
         ("BODY_OF_PLANES", BODY_OF_PLANES),
+        ("NONE", NONE),
+        ("LANES", LANES as u32),
+        ("OFFSET_LANE", OFFSET_LANE as u32),
+        ("PIXEL_LANE", PIXEL_LANE as u32),
+        ("REDRAWS", REDRAWS as u32),
+        ("MIX_SHIFT_0", MIX_SHIFTS[0]),
+        ("MIX_SHIFT_1", MIX_SHIFTS[1]),
+        ("MIX_SHIFT_2", MIX_SHIFTS[2]),
         ("NO_REGION", NO_REGION),
         ("OUTSIDE", OUTSIDE),
         ("CROSSING_STEPS", CROSSING_STEPS as u32),
@@ -131,6 +152,10 @@ pub(crate) fn declarations(shape: &Shape) -> String {
     ];
     for (name, value) in whole {
         let _ = writeln!(out, "const {name}: u32 = {value}u;");
+    }
+    for (name, value) in [("WEYL", WEYL), ("MIX_0", MIX[0]), ("MIX_1", MIX[1])] {
+        let [low, high] = words(value);
+        let _ = writeln!(out, "const {name}: vec2<u32> = vec2<u32>({low}u, {high}u);");
     }
     let real = [
         ("BRICK", BRICK as f32),
@@ -160,6 +185,9 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("GAMMA", light::GAMMA as f32),
         ("CROSSING_SPACING", CROSSING_SPACING as f32),
         ("EPSILON", f32::EPSILON),
+        ("GATE_HALF", gate::HALF),
+        ("GATE_STEP", gate::STEP),
+        ("GATE_HOP", gate::HOP),
         ("STRETCH_MOST", STRETCH_MOST),
         ("FIXED_LIMIT", FIXED_LIMIT),
         ("FIXED_UPPER", 2f32.powi(FIXED_BITS - 32)),

@@ -5,6 +5,7 @@ use crate::kernels::Kernels;
 use crate::pools::Shape;
 use crate::{Adapter, AdapterKind, DeviceChoice, GpuError};
 use refraxel_train::model::MAX_SEGMENTS;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{BufferUsages, MapMode, PollType};
 
@@ -36,6 +37,37 @@ pub struct Gpu {
     fault: Arc<Mutex<Option<GpuError>>>,
     /// Kernels that were compiled, by what they were compiled for.
     kernels: Arc<Mutex<Vec<Arc<Kernels>>>>,
+    traffic: Arc<Counts>,
+}
+
+/// What has travelled between host and device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// To the device [byte].
+    pub written: u64,
+    /// Back [byte].
+    pub read: u64,
+    /// How often the host has waited for what it read.
+    pub waits: u64,
+}
+
+impl std::ops::Sub for Traffic {
+    type Output = Self;
+    fn sub(self, before: Self) -> Self {
+        Self {
+            written: self.written - before.written,
+            read: self.read - before.read,
+            waits: self.waits - before.waits,
+        }
+    }
+}
+
+/// The same while it is counted.
+#[derive(Debug, Default)]
+struct Counts {
+    written: AtomicU64,
+    read: AtomicU64,
+    waits: AtomicU64,
 }
 
 impl Gpu {
@@ -66,10 +98,10 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(found.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
-        let fault = Arc::default();
+        let (fault, traffic) = (Arc::default(), Arc::default());
         let (binding, kernels) = (adapter.max_binding, Arc::default());
         let replay = if adapter.kind == AdapterKind::Software { SOFTWARE_REPLAY } else { REPLAY };
-        let gpu = Self { device, queue, binding, replay, adapter, fault, kernels };
+        let gpu = Self { device, queue, binding, replay, adapter, fault, kernels, traffic };
         let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
         gpu.device.set_device_lost_callback(move |_, reason| {
             note(&fault, GpuError::Lost { adapter: name.clone(), reason });
@@ -160,8 +192,39 @@ impl Gpu {
         }
     }
 
+    /// Write bytes to a buffer, from an offset on.
+    pub(crate) fn write(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+        self.traffic.written.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        self.queue.write_buffer(buffer, offset, bytes);
+    }
+
+    /// What has travelled between host and device so far.
+    pub fn traffic(&self) -> Traffic {
+        let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let Counts { written, read, waits } = &*self.traffic;
+        Traffic { written: of(written), read: of(read), waits: of(waits) }
+    }
+
+    /// Parts of buffers, each from an offset on, after everything that was submitted: in one read-back.
+    pub(crate) fn read_parts(&self, parts: &[(&wgpu::Buffer, u64, u64)]) -> Result<Vec<Vec<u8>>, GpuError> {
+        let all = parts.iter().map(|(_, _, bytes)| bytes).sum();
+        let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let gathered = self.buffer("gathered", all, usage)?;
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut at = 0;
+        for &(buffer, offset, bytes) in parts {
+            encoder.copy_buffer_to_buffer(buffer, offset, &gathered, at, bytes);
+            at += bytes;
+        }
+        self.queue.submit([encoder.finish()]);
+        let mut rest = &self.read(&gathered, all)?[..];
+        let mut next = |bytes: u64| rest.split_off(..bytes as usize).unwrap_or_default().to_vec();
+        Ok(parts.iter().map(|(_, _, bytes)| next(*bytes)).collect())
+    }
+
     /// The first bytes of a buffer, after everything that was submitted.
     pub(crate) fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        self.traffic.read.fetch_add(bytes, Ordering::Relaxed);
         let mut out = Vec::with_capacity(bytes as usize);
         let staging =
             self.buffer("staging", STAGING.min(bytes), BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
@@ -170,6 +233,7 @@ impl Gpu {
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, part.next_multiple_of(4));
             self.queue.submit([encoder.finish()]);
+            self.traffic.waits.fetch_add(1, Ordering::Relaxed);
             let failed = |reason: String| self.first_fault(reason);
             let slice = staging.slice(..part.next_multiple_of(4));
             slice.map_async(MapMode::Read, |_| ()); // a failure shows in the mapped range

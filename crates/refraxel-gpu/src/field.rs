@@ -3,6 +3,7 @@
 use crate::bending::Bending;
 use crate::bodies;
 use crate::constants::{OUTCOME_WORDS, STATUS_WORDS};
+use crate::gates;
 use crate::memory::Buffers;
 use crate::pools::Shape;
 use crate::reflections;
@@ -149,6 +150,7 @@ pub(crate) fn upload(
 
 /// Arrays with everything that kernels read and write of what bends rays.
 pub(crate) fn upload_medium(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
+    gates::upload(gpu, b, refraction)?;
     if refraction.is_none() {
         return Ok(());
     }

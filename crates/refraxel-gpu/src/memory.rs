@@ -18,7 +18,8 @@ impl Buffers {
 
     /// Add an array of zeros.
     pub(crate) fn zeros(&mut self, gpu: &Gpu, name: &str, bytes: u64) -> Result<(), GpuError> {
-        let uniform = matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches");
+        let uniform =
+            matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches" | "selection");
         let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
         let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         self.0.insert(name.to_owned(), gpu.buffer(name, bytes, usage)?);
@@ -67,7 +68,7 @@ impl Buffers {
     pub(crate) fn write(&self, gpu: &Gpu, name: &str, values: &[impl bytemuck::NoUninit]) {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         for (k, part) in bytes.chunks(PORTION).enumerate() {
-            gpu.queue.write_buffer(&self.0[name], (k * PORTION) as u64, part);
+            gpu.write(&self.0[name], (k * PORTION) as u64, part);
             if bytes.len() > PORTION {
                 gpu.queue.submit([]);
             }
@@ -79,7 +80,28 @@ impl Buffers {
     /// # Panics
     /// If there is no such array.
     pub(crate) fn write_at(&self, gpu: &Gpu, name: &str, offset: u64, values: &[impl bytemuck::NoUninit]) {
-        gpu.queue.write_buffer(&self.0[name], offset, bytemuck::cast_slice(values));
+        gpu.write(&self.0[name], offset, bytemuck::cast_slice(values));
+    }
+
+    /// Parts of arrays, each with its first byte and its size [byte], in one read-back. What is empty need not be there.
+    pub(crate) fn read_parts<const N: usize>(
+        &self,
+        gpu: &Gpu,
+        parts: [(&str, u64, usize); N],
+    ) -> Result<[Vec<u8>; N], GpuError> {
+        let wanted = |(name, offset, bytes): (&str, u64, usize)| {
+            let buffer = self.get(name).filter(|_| bytes > 0)?;
+            Some((buffer, offset, bytes as u64))
+        };
+        let read = gpu.read_parts(&parts.map(wanted).into_iter().flatten().collect::<Vec<_>>())?;
+        let mut rest = read.into_iter();
+        Ok(parts.map(|part| wanted(part).and_then(|_| rest.next()).unwrap_or_default()))
+    }
+
+    /// One word of an array.
+    pub(crate) fn read_word(&self, gpu: &Gpu, name: &str, number: u32) -> Result<u32, GpuError> {
+        let [bytes] = self.read_parts(gpu, [(name, 4 * u64::from(number), 4)])?;
+        Ok(bytemuck::pod_read_unaligned(&bytes))
     }
 
     /// The first `n` values of an array.

@@ -11,7 +11,7 @@ use std::fmt::Write;
 /// Arrays of the kernel with the most of them, without its pools, where all rays are straight, and where they may bend.
 const OTHER_BINDINGS: [u32; 2] = [13, 19];
 
-/// How an array with one entry per voxel is cut.
+/// How an array with one entry per voxel, or with the words of photographs, is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Split {
     /// Voxels of every pool but the last.
@@ -20,7 +20,7 @@ pub(crate) struct Split {
 }
 
 impl Split {
-    fn new(voxels: usize, bytes_per_voxel: u64, binding: u64) -> Self {
+    pub(crate) fn new(voxels: usize, bytes_per_voxel: u64, binding: u64) -> Self {
         let most = (binding / bytes_per_voxel) as usize / BRICK_VOXELS * BRICK_VOXELS;
         let most = most.max(BRICK_VOXELS);
         Self { voxels: most, pools: voxels.div_ceil(most).max(1) }
@@ -32,12 +32,13 @@ impl Split {
     }
 }
 
-/// What kernels are made for: a degree of colour, and the pools of colour and of its gradient.
+/// What kernels are made for: a degree of colour, and the pools of colour, of its gradient, and of photographs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     pub degree: ShDegree,
     pub colour: Split,
     pub gradient: Split,
+    pub photographs: Split,
 }
 
 impl Shape {
@@ -67,7 +68,7 @@ impl Shape {
     /// The shape of so many voxels in bindings of so many bytes.
     pub(crate) fn within(degree: ShDegree, voxels: usize, binding: u64) -> Self {
         let one = Split { voxels: BRICK_VOXELS, pools: 1 };
-        let shape = Self { degree, colour: one, gradient: one };
+        let shape = Self { degree, colour: one, gradient: one, photographs: one };
         let colour = Split::new(voxels, shape.colour_bytes(), binding);
         let gradient = Split::new(voxels, shape.gradient_bytes(), binding);
         Self { colour, gradient, ..shape }
@@ -98,11 +99,19 @@ impl Shape {
         let stride = self.degree.stride() / 4;
         let at = format!("    let i = (voxel % {0}u) * {stride}u + block;\n", self.colour.voxels);
         let mut out = format!("fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
-        self.colour.each(&mut out, |k| format!("return colour_{k}[i];"));
+        self.colour.each(&mut out, "voxel", |k| format!("return colour_{k}[i];"));
         if writes {
             let _ = write!(out, "fn set_colour(voxel: u32, block: u32, value: vec4<f32>) {{\n{at}");
-            self.colour.each(&mut out, |k| format!("colour_{k}[i] = value; return;"));
+            self.colour.each(&mut out, "voxel", |k| format!("colour_{k}[i] = value; return;"));
         }
+        out
+    }
+
+    /// `photograph_word(i)`.
+    pub(crate) fn photograph_access(&self) -> String {
+        let words = self.photographs.voxels;
+        let mut out = format!("fn photograph_word(i: u32) -> u32 {{\n    let k = i % {words}u;\n");
+        self.photographs.each(&mut out, "i", |k| format!("return photographs_{k}[k];"));
         out
     }
 
@@ -115,11 +124,12 @@ impl Shape {
         if adds {
             let _ = write!(out, "fn add_colour_gradient(voxel: u32, block: u32, d: vec4<f32>) {{\n{at}");
             let lane = |k: usize, l: usize| format!("add_colour_gradient_{k}(i + {l}u, d[{l}]);");
-            self.gradient.each(&mut out, |k| (0..4).map(|l| lane(k, l)).collect::<String>() + "return;");
+            self.gradient
+                .each(&mut out, "voxel", |k| (0..4).map(|l| lane(k, l)).collect::<String>() + "return;");
         } else {
             let _ = write!(out, "fn take_colour_gradient(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
             let lane = |k: usize, l: usize| format!("take_colour_gradient_{k}(i + {l}u)");
-            self.gradient.each(&mut out, |k| {
+            self.gradient.each(&mut out, "voxel", |k| {
                 format!("return vec4<f32>({});", [0, 1, 2, 3].map(|l| lane(k, l)).join(", "))
             });
         }
@@ -128,11 +138,11 @@ impl Shape {
 }
 
 impl Split {
-    /// The rest of a function that does something with the pool of `voxel`.
-    fn each(&self, out: &mut String, with: impl Fn(usize) -> String) {
+    /// The rest of a function that does something with the pool of an entry.
+    fn each(&self, out: &mut String, entry: &str, with: impl Fn(usize) -> String) {
         let last = self.pools - 1;
         if last > 0 {
-            let _ = writeln!(out, "    switch voxel / {}u {{", self.voxels);
+            let _ = writeln!(out, "    switch {entry} / {}u {{", self.voxels);
             for k in 0..last {
                 let _ = writeln!(out, "        case {k}u: {{ {} }}", with(k));
             }

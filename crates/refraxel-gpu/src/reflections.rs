@@ -1,7 +1,8 @@
 //! What surfaces mirror, as kernels read it and find it: `Cache` of `probes.wgsl` and `Reflection` of `reflections.wgsl`.
 
+use crate::bending::Followed;
 use crate::bodies::MAX_REGIONS;
-use crate::constants::{COATED, MIRRORS, READS_CACHES, STATUS_REFLECTIONS, STATUS_WORDS};
+use crate::constants::{COATED, MIRRORS, READS_CACHES, STATUS_REFLECTIONS};
 use crate::memory::Buffers;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -151,6 +152,8 @@ pub(crate) struct Found {
     room: usize,
     /// Portions of up to so many rays have room.
     rays: usize,
+    /// Dispatches that took the last paths to their ends.
+    pub dispatches: usize,
 }
 
 impl Found {
@@ -182,7 +185,7 @@ impl Found {
         gpu: &Gpu,
         model: &Buffers,
         rays: usize,
-        find: impl Fn(&Buffers) -> Result<usize, GpuError>,
+        find: impl Fn(&Buffers) -> Result<Followed, GpuError>,
     ) -> Result<usize, GpuError> {
         let mut room = rays * (1 + AT_FIRST);
         loop {
@@ -191,9 +194,7 @@ impl Found {
             self.buffers.clear(&mut encoder, "reflections", (rays * size_of::<Reflection>()) as u64);
             gpu.queue.submit([encoder.finish()]);
             model.write_at(gpu, "status", 4 * u64::from(STATUS_REFLECTIONS), &[rays as u32]);
-            find(&self.buffers)?;
-            let status: Vec<u32> = model.read(gpu, "status", STATUS_WORDS as usize)?;
-            room = status[STATUS_REFLECTIONS as usize] as usize;
+            room = find(&self.buffers)?.reflections;
             if room <= self.room {
                 return Ok(room);
             }

@@ -4,7 +4,7 @@ use crate::GpuError;
 use crate::backend::GpuBackend;
 use crate::bending::{Bending, Paths, follow};
 use crate::coats::{self, Coat};
-use crate::constants::{COATED, MIRRORS, STATUS_CUT, STATUS_WORDS};
+use crate::constants::{COATED, MIRRORS, STATUS_CUT};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::reflections::{self, Found};
@@ -85,7 +85,20 @@ impl GpuBackend {
             let forward = Forward { portion, task, source, marching: *marching, of: &of };
             self.forward(&forward, &mut Found::default())?;
         }
+        if task.wants & MIRRORS != 0 {
+            // The one kernel that may be left after paths were followed.
+            self.check_end()?;
+        }
         buffers.buffers.read(gpu, "seen", rays.len())
+    }
+
+    /// Whether the device has left loops before their end.
+    fn check_end(&self) -> Result<(), GpuError> {
+        if self.buffers.read_word(&self.gpu, "status", STATUS_CUT)? == 0 {
+            Ok(())
+        } else {
+            Err(GpuError::cut_short(&self.gpu))
+        }
     }
 
     /// Render straight rays, with what a clearcoat mirrors into them.
@@ -120,20 +133,21 @@ impl GpuBackend {
     /// Render a portion of rays that may bend, with what surfaces mirror into them; the dispatches that the longest path needed.
     pub(crate) fn forward(&self, forward: &Forward, found: &mut Found) -> Result<usize, GpuError> {
         let Forward { portion, task, of, .. } = forward;
-        let (gpu, rays) = (&self.gpu, portion.rays as usize);
+        let (gpu, rays, before) = (&self.gpu, portion.rays as usize, found.dispatches);
         let with = |found: &Buffers, kernel| {
             let all: Vec<&Buffers> = of.iter().copied().chain([found]).collect();
-            follow(gpu, kernel, &all, portion)
+            follow(gpu, kernel, &all, portion, before)
         };
         self.buffers.write(gpu, "task", &[*task]);
         let render = &self.kernels.bent(gpu)?.render;
         if task.wants & MIRRORS == 0 {
             found.bind_nothing(gpu)?;
-            return with(&found.buffers, render);
+            found.dispatches = with(&found.buffers, render)?.dispatches;
+            return Ok(found.dispatches);
         }
         let mirrors = self.kernels.mirrors(gpu)?;
         let count = found.fill(gpu, &self.buffers, rays, |found| with(found, &mirrors.find))?;
-        let blocks = with(&found.buffers, render)?;
+        found.dispatches = with(&found.buffers, render)?.dispatches;
         if forward.source == Some(MirrorSource::Exact) {
             self.look_exactly(found, rays..count, &forward.marching)?;
             self.buffers.write(gpu, "task", &[*task]);
@@ -143,8 +157,7 @@ impl GpuBackend {
         let all: Vec<&Buffers> = of.iter().copied().chain([&found.buffers]).collect();
         mirrors.mirror.run(gpu, &mut encoder, &all, workgroups(rays));
         gpu.queue.submit([encoder.finish()]);
-        let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
-        if status[STATUS_CUT as usize] != 0 { Err(GpuError::cut_short(gpu)) } else { Ok(blocks) }
+        Ok(found.dispatches)
     }
 
     /// Give the reflections that were found what a second ray through the field shows, without further reflections.

@@ -432,12 +432,44 @@ pub(crate) const PEAK_BENT: Source = Source {
     bindings: &[WEIGHED, TRACED, FOLLOWED],
 };
 
+/// Draw a batch from photographs.
+pub(crate) const DRAW: Source = Source {
+    entry: "draw",
+    files: &[shaders![
+        "scene",
+        "rays",
+        "fixed",
+        "light",
+        "domain",
+        "trilinear",
+        "wide",
+        "random",
+        "photograph",
+        "gate",
+        "draw"
+    ]],
+    bindings: &[&[
+        ("scene", Uniform),
+        ("task", Uniform),
+        ("selection", Uniform),
+        ("views", Read),
+        ("marks", Read),
+        ("photographs", Read),
+        ("gates", Read),
+        ("gate_bytes", Read),
+        ("lessons", Writes),
+        ("status", Atomic),
+    ]],
+};
+
 /// Type of the elements of an array.
 fn element(name: &str) -> &'static str {
     match name {
         "table" => "i32",
         "forward" | "occupied" | "brick_of_slot" | "touched" | "status" | "outcomes" | "weights"
-        | "clearance" => "u32",
+        | "clearance" | "marks" | "photographs" | "gate_bytes" => "u32",
+        "views" => "View",
+        "gates" => "Gate",
         "lessons" => "Lesson",
         "seen" => "Seen",
         "ray_gradients" => "RayGradient",
@@ -464,6 +496,7 @@ impl Source {
             let pools = match name {
                 "colour" => shape.colour.pools,
                 "colour_gradient" => shape.gradient.pools,
+                "photographs" => shape.photographs.pools,
                 _ => return vec![(name.to_owned(), name, access)],
             };
             (0..pools).map(|k| (format!("{name}_{k}"), name, access)).collect()
@@ -477,6 +510,7 @@ impl Source {
         for (number, (name, kind, access)) in self.names(shape).into_iter().enumerate() {
             let (space, of) = match (access, kind) {
                 (Uniform, "scene") => ("uniform", "Scene".to_owned()),
+                (Uniform, "selection") => ("uniform", "Selection".to_owned()),
                 (Uniform, "bending") => ("uniform", "Bending".to_owned()),
                 (Uniform, "regions") => ("uniform", format!("array<Region, {MAX_REGIONS}>")),
                 (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
@@ -491,6 +525,7 @@ impl Source {
         for &(name, access) in self.bindings.iter().copied().flatten() {
             match (name, access) {
                 ("colour", access) => out += &shape.colour_access(access == Writes),
+                ("photographs", _) => out += &shape.photograph_access(),
                 ("colour_gradient", access) => out += &shape.gradient_access(access == Atomic),
                 ("density_gradient" | "texel_gradient" | "index_gradient" | "probe_gradient", Atomic) => {
                     out += &add(name);
@@ -508,6 +543,7 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pools::Split;
     use naga::back::spv;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use refraxel_core::ShDegree;
@@ -533,10 +569,12 @@ mod tests {
             &CONCLUDE,
             &OCCUPANCY,
             &PEAK,
+            &DRAW,
         ];
         for degree in (0..=3).filter_map(ShDegree::new) {
             for binding in [1 << 27, 1 << 16] {
-                let shape = Shape::within(degree, 1000, binding);
+                let photographs = Split::new(100_000, 4, binding);
+                let shape = Shape { photographs, ..Shape::within(degree, 1000, binding) };
                 for source in sources {
                     let text = source.compose(&shape);
                     let module = naga::front::wgsl::parse_str(&text)

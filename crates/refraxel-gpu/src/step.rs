@@ -8,12 +8,12 @@ use crate::constants::{
     COATED, MIRRORS, OUTCOME_WORDS, STATUS_CUT, STATUS_ERROR, STATUS_FAILED, STATUS_LOSS, STATUS_OVERFLOWS,
     STATUS_SAMPLES, STATUS_WORDS, WANTS_FIELD, WANTS_INDEX, WANTS_RAYS, from_fixed,
 };
-use crate::field::{OUTCOMES, gradients, texel_values};
+use crate::field::{gradients, texel_values};
 use crate::memory::Buffers;
 use crate::pools::workgroups;
 use crate::reflections::{self, Found};
 use crate::show::{Forward, StraightForward};
-use crate::task::{Lesson, RayAdjoint, Seen, Task};
+use crate::task::{Given, Lesson, RayAdjoint, Seen, Task};
 use crate::{Gpu, GpuError};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::{AlignedVec, FieldGradient};
@@ -28,21 +28,27 @@ pub(crate) struct RayBuffers {
 }
 
 impl RayBuffers {
-    /// Put rays there, and make room for `wants_gradients` of them.
+    /// Make room for so many rays, and for their gradients if they are wanted.
+    pub(crate) fn fit(&mut self, gpu: &Gpu, n: usize, wants_gradients: bool) -> Result<(), GpuError> {
+        if n > self.capacity || self.buffers.get("lessons").is_none() {
+            self.buffers.zeros(gpu, "lessons", (n * size_of::<Lesson>()) as u64)?;
+            self.buffers.zeros(gpu, "seen", (n * size_of::<Seen>()) as u64)?;
+            self.capacity = n;
+        }
+        let gradients = if wants_gradients { n } else { 1 };
+        let bytes = (gradients * size_of::<RayAdjoint>()) as u64;
+        let fits = self.buffers.get("ray_gradients").is_some_and(|b| b.size() >= bytes);
+        if fits { Ok(()) } else { self.buffers.zeros(gpu, "ray_gradients", bytes) }
+    }
+
+    /// Put rays there.
     pub(crate) fn fill(
         &mut self,
         gpu: &Gpu,
         lessons: &[Lesson],
         wants_gradients: bool,
     ) -> Result<(), GpuError> {
-        let n = lessons.len();
-        if n > self.capacity || self.buffers.get("lessons").is_none() {
-            self.buffers.zeros(gpu, "lessons", size_of_val(lessons) as u64)?;
-            self.buffers.zeros(gpu, "seen", (n * size_of::<Seen>()) as u64)?;
-            self.capacity = n;
-        }
-        let gradients = if wants_gradients { n } else { 1 };
-        self.buffers.zeros(gpu, "ray_gradients", (gradients * size_of::<RayAdjoint>()) as u64)?;
+        self.fit(gpu, lessons.len(), wants_gradients)?;
         self.buffers.write(gpu, "lessons", lessons);
         Ok(())
     }
@@ -61,6 +67,14 @@ pub(crate) struct Room {
 enum Adjoints {
     Clipped,
     Whole,
+}
+
+/// What the host moves a step by, and some words that were read with it.
+struct HostSums {
+    words: Vec<u32>,
+    /// Of what bends rays, and of what absorbs.
+    medium: (MediumGradient<f32>, Vec<[f64; 3]>),
+    mirrored: reflections::Gradient,
 }
 
 /// What a batch gives: gradients of the field and the texels, of rays, and the outcome.
@@ -92,17 +106,22 @@ impl GpuBackend {
         self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// Enqueue one step; its outcome will lie at `task.outcome`.
+    /// Put a batch into the room for the one that learns.
+    pub(crate) fn put(&mut self, batch: &Batch) -> Result<Given, GpuError> {
+        self.room.rays.fill(&self.gpu, &Lesson::of_batch(batch, &self.held.refraction), false)?;
+        Ok(Given::of(batch))
+    }
+
+    /// Enqueue one step on the batch that is there; its outcome will lie at `task.outcome`.
     pub(crate) fn enqueue(
         &mut self,
-        batch: &Batch,
+        given: Given,
         objective: &Objective,
         step: u64,
         outcome: usize,
     ) -> Result<(), GpuError> {
         let (gpu, kernels, field) = (&self.gpu, &self.kernels, &self.held.field);
-        self.room.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), false)?;
-        let mut task = Task::learning(objective, &self.held, batch);
+        let mut task = Task::learning(objective, &self.held, given);
         let moves = objective.moves_field();
         if !moves {
             task.wants &= !WANTS_FIELD;
@@ -135,7 +154,7 @@ impl GpuBackend {
         gpu.queue.submit([encoder.finish()]);
         let bends = objective.index.is_some() || objective.absorption.is_some();
         if bends || objective.reflection.is_some() {
-            self.move_bodies(batch.rays.len(), objective, step, outcome)?;
+            self.move_bodies(objective, step, outcome)?;
         }
         Ok(())
     }
@@ -215,21 +234,22 @@ impl GpuBackend {
     }
 
     /// The step of what bends rays, absorbs and mirrors, which the host takes: its grids are small. Not after a failure.
-    fn move_bodies(
-        &mut self,
-        rays: usize,
-        objective: &Objective,
-        step: u64,
-        outcome: usize,
-    ) -> Result<(), GpuError> {
-        let moves_nothing = self.held.refraction.is_none() && self.held.clearcoat.is_none();
-        if moves_nothing || self.raw_outcomes()?[outcome][3] != 0 {
+    fn move_bodies(&mut self, objective: &Objective, step: u64, outcome: usize) -> Result<(), GpuError> {
+        if self.held.refraction.is_none() && self.held.clearcoat.is_none() {
             return Ok(());
         }
-        let (gradient, absorption) = self.medium_sums()?;
-        let mirrored = self.mirror_sums()?;
+        let at = 4 * (OUTCOME_WORDS * outcome) as u64;
+        let sums = self.host_sums(("outcomes", at, OUTCOME_WORDS))?;
+        let [_, _, _, failed, _, cut, rays, ..] = sums.words[..] else { return Ok(()) };
+        if cut != 0 {
+            return Err(GpuError::cut_short(&self.gpu));
+        }
+        if failed != 0 {
+            return Ok(());
+        }
+        let HostSums { medium: (gradient, absorption), mirrored, .. } = sums;
         let (refraction, moments) = (&mut self.held.refraction, &mut self.moments.index[..]);
-        let learned = descent::IndexStep { gradient, rays, step };
+        let learned = descent::IndexStep { gradient, rays: rays as usize, step };
         let index = objective.index.as_ref();
         let is_index_finite = index.is_none_or(|o| descent::update_index(refraction, moments, learned, o));
         let absorbing = objective.absorption.as_ref();
@@ -256,25 +276,26 @@ impl GpuBackend {
         bodies::upload(&self.gpu, &mut self.buffers, &self.held.refraction)
     }
 
-    /// The sums of the gradient of what surfaces mirror as they are.
-    fn mirror_sums(&self) -> Result<reflections::Gradient, GpuError> {
-        let n = reflections::gradient_len(&self.held);
-        let words: Vec<[u32; 2]> =
-            if n == 0 { Vec::new() } else { self.buffers.read(&self.gpu, "probe_gradient", n)? };
-        let sums: Vec<f64> = words.iter().map(|w| from_fixed(w[0], w[1])).collect();
-        Ok(reflections::Gradient::of(&self.held, &sums))
-    }
-
-    /// The sums of the gradient of what bends rays, and of what absorbs, as they are.
-    fn medium_sums(&self) -> Result<(MediumGradient<f32>, Vec<[f64; 3]>), GpuError> {
+    /// The sums of the gradient of what the host moves, and some words of another array: all in one read-back.
+    fn host_sums(&self, (name, offset, words): (&str, u64, usize)) -> Result<HostSums, GpuError> {
         let refraction = &self.held.refraction;
-        let mut sums = Vec::new();
-        if !refraction.is_none() {
-            let n = bodies::gradient_len(refraction);
-            let words: Vec<[u32; 2]> = self.buffers.read(&self.gpu, "index_gradient", n)?;
-            sums.extend(words.iter().map(|w| from_fixed(w[0], w[1])));
-        }
-        Ok(bodies::gradient(refraction, &sums))
+        let index = if refraction.is_none() { 0 } else { bodies::gradient_len(refraction) };
+        let mirrored = reflections::gradient_len(&self.held);
+        let parts = [
+            (name, offset, 4 * words),
+            ("index_gradient", 0, 8 * index),
+            ("probe_gradient", 0, 8 * mirrored),
+        ];
+        let [words, index, mirrored] = self.buffers.read_parts(&self.gpu, parts)?;
+        let sums = |bytes: &[u8]| -> Vec<f64> {
+            let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(bytes);
+            words.iter().map(|w| from_fixed(w[0], w[1])).collect()
+        };
+        Ok(HostSums {
+            words: bytemuck::pod_collect_to_vec(&words),
+            medium: bodies::gradient(refraction, &sums(&index)),
+            mirrored: reflections::Gradient::of(&self.held, &sums(&mirrored)),
+        })
     }
 
     /// Forward and adjoint of a batch without a step; of the rays alone, where the field is not wanted.
@@ -286,10 +307,11 @@ impl GpuBackend {
     ) -> Result<Gradients, GpuError> {
         let (gpu, mut room) = (&self.gpu, Room::default());
         room.rays.fill(gpu, &Lesson::of_batch(batch, &self.held.refraction), true)?;
-        let mut task = Task::learning(objective, &self.held, batch);
+        let mut task = Task::learning(objective, &self.held, Given::of(batch));
         task.wants = (task.wants & !(WANTS_FIELD | WANTS_INDEX)) | WANTS_RAYS | wants;
         self.learn(task, objective, Adjoints::Whole, &mut room)?;
-        let status: Vec<u32> = self.buffers.read(gpu, "status", STATUS_WORDS as usize)?;
+        let sums = self.host_sums(("status", 0, STATUS_WORDS as usize))?;
+        let HostSums { words: status, medium: (medium, absorption), mirrored } = sums;
         if status[STATUS_CUT as usize] != 0 {
             return Err(GpuError::cut_short(gpu));
         }
@@ -304,8 +326,6 @@ impl GpuBackend {
         let adjoints: Vec<RayAdjoint> = room.rays.buffers.read(gpu, "ray_gradients", batch.rays.len())?;
         let rays = adjoints.into_iter().map(RayGradient::from).collect();
         let (field, texels) = self.sums(wants & WANTS_FIELD != 0)?;
-        let (medium, absorption) = self.medium_sums()?;
-        let mirrored = self.mirror_sums()?;
         self.clear_sums();
         Ok(Gradients { field, texels, medium, absorption, mirrored, rays, outcome })
     }
@@ -348,30 +368,25 @@ impl GpuBackend {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The ring of outcomes.
-    fn raw_outcomes(&self) -> Result<Vec<[u32; OUTCOME_WORDS]>, GpuError> {
-        self.buffers.read(&self.gpu, "outcomes", OUTCOMES)
-    }
-
     /// The outcomes of the steps that were enqueued and not read yet.
     pub(crate) fn read_outcomes(&mut self) -> Result<Vec<StepOutcome>, GpuError> {
-        let all = self.raw_outcomes()?;
-        if all[..self.pending.len()].iter().any(|words| words[5] != 0) {
+        let all: Vec<[u32; OUTCOME_WORDS]> = self.buffers.read(&self.gpu, "outcomes", self.pending.len())?;
+        if all.iter().any(|words| words[5] != 0) {
             return Err(GpuError::cut_short(&self.gpu));
         }
-        let outcome = |(k, &(step, rays)): (usize, &(u64, u64))| {
-            let [low, high, samples, failed, overflows, ..] = all[k];
+        let outcome = |(&(step, _), words): (&(u64, u64), &[u32; OUTCOME_WORDS])| {
+            let [low, high, samples, failed, overflows, _, rays, _] = *words;
             let (squared_error, samples) = (from_fixed(low, high), samples.into());
             StepOutcome {
                 step,
-                rays,
+                rays: rays.into(),
                 squared_error,
                 samples,
                 overflows: overflows.into(),
                 finite: failed == 0,
             }
         };
-        Ok(std::mem::take(&mut self.pending).iter().enumerate().map(outcome).collect())
+        Ok(std::mem::take(&mut self.pending).iter().zip(&all).map(outcome).collect())
     }
 }
 

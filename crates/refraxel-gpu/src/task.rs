@@ -46,15 +46,20 @@ impl Task {
         }
     }
 
+    /// Drawing rays, from photographs of their own exposures or not.
+    pub(crate) fn drawing(rays: usize, are_exposed: bool) -> Self {
+        Self { rays: rays as u32, wants: if are_exposed { ABSORBS } else { 0 }, ..Self::default() }
+    }
+
     /// A step, or the gradient of one.
-    pub(crate) fn learning(objective: &Objective, model: &Model, batch: &Batch) -> Self {
-        let marching = Self::marching(&objective.marching, model, batch.rays.len());
+    pub(crate) fn learning(objective: &Objective, model: &Model, given: Given) -> Self {
+        let marching = Self::marching(&objective.marching, model, given.rays);
         let bit = |wanted: bool, bit: u32| if wanted { bit } else { 0 };
         let bends = !model.refraction.is_none();
         Self {
             wants: marching.wants
                 | WANTS_FIELD
-                | bit(!batch.behind.is_empty(), GIVEN_BEHIND)
+                | bit(given.behind, GIVEN_BEHIND)
                 | bit(bends, WANTS_PATHS)
                 | bit(bends && objective.index.is_some(), WANTS_INDEX)
                 | bit(bends && objective.absorption.is_some(), ABSORBS),
@@ -83,7 +88,23 @@ pub(crate) struct Lesson {
     colour: [f32; 3],
     beside: u32,
     behind: [f32; 3],
-    padding_2: f32,
+    is_absent: u32,
+}
+
+/// What a batch on a device is like.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given {
+    /// Rays, and room for those that could not be drawn.
+    pub rays: usize,
+    /// The radiance behind the field comes with them.
+    pub behind: bool,
+}
+
+impl Given {
+    /// What a batch of the host is like.
+    pub(crate) fn of(batch: &Batch) -> Self {
+        Self { rays: batch.rays.len(), behind: !batch.behind.is_empty() }
+    }
 }
 
 impl Lesson {
@@ -109,6 +130,20 @@ impl Lesson {
         }
         lessons
     }
+}
+
+/// A batch as it lies on a device, without rays that could not be drawn, and which of them may bend.
+pub(crate) fn batch_of(lessons: &[Lesson], given: Given) -> (Batch, Vec<bool>) {
+    let (mut batch, mut bends) = (Batch::default(), Vec::new());
+    for l in lessons.iter().filter(|l| l.is_absent == 0) {
+        batch.rays.push(Ray { origin: l.origin.into(), direction: l.direction.into() });
+        batch.target.push(l.colour);
+        batch.offset.push(l.offset);
+        batch.beside.push(l.beside != 0);
+        batch.behind.extend(given.behind.then_some(l.behind));
+        bends.push(l.bends != 0);
+    }
+    (batch, bends)
 }
 
 /// `Seen` of `rays.wgsl`.

@@ -18,6 +18,11 @@ pub enum Event {
         /// The device.
         device: Device,
     },
+    /// Batches come from the host from now on, although the device draws them on its own otherwise.
+    DrawnOnHost {
+        /// Why.
+        why: String,
+    },
     /// The field moved to another grid.
     Stage {
         /// Number of the stage, from 0.

@@ -1,6 +1,13 @@
 //! Counter-based random numbers: a pure function of (seed, two counters), so that nothing has to be stored to resume,
 //! and any thread or device gets the same numbers.
 
+/// Step of the state of SplitMix64.
+pub const WEYL: u64 = 0x9E37_79B9_7F4A_7C15;
+/// Factors of its finaliser.
+pub const MIX: [u64; 2] = [0xBF58_476D_1CE4_E5B9, 0x94D0_49BB_1331_11EB];
+/// Right shifts of the finaliser, before, between and behind the factors [bit].
+pub const MIX_SHIFTS: [u32; 3] = [30, 27, 31];
+
 /// A seeded source of independent uniform numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Random {
@@ -16,7 +23,13 @@ impl Random {
     /// 64 random bits for counters (a, b). Source: SplitMix64 finaliser (Steele et al. 2014), applied thrice.
     #[inline]
     pub fn bits(&self, a: u64, b: u64) -> u64 {
-        mix(mix(mix(self.seed) ^ a).wrapping_add(b.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
+        mix(self.stream(a).wrapping_add(b.wrapping_mul(WEYL)))
+    }
+
+    /// What the numbers of all b have in common: s in bits = mix(s + b [`WEYL`]).
+    #[inline]
+    pub fn stream(&self, a: u64) -> u64 {
+        mix(mix(self.seed) ^ a)
     }
 
     /// A number in [0, 1).
@@ -33,10 +46,10 @@ impl Random {
 }
 
 fn mix(mut z: u64) -> u64 {
-    z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
+    z = z.wrapping_add(WEYL);
+    z = (z ^ (z >> MIX_SHIFTS[0])).wrapping_mul(MIX[0]);
+    z = (z ^ (z >> MIX_SHIFTS[1])).wrapping_mul(MIX[1]);
+    z ^ (z >> MIX_SHIFTS[2])
 }
 
 #[cfg(test)]

@@ -1,15 +1,18 @@
 //! Training rays: which pixel of which photograph, its ray and what it should show.
 
+mod draw;
 mod inside;
 mod picture;
 #[cfg(test)]
 mod tests;
 
-pub use picture::Picture;
+pub use draw::{Draw, Edition, LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 pub(crate) use picture::cells;
+pub use picture::{Directions, Picture};
 
 use crate::backend::Batch;
 use crate::random::Random;
+pub use inside::HALF;
 use inside::InsidePixels;
 use rayon::prelude::*;
 use refraxel_core::radiance::{Filter, Pixel};
@@ -18,7 +21,7 @@ use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, View, is_one_place};
 use std::sync::Arc;
 
 /// Unit directions of all pixel centres in the camera frame; NaN where the lens sees nothing.
-type Directions = Arc<Vec<Vec3<f32>>>;
+type DirectionTable = Arc<Vec<Vec3<f32>>>;
 
 /// A photograph with everything needed to draw rays from it.
 struct TrainingView {
@@ -26,7 +29,7 @@ struct TrainingView {
     /// Where and with which lens it was taken, as the data say and as learned.
     given: Camera,
     camera: Camera,
-    directions: Option<Directions>,
+    directions: Option<DirectionTable>,
     photo: Photo,
     meaning: MaskMeaning,
     /// What shows something refractive, where no mask says it.
@@ -76,6 +79,8 @@ pub struct RaySampler {
     traces_found: bool,
     /// By how much borders of masks were moved outwards [pixel].
     shift: f32,
+    photographs: Edition,
+    masks: Edition,
 }
 
 /// Pixels of a view that is kept aside.
@@ -102,8 +107,6 @@ const ASIDE_RAYS: usize = 2500;
 
 /// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
 const KEPT_LENSES: usize = 8;
-/// Pixels that must not be used are drawn again this often before the ray is given up.
-const REDRAWS: u64 = 32;
 
 impl RaySampler {
     /// Photographs to draw from, each beside its view.
@@ -112,7 +115,7 @@ impl RaySampler {
     /// If views and photos are not of the same number.
     pub fn new(views: Vec<View>, photos: Vec<Photo>, backdrop: Backdrop, seed: u64) -> Self {
         assert_eq!(views.len(), photos.len(), "one photo per view");
-        let mut kept: Vec<(Camera, Directions)> = Vec::new();
+        let mut kept: Vec<(Camera, DirectionTable)> = Vec::new();
         let mut with_photos = Vec::with_capacity(views.len());
         for (view, photo) in views.into_iter().zip(photos) {
             let directions = directions_of(&view.camera, &mut kept);
@@ -135,7 +138,9 @@ impl RaySampler {
         let inside = InsidePixels::new(with_photos.iter().map(|s| s.refractive().map(|m| &**m)));
         let transparent = backdrop == Backdrop::Transparent;
         let (views, random, aside) = (with_photos, Random::new(seed), Vec::new());
-        Self { views, inside, first, transparent, random, aside, traces_found: false, shift: 0.0 }
+        let (photographs, masks) = (Edition::default(), Edition::default());
+        let (traces_found, shift) = (false, 0.0);
+        Self { views, inside, first, transparent, random, aside, traces_found, shift, photographs, masks }
     }
 
     /// From now on batches draw from the other views only: every so many-th is kept aside, `count` in all.
@@ -270,6 +275,7 @@ impl RaySampler {
     }
 
     fn count_inside(&mut self) {
+        self.masks = Edition::default();
         self.inside = InsidePixels::new(self.views.iter().map(|s| s.refractive().map(|m| &**m)));
     }
 
@@ -346,21 +352,17 @@ impl RaySampler {
     }
 
     fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, aside: &[usize]) -> Option<Drawn> {
-        let lane = |k: u64| i * 64 + k;
-        let from_inside = match selection {
-            Selection::Inside(share) => (i as f64) < self.extra_inside(share) * size as f64,
-            Selection::Around(_) => self.inside.count() > 0,
-            _ => false,
-        };
+        let lane = |k: u64| i * LANES + k;
+        let from_inside = i < self.rays_inside(size, selection);
         let by = match selection {
-            Selection::Around(reach) => [4, 5].map(|k| {
+            Selection::Around(reach) => MOVE_LANES.map(|k| {
                 let (reach, places) = (i64::from(reach), 2 * u64::from(reach) + 1);
                 self.random.below(places, step, lane(k)) as i64 - reach
             }),
             _ => [0, 0],
         };
         let (view, pixel, ray) = (0..REDRAWS).find_map(|k| {
-            let below = |n: u64| self.random.below(n, step, lane(8 + k));
+            let below = |n: u64| self.random.below(n, step, lane(PIXEL_LANE + k));
             let (view, pixel) = if from_inside {
                 let number = below(self.inside.count());
                 let view = self.inside.view(number);
@@ -382,15 +384,9 @@ impl RaySampler {
         })?;
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
         let target = self.views[view].colour(pixel, self.transparent.then_some(behind));
-        let offset = self.random.uniform(step, lane(3)) as f32;
+        let offset = self.random.uniform(step, lane(OFFSET_LANE)) as f32;
         let beside = self.views[view].refractive().is_some_and(|mask| mask.coverage[pixel] == 0);
         Some(Drawn { view, pixel, ray, target, behind, offset, beside })
-    }
-
-    /// Share of a batch to draw from inside alone, so that `share` of it lies inside in all.
-    fn extra_inside(&self, share: f64) -> f64 {
-        let natural = self.mask_share();
-        if self.inside.count() == 0 || natural >= share { 0.0 } else { (share - natural) / (1.0 - natural) }
     }
 
     /// About `count` rays spread evenly over all pixels.
@@ -511,7 +507,7 @@ pub fn ray_within(camera: &Camera, pixel: usize, at: [f64; 2]) -> Option<Ray<f32
     camera.ray(f64::from(x) + at[0], f64::from(y) + at[1]).map(|r| r.cast())
 }
 
-fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Option<Directions> {
+fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, DirectionTable)>) -> Option<DirectionTable> {
     if camera.lens == Lens::Pinhole {
         return None;
     }
@@ -529,7 +525,7 @@ fn directions_of(camera: &Camera, kept: &mut Vec<(Camera, Directions)>) -> Optio
         let d = camera.lens.direction([at[0] / camera.focal[0], at[1] / camera.focal[1]]);
         d.map_or(blind, |d| d.normalized().cast())
     });
-    let all: Directions = Arc::new(all.collect());
+    let all: DirectionTable = Arc::new(all.collect());
     kept.push((*camera, Arc::clone(&all)));
     Some(all)
 }

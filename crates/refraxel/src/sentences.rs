@@ -86,6 +86,7 @@ pub fn sentence(event: &Event) -> Option<String> {
             format!("trained on {name}, since {why}")
         }
         Event::DeviceChosen { device } => format!("trained on {}", device.name),
+        Event::DrawnOnHost { why } => format!("batches are drawn on the host: {why}"),
         Event::ClearcoatAdded => "opaque things have a clearcoat that mirrors".to_owned(),
         Event::RolledBack { step, rate_scale } => format!(
             "step {step} overflowed: back to the last good state, with {:.1} % of the learning rates",

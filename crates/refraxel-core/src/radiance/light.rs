@@ -117,6 +117,11 @@ impl<T: Real> Filter<T> {
         Self { thickness: [T::zero(); 3], factor: [T::one(); 3] }
     }
 
+    /// Its optical thickness per channel [1].
+    pub fn thickness(&self) -> [T; 3] {
+        self.thickness
+    }
+
     /// The colour `code` >= 0 seen through the filter, theory (7.18); the same bits where the thickness is 0.
     ///
     /// Worked number: white behind a thickness of ln 2 shows as 0.7354, not as 0.5.

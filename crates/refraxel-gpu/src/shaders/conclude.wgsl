@@ -10,12 +10,14 @@ fn conclude() {
     outcomes[at + 3u] = failed;
     outcomes[at + 4u] = status[STATUS_OVERFLOWS];
     outcomes[at + 5u] = status[STATUS_CUT];
+    outcomes[at + 6u] = task.rays - status[STATUS_ABSENT];
     status[STATUS_FAILED] = failed;
     status[STATUS_LOSS] = 0u;
     status[STATUS_PARAMETER] = 0u;
     status[STATUS_SAMPLES] = 0u;
     status[STATUS_OVERFLOWS] = 0u;
     status[STATUS_CUT] = 0u;
+    status[STATUS_ABSENT] = 0u;
     status[STATUS_ERROR] = 0u;
     status[STATUS_ERROR + 1u] = 0u;
 }

@@ -15,7 +15,8 @@ fn face(
     let origin = lessons[ray].origin;
     let direction = lessons[ray].direction;
     var front = front_of(lessons[ray].offset);
-    if (lessons[ray].bends == 0u && enter_straight(&front, origin, direction)) {
+    let is_straight = lessons[ray].bends == 0u && lessons[ray].is_absent == 0u;
+    if (is_straight && enter_straight(&front, origin, direction)) {
         var s: Sample;
         while (!front.opaque && next_sample(&front, &s)) {
             let weight = s.before * s.alpha;

@@ -23,7 +23,7 @@ fn sight_at(c: Checkpoint) -> Sight {
 
 // Whether the path of a ray is followed. Where there is a clearcoat, the kernels for straight rays have those that do not bend.
 fn is_followed(ray: u32) -> bool {
-    return (task.wants & COATED) == 0u || lessons[ray].bends != 0u;
+    return lessons[ray].is_absent == 0u && ((task.wants & COATED) == 0u || lessons[ray].bends != 0u);
 }
 
 // The path of a ray before its first segment.

@@ -14,7 +14,8 @@ struct Lesson {
     beside: u32,
     // Radiance behind the field, where WANTS says that it is given.
     behind: vec3<f32>,
-    padding_2: f32,
+    // No pixel was found for the ray: nothing is learned from it.
+    is_absent: u32,
 }
 
 // What a ray shows.

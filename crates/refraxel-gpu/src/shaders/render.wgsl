@@ -7,7 +7,7 @@ fn render(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let ray = invocation(group, groups, lane);
-    if (ray >= task.rays || lessons[ray].bends != 0u) {
+    if (ray >= task.rays || lessons[ray].bends != 0u || lessons[ray].is_absent != 0u) {
         return;
     }
     let origin = lessons[ray].origin;

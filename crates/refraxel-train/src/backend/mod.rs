@@ -20,6 +20,7 @@ pub use objective::{
 
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};
+use crate::rays::Draw;
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
 use refraxel_core::{BrickMap, Domain, Ray};
 use std::borrow::Cow;
@@ -147,6 +148,20 @@ pub trait Backend: Send {
     fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>>;
     /// Begin a step: render a batch, compare, accumulate gradients, add priors, update the parameters. `step` counts from 0.
     fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64);
+    /// Begin a step on a batch that is yet to be drawn; false where there is no ray to draw, and no step has begun. A machine that draws
+    /// batches on its own finds that out later: the [outcome](StepOutcome::rays) tells it.
+    fn submit_drawn(&mut self, draw: &Draw<'_>, objective: &Objective, step: u64) -> bool {
+        let batch = draw.batch();
+        let is_any = !batch.rays.is_empty();
+        if is_any {
+            self.submit(&batch, objective, step);
+        }
+        is_any
+    }
+    /// Why the last batch came from the host although the machine draws batches on its own; `None` where there is nothing to say.
+    fn why_on_host(&self) -> Option<String> {
+        None
+    }
     /// The outcomes of submitted steps that were not asked for yet and are known by now, in order; with `wait`, of all.
     fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome>;
     /// The gradient of the batch's loss without total variation; changes nothing.

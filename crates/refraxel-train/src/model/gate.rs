@@ -16,9 +16,14 @@ pub struct Gate {
 }
 
 /// Half of full, trilinear.
-const HALF: f32 = 127.5;
+pub const HALF: f32 = 127.5;
 /// Distances beyond this are recorded as this [cell]: it bounds the cost of the table.
 const FAR: u8 = 16;
+/// Distance of the points along a ray [voxel].
+pub const STEP: f32 = 0.5;
+/// How far behind a face hops end [step].
+pub const HOP: f32 = 1e-3;
+
 impl Gate {
     /// A gate of the share 0..=1 of each node, such as the [fraction of a hull](crate::initial::Hull::fraction).
     ///
@@ -44,6 +49,10 @@ impl Gate {
     /// The share of each node in 1/255, x fastest: all there is to store.
     pub fn values(&self) -> &[u8] {
         &self.values
+    }
+    /// Per cell, n − 1 per axis and x fastest, how many cells away the nearest is that a ray may meet the object in: 0 for such a cell.
+    pub fn clearances(&self) -> &[u8] {
+        &self.clearance
     }
     /// Where the gate lies.
     pub fn domain(&self) -> &Domain<f32> {
@@ -75,9 +84,9 @@ impl Gate {
         let start = (ray.origin - self.domain.bounds.min).hadamard(scale);
         let speed = ray.direction.hadamard(scale); // nodes per scene unit
         let inverse = speed.map(f32::recip);
-        let step = 0.5 / speed.length();
+        let step = STEP / speed.length();
         // Hops end just behind a face, so that rounding cannot hold them on it.
-        let nudge = 1e-3 * step;
+        let nudge = HOP * step;
         let mut s = enter;
         while s <= leave {
             let g = start + speed * s;

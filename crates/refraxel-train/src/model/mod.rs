@@ -2,7 +2,7 @@
 //!
 //! Nobody but a [backend](crate::backend) knows how a model is laid out in the memory of a device.
 
-mod gate;
+pub mod gate;
 pub mod index_edit;
 mod optimiser;
 pub mod polyhedron;

@@ -83,14 +83,17 @@ impl Refraction {
         self.medium.regions().iter().any(|r| r.absorption() != [0.0; 3])
     }
 
+    /// What a ray has to meet to bend in a region; `None`: its box.
+    pub fn gate(&self, region: usize) -> Option<&Gate> {
+        self.states.get(region).and_then(|state| state.gate.as_ref())
+    }
+
     /// Whether a ray bends: the straight ray meets something refractive.
     #[inline]
     pub fn admits(&self, ray: &Ray<f32>) -> bool {
-        self.medium.regions().iter().enumerate().any(|(k, region)| {
-            match self.states.get(k).and_then(|e| e.gate.as_ref()) {
-                Some(gate) => gate.admits(ray),
-                None => region.domain().bounds.clip(ray).is_some(),
-            }
+        self.medium.regions().iter().enumerate().any(|(k, region)| match self.gate(k) {
+            Some(gate) => gate.admits(ray),
+            None => region.domain().bounds.clip(ray).is_some(),
         })
     }
 

@@ -6,7 +6,7 @@
 use refraxel_data::Mask;
 
 /// Coverages above this are inside.
-const HALF: u8 = 127;
+pub const HALF: u8 = 127;
 
 /// Numbers of the pixels that lie mostly inside the refractive mask of their view, by view, row and column.
 pub(super) struct InsidePixels {

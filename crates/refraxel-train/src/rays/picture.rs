@@ -1,8 +1,9 @@
 //! A photograph that is looked at as a whole.
 
-use super::TrainingView;
-use refraxel_core::Camera;
-use refraxel_data::Mask;
+use super::{DirectionTable, TrainingView};
+use refraxel_core::radiance::Filter;
+use refraxel_core::{Camera, Lens};
+use refraxel_data::{Image, Mask};
 use std::sync::Arc;
 
 /// The cell of each pixel of a picture that a grid of cells fills, and the pixel; all in order, x fastest.
@@ -22,10 +23,56 @@ pub struct Picture<'a> {
     pub(super) transparent: bool,
 }
 
-impl Picture<'_> {
+/// How the directions of a photograph's pixels are found.
+#[derive(Clone, Copy, Debug)]
+pub enum Directions<'a> {
+    /// By the focal lengths and the centre of a camera without distortion.
+    Pinhole,
+    /// In a table of unit directions in the camera frame, one per pixel; NaN where the lens sees nothing.
+    Table(&'a DirectionTable),
+    /// The lens is inverted ray by ray.
+    Inverted,
+}
+
+impl<'a> Picture<'a> {
     /// The mask of what is refractive that the data have.
     pub fn mask(&self) -> Option<&Arc<Mask>> {
         self.view.stated()
+    }
+
+    /// The mask of what is refractive as it is by now: that of the data, or what was found, with its border where it was moved.
+    pub fn refractive(&self) -> Option<&Arc<Mask>> {
+        self.view.refractive()
+    }
+
+    /// Its pixels.
+    pub fn image(&self) -> &'a Image {
+        &self.view.photo.image
+    }
+
+    /// Whether a mask keeps some of its pixels from being used.
+    pub fn is_restricted(&self) -> bool {
+        self.view.photo.mask.is_some() && self.mask().is_none()
+    }
+
+    /// Whether a mask lets the pixel count.
+    pub fn used(&self, pixel: usize) -> bool {
+        self.view.used(pixel)
+    }
+
+    /// What gives it the exposure that all have in common.
+    pub fn exposure(&self) -> &'a Filter<f32> {
+        &self.view.exposure
+    }
+
+    /// How the directions of its pixels are found.
+    pub fn directions(&self) -> Directions<'a> {
+        let is_given = self.camera.has_lens_of(&self.view.given);
+        match &self.view.directions {
+            _ if self.camera.lens == Lens::Pinhole => Directions::Pinhole,
+            Some(table) if is_given => Directions::Table(table),
+            _ => Directions::Inverted,
+        }
     }
 
     /// Means over a grid of cells that fills the picture, x fastest: of colour times alpha, and of alpha, which is 1 where pictures
@@ -46,7 +93,7 @@ impl Picture<'_> {
     fn mean(&self, columns: &[usize], rows: &[usize]) -> Option<[f32; 4]> {
         let (mut sum, mut used, width) = ([0.0_f32; 4], 0, self.camera.width as usize);
         for pixel in rows.iter().flat_map(|y| columns.iter().map(move |x| y * width + x)) {
-            if self.view.used(pixel) {
+            if self.used(pixel) {
                 used += 1;
                 let [r, g, b, alpha] = self.rgba(pixel);
                 sum.iter_mut().zip([r * alpha, g * alpha, b * alpha, alpha]).for_each(|(s, v)| *s += v);

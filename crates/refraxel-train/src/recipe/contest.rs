@@ -9,7 +9,7 @@ use crate::backend::{Backend, BrickMask, Layers};
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
 use crate::model::{Model, Optimiser};
-use crate::rays::{AsideView, Selection, squared_errors};
+use crate::rays::{AsideView, Draw, Selection, squared_errors};
 use crate::schedule::{Moment, objective, training_marching};
 use crate::verdict::{Found, Hypothesis};
 use refraxel_core::{IndexGrid, Vec3};
@@ -130,9 +130,10 @@ impl<'a, 'w, B: Backend> Trained<'a, 'w, B> {
                 continue;
             }
             // The same rays for all entries, and none that training will draw.
-            let batch = self.known.sampler.batch(u64::MAX / 4 + step, size, Selection::Inside(share));
+            let (sampler, number) = (self.known.sampler, u64::MAX / 4 + step);
+            let draw = Draw { sampler, number, size, selection: Selection::Inside(share) };
             let objective = objective(options, self.known.near, self.moment(entry, step));
-            self.backend.submit(&batch, &objective, step);
+            self.backend.submit_drawn(&draw, &objective, step);
             let finite = self.backend.outcomes(true).iter().all(|o| o.finite);
             self.runners[entry].failed = !finite;
         }

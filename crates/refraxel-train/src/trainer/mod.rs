@@ -20,7 +20,7 @@ use crate::metrics::ImageScore;
 use crate::model::Gate;
 use crate::options::{JudgeOptions, Options};
 use crate::plan::{Plan, kept_bricks};
-use crate::rays::{RaySampler, Selection};
+use crate::rays::{Draw, RaySampler, Selection};
 use crate::run::State;
 use crate::schedule::{
     Held, Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain,
@@ -81,6 +81,8 @@ pub struct Trainer<B> {
     since: Tally,
     /// What happened since the last record.
     events: Vec<Event>,
+    /// Why batches come from the host, as was told.
+    why_on_host: Option<String>,
 }
 
 /// Views that the judge keeps aside of so many; none where too few would be left to learn from.
@@ -112,6 +114,7 @@ impl<B: Backend> Trainer<B> {
             clock: None,
             since: Tally::new(),
             events: Vec::new(),
+            why_on_host: None,
         };
         if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
             trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
@@ -231,11 +234,12 @@ impl<B: Backend> Trainer<B> {
         let mut objective = objective(&self.options, self.plan.near, moment);
         objective.scale_rates(self.state.rate_scale);
         let size = self.options.run.batch as usize;
-        let batch = self.sampler.batch(self.state.step, size, self.selection(moment));
-        if batch.rays.is_empty() {
+        let (number, selection) = (self.state.step, self.selection(moment));
+        let draw = Draw { sampler: &self.sampler, number, size, selection };
+        if !self.backend.submit_drawn(&draw, &objective, number) {
             return Err(TrainError::NoPixels);
         }
-        self.backend.submit(&batch, &objective, self.state.step);
+        self.tell_of_drawing(watch);
         self.state.step += 1;
         let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
         let outcomes = self.backend.outcomes(due);
@@ -249,6 +253,15 @@ impl<B: Backend> Trainer<B> {
         let (done, total) = ((self.progress().0 * f64::from(PARTS)).round() as u64, PARTS.into());
         watch.tell(Event::Progress { task: Task::Training, done, total });
         Ok(())
+    }
+
+    /// Say why batches come from the host, where a device that draws them cannot.
+    fn tell_of_drawing(&mut self, watch: &mut Watch) {
+        let why = self.backend.why_on_host();
+        if why != self.why_on_host {
+            self.why_on_host.clone_from(&why);
+            why.into_iter().for_each(|why| self.note(Event::DrawnOnHost { why }, watch));
+        }
     }
 
     /// Whether the next step begins with more than drawing rays.
@@ -318,6 +331,9 @@ impl<B: Backend> Trainer<B> {
                 self.check_device()?;
                 self.roll_back(outcome.step, watch)?;
                 return Ok(false);
+            }
+            if outcome.rays == 0 {
+                return Err(TrainError::NoPixels);
             }
             self.since.add(outcome);
         }

@@ -15,6 +15,7 @@ pub mod absorbing;
 pub mod bent;
 pub mod clearcoated;
 pub mod contract;
+pub mod drawn;
 pub mod mirrored;
 mod reference;
 pub mod scenes;
@@ -123,6 +124,11 @@ macro_rules! conformance_tests {
                 between_equal_lights_a_clearcoat_is_invisible_and_in_the_dark_it_is_not,
                 a_second_ray_from_a_clearcoat_starts_outside_of_what_it_coats,
                 a_silent_clearcoat_can_come_back,
+            }
+            drawn {
+                drawn_batches_teach_what_those_of_the_host_do,
+                drawn_batches_bend_as_those_of_the_host_do,
+                a_batch_without_pixels_is_told,
             }
             contract {
                 a_loaded_snapshot_goes_on_as_if_nothing_had_happened,
