@@ -82,7 +82,7 @@ section! {
         largest: f32 = 2.6, in 1.0..=5.0;
         /// The one index of a body with a sharp surface stays this near to the index that the search found: where the
         /// shape is wrong, the gradient would carry it away.
-        trust: f32 = 0.06, in 0.0..=4.0;
+        trust: f32 = 0.15, in 0.0..=4.0;
         /// The index learns only from rays that meet surfaces at most this often.
         events: u32 = 4;
         /// How the index is interpolated between nodes.
