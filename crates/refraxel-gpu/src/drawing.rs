@@ -8,7 +8,7 @@ use crate::step::RayBuffers;
 use crate::task::{Given, Lesson, Task, batch_of};
 use crate::{Gpu, GpuError};
 use refraxel_train::backend::Batch;
-use refraxel_train::rays::{Draw, Edition, Selection};
+use refraxel_train::rays::{Draw, Edition, RaySampler, Selection};
 
 /// Where batches are drawn.
 #[derive(Debug, Default)]
@@ -35,13 +35,21 @@ impl Drawing {
         if let Some((_, why)) = self.refused.as_ref().filter(|(refused, _)| refused == edition) {
             return Err(why.clone());
         }
-        if self.photographs.as_ref().is_none_or(|p| p.edition != *edition) {
-            self.photographs = None; // never those of two runs
-            let taken = Photographs::new(gpu, draw.sampler);
-            let refused = |why: &OnHost| self.refused = Some((edition.clone(), why.clone()));
-            self.photographs = Some(taken.inspect_err(refused)?);
+        let ready = self.make_ready(gpu, draw.sampler);
+        if let Err(why) = &ready {
+            self.refused = Some((edition.clone(), why.clone()));
         }
-        self.photographs.as_mut().map_or(Ok(()), |p| p.update(gpu, draw.sampler))
+        ready
+    }
+
+    /// Has the photographs of a sampler on the device, as they are by now; none are left there where that fails.
+    fn make_ready(&mut self, gpu: &Gpu, sampler: &RaySampler) -> Result<(), OnHost> {
+        // Never those of two runs.
+        let known = self.photographs.take().filter(|p| p.edition == *sampler.photographs_edition());
+        let mut photographs = known.map_or_else(|| Photographs::new(gpu, sampler), Ok)?;
+        photographs.update(gpu, sampler)?;
+        self.photographs = Some(photographs);
+        Ok(())
     }
 }
 
