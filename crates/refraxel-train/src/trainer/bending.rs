@@ -25,14 +25,15 @@ impl<B: Backend> Trainer<B> {
                 self.state.bends_since = Some(now.0);
                 drop(before); // never three copies
                 self.hold_schedule(now);
+                self.sampler.give_back();
             }
             Ok(Decision { stays: Some(why), verdict }) => {
                 // A scene without bent rays is better than none.
                 drop(before);
-                (self.state.stays_straight, self.state.verdict) = (true, verdict);
-                events.push(Event::RaysStayStraight { why: why.clone() });
-                watch.tell(Event::RaysStayStraight { why });
-                events.push(self.begin_again(watch));
+                self.state.verdict = verdict;
+                self.events.append(&mut events);
+                self.stay_straight(why, watch);
+                self.begin_again(watch)?;
             }
             Err(problem) => {
                 if sought.is_some() {
@@ -42,7 +43,6 @@ impl<B: Backend> Trainer<B> {
                 return Err(problem.into());
             }
         }
-        self.sampler.give_back();
         self.events.append(&mut events);
         self.keep_good_state()?;
         Ok(())
@@ -50,16 +50,11 @@ impl<B: Backend> Trainer<B> {
 
     /// The schedule begins again, on the coarsest grid, with what was learned so far: straight rays have not looked inside what is
     /// refractive, and what they show there is laid out on coarse grids and high rates, as at the start of a run.
-    fn begin_again(&mut self, watch: &mut Watch) -> Event {
-        let domain = stage_domain(&self.options, &self.plan.finest, 0);
-        self.backend.resample(domain, BrickMap::dense(domain.resolution));
-        self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
-        self.state.stage = 0;
+    fn begin_again(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+        let coarsest = stage_domain(&self.options, &self.plan.finest, 0);
+        self.go_to_stage(0, BrickMap::dense(coarsest.resolution), watch)?;
         self.state.held = Some(Held { at: 0.0, until: self.progress().0 });
-        let voxels = self.backend.map().voxels() as u64;
-        let told = Event::Stage { stage: 0, resolution: domain.resolution, voxels };
-        watch.tell(told.clone());
-        told
+        Ok(())
     }
 
     /// Rays stay straight from now on.

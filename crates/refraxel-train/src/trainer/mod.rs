@@ -214,7 +214,7 @@ impl<B: Backend> Trainer<B> {
         if self.is_to_scout() {
             self.scout(watch)?;
         }
-        let progress = self.scheduled();
+        let mut progress = self.scheduled();
         if self.changes(progress) && !self.settle(watch)? {
             return Ok(());
         }
@@ -223,8 +223,8 @@ impl<B: Backend> Trainer<B> {
         }
         if self.is_about_to_bend(progress) {
             self.begin_bending(progress, watch)?;
+            progress = self.scheduled(); // it began again if rays stay straight
         }
-        let progress = self.scheduled(); // it began again if rays stay straight
         let (bends_since, bends) = (self.state.bends_since, self.bends());
         let moment = Moment { progress, bends_since, bends, extent: self.plan.finest.extent };
         self.enter(moment.phase(&self.options), watch);
@@ -409,12 +409,17 @@ impl<B: Backend> Trainer<B> {
         let map = kept_bricks(self.backend.map(), &peak, least, &domain);
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
-        self.backend.resample(domain, map);
-        self.backend.refresh_occupancy(&marching);
+        self.go_to_stage(stage, map, watch)?;
+        self.keep_good_state()
+    }
+
+    /// Takes the field to the grid of a stage.
+    fn go_to_stage(&mut self, stage: u32, map: BrickMap, watch: &mut Watch) -> Result<(), TrainError> {
+        self.backend.resample(stage_domain(&self.options, &self.plan.finest, stage), map);
+        self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
         self.check_device()?;
         self.state.stage = stage;
-        self.keep_good_state()?;
-        let (resolution, voxels) = (domain.resolution, self.backend.map().voxels() as u64);
+        let (resolution, voxels) = (self.backend.domain().resolution, self.backend.map().voxels() as u64);
         self.note(Event::Stage { stage, resolution, voxels }, watch);
         Ok(())
     }
