@@ -88,6 +88,26 @@ impl Lens {
     /// Normalised distorted image coordinates of a point in the camera frame; `None` where [`Lens::direction`] has no
     /// pixel for it (behind a perspective lens, beyond the fold).
     pub fn project(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
+        self.project_where(x, |_| true)
+    }
+
+    /// [`Self::project`], `None` also where the coordinates are not wanted: whether they lie beyond the fold takes several times as long
+    /// as they do, and is not asked then.
+    pub(super) fn project_where(&self, x: Vec3<f64>, wanted: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
+        let (projection, distortion) = match self.plane() {
+            Some(plane) => plane,
+            None => return self.project_smooth(x).filter(|at| wanted(*at)),
+        };
+        let undistorted = match projection {
+            Projection::Perspective => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z])?,
+            Projection::Equidistant => equidistant(x)?,
+        };
+        let (distorted, _) = distortion.apply(undistorted);
+        (wanted(distorted) && distortion.one_to_one_up_to(undistorted)).then_some(distorted)
+    }
+
+    /// [`Self::project`] of the models without a polynomial, which have no fold.
+    fn project_smooth(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
         match self {
             Lens::Pinhole => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z]),
             Lens::Equirectangular => {
@@ -95,14 +115,7 @@ impl Lens {
                 (horizontal + x.y.abs() > 0.0).then(|| [x.x.atan2(x.z), x.y.atan2(horizontal)])
             }
             Lens::Fov { omega } => fov_project(*omega, x),
-            _ => {
-                let (projection, distortion) = self.plane()?;
-                let undistorted = match projection {
-                    Projection::Perspective => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z])?,
-                    Projection::Equidistant => equidistant(x)?,
-                };
-                distortion.one_to_one_up_to(undistorted).then(|| distortion.apply(undistorted).0)
-            }
+            _ => None,
         }
     }
 

@@ -48,9 +48,29 @@ impl Camera {
     /// Continuous pixel coordinates [pixel] of a world point, the inverse of [`Self::ray`]; `None` behind a
     /// perspective camera or beyond the lens.
     pub fn project(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
+        Some(self.pixel(self.lens.project(self.seen(x))?))
+    }
+
+    /// [`Self::project`] of a point that the picture shows, edges included; `None` for all others, which takes less time than to project
+    /// them.
+    pub fn project_into(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
+        let size = [self.width, self.height].map(f64::from);
+        let is_shown = |at| {
+            let pixel = self.pixel(at);
+            (0..2).all(|a| pixel[a] >= 0.0 && pixel[a] <= size[a])
+        };
+        Some(self.pixel(self.lens.project_where(self.seen(x), is_shown)?))
+    }
+
+    /// A world point in the camera frame.
+    fn seen(&self, x: Vec3<f64>) -> Vec3<f64> {
         let pose = &self.world_from_camera;
-        let [u, v] = self.lens.project(pose.rotation.transpose() * (x - pose.translation))?;
-        Some([u * self.focal[0] + self.center[0], v * self.focal[1] + self.center[1]])
+        pose.rotation.transpose() * (x - pose.translation)
+    }
+
+    /// Pixel coordinates of normalised coordinates.
+    fn pixel(&self, at: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| at[a] * self.focal[a] + self.center[a])
     }
 
     /// Whether two cameras differ in nothing but where they are.
@@ -109,6 +129,32 @@ mod tests {
             assert!((pu - u).abs() < 1e-9 && (pv - v).abs() < 1e-9);
         }
         assert!(camera.project(vec3(4.0, -6.0, 1.8)).is_none(), "a point behind the camera has no pixel");
+    }
+
+    #[test]
+    fn points_that_the_picture_shows_are_projected_as_all_are() {
+        let lenses = [
+            Lens::Pinhole,
+            Lens::OpenCv { k: [-0.3, 0.05, 0.0, 0.0], p: [0.001, -0.002] },
+            Lens::Fisheye { k: [-0.02, 0.004, -0.002, 0.0003] },
+            Lens::Fov { omega: 0.9 },
+            Lens::Equirectangular,
+        ];
+        let middle =
+            Camera::look_at(vec3(0.0, -3.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.9, [200, 150]);
+        for lens in lenses {
+            let camera = Camera { lens, ..middle };
+            let (mut shown, mut beside) = (0, 0);
+            for k in 0..2000 {
+                let at = |i: i32| 6.0 * (f64::from(k) * 1.220_744_084_605_76_f64.powi(-i)).fract() - 3.0;
+                let x = vec3(at(1), at(2), at(3));
+                let is_shown = |[u, v]: &[f64; 2]| (0.0..=200.0).contains(u) && (0.0..=150.0).contains(v);
+                let all = camera.project(x).filter(is_shown);
+                assert_eq!(camera.project_into(x), all, "{lens:?} at {x:?}");
+                *(if all.is_some() { &mut shown } else { &mut beside }) += 1;
+            }
+            assert!(shown > 100 && beside > 100, "{lens:?}: {shown} and {beside}");
+        }
     }
 
     #[test]

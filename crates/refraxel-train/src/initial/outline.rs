@@ -231,7 +231,7 @@ impl Outline {
         Some(ray.cast())
     }
 
-    /// Pixel coordinates of the point at `d` from the camera, and what one pixel covers there [scene unit].
+    /// Pixel coordinates of the point at `d` from the camera, if they may lie in the picture, and what one pixel covers there [scene unit].
     #[inline(always)]
     fn project(&self, d: Vec3<f32>) -> Option<([f32; 2], f32)> {
         if let Some(rows) = &self.pinhole {
@@ -241,7 +241,7 @@ impl Outline {
                 ([rows[0].dot(d) * inv + c[0] as f32, rows[1].dot(d) * inv + c[1] as f32], z * self.per_pixel)
             });
         }
-        let pixel = self.camera.project(self.camera.world_from_camera.translation + d.cast())?;
+        let pixel = self.camera.project_into(self.camera.world_from_camera.translation + d.cast())?;
         Some((pixel.map(|p| p as f32), d.length() * self.per_pixel))
     }
 

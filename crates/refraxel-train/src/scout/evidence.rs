@@ -76,7 +76,7 @@ impl Evidence {
 
     /// The cell that shows a point; `None` where the view does not see it.
     pub(super) fn cell_of(&self, x: Vec3<f32>) -> Option<usize> {
-        let [u, v] = self.camera.project(x.cast())?;
+        let [u, v] = self.camera.project_into(x.cast())?;
         let (width, height) = (self.camera.width, self.camera.height);
         let is_seen = u >= 0.0 && v >= 0.0 && u < f64::from(width) && v < f64::from(height);
         is_seen.then(|| v as usize * width as usize + u as usize)
