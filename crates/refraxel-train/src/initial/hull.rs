@@ -54,23 +54,34 @@ impl Outlines {
     /// 0.01 voxel for a share of 1, −0.04 to −0.02 for 0.95, −0.11 to −0.09 for 0.9 (the surface moves outwards). No bias
     /// is subtracted: that of the share depends on the curvature and on the views.
     pub fn hull(&self, domain: &Domain<f32>, vote: &Vote) -> Hull {
-        let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
-        let mut distance = vec![f32::NAN; n[0] * n[1] * n[2]];
-        // Every second node of each axis first. The others only where these say that the surface may be within a voxel.
-        self.ask_nodes(domain, vote, &mut distance, |node| Wanted::at_even(node, n));
-        let even = distance.clone();
-        self.ask_nodes(domain, vote, &mut distance, |node| Wanted::beside_even(node, n, &even, voxel));
-        let fraction = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
-        Hull { domain: *domain, fraction, distance }
+        let [hull] = self.hulls(domain, [*vote]);
+        hull
     }
 
-    /// Sets the distances of those nodes that are wanted.
-    fn ask_nodes(
+    /// One hull per vote. The views are asked once about each node, with the margin of the first vote.
+    pub(crate) fn hulls<const N: usize>(&self, domain: &Domain<f32>, votes: [Vote; N]) -> [Hull; N] {
+        let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
+        let mut distance = vec![[f32::NAN; N]; n[0] * n[1] * n[2]];
+        // Every second node of each axis first. The others only where these say that the surface may be within a voxel.
+        self.ask_nodes(domain, &votes, &mut distance, |node| [Wanted::at_even(node, n); N]);
+        let even = distance.clone();
+        self.ask_nodes(domain, &votes, &mut distance, |node| {
+            std::array::from_fn(|v| Wanted::beside_even(node, n, |node| even[node][v], voxel))
+        });
+        std::array::from_fn(|v| {
+            let distance: Vec<f32> = distance.iter().map(|d| d[v]).collect();
+            let fraction = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
+            Hull { domain: *domain, fraction, distance }
+        })
+    }
+
+    /// Sets the distances of those nodes that are wanted, for each vote.
+    fn ask_nodes<const N: usize>(
         &self,
         domain: &Domain<f32>,
-        vote: &Vote,
-        distance: &mut [f32],
-        wanted: impl Fn(usize) -> Wanted + Sync,
+        votes: &[Vote; N],
+        distance: &mut [[f32; N]],
+        wanted: impl Fn(usize) -> [Wanted; N] + Sync,
     ) {
         let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
         let far = domain.bounds.extent().length();
@@ -80,24 +91,35 @@ impl Outlines {
             }
             s.points.clear();
             s.nodes.clear();
-            for (x, value) in out.iter_mut().enumerate() {
-                match wanted(row * n[0] + x) {
-                    Wanted::Asked => {
-                        s.nodes.push(x);
-                        s.points.push(domain.position(node_of(x, row, n)));
+            for (x, values) in out.iter_mut().enumerate() {
+                let wanted = wanted(row * n[0] + x);
+                for (value, wanted) in values.iter_mut().zip(wanted) {
+                    match wanted {
+                        Wanted::Asked => *value = ASKED,
+                        Wanted::Known(d) => *value = d,
+                        Wanted::No => {}
                     }
-                    Wanted::Known(d) => *value = d,
-                    Wanted::No => {}
+                }
+                if wanted.contains(&Wanted::Asked) {
+                    s.nodes.push(x);
+                    s.points.push(domain.position(node_of(x, row, n)));
                 }
             }
-            self.ask(&s.points, vote.margin * voxel, &mut s.votes, |k, votes| {
-                out[s.nodes[k]] = decide(votes, vote).unwrap_or(far).clamp(-far, far);
+            self.ask(&s.points, votes[0].margin * voxel, &mut s.votes, |k, all| {
+                let (seen, count) = (all.len(), cast(all));
+                for (value, vote) in out[s.nodes[k]].iter_mut().zip(votes).filter(|(d, _)| **d == ASKED) {
+                    *value = decide(&mut all[..count], seen, vote).unwrap_or(far).clamp(-far, far);
+                }
             });
         });
     }
 }
 
+/// In place of a distance that the views are asked for.
+const ASKED: f32 = f32::NEG_INFINITY;
+
 /// What is wanted of a node.
+#[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     /// The views are asked.
     Asked,
@@ -119,8 +141,8 @@ impl Wanted {
     }
 
     /// The nodes between those, where the surface may be near.
-    fn beside_even(node: usize, n: [usize; 3], even: &[f32], voxel: f32) -> Self {
-        if !even[node].is_nan() {
+    fn beside_even(node: usize, n: [usize; 3], even: impl Fn(usize) -> f32, voxel: f32) -> Self {
+        if !even(node).is_nan() {
             return Self::No;
         }
         let stride = [1, n[0], n[0] * n[1]];
@@ -132,7 +154,7 @@ impl Wanted {
             }
             count *= 2;
         }
-        let of = || corners[..count].iter().map(|&c| even[c]);
+        let of = || corners[..count].iter().map(|&c| even(c));
         let inside = of().filter(|d| *d <= 0.0).count();
         if (inside > 0 && inside < count) || of().any(|d| d.abs() < REACH * voxel) {
             return Self::Asked;
@@ -161,25 +183,30 @@ fn node_of(x: usize, row: usize, n: [usize; 3]) -> Vec3<f32> {
     vec3(x as f32, (row % n[1]) as f32, (row / n[1]) as f32)
 }
 
-/// The largest vote that is not overruled; `None` where too few are cast.
-fn decide(all: &mut [f32], vote: &Vote) -> Option<f32> {
-    const ROUNDING: f32 = 1e-4; // 20 views × (1 − 0.95) is one view
-    const MOST_DISSENT: usize = 4; // `dissent` overrules at most one vote in four
-    let seen = all.len();
+/// Moves the votes that are cast to the front: how many they are. The others abstain with an infinite distance.
+fn cast(all: &mut [f32]) -> usize {
     let mut cast = 0;
-    for v in 0..seen {
+    for v in 0..all.len() {
         if all[v].is_finite() {
             all[cast] = all[v];
             cast += 1;
         }
     }
-    let votes = &mut all[..cast];
-    if cast < vote.views.max(1) || (cast as f32) < vote.least * seen as f32 - ROUNDING {
+    cast
+}
+
+/// The largest of the votes cast that is not overruled; `None` where too few of those views that see the point cast one.
+/// Changes the order of the votes.
+fn decide(cast: &mut [f32], seen: usize, vote: &Vote) -> Option<f32> {
+    const ROUNDING: f32 = 1e-4; // 20 views × (1 − 0.95) is one view
+    const MOST_DISSENT: usize = 4; // `dissent` overrules at most one vote in four
+    let count = cast.len();
+    if count < vote.views.max(1) || (count as f32) < vote.least * seen as f32 - ROUNDING {
         return None;
     }
-    let overruled = ((1.0 - vote.share) * cast as f32 + ROUNDING) as usize;
-    let rank = overruled.max(vote.dissent.min(cast / MOST_DISSENT)).min(cast - 1);
-    Some(*votes.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1)
+    let overruled = ((1.0 - vote.share) * count as f32 + ROUNDING) as usize;
+    let rank = overruled.max(vote.dissent.min(count / MOST_DISSENT)).min(count - 1);
+    Some(*cast.select_nth_unstable_by(rank, |a, b| b.total_cmp(a)).1)
 }
 
 #[cfg(test)]

@@ -46,25 +46,34 @@ impl Carved {
     }
 }
 
-/// The things in a box on which a share of the views agrees; `None` without any.
-pub(super) fn bodies(
+/// The things in a box on which each of some shares of the views agrees; none without any.
+pub(super) fn bodies<const N: usize>(
     outlines: &Outlines,
     bounds: &Aabb<f32>,
-    share: f32,
+    shares: [f32; N],
     nodes: u32,
     hints: &Hints,
-) -> Option<Carved> {
+) -> impl Iterator<Item = Carved> {
     let domain = Domain::with_longest(*bounds, Extent::Bounded, nodes);
-    let vote = Vote { share, least: SEEN, ..Vote::default() };
-    let mut fraction = outlines.hull(&domain, &vote).fraction;
+    let hulls = outlines.hulls(&domain, shares.map(|share| Vote { share, least: SEEN, ..Vote::default() }));
+    hulls.into_iter().filter_map(move |hull| largest(hull.fraction, &domain, bounds, hints))
+}
+
+/// The things among the nodes of a hull.
+fn largest(
+    mut fraction: Vec<f32>,
+    domain: &Domain<f32>,
+    bounds: &Aabb<f32>,
+    hints: &Hints,
+) -> Option<Carved> {
     let allowed = |node: usize| hints.allow(domain.position(domain.coordinates(node)));
     fraction
         .par_iter_mut()
         .enumerate()
         .filter(|(node, f)| **f > 0.0 && !allowed(*node))
         .for_each(|(_, f)| *f = 0.0);
-    keep_parts(&mut fraction, &domain, hints);
-    Carved::of(&Gate::new(domain, &fraction), bounds)
+    keep_parts(&mut fraction, domain, hints);
+    Carved::of(&Gate::new(*domain, &fraction), bounds)
 }
 
 /// Empties all but some parts of nodes that are at least half inside, with what surrounds them: the large ones, or those that

@@ -131,11 +131,9 @@ fn best_hull(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Result<Op
     let mut tried: Vec<(Separation, Carved)> = Vec::new();
     for residual in RESIDUALS {
         let outlines = outlines(evidence, residual).cancelled_by(cancel);
-        for vote in VOTES {
+        for found in bodies(&outlines, &how.bounds, VOTES, NODES, how.hints) {
             cancel.check()?;
-            if let Some(found) = bodies(&outlines, &how.bounds, vote, NODES, how.hints) {
-                tried.push((separation(&few, &found.gate), found));
-            }
+            tried.push((separation(&few, &found.gate), found));
         }
     }
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
