@@ -143,10 +143,9 @@ fn best_hull(
     let mut tried: Vec<(Separation, Carved)> = Vec::new();
     for residual in RESIDUALS {
         let outlines = outlines(evidence, residual).cancelled_by(cancel);
-        for found in bodies(&outlines, &how.bounds, VOTES, NODES, how.hints) {
-            cancel.check()?;
-            tried.push((separation(&few, &found.gate), found));
-        }
+        let found = bodies(&outlines, &how.bounds, VOTES, NODES, how.hints);
+        cancel.check()?; // hulls that ended early hold nothing
+        tried.extend(found.map(|found| (separation(&few, &found.gate), found)));
     }
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
     let good = tried.into_iter().filter(|t| t.0.share >= AS_GOOD * most && t.0.share > 0.0);

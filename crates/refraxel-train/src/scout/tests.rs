@@ -3,6 +3,7 @@
 use super::Hints;
 use super::evidence::Evidence;
 use super::hull::Carved;
+use super::look::{Looking, look};
 use super::refine::{Refining, Votes};
 use super::separation::separation;
 use crate::cancel::Cancel;
@@ -111,4 +112,24 @@ fn the_true_shape_separates_best_and_residuals_that_are_nowhere_in_particular_do
         .collect();
     let nothing = share(&scattered, &ball(Vec3::zero(), RADIUS));
     assert!(nothing < 0.01, "{nothing}");
+}
+
+#[test]
+fn a_look_finds_the_ball_and_one_that_is_stopped_does_not_say_that_nothing_is_there() {
+    let views = views(0.33);
+    let hints = Hints::default();
+    let how = Looking {
+        bounds: BOX,
+        voxel: 0.1,
+        cell_at: &|_| 0.06,
+        needed: 0.13,
+        hints: &hints,
+        is_last: false,
+        before: None,
+    };
+    let cancel = Cancel::new();
+    let found = look(&views, &how, &cancel).unwrap().sought.unwrap();
+    assert!(overlap(&found.gate) > 0.7, "{}", overlap(&found.gate));
+    cancel.cancel();
+    assert!(look(&views, &how, &cancel).is_err());
 }
