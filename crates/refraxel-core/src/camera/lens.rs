@@ -94,29 +94,25 @@ impl Lens {
     /// [`Self::project`], `None` also where the coordinates are not wanted: whether they lie beyond the fold takes several times as long
     /// as they do, and is not asked then.
     pub(super) fn project_where(&self, x: Vec3<f64>, wanted: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
-        let (projection, distortion) = match self.plane() {
-            Some(plane) => plane,
-            None => return self.project_smooth(x).filter(|at| wanted(*at)),
-        };
-        let undistorted = match projection {
-            Projection::Perspective => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z])?,
-            Projection::Equidistant => equidistant(x)?,
-        };
-        let (distorted, _) = distortion.apply(undistorted);
-        (wanted(distorted) && distortion.one_to_one_up_to(undistorted)).then_some(distorted)
-    }
-
-    /// [`Self::project`] of the models without a polynomial, which have no fold.
-    fn project_smooth(&self, x: Vec3<f64>) -> Option<[f64; 2]> {
-        match self {
+        let projected = match self {
             Lens::Pinhole => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z]),
             Lens::Equirectangular => {
                 let horizontal = x.x.hypot(x.z);
                 (horizontal + x.y.abs() > 0.0).then(|| [x.x.atan2(x.z), x.y.atan2(horizontal)])
             }
             Lens::Fov { omega } => fov_project(*omega, x),
-            _ => None,
-        }
+            _ => {
+                let (projection, distortion) = self.plane()?;
+                let undistorted = match projection {
+                    Projection::Perspective => (x.z > 0.0).then(|| [x.x / x.z, x.y / x.z])?,
+                    Projection::Equidistant => equidistant(x)?,
+                };
+                let (distorted, _) = distortion.apply(undistorted);
+                let is_shown = wanted(distorted) && distortion.one_to_one_up_to(undistorted);
+                return is_shown.then_some(distorted);
+            }
+        };
+        projected.filter(|at| wanted(*at))
     }
 
     /// Projection and plane distortion of the models that are made of these two.

@@ -54,18 +54,23 @@ impl Outlines {
     /// 0.01 voxel for a share of 1, −0.04 to −0.02 for 0.95, −0.11 to −0.09 for 0.9 (the surface moves outwards). No bias
     /// is subtracted: that of the share depends on the curvature and on the views.
     pub fn hull(&self, domain: &Domain<f32>, vote: &Vote) -> Hull {
-        let [hull] = self.hulls(domain, [*vote]);
+        let [hull] = self.hulls(domain, vote, [vote.share]);
         hull
     }
 
-    /// One hull per vote. The views are asked once about each node, with the margin of the first vote.
-    pub(crate) fn hulls<const N: usize>(&self, domain: &Domain<f32>, votes: [Vote; N]) -> [Hull; N] {
+    /// One hull for each of some shares of a vote. The views are asked once about each node.
+    pub(crate) fn hulls<const N: usize>(
+        &self,
+        domain: &Domain<f32>,
+        vote: &Vote,
+        shares: [f32; N],
+    ) -> [Hull; N] {
         let (n, voxel) = (domain.resolution.map(|n| n as usize), domain.voxel());
         let mut distance = vec![[f32::NAN; N]; n[0] * n[1] * n[2]];
         // Every second node of each axis first. The others only where these say that the surface may be within a voxel.
-        self.ask_nodes(domain, &votes, &mut distance, |node| [Wanted::at_even(node, n); N]);
+        self.ask_nodes(domain, vote, shares, &mut distance, |node| [Wanted::at_even(node, n); N]);
         let even = distance.clone();
-        self.ask_nodes(domain, &votes, &mut distance, |node| {
+        self.ask_nodes(domain, vote, shares, &mut distance, |node| {
             std::array::from_fn(|v| Wanted::beside_even(node, n, |node| even[node][v], voxel))
         });
         std::array::from_fn(|v| {
@@ -75,11 +80,12 @@ impl Outlines {
         })
     }
 
-    /// Sets the distances of those nodes that are wanted, for each vote.
+    /// Sets the distances of those nodes that are wanted, for each share.
     fn ask_nodes<const N: usize>(
         &self,
         domain: &Domain<f32>,
-        votes: &[Vote; N],
+        vote: &Vote,
+        shares: [f32; N],
         distance: &mut [[f32; N]],
         wanted: impl Fn(usize) -> [Wanted; N] + Sync,
     ) {
@@ -105,10 +111,11 @@ impl Outlines {
                     s.points.push(domain.position(node_of(x, row, n)));
                 }
             }
-            self.ask(&s.points, votes[0].margin * voxel, &mut s.votes, |k, all| {
+            self.ask(&s.points, vote.margin * voxel, &mut s.votes, |k, all| {
                 let (seen, count) = (all.len(), cast(all));
-                for (value, vote) in out[s.nodes[k]].iter_mut().zip(votes).filter(|(d, _)| **d == ASKED) {
-                    *value = decide(&mut all[..count], seen, vote).unwrap_or(far).clamp(-far, far);
+                for (value, share) in out[s.nodes[k]].iter_mut().zip(shares).filter(|(d, _)| **d == ASKED) {
+                    let vote = Vote { share, ..*vote };
+                    *value = decide(&mut all[..count], seen, &vote).unwrap_or(far).clamp(-far, far);
                 }
             });
         });

@@ -78,8 +78,8 @@ impl Evidence {
     pub(super) fn cell_of(&self, x: Vec3<f32>) -> Option<usize> {
         let [u, v] = self.camera.project_into(x.cast())?;
         let (width, height) = (self.camera.width, self.camera.height);
-        let is_seen = u >= 0.0 && v >= 0.0 && u < f64::from(width) && v < f64::from(height);
-        is_seen.then(|| v as usize * width as usize + u as usize)
+        let is_before_last_edges = u < f64::from(width) && v < f64::from(height);
+        is_before_last_edges.then(|| v as usize * width as usize + u as usize)
     }
 
     /// Whether nothing opaque is seen at a cell by more than `margin` before a point.

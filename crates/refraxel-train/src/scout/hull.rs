@@ -55,17 +55,12 @@ pub(super) fn bodies<const N: usize>(
     hints: &Hints,
 ) -> impl Iterator<Item = Carved> {
     let domain = Domain::with_longest(*bounds, Extent::Bounded, nodes);
-    let hulls = outlines.hulls(&domain, shares.map(|share| Vote { share, least: SEEN, ..Vote::default() }));
-    hulls.into_iter().filter_map(move |hull| largest(hull.fraction, &domain, bounds, hints))
+    let hulls = outlines.hulls(&domain, &Vote { least: SEEN, ..Vote::default() }, shares);
+    hulls.into_iter().filter_map(move |hull| kept(hull.fraction, &domain, bounds, hints))
 }
 
-/// The things among the nodes of a hull.
-fn largest(
-    mut fraction: Vec<f32>,
-    domain: &Domain<f32>,
-    bounds: &Aabb<f32>,
-    hints: &Hints,
-) -> Option<Carved> {
+/// The things among the nodes of a hull, of which this share is inside; `None` without any.
+fn kept(mut fraction: Vec<f32>, domain: &Domain<f32>, bounds: &Aabb<f32>, hints: &Hints) -> Option<Carved> {
     let allowed = |node: usize| hints.allow(domain.position(domain.coordinates(node)));
     fraction
         .par_iter_mut()
