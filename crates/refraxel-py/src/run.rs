@@ -133,7 +133,7 @@ impl Run {
         let found = attended(py, &cancel, on_event, |observer| {
             let mut watch = Watch::new(&cancel, observer);
             let mut each = |_: &View, _: &_, _: &ImageScore| Ok::<(), EvaluateError>(());
-            evaluation::evaluate(&run.backend, data, part, &marching, &run.alignment, &mut watch, &mut each)
+            evaluation::evaluate(run.learned(&marching), data, part, &mut watch, &mut each)
         })?;
         scores(py, &found.map_err(|e| raised(e.into()))?)
     }

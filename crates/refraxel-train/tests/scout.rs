@@ -58,6 +58,7 @@ fn options(settings: &[(&str, &str)]) -> Options {
         ("run.batch", "1024"),
         ("grid.resolution", "48"),
         ("refraction.straight_steps", "100"),
+        ("search.rays", "1024"),
         ("seek.rays", "250000"),
         ("seek.cost", "0.5"),
     ];

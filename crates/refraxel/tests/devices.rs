@@ -234,6 +234,22 @@ mod gpu {
 
     #[test]
     #[ignore = "needs a Vulkan adapter"]
+    fn a_split_is_scored_as_by_the_cpu() {
+        // Both round [dB].
+        const TOL: f64 = 0.01;
+        let folder = tempfile::tempdir().unwrap();
+        let run = glass_run(folder.path());
+        let [cpu, gpu] = ["cpu", "gpu:0"].map(|device| {
+            let scores = refraxel(&["eval", path(&run), "--device", device, "--json"]).done().json();
+            assert_eq!(scores["run"]["device"]["name"], "cpu");
+            assert_eq!(scores["run"]["rendered_by"]["name"] == "cpu", device == "cpu", "{scores}");
+            psnr(&scores)
+        });
+        assert!((cpu - gpu).abs() < TOL, "{cpu:.4} dB by the CPU, {gpu:.4} dB by the GPU");
+    }
+
+    #[test]
+    #[ignore = "needs a Vulkan adapter"]
     fn a_page_is_painted_as_by_the_cpu() {
         const TOL: f32 = 2e-3;
         let folder = tempfile::tempdir().unwrap();

@@ -189,7 +189,13 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let folder = tempfile::tempdir().unwrap();
     let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let options = ["steps=100", "grid.resolution=32", "straight_steps=20", "reflection.bake_period=20"];
+    let options = [
+        "steps=100",
+        "grid.resolution=32",
+        "straight_steps=20",
+        "reflection.bake_period=20",
+        "search.rays=512",
+    ];
     for cache in ["learned", "baked"] {
         let cache = format!("reflection.cache={cache}");
         let mut words = vec!["--refraction", "on", "--reflection", "on", "--set", &cache];

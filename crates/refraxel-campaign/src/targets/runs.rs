@@ -8,6 +8,7 @@ use refraxel::cli::{CompareArgs, ExportArgs, ExportFormat, SplitName};
 use refraxel::exit::{Exit, Failure};
 use refraxel::progress::Show;
 use refraxel::verbs::{compare, eval, export, train};
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::{CHECKPOINT, Run};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -45,7 +46,7 @@ fn finished(at: &Path, file: &str) -> anyhow::Result<PathBuf> {
     let (data, run) = (at.join("data"), at.join("run"));
     ball(&data)?;
     trained(&data, &run, &["--overwrite"]).map_err(|f| f.error)?;
-    eval::evaluate(&run, SplitName::Test, Show::Nothing).map_err(|f| f.error)?;
+    eval::evaluate(&run, SplitName::Test, DeviceChoice::Cpu, Show::Nothing).map_err(|f| f.error)?;
     Ok(run.join(file))
 }
 
@@ -77,7 +78,7 @@ fn used(folder: &Path, _file: &Path) -> Answer {
     if let Err(error) = Run::load(&run) {
         return Answer::Refused(error.to_string());
     }
-    if let Err(failure) = eval::evaluate(&run, SplitName::Test, Show::Nothing) {
+    if let Err(failure) = eval::evaluate(&run, SplitName::Test, DeviceChoice::Cpu, Show::Nothing) {
         return refused(&failure);
     }
     let out = Some(folder.join("surface.ply"));

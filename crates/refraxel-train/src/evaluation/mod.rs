@@ -9,7 +9,7 @@ pub use rendering::{Light, Rendering, SUBPIXELS, render, render_by};
 pub use score::{TruthChecksum, score, truth};
 
 use crate::alignment::Alignment;
-use crate::backend::{Backend, Marching};
+use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::{Cancel, Cancelled};
 use crate::events::{Task, Watch};
 use crate::exposures::{exposed, fitted};
@@ -17,7 +17,8 @@ use crate::metrics::{ImageScore, MetricsError, Scores};
 use crate::model::Refraction;
 use crate::poses::{find, is_black};
 use crate::schedule::picture_objective;
-use refraxel_core::Camera;
+use refraxel_core::radiance::Pixel;
+use refraxel_core::{Camera, Ray};
 use refraxel_data::synth::IndexTruth;
 use refraxel_data::{DataError, Dataset, Photo, View, load_photo};
 use serde::{Deserialize, Serialize};
@@ -86,15 +87,37 @@ pub enum EvaluateError {
     Cancelled(#[from] Cancelled),
 }
 
+/// What a run has learned, and how it is looked at.
+#[derive(Clone, Copy)]
+pub struct Learned<'a, B> {
+    /// The scene.
+    pub backend: &'a B,
+    /// What the photographs themselves have learned.
+    pub alignment: &'a Alignment,
+    /// How rays are marched.
+    pub marching: &'a Marching,
+}
+
 /// Renders and scores a part of the data; `each` is told of every view, and may fail. Where photographs have learned their poses or
 /// exposures, training views are rendered as learned; cameras of the others are [found](find) against the finished scene, and
 /// exposures fitted, by half of their own pixels.
 pub fn evaluate<B: Backend, E: From<EvaluateError>>(
-    backend: &B,
+    learned: Learned<'_, B>,
     data: &Dataset,
     part: Part,
-    marching: &Marching,
-    alignment: &Alignment,
+    watch: &mut Watch,
+    each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
+) -> Result<Evaluation, E> {
+    let pixels = |rays: &[Ray<f32>]| learned.backend.render(rays, learned.marching, Layers::All);
+    evaluate_by(learned, data, part, pixels, watch, each)
+}
+
+/// The same with `pixels` to say what rays show of what the backend holds. Cameras that have to be found are found by the backend.
+pub fn evaluate_by<B: Backend, E: From<EvaluateError>>(
+    Learned { backend, alignment, marching }: Learned<'_, B>,
+    data: &Dataset,
+    part: Part,
+    pixels: impl Fn(&[Ray<f32>]) -> Vec<Pixel<f32>>,
     watch: &mut Watch,
     each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
 ) -> Result<Evaluation, E> {
@@ -111,7 +134,7 @@ pub fn evaluate<B: Backend, E: From<EvaluateError>>(
         let learned = (part == Part::Train).then_some(k);
         let camera = camera(backend, (view, &photo), data, learned, alignment, (marching, watch.cancel()));
         let camera = camera.map_err(EvaluateError::from)?;
-        let rendering = render(backend, &camera, marching, watch.cancel());
+        let rendering = render_by(backend, &camera, watch.cancel(), &pixels);
         let mut rendering = rendering.map_err(EvaluateError::from)?;
         let shown = truth(&photo, data.backdrop);
         if let Some(exposures) = &alignment.exposures {

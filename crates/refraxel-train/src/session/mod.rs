@@ -24,7 +24,7 @@ use crate::cancel::{Cancel, Cancelled};
 use crate::checkpoint::CheckpointError;
 use crate::cpu::CpuBackend;
 use crate::device::Device;
-use crate::evaluation::{EvaluateError, Evaluation, Part, Rendering, evaluate, render};
+use crate::evaluation::{EvaluateError, Evaluation, Learned, Part, Rendering, evaluate, render};
 use crate::events::{Event, Task, Watch};
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
@@ -389,8 +389,9 @@ impl<B: Backend> Session<B> {
             each(view, rendering);
             Ok::<(), SessionError>(())
         };
-        let (data, alignment) = (&self.data, self.trainer.alignment());
-        let found = evaluate(self.backend(), data, part, &marching, alignment, &mut watch, &mut each);
+        let (backend, alignment) = (self.backend(), self.trainer.alignment());
+        let learned = Learned { backend, alignment, marching: &marching };
+        let found = evaluate(learned, &self.data, part, &mut watch, &mut each);
         if let Err(SessionError::Evaluate(EvaluateError::Cancelled(_))) = &found {
             self.cancel.reset();
         }

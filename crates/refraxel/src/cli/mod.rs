@@ -19,6 +19,7 @@ pub use values::Setting;
 pub use view::ViewArgs;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use refraxel_train::device::DeviceChoice;
 
 /// Reconstructs scenes with glass, water and other refractive objects from photographs, with rays that bend.
 #[derive(Debug, Parser)]
@@ -106,6 +107,17 @@ pub struct WorkArgs {
     /// Print the result as JSON on standard output, and nothing else there
     #[arg(long)]
     pub json: bool,
+}
+
+/// What renders a run; shared by the verbs that show one.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct RendererArgs {
+    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
+    ///
+    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
+    /// on.
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: DeviceChoice,
 }
 
 #[cfg(test)]

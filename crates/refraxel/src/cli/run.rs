@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
-use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::Part;
 
-use super::WorkArgs;
 use super::values::{factor, frame_rate, index, size};
+use super::{RendererArgs, WorkArgs};
 
 /// A part of the dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -59,6 +58,9 @@ pub struct EvalArgs {
     /// along the longest edge). A mesh gets the index that the run has found. The run itself is not changed.
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,
+    /// What renders.
+    #[command(flatten)]
+    pub renderer: RendererArgs,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,
@@ -161,12 +163,9 @@ pub struct RenderArgs {
     /// Where the index varies, n - 1 is multiplied by a factor. The median of n, weighted by (n - 1)^2, becomes N.
     #[arg(long, value_name = "N", value_parser = index)]
     pub set_index: Option<f64>,
-    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
-    ///
-    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
-    /// on.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    pub device: DeviceChoice,
+    /// What renders.
+    #[command(flatten)]
+    pub renderer: RendererArgs,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use refraxel_train::device::DeviceChoice;
+
+use super::RendererArgs;
 
 /// `refraxel view`
 #[derive(Args, Debug)]
@@ -21,12 +22,9 @@ pub struct ViewArgs {
     /// Port on 127.0.0.1 [default: any that is free]
     #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
-    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
-    ///
-    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
-    /// on.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    pub device: DeviceChoice,
+    /// What renders.
+    #[command(flatten)]
+    pub renderer: RendererArgs,
     /// Threads to use, at most 1024 [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,

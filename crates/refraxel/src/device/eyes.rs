@@ -9,14 +9,17 @@ use refraxel_core::radiance::Pixel;
 use refraxel_train::backend::{Backend, Layers, Marching};
 use refraxel_train::device::{Device, DeviceChoice};
 use refraxel_train::{CpuBackend, Refraction};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::OnceLock;
 
 /// Shows what a backend on the CPU holds, on a GPU where one was opened. Where that fails, the CPU goes on.
 #[derive(Default)]
 pub struct Eyes {
+    /// What was opened; nothing where nobody asked for a GPU.
+    opened: Option<Device>,
     /// And where it is said that it failed.
     gpu: Option<(gpu_eyes::Eyes, Show)>,
-    failed: AtomicBool,
+    /// Why the GPU is not used any more.
+    failed: OnceLock<String>,
 }
 
 impl Eyes {
@@ -31,17 +34,25 @@ impl Eyes {
         let decided = open(choice, None)?;
         let on_cpu = |why: Option<String>| {
             why.iter().for_each(|why| show.say(&format!("note: on the CPU, since {why}")));
-            Ok(Self::default())
+            Ok(Self { opened: Some(Device { why, ..Device::cpu() }), ..Self::default() })
         };
         let Device { name, why } = decided.device;
         let Opened::Gpu(gpu) = decided.opened else { return on_cpu(why) };
         match gpu_eyes::Eyes::new(gpu, &cpu.snapshot().model, marching) {
             Ok(gpu) => {
                 show.say(&format!("note: on {name}"));
-                Ok(Self { gpu: Some((gpu, show)), ..Self::default() })
+                Ok(Self { opened: Some(Device { name, why }), gpu: Some((gpu, show)), ..Self::default() })
             }
             Err(why) if choice == DeviceChoice::Auto => on_cpu(Some(format!("{name} cannot show it: {why}"))),
             Err(why) => Err(unusable(anyhow!(why))),
+        }
+    }
+
+    /// The device that shows it, and why it is that one.
+    pub fn device(&self) -> Device {
+        match self.failed.get() {
+            Some(why) => Device { why: Some(format!("the GPU failed: {why}")), ..Device::cpu() },
+            None => self.opened.clone().unwrap_or_else(Device::cpu),
         }
     }
 
@@ -59,7 +70,7 @@ impl Eyes {
         marching: &Marching,
         layers: Layers,
     ) -> Vec<Pixel<f32>> {
-        let gpu = self.gpu.as_ref().filter(|_| !self.failed.load(Ordering::Relaxed));
+        let gpu = self.gpu.as_ref().filter(|_| self.failed.get().is_none());
         match gpu.map(|(gpu, _)| gpu.render(rays, layers)) {
             Some(Ok(pixels)) => return pixels,
             Some(Err(why)) => self.take(Err(why)),
@@ -71,8 +82,9 @@ impl Eyes {
     /// Leaves a GPU that failed.
     fn take(&self, result: Result<(), String>) {
         let (Err(why), Some((_, show))) = (result, &self.gpu) else { return };
-        if !self.failed.swap(true, Ordering::Relaxed) {
-            show.say(&format!("note: on the CPU from here on, since the GPU failed: {why}"));
+        let note = format!("note: on the CPU from here on, since the GPU failed: {why}");
+        if self.failed.set(why).is_ok() {
+            show.say(&note);
         }
     }
 }

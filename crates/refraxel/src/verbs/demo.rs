@@ -67,8 +67,10 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     drop(train::train(&training(args, Refraction::Auto, &data, &bent), show)?);
     say(console, "4. Rendering the views that training has not seen.")?;
     let runs = [straight, bent];
-    let evaluations =
-        [evaluate(&runs[0], SplitName::Test, show)?, evaluate(&runs[1], SplitName::Test, show)?];
+    let evaluations = [
+        evaluate(&runs[0], SplitName::Test, DeviceChoice::Cpu, show)?,
+        evaluate(&runs[1], SplitName::Test, DeviceChoice::Cpu, show)?,
+    ];
     let picture = args.out.join("comparison.png");
     let rows = compare::rows(&runs, &evaluations, true)?;
     let titles = ["straight rays".to_owned(), "bent rays".to_owned()];

@@ -9,13 +9,16 @@ use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{create_folder, data_failure, reopen, set_threads};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
+use crate::device::Eyes;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
+use refraxel_core::Ray;
 use refraxel_data::{Backdrop, IndexSource, View, load_photo};
+use refraxel_train::backend::Layers;
 use refraxel_train::checkpoint::remove_leftovers;
-use refraxel_train::evaluation::{EvaluateError, Part, evaluate as evaluate_part};
-use refraxel_train::evaluation::{Rendering, truth};
+use refraxel_train::device::DeviceChoice;
+use refraxel_train::evaluation::{EvaluateError, Part, Rendering, evaluate_by, truth};
 use refraxel_train::events::Watch;
 use refraxel_train::metrics::ImageScore;
 use refraxel_train::run::check_path;
@@ -32,12 +35,12 @@ pub fn run(args: &EvalArgs) -> Result<(), Failure> {
     watch_for_interrupts()?;
     let show = Show::suited(args.work.quiet || args.work.json);
     let (evaluation, out) = match &args.index_from {
-        None => (evaluate(&args.run, args.split, show)?, folder(&args.run, args.split)),
+        None => (evaluate(&args.run, args.split, args.renderer.device, show)?, folder(&args.run, args.split)),
         Some(file) => {
             let mut run = load_run(&args.run)?;
             take_index(&mut run, &args.run, file)?;
             let out = folder_of_index(&args.run, args.split);
-            let mut evaluation = evaluate_in(run, args.split, &out, show)?;
+            let mut evaluation = evaluate_in(run, args.split, args.renderer.device, &out, show)?;
             evaluation.run.index_from = Some(file.clone());
             evaluation.write(&out)?;
             (evaluation, out)
@@ -79,15 +82,26 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     Ok(())
 }
 
-/// Renders and scores a split of a run; writes the pictures and metrics.json.
-pub fn evaluate(run_folder: &Path, split: SplitName, show: Show) -> Result<Evaluation, Failure> {
+/// Renders and scores a split of a run on a device; writes the pictures and metrics.json.
+pub fn evaluate(
+    run_folder: &Path,
+    split: SplitName,
+    device: DeviceChoice,
+    show: Show,
+) -> Result<Evaluation, Failure> {
     let (run, out) = (load_run(run_folder)?, folder(run_folder, split));
-    let evaluation = evaluate_in(run, split, &out, show)?;
+    let evaluation = evaluate_in(run, split, device, &out, show)?;
     evaluation.write(&out)?;
     Ok(evaluation)
 }
 
-fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Result<Evaluation, Failure> {
+fn evaluate_in(
+    mut run: Loaded,
+    split: SplitName,
+    device: DeviceChoice,
+    out: &Path,
+    show: Show,
+) -> Result<Evaluation, Failure> {
     let data = reopen(&run)?;
     for folder in [Some(out), out.parent()].into_iter().flatten() {
         let _ = remove_leftovers(folder); // that of a first evaluation is not there yet
@@ -95,6 +109,8 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
+    let eyes = Eyes::open(device, &run.backend, &marching, show)?;
+    let pixels = |rays: &[Ray<f32>]| eyes.render(&run.backend, rays, &marching, Layers::All);
     let mut progress = Progress::new(show, "rendering", count as u64);
     let mut drawn =
         Drawn { out, backdrop: data.backdrop, count, rows: Vec::new(), done: 0, progress: &mut progress };
@@ -102,8 +118,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
     let cancel = cancel();
     let mut ignore = |_| {};
     let mut watch = Watch::new(&cancel, &mut ignore);
-    let evaluated =
-        evaluate_part(&run.backend, &data, part, &marching, &run.alignment, &mut watch, &mut each);
+    let evaluated = evaluate_by(run.learned(&marching), &data, part, pixels, &mut watch, &mut each);
     let rows = drawn.rows;
     let found = match evaluated {
         Ok(found) => found,
@@ -120,6 +135,7 @@ fn evaluate_in(mut run: Loaded, split: SplitName, out: &Path, show: Show) -> Res
         step: run.state.step,
         seconds: run.state.seconds,
         device: run.state.device,
+        rendered_by: Some(eyes.device()),
         voxels: run.backend.map().voxels() as u64,
         resolution: run.backend.domain().resolution,
         rays: Some(Rays::of(run.backend.medium())),

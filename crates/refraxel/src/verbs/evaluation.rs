@@ -71,6 +71,9 @@ pub struct Evaluated {
     /// The device that it was trained on last; absent where that was not noted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<Device>,
+    /// The device that rendered it; absent in documents of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rendered_by: Option<Device>,
     /// Voxels stored.
     pub voxels: u64,
     /// Nodes of the grid.
@@ -216,6 +219,7 @@ mod tests {
             step: 5,
             seconds: 1.5,
             device: Some(Device::cpu()),
+            rendered_by: Some(Device::cpu()),
             voxels: 64,
             resolution: [4; 3],
             rays: Some(Rays::Bent),

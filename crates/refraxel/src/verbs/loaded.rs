@@ -2,6 +2,8 @@
 
 use crate::exit::Failure;
 use refraxel_train::alignment::Alignment;
+use refraxel_train::backend::Marching;
+use refraxel_train::evaluation::Learned;
 use refraxel_train::run::{Run, Source, State};
 use refraxel_train::{CpuBackend, Options, plan::Plan};
 use std::path::Path;
@@ -20,6 +22,13 @@ pub struct Loaded {
     pub alignment: Alignment,
     /// Its parameters.
     pub backend: CpuBackend,
+}
+
+impl Loaded {
+    /// What it has learned, looked at so.
+    pub fn learned<'a>(&'a self, marching: &'a Marching) -> Learned<'a, CpuBackend> {
+        Learned { backend: &self.backend, alignment: &self.alignment, marching }
+    }
 }
 
 /// Reads the run of a folder.

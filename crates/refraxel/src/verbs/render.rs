@@ -90,7 +90,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let is_shown = args.paths.is_none() || cameras_are_asked_for(args);
     let shown = if is_shown { &cameras[..] } else { &[] };
     let depth = Depth::for_views(shown, &run.plan.finest);
-    let views = Views { cameras: shown, layers: &args.outputs, depth, device: args.device };
+    let views = Views { cameras: shown, layers: &args.outputs, depth, device: args.renderer.device };
     let show = Show::suited(args.work.quiet || args.work.json);
     match format {
         Some(format) => {

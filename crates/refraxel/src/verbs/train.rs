@@ -26,7 +26,7 @@ use log::Log;
 use refraxel_data::{Dataset, scene_region};
 use refraxel_train::backend::Backend;
 use refraxel_train::checkpoint::WriteError;
-use refraxel_train::device::Device;
+use refraxel_train::device::{Device, DeviceChoice};
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::options::Switch;
 use refraxel_train::peers::Traffic;
@@ -54,7 +54,9 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
         Joined::Leads(crew) => Some(crew),
     };
     let (_lock, held_out) = train_together(args, crew.as_ref(), show)?;
+    let mut device = args.device;
     if let Some(crew) = crew {
+        device = DeviceChoice::Cpu;
         show.say(&sent(&crew.lead.traffic())); // and the others go home
     }
     let out = args.out().display();
@@ -62,7 +64,7 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match held_out {
         HeldOut::No => console.result(NOT_SCORED, &serde_json::Value::Null).or_exit(Exit::Io)?,
         HeldOut::Yes => {
-            let evaluation = evaluate(args.out(), SplitName::Test, show)?;
+            let evaluation = evaluate(args.out(), SplitName::Test, device, show)?;
             let out = super::evaluation::folder(args.out(), SplitName::Test);
             super::eval::print(&evaluation, &out, SplitName::Test, console)?;
         }

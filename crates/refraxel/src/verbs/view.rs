@@ -31,7 +31,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
             None
         }
     };
-    let scene = Scene::new(name(&args.run), run, data.as_ref()).on(args.device, show)?;
+    let scene = Scene::new(name(&args.run), run, data.as_ref()).on(args.renderer.device, show)?;
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
     let url = server.url();

@@ -11,6 +11,7 @@ use anyhow::{Context, anyhow};
 use clap::Parser;
 use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::checkpoint::write_atomic;
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::CHECKPOINT;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -73,7 +74,7 @@ impl Job {
         write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
         let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
-        evaluate(&self.folder, SplitName::Test, show).map(Some).map_err(in_run)
+        evaluate(&self.folder, SplitName::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
     }
 
     /// Its dataset can be opened and holds images out, by which the run is scored.
