@@ -20,7 +20,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 PACKAGES = ["torch==2.15.0", "mitsuba==3.9.1", "numpy", "scipy", "scikit-image", "pillow"]
 # Steps of this program that take about 60 CPU seconds on a quiet machine, straight and bent.
-STEPS = {"opaque": (1700, 340), "glass_ball": (1700, 340), "water_tank": (1700, 320), "grin_luneburg": (1700, 340)}
+STEPS = {"opaque": (1450, 290), "glass_ball": (930, 250), "water_tank": (900, 180), "grin_luneburg": (930, 250)}
 BODIES = {"sphere", "box"}  # shapes that Mitsuba has; a graded index it has not
 OURS = ["straight/result.json", "bent/result.json"]
 NAMES = {

@@ -9,7 +9,7 @@ use crate::field::{
 };
 use crate::kernels::Kernels;
 use crate::memory::Buffers;
-use crate::pools::{Shape, workgroups};
+use crate::pools::{Purpose, Shape, workgroups};
 use crate::show::Showing;
 use crate::step::{Gradients, RayBuffers, Room};
 use crate::task::{Given, Lesson, Seen, Task};
@@ -77,7 +77,7 @@ impl GpuBackend {
     pub fn resumed(gpu: Gpu, model: &Model, optimiser: &Optimiser) -> Result<Self, GpuError> {
         assert!(optimiser.fits(model), "the optimiser's state is that of another model");
         Self::supports(model)?;
-        let shape = Shape::new(&gpu, model)?;
+        let shape = Shape::new(&gpu, model, Purpose::Learning)?;
         let kernels = gpu.kernels(shape)?;
         let buffers = upload(&gpu, &shape, model, optimiser)?;
         Ok(Self::with(gpu, kernels, without_values(model), buffers, optimiser))
@@ -86,7 +86,7 @@ impl GpuBackend {
     /// A backend that shows a model, and has no room to learn.
     pub(crate) fn to_show(gpu: Gpu, model: &Model) -> Result<Self, GpuError> {
         Self::supports(model)?;
-        let shape = Shape::new(&gpu, model)?;
+        let shape = Shape::new(&gpu, model, Purpose::Showing)?;
         let kernels = gpu.kernels(shape)?;
         let optimiser = Optimiser::new(model);
         let mut buffers = upload_shown(&gpu, &shape, model, &optimiser.occupied)?;
@@ -137,7 +137,7 @@ impl GpuBackend {
     fn replace(&mut self, model: &Model, optimiser: &Optimiser) -> Result<(), GpuError> {
         assert!(optimiser.fits(model), "the optimiser's state is that of another model");
         Self::supports(model)?;
-        let shape = Shape::new(&self.gpu, model)?;
+        let shape = Shape::new(&self.gpu, model, Purpose::Learning)?;
         if let Some(fault) = self.gpu.fault() {
             return Err(fault); // with the arrays as they are: whoever asks goes on to be told
         }
@@ -324,7 +324,7 @@ impl Backend for GpuBackend {
         self.held.refraction = medium;
         let uploaded = Self::supports(&self.held)
             .map_err(GpuError::from)
-            .and_then(|()| Shape::new(&self.gpu, &self.held))
+            .and_then(|()| Shape::new(&self.gpu, &self.held, self.kernels.shape.purpose))
             .and_then(|_| upload_medium(&self.gpu, &mut self.buffers, &self.held.refraction));
         self.noted(uploaded);
     }

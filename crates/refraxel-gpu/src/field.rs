@@ -5,10 +5,11 @@ use crate::bodies;
 use crate::constants::{OUTCOME_WORDS, STATUS_WORDS};
 use crate::gates;
 use crate::memory::Buffers;
-use crate::pools::Shape;
+use crate::pools::{Purpose, Shape};
 use crate::reflections;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
+use half::f16;
 use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
@@ -113,7 +114,11 @@ pub(crate) fn upload_shown(
     b.filled(gpu, "density", &field.density[..])?;
     for k in 0..shape.colour.pools {
         let range = shape.colour.range(k, voxels);
-        b.filled(gpu, &format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride])?;
+        let (name, colour) = (format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride]);
+        match shape.purpose {
+            Purpose::Learning => b.filled(gpu, &name, colour)?,
+            Purpose::Showing => b.filled(gpu, &name, &halves(colour))?,
+        }
     }
     let texels = match &model.background {
         Background::Constant(_) => &[][..],
@@ -121,6 +126,12 @@ pub(crate) fn upload_shown(
     };
     b.filled(gpu, "texels", texels)?;
     Ok(b)
+}
+
+/// The nearest halves, the largest where there is none so large.
+fn halves(values: &[f32]) -> Vec<f16> {
+    let most = f16::MAX.to_f32();
+    values.iter().map(|v| f16::from_f32(v.clamp(-most, most))).collect()
 }
 
 /// Arrays with everything that kernels read and write of a model.

@@ -3,7 +3,7 @@
 use crate::constants::{NONE, words};
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
-use crate::pools::{Shape, Split};
+use crate::pools::{Purpose, Shape, Split};
 use crate::sources::DRAW;
 use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
@@ -260,7 +260,10 @@ impl Photographs {
             put(gpu, &buffers, split, *first as u32, &words);
         }
         // The degree of colours is nothing to photographs.
-        let shape = Shape { photographs: split, ..Shape::within(ShDegree::MAX, 1, gpu.binding_limit()) };
+        let shape = Shape {
+            photographs: split,
+            ..Shape::within(Purpose::Learning, ShDegree::MAX, 1, gpu.binding_limit())
+        };
         let (kernel, edition) = (Kernel::new(gpu, &DRAW, &shape), sampler.photographs_edition().clone());
         let (marks, pixels) = (Marks::default(), layout.pixels as u32);
         Ok(Self { edition, kernel, buffers, masks: None, marks, views: layout.views, pixels })

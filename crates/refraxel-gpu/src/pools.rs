@@ -32,9 +32,19 @@ impl Split {
     }
 }
 
-/// What kernels are made for: a degree of colour, and the pools of colour, of its gradient, and of photographs.
+/// What a field is in the memory of a device for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// It learns: coefficients of colour are f32, and have a gradient.
+    Learning,
+    /// It is shown: they are f16, as the checkpoints of finished runs have them.
+    Showing,
+}
+
+/// What kernels are made for: a purpose, a degree of colour, and the pools of colour, of its gradient, and of photographs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
+    pub purpose: Purpose,
     pub degree: ShDegree,
     pub colour: Split,
     pub gradient: Split,
@@ -43,9 +53,9 @@ pub(crate) struct Shape {
 
 impl Shape {
     /// The shape of a model, if a device can bind it.
-    pub(crate) fn new(gpu: &Gpu, model: &Model) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, model: &Model, purpose: Purpose) -> Result<Self, GpuError> {
         let (binding, voxels) = (gpu.binding_limit(), model.field.map.voxels());
-        let shape = Self::within(model.field.degree, voxels, binding);
+        let shape = Self::within(purpose, model.field.degree, voxels, binding);
         let others = OTHER_BINDINGS[usize::from(!model.refraction.is_none())];
         let (found, needed) = (gpu.adapter().max_bindings, others + 2);
         if found < needed {
@@ -54,23 +64,35 @@ impl Shape {
         }
         let most = (found - others) as usize;
         let too_large = |what, needed, most| GpuError::too_large(gpu, what, needed, most);
-        // Density's gradient is the largest array in one piece.
-        if 8 * voxels as u64 > binding {
-            return Err(too_large("the gradient of density", 8 * voxels as u64, binding));
+        // The largest array in one piece.
+        let (largest, bytes) = match purpose {
+            Purpose::Learning => ("the gradient of density", 8 * voxels as u64),
+            Purpose::Showing => ("density", 4 * voxels as u64),
+        };
+        if bytes > binding {
+            return Err(too_large(largest, bytes, binding));
         }
         if shape.colour.pools + shape.gradient.pools > most {
-            let needed = voxels as u64 * (shape.colour_bytes() + shape.gradient_bytes());
-            return Err(too_large("colour and its gradient", needed, most as u64 * binding));
+            let (what, bytes) = match purpose {
+                Purpose::Learning => {
+                    ("colour and its gradient", shape.colour_bytes() + shape.gradient_bytes())
+                }
+                Purpose::Showing => ("colour", shape.colour_bytes()),
+            };
+            return Err(too_large(what, voxels as u64 * bytes, most as u64 * binding));
         }
         Ok(shape)
     }
 
     /// The shape of so many voxels in bindings of so many bytes.
-    pub(crate) fn within(degree: ShDegree, voxels: usize, binding: u64) -> Self {
+    pub(crate) fn within(purpose: Purpose, degree: ShDegree, voxels: usize, binding: u64) -> Self {
         let one = Split { voxels: BRICK_VOXELS, pools: 1 };
-        let shape = Self { degree, colour: one, gradient: one, photographs: one };
+        let shape = Self { purpose, degree, colour: one, gradient: one, photographs: one };
         let colour = Split::new(voxels, shape.colour_bytes(), binding);
-        let gradient = Split::new(voxels, shape.gradient_bytes(), binding);
+        let gradient = match purpose {
+            Purpose::Learning => Split::new(voxels, shape.gradient_bytes(), binding),
+            Purpose::Showing => one,
+        };
         Self { colour, gradient, ..shape }
     }
 
@@ -86,7 +108,19 @@ impl Shape {
 
     /// Bytes of a voxel's coefficients, laid out as on the host.
     pub(crate) fn colour_bytes(&self) -> u64 {
-        4 * self.degree.stride() as u64
+        let bytes = match self.purpose {
+            Purpose::Learning => 4,
+            Purpose::Showing => 2,
+        };
+        bytes * self.degree.stride() as u64
+    }
+
+    /// Type of four coefficients of colour in an array.
+    pub(crate) fn colour_element(&self) -> &'static str {
+        match self.purpose {
+            Purpose::Learning => "vec4<f32>",
+            Purpose::Showing => "vec2<u32>",
+        }
     }
 
     /// Bytes of the gradient of a voxel's coefficients: fixed point, 8 bytes per lane, without padding to whole lines.
@@ -98,11 +132,18 @@ impl Shape {
     pub(crate) fn colour_access(&self, writes: bool) -> String {
         let stride = self.degree.stride() / 4;
         let at = format!("    let i = (voxel % {0}u) * {stride}u + block;\n", self.colour.voxels);
-        let mut out = format!("fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
-        self.colour.each(&mut out, "voxel", |k| format!("return colour_{k}[i];"));
+        let (read, written) = match self.purpose {
+            Purpose::Learning => ("", "value"),
+            Purpose::Showing => ("four_halves", "vec2(pack2x16float(value.xy), pack2x16float(value.zw))"),
+        };
+        let mut out = "fn four_halves(v: vec2<u32>) -> vec4<f32> {\n    \
+                       return vec4(unpack2x16float(v.x), unpack2x16float(v.y));\n}\n"
+            .repeat(usize::from(self.purpose == Purpose::Showing));
+        let _ = write!(out, "fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
+        self.colour.each(&mut out, "voxel", |k| format!("return {read}(colour_{k}[i]);"));
         if writes {
             let _ = write!(out, "fn set_colour(voxel: u32, block: u32, value: vec4<f32>) {{\n{at}");
-            self.colour.each(&mut out, "voxel", |k| format!("colour_{k}[i] = value; return;"));
+            self.colour.each(&mut out, "voxel", |k| format!("colour_{k}[i] = {written}; return;"));
         }
         out
     }
@@ -183,10 +224,13 @@ mod tests {
     #[test]
     fn pools_cover_all_voxels_and_none_is_larger_than_a_binding() {
         for (voxels, binding) in [(64, 1 << 27), (64 * 5000, 1 << 20), (64 * 4097, 9_000_001)] {
-            let shape = Shape::within(ShDegree::default(), voxels, binding);
-            for (split, bytes) in
-                [(shape.colour, shape.colour_bytes()), (shape.gradient, shape.gradient_bytes())]
-            {
+            let [learning, showing] = [Purpose::Learning, Purpose::Showing]
+                .map(|purpose| Shape::within(purpose, ShDegree::default(), voxels, binding));
+            for (split, bytes) in [
+                (learning.colour, learning.colour_bytes()),
+                (learning.gradient, learning.gradient_bytes()),
+                (showing.colour, showing.colour_bytes()),
+            ] {
                 let ranges: Vec<_> = (0..split.pools).map(|k| split.range(k, voxels)).collect();
                 assert!(ranges.iter().all(|r| !r.is_empty() && r.len() as u64 * bytes <= binding));
                 assert_eq!(ranges.iter().map(|r| r.len()).sum::<usize>(), voxels);

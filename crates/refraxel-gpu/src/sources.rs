@@ -479,7 +479,6 @@ fn element(name: &str) -> &'static str {
         "reflections" => "Reflection",
         "passings" => "Passing",
         "ways" => "WayBack",
-        "colour" => "vec4<f32>",
         "density" | "texels" | "coefficients" | "probes" | "density_moment" | "colour_moment"
         | "texel_moment" => "f32",
         gradient => {
@@ -516,6 +515,8 @@ impl Source {
                 (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
                 (Uniform, "caches") => ("uniform", format!("array<Cache, {}>", 2 * MAX_REGIONS + 2)),
                 (Uniform, _) => ("uniform", "Task".to_owned()),
+                (Read, "colour") => ("storage, read", format!("array<{}>", shape.colour_element())),
+                (_, "colour") => ("storage, read_write", format!("array<{}>", shape.colour_element())),
                 (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
                 (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
                 (Atomic, _) => ("storage, read_write", format!("array<atomic<{}>>", element(kind))),
@@ -543,7 +544,7 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pools::Split;
+    use crate::pools::{Purpose, Split};
     use naga::back::spv;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use refraxel_core::ShDegree;
@@ -571,16 +572,23 @@ mod tests {
             &PEAK,
             &DRAW,
         ];
-        for degree in (0..=3).filter_map(ShDegree::new) {
+        let purposes = [Purpose::Learning, Purpose::Showing];
+        for (degree, purpose) in
+            (0..=3).filter_map(ShDegree::new).flat_map(|degree| purposes.map(|purpose| (degree, purpose)))
+        {
             for binding in [1 << 27, 1 << 16] {
                 let photographs = Split::new(100_000, 4, binding);
-                let shape = Shape { photographs, ..Shape::within(degree, 1000, binding) };
+                let shape = Shape { photographs, ..Shape::within(purpose, degree, 1000, binding) };
                 for source in sources {
                     let text = source.compose(&shape);
                     let module = naga::front::wgsl::parse_str(&text)
                         .unwrap_or_else(|e| panic!("{}: {}", source.entry, e.emit_to_string(&text)));
-                    let found =
-                        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+                    // Halves are unpacked wherever there is Vulkan, Metal or DirectX 12.
+                    let needed = match purpose {
+                        Purpose::Learning => Capabilities::empty(),
+                        Purpose::Showing => Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+                    };
+                    let found = Validator::new(ValidationFlags::all(), needed).validate(&module);
                     let info =
                         found.unwrap_or_else(|e| panic!("{}: {}", source.entry, e.emit_to_string(&text)));
                     // What is valid and cannot be written, such as a pointer to a member, ends in a panic.

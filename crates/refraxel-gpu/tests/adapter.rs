@@ -1,6 +1,7 @@
 //! The GPU backend on an adapter of this machine, be it a software one: the claims of the conformance suite, and what
 //! is its own affair.
 
+use half::f16;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Extent, Integrator, Ray, ShDegree, vec3};
 use refraxel_gpu::{AdapterKind, DeviceChoice, Gpu, GpuBackend, GpuError, GpuRenderer, Unsupported};
@@ -495,4 +496,27 @@ fn a_model_that_is_shown_looks_as_on_the_cpu() {
         let different = want.iter().zip(&got).filter(|(a, b)| apart(&a.colour, &b.colour) > TOL).count();
         assert!(different <= rays.len() / 50, "{different} rays differ");
     }
+}
+
+/// What is shown is held in halves, and so are the checkpoints of finished runs.
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn colours_of_a_finished_run_take_half_the_memory_and_are_shown_to_the_bit() {
+    let (marching, rays) = (Marching::exhaustive(0.5), batch(400).rays);
+    let mut model = straight_model(2, Extent::Bounded);
+    model.field.colour.iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+    let anew = || Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    let (learning, showing) = (anew(), anew());
+    let renderer = GpuRenderer::new(showing.clone(), &model, &marching).expect("a model that can be shown");
+    let mut backend = GpuBackend::new(learning.clone(), model.clone()).expect("a model that fits");
+    backend.refresh_occupancy(&marching);
+    // What learns has two moments a voxel besides.
+    let voxels = model.field.map.voxels() as u64;
+    let [most, least] = [&learning, &showing].map(|gpu| gpu.traffic().written / voxels);
+    assert_eq!([most - 8, least + 64], [most - 8; 2], "bytes of a voxel: {most} and {least}");
+    let (want, got) = (backend.render(&rays, &marching, Layers::All), renderer.render(&rays, Layers::All));
+    let bits = |pixels: &[Pixel<f32>]| -> Vec<[u32; 3]> {
+        pixels.iter().map(|p| p.colour.map(f32::to_bits)).collect()
+    };
+    assert!(bits(&want) == bits(&got.expect("a device without a fault")));
 }
