@@ -14,6 +14,7 @@ use refraxel_core::field::DENSITY_PER_BOX;
 use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
 use refraxel_train::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction};
+use refraxel_train::run::nearest_half;
 
 /// Outcomes of steps that a device keeps until the host reads them.
 pub(crate) const OUTCOMES: usize = 64;
@@ -117,7 +118,10 @@ pub(crate) fn upload_shown(
         let (name, colour) = (format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride]);
         match shape.purpose {
             Purpose::Learning => b.filled(gpu, &name, colour)?,
-            Purpose::Showing => b.filled(gpu, &name, &halves(colour))?,
+            Purpose::Showing => {
+                let halves: Vec<f16> = colour.iter().map(|c| nearest_half(*c)).collect();
+                b.filled(gpu, &name, &halves)?;
+            }
         }
     }
     let texels = match &model.background {
@@ -126,12 +130,6 @@ pub(crate) fn upload_shown(
     };
     b.filled(gpu, "texels", texels)?;
     Ok(b)
-}
-
-/// The nearest halves, the largest where there is none so large.
-fn halves(values: &[f32]) -> Vec<f16> {
-    let most = f16::MAX.to_f32();
-    values.iter().map(|v| f16::from_f32(v.clamp(-most, most))).collect()
 }
 
 /// Arrays with everything that kernels read and write of a model.

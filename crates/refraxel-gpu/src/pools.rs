@@ -64,22 +64,19 @@ impl Shape {
         }
         let most = (found - others) as usize;
         let too_large = |what, needed, most| GpuError::too_large(gpu, what, needed, most);
-        // The largest array in one piece.
-        let (largest, bytes) = match purpose {
-            Purpose::Learning => ("the gradient of density", 8 * voxels as u64),
-            Purpose::Showing => ("density", 4 * voxels as u64),
+        // The largest array in one piece, and those that are cut, with their bytes per voxel.
+        let (colour, gradient) = (shape.colour_bytes(), shape.gradient_bytes());
+        let ((whole, whole_bytes), (cut, cut_bytes)) = match purpose {
+            Purpose::Learning => {
+                (("the gradient of density", 8), ("colour and its gradient", colour + gradient))
+            }
+            Purpose::Showing => (("density", 4), ("colour", colour)),
         };
-        if bytes > binding {
-            return Err(too_large(largest, bytes, binding));
+        if whole_bytes * voxels as u64 > binding {
+            return Err(too_large(whole, whole_bytes * voxels as u64, binding));
         }
         if shape.colour.pools + shape.gradient.pools > most {
-            let (what, bytes) = match purpose {
-                Purpose::Learning => {
-                    ("colour and its gradient", shape.colour_bytes() + shape.gradient_bytes())
-                }
-                Purpose::Showing => ("colour", shape.colour_bytes()),
-            };
-            return Err(too_large(what, voxels as u64 * bytes, most as u64 * binding));
+            return Err(too_large(cut, cut_bytes * voxels as u64, most as u64 * binding));
         }
         Ok(shape)
     }
@@ -133,14 +130,14 @@ impl Shape {
         let stride = self.degree.stride() / 4;
         let at = format!("    let i = (voxel % {0}u) * {stride}u + block;\n", self.colour.voxels);
         let (read, written) = match self.purpose {
-            Purpose::Learning => ("", "value"),
-            Purpose::Showing => ("four_halves", "vec2(pack2x16float(value.xy), pack2x16float(value.zw))"),
+            Purpose::Learning => ("v", "value"),
+            Purpose::Showing => (
+                "vec4(unpack2x16float(v.x), unpack2x16float(v.y))",
+                "vec2(pack2x16float(value.xy), pack2x16float(value.zw))",
+            ),
         };
-        let mut out = "fn four_halves(v: vec2<u32>) -> vec4<f32> {\n    \
-                       return vec4(unpack2x16float(v.x), unpack2x16float(v.y));\n}\n"
-            .repeat(usize::from(self.purpose == Purpose::Showing));
-        let _ = write!(out, "fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
-        self.colour.each(&mut out, "voxel", |k| format!("return {read}(colour_{k}[i]);"));
+        let mut out = format!("fn colour_at(voxel: u32, block: u32) -> vec4<f32> {{\n{at}");
+        self.colour.each(&mut out, "voxel", |k| format!("let v = colour_{k}[i]; return {read};"));
         if writes {
             let _ = write!(out, "fn set_colour(voxel: u32, block: u32, value: vec4<f32>) {{\n{at}");
             self.colour.each(&mut out, "voxel", |k| format!("colour_{k}[i] = {written}; return;"));

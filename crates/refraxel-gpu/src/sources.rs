@@ -463,7 +463,7 @@ pub(crate) const DRAW: Source = Source {
 };
 
 /// Type of the elements of an array.
-fn element(name: &str) -> &'static str {
+fn element(name: &str, shape: &Shape) -> &'static str {
     match name {
         "table" => "i32",
         "forward" | "occupied" | "brick_of_slot" | "touched" | "status" | "outcomes" | "weights"
@@ -479,6 +479,7 @@ fn element(name: &str) -> &'static str {
         "reflections" => "Reflection",
         "passings" => "Passing",
         "ways" => "WayBack",
+        "colour" => shape.colour_element(),
         "density" | "texels" | "coefficients" | "probes" | "density_moment" | "colour_moment"
         | "texel_moment" => "f32",
         gradient => {
@@ -515,11 +516,9 @@ impl Source {
                 (Uniform, "lattices") => ("uniform", format!("array<Lattice, {}>", 2 * MAX_REGIONS)),
                 (Uniform, "caches") => ("uniform", format!("array<Cache, {}>", 2 * MAX_REGIONS + 2)),
                 (Uniform, _) => ("uniform", "Task".to_owned()),
-                (Read, "colour") => ("storage, read", format!("array<{}>", shape.colour_element())),
-                (_, "colour") => ("storage, read_write", format!("array<{}>", shape.colour_element())),
-                (Read, _) => ("storage, read", format!("array<{}>", element(kind))),
-                (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind))),
-                (Atomic, _) => ("storage, read_write", format!("array<atomic<{}>>", element(kind))),
+                (Read, _) => ("storage, read", format!("array<{}>", element(kind, shape))),
+                (Writes, _) => ("storage, read_write", format!("array<{}>", element(kind, shape))),
+                (Atomic, _) => ("storage, read_write", format!("array<atomic<{}>>", element(kind, shape))),
             };
             let _ = writeln!(out, "@group(0) @binding({number}) var<{space}> {name}: {of};");
         }

@@ -513,7 +513,7 @@ fn colours_of_a_finished_run_take_half_the_memory_and_are_shown_to_the_bit() {
     // What learns has two moments a voxel besides.
     let voxels = model.field.map.voxels() as u64;
     let [most, least] = [&learning, &showing].map(|gpu| gpu.traffic().written / voxels);
-    assert_eq!([most - 8, least + 64], [most - 8; 2], "bytes of a voxel: {most} and {least}");
+    assert_eq!(most - 8, least + 64, "bytes of a voxel: {most} and {least}");
     let (want, got) = (backend.render(&rays, &marching, Layers::All), renderer.render(&rays, Layers::All));
     let bits = |pixels: &[Pixel<f32>]| -> Vec<[u32; 3]> {
         pixels.iter().map(|p| p.colour.map(f32::to_bits)).collect()

@@ -43,7 +43,7 @@ fn glass_ball() -> Dataset {
 
 fn options(bend: bool) -> Options {
     let mut options = Options::default();
-    // What a search finds does not matter here, and one that goes on to the same bits takes as many turns.
+    // These tests ask little of a search: so many rays tell glass from air.
     let short = [
         ("run.steps", "40"),
         ("run.batch", "256"),

@@ -12,7 +12,7 @@ mod tensors;
 mod tests;
 mod views;
 
-pub(crate) use tensors::within_half;
+pub use tensors::nearest_half;
 
 use crate::alignment::Alignment;
 use crate::checkpoint::{self, CheckpointError, TensorFile};

@@ -1,14 +1,20 @@
 //! Tensors of a checkpoint, taken by name, type and length.
 
 use crate::checkpoint::{CheckpointError, Tensor, TensorData, TensorFile};
+use half::f16;
 use half::slice::HalfFloatSliceExt;
 use refraxel_core::{AlignedVec, ShDegree};
 use std::path::PathBuf;
 
-/// A number rounded to half precision, made as large as can be where it was too large for that.
-pub(crate) fn within_half(rounded: f32) -> f32 {
-    let most = f32::from(half::f16::MAX);
-    rounded.clamp(-most, most)
+/// The nearest number of half precision; the largest where there is none so large. Finished runs have such colours.
+pub fn nearest_half(value: f32) -> f16 {
+    f16::from_f32(within_half(value))
+}
+
+/// A number as large as can be in half precision where it is too large for that.
+fn within_half(value: f32) -> f32 {
+    let most = f32::from(f16::MAX);
+    value.clamp(-most, most)
 }
 
 /// The tensors of a checkpoint that are still to be read, and how it is called in messages.

@@ -6,8 +6,7 @@ use crate::backend::Backend;
 use crate::events::{Event, Watch};
 use crate::initial::{mean_colour, paint};
 use crate::model::{Model, Optimiser};
-use crate::run::{State, within_half};
-use half::f16;
+use crate::run::{State, nearest_half};
 use rayon::prelude::*;
 use refraxel_data::Backdrop;
 
@@ -25,7 +24,7 @@ pub(super) struct Good {
 impl Good {
     /// Colour as half precision has it; what is too large for that is as large as can be.
     pub(super) fn round_colour(&mut self) {
-        let round = |c: &mut f32| *c = within_half(f16::from_f32(*c).to_f32());
+        let round = |c: &mut f32| *c = nearest_half(*c).to_f32();
         self.model.field.colour.par_iter_mut().for_each(round);
     }
 }

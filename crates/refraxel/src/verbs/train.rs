@@ -54,9 +54,8 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
         Joined::Leads(crew) => Some(crew),
     };
     let (_lock, held_out) = train_together(args, crew.as_ref(), show)?;
-    let mut device = args.device;
+    let device = crew.as_ref().map_or(args.device, |_| DeviceChoice::Cpu);
     if let Some(crew) = crew {
-        device = DeviceChoice::Cpu;
         show.say(&sent(&crew.lead.traffic())); // and the others go home
     }
     let out = args.out().display();
