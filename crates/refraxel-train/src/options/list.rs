@@ -11,26 +11,45 @@ pub struct OptionInfo {
     pub name: &'static str,
     /// The text of its default.
     pub default: String,
+    /// The text of its default for photographs of surroundings without bounds, if that is another.
+    pub unbounded: Option<String>,
     /// The values that it may have.
     pub range: String,
     /// What it does.
     pub meaning: String,
 }
 
-/// All options, section by section.
-pub fn list() -> Vec<OptionInfo> {
-    Options::default().sections().into_iter().flat_map(of_section).collect()
+impl OptionInfo {
+    /// Its defaults, `shown` with their texts.
+    fn defaults(&self, shown: impl Fn(&str) -> String) -> String {
+        let unbounded = self.unbounded.iter().map(|text| format!("; unbounded {}", shown(text)));
+        shown(&self.default) + &unbounded.collect::<String>()
+    }
 }
 
-fn of_section(section: &dyn Section) -> Vec<OptionInfo> {
-    let options = section.definitions().into_iter().zip(section.values());
-    let info = |(option, default): (Definition, String)| OptionInfo {
+/// All options, section by section.
+pub fn list() -> Vec<OptionInfo> {
+    sections().into_iter().flat_map(|(_, _, options)| options).collect()
+}
+
+/// Names, meanings and options of all sections.
+fn sections() -> Vec<(&'static str, &'static str, Vec<OptionInfo>)> {
+    let (usual, unbounded) = (Options::suited_to(false), Options::suited_to(true));
+    let both = usual.sections().into_iter().zip(unbounded.sections());
+    both.map(|(usual, unbounded)| (usual.name(), usual.about().trim(), of_section(usual, unbounded)))
+        .collect()
+}
+
+fn of_section(usual: &dyn Section, unbounded: &dyn Section) -> Vec<OptionInfo> {
+    let values = usual.values().into_iter().zip(unbounded.values());
+    let info = |(option, (default, unbounded)): (Definition, (String, String))| OptionInfo {
         name: option.name,
+        unbounded: (unbounded != default).then_some(unbounded),
         default,
         range: option.range(),
         meaning: meaning(&option),
     };
-    options.map(info).collect()
+    usual.definitions().into_iter().zip(values).map(info).collect()
 }
 
 /// Its doc comment, and the meanings of the words that can be chosen.
@@ -48,11 +67,11 @@ fn meaning(option: &Definition) -> String {
 /// The list for a terminal.
 pub fn list_as_text() -> String {
     let mut out = String::new();
-    for section in Options::default().sections() {
-        let _ = writeln!(out, "[{}] {}", section.name(), section.about().trim());
-        for option in of_section(section) {
-            let OptionInfo { name, default, range, meaning } = option;
-            let default = if default.is_empty() { "\"\"" } else { &default };
+    for (section, about, options) in sections() {
+        let _ = writeln!(out, "[{section}] {about}");
+        for option in options {
+            let OptionInfo { name, range, meaning, .. } = &option;
+            let default = option.defaults(|text| if text.is_empty() { "\"\"" } else { text }.to_owned());
             let _ = writeln!(out, "  {name} = {default}  ({})\n      {meaning}", range.replace('`', ""));
         }
         out.push('\n');
@@ -63,15 +82,15 @@ pub fn list_as_text() -> String {
 /// The page docs/options.md.
 pub fn list_as_markdown() -> String {
     let mut out = HEAD.to_owned();
-    for section in Options::default().sections() {
-        let (name, about) = (section.name(), section.about().trim());
+    for (section, about, options) in sections() {
         let _ = write!(
             out,
-            "\n## {name}\n\n{about}\n\n| option | default | range | meaning |\n|---|---|---|---|\n"
+            "\n## {section}\n\n{about}\n\n| option | default | range | meaning |\n|---|---|---|---|\n"
         );
-        for option in of_section(section) {
-            let OptionInfo { name, default, range, meaning } = option;
-            let default = if default.is_empty() { String::new() } else { format!("`{default}`") };
+        for option in options {
+            let OptionInfo { name, range, meaning, .. } = &option;
+            let default =
+                option.defaults(|text| if text.is_empty() { String::new() } else { format!("`{text}`") });
             let _ = writeln!(out, "| `{name}` | {default} | {range} | {meaning} |");
         }
     }
@@ -90,6 +109,8 @@ steps = 2000
 [surface]
 blur = 2.0
 ```
+
+*Unbounded*: the default where photographs show surroundings, and not things before a transparent or plain backdrop.
 
 This page is printed by `refraxel train --options --markdown > docs/options.md`.
 ";

@@ -103,7 +103,8 @@ pub struct Difference {
 
 impl Options {
     /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
-    /// pictures of an object before a plain background: they need slower density and more smoothness.
+    /// pictures of an object before a plain background: they need slower density and more smoothness. Rays are long there, and most of
+    /// their samples lie in haze, so they end sooner.
     pub fn suited_to(unbounded: bool) -> Self {
         let mut options = Self::default();
         if unbounded {
@@ -111,6 +112,7 @@ impl Options {
             options.field.tv_density = 1e-4;
             options.field.tv_colour = 1e-4;
             options.grid.voxels_per_pixel = 1.0;
+            options.march.min_transmittance = 0.01;
         }
         options
     }
