@@ -7,7 +7,8 @@ use pyo3::types::PyMapping;
 use refraxel_train::Options;
 use refraxel_train::options::list;
 
-/// All options of training: a list of dictionaries with name, meaning, range, default, and unbounded: the default for photographs of surroundings, or None.
+/// All options of training: a list of dictionaries with name, meaning, range, default, and unbounded: the
+/// default for photographs of surroundings, or None.
 #[pyfunction]
 pub fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     json::to_python(py, &list())

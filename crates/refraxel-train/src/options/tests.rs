@@ -179,11 +179,10 @@ fn differences_name_the_option_and_both_values() {
 
 #[test]
 fn the_list_says_what_is_usual_for_surroundings_without_bounds() {
-    let unbounded =
-        |name: &str| list().into_iter().find(|o| o.name == name).map(|o| (o.default, o.unbounded));
+    let defaults = |name: &str| list().into_iter().find(|o| o.name == name).map(|o| (o.default, o.unbounded));
     let named = |text: &str| Some(text.to_owned());
-    assert_eq!(unbounded("march.min_transmittance"), Some(("0.001".to_owned(), named("0.01"))));
-    assert_eq!(unbounded("grid.prune_weight"), Some(("0.005".to_owned(), None)));
+    assert_eq!(defaults("march.min_transmittance"), Some(("0.001".to_owned(), named("0.01"))));
+    assert_eq!(defaults("grid.prune_weight"), Some(("0.005".to_owned(), None)));
     assert!(list_as_text().contains("  march.min_transmittance = 0.001; unbounded 0.01  ("));
 }
 
