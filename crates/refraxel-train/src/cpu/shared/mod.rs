@@ -7,114 +7,33 @@
 //!
 //! Every process takes its sums over all chunks in their order, as one process does: the model has the same bits.
 
-use super::backend::{CpuBackend, Share, overflows, total};
-use super::index::Learned;
-use super::record::{CacheLookup, IndexSample, Record};
-use super::render::CHUNK;
-use super::tape::{Tape, buckets};
-use super::trace::Lesson;
+mod member;
+mod message;
+
+use super::backend::CpuBackend;
 use crate::alignment::Alignment;
 use crate::backend::{
-    AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, IndexObjective, Layers, Marching,
-    Mirroring, Objective, REFRESH, RayGradient, ReflectionObjective, Snapshot, StepOutcome,
+    Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, REFRESH,
+    RayGradient, Snapshot, StepOutcome,
 };
 use crate::cancel::{Cancel, Cancelled};
-use crate::model::{CacheId, MirrorSource, Model, Optimiser, Reflection, Refraction};
+use crate::model::{Model, Optimiser, Reflection, Refraction};
 use crate::options::Options;
-use crate::peers::wire::{Wire, Words, put_all, put_bytes, take_bytes, wire};
-use crate::peers::{Peers, Traffic, part};
+use crate::peers::wire::{Wire, put_all, put_bytes};
+use crate::peers::{Peers, Traffic};
 use crate::plan::Plan;
-use crate::run::{Run, RunRef, Source, State};
+use crate::run::{RunRef, Source, State};
+use member::{Member, range_of, rays_of};
+use message::Task;
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, BrickMap, Domain, IndexGrid, Ray, VoxelField};
 use refraxel_data::Backdrop;
 use std::cell::Cell;
-use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
-wire! {
-    Traffic { rays, samples, shared, voxels, pixels, models }
-    Record { cell, fraction, basis, d_theta, d_colour }
-    IndexSample { region, surface, x, d_value, d_gradient }
-    CacheId { region, inner }
-    CacheLookup { surface, cache, x, direction, d_radiance, d_strength }
-    Batch { rays, target, behind, offset, beside }
-    RayGradient { origin, direction, residual }
-    Marching { step, near, min_optical_depth, min_transmittance }
-    AbsorptionObjective { rate }
-    ReflectionObjective { rate, rate_strength, rate_clearcoat }
-    IndexObjective {
-        rate, blur, clip, variation, deviation, largest, trust, surface_rate, surface_blur, surface_smooth, silhouette, surface_events,
-        index_events,
-    }
-    Objective {
-        marching, bent_weight, sparsity, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
-        rate_background, index, reflection, absorption,
-    }
-}
-
-/// What the first process asks of the others.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Task {
-    /// Nothing more.
-    End,
-    /// Go on from this model.
-    Load,
-    /// Go on from this model, but with the field as it is.
-    LoadButField,
-    Refresh,
-    Step,
-    Render,
-    RayGradients,
-    PeakWeights,
-    Account,
-}
-
-impl Wire for Task {
-    fn put(&self, to: &mut Vec<u32>) {
-        (*self as u32).put(to);
-    }
-    fn take(from: &mut Words) -> Self {
-        const ALL: [Task; 9] = [
-            Task::End,
-            Task::Load,
-            Task::LoadButField,
-            Task::Refresh,
-            Task::Step,
-            Task::Render,
-            Task::RayGradients,
-            Task::PeakWeights,
-            Task::Account,
-        ];
-        ALL[u32::take(from) as usize]
-    }
-}
-
-impl Wire for Layers {
-    fn put(&self, to: &mut Vec<u32>) {
-        let number: u32 = match self {
-            Self::All => 0,
-            Self::Transmitted => 1,
-            Self::Mirroring(MirrorSource::Black) => 2,
-            Self::Mirroring(MirrorSource::Exact) => 3,
-            Self::Mirroring(MirrorSource::Learned) => 4,
-            Self::Mirroring(MirrorSource::Baked) => 5,
-        };
-        number.put(to);
-    }
-    fn take(from: &mut Words) -> Self {
-        match u32::take(from) {
-            0 => Self::All,
-            1 => Self::Transmitted,
-            2 => Self::Mirroring(MirrorSource::Black),
-            3 => Self::Mirroring(MirrorSource::Exact),
-            4 => Self::Mirroring(MirrorSource::Learned),
-            _ => Self::Mirroring(MirrorSource::Baked),
-        }
-    }
-}
+pub use member::help;
 
 /// The first process's hold on the others: when its last copy goes, they are sent home.
 pub struct Lead {
@@ -149,13 +68,6 @@ impl Drop for Lead {
     }
 }
 
-/// One of the processes with its copy of the model.
-struct Member {
-    own: CpuBackend,
-    peers: Arc<dyn Peers>,
-    traffic: Cell<Traffic>,
-}
-
 /// What a copy of the model lacks of the first process's.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Behind {
@@ -175,266 +87,6 @@ pub struct SharedBackend {
     failed: bool,
     outcomes: Vec<StepOutcome>,
     lead: Arc<Lead>,
-}
-
-/// What a chunk of rays has left behind, but for its samples of the field.
-struct Rest {
-    squared_error: f64,
-    samples: u64,
-    index_samples: Vec<IndexSample>,
-    lookups: Vec<CacheLookup>,
-    absorption: Vec<[f64; 3]>,
-    overflows: u64,
-    texels: Vec<(u32, [f32; 3])>,
-}
-
-wire! {
-    Rest { squared_error, samples, index_samples, lookups, absorption, overflows, texels }
-}
-
-/// Samples of the field of a chunk: their records, and the functions of the bases that these name, one after the other.
-struct Samples {
-    records: Vec<Record>,
-    bases: Vec<f32>,
-}
-
-wire! {
-    Samples { records, bases }
-}
-
-impl Samples {
-    /// Those of a tape that touch some buckets, with bases of so many functions.
-    fn of(tape: &Tape, touched: &Range<usize>, functions: usize) -> Self {
-        let numbers = tape.touching(touched);
-        let mut renamed = vec![u32::MAX; tape.bases.len()];
-        let mut bases: Vec<f32> = Vec::new();
-        let mut rename = |basis: u32| {
-            let Some(name) = renamed.get_mut(basis as usize) else { return basis }; // no basis, but a mark
-            if *name == u32::MAX {
-                *name = (bases.len() / functions) as u32;
-                bases.extend(&tape.bases[basis as usize].functions()[..functions]);
-            }
-            *name
-        };
-        let record = |n: &u32| {
-            let record = tape.records[*n as usize];
-            Record { basis: rename(record.basis), ..record }
-        };
-        let records = numbers.iter().map(record).collect();
-        Self { records, bases }
-    }
-}
-
-/// Of so many rays those of a process: whole chunks.
-fn rays_of(rays: usize, rank: usize, count: usize) -> Range<usize> {
-    let chunks = part(rays.div_ceil(CHUNK), rank, count);
-    (chunks.start * CHUNK).min(rays)..(chunks.end * CHUNK).min(rays)
-}
-
-/// A range of the rays of a batch.
-fn range_of(batch: &Batch, range: Range<usize>) -> Batch {
-    fn cut<T: Copy>(all: &[T], range: &Range<usize>) -> Vec<T> {
-        if all.is_empty() { Vec::new() } else { all[range.clone()].to_vec() }
-    }
-    Batch {
-        rays: cut(&batch.rays, &range),
-        target: cut(&batch.target, &range),
-        behind: cut(&batch.behind, &range),
-        offset: cut(&batch.offset, &range),
-        beside: cut(&batch.beside, &range),
-    }
-}
-
-impl Member {
-    fn count(&self) -> usize {
-        self.peers.count()
-    }
-
-    fn note(&self, add: impl FnOnce(&mut Traffic)) {
-        let mut traffic = self.traffic.get();
-        add(&mut traffic);
-        self.traffic.set(traffic);
-    }
-
-    /// The bytes of what goes to others.
-    fn bytes_to_others(&self, messages: &[Vec<u32>]) -> u64 {
-        let others = messages.iter().enumerate().filter(|(rank, _)| *rank != self.peers.rank());
-        others.map(|(_, message)| 4 * message.len() as u64).sum()
-    }
-
-    /// The bytes of what goes to each of the others.
-    fn bytes_to_all(&self, message: &[u32]) -> u64 {
-        4 * message.len() as u64 * (self.count() as u64 - 1)
-    }
-
-    /// A step on this process's part of a batch of so many rays.
-    fn step(&mut self, mine: &Batch, rays: usize, objective: &Objective, step: u64) -> StepOutcome {
-        let lesson = Lesson { batch: mine, objective, asked: None };
-        let memory = std::mem::take(&mut self.own.tapes);
-        let (tapes, outcomes) = self.own.trace_chunks(lesson, &mut [], memory);
-        let is_alone = self.count() == 1;
-        let (tapes, outcomes) = if is_alone { (tapes, outcomes) } else { self.meet(tapes, &outcomes) };
-        let mut outcome = StepOutcome { step, ..total(rays, &outcomes) };
-        if outcome.finite {
-            let learned = Learned { tapes: &tapes, rays, step };
-            let mine = part(buckets(self.own.map()), self.peers.rank(), self.count());
-            outcome.overflows = overflows(objective, &tapes);
-            let moved = self.own.update_all(&learned, objective, &Share { buckets: mine, tells: !is_alone });
-            let mut message = moved.voxels;
-            message.push(moved.finite.into());
-            self.note(|t| t.voxels += self.bytes_to_all(&message));
-            for (rank, told) in self.peers.gather(message).iter().enumerate() {
-                let (finite, voxels) = told.split_last().expect("whole messages");
-                outcome.finite &= *finite != 0;
-                if rank != self.peers.rank() {
-                    self.own.take_over(voxels);
-                }
-            }
-        }
-        if outcome.finite {
-            outcome.finite = self.own.update_rest(&tapes, objective);
-        }
-        self.own.tapes = tapes;
-        outcome
-    }
-
-    /// The tapes of all chunks in order, those of others as far as they touch this process's buckets; and all outcomes.
-    fn meet(&self, mine: Vec<Tape>, outcomes: &[StepOutcome]) -> (Vec<Tape>, Vec<StepOutcome>) {
-        let (rank, functions) = (self.peers.rank(), self.own.layout().functions());
-        let rest = |(tape, outcome): (&Tape, &StepOutcome)| Rest {
-            squared_error: outcome.squared_error,
-            samples: outcome.samples,
-            index_samples: tape.index_samples.clone(),
-            lookups: tape.lookups.clone(),
-            absorption: tape.absorption.clone(),
-            overflows: tape.overflows,
-            texels: tape.texels.clone(),
-        };
-        let mut shared = Vec::new();
-        put_all(&mine.iter().zip(outcomes).map(rest).collect::<Vec<_>>(), &mut shared);
-        self.note(|t| t.shared += self.bytes_to_all(&shared));
-        let (all, count) = (buckets(self.own.map()), self.count());
-        let message = |to: usize| {
-            let mut message = Vec::new();
-            if to != rank {
-                let touched = part(all, to, count);
-                mine.iter().for_each(|tape| Samples::of(tape, &touched, functions).put(&mut message));
-            }
-            message
-        };
-        let messages: Vec<_> = (0..count).into_par_iter().map(message).collect();
-        self.note(|t| t.samples += self.bytes_to_others(&messages));
-        let (shared, samples) = (self.peers.gather(shared), self.peers.exchange(messages));
-
-        let (mut mine, mut tapes, mut all_outcomes) = (Some(mine), Vec::new(), Vec::new());
-        for (from, (shared, samples)) in shared.iter().zip(&samples).enumerate() {
-            let rests: Vec<Rest> = Vec::take(&mut Words(shared));
-            all_outcomes.extend(rests.iter().map(|rest| StepOutcome {
-                squared_error: rest.squared_error,
-                samples: rest.samples,
-                ..StepOutcome::default()
-            }));
-            if from == rank {
-                tapes.extend(mine.take().into_iter().flatten());
-                continue;
-            }
-            let mut words = Words(samples);
-            let theirs: Vec<(Rest, Samples)> =
-                rests.into_iter().map(|rest| (rest, Samples::take(&mut words))).collect();
-            let own = &self.own;
-            let tape = |(rest, samples)| tape_of(own, rest, samples);
-            tapes.par_extend(theirs.into_par_iter().map(tape));
-        }
-        (tapes, all_outcomes)
-    }
-
-    /// Tells the first process what has come of this one's part; it gets the parts of all, in order.
-    fn report<T: Wire>(&self, mine: Vec<T>) -> Vec<T> {
-        let mut messages = vec![Vec::new(); self.count()];
-        if self.peers.rank() > 0 {
-            mine.put(&mut messages[0]);
-            self.note(|t| t.pixels += self.bytes_to_others(&messages));
-        }
-        let told = self.peers.exchange(messages);
-        let theirs = told.iter().skip(1).filter(|message| !message.is_empty());
-        let mut all = mine;
-        theirs.for_each(|message| all.extend(Vec::<T>::take(&mut Words(message))));
-        all
-    }
-}
-
-/// The tape of a chunk that another process has followed, for the model of this one.
-fn tape_of(own: &CpuBackend, rest: Rest, samples: Samples) -> Tape {
-    let layout = own.layout();
-    let bases = samples.bases.chunks_exact(layout.functions()).map(|basis| layout.basis_of(basis));
-    let mut tape = Tape::default();
-    (tape.records, tape.bases) = (samples.records, bases.collect());
-    (tape.index_samples, tape.lookups) = (rest.index_samples, rest.lookups);
-    (tape.absorption, tape.overflows, tape.texels) = (rest.absorption, rest.overflows, rest.texels);
-    tape.sort(own.map());
-    tape
-}
-
-/// Helps the first process until it has no more tasks.
-///
-/// # Panics
-/// If this process is the first, or the first one is lost.
-pub fn help(peers: &Arc<dyn Peers>) {
-    assert!(peers.rank() > 0, "the first process leads");
-    let mut member: Option<Member> = None;
-    loop {
-        let message = peers.broadcast(Vec::new());
-        let mut words = Words(&message);
-        let task = Task::take(&mut words);
-        let sent = member.as_ref().map_or_else(Traffic::default, |m| m.traffic.get());
-        match (task, &mut member) {
-            (Task::End, _) => return,
-            (Task::Load, member) => {
-                *member = None; // there may be no room for two
-                let (model, optimiser) = received(&mut words);
-                let own = CpuBackend::resumed(model, optimiser);
-                *member = Some(Member { own, peers: peers.clone(), traffic: Cell::new(sent) });
-            }
-            (task, Some(member)) => member.help_with(task, &mut words),
-            (_, None) => unreachable!("a model comes before all other tasks"),
-        }
-    }
-}
-
-impl Member {
-    fn help_with(&mut self, task: Task, words: &mut Words) {
-        let mine = || self.peers.exchange(vec![Vec::new(); self.peers.count()]).swap_remove(0);
-        match task {
-            Task::End | Task::Load => unreachable!("these need no model"),
-            Task::LoadButField => {
-                let (model, optimiser) = received(words);
-                self.own.load_but_field(model, optimiser);
-            }
-            Task::Refresh => self.own.refresh_occupancy(&Marching::take(words)),
-            Task::Step => {
-                let (objective, (step, rays)) = (Objective::take(words), <(u64, usize)>::take(words));
-                let mine = Batch::take(&mut Words(&mine()));
-                self.step(&mine, rays, &objective, step);
-            }
-            Task::Render => {
-                let (marching, layers) = (Marching::take(words), Layers::take(words));
-                let rays: Vec<Ray<f32>> = Vec::take(&mut Words(&mine()));
-                self.report(self.own.render(&rays, &marching, layers));
-            }
-            Task::RayGradients => {
-                let objective = Objective::take(words);
-                let mine = Batch::take(&mut Words(&mine()));
-                self.report(self.own.ray_gradients(&mine, &objective));
-            }
-            Task::Account => drop(self.report(vec![self.traffic.get()])),
-            Task::PeakWeights => {
-                let marching = Marching::take(words);
-                let rays: Vec<Ray<f32>> = Vec::take(&mut Words(&mine()));
-                let peak = self.own.peak_weights(&rays, &marching, &Cancel::new());
-                self.report(peak.expect("nobody else cancels"));
-            }
-        }
-    }
 }
 
 impl SharedBackend {
@@ -569,12 +221,6 @@ fn is_finite(model: &Model) -> bool {
         && refraction.medium.regions().iter().all(region)
         && reflection.mirrors.iter().all(|m| finite(&m.outer.coefficients) && finite(&m.inner.coefficients))
         && clearcoat.iter().all(|c| finite(&c.strength.coefficients) && finite(&c.radiance.coefficients))
-}
-
-/// The model of a message, and the state of its optimiser.
-fn received(words: &mut Words) -> (Model, Optimiser) {
-    let run = Run::read(&take_bytes(words)[..]).expect("the model of another process");
-    (run.model, run.optimiser)
 }
 
 /// The same model with a field of next to nothing.
