@@ -54,6 +54,19 @@ const MARCHED: &[(&str, Access)] = &[
     ("lessons", Read),
 ];
 
+/// Marches rays without shading what they meet.
+const WEIGH: &[&str] = shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march"];
+/// What that reads.
+const WEIGHED: &[(&str, Access)] = &[
+    ("scene", Uniform),
+    ("task", Uniform),
+    ("table", Read),
+    ("forward", Read),
+    ("occupied", Read),
+    ("density", Read),
+    ("lessons", Read),
+];
+
 /// Follows rays that bend.
 const TRACE: &[&str] = shaders!["bending", "lattice", "stencil", "medium", "crossing", "event", "trace"];
 /// What that reads.
@@ -101,27 +114,8 @@ pub(crate) const RENDER_BENT: Source = Source {
 /// Find out where the paths of rays are mirrored.
 pub(crate) const FIND_REFLECTIONS: Source = Source {
     entry: "find_reflections",
-    files: &[
-        shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march"],
-        TRACE,
-        FOLLOW,
-        shaders!["reflections", "fresnel", "find_reflections"],
-    ],
-    bindings: &[
-        &[
-            ("scene", Uniform),
-            ("task", Uniform),
-            ("table", Read),
-            ("forward", Read),
-            ("occupied", Read),
-            ("density", Read),
-            ("lessons", Read),
-            ("reflections", Writes),
-            ("passings", Writes),
-        ],
-        TRACED,
-        FOLLOWED,
-    ],
+    files: &[WEIGH, TRACE, FOLLOW, shaders!["reflections", "fresnel", "find_reflections"]],
+    bindings: &[WEIGHED, TRACED, FOLLOWED, &[("reflections", Writes), ("passings", Writes)]],
 };
 
 /// Mix what paths show with what surfaces mirror.
@@ -239,37 +233,14 @@ pub(crate) const LEARN: Source = Source {
     bindings: &[MARCHED, LEARNED, &[("bending", Uniform), ("coats", Read)]],
 };
 
-/// Marches straight rays without shading what they meet, for a clearcoat.
-const COAT_MARCH: &[&str] = shaders![
-    "scene",
-    "rays",
-    "density",
-    "domain",
-    "bricks",
-    "trilinear",
-    "march",
-    "density_slope",
-    "bending",
-    "fresnel",
-    "coats"
-];
-/// What that reads.
-const COAT_MARCHED: &[(&str, Access)] = &[
-    ("scene", Uniform),
-    ("task", Uniform),
-    ("bending", Uniform),
-    ("table", Read),
-    ("forward", Read),
-    ("occupied", Read),
-    ("density", Read),
-    ("lessons", Read),
-];
+/// The clearcoat of what straight rays meet.
+const COATS: &[&str] = shaders!["density_slope", "bending", "fresnel", "coats"];
 
 /// Find the surfaces at which straight rays end.
 pub(crate) const FACE: Source = Source {
     entry: "face",
-    files: &[COAT_MARCH, shaders!["face"]],
-    bindings: &[COAT_MARCHED, &[("coats", Writes)]],
+    files: &[WEIGH, COATS, shaders!["face"]],
+    bindings: &[WEIGHED, &[("bending", Uniform), ("coats", Writes)]],
 };
 
 /// Mix what straight rays show with what a clearcoat mirrors.
@@ -328,12 +299,19 @@ pub(crate) const COAT_VJP: Source = Source {
 pub(crate) const LEARN_COAT: Source = Source {
     entry: "learn_coat",
     files: &[
-        COAT_MARCH,
+        WEIGH,
+        COATS,
         shaders!["fixed", "touched", "ray_gradient_fields", "density_slope_vjp", "learn_coat"],
     ],
     bindings: &[
-        COAT_MARCHED,
-        &[("coats", Read), ("ray_gradients", Writes), ("density_gradient", Atomic), ("touched", Atomic)],
+        WEIGHED,
+        &[
+            ("bending", Uniform),
+            ("coats", Read),
+            ("ray_gradients", Writes),
+            ("density_gradient", Atomic),
+            ("touched", Atomic),
+        ],
     ],
 };
 
@@ -406,30 +384,18 @@ pub(crate) const OCCUPANCY: Source = Source {
     ]],
 };
 
-/// Marches rays without shading what they meet.
-const WEIGH: &[&str] =
-    shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march", "weigh"];
-/// What that reads and writes.
-const WEIGHED: &[(&str, Access)] = &[
-    ("scene", Uniform),
-    ("task", Uniform),
-    ("table", Read),
-    ("forward", Read),
-    ("occupied", Read),
-    ("density", Read),
-    ("lessons", Read),
-    ("weights", Atomic),
-];
+/// What sums up how much of each voxel rays see.
+const WEIGHTS: &[(&str, Access)] = &[("weights", Atomic)];
 
 /// Find out which voxels rays see.
 pub(crate) const PEAK: Source =
-    Source { entry: "peak", files: &[WEIGH, shaders!["peak"]], bindings: &[WEIGHED] };
+    Source { entry: "peak", files: &[WEIGH, shaders!["weigh", "peak"]], bindings: &[WEIGHED, WEIGHTS] };
 
 /// The same where rays may bend.
 pub(crate) const PEAK_BENT: Source = Source {
     entry: "peak_bent",
-    files: &[WEIGH, TRACE, FOLLOW, shaders!["peak_bent"]],
-    bindings: &[WEIGHED, TRACED, FOLLOWED],
+    files: &[WEIGH, TRACE, FOLLOW, shaders!["weigh", "peak_bent"]],
+    bindings: &[WEIGHED, WEIGHTS, TRACED, FOLLOWED],
 };
 
 /// Draw a batch from photographs.

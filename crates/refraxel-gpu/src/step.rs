@@ -239,7 +239,7 @@ impl GpuBackend {
             return Ok(());
         }
         let at = 4 * (OUTCOME_WORDS * outcome) as u64;
-        let sums = self.host_sums(("outcomes", at, OUTCOME_WORDS))?;
+        let sums = self.host_sums("outcomes", at, OUTCOME_WORDS)?;
         let [_, _, _, failed, _, cut, rays, ..] = sums.words[..] else { return Ok(()) };
         if cut != 0 {
             return Err(GpuError::cut_short(&self.gpu));
@@ -276,8 +276,9 @@ impl GpuBackend {
         bodies::upload(&self.gpu, &mut self.buffers, &self.held.refraction)
     }
 
-    /// The sums of the gradient of what the host moves, and some words of another array: all in one read-back.
-    fn host_sums(&self, (name, offset, words): (&str, u64, usize)) -> Result<HostSums, GpuError> {
+    /// The sums of the gradient of what the host moves, and so many words of the array `name` from the byte `offset`: all in one
+    /// read-back.
+    fn host_sums(&self, name: &str, offset: u64, words: usize) -> Result<HostSums, GpuError> {
         let refraction = &self.held.refraction;
         let index = if refraction.is_none() { 0 } else { bodies::gradient_len(refraction) };
         let mirrored = reflections::gradient_len(&self.held);
@@ -310,7 +311,7 @@ impl GpuBackend {
         let mut task = Task::learning(objective, &self.held, Given::of(batch));
         task.wants = (task.wants & !(WANTS_FIELD | WANTS_INDEX)) | WANTS_RAYS | wants;
         self.learn(task, objective, Adjoints::Whole, &mut room)?;
-        let sums = self.host_sums(("status", 0, STATUS_WORDS as usize))?;
+        let sums = self.host_sums("status", 0, STATUS_WORDS as usize)?;
         let HostSums { words: status, medium: (medium, absorption), mirrored } = sums;
         if status[STATUS_CUT as usize] != 0 {
             return Err(GpuError::cut_short(gpu));
