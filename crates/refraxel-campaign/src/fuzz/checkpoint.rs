@@ -2,7 +2,7 @@
 
 use super::Change;
 use half::f16;
-use refraxel_train::checkpoint::{Tensor, TensorData, TensorFile};
+use refraxel_train::checkpoint::{self, CheckpointError, Tensor, TensorData, TensorFile};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -23,10 +23,15 @@ pub fn changed(valid: &[u8], changes: &[Change]) -> Vec<u8> {
             _ => change_numbers(&mut file, change),
         }
     }
+    written(&file).unwrap_or_else(|_| valid.to_vec())
+}
+
+/// A file of tensors, as a program would write it.
+pub fn written(file: &TensorFile) -> Result<Vec<u8>, CheckpointError> {
     let views: Vec<_> = file.tensors.iter().map(|(name, t)| (name.as_str(), t.view())).collect();
     let mut bytes = Vec::new();
-    let written = refraxel_train::checkpoint::write(&mut bytes, &file.header, &views);
-    written.map_or_else(|_| valid.to_vec(), |()| bytes)
+    checkpoint::write(&mut bytes, &file.header, &views)?;
+    Ok(bytes)
 }
 
 fn values() -> [Value; 22] {

@@ -1,7 +1,7 @@
 //! Mutation of valid files: what is changed, in which case, and what came of it.
 
 mod bytes;
-mod checkpoint;
+pub mod checkpoint;
 pub mod parent;
 mod png;
 mod text;

@@ -3,13 +3,15 @@
 use super::small::{TINY, ball};
 use super::words::train_args;
 use super::{Answer, Target};
-use crate::fuzz::Format;
+use crate::fuzz::{Format, checkpoint};
 use refraxel::cli::{CompareArgs, ExportArgs, ExportFormat, SplitName};
 use refraxel::exit::{Exit, Failure};
 use refraxel::progress::Show;
 use refraxel::verbs::{compare, eval, export, train};
+use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::{CHECKPOINT, Run};
+use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,8 @@ pub fn targets() -> Vec<Target> {
         target("checkpoint-bytes", Binary, |at| finished(at, CHECKPOINT), used),
         target("checkpoint", Checkpoint, |at| finished(at, CHECKPOINT), used),
         target("checkpoint-resume", Checkpoint, interrupted, resumed),
+        target("checkpoint-solid", Checkpoint, |at| flattened(at, "solid"), resumed),
+        target("checkpoint-cuts", Checkpoint, |at| flattened(at, "cuts"), resumed),
         target("log", Text, |at| interrupted(at).map(|_| at.join("whole/log.jsonl")), resumed),
         target("lock", Text, |at| interrupted(at).map(|_| lock(at)), resumed),
         target("metrics", Text, |at| finished(at, "eval/test/metrics.json"), compared),
@@ -57,6 +61,28 @@ fn interrupted(at: &Path) -> anyhow::Result<PathBuf> {
     let failure = trained(&data, &run, &["--overwrite", "--set", "run.stop_after=3"]).err();
     anyhow::ensure!(failure.is_some_and(|f| f.exit == Exit::Interrupted), "the run was not interrupted");
     Ok(run.join(CHECKPOINT))
+}
+
+/// As [`interrupted`]; masks were moved, and the body has flat faces: all of its faces (`solid`), or what planes cut off (`cuts`).
+fn flattened(at: &Path, faces: &str) -> anyhow::Result<PathBuf> {
+    let path = interrupted(at)?;
+    let mut file = TensorFile::load(&path)?;
+    file.header["state"]["mask_shift"] = json!(1.5);
+    let region = &mut file.header["regions"][0];
+    let [min, max]: [[f32; 3]; 2] = serde_json::from_value(region["bounds"].clone())?;
+    let plane = |k: usize, sign: f32| {
+        let (middle, size) = (0.5 * (min[k] + max[k]), max[k] - min[k]);
+        let mut plane = [0.0; 4];
+        (plane[k], plane[3]) = (sign, sign * middle + 0.3 * size);
+        plane
+    };
+    let planes: Vec<_> = (0..3).flat_map(|k| [plane(k, -1.0), plane(k, 1.0)]).collect();
+    region[faces] = match faces {
+        "solid" => json!({ "faces": planes[1..], "base": planes[0] }),
+        _ => json!(planes),
+    };
+    fs::write(&path, checkpoint::written(&file)?)?;
+    Ok(path)
 }
 
 fn lock(at: &Path) -> PathBuf {
