@@ -69,8 +69,8 @@ export class Renderer {
     this.view = device.createBuffer({ size: 64, usage: UNIFORM | GPUBufferUsage.COPY_DST });
     this.media = new Uint8Array(part("regions")).buffer;
     this.regions = buffer(this.media, UNIFORM);
-    const scales = part("scales");
-    const numbers = [new Float32Array(bytes, scales.byteOffset, scales.byteLength / 4), ...doc.splines.map((s) => unpack(bytes, s))];
+    const reals = (of: Uint8Array) => new Float32Array(bytes, of.byteOffset, of.byteLength / 4);
+    const numbers = [reals(part("scales")), reals(part("planes")), ...doc.splines.map((s) => unpack(bytes, s))];
     const joined = new Float32Array(numbers.reduce((sum, n) => sum + n.length, 0));
     numbers.reduce((at, n) => (joined.set(n, at), at + n.length), 0);
     const buffers = [

@@ -32,7 +32,7 @@ export interface Document {
   /** Constants of the shaders. */
   constants: { u32: Record<string, number>; f32: Record<string, number> };
   regions: Region[];
-  parts: Record<"scene" | "task" | "regions" | "table" | "forward" | "occupied" | "colours" | "scales" | "texels" | "clearances", Part>;
+  parts: Record<"scene" | "task" | "regions" | "table" | "forward" | "occupied" | "colours" | "scales" | "planes" | "texels" | "clearances", Part>;
   density: Packed;
   /** Coefficients of level sets and fields, in the order of the shader. */
   splines: Packed[];

@@ -26,8 +26,59 @@ fn clearance_at(r: u32, at: vec3<f32>) -> u32 {
     return (clearances[i >> 2u] >> (8u * (i & 3u))) & 255u;
 }
 
+// The interval of t in which a line is below all planes of a body.
+fn below_planes(r: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
+    let start = (x - regions[r].lowest) * regions[r].nodes_per_unit;
+    let velocity = p * regions[r].nodes_per_unit;
+    var below = vec2<f32>(-FAR, FAR);
+    for (var k = 0u; k < regions[r].planes; k++) {
+        let plane = plane_of(r, k);
+        let height = plane.w + dot(plane.xyz, start);
+        let slope = dot(plane.xyz, velocity);
+        if (slope < 0.0) {
+            below.x = max(below.x, -height / slope);
+        } else if (slope > 0.0) {
+            below.y = min(below.y, -height / slope);
+        } else if (height > 0.0) {
+            below.x = FAR;
+        }
+    }
+    return below;
+}
+
 // The first t in a range at which a line leaves its side of the surface of a body: side +1 is outside, −1 inside. −1: never.
 fn first_crossing(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
+    if (regions[r].planes == 0u) {
+        return crossing_of_spline(r, x, p, range, side);
+    }
+    let below = below_planes(r, x, p);
+    let is_of_planes = (regions[r].kind & IS_OF_PLANES) != 0u;
+    if (side < 0.0) {
+        let end = select(range.x, max(range.x, below.y), below.x < below.y);
+        if (!is_of_planes) {
+            let t = crossing_of_spline(r, x, p, vec2<f32>(range.x, min(end, range.y)), side);
+            if (t >= 0.0) {
+                return t;
+            }
+        }
+        return select(-1.0, end, end <= range.y);
+    }
+    // Nothing comes back below a plane that it has left, or is about to leave.
+    let behind = BEHIND / max_element(abs(p * regions[r].nodes_per_unit));
+    if (below.x >= below.y || below.x > range.y || below.y <= range.x + behind) {
+        return -1.0;
+    }
+    if (below.x >= range.x && (is_of_planes || level_of_spline(r, x + below.x * p).w <= 0.0)) {
+        return below.x;
+    }
+    if (is_of_planes) {
+        return -1.0;
+    }
+    return crossing_of_spline(r, x, p, vec2<f32>(max(below.x, range.x), min(below.y, range.y)), side);
+}
+
+// The same of its level set, whatever planes there are.
+fn crossing_of_spline(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
     let velocity = p * regions[r].nodes_per_unit;
     let per_voxel = 1.0 / max_element(abs(velocity));
     var t = range.x;
@@ -43,7 +94,7 @@ fn first_crossing(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f3
             t += (f32(clear) - 1.0) * per_voxel;
             continue;
         }
-        let u = side * level(r, x + t * p).w;
+        let u = side * level_of_spline(r, x + t * p).w;
         if (u <= 0.0) {
             if (!near) {
                 return t;
@@ -66,7 +117,7 @@ fn crossing_between(r: u32, x: vec3<f32>, p: vec3<f32>, first: vec2<f32>, second
     var b = second;
     for (var k = 0; k < 8; k++) {
         let t = (a.x * b.y - b.x * a.y) / (b.y - a.y);
-        let u = side * level(r, x + t * p).w;
+        let u = side * level_of_spline(r, x + t * p).w;
         if (u > 0.0) {
             a = vec2<f32>(t, u);
             b.y *= 0.5;

@@ -25,7 +25,7 @@ struct Region {
     // Share of Fresnel's reflectance that is seen.
     strength: f32,
     nodes: vec3<u32>,
-    // Bits: IS_BODY, IS_UNIFORM.
+    // Bits: IS_BODY, IS_UNIFORM, IS_OF_PLANES.
     kind: u32,
     field_lowest: vec3<f32>,
     // Factor on n - 1 of a field.
@@ -38,12 +38,14 @@ struct Region {
     surface: u32,
     field: u32,
     clearance: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // How many planes enclose the body or cut its level set, and where the first of them lies.
+    planes: u32,
+    first_plane: u32,
 }
 
 const IS_BODY: u32 = 1u;
 const IS_UNIFORM: u32 = 2u;
+const IS_OF_PLANES: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> scene: Scene;
@@ -55,7 +57,7 @@ const IS_UNIFORM: u32 = 2u;
 @group(0) @binding(7) var<storage, read> density: array<f32>;
 @group(0) @binding(8) var<storage, read> colours: array<u32>;
 @group(0) @binding(9) var<storage, read> texels: array<f32>;
-// Scales of colours, then coefficients of level sets and fields.
+// Scales of colours, planes, then coefficients of level sets and fields.
 @group(0) @binding(10) var<storage, read> numbers: array<f32>;
 @group(0) @binding(11) var<storage, read> clearances: array<u32>;
 

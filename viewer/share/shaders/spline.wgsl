@@ -1,4 +1,4 @@
-// Cubic B-splines on the nodes of a box, theory (2.5): level sets, and the fields w = n²/2.
+// Cubic B-splines on the nodes of a box, theory (2.5): level sets, with the planes that cut them, and the fields w = n²/2.
 
 struct Weights {
     value: vec4<f32>,
@@ -36,8 +36,35 @@ fn spline(first: u32, nodes: vec3<u32>, at: vec3<f32>) -> vec4<f32> {
     return sum;
 }
 
-// Gradient [1] and value φ of the level set of a body [scene unit]; outside its box far from it.
+// (m, h) of a plane of a body: its height at node coordinates g is h + m·g, theory (4.14).
+fn plane_of(r: u32, k: u32) -> vec4<f32> {
+    let at = regions[r].first_plane + 4u * k;
+    return vec4<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u], numbers[at + 3u]);
+}
+
+// Gradient [1] and value φ of a body [scene unit]: of its level set, or of the highest of its planes where that is higher.
 fn level(r: u32, x: vec3<f32>) -> vec4<f32> {
+    if (regions[r].planes == 0u) {
+        return level_of_spline(r, x);
+    }
+    let at = (x - regions[r].lowest) * regions[r].nodes_per_unit;
+    var highest = vec4<f32>(0.0, 0.0, 0.0, -FAR);
+    for (var k = 0u; k < regions[r].planes; k++) {
+        let plane = plane_of(r, k);
+        let height = plane.w + dot(plane.xyz, at);
+        if (height > highest.w) {
+            highest = vec4<f32>(plane.xyz * regions[r].nodes_per_unit, height);
+        }
+    }
+    if ((regions[r].kind & IS_OF_PLANES) != 0u) {
+        return highest;
+    }
+    let spline = level_of_spline(r, x);
+    return select(spline, highest, highest.w > spline.w);
+}
+
+// The same of its level set, whatever planes there are; outside its box far from it.
+fn level_of_spline(r: u32, x: vec3<f32>) -> vec4<f32> {
     let at = (x - regions[r].lowest) * regions[r].nodes_per_unit;
     let last = vec3<f32>(regions[r].nodes - 1u);
     if (any(at < vec3<f32>(1.0)) || any(at > last - 1.0)) {

@@ -6,7 +6,6 @@ use super::lattice::Lattice;
 use super::stencil::Stencil;
 use super::{BORDER, Interpolation, flat, prefilter};
 use crate::{Aabb, Domain, Real, Vec3};
-use std::borrow::Cow;
 
 /// A body as φ < 0, theory (2.22): φ(x) = Σ_j c_j B_j(x) [scene unit], best a signed distance.
 ///
@@ -180,15 +179,6 @@ impl<T: Real> LevelSet<T> {
     /// Whether planes take the place of the spline.
     pub fn is_of_planes(&self) -> bool {
         self.facets.as_ref().is_some_and(|f| f.alone)
-    }
-    /// The same body as a spline alone, with round edges where it has planes.
-    #[must_use]
-    pub fn rounded(&self) -> Cow<'_, Self> {
-        if self.facets.is_none() {
-            return Cow::Borrowed(self);
-        }
-        let Domain { bounds, resolution, .. } = *self.domain();
-        Cow::Owned(Self::from_control_values(bounds, resolution, |x| self.value(x)))
     }
     /// The planes that cut the spline, as long as they are taken away.
     pub(super) fn take_cuts(&mut self) -> Option<Facets<T>> {

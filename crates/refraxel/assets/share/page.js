@@ -578,8 +578,59 @@ fn clearance_at(r: u32, at: vec3<f32>) -> u32 {
     return (clearances[i >> 2u] >> (8u * (i & 3u))) & 255u;
 }
 
+// The interval of t in which a line is below all planes of a body.
+fn below_planes(r: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
+    let start = (x - regions[r].lowest) * regions[r].nodes_per_unit;
+    let velocity = p * regions[r].nodes_per_unit;
+    var below = vec2<f32>(-FAR, FAR);
+    for (var k = 0u; k < regions[r].planes; k++) {
+        let plane = plane_of(r, k);
+        let height = plane.w + dot(plane.xyz, start);
+        let slope = dot(plane.xyz, velocity);
+        if (slope < 0.0) {
+            below.x = max(below.x, -height / slope);
+        } else if (slope > 0.0) {
+            below.y = min(below.y, -height / slope);
+        } else if (height > 0.0) {
+            below.x = FAR;
+        }
+    }
+    return below;
+}
+
 // The first t in a range at which a line leaves its side of the surface of a body: side +1 is outside, −1 inside. −1: never.
 fn first_crossing(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
+    if (regions[r].planes == 0u) {
+        return crossing_of_spline(r, x, p, range, side);
+    }
+    let below = below_planes(r, x, p);
+    let is_of_planes = (regions[r].kind & IS_OF_PLANES) != 0u;
+    if (side < 0.0) {
+        let end = select(range.x, max(range.x, below.y), below.x < below.y);
+        if (!is_of_planes) {
+            let t = crossing_of_spline(r, x, p, vec2<f32>(range.x, min(end, range.y)), side);
+            if (t >= 0.0) {
+                return t;
+            }
+        }
+        return select(-1.0, end, end <= range.y);
+    }
+    // Nothing comes back below a plane that it has left, or is about to leave.
+    let behind = BEHIND / max_element(abs(p * regions[r].nodes_per_unit));
+    if (below.x >= below.y || below.x > range.y || below.y <= range.x + behind) {
+        return -1.0;
+    }
+    if (below.x >= range.x && (is_of_planes || level_of_spline(r, x + below.x * p).w <= 0.0)) {
+        return below.x;
+    }
+    if (is_of_planes) {
+        return -1.0;
+    }
+    return crossing_of_spline(r, x, p, vec2<f32>(max(below.x, range.x), min(below.y, range.y)), side);
+}
+
+// The same of its level set, whatever planes there are.
+fn crossing_of_spline(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f32) -> f32 {
     let velocity = p * regions[r].nodes_per_unit;
     let per_voxel = 1.0 / max_element(abs(velocity));
     var t = range.x;
@@ -595,7 +646,7 @@ fn first_crossing(r: u32, x: vec3<f32>, p: vec3<f32>, range: vec2<f32>, side: f3
             t += (f32(clear) - 1.0) * per_voxel;
             continue;
         }
-        let u = side * level(r, x + t * p).w;
+        let u = side * level_of_spline(r, x + t * p).w;
         if (u <= 0.0) {
             if (!near) {
                 return t;
@@ -618,7 +669,7 @@ fn crossing_between(r: u32, x: vec3<f32>, p: vec3<f32>, first: vec2<f32>, second
     var b = second;
     for (var k = 0; k < 8; k++) {
         let t = (a.x * b.y - b.x * a.y) / (b.y - a.y);
-        let u = side * level(r, x + t * p).w;
+        let u = side * level_of_spline(r, x + t * p).w;
         if (u > 0.0) {
             a = vec2<f32>(t, u);
             b.y *= 0.5;
@@ -911,7 +962,7 @@ struct Region {
     // Share of Fresnel's reflectance that is seen.
     strength: f32,
     nodes: vec3<u32>,
-    // Bits: IS_BODY, IS_UNIFORM.
+    // Bits: IS_BODY, IS_UNIFORM, IS_OF_PLANES.
     kind: u32,
     field_lowest: vec3<f32>,
     // Factor on n - 1 of a field.
@@ -924,12 +975,14 @@ struct Region {
     surface: u32,
     field: u32,
     clearance: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // How many planes enclose the body or cut its level set, and where the first of them lies.
+    planes: u32,
+    first_plane: u32,
 }
 
 const IS_BODY: u32 = 1u;
 const IS_UNIFORM: u32 = 2u;
+const IS_OF_PLANES: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> scene: Scene;
@@ -941,7 +994,7 @@ const IS_UNIFORM: u32 = 2u;
 @group(0) @binding(7) var<storage, read> density: array<f32>;
 @group(0) @binding(8) var<storage, read> colours: array<u32>;
 @group(0) @binding(9) var<storage, read> texels: array<f32>;
-// Scales of colours, then coefficients of level sets and fields.
+// Scales of colours, planes, then coefficients of level sets and fields.
 @group(0) @binding(10) var<storage, read> numbers: array<f32>;
 @group(0) @binding(11) var<storage, read> clearances: array<u32>;
 
@@ -971,7 +1024,7 @@ fn corner(@builtin(vertex_index) k: u32) -> Corner {
 fn pixel(in: Corner) -> @location(0) vec4<f32> {
     return textureSample(picture, linear, in.place);
 }
-`,I=`// Cubic B-splines on the nodes of a box, theory (2.5): level sets, and the fields w = n²/2.
+`,I=`// Cubic B-splines on the nodes of a box, theory (2.5): level sets, with the planes that cut them, and the fields w = n²/2.
 
 struct Weights {
     value: vec4<f32>,
@@ -1009,8 +1062,35 @@ fn spline(first: u32, nodes: vec3<u32>, at: vec3<f32>) -> vec4<f32> {
     return sum;
 }
 
-// Gradient [1] and value φ of the level set of a body [scene unit]; outside its box far from it.
+// (m, h) of a plane of a body: its height at node coordinates g is h + m·g, theory (4.14).
+fn plane_of(r: u32, k: u32) -> vec4<f32> {
+    let at = regions[r].first_plane + 4u * k;
+    return vec4<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u], numbers[at + 3u]);
+}
+
+// Gradient [1] and value φ of a body [scene unit]: of its level set, or of the highest of its planes where that is higher.
 fn level(r: u32, x: vec3<f32>) -> vec4<f32> {
+    if (regions[r].planes == 0u) {
+        return level_of_spline(r, x);
+    }
+    let at = (x - regions[r].lowest) * regions[r].nodes_per_unit;
+    var highest = vec4<f32>(0.0, 0.0, 0.0, -FAR);
+    for (var k = 0u; k < regions[r].planes; k++) {
+        let plane = plane_of(r, k);
+        let height = plane.w + dot(plane.xyz, at);
+        if (height > highest.w) {
+            highest = vec4<f32>(plane.xyz * regions[r].nodes_per_unit, height);
+        }
+    }
+    if ((regions[r].kind & IS_OF_PLANES) != 0u) {
+        return highest;
+    }
+    let spline = level_of_spline(r, x);
+    return select(spline, highest, highest.w > spline.w);
+}
+
+// The same of its level set, whatever planes there are; outside its box far from it.
+fn level_of_spline(r: u32, x: vec3<f32>) -> vec4<f32> {
     let at = (x - regions[r].lowest) * regions[r].nodes_per_unit;
     let last = vec3<f32>(regions[r].nodes - 1u);
     if (any(at < vec3<f32>(1.0)) || any(at > last - 1.0)) {
@@ -1042,5 +1122,5 @@ fn field_of(r: i32, x: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(s.xyz * regions[k].field_nodes_per_unit * (regions[k].contrast * m / n), 0.5 * m * m);
 }
 `;async function L(){let e=JSON.parse(document.querySelector(`#document`).textContent),t=document.querySelector(`#numbers`).textContent.trim(),n=atob(t),r=new Uint8Array(n.length);for(let e=0;e<n.length;e++)r[e]=n.charCodeAt(e);let i=new Blob([r]).stream().pipeThrough(new DecompressionStream(`gzip`));return{document:e,bytes:await new Response(i).arrayBuffer()}}function R(e,{at:t,length:n,low:r,step:i}){let a=new Uint16Array(e,t,n/2);return Float32Array.from(a,e=>r+i*e)}var z=30,[B,V,H]=[3,19,32];function U({constants:{u32:e,f32:t}}){let n=Object.entries(e).map(([e,t])=>`const ${e}: u32 = ${t}u;`),r=Object.entries(t).map(([e,t])=>`const ${e}: f32 = ${Number.isInteger(t)&&Math.abs(t)<1e6?t.toFixed(1):t}f;`);return[...n,...r].join(`
-`)}var W=class e{device;canvas;scene;view;regions;media;paint;group;blit;sampler;context;target=null;rows=16;speed=200;constructor(e,t,n,r){this.device=e,this.canvas=t,this.scene=n;let{document:i,bytes:a}=n,o=(t,n)=>{let r=Math.max(16,Math.ceil(t.byteLength/4)*4),i=e.createBuffer({size:r,usage:n|GPUBufferUsage.COPY_DST});return e.queue.writeBuffer(i,0,t),i},s=e=>new Uint8Array(a,i.parts[e].at,4*Math.ceil(i.parts[e].length/4)),{UNIFORM:c,STORAGE:l}=GPUBufferUsage;this.view=e.createBuffer({size:64,usage:c|GPUBufferUsage.COPY_DST}),this.media=new Uint8Array(s(`regions`)).buffer,this.regions=o(this.media,c);let u=s(`scales`),d=[new Float32Array(a,u.byteOffset,u.byteLength/4),...i.splines.map(e=>R(a,e))],f=new Float32Array(d.reduce((e,t)=>e+t.length,0));d.reduce((e,t)=>(f.set(t,e),e+t.length),0);let p=[this.view,o(s(`scene`),c),o(s(`task`),c),this.regions,o(s(`table`),l),o(s(`forward`),l),o(s(`occupied`),l),o(R(a,i.density),l),o(s(`colours`),l),o(s(`texels`),l),o(f,l),o(s(`clearances`),l)],m=e.createShaderModule({code:r}),h=e=>e<4?`uniform`:`read-only-storage`,g=e.createBindGroupLayout({entries:p.map((e,t)=>({binding:t,visibility:GPUShaderStage.FRAGMENT,buffer:{type:h(t)}}))});this.group=e.createBindGroup({layout:g,entries:p.map((e,t)=>({binding:t,resource:{buffer:e}}))}),this.paint=e.createRenderPipeline({layout:e.createPipelineLayout({bindGroupLayouts:[g]}),vertex:{module:m},fragment:{module:m,targets:[{format:`rgba8unorm`}]}});let _=navigator.gpu.getPreferredCanvasFormat(),v=e.createShaderModule({code:F});this.blit=e.createRenderPipeline({layout:`auto`,vertex:{module:v},fragment:{module:v,targets:[{format:_}]}}),this.sampler=e.createSampler({magFilter:`linear`,minFilter:`linear`}),this.context=t.getContext(`webgpu`),this.context.configure({device:e,format:_,alphaMode:`opaque`})}static async make(t,n){if(!(`gpu`in navigator))throw Error(`this browser has no WebGPU`);let r=await navigator.gpu.requestAdapter({powerPreference:`high-performance`});if(!r)throw Error(`WebGPU finds no graphics device here`);let{maxStorageBufferBindingSize:i,maxBufferSize:a}=r.limits,o=await r.requestDevice({requiredLimits:{maxStorageBufferBindingSize:i,maxBufferSize:a}}),s=[U(n.document),k,P,D,w,j,A,E,C,T,O,I,M,N].join(`
+`)}var W=class e{device;canvas;scene;view;regions;media;paint;group;blit;sampler;context;target=null;rows=16;speed=200;constructor(e,t,n,r){this.device=e,this.canvas=t,this.scene=n;let{document:i,bytes:a}=n,o=(t,n)=>{let r=Math.max(16,Math.ceil(t.byteLength/4)*4),i=e.createBuffer({size:r,usage:n|GPUBufferUsage.COPY_DST});return e.queue.writeBuffer(i,0,t),i},s=e=>new Uint8Array(a,i.parts[e].at,4*Math.ceil(i.parts[e].length/4)),{UNIFORM:c,STORAGE:l}=GPUBufferUsage;this.view=e.createBuffer({size:64,usage:c|GPUBufferUsage.COPY_DST}),this.media=new Uint8Array(s(`regions`)).buffer,this.regions=o(this.media,c);let u=e=>new Float32Array(a,e.byteOffset,e.byteLength/4),d=[u(s(`scales`)),u(s(`planes`)),...i.splines.map(e=>R(a,e))],f=new Float32Array(d.reduce((e,t)=>e+t.length,0));d.reduce((e,t)=>(f.set(t,e),e+t.length),0);let p=[this.view,o(s(`scene`),c),o(s(`task`),c),this.regions,o(s(`table`),l),o(s(`forward`),l),o(s(`occupied`),l),o(R(a,i.density),l),o(s(`colours`),l),o(s(`texels`),l),o(f,l),o(s(`clearances`),l)],m=e.createShaderModule({code:r}),h=e=>e<4?`uniform`:`read-only-storage`,g=e.createBindGroupLayout({entries:p.map((e,t)=>({binding:t,visibility:GPUShaderStage.FRAGMENT,buffer:{type:h(t)}}))});this.group=e.createBindGroup({layout:g,entries:p.map((e,t)=>({binding:t,resource:{buffer:e}}))}),this.paint=e.createRenderPipeline({layout:e.createPipelineLayout({bindGroupLayouts:[g]}),vertex:{module:m},fragment:{module:m,targets:[{format:`rgba8unorm`}]}});let _=navigator.gpu.getPreferredCanvasFormat(),v=e.createShaderModule({code:F});this.blit=e.createRenderPipeline({layout:`auto`,vertex:{module:v},fragment:{module:v,targets:[{format:_}]}}),this.sampler=e.createSampler({magFilter:`linear`,minFilter:`linear`}),this.context=t.getContext(`webgpu`),this.context.configure({device:e,format:_,alphaMode:`opaque`})}static async make(t,n){if(!(`gpu`in navigator))throw Error(`this browser has no WebGPU`);let r=await navigator.gpu.requestAdapter({powerPreference:`high-performance`});if(!r)throw Error(`WebGPU finds no graphics device here`);let{maxStorageBufferBindingSize:i,maxBufferSize:a}=r.limits,o=await r.requestDevice({requiredLimits:{maxStorageBufferBindingSize:i,maxBufferSize:a}}),s=[U(n.document),k,P,D,w,j,A,E,C,T,O,I,M,N].join(`
 `);o.pushErrorScope(`validation`),o.pushErrorScope(`out-of-memory`);let c=new e(o,t,n,s),l=[await o.popErrorScope(),await o.popErrorScope()].find(e=>e!==null);if(l)throw Error(l.message);return c}async render(e,t,n){let[r,i]=e.size;if(this.tell(e,t),this.target?.width!==r||this.target.height!==i){this.target?.destroy();let e=GPUTextureUsage.RENDER_ATTACHMENT|GPUTextureUsage.TEXTURE_BINDING|GPUTextureUsage.COPY_SRC;this.target=this.device.createTexture({size:[r,i],format:`rgba8unorm`,usage:e})}let a=this.target.createView();for(let e=0;e<i;){let t=Math.min(this.rows,i-e),o=performance.now(),s=this.device.createCommandEncoder(),c=s.beginRenderPass({colorAttachments:[{view:a,loadOp:`load`,storeOp:`store`}]});c.setPipeline(this.paint),c.setBindGroup(0,this.group),c.setScissorRect(0,e,r,t),c.draw(3),c.end(),this.device.queue.submit([s.finish()]),await this.device.queue.onSubmittedWorkDone();let l=Math.max(.2,performance.now()-o);if(this.speed+=.3*(t*r/l-this.speed),this.rows=Math.max(4,Math.min(4096,Math.round(this.speed*z/r))),e+=t,n())return!1}return this.show(),!0}tell({eye:e,axes:t,angle:r,size:i},{index:a,straight:o}){let s=2*Math.tan(.5*r)/i[0],[c,l,u]=t,d=new ArrayBuffer(64),[f,p]=[new Float32Array(d),new Uint32Array(d)];f.set([...e,0,...n(c,s),i[0],...n(l,s),i[1],...u,0]),p[3]=this.scene.document.regions.length,p[15]=+!!o,this.device.queue.writeBuffer(this.view,0,d);let m=new Float32Array(this.media.slice(0));this.scene.document.regions.forEach((e,t)=>{e.slides&&(e.uniform?m[H*t+B]=a[t]:m[H*t+V]=(a[t]-1)/(e.index-1))}),this.device.queue.writeBuffer(this.regions,0,m)}show(){let e=this.device.createCommandEncoder(),t=this.context.getCurrentTexture().createView(),n=this.device.createBindGroup({layout:this.blit.getBindGroupLayout(0),entries:[{binding:0,resource:this.target.createView()},{binding:1,resource:this.sampler}]}),r=e.beginRenderPass({colorAttachments:[{view:t,loadOp:`clear`,storeOp:`store`}]});r.setPipeline(this.blit),r.setBindGroup(0,n),r.draw(3),r.end(),this.device.queue.submit([e.finish()])}resize(e,t){(this.canvas.width!==e||this.canvas.height!==t)&&([this.canvas.width,this.canvas.height]=[e,t])}},[G,K]=[50,150],q=1600,J=640,Y=[[`air`,1],[`water`,1.33],[`glass`,1.5],[`diamond`,2.42]],X=class{doc;renderer;stage=document.querySelector(`#stage`);camera=new l;index;straight=!1;wanted=0;busy=!1;moving=!1;rest=0;constructor(e,t){this.doc=e,this.renderer=t,this.index=e.regions.map(e=>e.index),this.camera.up=e.up,this.home(),y(this.stage,this.camera,{moved:()=>this.changed(!0),click:()=>{},center:()=>{}}),new ResizeObserver(()=>this.changed(!1)).observe(this.stage),addEventListener(`keydown`,e=>e.code===`KeyR`&&this.home()),this.controls()}home(){this.camera.take(this.doc.start,this.doc.middle),this.changed(!1)}controls(){document.querySelector(`#panel`).open=innerWidth>=J;let e=document.querySelector(`#controls`),t=this.doc.regions.flatMap((e,t)=>{if(!e.slides)return[];let n=new p(this.doc.regions.length>1?`index of region ${t+1}`:`index of refraction`,[1,2.5,.005],e=>e.toFixed(3),e=>{this.index[t]=e,this.changed(!0)});return n.set(e.index),[{slider:n,k:t}]}),n=e=>{for(let{slider:n,k:r}of t)this.index[r]=e??this.doc.regions[r].index,n.set(this.index[r]);this.changed(!1)};if(t.length>0){let r=[...Y,[`as learned`,null]];e.append(...t.map(e=>e.slider.element),u(`div`,{class:`row`},...r.map(([e,t])=>d(e,t===null?`As the run has found it`:`n = ${t}`,()=>n(t))))),e.append(f(`straight rays`,`As if nothing bent them`,e=>{this.straight=e,this.changed(!1)})[0])}e.append(u(`p`,{},`Drag to turn, wheel to come nearer, right drag or two fingers to move, W A S D Q E to fly, R to go back.`))}changed(e){clearTimeout(this.rest),this.wanted++,this.moving=e,e&&(this.rest=setTimeout(()=>this.changed(!1),K)),this.busy||requestAnimationFrame(()=>void this.paint()),this.busy=!0}async paint(){let e=this.wanted,{moving:t}=this,n=Math.min(devicePixelRatio,2),r=[this.stage.clientWidth*n,this.stage.clientHeight*n],i=Math.min(1,q/Math.max(...r)),a=r[0]*r[1]*i*i,o=t?Math.min(1,Math.sqrt(this.renderer.speed*G/a)):1,s=e=>Math.max(16,Math.round(e*i*o));this.renderer.resize(Math.max(16,Math.round(r[0])),Math.max(16,Math.round(r[1])));let c=this.camera.for([s(r[0]),s(r[1])]),l={index:this.index,straight:this.straight},u=performance.now();await this.renderer.render(c,l,()=>!t&&this.wanted!==e)&&(document.querySelector(`#still`).hidden=!0,Object.assign(document.body.dataset,{picture:String(e),full:String(!t),ms:(performance.now()-u).toFixed(0)})),this.busy=this.wanted!==e,this.busy&&requestAnimationFrame(()=>void this.paint())}};async function Z(){let e=document.querySelector(`#note`);try{let t=document.querySelector(`#lines`),n=await L();new X(n.document,await W.make(t,n)),e.hidden=!0}catch(t){let n=t instanceof Error?t.message:String(t);e.textContent=`This is a picture: ${n}. A recent Chrome, Edge, Safari or Firefox with WebGPU shows the scene itself, to turn and to change.`,document.body.dataset.failed=n}}Z();

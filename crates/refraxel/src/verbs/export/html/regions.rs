@@ -12,12 +12,18 @@ use serde_json::{Value, json};
 const NEAR: f32 = 8.0;
 const IS_BODY: u32 = 1;
 const IS_UNIFORM: u32 = 2;
+const IS_OF_PLANES: u32 = 4;
 
 /// Adds all regions and returns what the document says of each.
 pub fn add(model: &Model, pack: &mut Pack) -> Result<Vec<Value>, Failure> {
     let Refraction { medium, optics, .. } = &model.refraction;
-    let first = 4 * (3 * model.field.degree.basis()).div_ceil(4) as u32;
-    let mut parts = Parts { coefficients: first, words: Vec::new(), clearances: Vec::new() };
+    let scales = 4 * (3 * model.field.degree.basis()).div_ceil(4) as u32;
+    let all: Vec<_> =
+        medium.regions().iter().flat_map(planes).flat_map(|(h, m)| [m.x, m.y, m.z, *h]).collect();
+    let coefficients = scales + all.len() as u32;
+    let mut parts = Parts { plane: scales, coefficients, words: Vec::new(), clearances: Vec::new() };
+    // Not packed: an edge is where two of them meet.
+    pack.reals("planes", all);
     let mut told = Vec::new();
     for (k, grid) in medium.regions().iter().enumerate() {
         let is_uniform = grid.level_set().is_some() && grid.interior_index().is_some();
@@ -40,11 +46,18 @@ pub fn add(model: &Model, pack: &mut Pack) -> Result<Vec<Value>, Failure> {
     Ok(told)
 }
 
+/// The planes of a body; none where it has no flat face.
+fn planes(grid: &IndexGrid<f32>) -> &[(f32, Vec3<f32>)] {
+    grid.level_set().map_or(&[], LevelSet::planes)
+}
+
 /// Words of `Region` in viewer/share/shaders/scene.wgsl.
 const WORDS: usize = 32;
 
 /// What is known of all regions so far.
 struct Parts {
+    /// Numbers before the next plane.
+    plane: u32,
     /// Numbers before the next coefficients.
     coefficients: u32,
     words: Vec<u32>,
@@ -53,13 +66,15 @@ struct Parts {
 
 impl Parts {
     fn add(&mut self, grid: &IndexGrid<f32>, is_uniform: bool, [step, strength]: [f32; 2], pack: &mut Pack) {
-        // The page knows splines alone: its edges are round.
-        let level = grid.level_set().map(LevelSet::rounded);
-        let level = level.as_deref();
-        let kind = if level.is_some() { IS_BODY } else { 0 } | if is_uniform { IS_UNIFORM } else { 0 };
+        let level = grid.level_set();
+        let is_of_planes = level.is_some_and(LevelSet::is_of_planes);
+        let bits = [(level.is_some(), IS_BODY), (is_uniform, IS_UNIFORM), (is_of_planes, IS_OF_PLANES)];
+        let kind = bits.iter().filter(|(holds, _)| *holds).fold(0, |kind, (_, bit)| kind | bit);
+        let (planes, plane) = (planes(grid).len() as u32, self.plane);
+        self.plane += 4 * planes;
         let clearance = self.clearances.len() as u32;
-        let surface = level.map_or(0, |level| {
-            self.clearances.extend(distances(level));
+        let surface = level.filter(|_| !is_of_planes).map_or(0, |level| {
+            self.clearances.extend(level.clearances());
             let most = NEAR * level.voxel();
             let near: Vec<f32> = level.coefficients().iter().map(|c| c.clamp(-most, most)).collect();
             self.put(&near, pack)
@@ -76,7 +91,7 @@ impl Parts {
             [b[0], b[1], b[2], 1.0_f32.to_bits()],
             [b[3], b[4], b[5], grid.largest_index().to_bits()],
             [b[6], b[7], b[8], surface],
-            [field, clearance, 0, 0],
+            [field, clearance, planes, plane],
         ]
         .as_flattened()
         .try_into()
@@ -106,22 +121,27 @@ fn place(domain: &Domain<f32>) -> [u32; 9] {
     [low[0], low[1], low[2], scale[0], scale[1], scale[2], n[0], n[1], n[2]]
 }
 
-/// Per cell, x fastest, the distance to the nearest that may hold the surface [cell].
-fn distances(level: &LevelSet<f32>) -> Vec<u8> {
-    let level = level.cast::<f64>();
-    let domain = level.domain();
-    let cells = domain.resolution.map(|n| n - 1);
-    let edge = domain.bounds.extent();
-    let middle = |c: [u32; 3]| {
-        let at = [0, 1, 2]
-            .map(|a: usize| domain.bounds.min[a] + edge[a] * (f64::from(c[a]) + 0.5) / f64::from(cells[a]));
-        Vec3::from(at)
-    };
-    let mut all = Vec::with_capacity(cells.iter().map(|&n| n as usize).product());
-    for z in 0..cells[2] {
-        for y in 0..cells[1] {
-            all.extend((0..cells[0]).map(|x| level.clearance(middle([x, y, z])).unwrap_or(1)));
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::{Aabb, vec3};
+
+    #[test]
+    fn flat_faces_go_as_planes_and_what_they_cut_as_coefficients() {
+        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let ball = LevelSet::from_control_values(cube, [17; 3], |x: Vec3<f32>| x.length() - 0.7);
+        let top = [(vec3(0.0, 0.0, 1.0), 0.2)];
+        let mut parts = Parts { plane: 8, coefficients: 40, words: Vec::new(), clearances: Vec::new() };
+        let mut pack = Pack::default();
+        for body in [ball.clone(), ball.clone().cut_by(top), ball.clone().with_planes(top)] {
+            let grid = IndexGrid::vacuum(cube, [17; 3], Interpolation::CubicBSpline).with_level_set(body);
+            parts.add(&grid, true, [0.1, 1.0], &mut pack);
         }
+        // Kind, first coefficient, planes and the first of them; a body of planes has six more, which cut it off inside its box.
+        let told = |k: usize| [15, 27, 30, 31].map(|word| parts.words[WORDS * k + word]);
+        assert_eq!(told(0), [IS_BODY | IS_UNIFORM, 40, 0, 8]);
+        assert_eq!(told(1), [IS_BODY | IS_UNIFORM, 40 + 17 * 17 * 17, 1, 8]);
+        assert_eq!(told(2), [IS_BODY | IS_UNIFORM | IS_OF_PLANES, 0, 7, 12]);
+        assert_eq!((pack.splines.len(), parts.clearances.len()), (2, 2 * 16 * 16 * 16));
     }
-    all
 }
