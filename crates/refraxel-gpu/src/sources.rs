@@ -28,19 +28,8 @@ macro_rules! shaders {
     ($($name:literal),*) => { &[$(include_str!(concat!("shaders/", $name, ".wgsl"))),*] };
 }
 
-/// Marches rays and shades what they meet.
-const MARCH: &[&str] = shaders![
-    "scene",
-    "rays",
-    "density",
-    "domain",
-    "bricks",
-    "trilinear",
-    "sh",
-    "colour",
-    "background",
-    "march"
-];
+/// Marches rays.
+const MARCH: &[&str] = shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march"];
 /// What that reads.
 const MARCHED: &[(&str, Access)] = &[
     ("scene", Uniform),
@@ -49,23 +38,12 @@ const MARCHED: &[(&str, Access)] = &[
     ("forward", Read),
     ("occupied", Read),
     ("density", Read),
-    ("colour", Read),
-    ("texels", Read),
     ("lessons", Read),
 ];
-
-/// Marches rays without shading what they meet.
-const WEIGH: &[&str] = shaders!["scene", "rays", "density", "domain", "bricks", "trilinear", "march"];
+/// Shades what they meet.
+const SHADE: &[&str] = shaders!["sh", "colour", "background"];
 /// What that reads.
-const WEIGHED: &[(&str, Access)] = &[
-    ("scene", Uniform),
-    ("task", Uniform),
-    ("table", Read),
-    ("forward", Read),
-    ("occupied", Read),
-    ("density", Read),
-    ("lessons", Read),
-];
+const SHADED: &[(&str, Access)] = &[("colour", Read), ("texels", Read)];
 
 /// Follows rays that bend.
 const TRACE: &[&str] = shaders!["bending", "lattice", "stencil", "medium", "crossing", "event", "trace"];
@@ -100,22 +78,22 @@ const LEARNED: &[(&str, Access)] = &[
 /// Render rays.
 pub(crate) const RENDER: Source = Source {
     entry: "render",
-    files: &[MARCH, shaders!["render"]],
-    bindings: &[MARCHED, &[("seen", Writes)]],
+    files: &[MARCH, SHADE, shaders!["render"]],
+    bindings: &[MARCHED, SHADED, &[("seen", Writes)]],
 };
 
 /// Render rays that may bend.
 pub(crate) const RENDER_BENT: Source = Source {
     entry: "render_bent",
-    files: &[MARCH, TRACE, FOLLOW, shaders!["light", "absorption", "reflections", "render_bent"]],
-    bindings: &[MARCHED, TRACED, FOLLOWED, &[("seen", Writes), ("reflections", Writes)]],
+    files: &[MARCH, SHADE, TRACE, FOLLOW, shaders!["light", "absorption", "reflections", "render_bent"]],
+    bindings: &[MARCHED, SHADED, TRACED, FOLLOWED, &[("seen", Writes), ("reflections", Writes)]],
 };
 
 /// Find out where the paths of rays are mirrored.
 pub(crate) const FIND_REFLECTIONS: Source = Source {
     entry: "find_reflections",
-    files: &[WEIGH, TRACE, FOLLOW, shaders!["reflections", "fresnel", "find_reflections"]],
-    bindings: &[WEIGHED, TRACED, FOLLOWED, &[("reflections", Writes), ("passings", Writes)]],
+    files: &[MARCH, TRACE, FOLLOW, shaders!["reflections", "fresnel", "find_reflections"]],
+    bindings: &[MARCHED, TRACED, FOLLOWED, &[("reflections", Writes), ("passings", Writes)]],
 };
 
 /// Mix what paths show with what surfaces mirror.
@@ -178,6 +156,7 @@ pub(crate) const LEARN_BENT: Source = Source {
     entry: "learn_bent",
     files: &[
         MARCH,
+        SHADE,
         TRACE,
         shaders![
             "light",
@@ -200,6 +179,7 @@ pub(crate) const LEARN_BENT: Source = Source {
     ],
     bindings: &[
         MARCHED,
+        SHADED,
         TRACED,
         LEARNED,
         &[
@@ -217,6 +197,7 @@ pub(crate) const LEARN: Source = Source {
     entry: "learn",
     files: &[
         MARCH,
+        SHADE,
         shaders![
             "fixed",
             "touched",
@@ -230,7 +211,7 @@ pub(crate) const LEARN: Source = Source {
             "learn"
         ],
     ],
-    bindings: &[MARCHED, LEARNED, &[("bending", Uniform), ("coats", Read)]],
+    bindings: &[MARCHED, SHADED, LEARNED, &[("bending", Uniform), ("coats", Read)]],
 };
 
 /// The clearcoat of what straight rays meet.
@@ -239,8 +220,8 @@ const COATS: &[&str] = shaders!["density_slope", "bending", "fresnel", "coats"];
 /// Find the surfaces at which straight rays end.
 pub(crate) const FACE: Source = Source {
     entry: "face",
-    files: &[WEIGH, COATS, shaders!["face"]],
-    bindings: &[WEIGHED, &[("bending", Uniform), ("coats", Writes)]],
+    files: &[MARCH, COATS, shaders!["face"]],
+    bindings: &[MARCHED, &[("bending", Uniform), ("coats", Writes)]],
 };
 
 /// Mix what straight rays show with what a clearcoat mirrors.
@@ -299,12 +280,12 @@ pub(crate) const COAT_VJP: Source = Source {
 pub(crate) const LEARN_COAT: Source = Source {
     entry: "learn_coat",
     files: &[
-        WEIGH,
+        MARCH,
         COATS,
         shaders!["fixed", "touched", "ray_gradient_fields", "density_slope_vjp", "learn_coat"],
     ],
     bindings: &[
-        WEIGHED,
+        MARCHED,
         &[
             ("bending", Uniform),
             ("coats", Read),
@@ -389,13 +370,13 @@ const WEIGHTS: &[(&str, Access)] = &[("weights", Atomic)];
 
 /// Find out which voxels rays see.
 pub(crate) const PEAK: Source =
-    Source { entry: "peak", files: &[WEIGH, shaders!["weigh", "peak"]], bindings: &[WEIGHED, WEIGHTS] };
+    Source { entry: "peak", files: &[MARCH, shaders!["weigh", "peak"]], bindings: &[MARCHED, WEIGHTS] };
 
 /// The same where rays may bend.
 pub(crate) const PEAK_BENT: Source = Source {
     entry: "peak_bent",
-    files: &[WEIGH, TRACE, FOLLOW, shaders!["weigh", "peak_bent"]],
-    bindings: &[WEIGHED, WEIGHTS, TRACED, FOLLOWED],
+    files: &[MARCH, TRACE, FOLLOW, shaders!["weigh", "peak_bent"]],
+    bindings: &[MARCHED, WEIGHTS, TRACED, FOLLOWED],
 };
 
 /// Draw a batch from photographs.

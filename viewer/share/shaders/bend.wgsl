@@ -33,15 +33,7 @@ fn below_planes(r: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
     var below = vec2<f32>(-FAR, FAR);
     for (var k = 0u; k < regions[r].planes; k++) {
         let plane = plane_of(r, k);
-        let height = plane.w + dot(plane.xyz, start);
-        let slope = dot(plane.xyz, velocity);
-        if (slope < 0.0) {
-            below.x = max(below.x, -height / slope);
-        } else if (slope > 0.0) {
-            below.y = min(below.y, -height / slope);
-        } else if (height > 0.0) {
-            below.x = FAR;
-        }
+        below = clip_plane(below, plane.w + dot(plane.xyz, start), dot(plane.xyz, velocity));
     }
     return below;
 }

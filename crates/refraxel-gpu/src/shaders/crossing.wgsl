@@ -75,15 +75,7 @@ fn below_facets(line: Line) -> vec2<f32> {
     var below = vec2<f32>(-FAR, FAR);
     for (var k = 0u; k < regions[line.region].planes; k++) {
         let plane = facet(line.region, k);
-        let height = plane.w + dot(plane.xyz, line.start);
-        let slope = dot(plane.xyz, line.velocity);
-        if (slope < 0.0) {
-            below.x = max(below.x, -height / slope);
-        } else if (slope > 0.0) {
-            below.y = min(below.y, -height / slope);
-        } else if (height > 0.0) {
-            below.x = FAR;
-        }
+        below = clip_plane(below, plane.w + dot(plane.xyz, line.start), dot(plane.xyz, line.velocity));
     }
     return below;
 }

@@ -79,3 +79,14 @@ fn clip(start: vec3<f32>, momentum: vec3<f32>, near: f32) -> vec2<f32> {
     let first = max(max(x.x, y.x), max(z.x, max(near, 0.0)));
     return vec2<f32>(first, min(x.y, min(y.y, z.y)));
 }
+
+// What of the t in a range is below a plane whose height over a line is height + t slope.
+fn clip_plane(range: vec2<f32>, height: f32, slope: f32) -> vec2<f32> {
+    if (slope < 0.0) {
+        return vec2<f32>(max(range.x, -height / slope), range.y);
+    }
+    if (slope > 0.0) {
+        return vec2<f32>(range.x, min(range.y, -height / slope));
+    }
+    return vec2<f32>(select(range.x, FAR, height > 0.0), range.y);
+}

@@ -259,6 +259,17 @@ fn clip(start: vec3<f32>, momentum: vec3<f32>, near: f32) -> vec2<f32> {
     let first = max(max(x.x, y.x), max(z.x, max(near, 0.0)));
     return vec2<f32>(first, min(x.y, min(y.y, z.y)));
 }
+
+// What of the t in a range is below a plane whose height over a line is height + t slope.
+fn clip_plane(range: vec2<f32>, height: f32, slope: f32) -> vec2<f32> {
+    if (slope < 0.0) {
+        return vec2<f32>(max(range.x, -height / slope), range.y);
+    }
+    if (slope > 0.0) {
+        return vec2<f32>(range.x, min(range.y, -height / slope));
+    }
+    return vec2<f32>(select(range.x, FAR, height > 0.0), range.y);
+}
 `,O=`// Where a path meets matter, theory (3.1) and (3.9): the march of the CPU backend, one ray per invocation.
 
 // Where the march along a path stands.
@@ -585,15 +596,7 @@ fn below_planes(r: u32, x: vec3<f32>, p: vec3<f32>) -> vec2<f32> {
     var below = vec2<f32>(-FAR, FAR);
     for (var k = 0u; k < regions[r].planes; k++) {
         let plane = plane_of(r, k);
-        let height = plane.w + dot(plane.xyz, start);
-        let slope = dot(plane.xyz, velocity);
-        if (slope < 0.0) {
-            below.x = max(below.x, -height / slope);
-        } else if (slope > 0.0) {
-            below.y = min(below.y, -height / slope);
-        } else if (height > 0.0) {
-            below.x = FAR;
-        }
+        below = clip_plane(below, plane.w + dot(plane.xyz, start), dot(plane.xyz, velocity));
     }
     return below;
 }

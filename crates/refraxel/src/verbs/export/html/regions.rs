@@ -68,8 +68,9 @@ impl Parts {
     fn add(&mut self, grid: &IndexGrid<f32>, is_uniform: bool, [step, strength]: [f32; 2], pack: &mut Pack) {
         let level = grid.level_set();
         let is_of_planes = level.is_some_and(LevelSet::is_of_planes);
-        let bits = [(level.is_some(), IS_BODY), (is_uniform, IS_UNIFORM), (is_of_planes, IS_OF_PLANES)];
-        let kind = bits.iter().filter(|(holds, _)| *holds).fold(0, |kind, (_, bit)| kind | bit);
+        let kind = IS_BODY * u32::from(level.is_some())
+            + IS_UNIFORM * u32::from(is_uniform)
+            + IS_OF_PLANES * u32::from(is_of_planes);
         let (planes, plane) = (planes(grid).len() as u32, self.plane);
         self.plane += 4 * planes;
         let clearance = self.clearances.len() as u32;
