@@ -4,6 +4,8 @@ use crate::image::Mask;
 
 /// What counts as covered.
 const COVERED: u8 = 127;
+/// A border that bends comes so much nearer to where it was left behind straight [pixel].
+const CROOKED: u32 = 2;
 
 impl Mask {
     fn is_inside(&self, pixel: usize) -> bool {
@@ -11,19 +13,43 @@ impl Mask {
     }
 
     /// How far outside of the covered part the centre of pixel `row * width + column` lies [pixel]: negative inside, to within half a
-    /// pixel. `None` where no border is as near as `reach`.
+    /// pixel. `None` where no border is as near as `reach`, and where that border parts no areas: where going straight on to the
+    /// distance `reach` to either side of it leads to another border or out of the picture, as beside a straw in front of a glass that
+    /// the mask leaves out.
     pub fn from_border(&self, pixel: usize, reach: u32) -> Option<f32> {
+        let (away, outwards) = self.nearest_border(pixel, reach)?;
+        let goes_on = |to: f32, inside: bool| {
+            let [x, y] = [pixel % self.width as usize, pixel / self.width as usize];
+            let [x, y] =
+                [(x, outwards[0]), (y, outwards[1])].map(|(x, n)| (x as f32 + (to - away) * n).round());
+            let fits = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
+            let there = fits.then(|| y as usize * self.width as usize + x as usize);
+            let is_clear = |p| self.nearest_border(p, reach.saturating_sub(CROOKED)).is_none();
+            there.is_some_and(|p| self.is_inside(p) == inside && is_clear(p))
+        };
+        (goes_on(reach as f32, false) && goes_on(-(reach as f32), true)).then_some(away)
+    }
+
+    /// Distance [pixel], negative inside, and the direction outwards: between the middles of what is inside and outside around there.
+    fn nearest_border(&self, pixel: usize, reach: u32) -> Option<(f32, [f32; 2])> {
         let (w, h, far) = (self.width as usize, self.height as usize, reach as usize + 1);
         let (x, y, own) = (pixel % w, pixel / w, self.is_inside(pixel));
-        let rows = y.saturating_sub(far)..(y + far + 1).min(h);
-        let others = rows.flat_map(|v| {
-            let columns = x.saturating_sub(far)..(x + far + 1).min(w);
-            let others = columns.filter(move |u| self.is_inside(v * w + u) != own);
-            others.map(move |u| u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2))
-        });
+        let (mut nearest, mut towards) = (usize::MAX, [0.0_f32; 2]);
+        for v in y.saturating_sub(far)..(y + far + 1).min(h) {
+            for u in x.saturating_sub(far)..(x + far + 1).min(w) {
+                let squared = u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2);
+                if squared <= far * far && self.is_inside(v * w + u) != own {
+                    nearest = nearest.min(squared);
+                    towards[0] += u as f32 - x as f32;
+                    towards[1] += v as f32 - y as f32;
+                }
+            }
+        }
         // The border runs half-way between two pixels.
-        let away = (others.min()? as f32).sqrt() - 0.5;
-        (away <= reach as f32).then_some(if own { -away } else { away })
+        let away = (nearest as f32).sqrt() - 0.5;
+        let length = towards[0].hypot(towards[1]).max(f32::MIN_POSITIVE);
+        let sign = if own { 1.0 } else { -1.0 };
+        (away <= reach as f32).then_some((-sign * away, towards.map(|t| sign * t / length)))
     }
 
     /// The same mask with its border this far further out [pixel], or further in where it is negative.
@@ -88,6 +114,44 @@ mod tests {
                 None => assert!(true_one.abs() > 3.3, "{true_one}"),
             }
         }
+    }
+
+    #[test]
+    fn borders_of_areas_leave_out_what_is_narrow() {
+        let round = disc(12.0);
+        let nearest = |mask: &Mask, p| mask.nearest_border(p, 5).map(|(away, _)| away);
+        let mut slit = disc(12.0);
+        let slit_at = |x: usize| (18..23).contains(&x);
+        for p in (0..SIZE * SIZE).filter(|p| slit_at(p % SIZE)) {
+            slit.coverage[p] = 0;
+        }
+        let mut bar = disc(0.0);
+        for p in (0..SIZE * SIZE).filter(|p| slit_at(p % SIZE)) {
+            bar.coverage[p] = 255;
+        }
+        for p in 0..SIZE * SIZE {
+            assert_eq!(round.from_border(p, 5), nearest(&round, p), "a disc has none");
+            assert_eq!(bar.from_border(p, 5), None);
+            let (x, y) = (p % SIZE, p / SIZE);
+            if slit_at(x) && y.abs_diff(20) < 8 {
+                assert_eq!(slit.from_border(p, 5), None, "{x} {y}");
+            }
+            if !(8..=32).contains(&x) && y.abs_diff(20) < 3 {
+                assert_eq!(slit.from_border(p, 5), nearest(&slit, p), "{x} {y}");
+            }
+        }
+        let left = (0..SIZE * SIZE).filter(|&p| slit.from_border(p, 5).is_some()).count();
+        assert!(left > 300, "{left} pixels of two halves are left");
+    }
+
+    #[test]
+    fn borders_at_the_edge_of_the_picture_part_no_areas() {
+        // Covered from the fourth column on.
+        let coverage = (0..SIZE * SIZE).map(|p| if p % SIZE >= 3 { 255 } else { 0 }).collect();
+        let mask = Mask { width: SIZE as u32, height: SIZE as u32, coverage };
+        let middle = 20 * SIZE;
+        assert_eq!(mask.from_border(middle + 4, 5), None);
+        assert_eq!(mask.from_border(middle + 4, 2), Some(-1.5));
     }
 
     #[test]

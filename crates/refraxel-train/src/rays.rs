@@ -320,8 +320,9 @@ impl RaySampler {
         self.drawn(step, size, selection, &[])
     }
 
-    /// At most `size` rays near borders of refractive masks, and how far outside each lies, to the nearest pixel of the other kind
-    /// [pixel]: negative inside, at most `reach`.
+    /// At most `size` rays near borders between areas of refractive masks, and how far outside each lies, to the nearest pixel of the
+    /// other kind [pixel]: negative inside, at most `reach`. Nothing narrower than that counts: with the distance from a straw that
+    /// masks leave out, what rays see would change from the straw to what is behind it.
     pub fn near_borders(&self, step: u64, size: usize, reach: u32) -> (Batch, Vec<f32>) {
         let draw = |i| self.draw(step, i, size as u64, Selection::Around(reach), &self.aside);
         let near = |d: Drawn| {

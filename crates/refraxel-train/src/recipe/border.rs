@@ -7,6 +7,8 @@ use crate::schedule::training_marching;
 
 /// Rays near borders.
 const RAYS: usize = 32_768;
+/// Fewer of them, where hardly any border parts two areas, show nothing.
+const LEAST: usize = 500;
 /// Borders are sought this much nearer than rays are looked at [pixel].
 const ROOM: f32 = 1.5;
 /// Steps between places that are tried [pixel].
@@ -42,6 +44,9 @@ pub(crate) fn border(backend: &impl Backend, known: &Known) -> Option<Border> {
 
 /// The step down that explains most of the variance of misfits at distances from the border [pixel, 1], by no more than `most`.
 fn step(mut samples: Vec<(f32, f64)>, most: f32) -> Option<Border> {
+    if samples.len() < LEAST {
+        return None;
+    }
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let sums: Vec<f64> =
         samples.iter().scan(0.0, |sum, (_, e)| Some(std::mem::replace(sum, *sum + e))).collect();
@@ -101,6 +106,7 @@ mod tests {
         assert_eq!(step(samples(3.0, [0.45, 0.85]), 4.5), None, "the outer side is worse");
         assert_eq!(step(samples(9.0, [0.85, 0.45]), 4.5), None, "no outer side");
         assert_eq!(step(Vec::new(), 4.5), None);
+        assert_eq!(step(samples(3.0, [0.85, 0.45]).split_off(4000 - LEAST + 1), 4.5), None, "too few");
     }
 
     #[test]
