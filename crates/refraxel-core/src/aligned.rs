@@ -1,5 +1,6 @@
 //! Arrays whose first element starts a cache line.
 
+use crate::pages;
 use std::ops::{Deref, DerefMut};
 
 /// Size of a cache line and of the widest vector register [byte].
@@ -21,9 +22,15 @@ impl<T: Copy> AlignedVec<T> {
     pub fn filled(len: usize, value: T) -> Self {
         let per_line = LINE / size_of::<T>().clamp(1, LINE);
         let storage = vec![value; len + per_line];
+        pages::expect(&storage); // zeros are not written yet
         // align_offset may decline (usize::MAX); unaligned is then only slower.
         let first = storage.as_ptr().align_offset(LINE).min(per_line);
         Self { storage, first, len }
+    }
+
+    /// Asks the system to hold the array in pages of 2 MiB, also what was written before. It may take seconds per GiB.
+    pub fn enlarge_pages(&self) {
+        pages::enlarge(&self.storage);
     }
 
     /// A copy of a slice. Empty for an empty slice.

@@ -26,6 +26,7 @@ pub mod segment;
 pub mod sh;
 
 mod aligned;
+mod pages;
 mod ray;
 mod real;
 mod vec3;

@@ -7,7 +7,7 @@ use bar::Bar;
 use lines::Lines;
 pub(crate) use lines::clock;
 use std::io::{self, IsTerminal, Write};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,9 +67,18 @@ pub struct Subtask<'a> {
 impl Progress {
     /// Starts to show `name`, with `total` parts to do.
     pub fn new(show: Show, name: &str, total: u64) -> Self {
+        Self::within(show, name, total, None)
+    }
+
+    /// The same of work that takes this time, whatever happens: its parts are parts of that time.
+    pub fn timed(show: Show, name: &str, total: u64, time: Duration) -> Self {
+        Self::within(show, name, total, Some(time))
+    }
+
+    fn within(show: Show, name: &str, total: u64, time: Option<Duration>) -> Self {
         let shown = match show {
-            Show::Bar => Shown::Bar(Bar::new(name, total)),
-            Show::Lines => Shown::Lines(Lines::new(io::stderr(), name, total)),
+            Show::Bar => Shown::Bar(Bar::new(name, total, time)),
+            Show::Lines => Shown::Lines(Lines::new(io::stderr(), name, total, time)),
             Show::Nothing => Shown::Nothing,
         };
         Self { shown }

@@ -6,7 +6,6 @@ use super::colour::{LANES, Layout};
 use super::index::{self, Learned};
 use super::march::refresh;
 use super::order::best_order;
-use super::pages::enlarge;
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
@@ -114,7 +113,7 @@ impl CpuBackend {
     fn enlarge_pages(&self) {
         let (field, optimiser) = (&self.model.field, &self.optimiser);
         for array in [&field.density, &field.colour, &optimiser.density, &optimiser.colour] {
-            enlarge(array);
+            array.enlarge_pages();
         }
     }
 

@@ -20,7 +20,6 @@ mod optics16;
 mod order;
 #[cfg(test)]
 mod overflow;
-mod pages;
 mod path_adjoint;
 mod prefetch;
 mod record;

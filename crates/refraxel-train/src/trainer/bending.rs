@@ -15,6 +15,7 @@ use refraxel_core::radiance::clearcoat::Clearcoat;
 impl<B: Backend> Trainer<B> {
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
     pub(super) fn begin_bending(&mut self, now: Progress, watch: &mut Watch) -> Result<(), TrainError> {
+        self.since.pause(); // deciding is not learning
         self.good = None; // the copy made here takes its place
         let before = self.copy()?;
         let sought = self.sought.clone();
@@ -45,6 +46,7 @@ impl<B: Backend> Trainer<B> {
         }
         self.events.append(&mut events);
         self.keep_good_state()?;
+        self.since.go_on();
         Ok(())
     }
 

@@ -1,13 +1,19 @@
 //! Progress as a bar that redraws itself.
 
 use super::Subtask;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use super::lines::time_of;
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
+use std::time::Duration;
 
 /// Redraws of the bar per second.
 const REDRAWS: u8 = 8;
 /// Layout for work with a known end.
 const COUNTED: &str =
     "{prefix:>10.bold} {bar:32.cyan/black.bright} {percent:>3} % {pos}/{len}  {eta} left  {msg}";
+/// Layout for work that takes a known time.
+const TIMED: &str =
+    "{prefix:>10.bold} {bar:32.cyan/black.bright} {percent:>3} % {pos}/{len}  {rest} left  {msg}";
 /// Layout for work without a known end.
 const OPEN: &str = "{prefix:>10.bold} {spinner:.cyan} {pos} done in {elapsed}  {msg}";
 
@@ -16,25 +22,27 @@ pub struct Bar {
     bar: ProgressBar,
     name: String,
     total: u64,
+    /// How long the work takes where that is certain.
+    time: Option<Duration>,
     /// Name and total of the subtask that the bar shows in place of the work.
     subtask: Option<(String, Option<u64>)>,
 }
 
 impl Bar {
-    pub fn new(name: &str, total: u64) -> Self {
+    pub fn new(name: &str, total: u64, time: Option<Duration>) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr_with_hz(REDRAWS));
-        Self::on(bar, name, total)
+        Self::on(bar, name, total, time)
     }
 
-    fn on(bar: ProgressBar, name: &str, total: u64) -> Self {
-        bar.set_style(style(Some(total)));
+    fn on(bar: ProgressBar, name: &str, total: u64, time: Option<Duration>) -> Self {
+        bar.set_style(style(Some(total), time));
         bar.set_prefix(name.to_owned());
-        Self { bar, name: name.to_owned(), total, subtask: None }
+        Self { bar, name: name.to_owned(), total, time, subtask: None }
     }
 
     pub fn set(&mut self, done: u64, note: &str) {
         if self.subtask.take().is_some() {
-            self.show(&self.name, Some(self.total), done);
+            self.show(&self.name, Some(self.total), self.time, done);
         }
         self.advance(done, note);
     }
@@ -42,7 +50,7 @@ impl Bar {
     pub fn subtask(&mut self, task: &Subtask<'_>, note: &str) {
         let shown = self.subtask.as_ref().map(|(name, total)| (name.as_str(), *total));
         if shown != Some((task.name, task.total)) {
-            self.show(task.name, task.total, task.done);
+            self.show(task.name, task.total, None, task.done);
             self.subtask = Some((task.name.to_owned(), task.total));
         }
         self.advance(task.done, note);
@@ -62,8 +70,8 @@ impl Bar {
     }
 
     /// Begins to show other work, whose time left is not that of the work before.
-    fn show(&self, name: &str, total: Option<u64>, done: u64) {
-        self.bar.set_style(style(total));
+    fn show(&self, name: &str, total: Option<u64>, time: Option<Duration>, done: u64) {
+        self.bar.set_style(style(total, time));
         self.bar.set_prefix(name.to_owned());
         self.bar.update(|state| {
             state.set_pos(done);
@@ -84,11 +92,21 @@ impl Bar {
     }
 }
 
-fn style(total: Option<u64>) -> ProgressStyle {
-    let template = if total.is_some() { COUNTED } else { OPEN };
-    // A template that cannot be read gives the usual bar; a test reads both.
+fn style(total: Option<u64>, time: Option<Duration>) -> ProgressStyle {
+    let template = match (total, time) {
+        (Some(_), None) => COUNTED,
+        (Some(_), Some(_)) => TIMED,
+        (None, _) => OPEN,
+    };
+    // A template that cannot be read gives the usual bar; a test reads all.
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    style.progress_chars("━╸─")
+    let time = time.unwrap_or_default();
+    let rest = move |state: &ProgressState, out: &mut dyn Write| {
+        let total = state.len().unwrap_or_default();
+        let left = time_of(time, total.saturating_sub(state.pos()), total);
+        let _ = write!(out, "{:#}", HumanDuration(left)); // as the bar's own time left
+    };
+    style.with_key("rest", rest).progress_chars("━╸─")
 }
 
 #[cfg(test)]
@@ -97,12 +115,12 @@ mod tests {
 
     fn hidden() -> (Bar, ProgressBar) {
         let bar = ProgressBar::with_draw_target(Some(10), ProgressDrawTarget::hidden());
-        (Bar::on(bar.clone(), "training", 10), bar)
+        (Bar::on(bar.clone(), "training", 10, None), bar)
     }
 
     #[test]
     fn templates_are_valid() {
-        assert!(ProgressStyle::with_template(COUNTED).is_ok() && ProgressStyle::with_template(OPEN).is_ok());
+        assert!([COUNTED, TIMED, OPEN].iter().all(|t| ProgressStyle::with_template(t).is_ok()));
     }
 
     #[test]

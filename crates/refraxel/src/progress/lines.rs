@@ -24,6 +24,8 @@ struct Work {
     name: String,
     done: u64,
     total: Option<u64>,
+    /// How long it takes where that is certain.
+    time: Option<Duration>,
     /// Since when it is shown.
     since: Instant,
     /// What was done when it was first shown; the pace is measured from there.
@@ -31,9 +33,9 @@ struct Work {
 }
 
 impl<W: Write> Lines<W> {
-    pub fn new(out: W, name: &str, total: u64) -> Self {
+    pub fn new(out: W, name: &str, total: u64, time: Option<Duration>) -> Self {
         let now = Instant::now();
-        let work = Work::new(name, Some(total), now);
+        let work = Work { time, ..Work::new(name, Some(total), now) };
         let mut lines = Self { out, work, subtask: None, announced: Vec::new(), start: now, last: now };
         lines.print(&format!("{name} started"));
         lines
@@ -103,7 +105,7 @@ impl<W: Write> Lines<W> {
 
 impl Work {
     fn new(name: &str, total: Option<u64>, now: Instant) -> Self {
-        Self { name: name.to_owned(), done: 0, total, since: now, from: None }
+        Self { name: name.to_owned(), done: 0, total, time: None, since: now, from: None }
     }
 
     fn advance(&mut self, done: u64) {
@@ -121,13 +123,22 @@ impl Work {
             return format!("{} {} done in {}", self.name, self.done, clock(passed));
         };
         let percent = 100.0 * self.done as f64 / total.max(1) as f64;
-        let since = self.done.saturating_sub(self.from.unwrap_or(0));
-        let left = match time_left(passed, since, total.saturating_sub(self.done)) {
+        let rest = total.saturating_sub(self.done);
+        let left = match self.time {
+            Some(time) => Some(time_of(time, rest, total)),
+            None => time_left(passed, self.done.saturating_sub(self.from.unwrap_or(0)), rest),
+        };
+        let left = match left {
             Some(left) => format!("{} left", clock(left)),
             None => "time left unknown".to_owned(),
         };
         format!("{} {percent:.0} % {}  {left}", self.name, self.count())
     }
+}
+
+/// What so many parts of work that takes this time take of it.
+pub(super) fn time_of(time: Duration, parts: u64, total: u64) -> Duration {
+    time.mul_f64(parts as f64 / total.max(1) as f64)
 }
 
 /// Time for `left` parts at the mean pace of `done` parts; `None` before anything is done.
@@ -147,7 +158,7 @@ mod tests {
     use super::*;
 
     fn lines(total: u64) -> (Lines<Vec<u8>>, impl Fn(u64) -> Instant) {
-        let lines = Lines::new(Vec::new(), "training", total);
+        let lines = Lines::new(Vec::new(), "training", total, None);
         let start = lines.start;
         (lines, move |second| start + Duration::from_secs(second))
     }
@@ -207,6 +218,22 @@ mod tests {
                         index search 33 % 21/63  0:42 left  n 1.33\n\
                         index search took 0:21\n\
                         training 50 % 150/300  0:30 left\n";
+        assert_eq!(text(lines), expected);
+    }
+
+    #[test]
+    fn work_of_a_known_time_has_what_is_left_of_it_whatever_its_pace() {
+        let mut lines = Lines::new(Vec::new(), "training", 1000, Some(Duration::from_secs(240)));
+        let start = lines.start;
+        let at = |second| start + Duration::from_secs(second);
+        lines.set(at(20), 84, "");
+        lines.subtask(at(21), &SEARCH, "");
+        lines.set(at(21), 84, "");
+        lines.set(at(82), 343, "");
+        let expected = "training started\n\
+                        training 8 % 84/1000  3:39 left\n\
+                        index search started\n\
+                        training 34 % 343/1000  2:37 left\n";
         assert_eq!(text(lines), expected);
     }
 

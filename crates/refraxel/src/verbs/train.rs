@@ -262,7 +262,11 @@ fn learn<B: Backend>(
     keeps(kept_before(folder, session.state().step));
     // Of a time budget nobody knows the steps: thousandths of the time are shown instead.
     let length = session.options().run.clone();
-    watch.start(if length.minutes > 0.0 { None } else { Some(length.steps) });
+    if length.minutes > 0.0 {
+        watch.start_clock(length.minutes);
+    } else {
+        watch.start(Some(length.steps));
+    }
     let mut log = Log::open(out, session.state().step);
     warn(&mut watch, log.complete());
     let stop_after = NonZeroU64::new(length.stop_after).map(u64::from);

@@ -4,9 +4,12 @@ use crate::progress::{Progress, Show, Subtask};
 use crate::sentences::{phase_name, sentence, task_name};
 use refraxel_train::events::{Event, Record, Task};
 use std::io::{self, Write};
+use std::time::Duration;
 
 /// Thousandths of a time budget.
 const THOUSAND: u64 = 1000;
+/// Longer runs are shown as if they took so long [s]: some thirty years.
+const MOST_SECONDS: f64 = 1e9;
 
 /// Shows what a session tells.
 pub struct Watch {
@@ -31,10 +34,17 @@ impl Watch {
         self.progress.get_or_insert_with(new).set(done, "");
     }
 
-    /// Training begins.
+    /// Training begins, of so many steps if they count.
     pub fn start(&mut self, steps: Option<u64>) {
         self.steps = steps;
         self.progress = Some(Progress::new(self.show, "training", steps.unwrap_or(THOUSAND)));
+    }
+
+    /// Training begins that ends after so many minutes.
+    pub fn start_clock(&mut self, minutes: f64) {
+        let time = Duration::from_secs_f64((60.0 * minutes).min(MOST_SECONDS));
+        self.steps = None;
+        self.progress = Some(Progress::timed(self.show, "training", THOUSAND, time));
     }
 
     /// The run stands at this share of its length.
@@ -69,7 +79,6 @@ impl Watch {
                 if let (Some(progress), Some(text)) = (&mut self.progress, sentence(other)) {
                     progress.say(&text);
                 }
-                self.set();
             }
         }
     }
