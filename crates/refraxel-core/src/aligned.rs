@@ -28,7 +28,7 @@ impl<T: Copy> AlignedVec<T> {
         Self { storage, first, len }
     }
 
-    /// Asks the system to hold the array in pages of 2 MiB, also what was written before. It may take seconds per GiB.
+    /// Asks the system to move what was written in small pages into pages of 2 MiB. It may take seconds per GiB.
     pub fn enlarge_pages(&self) {
         pages::enlarge(&self.storage);
     }

@@ -14,9 +14,8 @@ pub(crate) fn expect<T>(values: &[T]) {
     advise(values, EXPECTED);
 }
 
-/// The same, and to move what is there already into large pages.
+/// Asks the system to move what is there already into large pages.
 pub(crate) fn enlarge<T>(values: &[T]) {
-    advise(values, EXPECTED);
     advise(values, COPIED);
 }
 

@@ -48,8 +48,10 @@ impl Mask {
         // The border runs half-way between two pixels.
         let away = (nearest as f32).sqrt() - 0.5;
         let length = towards[0].hypot(towards[1]).max(f32::MIN_POSITIVE);
-        let sign = if own { 1.0 } else { -1.0 };
-        (away <= reach as f32).then_some((-sign * away, towards.map(|t| sign * t / length)))
+        // From inside the others lie outwards.
+        let outwards = if own { 1.0 } else { -1.0 };
+        let signed = if own { -away } else { away };
+        (away <= reach as f32).then_some((signed, towards.map(|t| outwards * t / length)))
     }
 
     /// The same mask with its border this far further out [pixel], or further in where it is negative.
