@@ -62,6 +62,25 @@ impl Outlines {
         found
     }
 
+    /// How well a hull agrees with the masks: intersection over union of both in all pictures together, 0 to 1, from about
+    /// `samples` samples. What hides the hull excuses nothing: a hull that grows behind opaque haze must show in the masks.
+    pub(crate) fn agreement(&self, hull: &Gate, samples: usize) -> f64 {
+        let all: usize = self.views().iter().map(|view| view.samples()).sum();
+        let stride = (all / samples.max(1)).max(1);
+        let counts = self.views().par_iter().enumerate().map(|(v, view)| {
+            let (mut both, mut either) = (0_u64, 0_u64);
+            // Another part of the samples in each view.
+            for sample in (v % stride..view.samples()).step_by(stride) {
+                let (shows, meets) = (view.shows(sample), view.ray(sample).is_some_and(|r| hull.admits(&r)));
+                both += u64::from(shows && meets);
+                either += u64::from(shows || meets);
+            }
+            (both, either)
+        });
+        let (both, either) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        both as f64 / either.max(1) as f64
+    }
+
     /// The hull in a box, for rays.
     fn gate(&self, bounds: &Aabb<f32>, vote: &Vote) -> Gate {
         let domain = Domain::with_longest(*bounds, Extent::Bounded, NODES);

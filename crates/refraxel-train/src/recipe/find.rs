@@ -95,7 +95,7 @@ fn from_masks(
     let rays = sampler.batch(u64::MAX / 2, RAYS, Selection::Inside(1.0)).rays;
     let with_gaps = outlines;
     let outlines = without_gaps(&with_gaps, &stated.unwrap_or(scene), options);
-    let vote = vote(&outlines, &rays, &stated.unwrap_or(scene), options);
+    let vote = vote(&outlines, &stated.unwrap_or(scene), options);
     watch.progress(Task::Carving, 1, 3)?;
     let boxes = match stated {
         Some(bounds) => Ok(vec![bounds]),
