@@ -30,6 +30,11 @@ impl Mask {
         (goes_on(reach as f32, false) && goes_on(-(reach as f32), true)).then_some(away)
     }
 
+    /// Distance of the centre of a pixel from the nearest border [pixel], negative inside; `None` beyond `reach`.
+    pub(crate) fn to_border(&self, pixel: usize, reach: u32) -> Option<f32> {
+        self.nearest_border(pixel, reach).map(|(away, _)| away)
+    }
+
     /// Distance [pixel], negative inside, and the direction outwards: between the middles of what is inside and outside around there.
     fn nearest_border(&self, pixel: usize, reach: u32) -> Option<(f32, [f32; 2])> {
         let (w, h, far) = (self.width as usize, self.height as usize, reach as usize + 1);

@@ -54,24 +54,59 @@ impl Elevations {
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// `count` cameras that cover a range of elevations evenly; so does every prefix of them.
-///
-/// Directions follow the additive recurrence with the inverse powers of the plastic number (Roberts 2018) in
-/// (sin elevation, azimuth), shifted by `seed`: equal areas of the sphere get equally many cameras.
+/// Places around the origin from which pictures are taken, and what they are directed at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoints {
+    /// How far above the horizontal plane.
+    pub elevations: Elevations,
+    /// From and to which angle from the x axis towards the y axis [rad].
+    pub azimuths: [f64; 2],
+    /// Least and largest distance from the origin [scene unit].
+    pub distances: [f64; 2],
+    /// What is in the middle of every picture [scene unit].
+    pub target: Vec3<f64>,
+    /// Full horizontal field of view [rad].
+    pub angle_x: f64,
+}
+
+impl Viewpoints {
+    /// Those of the scenes without a room.
+    fn around(elevations: Elevations) -> Viewpoints {
+        Viewpoints {
+            elevations,
+            azimuths: [0.0, TAU],
+            distances: [CAMERA_RADIUS; 2],
+            target: vec3(0.0, 0.0, -0.12),
+            angle_x: CAMERA_ANGLE_X,
+        }
+    }
+
+    /// `count` cameras that cover the viewpoints evenly; so does every prefix of them.
+    ///
+    /// Directions follow the additive recurrence with the inverse powers of the plastic number (Roberts 2018) in
+    /// (sin elevation, azimuth), shifted by `seed`: equal areas of the sphere get equally many cameras.
+    pub fn cameras(&self, count: usize, seed: u64, size: [u32; 2]) -> Vec<Camera> {
+        const PLASTIC: f64 = 1.324_717_957_244_746;
+        let between = |[from, to]: [f64; 2], share: f64| from + (to - from) * share;
+        let heights = [self.elevations.low.sin(), self.elevations.high.sin()];
+        let shift = [unit(mix(seed, 1)), unit(mix(seed, 2))];
+        (0..count)
+            .map(|i| {
+                let t = (i + 1) as f64;
+                let z = between(heights, (shift[0] + t / PLASTIC).fract());
+                let azimuth = between(self.azimuths, (shift[1] + t / (PLASTIC * PLASTIC)).fract());
+                let rho = (1.0 - z * z).sqrt();
+                let distance = between(self.distances, unit(mix(seed, 3 + i as u64)));
+                let eye = vec3(rho * azimuth.cos(), rho * azimuth.sin(), z) * distance;
+                Camera::look_at(eye, self.target, vec3(0.0, 0.0, 1.0), self.angle_x, size)
+            })
+            .collect()
+    }
+}
+
+/// `count` cameras around a scene without a room, see [`Viewpoints::cameras`].
 pub fn cameras(range: Elevations, count: usize, seed: u64, size: [u32; 2]) -> Vec<Camera> {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    let (low, high) = (range.low.sin(), range.high.sin());
-    let shift = [unit(mix(seed, 1)), unit(mix(seed, 2))];
-    (0..count)
-        .map(|i| {
-            let t = (i + 1) as f64;
-            let z = low + (high - low) * (shift[0] + t / PLASTIC).fract();
-            let azimuth = TAU * (shift[1] + t / (PLASTIC * PLASTIC)).fract();
-            let rho = (1.0 - z * z).sqrt();
-            let eye = vec3(rho * azimuth.cos(), rho * azimuth.sin(), z) * CAMERA_RADIUS;
-            Camera::look_at(eye, vec3(0.0, 0.0, -0.12), vec3(0.0, 0.0, 1.0), CAMERA_ANGLE_X, size)
-        })
-        .collect()
+    Viewpoints::around(range).cameras(count, seed, size)
 }
 
 /// Camera-to-world matrix in the axes of OpenGL (x right, y up, z backwards), row by row, as NeRF-synthetic stores it.

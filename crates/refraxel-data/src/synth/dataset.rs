@@ -215,7 +215,7 @@ impl Cost {
 pub(super) fn background_of(scene: &Scene) -> Option<[u8; 3]> {
     match scene.environment {
         Environment::Constant(c) => Some(c.map(|v| (255.0 * srgb_from_linear(v)).round() as u8)),
-        Environment::Sky { .. } => None,
+        Environment::Sky { .. } | Environment::Landscape { .. } => None,
     }
 }
 

@@ -15,6 +15,7 @@ mod hash;
 mod medium;
 mod optics;
 mod output;
+mod photographic;
 mod render;
 mod scene;
 mod scenes;
@@ -25,7 +26,8 @@ mod truth;
 mod vector;
 
 pub use cameras::{
-    CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Elevations, cameras, from_opengl_matrix, opengl_matrix,
+    CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Elevations, Viewpoints, cameras, from_opengl_matrix,
+    opengl_matrix,
 };
 pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
 pub use error::SynthError;
@@ -34,13 +36,17 @@ pub use medium::{Index, Medium};
 #[cfg(test)]
 pub(crate) use output::npz_of_index;
 pub use output::{DEPTH_UNIT, Progress, Summary, SynthOptions, contact_sheet, synthesize};
+pub use photographic::{
+    EXPOSURE, Imperfection, Imperfections, JPEG_QUALITY, LENS_RADIUS, POSITION_ERROR, READ_NOISE, TURN_ERROR,
+    UnknownImperfection, WANDER, WHITE_ELECTRONS,
+};
 pub use render::{Frame, Sampling, render_view, render_view_while};
 pub use scene::{Body, Environment, Matter, Scene};
-pub use scenes::{IorRange, SceneInfo, SceneOptions, scene, scene_list};
+pub use scenes::{IorRange, Room, SceneInfo, SceneOptions, room, room_list, scene, scene_list};
 pub use shape::{
     Crossing, Cuboid, Cylinder, HeightField, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle,
     Shape, Sphere, TriangleMesh, Wave,
 };
-pub use texture::{Mosaic, Picture, Rgb, Texture};
+pub use texture::{Face, Lamp, Mosaic, Paint, Panel, Picture, Rgb, Surface, Texture, Tiles};
 pub use trace::{Limits, Reflection, Tally, Tracer};
 pub use truth::{ConstantBody, IndexTruth};

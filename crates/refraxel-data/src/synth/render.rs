@@ -9,7 +9,8 @@ use super::texture::{Rgb, srgb_from_linear};
 use super::trace::{Beam, Limits, Tally, Tracer};
 use crate::image::{Image, Mask, Pixels};
 use rayon::prelude::*;
-use refraxel_core::{Camera, Vec3};
+use refraxel_core::{Camera, Ray, Vec3};
+use std::f64::consts::TAU;
 
 /// How pixels are sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,15 @@ impl Default for Sampling {
     fn default() -> Sampling {
         Sampling { spp: 16, detail_spp: 0, seed: 0, limits: Limits::default() }
     }
+}
+
+/// A lens of finite width: only what lies at the distance `focus` is sharp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ThinLens {
+    /// Radius [scene unit].
+    pub radius: f64,
+    /// Distance of the sharp plane along the optical axis [scene unit].
+    pub focus: f64,
 }
 
 /// A rendered view; all fields run row by row from the top.
@@ -78,7 +88,24 @@ pub fn render_view_while(
     sampling: &Sampling,
     goes_on: &(dyn Fn() -> bool + Sync),
 ) -> Option<Frame> {
-    let pixel = PixelRenderer::new(scene, camera, view, sampling);
+    render_pixels(&PixelRenderer::new(scene, camera, view, sampling), goes_on)
+}
+
+/// [`render_view`] through a lens, whose points are shared out among the samples of a pixel; `None`: a pinhole. Depth and
+/// normals are those of the pinhole.
+pub(super) fn render_through(
+    lens: Option<ThinLens>,
+    scene: &Scene,
+    camera: &Camera,
+    view: u64,
+    sampling: &Sampling,
+) -> Frame {
+    let pixel = PixelRenderer { lens, ..PixelRenderer::new(scene, camera, view, sampling) };
+    render_pixels(&pixel, &|| true).unwrap_or_else(|| unreachable!("nothing stops it"))
+}
+
+fn render_pixels(pixel: &PixelRenderer, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
+    let camera = pixel.camera;
     let pixels: Vec<Pixel> = (0..camera.height)
         .into_par_iter()
         .flat_map_iter(|y| (0..camera.width).map(move |x| (x, y)))
@@ -98,6 +125,7 @@ pub fn render_view_while(
 struct PixelRenderer<'a> {
     tracer: Tracer<'a>,
     camera: &'a Camera,
+    lens: Option<ThinLens>,
     /// The bodies around the camera.
     start: Beam,
     hidden: bool,
@@ -108,12 +136,18 @@ struct PixelRenderer<'a> {
 impl<'a> PixelRenderer<'a> {
     fn new(scene: &'a Scene, camera: &'a Camera, view: u64, sampling: &'a Sampling) -> Self {
         let tracer = Tracer { scene, limits: sampling.limits };
-        let start = tracer.beam(refraxel_core::Ray {
-            origin: camera.world_from_camera.translation,
-            direction: camera.forward(),
-        });
+        let start =
+            tracer.beam(Ray { origin: camera.world_from_camera.translation, direction: camera.forward() });
         let seed = mix(sampling.seed, view);
-        PixelRenderer { tracer, camera, start, hidden: scene.has_hidden_borders(), seed, sampling }
+        PixelRenderer {
+            tracer,
+            camera,
+            lens: None,
+            start,
+            hidden: scene.has_hidden_borders(),
+            seed,
+            sampling,
+        }
     }
 
     fn render(&self, x: u32, y: u32) -> Pixel {
@@ -137,7 +171,7 @@ impl<'a> PixelRenderer<'a> {
             let jitter = [unit(mix(seed, 2 * k)), unit(mix(seed, 2 * k + 1))];
             let u = f64::from(x) + ((k % side) as f64 + jitter[0]) / side as f64;
             let v = f64::from(y) + ((k / side) as f64 + jitter[1]) / side as f64;
-            let (color, refractive) = self.trace(u, v, &mut pixel.tally);
+            let (color, refractive) = self.trace(self.ray([u, v], seed, k), &mut pixel.tally);
             covered += f64::from(u8::from(refractive));
             for c in 0..3 {
                 sum[c] += color[c];
@@ -152,9 +186,23 @@ impl<'a> PixelRenderer<'a> {
         (0..3).map(|c| srgb_from_linear(high[c]) - srgb_from_linear(low[c])).fold(0.0, f64::max)
     }
 
+    /// The ray of sample `k` of a pixel. Points of the lens follow the additive recurrence of [`cameras`](super::cameras).
+    fn ray(&self, [u, v]: [f64; 2], seed: u64, k: u64) -> Option<Ray<f64>> {
+        const INVERSE_PLASTIC: f64 = 0.754_877_666_246_692_7;
+        let ray = self.camera.ray(u, v)?;
+        let Some(ThinLens { radius, focus }) = self.lens else { return Some(ray) };
+        let share = |draw: u64, step: f64| (unit(mix(!seed, draw)) + k as f64 * step).fract();
+        let r = radius * share(0, INVERSE_PLASTIC).sqrt();
+        let (sin, cos) = (TAU * share(1, INVERSE_PLASTIC * INVERSE_PLASTIC)).sin_cos();
+        let [right, down, forward] = self.camera.world_from_camera.rotation.columns;
+        let origin = ray.origin + right * (r * cos) + down * (r * sin);
+        let sharp = ray.at(focus / ray.direction.dot(forward));
+        Some(Ray { origin, direction: (sharp - origin).normalized() })
+    }
+
     /// Radiance of one camera ray and whether a refractive body is the first thing that it meets.
-    fn trace(&self, u: f64, v: f64, tally: &mut Tally) -> (Rgb, bool) {
-        let Some(ray) = self.camera.ray(u, v) else { return ([0.0; 3], false) };
+    fn trace(&self, ray: Option<Ray<f64>>, tally: &mut Tally) -> (Rgb, bool) {
+        let Some(ray) = ray else { return ([0.0; 3], false) };
         let scene = self.tracer.scene;
         let is_refractive = |body: usize| scene.bodies[body].medium().is_some();
         let beam = Beam { ray, inside: self.start.inside };

@@ -1,9 +1,10 @@
 //! A scene: bodies, what they are made of, and what surrounds them.
 
 use super::cameras::Elevations;
+use super::hash::mix;
 use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};
-use super::texture::{Rgb, Texture};
+use super::texture::{Rgb, Texture, noise};
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 
 /// What a body is made of.
@@ -82,6 +83,11 @@ pub enum Environment {
         /// Number of bands from nadir to zenith.
         bands: u32,
     },
+    /// Blue sky with clouds above wooded hills, as far away as they are to a photographer.
+    Landscape {
+        /// Choice of clouds and hills.
+        seed: u64,
+    },
 }
 
 impl Environment {
@@ -94,8 +100,28 @@ impl Environment {
                 let t = (t * f64::from(bands)).floor() / f64::from(bands.max(2) - 1);
                 [0, 1, 2].map(|k| nadir[k] + (zenith[k] - nadir[k]) * t.min(1.0))
             }
+            Environment::Landscape { seed } => landscape(seed, d),
         }
     }
+}
+
+/// Hills up to 9° above the horizon, clouds that grow denser towards the horizon.
+fn landscape(seed: u64, d: Vec3<f64>) -> Rgb {
+    let layer = |k: u64, scale: f64| noise(mix(seed, k), d, scale);
+    let around = vec3(d.x, d.y, 0.0).normalized();
+    let crest = 0.15 * noise(mix(seed, 1), around, 0.5) + 0.02 * noise(mix(seed, 2), around, 0.05);
+    if d.z < crest {
+        let light = 0.35 + 0.5 * layer(3, 0.05) + 0.4 * layer(4, 0.012);
+        return [0.16 * light, 0.24 * light, 0.14 * light];
+    }
+    let cloud = (1.9 * layer(5, 0.45) + 0.7 * layer(6, 0.12) + 0.3 * layer(7, 0.03) - 1.15).clamp(0.0, 1.0);
+    let blue = [0.17, 0.36, 0.72];
+    let pale = [0.55, 0.68, 0.8];
+    let t = (1.0 - d.z).powi(3);
+    [0, 1, 2].map(|k| {
+        let sky = blue[k] + (pale[k] - blue[k]) * t;
+        sky + (0.92 - sky) * cloud
+    })
 }
 
 /// Everything that a ray can meet. At most 64 bodies, so that the set of bodies around a point is one machine word.

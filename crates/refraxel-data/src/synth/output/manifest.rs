@@ -13,7 +13,9 @@ pub(super) const MANIFEST: &str = "manifest.json";
 /// Folders that a run fills: pictures, then what lies beside them.
 const PICTURES: [&str; 4] = ["train", "val", "test", "test_bg"];
 const BESIDE: [&str; 4] = ["masks", "depth", "normals", "exr"];
-const FILES: [&str; 7] = [
+const FILES: [&str; 9] = [
+    "transforms.json",
+    "photographs.json",
     "transforms_train.json",
     "transforms_val.json",
     "transforms_test.json",

@@ -14,6 +14,16 @@
 //! contact.png                        a few test views: picture, twin, mask, normals
 //! manifest.json                      parameters and state of the run
 //! ```
+//!
+//! Photographs of a room have the layout of nerfstudio:
+//!
+//! ```text
+//! transforms{,_train,_test}.json     all, training and test photographs: intrinsics, file, mask, camera-to-world as estimated
+//! {train,test}/r_I.jpg               sRGB, 8 bits; .png without the imperfection jpeg
+//! masks/SPLIT/r_I.png                white where a refractive body is the first thing seen
+//! photographs.json                   what is true of each photograph: pose, gains of the sensor, whose mask
+//! scene.json, index.npz, contact.png, manifest.json   as above
+//! ```
 
 mod contact;
 mod files;

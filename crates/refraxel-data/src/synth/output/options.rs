@@ -4,8 +4,9 @@ use super::files::io;
 use crate::synth::cameras::{CameraSet, Elevations};
 use crate::synth::dataset::{DatasetOptions, ViewCounts};
 use crate::synth::error::SynthError;
+use crate::synth::photographic::Imperfections;
 use crate::synth::scene::Scene;
-use crate::synth::scenes::{SceneOptions, scene};
+use crate::synth::scenes::{Room, SceneInfo, SceneOptions, room, room_list, scene, scene_list};
 use crate::synth::shape::TriangleMesh;
 use crate::synth::trace::{Limits, Reflection};
 use crate::synth::truth::refractive_json;
@@ -19,7 +20,7 @@ pub struct SynthOptions {
     pub scene: String,
     /// Folder of the dataset; created when missing.
     pub out: PathBuf,
-    /// Edge of the square pictures [pixel].
+    /// Width of the pictures [pixel]; they are square, photographs 4 : 3.
     pub size: u32,
     /// Views per split.
     pub views: ViewCounts,
@@ -41,6 +42,9 @@ pub struct SynthOptions {
     pub index_resolution: u32,
     /// Wavefront OBJ file whose mesh takes the place of the knot in `glass_mesh`.
     pub mesh: Option<PathBuf>,
+    /// Photographs of a [`room`](crate::synth::room) with these imperfections instead of exact renderings of a scene. `cameras`,
+    /// `exr` and `mesh` are not used then.
+    pub photographic: Option<Imperfections>,
     /// Threads; `None`: those of the current rayon pool.
     pub threads: Option<usize>,
 }
@@ -62,14 +66,33 @@ impl SynthOptions {
             exr: false,
             index_resolution: 128,
             mesh: None,
+            photographic: None,
             threads: None,
         }
+    }
+
+    /// The usual photographs of a room: 60 + 16 of 480 × 360 with all imperfections.
+    pub fn photographs(room: &str, out: impl Into<PathBuf>) -> SynthOptions {
+        SynthOptions {
+            size: 480,
+            views: ViewCounts { train: 60, val: 0, test: 16 },
+            spp: 9,
+            detail_spp: 0,
+            photographic: Some(Imperfections::ALL),
+            ..SynthOptions::new(room, out)
+        }
+    }
+
+    /// Width and height of the pictures [pixel].
+    pub fn picture_size(&self) -> [u32; 2] {
+        let height = if self.photographic.is_some() { (3 * self.size).div_ceil(4) } else { self.size };
+        [self.size, height]
     }
 
     /// The same without files.
     pub(super) fn dataset(&self) -> DatasetOptions {
         DatasetOptions {
-            size: [self.size; 2],
+            size: self.picture_size(),
             views: self.views,
             cameras: self.cameras,
             seed: self.seed,
@@ -93,11 +116,29 @@ impl SynthOptions {
         within("--detail-spp", self.detail_spp.into(), 0, 65_536)?;
         within("--index-resolution", self.index_resolution.into(), 0, 1024)?;
         within("--threads", self.threads.unwrap_or(1) as u64, 1, 1024)?;
+        self.check_kind()?;
         if self.mesh.is_some() && self.scene != "glass_mesh" {
             let expected = format!("nothing: only glass_mesh takes a mesh, not {}", self.scene);
             return Err(SynthError::Range { option: "--mesh", found: "a file".into(), expected });
         }
         Ok(())
+    }
+
+    /// Refuses a room without photographs, and photographs of a scene without a room.
+    fn check_kind(&self) -> Result<(), SynthError> {
+        let is_in = |list: Vec<SceneInfo>| list.iter().any(|info| info.name == self.scene);
+        let (found, expected) = match self.photographic {
+            None if is_in(room_list()) => ("not given", "it with every room"),
+            Some(_) if is_in(scene_list()) => ("given", "it with rooms only, see --list"),
+            _ => return Ok(()),
+        };
+        let expected = format!("{expected}; the scene is {}", self.scene);
+        Err(SynthError::Range { option: "--photographic", found: found.into(), expected })
+    }
+
+    /// The room of photographs.
+    pub(super) fn room(&self) -> Result<Room, SynthError> {
+        room(&self.scene, &SceneOptions { seed: self.seed, ior: self.ior, mesh: None })
     }
 
     /// The scene, with the mesh where one is given; refuses cameras that it is not made for.
@@ -128,7 +169,7 @@ impl SynthOptions {
             Elevations::FULL => json!("full"),
             _ => json!(elevations.degrees()),
         };
-        json!({
+        let mut all = json!({
             "program": concat!("refraxel ", env!("CARGO_PKG_VERSION")),
             "scene": self.scene,
             "size": self.size,
@@ -141,6 +182,10 @@ impl SynthOptions {
             "exr": self.exr,
             "index_resolution": self.index_resolution,
             "bodies": refractive_json(scene),
-        })
+        });
+        if let Some(with) = self.photographic {
+            all["photographic"] = json!(with.names());
+        }
+        all
     }
 }

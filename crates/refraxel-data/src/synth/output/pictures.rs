@@ -30,6 +30,19 @@ pub(super) fn color_png(path: &Path, picture: &Image) -> Result<Vec<u8>, SynthEr
     png(path, &bytes, [picture.width, picture.height], color)
 }
 
+/// A picture as JPEG of this quality, of 100.
+pub(super) fn color_jpeg(path: &Path, picture: &Image, quality: u8) -> Result<Vec<u8>, SynthError> {
+    let mut out = Vec::new();
+    let bytes: Vec<u8> = (0..(picture.width * picture.height) as usize)
+        .flat_map(|p| picture.rgba(p)[..3].to_vec())
+        .map(|c| (255.0 * c).round() as u8)
+        .collect();
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, quality)
+        .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
+        .map_err(|source| SynthError::Picture { action: "encode", path: path.into(), source })?;
+    Ok(out)
+}
+
 pub(super) fn mask_png(path: &Path, mask: &Mask) -> Result<Vec<u8>, SynthError> {
     png(path, &mask.coverage, [mask.width, mask.height], ColorType::L8)
 }

@@ -1,9 +1,12 @@
 //! The scenes, named for what they show.
 
 mod graded;
+mod rooms;
 mod sharp;
 mod surroundings;
 mod water;
+
+pub use rooms::{Room, room, room_list};
 
 use super::error::SynthError;
 use super::scene::Scene;
@@ -45,6 +48,9 @@ pub struct SceneOptions {
 
 type Build = fn(&Setting) -> Scene;
 
+/// A line of a list of scenes: what it shows, and what makes it.
+type Entry<T> = (SceneInfo, T);
+
 const GLASS: Option<IorRange> = Some(IorRange { default: 1.5, min: 1.0, max: 4.0 });
 const WATER: Option<IorRange> = Some(IorRange { default: 1.33, min: 1.0, max: 4.0 });
 
@@ -52,7 +58,7 @@ const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) ->
     SceneInfo { name, shows, ior }
 }
 
-const SCENES: [(SceneInfo, Build); 23] = [
+const SCENES: [Entry<Build>; 23] = [
     (info("opaque", "nothing refracts: the control for straight rays", None), sharp::opaque),
     (
         info("glazed_vase", "nothing refracts: a dark opaque vase under a clearcoat that mirrors", GLASS),
@@ -159,25 +165,35 @@ pub fn scene_list() -> Vec<SceneInfo> {
 /// # Errors
 /// [`SynthError::UnknownScene`], and [`SynthError::Range`] for an index that the scene forbids.
 pub fn scene(name: &str, options: &SceneOptions) -> Result<Scene, SynthError> {
-    let Some((info, build)) = SCENES.iter().find(|(info, _)| info.name == name) else {
-        let known = SCENES.map(|(info, _)| info.name).join(", ");
+    let (info, build, ior) = chosen(&SCENES, name, options.ior)?;
+    let mut scene = build(&Setting::new(options.seed, ior, options.mesh.clone()));
+    scene.name = info.name.into();
+    scene.shows = info.shows.into();
+    Ok(scene)
+}
+
+/// The line of a name in a list, with the index of its main body.
+fn chosen<T: Copy>(
+    list: &[Entry<T>],
+    name: &str,
+    ior: Option<f64>,
+) -> Result<(SceneInfo, T, f64), SynthError> {
+    let Some(&(info, made_by)) = list.iter().find(|(info, _)| info.name == name) else {
+        let known = list.iter().map(|(info, _)| info.name).collect::<Vec<_>>().join(", ");
         return Err(SynthError::UnknownScene { found: name.into(), known });
     };
     let range = |expected: String| {
-        let found = options.ior.map_or(String::new(), |n| n.to_string());
+        let found = ior.map_or(String::new(), |n| n.to_string());
         Err(SynthError::Range { option: "--ior", found, expected })
     };
-    let ior = match (info.ior, options.ior) {
+    let ior = match (info.ior, ior) {
         (None, Some(_)) => return range(format!("nothing: the scene {name} has no index to choose")),
         (Some(r), Some(n)) if !(n >= r.min && n <= r.max) => {
             return range(format!("a number from {} to {} for the scene {name}", r.min, r.max));
         }
         (r, n) => n.or(r.map(|r| r.default)).unwrap_or(1.0),
     };
-    let mut scene = build(&Setting::new(options.seed, ior, options.mesh.clone()));
-    scene.name = info.name.into();
-    scene.shows = info.shows.into();
-    Ok(scene)
+    Ok((info, made_by, ior))
 }
 
 #[cfg(test)]

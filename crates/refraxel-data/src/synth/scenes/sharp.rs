@@ -9,9 +9,9 @@ use super::surroundings::{GROUND, MIDDLE, Setting};
 use refraxel_core::{Vec3, vec3};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-const UP: Vec3<f64> = Vec3::new(0.0, 0.0, 1.0);
+pub(super) const UP: Vec3<f64> = Vec3::new(0.0, 0.0, 1.0);
 
-fn glass(s: &Setting, shape: Shape) -> Body {
+pub(super) fn glass(s: &Setting, shape: Shape) -> Body {
     Body::refractive("glass", shape, Medium::clear(s.ior), 1)
 }
 
@@ -40,13 +40,19 @@ pub(super) fn opaque(s: &Setting) -> Scene {
 }
 
 pub(super) fn glazed_vase(s: &Setting) -> Scene {
-    let vase = vec![
-        Primitive::Sphere { center: vec3(0.02, -0.03, -0.36), radius: 0.32 },
-        Primitive::Capsule { from: vec3(0.02, -0.03, -0.2), to: vec3(0.02, -0.03, 0.22), radius: 0.11 },
-        Primitive::Torus { center: vec3(0.02, -0.03, 0.3), axis: UP, major: 0.13, minor: 0.05 },
-    ];
     let dark = Texture::Plain(rgb(0x1b2a41));
-    s.scene(vec![Body::glazed("vase", Shape::implicit(vase, 0.1), dark, s.ior)])
+    s.scene(vec![Body::glazed("vase", vase([0.02, -0.03], 1.0), dark, s.ior)])
+}
+
+/// A vase that stands on the ground, 1.05 high for `scale` 1.
+pub(super) fn vase([x, y]: [f64; 2], scale: f64) -> Shape {
+    let at = |z: f64| vec3(x, y, GROUND + (z - GROUND) * scale);
+    let parts = vec![
+        Primitive::Sphere { center: at(-0.36), radius: 0.32 * scale },
+        Primitive::Capsule { from: at(-0.2), to: at(0.22), radius: 0.11 * scale },
+        Primitive::Torus { center: at(0.3), axis: UP, major: 0.13 * scale, minor: 0.05 * scale },
+    ];
+    Shape::implicit(parts, 0.1 * scale)
 }
 
 pub(super) fn glass_ball(s: &Setting) -> Scene {
@@ -170,8 +176,12 @@ pub(super) fn pair(s: &Setting) -> Scene {
     ])
 }
 
-/// A stone with twenty flat faces whose directions and distances are irregular.
 pub(super) fn faceted(s: &Setting) -> Scene {
+    s.scene(vec![glass(s, stone_around(vec3(0.02, -0.03, -0.17)))])
+}
+
+/// A stone with twenty flat faces whose directions and distances are irregular.
+pub(super) fn stone_around(center: Vec3<f64>) -> Shape {
     const FACES: u32 = 20;
     let golden = TAU * 0.5 * (5.0_f64.sqrt() - 1.0);
     // Directions spread evenly, then disturbed by up to half their spacing. With these numbers every face keeps a part of
@@ -183,8 +193,7 @@ pub(super) fn faceted(s: &Setting) -> Scene {
         let even = vec3(cos, sin, 0.0) * (1.0 - z * z).sqrt() + UP * z;
         (even + vec3(draw(1), draw(2), draw(3)) * 0.3, 0.45 * (1.0 + 0.08 * draw(4)))
     };
-    let stone = Polyhedron::around(vec3(0.02, -0.03, -0.17), (0..FACES).map(face));
-    s.scene(vec![glass(s, Shape::Polyhedron(stone))])
+    Shape::Polyhedron(Polyhedron::around(center, (0..FACES).map(face)))
 }
 
 pub(super) fn two_indices(s: &Setting) -> Scene {

@@ -36,6 +36,11 @@ impl Setting {
         Setting { ior, mesh, seed, turn }
     }
 
+    /// Bits for what `salt` counts, from the seed of the scene.
+    pub(super) fn salted(&self, salt: u64) -> u64 {
+        mix(self.seed, salt)
+    }
+
     /// A position of the surroundings, turned about the vertical axis by the seed.
     pub(super) fn at(&self, x: f64, y: f64, z: f64) -> Vec3<f64> {
         let (s, c) = self.turn.sin_cos();

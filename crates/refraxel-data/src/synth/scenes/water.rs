@@ -55,26 +55,56 @@ pub(super) fn aquarium(s: &Setting) -> Scene {
 pub(super) fn drinking_glass(s: &Setting) -> Scene {
     const BASE: f64 = -0.6;
     const RIM: f64 = 0.16;
-    const LEVEL: f64 = BASE + 0.6 * (RIM - BASE);
-    let upright = |radius, low, high| Shape::cylinder([0.0, 0.0, low], [0.0, 0.0, high], radius);
-    // Nested as in the aquarium: the highest priority wins, and no two surfaces coincide.
-    let glass = upright(0.36, GROUND + 0.01, RIM);
-    let water = upright(0.32, BASE, LEVEL + 0.1);
-    let air = upright(0.325, LEVEL, RIM + 0.1);
+    let tumbler =
+        Tumbler { radius: 0.36, wall: 0.04, base: BASE, rim: RIM, level: BASE + 0.6 * (RIM - BASE) };
     let straw = Shape::cylinder([0.16, 0.1, BASE + 0.05], [-0.34, -0.2, 0.5], 0.028);
     let ball = Shape::sphere([-0.09, 0.12, BASE + 0.115], 0.11);
-    s.calm_scene(vec![
+    let mut bodies = vec![
         Body::opaque("straw", straw, s.texture(44, 0.09)),
         Body::opaque("ball", ball, s.texture(46, 0.08)),
-        Body::refractive("glass", glass, Medium::clear(s.ior), 1),
-        Body::refractive("water", water, Medium::clear(1.33), 2),
-        Body::refractive("air", air, Medium::clear(1.0), 3),
-    ])
+    ];
+    bodies.extend(tumbler.bodies(s.ior));
+    s.calm_scene(bodies)
+}
+
+/// An upright vessel of glass on the ground with water in it. Lengths and heights in scene units.
+pub(super) struct Tumbler {
+    /// Outer radius.
+    pub radius: f64,
+    /// Thickness of the wall.
+    pub wall: f64,
+    /// Height of the inner bottom.
+    pub base: f64,
+    /// Height of the rim.
+    pub rim: f64,
+    /// Height of the water.
+    pub level: f64,
+}
+
+impl Tumbler {
+    /// Glass of this index, water, and the air above the water.
+    pub(super) fn bodies(&self, ior: f64) -> [Body; 3] {
+        let upright = |radius, low, high| Shape::cylinder([0.0, 0.0, low], [0.0, 0.0, high], radius);
+        // Nested as in the aquarium: the highest priority wins, and no two surfaces coincide.
+        let inner = self.radius - self.wall;
+        let glass = upright(self.radius, GROUND + 0.01, self.rim);
+        let water = upright(inner, self.base, self.level + 0.1);
+        let air = upright(inner + 0.125 * self.wall, self.level, self.rim + 0.1);
+        [
+            Body::refractive("glass", glass, Medium::clear(ior), 1),
+            Body::refractive("water", water, Medium::clear(1.33), 2),
+            Body::refractive("air", air, Medium::clear(1.0), 3),
+        ]
+    }
+}
+
+pub(super) fn wavy_pool(s: &Setting) -> Scene {
+    Scene { elevations: Elevations::STEEP, ..s.wide_scene(pool(s)) }
 }
 
 /// Water with waves in an opaque basin. The sides and the bottom of the water lie inside of walls and floor, so that only
 /// its surface is seen.
-pub(super) fn wavy_pool(s: &Setting) -> Scene {
+pub(super) fn pool(s: &Setting) -> Vec<Body> {
     const FLOOR: f64 = -0.62;
     let wave = |amplitude, vector, phase| Wave { amplitude, vector, phase };
     let water = HeightField {
@@ -90,7 +120,7 @@ pub(super) fn wavy_pool(s: &Setting) -> Scene {
     let mut bodies = basin(s, FLOOR);
     bodies.extend(sunken_things(s, FLOOR));
     bodies.push(Body::refractive("water", Shape::HeightField(water), Medium::clear(s.ior), 1));
-    Scene { elevations: Elevations::STEEP, ..s.wide_scene(bodies) }
+    bodies
 }
 
 /// Floor and walls of an open basin.

@@ -1,27 +1,28 @@
 //! What a dataset says beside its pictures: cameras, shapes, indices and the protocol.
 
-use super::Run;
+use super::renderings::Renderings;
 use crate::synth::cameras::opengl_matrix;
 use crate::synth::dataset::{ANGLE, Part, background_of};
 use crate::synth::error::SynthError;
 use crate::synth::output::contact::contact_sheet;
 use crate::synth::output::files::write_whole;
 use crate::synth::output::npz::npz_of_index;
+use crate::synth::output::options::SynthOptions;
 use crate::synth::output::pictures::{DEPTH_UNIT, color_png};
-use crate::synth::scene::Environment;
+use crate::synth::scene::{Environment, Scene};
 use crate::synth::trace::Reflection;
 use crate::synth::truth::{IndexTruth, opaque_json, refractive_json};
 use refraxel_core::Camera;
 use serde_json::{Value, json};
 use std::path::Path;
 
-impl Run<'_> {
-    /// Everything but the pictures; `transforms_*.json` last, so that only whole datasets have them.
-    pub(super) fn write_truth(&self) -> Result<(), SynthError> {
+impl Renderings<'_> {
+    /// Writes everything but the pictures.
+    pub(super) fn describe(&self) -> Result<(), SynthError> {
         let out = &self.options.out;
         let mut scene = self.scene_json();
-        if let Some(truth) = IndexTruth::of_scene(&self.scene).filter(|_| self.options.index_resolution > 0) {
-            scene["index_field"] = self.write_index(&truth)?;
+        if let Some(field) = write_index(self.options, &self.scene)? {
+            scene["index_field"] = field;
         }
         write_json(&out.join("scene.json"), &scene)?;
         let path = out.join("contact.png");
@@ -38,21 +39,6 @@ impl Run<'_> {
             write_json(&out.join("transforms_test_bg.json"), &self.transforms(Part::Test, "test_bg"))?;
         }
         Ok(())
-    }
-
-    fn write_index(&self, truth: &IndexTruth) -> Result<Value, SynthError> {
-        let (bounds, longest) = (self.scene.bounds, self.options.index_resolution);
-        let e = bounds.extent();
-        let cells =
-            e.to_array().map(|l| ((l / e.max_element() * f64::from(longest)).round() as usize).max(1));
-        let n = truth.voxels(&bounds, cells);
-        let bytes = npz_of_index(&bounds, cells, &n);
-        write_whole(&self.options.out.join("index.npz"), &bytes)?;
-        Ok(json!({
-            "file": "index.npz",
-            "cells": cells,
-            "layout": "n[x, y, z] float32 at cell centres min + (i + 1/2) (max - min) / cells; z runs fastest",
-        }))
     }
 
     fn transforms(&self, part: Part, folder: &str) -> Value {
@@ -72,7 +58,7 @@ impl Run<'_> {
         let (o, b) = (self.options, self.scene.bounds);
         let linear = match self.scene.environment {
             Environment::Constant(c) => json!(c),
-            Environment::Sky { .. } => Value::Null,
+            Environment::Sky { .. } | Environment::Landscape { .. } => Value::Null,
         };
         json!({
             "name": self.scene.name,
@@ -107,7 +93,24 @@ impl Run<'_> {
     }
 }
 
-fn write_json(path: &Path, value: &Value) -> Result<(), SynthError> {
+/// Writes the index as voxels, where there is one and voxels are asked for; what `scene.json` says of them.
+pub(super) fn write_index(options: &SynthOptions, scene: &Scene) -> Result<Option<Value>, SynthError> {
+    let Some(truth) = IndexTruth::of_scene(scene).filter(|_| options.index_resolution > 0) else {
+        return Ok(None);
+    };
+    let (bounds, longest) = (scene.bounds, options.index_resolution);
+    let e = bounds.extent();
+    let cells = e.to_array().map(|l| ((l / e.max_element() * f64::from(longest)).round() as usize).max(1));
+    let bytes = npz_of_index(&bounds, cells, &truth.voxels(&bounds, cells));
+    write_whole(&options.out.join("index.npz"), &bytes)?;
+    Ok(Some(json!({
+        "file": "index.npz",
+        "cells": cells,
+        "layout": "n[x, y, z] float32 at cell centres min + (i + 1/2) (max - min) / cells; z runs fastest",
+    })))
+}
+
+pub(super) fn write_json(path: &Path, value: &Value) -> Result<(), SynthError> {
     // Serialising a Value cannot fail: its keys are strings and its numbers finite.
     let text = serde_json::to_string_pretty(value).unwrap_or_default();
     write_whole(path, text.as_bytes())

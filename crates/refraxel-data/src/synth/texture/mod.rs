@@ -3,6 +3,13 @@
 //! A texture is a function of the world position. Its value is the basic radiance L/n², linear and without unit: a
 //! surface under water shows the colour that it shows in air, and no index change along a ray adds a factor.
 
+mod letters;
+mod paint;
+mod surface;
+
+pub use paint::{Paint, Tiles};
+pub use surface::{Face, Lamp, Panel, Surface};
+
 use super::hash::{cell, mix, unit};
 use refraxel_core::{Vec3, vec3};
 use std::sync::Arc;
@@ -19,6 +26,8 @@ pub enum Texture {
     Mosaic(Mosaic),
     /// A picture laid over the ground.
     Picture(Picture),
+    /// Paint on a face, lit by a lamp.
+    Surface(Surface),
 }
 
 impl Texture {
@@ -29,6 +38,7 @@ impl Texture {
             Texture::Plain(c) => *c,
             Texture::Mosaic(m) => m.color(x),
             Texture::Picture(p) => p.color(x),
+            Texture::Surface(s) => s.color(x),
         }
     }
 }
@@ -88,8 +98,8 @@ fn motif(kind: u64, turned: bool, f: Vec3<f64>) -> bool {
     }
 }
 
-/// Value noise in [0, 1]: trilinear between hashed lattice values, with smoothed weights.
-fn noise(seed: u64, x: Vec3<f64>, scale: f64) -> f64 {
+/// Value noise in [0, 1], 1/2 in the mean: trilinear between hashed lattice values, with smoothed weights.
+pub(in crate::synth) fn noise(seed: u64, x: Vec3<f64>, scale: f64) -> f64 {
     let q = x / scale;
     let i = q.map(f64::floor);
     let t = (q - i).map(|t| t * t * (3.0 - 2.0 * t));
