@@ -50,7 +50,7 @@ ERRORS=$OUT/errors.log
 : >"$ERRORS"
 
 # The scenes, without those in which nothing refracts: they have no masks and no index.
-refractive() { "$BIN" synth --list | awk 'NR > 1 && !/nothing refracts/ { print $1 }'; }
+refractive() { "$BIN" synth --list | awk 'NR > 1 && !/nothing refracts|room \(/ { print $1 }'; }
 ALL=$(refractive)
 SCENES=${ONLY:-$ALL}
 for name in $SCENES; do

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use refraxel_data::synth::Imperfection;
 use refraxel_train::device::DeviceChoice;
 
 use super::WorkArgs;
@@ -50,6 +51,8 @@ pub enum Around {
   refraxel synth --list
   refraxel synth glass_ball --out ball --size 400 --views 100
   refraxel synth glass_ball --out water_ball --ior 1.33 --reflection off --exr
+  refraxel synth kitchen_bear --out bear --photographic
+  refraxel synth kitchen_bear --out bear_sharp --photographic --without focus,noise
 
 Ctrl-C keeps the finished pictures; the same command continues from there.")]
 pub struct SynthArgs {
@@ -62,10 +65,17 @@ pub struct SynthArgs {
     /// List the scenes
     #[arg(long, conflicts_with_all = ["scene", "out"])]
     pub list: bool,
-    /// Width and height of the square pictures, in pixels [default: 200]
+    /// Photographs of a room as a phone takes them, 4:3: with noise, poses a little off, rough masks and more
+    #[arg(long, conflicts_with_all = ["cameras", "mesh", "exr"])]
+    pub photographic: bool,
+    /// Imperfections that the photographs do not have, with commas: exposure, noise, jpeg, poses, focus, masks
+    #[arg(long, value_name = "LIST", value_delimiter = ',', requires = "photographic")]
+    pub without: Vec<Imperfection>,
+    /// Width of the pictures, in pixels; they are square, photographs 4:3 [default: 200, photographs 480]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub size: Option<u32>,
-    /// Number of training views; 2/5 as many are added for testing and 1/10 for validation [default: 100]
+    /// Number of training views; 2/5 as many are added for testing and 1/10 for validation, to photographs 4/15 for testing
+    /// [default: 100, photographs 60]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=50_000))]
     pub views: Option<u32>,
     /// Seed of the random numbers
@@ -80,10 +90,10 @@ pub struct SynthArgs {
     /// Directions from which the scene is seen
     #[arg(long, value_enum, default_value_t, value_name = "WHERE")]
     pub cameras: Around,
-    /// Samples per pixel, rounded up to a square number [default: 16]
+    /// Samples per pixel, rounded up to a square number [default: 16, photographs 9]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
-    /// Samples per pixel where the first samples differ; 0 adds none [default: 64]
+    /// Samples per pixel where the first samples differ; 0 adds none [default: 64, photographs 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536))]
     pub detail_spp: Option<u32>,
     /// Cells along the longest edge of the stored index field; 0 stores none [default: 128]

@@ -1,4 +1,5 @@
 use super::*;
+use refraxel_data::synth::Imperfection;
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {
     let matches = Cli::with_negative_numbers().try_get_matches_from(line.split(' '))?;
@@ -116,4 +117,14 @@ fn synth_understands_the_contract() {
     let Ok(Verb::Synth(args)) = parse(line) else { panic!("refused") };
     assert_eq!((args.size, args.views, args.cameras), (Some(64), Some(20), Around::Full));
     assert!(parse("refraxel synth --list --json").is_ok());
+}
+
+#[test]
+fn photographs_leave_out_imperfections_by_their_names() {
+    let line = "refraxel synth kitchen_bear --out s --photographic --without noise,jpeg";
+    let Ok(Verb::Synth(args)) = parse(line) else { panic!("refused") };
+    assert_eq!(args.without, [Imperfection::Noise, Imperfection::Jpeg]);
+    for refused in ["--without noise", "--photographic --without blur", "--photographic --exr"] {
+        assert!(parse(&format!("refraxel synth kitchen_bear --out s {refused}")).is_err(), "{refused}");
+    }
 }

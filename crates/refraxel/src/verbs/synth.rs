@@ -9,8 +9,8 @@ use crate::progress::{Progress, Show};
 use crate::table::{Table, count, score};
 use anyhow::anyhow;
 use refraxel_data::synth::{
-    CameraSet, Progress as Done, Reflection, Summary, SynthError, SynthOptions, ViewCounts, scene_list,
-    synthesize,
+    CameraSet, Imperfections, Progress as Done, Reflection, SceneInfo, Summary, SynthError, SynthOptions,
+    ViewCounts, room_list, scene_list, synthesize,
 };
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -27,7 +27,8 @@ pub fn run(args: &SynthArgs) -> Result<(), Failure> {
     };
     set_threads(&args.work)?;
     watch_for_interrupts()?;
-    let options = options(args, SynthOptions::new(scene, out));
+    let usual = if args.photographic { SynthOptions::photographs } else { SynthOptions::new };
+    let options = options(args, usual(scene, out.clone()));
     let summary = make(&options, Show::suited(args.work.quiet || args.work.json))?;
     let report = Report::new(&options, &summary);
     console.result(&report.text(), &report).or_exit(Exit::Io)
@@ -55,9 +56,14 @@ pub fn make(options: &SynthOptions, show: Show) -> Result<Summary, Failure> {
 
 fn options(args: &SynthArgs, usual: SynthOptions) -> SynthOptions {
     let train = args.views.map_or(usual.views.train, |n| n as usize);
+    let views = match args.photographic {
+        true => ViewCounts { train, val: 0, test: (4 * train).div_ceil(15) },
+        false => ViewCounts { train, val: train.div_ceil(10), test: (2 * train).div_ceil(5) },
+    };
+    let without = |with| args.without.iter().fold(with, |rest: Imperfections, &one| rest.without(one));
     SynthOptions {
         size: args.size.unwrap_or(usual.size),
-        views: ViewCounts { train, val: train.div_ceil(10), test: (2 * train).div_ceil(5) },
+        views,
         seed: args.seed,
         ior: args.ior,
         reflection: if args.reflection == Switch::On { Reflection::On } else { Reflection::Off },
@@ -67,6 +73,7 @@ fn options(args: &SynthArgs, usual: SynthOptions) -> SynthOptions {
         exr: args.exr,
         index_resolution: args.index_resolution.unwrap_or(usual.index_resolution),
         mesh: args.mesh.clone(),
+        photographic: usual.photographic.map(without),
         ..usual
     }
 }
@@ -88,7 +95,9 @@ struct Report {
     out: String,
     /// Training, validation and test views.
     views: [usize; 3],
+    /// Width of the pictures.
     size: u32,
+    height: u32,
     rendered: usize,
     kept: usize,
     seconds: f64,
@@ -105,6 +114,7 @@ impl Report {
             out: summary.out.display().to_string(),
             views: [views.train, views.val, views.test],
             size: options.size,
+            height: options.picture_size()[1],
             rendered: summary.rendered,
             kept: summary.kept,
             seconds: cost.seconds,
@@ -115,12 +125,12 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        let [train, val, test] = self.views;
+        let ([train, val, test], width, height) = (self.views, self.size, self.height);
         let speed = self.rays_per_s.map_or(String::new(), |r| {
             format!(" in {:.1} s, {:.2} million camera rays per second", self.seconds, r / 1e6)
         });
         format!(
-            "{} in {}: {train} training, {val} validation and {test} test views of {s}×{s} pixels\n\
+            "{} in {}: {train} training, {val} validation and {test} test views of {width}×{height} pixels\n\
              rendered {} pictures{speed}; kept {} of an earlier run\n\
              share of light lost at the depth limit: {:.1e}\n\
              contact sheet: {out}/contact.png, truth: {out}/scene.json",
@@ -129,7 +139,6 @@ impl Report {
             count(self.rendered as u64),
             self.kept,
             self.lost_energy,
-            s = self.size,
             out = self.out,
         )
     }
@@ -139,27 +148,31 @@ impl Report {
 struct Listed {
     name: &'static str,
     shows: &'static str,
+    /// A room, which only `--photographic` shows.
+    is_room: bool,
     /// The usual index, where one can be chosen, and the smallest and largest.
     ior: Option<f64>,
     ior_range: Option<[f64; 2]>,
 }
 
+impl Listed {
+    fn new(info: &SceneInfo, is_room: bool) -> Listed {
+        let ior_range = info.ior.map(|r| [r.min, r.max]);
+        Listed { name: info.name, shows: info.shows, is_room, ior: info.ior.map(|r| r.default), ior_range }
+    }
+}
+
 fn list(console: Console) -> Result<(), Failure> {
     let mut table = Table::new(&["scene", "index", "  shows"]);
-    let mut all = Vec::new();
-    for info in scene_list() {
-        let ior = info.ior.map(|r| r.default);
-        table.row(vec![info.name.to_owned(), score(ior, 2)]);
-        all.push(Listed {
-            name: info.name,
-            shows: info.shows,
-            ior,
-            ior_range: info.ior.map(|r| [r.min, r.max]),
-        });
+    let scenes = scene_list().into_iter().map(|info| Listed::new(&info, false));
+    let all: Vec<Listed> = scenes.chain(room_list().iter().map(|info| Listed::new(info, true))).collect();
+    for listed in &all {
+        table.row(vec![listed.name.to_owned(), score(listed.ior, 2)]);
     }
     // The last column is prose: it stands left.
     let lines = table.text();
-    let prose = std::iter::once("shows").chain(all.iter().map(|l| l.shows));
+    let shows = |l: &Listed| format!("{}{}", if l.is_room { "room (--photographic): " } else { "" }, l.shows);
+    let prose = std::iter::once("shows".to_owned()).chain(all.iter().map(shows));
     let text: Vec<String> = lines
         .lines()
         .zip(prose)

@@ -43,6 +43,8 @@ pub enum Face {
         center: Vec3<f64>,
         /// Distance of the axis at which the design has its own width [scene unit].
         radius: f64,
+        /// Height of the flat ends above and below the middle [scene unit]; infinite where there are none.
+        half: f64,
     },
 }
 
@@ -59,8 +61,12 @@ impl Face {
                 normal[axis] = from[axis].signum();
                 (spread(from, normal), normal)
             }
-            Face::Round { center, radius } => {
+            Face::Round { center, radius, half } => {
+                const ROUNDING: f64 = 1e-6; // scene unit
                 let from = x - center;
+                if from.z.abs() > half - ROUNDING {
+                    return ([from.x, from.y], vec3(0.0, 0.0, from.z.signum()));
+                }
                 let around = from.y.atan2(from.x);
                 ([around * radius, from.z], from.normalized())
             }

@@ -22,6 +22,9 @@ use refraxel_core::Camera;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
+/// Rays that carry less than this share of a sample are not followed: one step of 8 bits.
+const ENERGY_CUT: f64 = 1.0 / 255.0;
+
 /// Photographs that are to be taken of a room.
 pub(super) struct Photographs<'a> {
     options: &'a SynthOptions,
@@ -55,7 +58,12 @@ impl<'a> Photographs<'a> {
 
     fn sampling(&self) -> Sampling {
         let SynthOptions { spp, detail_spp, seed, reflection, .. } = *self.options;
-        Sampling { spp, detail_spp, seed, limits: Limits { reflection, ..Limits::default() } }
+        Sampling {
+            spp,
+            detail_spp,
+            seed,
+            limits: Limits { reflection, energy_cut: ENERGY_CUT, ..Limits::default() },
+        }
     }
 
     fn seed(&self, draw: Draw, view: &PlannedView) -> u64 {

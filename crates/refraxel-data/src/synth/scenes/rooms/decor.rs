@@ -58,13 +58,13 @@ impl Decor {
 
     /// A ball.
     pub(super) fn ball(&self, name: &str, center: [f64; 3], radius: f64, paint: Paint) -> Body {
-        let face = Face::Round { center: center.into(), radius };
+        let face = Face::Round { center: center.into(), radius, half: f64::INFINITY };
         Body::opaque(name, Shape::sphere(center, radius), self.texture(face, paint))
     }
 
     /// An upright can between two heights.
     pub(super) fn can(&self, name: &str, [x, y]: [f64; 2], z: [f64; 2], radius: f64, paint: Paint) -> Body {
-        let face = Face::Round { center: vec3(x, y, 0.5 * (z[0] + z[1])), radius };
+        let face = Face::Round { center: vec3(x, y, 0.5 * (z[0] + z[1])), radius, half: 0.5 * (z[1] - z[0]) };
         let shape = Shape::cylinder([x, y, z[0]], [x, y, z[1]], radius);
         Body::opaque(name, shape, self.texture(face, paint))
     }

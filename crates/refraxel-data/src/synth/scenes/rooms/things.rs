@@ -129,7 +129,7 @@ pub(super) fn mirrors(s: &Setting, d: &Decor) -> Vec<Body> {
 pub(super) fn opaque(s: &Setting, d: &Decor) -> Vec<Body> {
     let jug = vase([0.05, 0.1], 1.0);
     let round = d.texture(
-        Face::Round { center: vec3(0.05, 0.1, -0.2), radius: 0.3 },
+        Face::Round { center: vec3(0.05, 0.1, -0.2), radius: 0.3, half: f64::INFINITY },
         d.motifs(73, 0.13, &[0xf1ead6, 0x2b5f8a, 0x1b3a57]),
     );
     let banana = Primitive::Capsule {
