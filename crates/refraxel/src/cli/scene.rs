@@ -90,7 +90,7 @@ pub struct SynthArgs {
     /// Directions from which the scene is seen
     #[arg(long, value_enum, default_value_t, value_name = "WHERE")]
     pub cameras: Around,
-    /// Samples per pixel, rounded up to a square number [default: 16, photographs 9]
+    /// Samples per pixel, rounded up to a square number [default: 16, photographs 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,
     /// Samples per pixel where the first samples differ; 0 adds none [default: 64, photographs 0]

@@ -76,7 +76,7 @@ impl SynthOptions {
         SynthOptions {
             size: 480,
             views: ViewCounts { train: 60, val: 0, test: 16 },
-            spp: 9,
+            spp: 4,
             detail_spp: 0,
             photographic: Some(Imperfections::ALL),
             ..SynthOptions::new(room, out)
