@@ -27,6 +27,10 @@ const MOST_WRONG: f32 = 0.34;
 /// Median overlap below which the hull means nothing.
 const MEANINGLESS: f32 = 0.3;
 
+/// What a hull covers beside the masks counts so much, compared with what it misses: the ground and flat faces cut off what is
+/// too much, and nothing gives back what is missing.
+const EXCESS: f64 = 1.0 / 3.0;
+
 /// How well the mask of each view agrees with the hull of the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Consistency {
@@ -62,23 +66,30 @@ impl Outlines {
         found
     }
 
-    /// How well a hull agrees with the masks: intersection over union of both in all pictures together, 0 to 1, from about
-    /// `samples` samples. What hides the hull excuses nothing: a hull that grows behind opaque haze must show in the masks.
+    /// How well a hull agrees with the masks, 0 to 1: of the lines of sight that a mask or the hull covers, the share that both
+    /// do, where those that the hull covers alone count [`EXCESS`]; from about `samples` of all pictures. What hides the hull
+    /// excuses nothing: a hull that grows behind opaque haze must show in the masks.
     pub(crate) fn agreement(&self, hull: &Gate, samples: usize) -> f64 {
         let all: usize = self.views().iter().map(|view| view.samples()).sum();
         let stride = (all / samples.max(1)).max(1);
         let counts = self.views().par_iter().enumerate().map(|(v, view)| {
-            let (mut both, mut either) = (0_u64, 0_u64);
+            let (mut both, mut missed, mut excess) = (0_u64, 0_u64, 0_u64);
             // Another part of the samples in each view.
             for sample in (v % stride..view.samples()).step_by(stride) {
-                let (shows, meets) = (view.shows(sample), view.ray(sample).is_some_and(|r| hull.admits(&r)));
-                both += u64::from(shows && meets);
-                either += u64::from(shows || meets);
+                let meets = view.ray(sample).is_some_and(|ray| hull.admits(&ray));
+                match (view.shows(sample), meets) {
+                    (true, true) => both += 1,
+                    (true, false) => missed += 1,
+                    (false, true) => excess += 1,
+                    (false, false) => {}
+                }
             }
-            (both, either)
+            [both, missed, excess]
         });
-        let (both, either) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-        both as f64 / either.max(1) as f64
+        let [both, missed, excess] =
+            counts.reduce(|| [0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k])).map(|n| n as f64);
+        let either = both + missed + EXCESS * excess;
+        if either > 0.0 { both / either } else { 0.0 }
     }
 
     /// The hull in a box, for rays.
