@@ -16,7 +16,7 @@ pub(in crate::synth) fn estimated(camera: &Camera, target: Vec3<f64>, seed: u64)
     let distance = (pose.translation - target).length();
     let (axis, angle) = (direction(seed, 0), TURN_ERROR.to_radians());
     pose.rotation.columns = pose.rotation.columns.map(|c| turned(c, axis, angle));
-    pose.translation = pose.translation + direction(seed, 2) * (POSITION_ERROR * distance);
+    pose.translation += direction(seed, 2) * (POSITION_ERROR * distance);
     told
 }
 
