@@ -24,6 +24,7 @@ pub mod priors;
 pub mod radiance;
 pub mod segment;
 pub mod sh;
+pub mod structure;
 
 mod aligned;
 mod pages;

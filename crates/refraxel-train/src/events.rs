@@ -246,7 +246,9 @@ pub enum Task {
     Carving,
     /// Searching the index: one part per index that is tried.
     SearchingIndex,
-    /// Hypotheses race: one part per step.
+    /// The surface of a body by the gradient of what it should show: one part per step.
+    RefiningSurface,
+    /// Straight rays learn the inside of masks, or hypotheses race: one part per step.
     Judging,
     /// Letting radiance probes look at the field.
     Baking,

@@ -12,6 +12,7 @@ pub mod descent;
 pub mod device;
 pub mod evaluation;
 pub mod events;
+mod evidence;
 pub mod exposures;
 pub mod initial;
 mod least_squares;

@@ -1,5 +1,6 @@
 //! What stands in a refractive region: the hypotheses that compete, and the verdict on them.
 
+pub use crate::evidence::Difference;
 use serde::{Deserialize, Serialize};
 
 /// What may stand in a refractive region.
@@ -91,7 +92,55 @@ pub struct RegionVerdict {
     /// What `gain_inside` had to reach [dB].
     pub margin: f64,
     /// Everything that raced, the best first.
+    #[serde(default)]
     pub contestants: Vec<Contestant>,
+    /// The numbers that rays bend by at first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub found: Vec<Found>,
+    /// What prediction without training says, where that decided.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+}
+
+impl RegionVerdict {
+    /// By prediction.
+    pub(crate) fn predicted(
+        region: usize,
+        hypothesis: Hypothesis,
+        found: Vec<Found>,
+        evidence: Evidence,
+    ) -> Self {
+        let unknown = unknown();
+        Self {
+            region,
+            hypothesis,
+            gain_inside: unknown,
+            error: unknown,
+            gain_outside: unknown,
+            margin: 0.0,
+            contestants: Vec::new(),
+            found,
+            evidence: Some(evidence),
+        }
+    }
+}
+
+/// How alike in structure, theory (4.24), pictures of a region are to the photographs of views kept aside: −1 to 1, in the mean over
+/// these views.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// What rays bent by the candidate should show, before anything of it has learned.
+    pub predicted: Difference,
+    /// What would be seen straight through, if nothing stood there.
+    pub straight_through: Difference,
+    /// The prediction, compared with the photographs of other views.
+    pub other_photographs: Difference,
+    /// What straight rays show that have learned the inside.
+    pub trained_straight: Difference,
+    /// By how much the prediction is more alike than looking straight through, view by view.
+    pub above: Difference,
+    /// Where the index lies: beyond, the prediction is clearly less alike.
+    pub index: Option<[f32; 2]>,
 }
 
 fn unknown() -> f64 {
@@ -190,6 +239,8 @@ mod tests {
             gain_outside: 1.5,
             margin: 0.3,
             contestants: vec![contestant],
+            found: Vec::new(),
+            evidence: None,
         };
         let text = serde_json::to_string(&verdict).unwrap();
         assert_eq!(serde_json::from_str::<RegionVerdict>(&text).unwrap(), verdict, "{text}");

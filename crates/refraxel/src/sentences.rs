@@ -3,7 +3,7 @@
 use refraxel_train::device::Device;
 use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
-use refraxel_train::verdict::{Found, RegionVerdict, Verdict};
+use refraxel_train::verdict::{Difference, Evidence, Found, RegionVerdict, Verdict};
 
 /// An event in a sentence; none for what progress bars show.
 pub fn sentence(event: &Event) -> Option<String> {
@@ -130,6 +130,9 @@ fn ignored(views: &[IgnoredMask], usual_overlap: f32) -> String {
 /// What the judge decided, one line per region.
 pub fn verdict_text(verdict: &Verdict) -> String {
     let region = |r: &RegionVerdict| {
+        if let Some(evidence) = &r.evidence {
+            return evidence_text(r, evidence);
+        }
         let others = r.contestants.iter().map(|c| format!("{} {:.2} dB", c.hypothesis.name(), c.inside));
         format!(
             "region {}: {} (bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB outside, on {} views kept aside; {})",
@@ -143,6 +146,25 @@ pub fn verdict_text(verdict: &Verdict) -> String {
         )
     };
     verdict.regions.iter().map(region).collect::<Vec<_>>().join("\n")
+}
+
+/// What a prediction without training says of a region.
+fn evidence_text(region: &RegionVerdict, evidence: &Evidence) -> String {
+    let of = |d: &Difference| format!("{:.2} ± {:.2}", d.mean, d.error);
+    let range = |[low, high]: [f32; 2]| format!(", index {low:.3} to {high:.3}");
+    format!(
+        "region {}: {}{}{} (likeness to {} photographs kept aside: predicted {}, straight through {}, straight rays after training \
+         {}, other photographs {})",
+        region.region + 1,
+        region.hypothesis.name(),
+        if region.found.is_empty() { String::new() } else { format!(", {}", numbers(&region.found)) },
+        evidence.index.filter(|_| !region.found.is_empty()).map_or(String::new(), range),
+        evidence.predicted.views,
+        of(&evidence.predicted),
+        of(&evidence.straight_through),
+        of(&evidence.trained_straight),
+        of(&evidence.other_photographs),
+    )
 }
 
 /// What a run is busy with.
@@ -162,7 +184,8 @@ pub fn task_name(task: Task) -> &'static str {
         Task::FindingOccluders => "finding occluders",
         Task::Carving => "carving shapes",
         Task::SearchingIndex => "index search",
-        Task::Judging => "race of hypotheses",
+        Task::RefiningSurface => "refining the surface",
+        Task::Judging => "weighing straight rays",
         Task::Baking => "baking reflections",
         Task::Pruning => "finer grid",
         Task::Evaluating => "rendering",

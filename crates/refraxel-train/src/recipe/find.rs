@@ -17,6 +17,9 @@ use refraxel_core::{Aabb, Ray, Vec3};
 /// Rays inside masks that say what a hull covers.
 const RAYS: usize = 16_384;
 
+/// Rays of a view that touch what its mask shows, at most about.
+const TANGENTS: usize = 400;
+
 /// What regions are made of, and how finely.
 struct Sites<'a> {
     known: &'a Known<'a>,
@@ -50,25 +53,37 @@ impl Sites<'_> {
     }
 }
 
+/// What views say.
+pub(super) struct Found {
+    /// The regions and their shapes.
+    pub regions: Vec<Region>,
+    /// Rays that touch what is refractive, where masks show it.
+    pub tangents: Vec<Ray<f32>>,
+}
+
+impl Found {
+    fn of(regions: Vec<Region>) -> Self {
+        Self { regions, tangents: Vec::new() }
+    }
+}
+
 /// The regions and their shapes.
-pub(super) fn find(
-    backend: &impl Backend,
-    known: &Known,
-    watch: &mut Watch,
-) -> Result<Vec<Region>, RecipeError> {
+pub(super) fn find(backend: &impl Backend, known: &Known, watch: &mut Watch) -> Result<Found, RecipeError> {
     let (options, scene, sites) = (known.options, backend.domain().bounds, Sites { known });
     let stated = options.refraction.aabb();
     if let Some(source) = known.index {
         if let (None, Some(bodies)) = (stated, super::known::bodies(source, |b| sites.site(b), options)) {
-            return Ok(bodies);
+            return Ok(Found::of(bodies));
         }
         let site = sites.site(&stated.unwrap_or_else(|| source.bounds().cast()));
-        return Ok(vec![Region::of_known(site, source, options)]);
+        return Ok(Found::of(vec![Region::of_known(site, source, options)]));
     }
     match (options.shape.start, stated) {
-        (StartShape::Uniform, bounds) => Ok(vec![Region::uniform(sites.site(&bounds.unwrap_or(scene)))]),
-        (StartShape::Block, Some(b)) => Ok(vec![sites.block(&b)]),
-        (StartShape::Ball, Some(b)) => Ok(vec![sites.ball(&b)]),
+        (StartShape::Uniform, bounds) => {
+            Ok(Found::of(vec![Region::uniform(sites.site(&bounds.unwrap_or(scene)))]))
+        }
+        (StartShape::Block, Some(b)) => Ok(Found::of(vec![sites.block(&b)])),
+        (StartShape::Ball, Some(b)) => Ok(Found::of(vec![sites.ball(&b)])),
         (_, stated) => from_masks(backend, &sites, stated, watch),
     }
 }
@@ -79,7 +94,7 @@ fn from_masks(
     sites: &Sites,
     stated: Option<Aabb<f32>>,
     watch: &mut Watch,
-) -> Result<Vec<Region>, RecipeError> {
+) -> Result<Found, RecipeError> {
     let Known { sampler, options, .. } = *sites.known;
     if sampler.is_one_place() {
         return Err(StayReason::OnePlace.into());
@@ -117,7 +132,8 @@ fn from_masks(
     let boxes = boxes.map_err(StayReason::from)?;
     let regions = boxes.iter().map(region).collect::<Result<Vec<_>, _>>()?;
     watch.progress(Task::Carving, 3, 3)?;
-    Ok(seen_by(&rays, regions.into_iter().flatten().collect()))
+    let tangents = outlines.tangents(TANGENTS).into_iter().flatten().map(|t| t.ray.cast()).collect();
+    Ok(Found { regions: seen_by(&rays, regions.into_iter().flatten().collect()), tangents })
 }
 
 /// A region that less than this share of the rays inside masks meets is a crumb that the borders of rough masks have left.

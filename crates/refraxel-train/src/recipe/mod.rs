@@ -24,6 +24,7 @@ mod hypotheses;
 mod known;
 mod outline;
 mod parts;
+mod predicted;
 mod race;
 mod region;
 mod search;
@@ -123,12 +124,38 @@ pub struct Decision {
 /// with. After an error its model is half changed: load it again.
 pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> Result<Decision, RecipeError> {
     let clock = Instant::now();
-    let regions = match find::find(backend, known, watch) {
+    let found = match find::find(backend, known, watch) {
         Err(RecipeError::Stay(why)) => return Ok(Decision { stays: Some(why), verdict: None }),
-        regions => regions?,
+        found => found?,
     };
+    let find::Found { regions, tangents } = found;
     regions.iter().enumerate().for_each(|(k, r)| watch.tell(r.found(k)));
     let start = contest::State::of(backend);
+    contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
+    let progress = known.progress.0;
+    let is_searched = known.options.search.enabled.is_on()
+        && known.index.is_none()
+        && !regions.iter().all(Region::is_known);
+    let judges = is_searched && known.options.judge.enabled.is_on();
+    if judges && let Some(decided) = predicted::decide(backend, &regions, &tangents, &start, known, watch)? {
+        let predicted::Decided { candidates, verdicts } = decided;
+        let verdict = Verdict {
+            views: known.sampler.aside(),
+            seconds: clock.elapsed().as_secs_f64(),
+            progress,
+            regions: verdicts,
+        };
+        watch.tell(Event::Judged { verdict: verdict.clone() });
+        if candidates.iter().all(Option::is_none) {
+            return Ok(Decision { stays: Some(StayReason::Judged), verdict: Some(verdict) });
+        }
+        start.load(backend);
+        contest::bend(backend, known, &regions, &candidates, watch)?;
+        let hypotheses = candidates.iter().flatten().map(|c| c.proposal.kind).collect();
+        watch.tell(Event::RaysBend { hypotheses });
+        return Ok(Decision { stays: None, verdict: Some(verdict) });
+    }
+    start.clone().load(backend);
     contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     let fits = search::fits(backend, &regions, known, watch)?;
     let heats = heats(&fits, &regions, known, watch);

@@ -199,6 +199,8 @@ fn verdict(
         gain_outside,
         margin: options.margin,
         contestants,
+        found: Vec::new(),
+        evidence: None,
     }
 }
 

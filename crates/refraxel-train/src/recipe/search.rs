@@ -298,7 +298,8 @@ impl<B: Backend> Search<'_, '_, B> {
     ) -> Result<Vec<Fit>, Cancelled> {
         let (unknowns, tint) = ((proposal.unknowns)(&self.regions[region]), self.tints[region]);
         let first = products(&unknowns).into_iter();
-        let candidates = first.map(|values| Candidate { proposal, values, searched: true, tint });
+        let candidates =
+            first.map(|values| Candidate { proposal, values, searched: true, tint, refined: None });
         let mut fits = self.judged(region, candidates.collect(), judge, Care::First)?;
         if unknowns.iter().all(|u| u.fine.len() < 2) {
             fits.truncate(1);

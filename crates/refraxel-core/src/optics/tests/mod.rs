@@ -9,6 +9,7 @@ mod mirrors;
 mod nested;
 mod nested_gradients;
 mod paths;
+mod predictions;
 mod sharp;
 mod sharp_gradients;
 mod snell;

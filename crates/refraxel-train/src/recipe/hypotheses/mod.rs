@@ -13,23 +13,11 @@ mod water_surface;
 pub(super) use known::{HELD, HELD_SMOOTH};
 
 use super::region::Region;
+pub(super) use crate::evidence::Unknown;
 use crate::model::RegionState;
 use crate::options::{Options, SurfaceProfile};
 use crate::verdict::{Found, Hypothesis};
 use refraxel_core::{IndexGrid, LevelSet};
-
-/// A number that a hypothesis does not know.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Unknown {
-    /// `index`, `wall`, …
-    pub name: &'static str,
-    /// Values that are tried first, all with all of the other unknowns.
-    pub first: Vec<f32>,
-    /// Then values at −2, −1, 0, 1 and 2 of these distances around the best one, finer and finer.
-    pub fine: Vec<f32>,
-    /// Smallest and largest value.
-    pub range: [f32; 2],
-}
 
 /// A body with what belongs to it.
 #[derive(Clone)]
@@ -88,6 +76,8 @@ pub(super) struct Candidate {
     pub searched: bool,
     /// What its glass absorbs of red, green and blue [1 / scene unit].
     pub tint: [f32; 3],
+    /// A surface of its first body that takes the place of that of the region.
+    pub refined: Option<Box<LevelSet<f32>>>,
 }
 
 impl Candidate {
@@ -96,7 +86,7 @@ impl Candidate {
         let first =
             |u: &Unknown| if u.name == INDEX { options.search.guess } else { u.first[u.first.len() / 2] };
         let values = (proposal.unknowns)(region).iter().map(first).collect();
-        Self { proposal, values, searched: false, tint: [0.0; 3] }
+        Self { proposal, values, searched: false, tint: [0.0; 3], refined: None }
     }
 
     /// All that lies within is seen through it alone, so that the field must learn it anew.
@@ -123,6 +113,9 @@ impl Candidate {
 
     /// The index of a body stays near to what a search found, and it has its colour, unless it is air.
     fn with_state(&self, mut bodies: Vec<Body>) -> Vec<Body> {
+        if let (Some(surface), Some(body)) = (&self.refined, bodies.iter_mut().find(|b| b.is_sought)) {
+            body.grid = IndexGrid::sharp((**surface).clone(), self.values[0]);
+        }
         let is_air = |b: &Body| b.grid.interior_index() == Some(1.0);
         bodies.iter_mut().filter(|b| !is_air(b)).for_each(|b| b.grid.set_absorption(self.tint));
         for body in bodies.iter_mut().filter(|b| b.is_sought) {
@@ -141,6 +134,8 @@ impl Candidate {
 }
 
 const INDEX: &str = "index";
+/// How far a surface lies outside the hull [voxel].
+pub(super) const OFFSET: &str = "offset";
 /// Thickness of a wall [depth of the body].
 pub(super) const WALL: &str = "wall";
 /// What glass absorbs of each [1 / scene unit].

@@ -1,7 +1,7 @@
 //! A body of one index with a sharp surface: the visual hull, or the polyhedron that it is. Masks may all be too large or
 //! too small, which no mask can tell; what is seen through the body does, so that the surface may lie off the hull.
 
-use super::{Body, Proposal, Unknown, index_of_a_body};
+use super::{Body, OFFSET, Proposal, Unknown, index_of_a_body};
 use crate::options::{Options, StartShape};
 use crate::recipe::region::Region;
 use crate::verdict::Hypothesis;
@@ -18,13 +18,13 @@ pub(super) const SOLID: Proposal = Proposal {
 };
 
 fn unknowns() -> Vec<Unknown> {
-    let range = [-OFFSET, OFFSET];
-    let offset = Unknown { name: "offset", first: vec![-2.8, 0.0, 2.8], fine: vec![0.7, 0.35, 0.2], range };
+    let range = [-FURTHEST, FURTHEST];
+    let offset = Unknown { name: OFFSET, first: vec![-2.8, 0.0, 2.8], fine: vec![0.7, 0.35, 0.2], range };
     vec![index_of_a_body(), offset]
 }
 
 /// Most voxels that a surface lies off its hull; the grid has room for six.
-const OFFSET: f32 = 4.0;
+const FURTHEST: f32 = 4.0;
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let by = at[1] * region.unit;

@@ -100,8 +100,13 @@ mod tests {
                 let others = unknowns[1..].iter().map(|u| u.first[u.first.len() / 2]);
                 std::iter::once(index).chain(others).collect()
             };
-            let candidate =
-                |index| Candidate { proposal, values: numbers(index), searched: true, tint: [0.1, 0.0, 0.2] };
+            let candidate = |index| Candidate {
+                proposal,
+                values: numbers(index),
+                searched: true,
+                tint: [0.1, 0.0, 0.2],
+                refined: None,
+            };
             let mut shapes = Shapes::default();
             let cancel = Cancel::new();
             shapes.make(&[&candidate(1.3)], 0, &region, (&options, &cancel)).unwrap();

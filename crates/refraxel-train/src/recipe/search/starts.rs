@@ -81,7 +81,13 @@ mod tests {
         let region = Region::body(site, |x| x.length() - 0.6, &options);
         let proposal = proposals(&region, &options).into_iter().find(|p| p.kind == kind).unwrap();
         let fit = move |values: &[f32], error| {
-            let candidate = Candidate { proposal, values: values.to_vec(), searched: true, tint: [0.0; 3] };
+            let candidate = Candidate {
+                proposal,
+                values: values.to_vec(),
+                searched: true,
+                tint: [0.0; 3],
+                refined: None,
+            };
             Fit { misfit: error, error, candidate }
         };
         (proposal, (proposal.unknowns)(&region), fit)

@@ -1,0 +1,206 @@
+//! The unknown numbers of a candidate, by coordinate ascent of its score, from coarse pictures to fine ones.
+
+use super::{Detail, Scores};
+use crate::cancel::Cancelled;
+use std::collections::HashMap;
+
+/// A number that is scanned.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unknown {
+    /// `index`, `wall`, …
+    pub name: &'static str,
+    /// Values that are tried first, all with all of the other unknowns.
+    pub first: Vec<f32>,
+    /// Then steps away from the best one as long as that helps, finer and finer.
+    pub fine: Vec<f32>,
+    /// Smallest and largest value.
+    pub range: [f32; 2],
+}
+
+impl Unknown {
+    /// The same, of which the first values are known, and only the finest steps are left.
+    pub(crate) fn last(&self) -> Self {
+        Self { fine: self.fine.last().copied().into_iter().collect(), ..self.clone() }
+    }
+}
+
+/// The numbers with the largest score.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Best {
+    pub values: Vec<f32>,
+    /// Their scores at the last detail, one per view.
+    pub scores: Scores,
+}
+
+/// Steps in one direction at most, and rounds over all unknowns.
+const MOST_STEPS: usize = 6;
+const ROUNDS: usize = 2;
+
+/// What scores numbers at a detail.
+pub(crate) trait Scored: FnMut(&[f32], Detail) -> Result<Scores, Cancelled> {}
+impl<F: FnMut(&[f32], Detail) -> Result<Scores, Cancelled>> Scored for F {}
+
+struct Scan<'a, F> {
+    unknowns: &'a [Unknown],
+    score: F,
+    known: HashMap<(Vec<u32>, usize), Scores>,
+}
+
+/// All first values at the coarsest detail: the best of them, with its scores.
+pub(crate) fn first(unknowns: &[Unknown], mut score: impl Scored) -> Result<Best, Cancelled> {
+    let mut best: Option<Best> = None;
+    for values in products(unknowns) {
+        let scores = score(&values, Detail::Coarse)?;
+        if best.as_ref().is_none_or(|b| mean(&scores) > mean(&b.scores)) {
+            best = Some(Best { values, scores });
+        }
+    }
+    Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
+}
+
+/// From there on, the finer steps at finer and finer details.
+pub(crate) fn refined(
+    from: &Best,
+    unknowns: &[Unknown],
+    finest: Detail,
+    score: impl Scored,
+) -> Result<Best, Cancelled> {
+    let passes = unknowns.iter().map(|u| u.fine.len()).max().unwrap_or(0);
+    let mut scan = Scan { unknowns, score, known: HashMap::new() };
+    let mut best = from.clone();
+    for pass in 0..passes {
+        let detail = Detail::ALL[(finest as usize + pass + 1).saturating_sub(passes)];
+        best.scores = scan.at(&best.values, detail)?;
+        for _ in 0..ROUNDS {
+            let before = mean(&best.scores);
+            for which in 0..unknowns.len() {
+                scan.climb(&mut best, which, pass, detail)?;
+            }
+            if mean(&best.scores) <= before || unknowns.len() == 1 {
+                break;
+            }
+        }
+    }
+    best.scores = scan.at(&best.values, finest)?;
+    Ok(best)
+}
+
+impl<F: Scored> Scan<'_, F> {
+    fn at(&mut self, values: &[f32], detail: Detail) -> Result<Scores, Cancelled> {
+        let key = (values.iter().map(|v| v.to_bits()).collect(), detail as usize);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(known.clone());
+        }
+        let scores = (self.score)(values, detail)?;
+        self.known.insert(key, scores.clone());
+        Ok(scores)
+    }
+
+    /// Steps of one unknown as long as the score rises.
+    fn climb(&mut self, best: &mut Best, which: usize, pass: usize, detail: Detail) -> Result<(), Cancelled> {
+        let Unknown { fine, range: [low, high], .. } = &self.unknowns[which];
+        let Some(step) = fine.get(pass) else { return Ok(()) };
+        for direction in [1.0, -1.0] {
+            let mut moved = 0;
+            while moved < MOST_STEPS {
+                let mut values = best.values.clone();
+                values[which] = (values[which] + direction * step).clamp(*low, *high);
+                let scores = self.at(&values, detail)?;
+                if mean(&scores) <= mean(&best.scores) {
+                    break;
+                }
+                (*best, moved) = (Best { values, scores }, moved + 1);
+            }
+            if moved > 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An index with the range in which it may lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Interval {
+    pub best: f32,
+    pub range: [f32; 2],
+}
+
+/// Distances from the best index at which its interval is sought [1].
+const AWAY: [f32; 6] = [0.005, 0.01, 0.02, 0.04, 0.08, 0.16];
+/// An index lies outside the interval where it scores less by so many standard errors, taken view by view.
+const WORSE: f64 = 2.0;
+
+/// The best index near `start` within bounds, and its interval: up to the nearest on either side that scores clearly less. `None` where
+/// nothing is to be compared.
+pub(crate) fn interval(start: f32, [low, high]: [f32; 2], score: impl Fn(f32) -> Scores) -> Option<Interval> {
+    let (mut best, mut scores) = (start, score(start));
+    if scores.mean().views == 0 {
+        return None;
+    }
+    for step in [0.02, 0.01, 0.005] {
+        for direction in [1.0, -1.0] {
+            for _ in 0..MOST_STEPS {
+                let n = (best + direction * step).clamp(low, high);
+                let other = score(n);
+                if mean(&other) <= mean(&scores) {
+                    break;
+                }
+                (best, scores) = (n, other);
+            }
+        }
+    }
+    let edge = |direction: f32| {
+        let is_worse = |n: f32| {
+            let below = scores.above(&score(n));
+            below.mean > 0.0 && below.significance() > WORSE
+        };
+        let mut tried = AWAY.iter().map(|a| (best + direction * a).clamp(low, high));
+        tried.find(|n| is_worse(*n)).unwrap_or(if direction < 0.0 { low } else { high })
+    };
+    Some(Interval { best, range: [edge(-1.0), edge(1.0)] })
+}
+
+/// The mean score; −∞ where nothing is to be compared.
+pub(crate) fn mean(scores: &Scores) -> f64 {
+    let mean = scores.mean();
+    if mean.views == 0 { f64::NEG_INFINITY } else { mean.mean }
+}
+
+/// All first values with all others.
+fn products(unknowns: &[Unknown]) -> Vec<Vec<f32>> {
+    unknowns.iter().fold(vec![Vec::new()], |known, unknown| {
+        let with = |k: &Vec<f32>| unknown.first.iter().map(|&v| [&k[..], &[v]].concat()).collect::<Vec<_>>();
+        known.iter().flat_map(with).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_finds_the_top_of_a_hill_that_is_narrow_in_fine_pictures() {
+        let unknowns = [
+            Unknown {
+                name: "index",
+                first: vec![1.0, 1.2, 1.4, 1.6],
+                fine: vec![0.05, 0.02, 0.01],
+                range: [1.0, 3.0],
+            },
+            Unknown { name: "wall", first: vec![0.1, 0.5], fine: vec![0.1, 0.05, 0.02], range: [0.0, 1.0] },
+        ];
+        let mut calls = 0;
+        let mut score = |v: &[f32], detail: Detail| {
+            calls += 1;
+            let width = [0.2, 0.1, 0.05][detail as usize];
+            let away = ((v[0] - 1.333) / width).powi(2) + ((v[1] - 0.36) / (4.0 * width)).powi(2);
+            Ok(Scores(vec![Some(f64::from((-away).exp())); 3]))
+        };
+        let from = first(&unknowns, &mut score).unwrap();
+        assert_eq!(from.values, [1.4, 0.5]);
+        let best = refined(&from, &unknowns, Detail::Fine, &mut score).unwrap();
+        assert!((best.values[0] - 1.333).abs() < 0.01 && (best.values[1] - 0.36).abs() < 0.03, "{best:?}");
+        assert!(calls < 60, "{calls}");
+    }
+}
