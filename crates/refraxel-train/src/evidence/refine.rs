@@ -60,6 +60,8 @@ pub(crate) struct Refiner<'a, B> {
     /// What else bends rays.
     pub others: &'a [IndexGrid<f32>],
     pub optics: Optics,
+    /// Part of the usual steps that it may take, in (0, 1]: a short run waits for no long refinement.
+    pub effort: f64,
     /// Since when, and the second from then on after which it ends.
     pub until: Option<(Instant, f64)>,
 }
@@ -88,8 +90,10 @@ impl<B: Backend> Refiner<'_, B> {
     ) -> Result<Option<(LevelSet<f32>, f32)>, Cancelled> {
         let (mut best, mut is_better) = ((surface.clone(), index), false);
         let mut most = self.score(&best);
-        let (total, mut done) = (STAGES.iter().map(|s| s.2).sum::<usize>() as u64, 0);
-        for (nodes, detail, steps) in STAGES {
+        let steps_of = |usual: usize| ((self.effort * usual as f64).ceil() as usize).max(1);
+        let (total, mut done) = (STAGES.iter().map(|s| steps_of(s.2)).sum::<usize>() as u64, 0);
+        for (nodes, detail, usual) in STAGES {
+            let steps = steps_of(usual);
             let mut body = (resampled(&best.0, nodes), best.1);
             let mut of_surface = Moments::new(body.0.coefficients().len());
             let mut of_index = Moments::new(1);

@@ -108,6 +108,7 @@ fn waves_that_masks_do_not_show_are_smoothed_by_the_gradient_of_the_score() {
         outlines: &[],
         others: &[],
         optics: Optics::default(),
+        effort: 0.5,
         until: None,
     };
     let (cancel, mut ignore) = (Cancel::new(), |_| {});

@@ -46,6 +46,8 @@ const STRAIGHT_STEPS: u64 = 100;
 const STRAIGHT_INSIDE: f64 = 0.5;
 /// Largest share of a run with a clock in which a surface may be refined.
 const MOST_REFINING: f64 = 0.08;
+/// A run of fewer steps refines it by a part of the usual steps.
+const REFINED_STEPS: f64 = 2000.0;
 
 /// What stands in the regions.
 pub(super) struct Decided {
@@ -338,6 +340,7 @@ impl<'a> Look<'a> {
             outlines: at.tangents,
             others: &others,
             optics: self.options.optics(),
+            effort: if run.minutes > 0.0 { 1.0 } else { (run.steps as f64 / REFINED_STEPS).min(1.0) },
             until,
         };
         let found = refiner.refine(surface, candidate.values[0], watch)?;
