@@ -84,9 +84,9 @@ fn the_score_peaks_at_the_true_index_far_above_looking_straight_through() {
         fine: vec![0.03, 0.01, 0.005],
         range: [1.0, 4.0],
     };
-    let mut score = |v: &[f32], detail: Detail| Ok(scores(v[0], detail));
-    let from = first(std::slice::from_ref(&unknown), &mut score).unwrap();
-    let found = refined(&from, &[unknown], Detail::Fine, &mut score).unwrap();
+    let score = |v: &[f32], detail: Detail| Ok(scores(v[0], detail));
+    let from = first(std::slice::from_ref(&unknown), score).unwrap();
+    let found = refined(&from, &[unknown], Detail::Fine, score).unwrap();
     assert!((found.values[0] - 1.5).abs() < 0.011, "{found:?}");
     assert!(found.scores.mean().mean > 0.9);
     assert!(found.scores.above(&scores(1.0, Detail::Fine)).significance() > 10.0);
