@@ -25,12 +25,12 @@ const FEW_VIEWS: usize = 6;
 const SCANNED_VIEWS: usize = 12;
 /// The detail of pictures by which hypotheses compare and verdicts are taken. A hull from rough masks shows little in finer ones.
 const JUDGED: Detail = Detail::Middle;
-/// A hypothesis whose best first numbers score less than the best hypothesis by this much is not followed; one whose scan takes long must
-/// come nearer to what stands.
+/// A hypothesis whose best first numbers score less than the best of those beside it by `FAR`, or less than what stands, whose surface
+/// may be refined, by `NEAR`, is not followed.
 const FAR: f64 = 0.15;
-const NEAR: f64 = 0.06;
+const NEAR: f64 = 0.2;
 /// What stands and scores this much is not weighed against hypotheses whose scan takes long.
-const CONVINCING: f64 = 0.6;
+const CONVINCING: f64 = 0.8;
 /// A hypothesis must score more than a simpler one by this much, and by so many standard errors.
 const BETTER: f64 = 0.01;
 const SURELY: f64 = 2.0;
