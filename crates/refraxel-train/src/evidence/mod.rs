@@ -14,7 +14,7 @@ mod refine;
 mod scan;
 mod score;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub(crate) use photographs::Photographs;
 pub(crate) use predict::{Predicted, predict, rendered, without_bending};

@@ -46,7 +46,7 @@ pub(crate) fn predict(
     medium: &Refraction,
 ) -> Predicted {
     let cuttings: Vec<&Cutting> = photographs.cuttings(detail).iter().collect();
-    let rays: Vec<Ray<f32>> = cuttings.iter().flat_map(|c| c.rays.iter().copied()).collect();
+    let rays = rays_of(&cuttings);
     let tracer = medium.tracer(backend.domain(), 0.0);
     let exit = |path: &mut Path<f32>, ray: &Ray<f32>| {
         tracer.trace_into(ray, path);
@@ -67,10 +67,15 @@ pub(crate) fn rendered(
     detail: Detail,
 ) -> Predicted {
     let cuttings: Vec<&Cutting> = photographs.cuttings(detail).iter().collect();
-    let rays: Vec<Ray<f32>> = cuttings.iter().flat_map(|c| c.rays.iter().copied()).collect();
+    let rays = rays_of(&cuttings);
     let pixels = backend.render(&rays, marching, Layers::All);
     let shown: Vec<Option<f32>> = pixels.iter().map(|p| Some(luminance(p.colour))).collect();
     Predicted::new(detail, &cuttings, &shown)
+}
+
+/// The rays of all pixels of some views, one view after the other.
+pub(super) fn rays_of(cuttings: &[&Cutting]) -> Vec<Ray<f32>> {
+    cuttings.iter().flat_map(|c| c.rays.iter().copied()).collect()
 }
 
 /// The same body without any effect on rays: what is seen when one looks straight through.
@@ -185,14 +190,14 @@ impl Predicted {
         Scores((0..if n > 1 { n } else { 0 }).map(score).collect())
     }
 
-    /// The mean score over views and its derivative by the luminance that each ray shows, theory (4.25).
-    pub(super) fn gradient(&self, cuttings: &[&Cutting]) -> (f64, Vec<f32>) {
+    /// The derivative of the mean score over views by the luminance that each ray shows, theory (4.25).
+    pub(super) fn gradient(&self, cuttings: &[&Cutting]) -> Vec<f32> {
         let (structure, each) = (self.detail.structure(), self.detail.rays() * self.detail.rays());
         let of_view = |(picture, cutting): (&PredictedPicture, &&Cutting)| {
             let (size, shown, weight) = (cutting.size, &picture.shown[..], &picture.weight[..]);
             let pictures = Pictures { size, shown, photograph: &cutting.luminance, weight };
-            let Some((found, d_shown)) = structure.similarity_vjp(&pictures) else {
-                return (None, vec![0.0; cutting.rays.len()]);
+            let Some((_, d_shown)) = structure.similarity_vjp(&pictures) else {
+                return (false, vec![0.0; cutting.rays.len()]);
             };
             let mut d_rays = Vec::with_capacity(cutting.rays.len());
             for (pixel, counted) in cutting.pixels.iter().zip(picture.counted.chunks_exact(each)) {
@@ -201,13 +206,10 @@ impl Predicted {
                 let d = picture.weight[*pixel] * d_shown[*pixel] / count;
                 d_rays.extend(counted.iter().map(|c| if *c { d } else { 0.0 }));
             }
-            (Some(found.score), d_rays)
+            (true, d_rays)
         };
-        let views: Vec<(Option<f64>, Vec<f32>)> =
-            self.pictures.par_iter().zip(cuttings).map(of_view).collect();
-        let scores: Vec<f64> = views.iter().filter_map(|v| v.0).collect();
-        let n = scores.len().max(1) as f64;
-        let d_rays = views.into_iter().flat_map(|v| v.1).map(|d| d / n as f32).collect();
-        (scores.iter().sum::<f64>() / n, d_rays)
+        let views: Vec<(bool, Vec<f32>)> = self.pictures.par_iter().zip(cuttings).map(of_view).collect();
+        let scored = views.iter().filter(|v| v.0).count().max(1) as f32;
+        views.into_iter().flat_map(|v| v.1).map(|d| d / scored).collect()
     }
 }

@@ -5,7 +5,7 @@
 //! pictures and few nodes to fine ones. Outlines hold the surface where the score says nothing.
 
 use super::photographs::Cutting;
-use super::predict::{Predicted, exit_of};
+use super::predict::{Predicted, exit_of, rays_of};
 use super::scan::mean;
 use super::{Detail, Photographs, predict};
 use crate::backend::{Backend, Batch, Layers, Marching, RayGradient};
@@ -62,8 +62,8 @@ pub(crate) struct Refiner<'a, B> {
     pub optics: Optics,
     /// Part of the usual steps that it may take, in (0, 1]: a short run waits for no long refinement.
     pub effort: f64,
-    /// Since when, and the second from then on after which it ends.
-    pub until: Option<(Instant, f64)>,
+    /// When it ends at the latest.
+    pub until: Option<Instant>,
 }
 
 /// A gradient of the score.
@@ -99,7 +99,7 @@ impl<B: Backend> Refiner<'_, B> {
             let mut of_index = Moments::new(1);
             for k in 0..steps {
                 watch.progress(Task::RefiningSurface, done, total)?;
-                if self.until.is_some_and(|(clock, seconds)| clock.elapsed().as_secs_f64() > seconds) {
+                if self.until.is_some_and(|end| Instant::now() > end) {
                     return Ok(is_better.then_some(best));
                 }
                 self.step(&mut body, [&mut of_surface, &mut of_index], (detail, k, steps), done as usize);
@@ -156,7 +156,7 @@ impl<B: Backend> Refiner<'_, B> {
     fn ascent(&self, medium: &Refraction, detail: Detail, chosen: &[usize]) -> Ascent {
         let all = self.photographs.cuttings(detail);
         let cuttings: Vec<&Cutting> = chosen.iter().map(|k| &all[*k]).collect();
-        let rays: Vec<Ray<f32>> = cuttings.iter().flat_map(|c| c.rays.iter().copied()).collect();
+        let rays = rays_of(&cuttings);
         let tracer = medium.tracer(self.backend.domain(), 0.0);
         let paths: Vec<Path<f32>> = rays.par_iter().with_min_len(256).map(|r| tracer.trace(r)).collect();
         let exits: Vec<Option<Ray<f32>>> = paths.iter().zip(&rays).map(|(p, r)| exit_of(p, r)).collect();
@@ -164,7 +164,7 @@ impl<B: Backend> Refiner<'_, B> {
         let asked: Vec<Ray<f32>> = exits.iter().flatten().copied().collect();
         let pixels = self.backend.render(&asked, &marching, Layers::All);
         let predicted = Predicted::of(detail, &cuttings, &exits, &pixels, self.backend.domain().extent);
-        let d_rays = predicted.gradient(&cuttings).1;
+        let d_rays = predicted.gradient(&cuttings);
         let usable: Vec<usize> =
             (0..rays.len()).filter(|&k| d_rays[k] != 0.0 && is_gentle(&paths[k], medium)).collect();
         let d_exits = self.exit_gradients(&exits, &pixels, &d_rays, &usable, &marching);

@@ -132,31 +132,29 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
     regions.iter().enumerate().for_each(|(k, r)| watch.tell(r.found(k)));
     let start = contest::State::of(backend);
     contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
-    let progress = known.progress.0;
-    let is_searched = known.options.search.enabled.is_on()
-        && known.index.is_none()
-        && !regions.iter().all(Region::is_known);
-    let judges = is_searched && known.options.judge.enabled.is_on();
-    if judges && let Some(decided) = predicted::decide(backend, &regions, &tangents, &start, known, watch)? {
-        let predicted::Decided { candidates, verdicts } = decided;
-        let verdict = Verdict {
-            views: known.sampler.aside(),
-            seconds: clock.elapsed().as_secs_f64(),
-            progress,
-            regions: verdicts,
-        };
-        watch.tell(Event::Judged { verdict: verdict.clone() });
-        if candidates.iter().all(Option::is_none) {
-            return Ok(Decision { stays: Some(StayReason::Judged), verdict: Some(verdict) });
+    let judges = is_searched(known, &regions) && known.options.judge.enabled.is_on();
+    if judges {
+        if let Some(decided) = predicted::decide(backend, &regions, &tangents, &start, known, watch)? {
+            let predicted::Decided { candidates, verdicts } = decided;
+            let verdict = Verdict {
+                views: known.sampler.aside(),
+                seconds: clock.elapsed().as_secs_f64(),
+                progress: known.progress.0,
+                regions: verdicts,
+            };
+            watch.tell(Event::Judged { verdict: verdict.clone() });
+            if candidates.iter().all(Option::is_none) {
+                return Ok(Decision { stays: Some(StayReason::Judged), verdict: Some(verdict) });
+            }
+            start.load(backend);
+            contest::bend(backend, known, &regions, &candidates, watch)?;
+            let hypotheses = candidates.iter().flatten().map(|c| c.proposal.kind).collect();
+            watch.tell(Event::RaysBend { hypotheses });
+            return Ok(Decision { stays: None, verdict: Some(verdict) });
         }
-        start.load(backend);
-        contest::bend(backend, known, &regions, &candidates, watch)?;
-        let hypotheses = candidates.iter().flatten().map(|c| c.proposal.kind).collect();
-        watch.tell(Event::RaysBend { hypotheses });
-        return Ok(Decision { stays: None, verdict: Some(verdict) });
+        start.clone().load(backend);
+        contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     }
-    start.clone().load(backend);
-    contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     let fits = search::fits(backend, &regions, known, watch)?;
     let heats = heats(&fits, &regions, known, watch);
     start.clone().load(backend);
@@ -175,6 +173,16 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
     let hypotheses = candidates.iter().flatten().map(|c| c.proposal.kind).collect();
     watch.tell(Event::RaysBend { hypotheses });
     Ok(Decision { stays: None, verdict })
+}
+
+/// Somebody knows what stands in all regions.
+fn is_known(known: &Known, regions: &[Region]) -> bool {
+    regions.iter().all(Region::is_known) || known.index.is_some()
+}
+
+/// The index is searched.
+fn is_searched(known: &Known, regions: &[Region]) -> bool {
+    known.options.search.enabled.is_on() && !is_known(known, regions)
 }
 
 /// On what hypotheses race.
@@ -202,10 +210,10 @@ fn decide<B: Backend>(
 ) -> Result<Decided, Cancelled> {
     let Field { known, regions, .. } = *field;
     let judge = &known.options.judge;
-    let is_known = regions.iter().all(Region::is_known) || known.index.is_some();
+    let is_known = is_known(known, regions);
     let alone = !judge.straight.is_on() && heats.len() == 1;
     let views = known.sampler.aside();
-    let is_searched = known.options.search.enabled.is_on() && !is_known;
+    let is_searched = is_searched(known, regions);
     let races = judge.enabled.is_on() && !is_known && !alone && views > 0;
     let entries = heats.len() + 1;
     let mut contest = Trained::new(backend, field, watch, heats);

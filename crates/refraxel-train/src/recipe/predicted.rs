@@ -18,7 +18,7 @@ use crate::schedule::{Moment, objective, training_marching};
 use crate::verdict::{Evidence, Hypothesis, RegionVerdict};
 use refraxel_core::{IndexGrid, Ray};
 use std::collections::HashMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Views that are looked at while numbers are scanned, at most: few of them for first numbers of hypotheses whose scan takes long.
 const FEW_VIEWS: usize = 6;
@@ -67,12 +67,11 @@ pub(super) fn decide<B: Backend>(
     watch: &mut Watch,
 ) -> Result<Option<Decided>, Cancelled> {
     backend.set_medium(Refraction::none());
-    let clock = Instant::now();
     let mut looks: Vec<Look> = regions.iter().map(|r| Look::new(r, known, regions.len() == 1)).collect();
     let marching = training_marching(known.options, known.near);
     for k in 0..looks.len() {
         let others = others(&looks, k);
-        let at = Standing { backend, others: &others, known, marching, tangents, clock };
+        let at = Standing { backend, others: &others, known, marching, tangents };
         let (dear, usual): (Vec<_>, Vec<_>) =
             proposals(&regions[k], known.options).into_iter().partition(|p| is_dear(p));
         looks[k].choose(&at, &usual, watch)?;
@@ -84,7 +83,7 @@ pub(super) fn decide<B: Backend>(
     let mut judged = Vec::new();
     for k in 0..looks.len() {
         let others = others(&looks, k);
-        let at = Standing { backend, others: &others, known, marching, tangents, clock };
+        let at = Standing { backend, others: &others, known, marching, tangents };
         if let Some(standing) = looks[k].standing.as_ref().filter(|_| regions.len() > 1) {
             let unknowns = unknowns(standing.proposal, &regions[k]);
             looks[k].adjust(&at, &unknowns, watch)?;
@@ -171,7 +170,6 @@ struct Standing<'a, B> {
     known: &'a Known<'a>,
     marching: Marching,
     tangents: &'a [Ray<f32>],
-    clock: Instant,
 }
 
 impl<B: Backend> Standing<'_, B> {
@@ -331,8 +329,8 @@ impl<'a> Look<'a> {
         };
         let others: Vec<IndexGrid<f32>> = at.others.iter().map(|b| b.grid.clone()).collect();
         let run = &self.options.run;
-        let seconds = at.clock.elapsed().as_secs_f64() + MOST_REFINING * 60.0 * run.minutes;
-        let until = (run.minutes > 0.0).then_some((at.clock, seconds));
+        let time = Duration::try_from_secs_f64(MOST_REFINING * 60.0 * run.minutes).ok();
+        let until = time.filter(|t| !t.is_zero()).and_then(|t| Instant::now().checked_add(t));
         let refiner = Refiner {
             backend: at.backend,
             marching: at.marching,
@@ -358,13 +356,11 @@ impl<'a> Look<'a> {
         let candidate = self.standing.as_mut()?;
         let place = self.sketch.as_ref().unwrap_or(self.region);
         let unknowns = (candidate.proposal.unknowns)(self.region);
-        let of_index = |candidate: &Candidate, n: f32, detail, views: &Photographs| {
+        let found = interval(candidate.values[0], unknowns[0].range, |n| {
             let mut other = candidate.clone();
             other.values[0] = n;
-            at.predicted(views, detail, other.bodies(place, self.options)).scores(views)
-        };
-        let found = interval(candidate.values[0], unknowns[0].range, |n| {
-            of_index(candidate, n, Detail::Fine, &self.scanned)
+            let bodies = other.bodies(place, self.options);
+            at.predicted(&self.scanned, Detail::Fine, bodies).scores(&self.scanned)
         });
         let index = found.map(|f| f.range);
         if let Some(found) = found {

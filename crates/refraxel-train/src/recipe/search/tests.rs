@@ -4,17 +4,14 @@ use super::*;
 use crate::CpuBackend;
 use crate::backend::Marching;
 use crate::cancel::Cancel;
+use crate::evidence::tests::surroundings;
 use crate::initial::Site;
-use crate::model::{Model, RegionState};
+use crate::model::RegionState;
 use crate::options::SurfaceProfile;
-use crate::random::Random;
 use crate::rays::{RaySampler, WHITE};
 use crate::schedule::Progress;
 use crate::verdict::Hypothesis;
-use refraxel_core::{
-    Aabb, Background, BrickMap, Camera, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, Ray,
-    ShDegree, Vec3, VoxelField, vec3,
-};
+use refraxel_core::{Aabb, Camera, IndexGrid, LevelSet, Medium, Ray, Vec3, vec3};
 use refraxel_data::{Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
 
 const SIZE: u32 = 96;
@@ -31,17 +28,6 @@ fn ball(middle: Vec3<f32>, radius: f32) -> LevelSet<f32> {
 
 fn glass(middle: Vec3<f32>, index: f32) -> IndexGrid<f32> {
     IndexGrid::sharp(ball(middle, RADIUS), index)
-}
-
-/// Nothing but a panorama of smooth noise.
-fn surroundings() -> Model {
-    let domain = Domain::with_longest(Aabb::new(Vec3::splat(-2.0), Vec3::splat(2.0)), Extent::Bounded, 9);
-    let map = BrickMap::new(domain.resolution, |_| true);
-    let field = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -15.0);
-    let (height, random) = (24, Random::new(5));
-    let texels = (0..2 * height * height).map(|k| [0, 1, 2].map(|c| random.uniform(k as u64, c) as f32));
-    let map = EnvironmentMap::from_texels(height, texels.collect()).unwrap();
-    Model::straight(field, Background::Environment(map))
 }
 
 /// The backend that knows the surroundings, and photographs of true bodies, whose silhouettes are those of balls.
