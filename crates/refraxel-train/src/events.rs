@@ -8,6 +8,8 @@ use crate::schedule::Phase;
 use crate::verdict::{Found, Hypothesis, StayReason, Verdict};
 use serde::{Deserialize, Serialize};
 
+pub use crate::evidence::Shown;
+
 /// Something that happened in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
@@ -77,8 +79,6 @@ pub enum Event {
     },
     /// No masks say what is refractive, and straight rays explain everything.
     NothingSought {
-        /// Number of the look, from 1.
-        look: u32,
         /// Share of the variance of what straight rays do not explain that the best shape explains, 0 to 1.
         separation: f64,
         /// What it had to reach.
@@ -86,8 +86,6 @@ pub enum Event {
     },
     /// No masks say what is refractive, and something was found that straight rays do not explain.
     Sought {
-        /// Number of the look, from 1.
-        look: u32,
         /// Share of the variance of what straight rays do not explain that what was found explains, 0 to 1.
         separation: f64,
         /// Share of the pixels of all views that show it.
@@ -134,10 +132,13 @@ pub enum Event {
         /// The index that rays bend by at first.
         index: f32,
     },
-    /// Hypotheses have raced.
+    /// It is decided what stands in the regions, by prediction or by a race.
     Judged {
         /// What was decided.
         verdict: Verdict,
+        /// The pictures that it rests on, one per region that prediction knows; not in logs.
+        #[serde(skip)]
+        pictures: Vec<Shown>,
     },
     /// Rays bend from now on.
     RaysBend {

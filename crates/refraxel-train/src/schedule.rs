@@ -197,15 +197,12 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     }
 }
 
-/// Share of its rate at which the view-dependent part of colour learns: delayed where rays bend, theory (4.8). In surroundings without
-/// bounds, of which few views see each place, the delay begins with the bending: before, it would end in fog.
+/// Share of its rate at which the view-dependent part of colour learns: delayed where rays bend, theory (4.8), but for surroundings
+/// without bounds. Few views see each place of them, and colour that does not depend on the view explains those by fog and blur.
 fn view_share(options: &Options, moment: Moment) -> f32 {
     let warm_up = options.field.view_warm_up;
-    let over = match moment.extent {
-        Extent::Bounded => Some(moment.progress.0.clamp(0.0, 1.0) as f32).filter(|_| moment.bends),
-        Extent::Contracted => moment.bends_since.map(|_| moment.bent_share()),
-    };
-    over.filter(|_| warm_up > 0.0).map_or(1.0, |over| (over / warm_up).min(1.0))
+    let is_delayed = moment.bends && moment.extent == Extent::Bounded && warm_up > 0.0;
+    if is_delayed { (moment.progress.0.clamp(0.0, 1.0) as f32 / warm_up).min(1.0) } else { 1.0 }
 }
 
 /// Least fraction of rays inside masks in a batch. It falls while rays bend: at first shape and index must be found.
@@ -312,10 +309,7 @@ mod tests {
         assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
         assert_eq!(view_share(&c, straight(0.0)), 1.0, "straight");
         let unbounded = |p, since| view_share(&c, Moment { extent: Extent::Contracted, ..at(p, since) });
-        assert_eq!(
-            [unbounded(0.1, None), unbounded(0.2, Some(0.2)), unbounded(0.6, Some(0.2))],
-            [1.0, 0.0, 0.5]
-        );
+        assert_eq!([unbounded(0.1, None), unbounded(0.2, Some(0.2))], [1.0; 2]);
     }
 
     #[test]

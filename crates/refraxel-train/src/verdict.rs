@@ -108,7 +108,7 @@ impl RegionVerdict {
         region: usize,
         hypothesis: Hypothesis,
         found: Vec<Found>,
-        evidence: Evidence,
+        evidence: Option<Evidence>,
     ) -> Self {
         let unknown = unknown();
         Self {
@@ -120,7 +120,7 @@ impl RegionVerdict {
             margin: 0.0,
             contestants: Vec::new(),
             found,
-            evidence: Some(evidence),
+            evidence,
         }
     }
 }

@@ -57,15 +57,11 @@ pub fn sentence(event: &Event) -> Option<String> {
             100.0 * before,
             100.0 * pixels
         ),
-        Event::NothingSought { look: 1, separation, needed } => format!(
+        Event::NothingSought { separation, needed } => format!(
             "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
         ),
-        Event::NothingSought { separation, needed, .. } => format!(
-            "no masks: what straight rays did not explain at first, they do before a scene without it (separation \
-             {separation:.3}, needed {needed})"
-        ),
-        Event::Sought { look, separation, pixels } => format!(
-            "no masks, look {look}: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
+        Event::Sought { separation, pixels } => format!(
+            "no masks: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels
         ),
         Event::MasksIgnored { views, usual_overlap } => ignored(views, *usual_overlap),
@@ -76,7 +72,7 @@ pub fn sentence(event: &Event) -> Option<String> {
             "region {}: straight rays fit as well (misfit {straight_misfit:.3}); index {index} is a guess",
             region + 1
         ),
-        Event::Judged { verdict } => verdict_text(verdict),
+        Event::Judged { verdict, .. } => verdict_text(verdict),
         Event::RaysBend { hypotheses } => {
             let names: Vec<_> = hypotheses.iter().map(|h| h.name()).collect();
             format!("rays bend: {}", names.join(", "))

@@ -7,7 +7,7 @@ use refraxel_data::{Dataset, OpenOptions, Photo, load_photo};
 use std::path::{Path, PathBuf};
 
 /// Options that make finding a matter of seconds.
-const QUICK: [&str; 4] = ["--set", "seek.rays=120000", "--set", "seek.looks=2"];
+const QUICK: [&str; 2] = ["--set", "seek.rays=120000"];
 
 /// A glass ball without masks and truth, and its true masks by view.
 fn unmasked(folder: &Path) -> (PathBuf, Vec<Photo>) {

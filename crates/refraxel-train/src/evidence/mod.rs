@@ -13,6 +13,7 @@ mod predict;
 mod refine;
 mod scan;
 mod score;
+mod shown;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -22,6 +23,7 @@ pub(crate) use refine::Refiner;
 pub(crate) use scan::{Best, Unknown, first, interval, mean, refined};
 pub use score::Difference;
 pub(crate) use score::Scores;
+pub use shown::Shown;
 
 use refraxel_core::structure::Structure;
 

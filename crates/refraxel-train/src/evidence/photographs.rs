@@ -24,10 +24,14 @@ pub(crate) struct Photographs {
 pub(crate) struct Cutting {
     /// Columns and rows; a border of one pixel lies outside the mask.
     pub size: [usize; 2],
+    /// Name of the view.
+    pub name: String,
     /// Luminance of the photograph [code value]; 0 outside the mask.
     pub luminance: Vec<f32>,
     /// The pixels inside the mask, x fastest.
     pub pixels: Vec<usize>,
+    /// Their colours [code value].
+    pub colours: Vec<[f32; 3]>,
     /// Their rays: as many of each pixel, one pixel after the other.
     pub rays: Vec<Ray<f32>>,
 }
@@ -79,8 +83,14 @@ impl Cutting {
         // One more on each side, also where the mask ends at the edge of the picture.
         let size = [right - left + 3, bottom - top + 3];
         let means = picture.reduced(whole);
-        let mut out =
-            Self { size, luminance: vec![0.0; size[0] * size[1]], pixels: Vec::new(), rays: Vec::new() };
+        let mut out = Self {
+            size,
+            name: picture.name().to_owned(),
+            luminance: vec![0.0; size[0] * size[1]],
+            pixels: Vec::new(),
+            colours: Vec::new(),
+            rays: Vec::new(),
+        };
         for y in top..=bottom {
             for x in left..=right {
                 let k = y * whole[0] + x;
@@ -92,6 +102,7 @@ impl Cutting {
                 let pixel = (y - top + 1) * size[0] + x - left + 1;
                 out.luminance[pixel] = luminance([r, g, b]);
                 out.pixels.push(pixel);
+                out.colours.push([r, g, b]);
                 out.rays.extend(rays);
             }
         }

@@ -46,7 +46,17 @@ pub(crate) fn predict(
     medium: &Refraction,
 ) -> Predicted {
     let cuttings: Vec<&Cutting> = photographs.cuttings(detail).iter().collect();
-    let rays = rays_of(&cuttings);
+    let (exits, pixels) = behind(backend, marching, &rays_of(&cuttings), medium);
+    Predicted::of(detail, &cuttings, &exits, &pixels, backend.domain().extent)
+}
+
+/// The rays that leave a medium, and what each shows.
+pub(super) fn behind(
+    backend: &impl Backend,
+    marching: &Marching,
+    rays: &[Ray<f32>],
+    medium: &Refraction,
+) -> (Vec<Option<Ray<f32>>>, Vec<Pixel<f32>>) {
     let tracer = medium.tracer(backend.domain(), 0.0);
     let exit = |path: &mut Path<f32>, ray: &Ray<f32>| {
         tracer.trace_into(ray, path);
@@ -56,7 +66,7 @@ pub(crate) fn predict(
         rays.par_iter().with_min_len(256).map_init(Path::default, exit).collect();
     let asked: Vec<Ray<f32>> = exits.iter().flatten().copied().collect();
     let pixels = backend.render(&asked, &Marching { near: 0.0, ..*marching }, Layers::All);
-    Predicted::of(detail, &cuttings, &exits, &pixels, backend.domain().extent)
+    (exits, pixels)
 }
 
 /// What a backend shows of the same pixels, with whatever it bends.

@@ -43,6 +43,19 @@ impl Scores {
         Difference::of(self.0.iter().flatten().copied())
     }
 
+    /// The score of one view, 0 where it has none.
+    pub(crate) fn of_view(&self, view: usize) -> f64 {
+        self.0.get(view).copied().flatten().unwrap_or(0.0)
+    }
+
+    /// The view with the middle score, and that score.
+    pub(crate) fn middle(&self) -> Option<(usize, f64)> {
+        let mut known: Vec<(usize, f64)> =
+            self.0.iter().enumerate().filter_map(|(k, s)| Some((k, (*s)?))).collect();
+        known.sort_by(|a, b| a.1.total_cmp(&b.1));
+        known.get(known.len() / 2).copied()
+    }
+
     /// By how much they are larger than others of the same views, over the views that have both.
     pub(crate) fn above(&self, other: &Self) -> Difference {
         let pairs = self.0.iter().zip(&other.0).filter_map(|(a, b)| Some((*a)? - (*b)?));

@@ -19,9 +19,8 @@ section! {
         rate_decay: f32 = 0.05, in 1e-6..=1.0;
         /// Share of the run during which the learning rates rise from a tenth of their value.
         warm_up: f32 = 0.01, in 0.0..=1.0;
-        /// Where rays bend: share of the run during which the learning rate of view-dependent colour rises from 0 to
-        /// that of all colour, theory (4.8), in surroundings without bounds from the moment on when they bend; 0: it has that rate
-        /// from the start.
+        /// Where rays bend in a bounded scene: share of the run during which the learning rate of view-dependent colour rises from 0
+        /// to that of all colour, theory (4.8); 0: it has that rate from the start.
         view_warm_up: f32 = 1.0, in 0.0..=1.0;
         /// Weight of the Cauchy sparsity prior per sample.
         sparsity: f32 = 0.0, in 0.0..;

@@ -12,7 +12,7 @@ section! {
         /// Whether straight rays may win. `--refraction on` switches this off.
         straight: Switch = Switch::On;
         /// Share of the training views that is kept aside until the decision, at least 2 and at most 12 views.
-        views: f64 = 0.1, in 0.0..=0.5;
+        views: f64 = 0.15, in 0.0..=0.5;
         /// Most of a run that search and race may take; a race whose end is open, because bent rays come nearer, may take three times as
         /// long.
         cost: f64 = 0.15, in 0.0..=0.5;

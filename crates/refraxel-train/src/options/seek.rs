@@ -6,21 +6,18 @@ use super::section::section;
 section! {
     /// How refractive things are sought where no mask shows them, before the run begins. Straight rays of few pixels and a coarse grid
     /// learn the scene; where they fail to show what the photographs show, and many views agree on the place, something may refract.
-    /// What is found there is left out while they learn the surroundings anew, and is then looked at again.
     pub struct SeekOptions "seek" {
         /// Whether refractive things are sought where neither masks nor a file say what is refractive. Otherwise rays stay straight
         /// there. A run that finds nothing has the bits of one that did not look.
         enabled: Switch = Switch::On;
-        /// Looks at the photographs: the first one, and some more at the scene without what was found.
-        looks: u32 = 3, in 1..=20;
         /// What is found must separate pixels that straight rays explain from those that they do not: least share of the variance
-        /// of the residuals that it explains. At the first look it was 0.04 and 0.09 where nothing refracts, and 0.18 to 0.43 of glass before a
-        /// textured ground.
+        /// of the residuals that it explains. It was 0 to 0.08 where nothing refracts, mirrors and photographs included, and 0.22 to 0.42
+        /// of glass.
         separation: f64 = 0.13, in 0.0..=1.0;
         /// Cells of all photographs together, each of which teaches, and is compared with, one ray, about.
         cells: u32 = 400_000, in 1000..=100_000_000, "cells";
-        /// Rays from which straight rays learn before the last look.
-        rays: u64 = 600_000, in 1000.., "rays";
+        /// Rays from which straight rays learn before the look.
+        rays: u64 = 1_200_000, in 1000.., "rays";
         /// Most of a run that looking may take: of its time, or of its rays where it has steps. A run that leaves less than a
         /// quarter of `rays` does not look.
         cost: f64 = 0.1, in 0.0..=0.5;

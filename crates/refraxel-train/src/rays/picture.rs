@@ -35,6 +35,11 @@ pub enum Directions<'a> {
 }
 
 impl<'a> Picture<'a> {
+    /// Name of the view.
+    pub fn name(&self) -> &'a str {
+        &self.view.name
+    }
+
     /// The mask of what is refractive that the data have.
     pub fn mask(&self) -> Option<&Arc<Mask>> {
         self.view.stated()

@@ -135,14 +135,14 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
     let judges = is_searched(known, &regions) && known.options.judge.enabled.is_on();
     if judges {
         if let Some(decided) = predicted::decide(backend, &regions, &tangents, &start, known, watch)? {
-            let predicted::Decided { candidates, verdicts } = decided;
+            let predicted::Decided { candidates, verdicts, pictures } = decided;
             let verdict = Verdict {
                 views: known.sampler.aside(),
                 seconds: clock.elapsed().as_secs_f64(),
                 progress: known.progress.0,
                 regions: verdicts,
             };
-            watch.tell(Event::Judged { verdict: verdict.clone() });
+            watch.tell(Event::Judged { verdict: verdict.clone(), pictures });
             if candidates.iter().all(Option::is_none) {
                 return Ok(Decision { stays: Some(StayReason::Judged), verdict: Some(verdict) });
             }
@@ -161,7 +161,7 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
     let field = Field { known, regions: &regions, start };
     let Decided { candidates, verdict, goes_on } = decide(backend, &field, heats, watch, clock)?;
     if let Some(verdict) = &verdict {
-        watch.tell(Event::Judged { verdict: verdict.clone() });
+        watch.tell(Event::Judged { verdict: verdict.clone(), pictures: Vec::new() });
     }
     if candidates.iter().all(Option::is_none) {
         let why = if verdict.is_some() { StayReason::Judged } else { StayReason::TooShort };

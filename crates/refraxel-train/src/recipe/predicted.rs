@@ -8,7 +8,7 @@ use crate::backend::{Backend, Marching};
 use crate::cancel::Cancelled;
 use crate::events::{Event, Task, Watch};
 use crate::evidence::{
-    Best, Detail, Difference, Photographs, Predicted, Refiner, Scores, Unknown, first, interval, mean,
+    Best, Detail, Difference, Photographs, Predicted, Refiner, Scores, Shown, Unknown, first, interval, mean,
     predict, refined, rendered, without_bending,
 };
 use crate::model::Refraction;
@@ -54,6 +54,8 @@ pub(super) struct Decided {
     /// `None` where rays stay straight.
     pub candidates: Vec<Option<Candidate>>,
     pub verdicts: Vec<RegionVerdict>,
+    /// What they rest on.
+    pub pictures: Vec<Shown>,
 }
 
 /// Decides about all regions, or about none where one stays open. The backend holds the field of straight rays, `start`, with the inside
@@ -75,9 +77,7 @@ pub(super) fn decide<B: Backend>(
         let (dear, usual): (Vec<_>, Vec<_>) =
             proposals(&regions[k], known.options).into_iter().partition(|p| is_dear(p));
         looks[k].choose(&at, &usual, watch)?;
-        if regions.len() == 1 {
-            looks[k].refine(&at, watch)?;
-        }
+        looks[k].refine(&at, regions.len(), watch)?;
         looks[k].choose(&at, &dear, watch)?;
     }
     let mut judged = Vec::new();
@@ -91,12 +91,24 @@ pub(super) fn decide<B: Backend>(
         judged.push(looks[k].judged(&at, k, watch));
     }
     learn_straight(backend, start, known, watch)?;
-    let mut out = Decided { candidates: Vec::new(), verdicts: Vec::new() };
-    for (k, (look, judged)) in looks.iter().zip(judged).enumerate() {
+    let opinion = |(look, judged): (&Look, &Option<Judged>)| {
         let trained = rendered(backend, &marching, &look.aside, JUDGED);
-        let Some((candidate, verdict)) = look.verdict(k, judged, &trained) else { return Ok(None) };
+        judged.as_ref().map_or_else(Opinion::default, |judged| look.opinion(judged, &trained))
+    };
+    let opinions: Vec<Opinion> = looks.iter().zip(&judged).map(opinion).collect();
+    // Where nobody said that something is there, what prediction does not see beside something that it sees is nothing.
+    let is_enough = known.sampler.traces_found() && opinions.iter().any(|o| o.bends == Some(true));
+    if !is_enough && opinions.iter().any(|o| o.bends.is_none()) {
+        return Ok(None);
+    }
+    let pictures = judged.iter().flatten().filter_map(|j| j.shown.clone()).collect();
+    let mut out = Decided { candidates: Vec::new(), verdicts: Vec::new(), pictures };
+    for (k, (look, opinion)) in looks.iter().zip(opinions).enumerate() {
+        let candidate = look.standing.clone().filter(|_| opinion.bends == Some(true));
+        let hypothesis = candidate.as_ref().map_or(Hypothesis::Straight, |c| c.proposal.kind);
+        let found = candidate.as_ref().map_or(Vec::new(), |c| c.found(look.region));
         out.candidates.push(candidate);
-        out.verdicts.push(verdict);
+        out.verdicts.push(RegionVerdict::predicted(k, hypothesis, found, opinion.evidence));
     }
     Ok(Some(out))
 }
@@ -197,6 +209,14 @@ struct Look<'a> {
     standing: Option<Candidate>,
 }
 
+/// What prediction says of a region.
+#[derive(Default)]
+struct Opinion {
+    /// Whether rays bend there, if it knows.
+    bends: Option<bool>,
+    evidence: Option<Evidence>,
+}
+
 /// What is known of a region but for straight rays that have learned its inside.
 struct Judged {
     predicted: Predicted,
@@ -204,6 +224,7 @@ struct Judged {
     through: Scores,
     others: Difference,
     index: Option<[f32; 2]>,
+    shown: Option<Shown>,
 }
 
 impl<'a> Look<'a> {
@@ -320,7 +341,12 @@ impl<'a> Look<'a> {
     }
 
     /// The surface of a solid body by the gradient of the score, if that makes it better.
-    fn refine<B: Backend>(&mut self, at: &Standing<B>, watch: &mut Watch) -> Result<(), Cancelled> {
+    fn refine<B: Backend>(
+        &mut self,
+        at: &Standing<B>,
+        regions: usize,
+        watch: &mut Watch,
+    ) -> Result<(), Cancelled> {
         let Some(candidate) = &self.standing else { return Ok(()) };
         let is_free = candidate.proposal.kind == Hypothesis::Solid && self.region.solid.is_none();
         let bodies = candidate.bodies(self.region, self.options);
@@ -328,8 +354,8 @@ impl<'a> Look<'a> {
             return Ok(());
         };
         let others: Vec<IndexGrid<f32>> = at.others.iter().map(|b| b.grid.clone()).collect();
-        let run = &self.options.run;
-        let time = Duration::try_from_secs_f64(MOST_REFINING * 60.0 * run.minutes).ok();
+        let (run, share) = (&self.options.run, 1.0 / regions as f64);
+        let time = Duration::try_from_secs_f64(share * MOST_REFINING * 60.0 * run.minutes).ok();
         let until = time.filter(|t| !t.is_zero()).and_then(|t| Instant::now().checked_add(t));
         let refiner = Refiner {
             backend: at.backend,
@@ -369,9 +395,14 @@ impl<'a> Look<'a> {
         let bodies = candidate.bodies(place, self.options);
         let straight: Vec<Body> =
             bodies.iter().map(|b| Body { grid: without_bending(&b.grid), ..b.clone() }).collect();
-        let predicted = at.predicted(&self.aside, JUDGED, bodies);
-        let through = at.predicted(&self.aside, JUDGED, straight).scores(&self.aside);
-        let scores = predicted.scores(&self.aside);
+        let [bent, straight] = [bodies, straight].map(|bodies| at.medium(bodies));
+        let of = |medium: &Refraction| predict(at.backend, &at.marching, &self.aside, JUDGED, medium);
+        let predicted = of(&bent);
+        let (scores, through) = (predicted.scores(&self.aside), of(&straight).scores(&self.aside));
+        let shown = scores.middle().and_then(|(view, score)| {
+            let media = [(&straight, through.of_view(view)), (&bent, score)];
+            Shown::new(at.backend, &at.marching, (&self.aside, view), media, region)
+        });
         let others = predicted.scores_of_others(&self.aside).mean();
         watch.tell(Event::IndexSearched {
             region,
@@ -379,26 +410,21 @@ impl<'a> Look<'a> {
             found: candidate.found(self.region),
             misfit: 1.0 - scores.mean().mean,
         });
-        Some(Judged { predicted, scores, through, others, index })
+        Some(Judged { predicted, scores, through, others, index, shown })
     }
 
-    /// What is decided; `None` where prediction says nothing.
-    fn verdict(
-        &self,
-        region: usize,
-        judged: Option<Judged>,
-        trained: &Predicted,
-    ) -> Option<(Option<Candidate>, RegionVerdict)> {
-        let Judged { predicted, scores, through, others, index } = judged?;
+    /// Whether rays bend here.
+    fn opinion(&self, judged: &Judged, trained: &Predicted) -> Opinion {
+        let Judged { predicted, scores, through, others, index, .. } = judged;
         let straight = predicted.scores_of(trained, &self.aside);
-        let (above, lacks) = (scores.above(&through), straight.above(&scores));
+        let (above, lacks) = (scores.above(through), straight.above(scores));
         let evidence = Evidence {
             predicted: scores.mean(),
             straight_through: through.mean(),
-            other_photographs: others,
+            other_photographs: *others,
             trained_straight: straight.mean(),
             above,
-            index,
+            index: *index,
         };
         // Straight rays that show nearly everything leave nothing to explain. Otherwise what stands in a body, which is seen through it
         // alone, may be what they have learned, and what prediction lacks.
@@ -408,12 +434,7 @@ impl<'a> Look<'a> {
         let is_explained = lacks.mean > EXPLAINED * (1.0 - evidence.predicted.mean)
             && (is_seen || evidence.trained_straight.mean > OPAQUE);
         // What is seen in a cavity, which nobody knows before it is learned, straight rays may explain, and a prediction cannot.
-        if is_seen == is_explained || (is_explained && !self.options.judge.straight.is_on()) {
-            return None;
-        }
-        let candidate = self.standing.clone().filter(|_| is_seen);
-        let hypothesis = candidate.as_ref().map_or(Hypothesis::Straight, |c| c.proposal.kind);
-        let found = candidate.as_ref().map_or(Vec::new(), |c| c.found(self.region));
-        Some((candidate, RegionVerdict::predicted(region, hypothesis, found, evidence)))
+        let is_unknown = is_seen == is_explained || (is_explained && !self.options.judge.straight.is_on());
+        Opinion { bends: (!is_unknown).then_some(is_seen), evidence: Some(evidence) }
     }
 }

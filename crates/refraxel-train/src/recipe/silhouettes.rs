@@ -20,7 +20,7 @@ const OPAQUE: f32 = 0.5;
 const LEAST: [f32; 6] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.35];
 /// Votes that may be overruled at least, from the strictest on.
 const DISSENT: [usize; 3] = [0, 1, 2];
-/// A vote that overrules less will do when the agreement of its hull is this part of the best.
+/// The strictest vote will do when the agreement of its hull is this part of the best.
 const AGREES: f64 = 0.98;
 /// Nodes along the longest edge of the hulls that votes are compared by.
 const VOTED: u32 = 36;
@@ -102,13 +102,8 @@ pub(super) fn vote(outlines: &Outlines, bounds: &Aabb<f32>, options: &Options) -
         let hull = Gate::new(domain, &outlines.hull(&domain, &vote).fraction);
         (vote, outlines.agreement(&hull, COMPARISONS))
     };
-    // The first of several that agree equally.
-    let better = |a: (Vote, f64), b: (Vote, f64)| if b.1 > a.1 { b } else { a };
-    let best = |dissent: usize| {
-        LEAST[1..].iter().fold(judged(dissent, LEAST[0]), |a, l| better(a, judged(dissent, *l)))
-    };
     let dissent = if options.shape.vote < 1.0 { &DISSENT[..] } else { &DISSENT[..1] };
-    let found: Vec<(Vote, f64)> = dissent.iter().map(|k| best(*k)).collect();
+    let found: Vec<(Vote, f64)> = dissent.iter().flat_map(|d| LEAST.map(|least| judged(*d, least))).collect();
     let enough = AGREES * found.iter().map(|f| f.1).fold(0.0, f64::max);
     found.iter().find(|f| f.1 >= enough).map_or_else(Vote::default, |f| f.0)
 }

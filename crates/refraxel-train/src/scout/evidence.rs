@@ -5,6 +5,7 @@ use crate::backend::{Backend, Layers, Marching};
 use crate::initial::{Occluders, Outlines, Silhouette};
 use crate::rays::WHITE;
 use refraxel_core::grid::{Border, GaussianKernel};
+use refraxel_core::structure::{Pictures, Structure, luminance};
 use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_data::Mask;
 use std::sync::Arc;
@@ -14,6 +15,10 @@ const OPAQUE: f32 = 0.5;
 /// Standard deviation of the blur of differences [cell], and where it ends: texture that the grid does not resolve vanishes, what
 /// bent light displaces does not.
 const BLUR: (f32, usize) = (1.2, 3);
+
+/// Standard deviations of the high-pass and of the windows in which structure is compared [cell].
+const HIGH_PASS: f64 = 3.0;
+const WINDOW: f64 = 1.5;
 
 /// Residual of cells that a mask shows to be refractive: as large as that of glass where straight rays fail most.
 const STATED: f32 = 0.3;
@@ -30,8 +35,8 @@ pub(super) struct Evidence {
     /// The ray through the middle of each cell; none where the lens shows nothing.
     pub rays: Vec<Option<Ray<f32>>>,
     /// Per cell how far what straight rays show is from the photograph: the root mean square over the channels of their
-    /// difference, of means over the cell. Fine texture that the field does not resolve yet vanishes in the means. Where the view
-    /// has a mask, the mask says it.
+    /// difference, of means over the cell, times 1 − NCC of their structure, theory (4.24). Fine texture that the field does not
+    /// resolve yet vanishes in the means, and shades that are wrong alone count little. Where the view has a mask, the mask says it.
     pub residual: Vec<f32>,
     /// Per cell the distance beyond which something opaque hides everything [scene unit]; 0 where the photograph says nothing.
     pub beyond: Vec<f32>,
@@ -44,11 +49,14 @@ impl Evidence {
         let mut seen = backend.render(&asked, marching, Layers::All).into_iter();
         let mut differences = [0, 1, 2].map(|_| vec![0.0; view.rays.len()]);
         let mut beyond = vec![0.0; view.rays.len()];
+        let [mut shown_luminance, mut photograph, mut weight] = [0, 1, 2].map(|_| vec![0.0; view.rays.len()]);
         for (cell, ray) in view.rays.iter().enumerate() {
             let shown = ray.and_then(|_| seen.next()); // one for each ray, whatever the photograph says
             let (Some(shown), Some([r, g, b, alpha])) = (shown, view.cells[cell]) else { continue };
             let mean = over([r, g, b], alpha);
             (0..3).for_each(|c| differences[c][cell] = shown.colour[c] - mean[c]);
+            (shown_luminance[cell], photograph[cell], weight[cell]) =
+                (luminance(shown.colour), luminance(mean), 1.0);
             let opacity = 1.0 - shown.transmittance;
             beyond[cell] = if opacity > OPAQUE { shown.depth / opacity } else { f32::INFINITY };
         }
@@ -58,7 +66,16 @@ impl Evidence {
             kernel.along_rows(channel, width);
             kernel.across_rows(channel, width);
         }
-        let of = |cell: usize| (differences.iter().map(|d| d[cell] * d[cell]).sum::<f32>() / 3.0).sqrt();
+        let alike = Structure::new(HIGH_PASS, WINDOW).map(&Pictures {
+            size: view.size(),
+            shown: &shown_luminance,
+            photograph: &photograph,
+            weight: &weight,
+        });
+        let of = |cell: usize| {
+            let difference = (differences.iter().map(|d| d[cell] * d[cell]).sum::<f32>() / 3.0).sqrt();
+            difference * (1.0 - alike[cell])
+        };
         let residual = match &view.stated {
             Some(covered) => covered.iter().map(|share| STATED * share).collect(),
             None => (0..view.rays.len()).map(of).collect(),
@@ -80,12 +97,6 @@ impl Evidence {
         let (width, height) = (self.camera.width, self.camera.height);
         let is_before_last_edges = u < f64::from(width) && v < f64::from(height);
         is_before_last_edges.then(|| v as usize * width as usize + u as usize)
-    }
-
-    /// Whether nothing opaque is seen at a cell by more than `margin` before a point.
-    pub(super) fn reaches(&self, cell: usize, x: Vec3<f32>, margin: f32) -> bool {
-        let distance = (x - self.camera.world_from_camera.translation.cast()).length();
-        self.beyond[cell] + margin > distance
     }
 
     /// Whether something opaque is seen at a cell.

@@ -1,16 +1,14 @@
 //! Straight rays that learn from photographs of few pixels.
 
 use super::photographs::Small;
-use crate::backend::{Backend, Batch, BrickMask, Marching};
+use crate::backend::{Backend, Batch, Marching};
 use crate::cpu::CpuBackend;
-use crate::model::Gate;
-use crate::model::polyhedron::Plane;
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::random::Random;
 use crate::schedule::{Moment, Progress, objective, training_marching};
 use rayon::prelude::*;
-use refraxel_core::{BrickMap, Domain, Extent, Ray, Vec3};
+use refraxel_core::{BrickMap, Domain, Extent, Ray};
 use refraxel_data::Backdrop;
 
 /// Rays in the batch of a step.
@@ -18,15 +16,9 @@ pub(super) const BATCH: usize = 2048;
 /// Nodes along the longest edge of the grid, of a box and of a contracted space, which gives half of them to the box.
 const NODES: [u32; 2] = [72, 112];
 /// Share of the learning in which the grid is half as fine.
-const COARSE: f64 = 0.175;
+const COARSE: f64 = 0.35;
 /// Learning rates fall as in this part of a run: so short a learning needs most of them.
-const SPAN: f64 = 0.5;
-/// Cells that must not be used are drawn again this often before the ray is given up.
-const REDRAWS: u64 = 16;
-/// How far around what was found the field is cleared [voxel].
-const CLEARED: f32 = 1.5;
-/// The ground takes so much room above its plane [voxel].
-const GROUND: f32 = 1.2;
+const SPAN: f64 = 0.25;
 
 /// What a fit learns from, and how.
 pub(super) struct Course<'a> {
@@ -75,8 +67,8 @@ impl Fit {
         Self { backend, random: Random::new(course.options.run.seed), before, is_fine: false }
     }
 
-    /// One step, at some share of all learning. Cells that are not `free` teach nothing.
-    pub(super) fn learn(&mut self, course: &Course, step: u64, share: f64, free: &[Vec<bool>]) {
+    /// One step, at some share of all learning.
+    pub(super) fn learn(&mut self, course: &Course, step: u64, share: f64) {
         if !self.is_fine && share >= COARSE {
             let domain = course.domain(true);
             self.backend.resample(domain, BrickMap::dense(domain.resolution));
@@ -86,21 +78,18 @@ impl Fit {
         let (progress, extent) = (Progress(SPAN * share), self.backend.domain().extent);
         let moment = Moment { progress, bends_since: None, bends: false, extent };
         let objective = objective(&course.options, course.plan.near, moment);
-        let batch = self.batch(course, step, free);
+        let batch = self.batch(course, step);
         self.backend.submit(&batch, &objective, step);
         self.backend.outcomes(false);
     }
 
-    fn batch(&self, course: &Course, step: u64, free: &[Vec<bool>]) -> Batch {
+    fn batch(&self, course: &Course, step: u64) -> Batch {
         let is_transparent = course.plan.backdrop == Backdrop::Transparent;
         let cells = self.before[self.before.len() - 1];
         let draw = |i: u64| {
-            let (view, cell) = (0..REDRAWS).find_map(|k| {
-                let at = self.random.below(cells, step, 64 * i + 8 + k);
-                let view = self.before.partition_point(|before| *before <= at) - 1;
-                let cell = (at - self.before[view]) as usize;
-                (free.is_empty() || free[view][cell]).then_some((view, cell))
-            })?;
+            let at = self.random.below(cells, step, 64 * i + 8);
+            let view = self.before.partition_point(|before| *before <= at) - 1;
+            let cell = (at - self.before[view]) as usize;
             let of = &course.photographs[view];
             let ([r, g, b, alpha], ray): ([f32; 4], Ray<f32>) = (of.cells[cell]?, of.rays[cell]?);
             let uniform = |lane: u64| self.random.uniform(step, 64 * i + lane) as f32;
@@ -133,24 +122,6 @@ impl Fit {
     /// To look at what it has learned.
     pub(super) fn settle(&mut self, course: &Course) {
         self.backend.outcomes(true);
-        self.backend.refresh_occupancy(&course.marching());
-    }
-
-    /// Straight rays have filled what was found with haze: it is emptied. What it stands on stays.
-    pub(super) fn clear(&mut self, course: &Course, gate: &Gate, ground: Option<&Plane>) {
-        let voxel = self.backend.domain().voxel();
-        let (reach, thickness) = (CLEARED * voxel, GROUND * voxel);
-        let around = |x: Vec3<f32>| {
-            let beside = |a: usize, by: f32| {
-                let mut x = x;
-                x[a] += by;
-                gate.is_inside(x)
-            };
-            let stands = ground.is_none_or(|p| p.height(x) > thickness);
-            stands && (gate.is_inside(x) || (0..3).any(|a| beside(a, reach) || beside(a, -reach)))
-        };
-        let inside = BrickMask::new(self.backend.domain(), self.backend.map(), around);
-        self.backend.set_density(course.options.refraction.contents_density, &inside);
         self.backend.refresh_occupancy(&course.marching());
     }
 }

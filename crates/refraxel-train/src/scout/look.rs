@@ -12,7 +12,6 @@ use super::refine::{Refining, Votes};
 use super::separation::{Separation, separation};
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::Gate;
-use crate::model::polyhedron::Plane;
 use crate::recipe::Ground;
 use refraxel_core::{Aabb, Vec3};
 
@@ -34,9 +33,8 @@ const NODES: u32 = 52;
 const REFINED: (u32, f32) = (96, 1.2);
 /// Mean votes that what is inside must have, tried one after the other: the shapes shrink.
 const BOUNDS: [f32; 8] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
-/// Of refined shapes that separate to this part as well as the best, the largest is taken, at the first look and later: haze at the
-/// border of a thing must be cleared, too.
-const NEARLY: [f64; 2] = [0.85, 0.98];
+/// Of refined shapes that separate to this part as well as the best, the largest is taken.
+const NEARLY: f64 = 0.85;
 
 /// What a look saw.
 #[derive(Clone, Debug)]
@@ -44,20 +42,11 @@ pub(super) struct Seen {
     /// How well the best shape separates what is explained from what is not: [`Separation::share`].
     pub separation: f64,
     /// What straight rays cannot explain, if it separates well enough.
-    pub sought: Option<Sought>,
+    pub gate: Option<Gate>,
 }
 
 impl Seen {
-    const NOTHING: Self = Self { separation: 0.0, sought: None };
-}
-
-/// What straight rays cannot explain.
-#[derive(Clone, Debug)]
-pub(super) struct Sought {
-    /// Where it is.
-    pub gate: Gate,
-    /// What it stands on.
-    pub ground: Option<Plane>,
+    const NOTHING: Self = Self { separation: 0.0, gate: None };
 }
 
 /// Where and how a look is taken.
@@ -72,32 +61,23 @@ pub(super) struct Looking<'a> {
     pub needed: f64,
     /// What somebody knows.
     pub hints: &'a Hints,
-    /// No look follows.
-    pub is_last: bool,
-    /// What earlier looks found.
-    pub before: Option<&'a Gate>,
 }
 
-/// Looks at all photographs, for the first time or once more: what was found before is refined by what is seen now. Nothing is
-/// found where straight rays explain them, or where what they do not explain is nowhere in particular. With hints, something is there, however
-/// little it stands out.
+/// Looks at all photographs. Nothing is found where straight rays explain them, or where what they do not explain is nowhere in
+/// particular. With hints, something is there, however little it stands out.
 pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Result<Seen, Cancelled> {
     let needed = if how.hints.is_empty() { how.needed } else { 0.0 };
-    let first = match how.before {
-        Some(gate) => Carved::of(gate, &how.bounds),
-        None => match best_hull(evidence, how, cancel)? {
-            Some((Separation { share: separation, .. }, _)) if separation < HOPELESS * needed => {
-                return Ok(Seen { separation, sought: None });
-            }
-            found => found.map(|(_, hull)| hull),
-        },
+    let first = match best_hull(evidence, how, cancel)? {
+        Some((Separation { share: separation, .. }, _)) if separation < HOPELESS * needed => {
+            return Ok(Seen { separation, gate: None });
+        }
+        found => found.map(|(_, hull)| hull),
     };
     let Some(first) = first else { return Ok(Seen::NOTHING) };
     let nodes = REFINED.1 * first.bounds.extent().max_element() / (how.cell_at)(first.bounds.center());
     let nodes = (nodes.round() as u32).clamp(NODES / 2, REFINED.0);
     let ground = ground(evidence, how.voxel).under(&first.surface());
-    let clean = how.before.is_some();
-    let votes = Votes::new(&first, evidence, Refining { nodes, clean, ground }, how.hints, cancel);
+    let votes = Votes::new(&first, evidence, Refining { nodes, ground }, how.hints, cancel);
     let all: Vec<&Evidence> = evidence.iter().collect();
     let mut tried: Vec<(Separation, Gate)> = Vec::new();
     for bound in BOUNDS {
@@ -106,15 +86,13 @@ pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Res
         tried.push((separation(&all, &gate), gate));
     }
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
-    let enough = NEARLY[usize::from(clean)] * most;
+    let enough = NEARLY * most;
     let best = tried.into_iter().find(|t| t.0.share >= enough);
     let Some((Separation { share: separation, .. }, gate)) = best else { return Ok(Seen::NOTHING) };
     if separation == 0.0 || separation < needed {
-        return Ok(Seen { separation, sought: None });
+        return Ok(Seen { separation, gate: None });
     }
-    // Not before the last look: what is cleared must be what was not explained.
-    let gate = if how.is_last { completed(&gate, ground.as_ref(), evidence) } else { gate };
-    Ok(Seen { separation, sought: Some(Sought { gate, ground }) })
+    Ok(Seen { separation, gate: Some(completed(&gate, ground.as_ref(), evidence)) })
 }
 
 /// One cell in so many gives a point of the ground.

@@ -69,7 +69,7 @@ pub(super) fn overlap_of(gate: &Gate, is_inside: impl Fn(Vec3<f32>) -> bool) -> 
     f64::from(both) / f64::from(either)
 }
 
-const HOW: Refining = Refining { nodes: 26, clean: false, ground: None };
+const HOW: Refining = Refining { nodes: 26, ground: None };
 
 fn refined(first: &Carved, views: &[Evidence], how: Refining) -> Gate {
     Votes::new(first, views, how, &Hints::default(), &Cancel::new()).shape(0.15, &Hints::default())
@@ -118,18 +118,10 @@ fn the_true_shape_separates_best_and_residuals_that_are_nowhere_in_particular_do
 fn a_look_finds_the_ball_and_one_that_is_stopped_does_not_say_that_nothing_is_there() {
     let views = views(0.33);
     let hints = Hints::default();
-    let how = Looking {
-        bounds: BOX,
-        voxel: 0.1,
-        cell_at: &|_| 0.06,
-        needed: 0.13,
-        hints: &hints,
-        is_last: false,
-        before: None,
-    };
+    let how = Looking { bounds: BOX, voxel: 0.1, cell_at: &|_| 0.06, needed: 0.13, hints: &hints };
     let cancel = Cancel::new();
-    let found = look(&views, &how, &cancel).unwrap().sought.unwrap();
-    assert!(overlap(&found.gate) > 0.7, "{}", overlap(&found.gate));
+    let found = look(&views, &how, &cancel).unwrap().gate.unwrap();
+    assert!(overlap(&found) > 0.7, "{}", overlap(&found));
     cancel.cancel();
     assert!(look(&views, &how, &cancel).is_err());
 }

@@ -1,5 +1,6 @@
 //! `refraxel train`: from a dataset to an evaluated run.
 
+pub mod evidence;
 mod folder;
 mod lock;
 mod log;
@@ -27,6 +28,7 @@ use refraxel_data::{Dataset, scene_region};
 use refraxel_train::backend::Backend;
 use refraxel_train::checkpoint::WriteError;
 use refraxel_train::device::{Device, DeviceChoice};
+use refraxel_train::events::{Event, Shown};
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::options::Switch;
 use refraxel_train::peers::Traffic;
@@ -272,11 +274,15 @@ fn learn<B: Backend>(
     let stop_after = NonZeroU64::new(length.stop_after).map(u64::from);
     let mut saving = Saving::new(length.save_every);
     let mut replaces = overwrite;
+    let mut convincing: Vec<Shown> = Vec::new();
     let stop = loop {
         watch.stands(session.progress());
         let stop = session.run(Until::elapsed(saving.pause()), &mut |event| {
             watch.tell(&event);
             log.note(&event);
+            if let Event::Judged { pictures, .. } = &event {
+                convincing.clone_from(pictures);
+            }
             if let Some(viewing) = &mut viewing {
                 viewing.tell(&event);
             }
@@ -303,6 +309,7 @@ fn learn<B: Backend>(
             Err(error) => return Err(error.into()),
         }
         warn(&mut watch, log.complete());
+        warn(&mut watch, evidence::draw(&std::mem::take(&mut convincing), out));
         let has_waited = stop == Stop::Cancelled && viewing.as_mut().is_some_and(Viewing::wait);
         let is_to_end = viewing.as_ref().is_some_and(Viewing::is_to_end);
         if is_to_end || !(goes_on || has_waited) {

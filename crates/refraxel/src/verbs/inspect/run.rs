@@ -7,6 +7,7 @@ use crate::sentences::verdict_text;
 use crate::table::{bytes, colours, count};
 use crate::verbs::evaluation::Evaluation;
 use crate::verbs::loaded::load_run;
+use crate::verbs::train::evidence::EVIDENCE;
 use anyhow::Context;
 use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source};
@@ -42,6 +43,9 @@ struct Report {
     /// What was decided about refractive regions, where hypotheses raced.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<Verdict>,
+    /// The picture that it rests on, where prediction decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evidence: Option<PathBuf>,
     /// Of the test split, as last evaluated.
     #[serde(skip_serializing_if = "Option::is_none")]
     evaluation: Option<Evaluation>,
@@ -74,6 +78,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         source: run.source,
         mask_shift: Some(run.state.mask_shift).filter(|shift| *shift != 0.0),
         verdict: run.state.verdict,
+        evidence: Some(folder.join(EVIDENCE)).filter(|p| p.exists()),
         evaluation: Evaluation::read(folder, SplitName::Test)?,
     };
     Console::new(json).result(&report.text(), &report).or_exit(Exit::Io)
@@ -113,6 +118,9 @@ impl Report {
         }
         if let Some(verdict) = &self.verdict {
             lines.extend(verdict_text(verdict).lines().map(|line| format!("verdict    {line}")));
+        }
+        if let Some(picture) = &self.evidence {
+            lines.push(format!("evidence   {}", picture.display()));
         }
         lines.push(match &self.evaluation {
             None => "scores     none yet; run `refraxel eval`".to_owned(),

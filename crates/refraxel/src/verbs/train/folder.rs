@@ -1,5 +1,6 @@
 //! The folder of a run, and what an earlier run has left there.
 
+use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
 use refraxel_train::checkpoint::remove_leftovers;
@@ -61,8 +62,10 @@ impl<'a> RunFolder<'a> {
                 removed_or_absent(&sheet, fs::remove_file(&sheet))?;
             }
         }
-        let curves = self.path.join("curves.png");
-        removed_or_absent(&curves, fs::remove_file(&curves))
+        ["curves.png", EVIDENCE].iter().try_for_each(|name| {
+            let picture = self.path.join(name);
+            removed_or_absent(&picture, fs::remove_file(&picture))
+        })
     }
 }
 
