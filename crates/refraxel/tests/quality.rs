@@ -45,6 +45,9 @@ fn a_pinned_run_on_glass_scores_as_ever() {
     let words = ["train", path(&data), "--out", path(&run), "--quiet", "--json", "--seed", "0"];
     let settings = ["--set", "run.steps=540", "--set", "grid.resolution=96"];
     let result = refraxel(&[&words[..], &settings].concat()).done().json();
+    assert!(run.join("evidence.png").exists(), "the picture that convinced");
+    let told = refraxel(&["inspect", path(&run)]).done().out;
+    assert!(told.contains("evidence.png") && told.contains("likeness"), "{told}");
     let complaints: Vec<String> = SCORES.iter().filter_map(|score| score.complaint(&result)).collect();
     assert!(
         complaints.is_empty(),

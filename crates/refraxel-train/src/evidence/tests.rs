@@ -99,6 +99,23 @@ fn the_score_peaks_at_the_true_index_far_above_looking_straight_through() {
 }
 
 #[test]
+fn the_picture_that_convinced_shows_the_photograph_once_more() {
+    let (backend, photographs) = photographed(medium(surface(0.0), 1.5), 1.0);
+    let media = [1.0, 1.5].map(|n| medium(surface(0.0), n));
+    let [through, bent] = [(&media[0], 0.0), (&media[1], 0.9)];
+    let shown = Shown::new(&backend, &MARCHING, (&photographs, 3), [through, bent], 0).unwrap();
+    let pixels = shown.size[0] * shown.size[1];
+    assert_eq!((shown.view.as_str(), shown.photograph.len(), shown.predicted.1), ("3.png", pixels, 0.9));
+    let error = |pixels: &[[u8; 3]]| {
+        let pairs = pixels.as_flattened().iter().zip(shown.photograph.as_flattened());
+        pairs.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / (3 * pixels.len()) as f64
+    };
+    let [straight, predicted] = [&shown.straight_through.0, &shown.predicted.0].map(|p| error(p));
+    assert!(predicted < 1.0 && straight > 20.0 * predicted, "{straight} {predicted}");
+    assert!(Shown::new(&backend, &MARCHING, (&photographs, VIEWS), [through, bent], 0).is_none());
+}
+
+#[test]
 fn waves_that_masks_do_not_show_are_smoothed_by_the_gradient_of_the_score() {
     let (backend, photographs) = photographed(medium(surface(0.0), 1.5), 1.0);
     let refiner = Refiner {
