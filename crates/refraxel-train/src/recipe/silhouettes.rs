@@ -20,8 +20,10 @@ const OPAQUE: f32 = 0.5;
 const LEAST: [f32; 6] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.35];
 /// Votes that may be overruled at least, from the strictest on.
 const DISSENT: [usize; 3] = [0, 1, 2];
-/// The strictest vote will do when the agreement of its hull is this part of the best.
+/// A vote that overrules less will do when the agreement of its hull is this part of the best, and one that leaves out less of what
+/// hides glass when it is this part: a hull grows into the shadows of what stands around, and what is hidden shows little.
 const AGREES: f64 = 0.98;
+const HIDDEN_AGREES: f64 = 0.995;
 /// Nodes along the longest edge of the hulls that votes are compared by.
 const VOTED: u32 = 36;
 /// Lines of sight that each of these hulls is compared with the masks along, about.
@@ -102,10 +104,13 @@ pub(super) fn vote(outlines: &Outlines, bounds: &Aabb<f32>, options: &Options) -
         let hull = Gate::new(domain, &outlines.hull(&domain, &vote).fraction);
         (vote, outlines.agreement(&hull, COMPARISONS))
     };
+    let strictest = |found: Vec<(Vote, f64)>, enough: f64| {
+        let most = enough * found.iter().map(|f| f.1).fold(0.0, f64::max);
+        found.into_iter().find(|f| f.1 >= most)
+    };
     let dissent = if options.shape.vote < 1.0 { &DISSENT[..] } else { &DISSENT[..1] };
-    let found: Vec<(Vote, f64)> = dissent.iter().flat_map(|d| LEAST.map(|least| judged(*d, least))).collect();
-    let enough = AGREES * found.iter().map(|f| f.1).fold(0.0, f64::max);
-    found.iter().find(|f| f.1 >= enough).map_or_else(Vote::default, |f| f.0)
+    let best = |d: &usize| strictest(LEAST.map(|least| judged(*d, least)).to_vec(), HIDDEN_AGREES);
+    strictest(dissent.iter().filter_map(best).collect(), AGREES).map_or_else(Vote::default, |f| f.0)
 }
 
 /// Nodes along the longest edge of the hull that says where gaps of masks are closed, and the share of the views that must see
