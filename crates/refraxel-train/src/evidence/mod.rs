@@ -57,7 +57,7 @@ impl Detail {
     }
 
     /// The comparison of such pictures: windows and high-passes [pixel].
-    fn structure(self) -> Structure<f32> {
+    pub(crate) fn structure(self) -> Structure<f32> {
         match self {
             Self::Coarse => Structure::new(3.0, 1.5),
             _ => Structure::new(4.0, 2.0),

@@ -101,7 +101,7 @@ pub(super) fn decide<B: Backend>(
     if !is_enough && opinions.iter().any(|o| o.bends.is_none()) {
         return Ok(None);
     }
-    let pictures = judged.iter().flatten().filter_map(|j| j.shown.clone()).collect();
+    let pictures = judged.into_iter().flatten().filter_map(|j| j.shown).collect();
     let mut out = Decided { candidates: Vec::new(), verdicts: Vec::new(), pictures };
     for (k, (look, opinion)) in looks.iter().zip(opinions).enumerate() {
         let candidate = look.standing.clone().filter(|_| opinion.bends == Some(true));

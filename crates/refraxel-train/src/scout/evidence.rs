@@ -2,10 +2,11 @@
 
 use super::photographs::Small;
 use crate::backend::{Backend, Layers, Marching};
+use crate::evidence::Detail;
 use crate::initial::{Occluders, Outlines, Silhouette};
 use crate::rays::WHITE;
 use refraxel_core::grid::{Border, GaussianKernel};
-use refraxel_core::structure::{Pictures, Structure, luminance};
+use refraxel_core::structure::{Pictures, luminance};
 use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_data::Mask;
 use std::sync::Arc;
@@ -15,10 +16,6 @@ const OPAQUE: f32 = 0.5;
 /// Standard deviation of the blur of differences [cell], and where it ends: texture that the grid does not resolve vanishes, what
 /// bent light displaces does not.
 const BLUR: (f32, usize) = (1.2, 3);
-
-/// Standard deviations of the high-pass and of the windows in which structure is compared [cell].
-const HIGH_PASS: f64 = 3.0;
-const WINDOW: f64 = 1.5;
 
 /// Residual of cells that a mask shows to be refractive: as large as that of glass where straight rays fail most.
 const STATED: f32 = 0.3;
@@ -66,7 +63,7 @@ impl Evidence {
             kernel.along_rows(channel, width);
             kernel.across_rows(channel, width);
         }
-        let alike = Structure::new(HIGH_PASS, WINDOW).map(&Pictures {
+        let alike = Detail::Coarse.structure().map(&Pictures {
             size: view.size(),
             shown: &shown_luminance,
             photograph: &photograph,

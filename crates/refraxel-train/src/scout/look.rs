@@ -4,12 +4,12 @@
 //! visual hull of the residuals. Which residual is large, and how many views must agree, is what [separates](separation) the
 //! pixels of the hull from those of everything else best. Where nothing refracts, no hull separates them.
 
-use super::Hints;
 use super::complete::completed;
 use super::evidence::{Evidence, outlines};
 use super::hull::{Carved, bodies};
 use super::refine::{Refining, Votes};
 use super::separation::{Separation, separation};
+use super::{Found, Hints};
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::Gate;
 use crate::recipe::Ground;
@@ -36,19 +36,6 @@ const BOUNDS: [f32; 8] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
 /// Of refined shapes that separate to this part as well as the best, the largest is taken.
 const NEARLY: f64 = 0.85;
 
-/// What a look saw.
-#[derive(Clone, Debug)]
-pub(super) struct Seen {
-    /// How well the best shape separates what is explained from what is not: [`Separation::share`].
-    pub separation: f64,
-    /// What straight rays cannot explain, if it separates well enough.
-    pub gate: Option<Gate>,
-}
-
-impl Seen {
-    const NOTHING: Self = Self { separation: 0.0, gate: None };
-}
-
 /// Where and how a look is taken.
 pub(super) struct Looking<'a> {
     /// Nothing is sought beyond.
@@ -65,15 +52,15 @@ pub(super) struct Looking<'a> {
 
 /// Looks at all photographs. Nothing is found where straight rays explain them, or where what they do not explain is nowhere in
 /// particular. With hints, something is there, however little it stands out.
-pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Result<Seen, Cancelled> {
+pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Result<Found, Cancelled> {
     let needed = if how.hints.is_empty() { how.needed } else { 0.0 };
     let first = match best_hull(evidence, how, cancel)? {
         Some((Separation { share: separation, .. }, _)) if separation < HOPELESS * needed => {
-            return Ok(Seen { separation, gate: None });
+            return Ok(Found { separation, gate: None });
         }
         found => found.map(|(_, hull)| hull),
     };
-    let Some(first) = first else { return Ok(Seen::NOTHING) };
+    let Some(first) = first else { return Ok(Found::default()) };
     let nodes = REFINED.1 * first.bounds.extent().max_element() / (how.cell_at)(first.bounds.center());
     let nodes = (nodes.round() as u32).clamp(NODES / 2, REFINED.0);
     let ground = ground(evidence, how.voxel).under(&first.surface());
@@ -88,11 +75,11 @@ pub(super) fn look(evidence: &[Evidence], how: &Looking, cancel: &Cancel) -> Res
     let most = tried.iter().map(|t| t.0.share).fold(0.0, f64::max);
     let enough = NEARLY * most;
     let best = tried.into_iter().find(|t| t.0.share >= enough);
-    let Some((Separation { share: separation, .. }, gate)) = best else { return Ok(Seen::NOTHING) };
+    let Some((Separation { share: separation, .. }, gate)) = best else { return Ok(Found::default()) };
     if separation == 0.0 || separation < needed {
-        return Ok(Seen { separation, gate: None });
+        return Ok(Found { separation, gate: None });
     }
-    Ok(Seen { separation, gate: Some(completed(&gate, ground.as_ref(), evidence)) })
+    Ok(Found { separation, gate: Some(completed(&gate, ground.as_ref(), evidence)) })
 }
 
 /// One cell in so many gives a point of the ground.

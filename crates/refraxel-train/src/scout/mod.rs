@@ -32,7 +32,7 @@ use crate::plan::Plan;
 use crate::rays::RaySampler;
 use evidence::Evidence;
 use fit::{BATCH, Course, Fit};
-use look::{Looking, Seen, look};
+use look::{Looking, look};
 use photographs::{Small, cell_edge, small};
 use rayon::prelude::*;
 use refraxel_core::Vec3;
@@ -105,16 +105,17 @@ impl Scout<'_> {
         if (step as f64) < LEAST * steps as f64 {
             return Ok(None);
         }
-        let Seen { separation, gate } = self.seen(&mut fit, &course, watch)?;
-        watch.tell(match &gate {
+        let found = self.found(&mut fit, &course, watch)?;
+        let separation = found.separation;
+        watch.tell(match &found.gate {
             Some(gate) => Event::Sought { separation, pixels: covered(&photographs, gate) },
             None => Event::NothingSought { separation, needed: self.options.seek.separation },
         });
-        Ok(Some(Found { gate, separation }))
+        Ok(Some(found))
     }
 
     /// What straight rays cannot explain.
-    fn seen(&self, fit: &mut Fit, course: &Course, watch: &mut Watch) -> Result<Seen, Cancelled> {
+    fn found(&self, fit: &mut Fit, course: &Course, watch: &mut Watch) -> Result<Found, Cancelled> {
         fit.settle(course);
         let mut evidence = Vec::with_capacity(course.photographs.len());
         for photograph in course.photographs {
