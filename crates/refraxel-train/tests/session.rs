@@ -292,26 +292,25 @@ fn a_run_that_is_stopped_anywhere_and_resumed_ends_with_the_same_bits() {
     }
 }
 
-/// The last bits of a run of 30 steps with a guessed index that stops after so many, is saved and read again.
-fn stopped_after(stop: u64, settings: &[(&str, &str)]) -> Vec<u8> {
+/// A run of 30 steps with a guessed index, saved after some of them: from each of these it goes on to the same last bits.
+fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
     let mut options = options(true);
     let usual = [("run.steps", "30"), ("search.enabled", "off"), ("judge.enabled", "off")];
     usual.iter().chain(settings).for_each(|(key, value)| drop(options.set(key, value).unwrap()));
     let setup = || Setup::new(glass_ball(), options.clone());
-    let mut session = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
-    if stop > 0 {
-        session.run(Until::step(stop), &mut |_| {}).unwrap();
-        let run = Run::read(&bytes(&session)[..]).unwrap();
-        session = Session::resume(setup(), run, CpuBackend::resumed, &mut |_| {}).unwrap();
-    }
-    finish(&mut session);
-    bytes(&session)
-}
-
-fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
-    let whole = stopped_after(0, settings);
-    for stop in [8, 12, 17, 22, 29] {
-        assert!(stopped_after(stop, settings) == whole, "stopped after {stop} steps");
+    let mut whole = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
+    let mut save = |step: u64| {
+        whole.run(Until::step(step), &mut |_| {}).unwrap();
+        bytes(&whole)
+    };
+    let saved = [8, 12, 17, 22, 29].map(|step| (step, save(step)));
+    finish(&mut whole);
+    let last = bytes(&whole);
+    for (step, saved) in saved {
+        let run = Run::read(&saved[..]).unwrap();
+        let mut session = Session::resume(setup(), run, CpuBackend::resumed, &mut |_| {}).unwrap();
+        finish(&mut session);
+        assert!(bytes(&session) == last, "saved after {step} steps");
     }
 }
 

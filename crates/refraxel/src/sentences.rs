@@ -97,6 +97,7 @@ pub fn sentence(event: &Event) -> Option<String> {
 fn numbers(found: &[Found]) -> String {
     let number = |f: &Found| match f.name.as_str() {
         "wall" => format!("wall {:.0} % of the depth", 100.0 * f.value),
+        "filling" => format!("filled with index {:.2}", f.value),
         "water" => format!("water up to {:.0} % of the height", 100.0 * f.value),
         "level" => format!("level at {:.0} % of what the masks allow", 100.0 * f.value),
         "red" | "green" | "blue" => format!("absorbs {:.2} of {} per unit", f.value, f.name),

@@ -12,6 +12,7 @@ use crate::backend::{Backend, Batch, Layers, Marching, RayGradient};
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
+use crate::model::axis::Axis;
 use crate::model::{Optics, Refraction};
 use crate::random::Random;
 use crate::schedule::picture_objective;
@@ -57,6 +58,8 @@ pub(crate) struct Refiner<'a, B> {
     pub photographs: &'a Photographs,
     /// Rays that touch the body, as far as masks are right.
     pub outlines: &'a [Ray<f32>],
+    /// The axis of a body of revolution, which it stays.
+    pub axis: Option<Axis>,
     /// What else bends rays.
     pub others: &'a [IndexGrid<f32>],
     pub optics: Optics,
@@ -134,6 +137,9 @@ impl<B: Backend> Refiner<'_, B> {
         let mut ascent = self.ascent(&self.medium(surface, *index), detail, &chosen);
         self.hold_outlines(surface, &mut ascent.surface, number, &random);
         gaussian_blur(&mut ascent.surface, surface.domain().resolution, BLUR);
+        if let Some(axis) = self.axis {
+            axis.average(surface, &mut ascent.surface);
+        }
         let turn = std::f32::consts::PI * k as f32 / steps as f32;
         let slower = LAST + (1.0 - LAST) * 0.5 * (1.0 + turn.cos());
         let moves = of_surface.moved(&ascent.surface, k);

@@ -123,6 +123,7 @@ fn waves_that_masks_do_not_show_are_smoothed_by_the_gradient_of_the_score() {
         marching: MARCHING,
         photographs: &photographs,
         outlines: &[],
+        axis: None,
         others: &[],
         optics: Optics::default(),
         effort: 0.5,

@@ -2,6 +2,7 @@
 //!
 //! Nobody but a [backend](crate::backend) knows how a model is laid out in the memory of a device.
 
+pub(crate) mod axis;
 pub mod gate;
 pub mod index_edit;
 mod optimiser;

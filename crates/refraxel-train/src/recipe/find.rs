@@ -10,6 +10,7 @@ use crate::events::{Task, Watch};
 use crate::initial::{Outlines, Search, Site, Spacing, region_grid};
 use crate::options::{Options, StartShape};
 use crate::rays::{RaySampler, Selection};
+use crate::schedule::training_marching;
 use crate::verdict::StayReason;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Ray, Vec3};
@@ -103,7 +104,7 @@ fn from_masks(
     let silhouettes = silhouettes(backend, sites.known, watch)?;
     watch.progress(Task::Carving, 0, 3)?;
     let outlines = Outlines::new(&silhouettes).cancelled_by(watch.cancel());
-    let ground = Ground::new(&silhouettes, backend.domain().voxel());
+    let ground = Ground::new(backend, &silhouettes, &training_marching(options, sites.known.near));
     if outlines.is_empty() {
         return Err(stated.map_or(RecipeError::Nowhere, |_| StayReason::OnlyABox.into()));
     }

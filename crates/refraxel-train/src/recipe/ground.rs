@@ -3,14 +3,17 @@
 //! No silhouette shows the underside of a thing: below it every view still looks through its mask, and the visual hull
 //! grows a root into the ground. The ground is known, though, from around the thing.
 
+use crate::backend::{Backend, Layers, Marching};
 use crate::initial::Silhouette;
 use crate::model::polyhedron::Plane;
 use crate::random::Random;
-use crate::rays::pixel_ray;
+use crate::rays::{HALF, pixel_ray};
 use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
 
-/// One in so many pixels gives a point of the ground, where so many are known.
-const GROUND_STRIDE: usize = 7;
+/// Rays that look for it, of all views, about.
+const RAYS: usize = 40_000;
+/// A ray that has lost this share of its light has met something opaque.
+const OPAQUE: f32 = 0.5;
 /// How far around a body its ground is sought, in sizes of its box.
 const AROUND: f32 = 1.4;
 /// Planes tried.
@@ -18,11 +21,13 @@ const TRIALS: u64 = 400;
 /// Least share of the points around that a plane must explain; 0.25 to 0.57 lie on the ground where there is one.
 const EXPLAINED: f64 = 0.2;
 /// Largest share of them that may lie below it: cameras above the ground see nothing there.
-const BELOW: f64 = 0.03;
+const BELOW: f64 = 0.05;
 /// They lie below it from this distance on [voxel].
 const CLEARLY: f32 = 3.0;
 /// Least share of the hull that must stand above it. The root of a flat thing is larger than the thing.
 const ABOVE: f64 = 0.1;
+/// How far points may lie off it [voxel of the field]: further where haze blurs what stands behind it.
+const HAZY: [f32; 2] = [1.0, 2.0];
 /// Points that decide; more are thinned.
 const POINTS: usize = 4000;
 
@@ -35,19 +40,23 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    pub(super) fn new(silhouettes: &[Silhouette], voxel: f32) -> Self {
+    /// What rays beside masks meet: all that they meet, since haze hangs before nearly everything at first.
+    pub(super) fn new(backend: &impl Backend, silhouettes: &[Silhouette], marching: &Marching) -> Self {
         let mut points = Vec::new();
         let mut eye = Vec3::zero();
+        let pixels: usize = silhouettes.iter().map(|s| s.mask.coverage.len()).sum();
+        let stride = pixels.div_ceil(RAYS) | 1; // odd: other columns in each row
         for s in silhouettes {
             eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
-            let Some(occluders) = &s.occluders else { continue };
-            let seen = occluders.centres().step_by((GROUND_STRIDE / occluders.cell().pow(2)).max(1));
-            points.extend(seen.filter(|(_, d)| d.is_finite()).filter_map(|(pixel, d)| {
-                let ray: Ray<f32> = pixel_ray(&s.camera, pixel)?;
-                Some(ray.at(d))
+            let beside = (0..s.mask.coverage.len()).step_by(stride).filter(|p| s.mask.coverage[*p] <= HALF);
+            let rays: Vec<Ray<f32>> = beside.filter_map(|p| pixel_ray(&s.camera, p)).collect();
+            let seen = backend.render(&rays, marching, Layers::All);
+            points.extend(rays.iter().zip(&seen).filter_map(|(ray, pixel)| {
+                let opacity = 1.0 - pixel.transmittance;
+                (opacity > OPAQUE).then(|| ray.at(pixel.depth / opacity))
             }));
         }
-        Self { points, eye, voxel }
+        Self { points, eye, voxel: backend.domain().voxel() }
     }
 
     /// Opaque surfaces at these points, seen from cameras about `eye`; they err by a voxel.
@@ -62,7 +71,7 @@ impl Ground {
         let inside: Vec<Vec3<f32>> = positions.collect();
         let near = widened(&surface.domain().bounds, AROUND);
         let around: Vec<Vec3<f32>> = self.points.iter().filter(|x| near.contains(**x)).copied().collect();
-        plane(&around, &inside, self.eye, self.voxel)
+        HAZY.iter().find_map(|hazy| plane(&around, &inside, self.eye, hazy * self.voxel))
     }
 }
 

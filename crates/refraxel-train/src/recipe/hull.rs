@@ -158,19 +158,31 @@ impl Region {
             let about = upright.filter(|_| may_be_turned);
             let turned = about.and_then(|up| turned(&surface, up, ground.as_ref()));
             go_on()?;
-            let up = turned.as_ref().map(Turned::up).or(upright);
+            let (turned, perhaps) = match turned {
+                Some(body) if body.is_sure => (Some(body), None),
+                unsure => (None, unsure),
+            };
+            let up = turned.as_ref().map(|t| t.axis().up).or(upright);
             let faceted = faceted.filter(|_| turned.is_none());
             let is_tried = options.search.rare.is_on() && !is_shared;
             let water = up.filter(|_| is_tried).and_then(|up| water(&at, views, up));
             go_on()?;
-            let hull = match (&round, &turned) {
-                (Some(body), _) => Self::round(at, body, surface, ground, options),
-                (_, Some(body)) => Self::turned(at, body, &surface, views, ground, options),
-                _ => Self::hull(at, surface, views, ground, options),
+            let standing = |hull: Self, up: Option<Vec3<f32>>| {
+                let sunk =
+                    ground.filter(|g| hull.reaches_below(g)).map_or(0.0, |_| SUNK * at.domain().voxel());
+                Self { is_shared, up, sunk, ..hull }
             };
-            let is_turned = turned.is_some();
-            let sunk = ground.filter(|g| hull.reaches_below(g)).map_or(0.0, |_| SUNK * at.domain().voxel());
-            Ok(Self { is_shared, faceted, round, is_turned, up, sunk, water, ..hull })
+            let of_turned = |body: &Turned| {
+                let hull = Self::turned(at, body, &surface, views, ground, options);
+                Self { axis: Some(body.axis()), ..standing(hull, Some(body.axis().up)) }
+            };
+            let revolved = perhaps.map(|body| Box::new(of_turned(&body)));
+            let hull = match (&round, &turned) {
+                (Some(body), _) => standing(Self::round(at, body, surface, ground, options), up),
+                (_, Some(body)) => of_turned(body),
+                _ => standing(Self::hull(at, surface, views, ground, options), up),
+            };
+            Ok(Self { faceted, round, water, revolved, ..hull })
         };
         bodies.into_iter().map(region).collect()
     }
@@ -202,7 +214,7 @@ impl Region {
     ) -> Self {
         let mut ends = Polyhedron { faces: Vec::new(), base: sunk(ground, hull) };
         let roofed = body.surface(&site.domain(), &ends);
-        ends.faces.extend(lid(&roofed, views.rays, body.up()));
+        ends.faces.extend(lid(&roofed, views.rays, body.axis().up));
         Self::new(site, body.surface(&site.domain(), &ends), options)
     }
 

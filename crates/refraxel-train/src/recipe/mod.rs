@@ -51,6 +51,7 @@ use crate::verdict::{Hypothesis, StayReason, Verdict};
 use contest::Trained;
 use heats::{Heats, heats};
 use hypotheses::{Body, Candidate};
+use predicted::Prediction;
 use race::{Course, Outcome, race};
 use refraxel_core::{Medium, ShDegree};
 use refraxel_data::{Dataset, IndexSource, MaskMeaning};
@@ -128,14 +129,15 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
         Err(RecipeError::Stay(why)) => return Ok(Decision { stays: Some(why), verdict: None }),
         found => found?,
     };
-    let find::Found { regions, tangents } = found;
+    let find::Found { mut regions, tangents } = found;
     regions.iter().enumerate().for_each(|(k, r)| watch.tell(r.found(k)));
     let start = contest::State::of(backend);
     contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     let judges = is_searched(known, &regions) && known.options.judge.enabled.is_on();
+    let mut glimpsed = None;
     if judges {
-        if let Some(decided) = predicted::decide(backend, &regions, &tangents, &start, known, watch)? {
-            let predicted::Decided { candidates, verdicts, pictures } = decided;
+        let prediction = predicted::decide(backend, &mut regions, &tangents, &start, known, watch)?;
+        if let Prediction::Decided(predicted::Decided { candidates, verdicts, pictures }) = prediction {
             let verdict = Verdict {
                 views: known.sampler.aside(),
                 seconds: clock.elapsed().as_secs_f64(),
@@ -152,11 +154,16 @@ pub fn begin<B: Backend>(backend: &mut B, known: &Known, watch: &mut Watch) -> R
             watch.tell(Event::RaysBend { hypotheses });
             return Ok(Decision { stays: None, verdict: Some(verdict) });
         }
+        if let Prediction::Races(heats) = prediction {
+            glimpsed = Some(heats);
+        }
         start.clone().load(backend);
         contest::clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     }
-    let fits = search::fits(backend, &regions, known, watch)?;
-    let heats = heats(&fits, &regions, known, watch);
+    let heats = match glimpsed {
+        Some(heats) => heats,
+        None => heats(&search::fits(backend, &regions, known, watch)?, &regions, known, watch),
+    };
     start.clone().load(backend);
     let field = Field { known, regions: &regions, start };
     let Decided { candidates, verdict, goes_on } = decide(backend, &field, heats, watch, clock)?;

@@ -1,7 +1,8 @@
 //! What stands in each region, by prediction without training: the numbers of each hypothesis, a first surface, and the verdict.
 
 use super::contest::State;
-use super::hypotheses::{Body, Candidate, OFFSET, Proposal, proposals};
+use super::heats::Heats;
+use super::hypotheses::{Body, Candidate, OFFSET, Proposal, SOLID, proposals};
 use super::region::Region;
 use super::{Known, refraction};
 use crate::backend::{Backend, Marching};
@@ -37,6 +38,8 @@ const SURELY: f64 = 2.0;
 /// A verdict needs a prediction that scores more than looking straight through by this much, and by so many standard errors.
 const LEAST_SCORE: f64 = 0.05;
 const SIGNIFICANT: f64 = 3.0;
+/// From so many standard errors on it may be right: further views decide, or a race.
+const GLIMPSED: f64 = 1.0;
 /// Straight rays that have learned what is inside the masks explain it if they make up for this part of what the prediction lacks.
 const EXPLAINED: f64 = 0.5;
 /// Straight rays that score this much see what is there.
@@ -58,18 +61,33 @@ pub(super) struct Decided {
     pub pictures: Vec<Shown>,
 }
 
+/// What prediction leads to.
+pub(super) enum Prediction {
+    /// It knows.
+    Decided(Decided),
+    /// It does not, but sees something of what is to race against straight rays.
+    Races(Heats),
+    /// It sees nothing.
+    Open,
+}
+
 /// Decides about all regions, or about none where one stays open. The backend holds the field of straight rays, `start`, with the inside
 /// of the regions cleared; afterwards it holds any.
 pub(super) fn decide<B: Backend>(
     backend: &mut B,
-    regions: &[Region],
+    regions: &mut [Region],
     tangents: &[Ray<f32>],
     start: &State,
     known: &Known,
     watch: &mut Watch,
-) -> Result<Option<Decided>, Cancelled> {
+) -> Result<Prediction, Cancelled> {
     backend.set_medium(Refraction::none());
-    let mut looks: Vec<Look> = regions.iter().map(|r| Look::new(r, known, regions.len() == 1)).collect();
+    let is_alone = regions.len() == 1;
+    for k in 0..regions.len() {
+        revolve(backend, &mut regions[k], is_alone, known, tangents, watch)?;
+    }
+    let regions = &*regions;
+    let mut looks: Vec<Look> = regions.iter().map(|r| Look::new(r, known, is_alone)).collect();
     let marching = training_marching(known.options, known.near);
     for k in 0..looks.len() {
         let others = others(&looks, k);
@@ -97,9 +115,22 @@ pub(super) fn decide<B: Backend>(
     };
     let opinions: Vec<Opinion> = looks.iter().zip(&judged).map(opinion).collect();
     // Where nobody said that something is there, what prediction does not see beside something that it sees is nothing.
-    let is_enough = known.sampler.traces_found() && opinions.iter().any(|o| o.bends == Some(true));
+    let is_found = known.sampler.traces_found();
+    let is_enough = is_found && opinions.iter().any(|o| o.bends == Some(true));
     if !is_enough && opinions.iter().any(|o| o.bends.is_none()) {
-        return Ok(None);
+        let glimpsed = opinions.iter().filter(|o| o.is_glimpsed).count();
+        if glimpsed == 0 || (glimpsed < regions.len() && !is_found) {
+            return Ok(Prediction::Open);
+        }
+        let guess = |r: &Region| Candidate::guess(proposals(r, known.options)[0], r, known.options);
+        let rival = |(look, opinion): (&Look, &Opinion)| {
+            let standing = look.standing.clone().filter(|_| opinion.is_glimpsed);
+            standing.unwrap_or_else(|| guess(look.region))
+        };
+        let rivals = vec![looks.iter().zip(&opinions).map(rival).collect()];
+        let straight = opinions.iter().map(|o| 1.0 - o.evidence.map_or(0.0, |e| e.straight_through.mean));
+        let (assumed, straight) = (regions.iter().map(guess).collect(), straight.collect());
+        return Ok(Prediction::Races(Heats { rivals, assumed, straight }));
     }
     let pictures = judged.into_iter().flatten().filter_map(|j| j.shown).collect();
     let mut out = Decided { candidates: Vec::new(), verdicts: Vec::new(), pictures };
@@ -110,7 +141,38 @@ pub(super) fn decide<B: Backend>(
         out.candidates.push(candidate);
         out.verdicts.push(RegionVerdict::predicted(k, hypothesis, found, opinion.evidence));
     }
-    Ok(Some(out))
+    Ok(Prediction::Decided(out))
+}
+
+/// A body that may be one of revolution is one if more is seen through that, whatever it is made of.
+fn revolve<B: Backend>(
+    backend: &B,
+    region: &mut Region,
+    is_alone: bool,
+    known: &Known,
+    tangents: &[Ray<f32>],
+    watch: &mut Watch,
+) -> Result<(), Cancelled> {
+    let Some(revolved) = region.revolved.take() else { return Ok(()) };
+    let marching = training_marching(known.options, known.near);
+    let at = Standing { backend, others: &[], known, marching, tangents };
+    let mut scores = [Scores::default(), Scores::default()];
+    for (scores, region) in scores.iter_mut().zip([&*region, &revolved]) {
+        let mut look = Look::new(region, known, is_alone);
+        look.choose(&at, &[&SOLID], watch)?;
+        *scores = at.predicted(&look.scanned, JUDGED, look.bodies()).scores(&look.scanned);
+    }
+    let [hull, turned] = scores;
+    if is_better(&turned, &hull) {
+        *region = *revolved;
+    }
+    Ok(())
+}
+
+/// Scores that are larger by more than they vary.
+fn is_better(scores: &Scores, than: &Scores) -> bool {
+    let above = scores.above(than);
+    above.mean > BETTER && above.significance() > SURELY
 }
 
 /// What stands in the other regions by now.
@@ -207,6 +269,8 @@ struct Look<'a> {
     learned: Photographs,
     aside: Photographs,
     standing: Option<Candidate>,
+    /// The same before its surface was refined by what views show that straight rays learned from.
+    unrefined: Option<Candidate>,
 }
 
 /// What prediction says of a region.
@@ -214,6 +278,8 @@ struct Look<'a> {
 struct Opinion {
     /// Whether rays bend there, if it knows.
     bends: Option<bool>,
+    /// It shows more than looking straight through, but not surely.
+    is_glimpsed: bool,
     evidence: Option<Evidence>,
 }
 
@@ -223,6 +289,8 @@ struct Judged {
     scores: Scores,
     through: Scores,
     others: Difference,
+    /// By how much its numbers alone score more than looking straight through, in all views that straight rays learned from.
+    in_learned: Difference,
     index: Option<[f32; 2]>,
     shown: Option<Shown>,
 }
@@ -241,7 +309,17 @@ impl<'a> Look<'a> {
             [few, scanned, learned, aside].map(|views| Photographs::new(sampler, &views, shows));
         let aside = if aside.views() > 1 { aside } else { scanned.clone() };
         let options = known.options;
-        Self { region, sketch: region.sketch(options), options, few, scanned, learned, aside, standing: None }
+        Self {
+            region,
+            sketch: region.sketch(options),
+            options,
+            few,
+            scanned,
+            learned,
+            aside,
+            standing: None,
+            unrefined: None,
+        }
     }
 
     fn place(&self) -> &Region {
@@ -306,11 +384,7 @@ impl<'a> Look<'a> {
             let found = refined(from, &unknowns(p), JUDGED, |v: &[f32], d| {
                 self.scores(at, &mut shapes, &Self::candidate(p, v), (d, &self.scanned), watch)
             })?;
-            let is_better = best.as_ref().is_none_or(|simpler| {
-                let above = found.scores.above(&simpler.scores);
-                above.mean > BETTER && above.significance() > SURELY
-            });
-            if is_better {
+            if best.as_ref().is_none_or(|simpler| is_better(&found.scores, &simpler.scores)) {
                 (chosen, best) = (Some(*p), Some(found));
             }
         }
@@ -362,6 +436,7 @@ impl<'a> Look<'a> {
             marching: at.marching,
             photographs: &self.learned,
             outlines: at.tangents,
+            axis: self.region.axis,
             others: &others,
             optics: self.options.optics(),
             effort: if run.minutes > 0.0 { 1.0 } else { (run.steps as f64 / REFINED_STEPS).min(1.0) },
@@ -372,7 +447,7 @@ impl<'a> Look<'a> {
             let mut better = candidate.clone();
             better.values[0] = index;
             better.refined = Some(Box::new(surface));
-            self.standing = Some(better);
+            self.unrefined = self.standing.replace(better);
         }
         Ok(())
     }
@@ -382,19 +457,28 @@ impl<'a> Look<'a> {
         let candidate = self.standing.as_mut()?;
         let place = self.sketch.as_ref().unwrap_or(self.region);
         let unknowns = (candidate.proposal.unknowns)(self.region);
-        let found = interval(candidate.values[0], unknowns[0].range, |n| {
+        let telling = candidate.telling(self.region);
+        let found = interval(candidate.values[telling], unknowns[telling].range, |n| {
             let mut other = candidate.clone();
-            other.values[0] = n;
+            other.values[telling] = n;
             let bodies = other.bodies(place, self.options);
             at.predicted(&self.scanned, Detail::Fine, bodies).scores(&self.scanned)
         });
         let index = found.map(|f| f.range);
         if let Some(found) = found {
-            candidate.values[0] = found.best;
+            candidate.values[telling] = found.best;
         }
+        let unbent = |bodies: &[Body]| -> Vec<Body> {
+            bodies.iter().map(|b| Body { grid: without_bending(&b.grid), ..b.clone() }).collect()
+        };
+        let plain = self.unrefined.as_ref().unwrap_or(candidate).bodies(place, self.options);
+        let in_learned = [unbent(&plain), plain].map(|bodies| {
+            let medium = at.medium(bodies);
+            predict(at.backend, &at.marching, &self.learned, JUDGED, &medium).scores(&self.learned)
+        });
+        let in_learned = in_learned[1].above(&in_learned[0]);
         let bodies = candidate.bodies(place, self.options);
-        let straight: Vec<Body> =
-            bodies.iter().map(|b| Body { grid: without_bending(&b.grid), ..b.clone() }).collect();
+        let straight = unbent(&bodies);
         let [bent, straight] = [bodies, straight].map(|bodies| at.medium(bodies));
         let of = |medium: &Refraction| predict(at.backend, &at.marching, &self.aside, JUDGED, medium);
         let predicted = of(&bent);
@@ -410,12 +494,12 @@ impl<'a> Look<'a> {
             found: candidate.found(self.region),
             misfit: 1.0 - scores.mean().mean,
         });
-        Some(Judged { predicted, scores, through, others, index, shown })
+        Some(Judged { predicted, scores, through, others, in_learned, index, shown })
     }
 
     /// Whether rays bend here.
     fn opinion(&self, judged: &Judged, trained: &Predicted) -> Opinion {
-        let Judged { predicted, scores, through, others, index, .. } = judged;
+        let Judged { predicted, scores, through, others, in_learned, index, .. } = judged;
         let straight = predicted.scores_of(trained, &self.aside);
         let (above, lacks) = (scores.above(through), straight.above(scores));
         let evidence = Evidence {
@@ -428,13 +512,17 @@ impl<'a> Look<'a> {
         };
         // Straight rays that show nearly everything leave nothing to explain. Otherwise what stands in a body, which is seen through it
         // alone, may be what they have learned, and what prediction lacks.
-        let is_seen = above.mean > LEAST_SCORE
-            && above.significance() > SIGNIFICANT
+        let is_more = |d: Difference, errors: f64| d.mean > LEAST_SCORE && d.significance() > errors;
+        // Few views kept aside leave faint evidence open. All others decide then, by numbers alone: a surface that was refined fits them
+        // by chance, and looking straight through gains by what straight rays fitted to them.
+        let is_seen = (is_more(above, SIGNIFICANT)
+            || is_more(above, GLIMPSED) && is_more(*in_learned, SIGNIFICANT))
             && evidence.predicted.mean > others.mean + SURELY * others.error;
         let is_explained = lacks.mean > EXPLAINED * (1.0 - evidence.predicted.mean)
             && (is_seen || evidence.trained_straight.mean > OPAQUE);
         // What is seen in a cavity, which nobody knows before it is learned, straight rays may explain, and a prediction cannot.
         let is_unknown = is_seen == is_explained || (is_explained && !self.options.judge.straight.is_on());
-        Opinion { bends: (!is_unknown).then_some(is_seen), evidence: Some(evidence) }
+        let is_glimpsed = is_more(above, GLIMPSED) && !is_seen && !is_explained;
+        Opinion { bends: (!is_unknown).then_some(is_seen), is_glimpsed, evidence: Some(evidence) }
     }
 }

@@ -4,6 +4,7 @@ use super::shapes::{Ellipsoid, Side};
 use crate::blur::gaussian_blur;
 use crate::events::Event;
 use crate::initial::Site;
+use crate::model::axis::Axis;
 use crate::model::polyhedron::{Plane, Polyhedron};
 use crate::model::{Gate, RegionState};
 use crate::options::Options;
@@ -32,8 +33,10 @@ pub(super) struct Region {
     pub faceted: Option<Polyhedron>,
     /// The ellipsoid that its silhouettes show, if they do: its surface then.
     pub round: Option<Ellipsoid>,
-    /// It is a body of revolution.
-    pub is_turned: bool,
+    /// The axis of a body of revolution.
+    pub axis: Option<Axis>,
+    /// The same as a body of revolution, where it may be one: what is seen through it tells.
+    pub revolved: Option<Box<Region>>,
     /// Unit vector away from what it stands on, or upwards in the pictures.
     pub up: Option<Vec3<f32>>,
     /// How far it reaches into what it stands on [scene unit]; 0 where nothing is known of that.
@@ -83,7 +86,8 @@ impl Region {
             solid: None,
             faceted: None,
             round: None,
-            is_turned: false,
+            axis: None,
+            revolved: None,
             up: None,
             sunk: 0.0,
             water: None,
@@ -125,7 +129,8 @@ impl Region {
             solid: None,
             faceted: None,
             round: None,
-            is_turned: false,
+            axis: None,
+            revolved: None,
             up: None,
             sunk: 0.0,
             water: None,
@@ -206,7 +211,7 @@ impl Region {
             nodes: self.site.resolution,
             faces: self.solid.as_ref().or(self.faceted.as_ref()).map(|s| s.faces.len()),
             ellipsoid: self.round.as_ref().map(|e| e.misfit as f32),
-            turned: self.is_turned,
+            turned: self.axis.is_some(),
         }
     }
 

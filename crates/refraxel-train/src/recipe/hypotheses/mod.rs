@@ -11,6 +11,7 @@ mod vessel;
 mod water_surface;
 
 pub(super) use known::{HELD, HELD_SMOOTH};
+pub(super) use solid::SOLID;
 
 use super::region::Region;
 pub(super) use crate::evidence::Unknown;
@@ -124,6 +125,14 @@ impl Candidate {
         bodies
     }
 
+    /// Which of its numbers is the index that tells most: that of what fills a vessel, whose wall is thin.
+    pub(super) fn telling(&self, region: &Region) -> usize {
+        let unknowns = (self.proposal.unknowns)(region);
+        let which = |name: &str| unknowns.iter().position(|u| u.name == name);
+        let is_filled = which(WATER).is_some_and(|k| self.values[k] > 0.0);
+        which(FILLING).filter(|_| is_filled).unwrap_or(0)
+    }
+
     /// Its numbers with their names.
     pub(super) fn found(&self, region: &Region) -> Vec<Found> {
         let unknowns = (self.proposal.unknowns)(region);
@@ -138,6 +147,9 @@ const INDEX: &str = "index";
 pub(super) const OFFSET: &str = "offset";
 /// Thickness of a wall [depth of the body].
 pub(super) const WALL: &str = "wall";
+/// Height of what fills a vessel above its base [height of the vessel], and its index.
+const WATER: &str = "water";
+const FILLING: &str = "filling";
 /// What glass absorbs of each [1 / scene unit].
 const COLOURS: [&str; 3] = ["red", "green", "blue"];
 
@@ -158,7 +170,7 @@ pub(super) fn proposals(region: &Region, options: &Options) -> Vec<&'static Prop
         return vec![if is_smooth { &HELD_SMOOTH } else { &HELD }];
     }
     let sharp = |all: &mut Vec<&'static Proposal>| {
-        all.push(&solid::SOLID);
+        all.push(&SOLID);
         if region.faceted.is_some() {
             all.push(&polyhedron::POLYHEDRON);
         }

@@ -8,7 +8,7 @@ use crate::verdict::Hypothesis;
 use refraxel_core::{Domain, IndexGrid, LevelSet};
 
 /// Unknowns: the index, and how far the surface lies outside the hull [voxel].
-pub(super) const SOLID: Proposal = Proposal {
+pub(in crate::recipe) const SOLID: Proposal = Proposal {
     kind: Hypothesis::Solid,
     is_dear: false,
     is_sharp: true,

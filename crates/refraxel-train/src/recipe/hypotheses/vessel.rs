@@ -1,6 +1,6 @@
 //! An open vessel: glass with a wall and a base, empty or filled with water up to a level.
 
-use super::{Body, INDEX, Proposal, Unknown, WALL};
+use super::{Body, FILLING, INDEX, Proposal, Unknown, WALL, WATER};
 use crate::model::RegionState;
 use crate::options::Options;
 use crate::recipe::region::Region;
@@ -8,7 +8,7 @@ use crate::recipe::shapes::{ShapeBody, Substance, Vessel, vessel};
 use crate::verdict::Hypothesis;
 
 /// Unknowns: the index of the glass, the thickness of wall and base [depth of the body], the height of the water above the
-/// base [height of the vessel], and that of its foot above where it seems to stand [voxel].
+/// base [height of the vessel], that of its foot above where it seems to stand [voxel], and the index of what fills it.
 pub(super) const VESSEL: Proposal = Proposal {
     kind: Hypothesis::Vessel,
     is_dear: true,
@@ -18,8 +18,8 @@ pub(super) const VESSEL: Proposal = Proposal {
     learning: bodies,
 };
 
-/// Index of the water, as it begins.
-const WATER: f32 = 1.33;
+/// Index of what fills it, as it begins: water.
+const OF_WATER: f32 = 1.33;
 
 /// Glasses are of 1.46 to 1.6, and a thin wall hardly tells. The foot of what stands nowhere is not sought.
 fn unknowns(stands: bool) -> Vec<Unknown> {
@@ -33,8 +33,9 @@ fn unknowns(stands: bool) -> Vec<Unknown> {
         unknown(INDEX, &[1.5], &[0.04, 0.02], [1.45, 1.65]),
         unknown(WALL, &[0.06, 0.12, 0.2], &[0.03, 0.015], [0.02, 0.9]),
         unknown("base", &[0.15, 0.35], &[0.08, 0.04], [0.02, 0.9]),
-        unknown("water", &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
+        unknown(WATER, &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
         unknown("foot", &[0.0], if stands { &[0.5, 0.5] } else { &[] }, [-2.0, 2.0]),
+        unknown(FILLING, &[OF_WATER], &[0.02, 0.01], [1.2, 1.6]),
     ]
 }
 
@@ -55,7 +56,7 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         let state = RegionState { fixed_index, fixed_surface: true, solid, cuts, ..RegionState::default() };
         match b.substance {
             Substance::Glass => Body { state, ..Body::sought(b.surface, at[0]) },
-            Substance::Water => Body::given(b.surface, WATER, state),
+            Substance::Water => Body::given(b.surface, at[5], state),
             Substance::Air => Body::given(b.surface, 1.0, state),
         }
     };
