@@ -39,6 +39,9 @@ const ROUNDS: usize = 3;
 const CLASSES: usize = 16;
 /// The mean misfit must be so much larger within than beside, of 1: otherwise no outline is to be seen.
 const CONTRAST: f64 = 0.1;
+/// Share of the variance of misfits that outlines must explain, of 1. Where they explained .20 to .46 they were better than those that
+/// were found; among the fog of rooms, where they explained .09 to .11, they grew by 40 to 60 %.
+const LEAST: f64 = 0.15;
 /// A ray is hidden from where it has lost this share of its light.
 const OPAQUE: f32 = 0.5;
 
@@ -115,7 +118,7 @@ fn moved(mut surface: LevelSet<f32>, samples: &[Sample]) -> Option<Outline> {
     let share = |j: usize| (0.5 - surface.value(surface.position(j)) / surface.voxel()).clamp(0.0, 1.0);
     let share: Vec<f32> = (0..surface.coefficients().len()).into_par_iter().map(share).collect();
     let gate = || Gate::new(*surface.domain(), &share);
-    (explained[1] > explained[0]).then(|| Outline { gate: gate(), explained })
+    (explained[1] > explained[0].max(LEAST)).then(|| Outline { gate: gate(), explained })
 }
 
 /// Where the values of a level set are distances: not at the border of its grid.
