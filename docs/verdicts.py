@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The table and the gallery of docs/verdicts.md: what the program takes glass for, with and without masks, against straight rays.
+"""A table and a gallery: what the program takes glass for, with and without masks, against straight rays.
 
 usage: docs/verdicts.py OUT [minutes=5 | steps=N] [seed=0] [cases=NAME,NAME…] [masks=clean,rough,none]
-  OUT      folder for data, runs and the page: OUT/CASE-MASKS/{data,straight,auto}, OUT/verdicts.md, OUT/CASE-MASKS.png
+  OUT      folder for data, runs and the page: OUT/CASE-MASKS/{data,straight,auto}, OUT/verdicts.md, OUT/CASE-MASKS.jpg
   minutes  wall-clock time of each run; steps=N gives each run N steps instead, which any machine can repeat
   cases    scenes of `refraxel synth --list`, those in a room as photographs, or folders of data that have masks or none
   masks    clean: exact; rough: as a segmenter draws them (scenes in a room only); none: training views have none

@@ -3,7 +3,8 @@
 //! No silhouette shows the underside of a thing: below it every view still looks through its mask, and the visual hull
 //! grows a root into the ground. The ground is known, though, from around the thing.
 
-use crate::backend::{Backend, Layers, Marching};
+use super::silhouettes::occluders;
+use crate::backend::{Backend, Marching};
 use crate::initial::Silhouette;
 use crate::model::polyhedron::Plane;
 use crate::random::Random;
@@ -12,8 +13,6 @@ use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
 
 /// Rays that look for it, of all views, about.
 const RAYS: usize = 40_000;
-/// A ray that has lost this share of its light has met something opaque.
-const OPAQUE: f32 = 0.5;
 /// How far around a body its ground is sought, in sizes of its box.
 const AROUND: f32 = 1.4;
 /// Planes tried.
@@ -48,12 +47,12 @@ impl Ground {
         let stride = pixels.div_ceil(RAYS) | 1; // odd: other columns in each row
         for s in silhouettes {
             eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
-            let beside = (0..s.mask.coverage.len()).step_by(stride).filter(|p| s.mask.coverage[*p] <= HALF);
-            let rays: Vec<Ray<f32>> = beside.filter_map(|p| pixel_ray(&s.camera, p)).collect();
-            let seen = backend.render(&rays, marching, Layers::All);
-            points.extend(rays.iter().zip(&seen).filter_map(|(ray, pixel)| {
-                let opacity = 1.0 - pixel.transmittance;
-                (opacity > OPAQUE).then(|| ray.at(pixel.depth / opacity))
+            let pixels = (0..s.mask.coverage.len()).step_by(stride);
+            let beside: Vec<usize> = pixels.filter(|p| s.mask.coverage[*p] <= HALF).collect();
+            let met = occluders(backend, &s.camera, &beside, marching);
+            points.extend(beside.iter().zip(met).filter(|(_, d)| d.is_finite()).filter_map(|(pixel, d)| {
+                let ray: Ray<f32> = pixel_ray(&s.camera, *pixel)?;
+                Some(ray.at(d))
             }));
         }
         Self { points, eye, voxel: backend.domain().voxel() }

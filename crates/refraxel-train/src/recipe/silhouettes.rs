@@ -79,7 +79,12 @@ fn consistent(
 }
 
 /// Per pixel the distance beyond which something opaque hides everything.
-fn occluders(backend: &impl Backend, camera: &Camera, pixels: &[usize], marching: &Marching) -> Vec<f32> {
+pub(super) fn occluders(
+    backend: &impl Backend,
+    camera: &Camera,
+    pixels: &[usize],
+    marching: &Marching,
+) -> Vec<f32> {
     let rays: Vec<Option<Ray<f32>>> = pixels.iter().map(|&p| pixel_ray(camera, p)).collect();
     let asked: Vec<Ray<f32>> = rays.iter().flatten().copied().collect();
     let mut seen = backend.render(&asked, marching, Layers::All).into_iter();
