@@ -160,7 +160,7 @@ impl Region {
             go_on()?;
             let (turned, perhaps) = match turned {
                 Some(body) if body.is_sure => (Some(body), None),
-                unsure => (None, unsure),
+                unsure => (None, unsure.filter(|_| !views.are_rough)),
             };
             let up = turned.as_ref().map(|t| t.axis().up).or(upright);
             let faceted = faceted.filter(|_| turned.is_none());

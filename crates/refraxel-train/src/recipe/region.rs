@@ -156,6 +156,7 @@ impl Region {
             Water { highest: LevelSet::from_samples(bounds, fewer(resolution, coarser), value), ..w.clone() }
         });
         Some(Self {
+            axis: self.axis,
             up: self.up,
             sunk: self.sunk,
             water,

@@ -31,7 +31,7 @@ pub(super) struct Body {
 
 impl Body {
     /// A body within a sharp surface, of the index that is sought.
-    fn sought(surface: LevelSet<f32>, index: f32) -> Self {
+    pub(super) fn sought(surface: LevelSet<f32>, index: f32) -> Self {
         Self { grid: IndexGrid::sharp(surface, index), state: RegionState::default(), is_sought: true }
     }
 

@@ -5,6 +5,7 @@
 
 mod contours;
 mod ellipsoid;
+mod frustum;
 mod polyhedron;
 mod shell;
 mod turned;
@@ -13,6 +14,7 @@ mod water_surface;
 
 pub(super) use contours::Contours;
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
+pub(super) use frustum::Frustum;
 pub(super) use polyhedron::{Faceted, polyhedron};
 pub(super) use shell::shell;
 pub(super) use turned::{Turned, turned};

@@ -1,0 +1,284 @@
+//! A look at a region: the numbers of hypotheses and a first surface, by what the field of straight rays shows through them.
+
+use super::hypotheses::{Body, Candidate, OFFSET, Proposal};
+use super::region::Region;
+use super::{Known, refraction};
+use crate::backend::{Backend, Marching};
+use crate::cancel::Cancelled;
+use crate::events::{Task, Watch};
+use crate::evidence::{
+    Best, Detail, Photographs, Predicted, Refiner, Scores, Unknown, first, mean, predict, refined,
+};
+use crate::model::Refraction;
+use crate::options::Options;
+use crate::rays::RaySampler;
+use crate::verdict::Hypothesis;
+use refraxel_core::{IndexGrid, Ray};
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+/// Views that are looked at while numbers are scanned, at most: few of them for first numbers of hypotheses whose scan takes long.
+const FEW_VIEWS: usize = 6;
+const SCANNED_VIEWS: usize = 12;
+/// The detail of pictures by which hypotheses compare and verdicts are taken. A hull from rough masks shows little in finer ones.
+pub(super) const JUDGED: Detail = Detail::Middle;
+/// A hypothesis whose best first numbers score less than the best of those beside it by `FAR`, or less than what stands, whose surface
+/// may be refined, by `NEAR`, is not followed.
+const FAR: f64 = 0.15;
+const NEAR: f64 = 0.2;
+/// What stands and scores this much is not weighed against hypotheses whose scan takes long.
+pub(super) const CONVINCING: f64 = 0.8;
+/// A hypothesis must score more than a simpler one by this much, and by so many standard errors.
+const BETTER: f64 = 0.01;
+pub(super) const SURELY: f64 = 2.0;
+/// Largest share of a run with a clock in which a surface may be refined.
+const MOST_REFINING: f64 = 0.08;
+/// A run of fewer steps refines it by a part of the usual steps.
+const REFINED_STEPS: f64 = 2000.0;
+
+/// Scores that are larger by more than they vary.
+pub(super) fn is_better(scores: &Scores, than: &Scores) -> bool {
+    let above = scores.above(than);
+    above.mean > BETTER && above.significance() > SURELY
+}
+
+/// What stands in the other regions by now.
+pub(super) fn others(looks: &[Look], region: usize) -> Vec<Body> {
+    let others = looks.iter().enumerate().filter(|(k, _)| *k != region);
+    others.flat_map(|(_, look)| look.bodies()).collect()
+}
+
+/// What a scan does not know of a hypothesis. How far a surface lies off the hull is left to its refinement.
+pub(super) fn unknowns(proposal: &Proposal, region: &Region) -> Vec<Unknown> {
+    let of_scan =
+        |u: Unknown| if u.name == OFFSET { Unknown { first: vec![0.0], fine: Vec::new(), ..u } } else { u };
+    (proposal.unknowns)(region).into_iter().map(of_scan).collect()
+}
+
+/// Hypotheses of many unknowns, or whose rays are slow, are looked at last, and go on only where their first numbers come near to what stands.
+pub(super) fn is_dear(proposal: &Proposal) -> bool {
+    proposal.is_dear || proposal.kind == Hypothesis::Graded
+}
+
+/// Shapes of candidates that differ in the index alone.
+#[derive(Default)]
+struct Shapes {
+    made: HashMap<(Hypothesis, Vec<u32>), Vec<Body>>,
+    tried: u64,
+}
+
+impl Shapes {
+    fn bodies(&mut self, candidate: &Candidate, place: &Region, options: &Options) -> Vec<Body> {
+        self.tried += 1;
+        if !candidate.proposal.is_sharp || candidate.refined.is_some() {
+            return candidate.bodies(place, options);
+        }
+        let numbers = candidate.values[1..].iter().map(|v| v.to_bits()).collect();
+        let key = (candidate.proposal.kind, numbers);
+        let shape = self.made.entry(key).or_insert_with(|| candidate.bodies(place, options));
+        candidate.bodies_of_shape(shape)
+    }
+}
+
+/// In which surroundings a region is looked at.
+pub(super) struct Standing<'a, B> {
+    pub(super) backend: &'a B,
+    pub(super) others: &'a [Body],
+    pub(super) known: &'a Known<'a>,
+    pub(super) marching: Marching,
+    pub(super) tangents: &'a [Ray<f32>],
+}
+
+impl<B: Backend> Standing<'_, B> {
+    /// Bodies among the others.
+    pub(super) fn medium(&self, bodies: Vec<Body>) -> Refraction {
+        // The last one rules: what is looked at rules over others.
+        refraction(self.others.iter().cloned().chain(bodies).collect(), self.known.options)
+    }
+
+    pub(super) fn predicted(
+        &self,
+        photographs: &Photographs,
+        detail: Detail,
+        bodies: Vec<Body>,
+    ) -> Predicted {
+        predict(self.backend, &self.marching, photographs, detail, &self.medium(bodies))
+    }
+}
+
+/// Photographs of one region.
+pub(super) struct Seen {
+    /// Views by which first numbers and finer ones are scanned, all that straight rays learn from, and those kept aside.
+    few: Photographs,
+    pub(super) scanned: Photographs,
+    pub(super) learned: Photographs,
+    pub(super) aside: Photographs,
+}
+
+impl Seen {
+    pub(super) fn new(region: &Region, sampler: &RaySampler, is_alone: bool) -> Self {
+        let (aside, learned): (Vec<usize>, Vec<usize>) =
+            (0..sampler.views()).partition(|v| sampler.is_aside(*v));
+        let shows = |ray: &Ray<f32>| is_alone || region.meets(ray);
+        let some = |count: usize| -> Vec<usize> {
+            learned.iter().copied().step_by(learned.len().div_ceil(count).max(1)).collect()
+        };
+        let [few, scanned] = [some(FEW_VIEWS), some(SCANNED_VIEWS)];
+        let [few, scanned, learned, aside] =
+            [few, scanned, learned, aside].map(|views| Photographs::new(sampler, &views, shows));
+        let aside = if aside.views() > 1 { aside } else { scanned.clone() };
+        Self { few, scanned, learned, aside }
+    }
+
+    /// Few views for first numbers, more for finer ones.
+    pub(super) fn at(&self, is_first: bool) -> &Photographs {
+        if is_first { &self.few } else { &self.scanned }
+    }
+}
+
+/// A look at one region.
+pub(super) struct Look<'a> {
+    pub(super) region: &'a Region,
+    pub(super) sketch: Option<Region>,
+    pub(super) options: &'a Options,
+    pub(super) seen: &'a Seen,
+    pub(super) standing: Option<Candidate>,
+    /// The same before its surface was refined by what views show that straight rays learned from.
+    pub(super) unrefined: Option<Candidate>,
+}
+
+impl<'a> Look<'a> {
+    pub(super) fn new(region: &'a Region, seen: &'a Seen, options: &'a Options) -> Self {
+        Self { region, sketch: region.sketch(options), options, seen, standing: None, unrefined: None }
+    }
+
+    fn place(&self) -> &Region {
+        self.sketch.as_ref().unwrap_or(self.region)
+    }
+
+    /// The bodies that stand there by now.
+    pub(super) fn bodies(&self) -> Vec<Body> {
+        self.standing.as_ref().map_or(Vec::new(), |c| c.bodies(self.place(), self.options))
+    }
+
+    fn candidate(proposal: &'static Proposal, values: &[f32]) -> Candidate {
+        Candidate { proposal, values: values.to_vec(), searched: true, tint: [0.0; 3], refined: None }
+    }
+
+    /// How alike what some values of a hypothesis show is to photographs.
+    fn scores<B: Backend>(
+        &self,
+        at: &Standing<B>,
+        shapes: &mut Shapes,
+        candidate: &Candidate,
+        (detail, views): (Detail, &Photographs),
+        watch: &mut Watch,
+    ) -> Result<Scores, Cancelled> {
+        watch.progress(Task::SearchingIndex, shapes.tried, shapes.tried)?;
+        let bodies = shapes.bodies(candidate, self.place(), self.options);
+        Ok(at.predicted(views, detail, bodies).scores(views))
+    }
+
+    /// Lets that of these hypotheses stand which scores most, the simplest first, if it scores clearly more than what stands by now.
+    pub(super) fn choose<B: Backend>(
+        &mut self,
+        at: &Standing<B>,
+        kinds: &[&'static Proposal],
+        watch: &mut Watch,
+    ) -> Result<(), Cancelled> {
+        let unknowns = |p: &Proposal| unknowns(p, self.region);
+        // First numbers that must come near to what stands, and often do not, are looked at in few views.
+        let views = if self.standing.is_some() { &self.seen.few } else { &self.seen.scanned };
+        let mut shapes = Shapes::default();
+        let mut least = f64::NEG_INFINITY;
+        let mut best: Option<Best> = None;
+        if let Some(standing) = &self.standing {
+            let mut now = |at_detail| self.scores(at, &mut shapes, standing, at_detail, watch);
+            least = mean(&now((Detail::Coarse, views))?) - NEAR;
+            let scores = now((JUDGED, &self.seen.scanned))?;
+            if mean(&scores) > CONVINCING {
+                return Ok(());
+            }
+            best = Some(Best { values: Vec::new(), scores });
+        }
+        let mut firsts: Vec<(&'static Proposal, Best)> = Vec::new();
+        for p in kinds {
+            let from = first(&unknowns(p), |v: &[f32], d| {
+                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, views), watch)
+            })?;
+            firsts.push((p, from));
+        }
+        let most = firsts.iter().map(|(_, b)| mean(&b.scores)).fold(f64::NEG_INFINITY, f64::max);
+        let mut chosen = None;
+        for (p, from) in firsts.iter().filter(|(_, b)| mean(&b.scores) >= least.max(most - FAR)) {
+            let found = refined(from, &unknowns(p), JUDGED, |v: &[f32], d| {
+                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, &self.seen.scanned), watch)
+            })?;
+            if best.as_ref().is_none_or(|simpler| is_better(&found.scores, &simpler.scores)) {
+                (chosen, best) = (Some(*p), Some(found));
+            }
+        }
+        if let (Some(p), Some(best)) = (chosen, best) {
+            self.standing = Some(Self::candidate(p, &best.values));
+            let last: Vec<Unknown> = unknowns(p).iter().map(Unknown::last).collect();
+            self.adjust(at, &last, watch)?;
+        }
+        Ok(())
+    }
+
+    /// The numbers of what stands once more, in the finest pictures.
+    pub(super) fn adjust<B: Backend>(
+        &mut self,
+        at: &Standing<B>,
+        unknowns: &[Unknown],
+        watch: &mut Watch,
+    ) -> Result<(), Cancelled> {
+        let Some(standing) = self.standing.clone() else { return Ok(()) };
+        let mut shapes = Shapes::default();
+        let from = Best { values: standing.values.clone(), scores: Scores::default() };
+        let found = refined(&from, unknowns, Detail::Fine, |v: &[f32], d| {
+            let candidate = Candidate { values: v.to_vec(), ..standing.clone() };
+            self.scores(at, &mut shapes, &candidate, (d, &self.seen.scanned), watch)
+        })?;
+        self.standing = Some(Candidate { values: found.values, ..standing });
+        Ok(())
+    }
+
+    /// The surface of a solid body by the gradient of the score, if that makes it better.
+    pub(super) fn refine<B: Backend>(
+        &mut self,
+        at: &Standing<B>,
+        regions: usize,
+        watch: &mut Watch,
+    ) -> Result<(), Cancelled> {
+        let Some(candidate) = &self.standing else { return Ok(()) };
+        let is_free = candidate.proposal.kind == Hypothesis::Solid && self.region.solid.is_none();
+        let bodies = candidate.bodies(self.region, self.options);
+        let Some(surface) = bodies.first().and_then(|b| b.grid.level_set()).filter(|_| is_free) else {
+            return Ok(());
+        };
+        let others: Vec<IndexGrid<f32>> = at.others.iter().map(|b| b.grid.clone()).collect();
+        let (run, share) = (&self.options.run, 1.0 / regions as f64);
+        let time = Duration::try_from_secs_f64(share * MOST_REFINING * 60.0 * run.minutes).ok();
+        let until = time.filter(|t| !t.is_zero()).and_then(|t| Instant::now().checked_add(t));
+        let refiner = Refiner {
+            backend: at.backend,
+            marching: at.marching,
+            photographs: &self.seen.learned,
+            outlines: at.tangents,
+            axis: self.region.axis,
+            others: &others,
+            optics: self.options.optics(),
+            effort: if run.minutes > 0.0 { 1.0 } else { (run.steps as f64 / REFINED_STEPS).min(1.0) },
+            until,
+        };
+        let found = refiner.refine(surface, candidate.values[0], watch)?;
+        if let Some((surface, index)) = found {
+            let mut better = candidate.clone();
+            better.values[0] = index;
+            better.refined = Some(Box::new(surface));
+            self.unrefined = self.standing.replace(better);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! Bodies of revolution that outlines leave open: what is seen through them tells.
+
+use super::hypotheses::{Body, SOLID};
+use super::look::{CONVINCING, JUDGED, Look, Seen, Standing, is_better};
+use super::region::Region;
+use super::shapes::Frustum;
+use crate::backend::Backend;
+use crate::cancel::Cancelled;
+use crate::events::{Task, Watch};
+use crate::evidence::{Detail, Unknown, first, mean, refined};
+use crate::initial::Site;
+use refraxel_core::LevelSet;
+
+/// A body that may be one of revolution is one if more is seen through that, whatever it is made of; so is one with straight sides.
+pub(super) fn revolve<B: Backend>(
+    at: &Standing<B>,
+    region: &mut Region,
+    seen: &Seen,
+    watch: &mut Watch,
+) -> Result<(), Cancelled> {
+    let turned = region.revolved.take().map(|r| *r);
+    // Outlines that no mask shows are rough.
+    let is_found = at.known.sampler.traces_found() && region.round.is_none();
+    if turned.is_none() && !is_found {
+        return Ok(());
+    }
+    let score = |region: &Region, watch: &mut Watch| {
+        let mut look = Look::new(region, seen, at.known.options);
+        look.choose(at, &[&SOLID], watch)?;
+        Ok(at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned))
+    };
+    let mut best = score(region, watch)?;
+    if mean(&best) > CONVINCING {
+        return Ok(());
+    }
+    let straight = upright(at, region, seen, is_found, watch)?;
+    for other in turned.into_iter().chain(straight) {
+        let scores = score(&other, watch)?;
+        if is_better(&scores, &best) {
+            (*region, best) = (other, scores);
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of an upright body with straight sides, and its index. Outlines that were found hardly tell how wide it is and how it stands.
+fn of_upright(is_found: bool) -> [Unknown; 7] {
+    let unknown = |name, first: &[f32], fine: [f32; 3], range| Unknown {
+        name,
+        first: first.to_vec(),
+        fine: fine.to_vec(),
+        range,
+    };
+    let place = |name| unknown(name, &[0.0], [0.1, 0.05, 0.025], [-0.5, 0.5]);
+    let tilts: &[f32] = if is_found { &[-0.07, 0.0, 0.07] } else { &[0.0] };
+    let tilt = |name| unknown(name, tilts, [0.06, 0.03, 0.015], [-0.3, 0.3]);
+    let widths: &[f32] = if is_found { &[0.7, 0.8, 0.9, 1.0, 1.1] } else { &[0.9, 1.0] };
+    [
+        unknown("index", &[1.2, 1.33, 1.5, 1.7], [0.05, 0.03, 0.015], [1.05, 2.5]),
+        unknown("width", widths, [0.05, 0.025, 0.0125], [0.4, 1.3]),
+        unknown("slope", &[0.0, 0.12], [0.08, 0.04, 0.02], [-0.4, 0.4]),
+        tilt("tilt"),
+        tilt("tilt across"),
+        place("place"),
+        place("place across"),
+    ]
+}
+
+/// An upright body with straight sides through which most is seen.
+fn upright<B: Backend>(
+    at: &Standing<B>,
+    region: &Region,
+    seen: &Seen,
+    is_found: bool,
+    watch: &mut Watch,
+) -> Result<Option<Region>, Cancelled> {
+    let (Some(surface), Some(up)) = (&region.surface, region.up) else { return Ok(None) };
+    let Some(rough) = Frustum::of(surface, up) else { return Ok(None) };
+    let options = at.known.options;
+    let sketch = region.sketch(options);
+    let Site { bounds, resolution, .. } = sketch.as_ref().unwrap_or(region).site;
+    let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
+    let mut tried = 0;
+    let mut score = |v: &[f32], detail: Detail, is_first: bool| {
+        tried += 1;
+        watch.progress(Task::SearchingIndex, tried, tried)?;
+        let shape = changed(v);
+        let surface = LevelSet::from_samples(bounds, resolution, |x| shape.distance(x));
+        let views = seen.at(is_first);
+        Ok(at.predicted(views, detail, vec![Body::sought(surface, v[0])]).scores(views))
+    };
+    let unknowns = of_upright(is_found);
+    let from = first(&unknowns, |v: &[f32], d| score(v, d, true))?;
+    let best = refined(&from, &unknowns, JUDGED, |v: &[f32], d| score(v, d, false))?;
+    let shape = changed(&best.values);
+    let (sunk, is_shared) = (region.sunk, region.is_shared);
+    let body = Region::body(region.site, |x| shape.distance(x), options);
+    Ok(Some(Region { axis: Some(shape.axis), up: Some(shape.axis.up), sunk, is_shared, ..body }))
+}
