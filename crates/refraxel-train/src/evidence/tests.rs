@@ -17,7 +17,7 @@ use refraxel_data::{Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, 
 const SIZE: u32 = 96;
 const RADIUS: f32 = 0.5;
 const VIEWS: usize = 12;
-const CUBE: Aabb<f32> = Aabb { min: vec3(-0.65, -0.65, -0.65), max: vec3(0.65, 0.65, 0.65) };
+pub(crate) const CUBE: Aabb<f32> = Aabb { min: vec3(-0.65, -0.65, -0.65), max: vec3(0.65, 0.65, 0.65) };
 
 /// A ball with waves on its surface.
 fn surface(waves: f32) -> LevelSet<f32> {
@@ -25,7 +25,7 @@ fn surface(waves: f32) -> LevelSet<f32> {
     LevelSet::from_samples(CUBE, [33; 3], phi)
 }
 
-fn medium(surface: LevelSet<f32>, index: f32) -> Refraction {
+pub(crate) fn medium(surface: LevelSet<f32>, index: f32) -> Refraction {
     let medium = Medium::new(vec![IndexGrid::sharp(surface, index)]).unwrap();
     Refraction { medium, states: Vec::new(), optics: Optics::default() }
 }
@@ -41,10 +41,11 @@ pub(crate) fn surroundings() -> Model {
     Model::straight(field, Background::Environment(map))
 }
 
-const MARCHING: Marching = Marching { step: 0.5, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
+pub(crate) const MARCHING: Marching =
+    Marching { step: 0.5, near: 0.0, min_optical_depth: 0.0, min_transmittance: 0.0 };
 
 /// The field of straight rays, and photographs of a true ball whose masks are those of a ball of `mask` times its radius.
-fn photographed(truth: Refraction, mask: f32) -> (CpuBackend, Photographs) {
+pub(crate) fn photographed(truth: Refraction, mask: f32) -> (CpuBackend, Photographs) {
     let mut backend = CpuBackend::new(surroundings());
     backend.set_medium(truth);
     let photograph = |k: usize| {

@@ -7,7 +7,7 @@ use super::shapes::Frustum;
 use crate::backend::Backend;
 use crate::cancel::Cancelled;
 use crate::events::{Task, Watch};
-use crate::evidence::{Detail, Unknown, first, mean, refined};
+use crate::evidence::{Detail, Scores, Unknown, first, mean, refined};
 use crate::initial::Site;
 use refraxel_core::LevelSet;
 
@@ -66,6 +66,20 @@ fn of_upright(is_found: bool) -> [Unknown; 7] {
     ]
 }
 
+/// Of upright bodies with straight sides the one that scores most, with its index. `score` is told whether it is asked for a first look.
+fn scanned(
+    rough: &Frustum,
+    is_found: bool,
+    mut score: impl FnMut((&Frustum, f32), Detail, bool) -> Result<Scores, Cancelled>,
+) -> Result<(Frustum, f32), Cancelled> {
+    let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
+    let unknowns = of_upright(is_found);
+    let from = first(&unknowns, |v: &[f32], detail| score((&changed(v), v[0]), detail, true))?;
+    let best =
+        refined(&from, &unknowns, JUDGED, |v: &[f32], detail| score((&changed(v), v[0]), detail, false))?;
+    Ok((changed(&best.values), best.values[0]))
+}
+
 /// An upright body with straight sides through which most is seen.
 fn upright<B: Backend>(
     at: &Standing<B>,
@@ -79,21 +93,48 @@ fn upright<B: Backend>(
     let options = at.known.options;
     let sketch = region.sketch(options);
     let Site { bounds, resolution, .. } = sketch.as_ref().unwrap_or(region).site;
-    let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
     let mut tried = 0;
-    let mut score = |v: &[f32], detail: Detail, is_first: bool| {
+    let (shape, _) = scanned(&rough, is_found, |(shape, index), detail, is_first| {
         tried += 1;
         watch.progress(Task::SearchingIndex, tried, tried)?;
-        let shape = changed(v);
         let surface = LevelSet::from_samples(bounds, resolution, |x| shape.distance(x));
         let views = seen.at(is_first);
-        Ok(at.predicted(views, detail, vec![Body::sought(surface, v[0])]).scores(views))
-    };
-    let unknowns = of_upright(is_found);
-    let from = first(&unknowns, |v: &[f32], d| score(v, d, true))?;
-    let best = refined(&from, &unknowns, JUDGED, |v: &[f32], d| score(v, d, false))?;
-    let shape = changed(&best.values);
+        Ok(at.predicted(views, detail, vec![Body::sought(surface, index)]).scores(views))
+    })?;
     let (sunk, is_shared) = (region.sunk, region.is_shared);
     let body = Region::body(region.site, |x| shape.distance(x), options);
     Ok(Some(Region { axis: Some(shape.axis), up: Some(shape.axis.up), sunk, is_shared, ..body }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::predict;
+    use crate::evidence::tests::{CUBE, MARCHING, medium, photographed};
+    use refraxel_core::{Vec3, vec3};
+
+    #[test]
+    fn an_upright_body_is_found_from_one_that_is_too_wide_and_leans() {
+        let up = vec3(0.0, 0.0, 1.0);
+        let cylinder = |radius: f32, up: Vec3<f32>| {
+            let across = move |x: Vec3<f32>| (x - up * up.dot(x)).length() - radius;
+            LevelSet::from_samples(CUBE, [33; 3], |x| across(x).max(up.dot(x).abs() - 0.4))
+        };
+        let (backend, photographs) = photographed(medium(cylinder(0.3, up), 1.4), 1.15);
+        let leaning = vec3(0.06, -0.05, 1.0).normalized();
+        let rough = Frustum::of(&cylinder(0.36, leaning), leaning).unwrap();
+        let score = |(shape, index): (&Frustum, f32), detail: Detail, _: bool| {
+            let surface = LevelSet::from_samples(CUBE, [33; 3], |x| shape.distance(x));
+            let of = predict(&backend, &MARCHING, &photographs, detail, &medium(surface, index));
+            Ok(of.scores(&photographs))
+        };
+        let before = mean(&score((&rough, 1.4), JUDGED, false).unwrap());
+        let (found, index) = scanned(&rough, false, score).unwrap();
+        let after = mean(&score((&found, index), JUDGED, false).unwrap());
+        assert!((index - 1.4).abs() < 0.02, "{index}");
+        let off =
+            [0.0, 0.2].map(|h| (found.distance(vec3(0.3, 0.0, h)), found.distance(vec3(0.0, -0.3, -h))));
+        assert!(off.iter().all(|(a, b)| a.abs() < 0.012 && b.abs() < 0.012), "{off:?} {found:?}");
+        assert!(before < 0.4 && after > 0.7, "{before} {after}");
+    }
 }
