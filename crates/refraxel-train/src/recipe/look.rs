@@ -130,9 +130,9 @@ impl Seen {
         Self { few, scanned, learned, aside }
     }
 
-    /// Few views for first numbers, more for finer ones.
-    pub(super) fn at(&self, is_first: bool) -> &Photographs {
-        if is_first { &self.few } else { &self.scanned }
+    /// Few views for first numbers of scans that take long, more for all else.
+    pub(super) fn at(&self, are_few: bool) -> &Photographs {
+        if are_few { &self.few } else { &self.scanned }
     }
 }
 
@@ -188,7 +188,7 @@ impl<'a> Look<'a> {
     ) -> Result<(), Cancelled> {
         let unknowns = |p: &Proposal| unknowns(p, self.region);
         // First numbers that must come near to what stands, and often do not, are looked at in few views.
-        let views = if self.standing.is_some() { &self.seen.few } else { &self.seen.scanned };
+        let views = self.seen.at(self.standing.is_some());
         let mut shapes = Shapes::default();
         let mut least = f64::NEG_INFINITY;
         let mut best: Option<Best> = None;

@@ -66,10 +66,9 @@ impl Look<'_> {
             bodies.iter().map(|b| Body { grid: without_bending(&b.grid), ..b.clone() }).collect()
         };
         let plain = self.unrefined.as_ref().unwrap_or(candidate).bodies(place, self.options);
-        let in_learned = [unbent(&plain), plain].map(|bodies| {
-            let medium = at.medium(bodies);
-            predict(at.backend, &at.marching, &self.seen.learned, JUDGED, &medium).scores(&self.seen.learned)
-        });
+        let learned = &self.seen.learned;
+        let in_learned =
+            [unbent(&plain), plain].map(|bodies| at.predicted(learned, JUDGED, bodies).scores(learned));
         let in_learned = in_learned[1].above(&in_learned[0]);
         let bodies = candidate.bodies(place, self.options);
         let straight = unbent(&bodies);
