@@ -25,13 +25,9 @@ docs:
 bench:
     cargo run --release -- bench
 
-# Damaged and hostile files, kills and signals for so many minutes; what is found lies below campaign/
-campaign minutes="60": campaign-programs
-    "${CARGO_TARGET_DIR:-target}"/debug/campaign all {{minutes}}
-
-[private]
-campaign-programs:
-    cargo build -p refraxel -p refraxel-campaign
+# So many damages of each file that is read
+damage cases="1000":
+    PROPTEST_CASES={{cases}} cargo test --workspace --test robustness --test damage
 
 # The viewer's page, after a change in viewer/ (needs node)
 page:

@@ -74,6 +74,7 @@ export class Panel {
   private readonly straight: HTMLInputElement;
   private readonly name = el("h1", {}, "refraxel");
   private readonly message = el("p", { class: "message", role: "status" });
+  private readonly verdict = section("Verdict");
   private readonly media = section("Index of refraction");
   private readonly ray = section("Ray");
   private readonly rayBody = el("div");
@@ -116,6 +117,7 @@ export class Panel {
       header,
       this.message,
       this.training.element,
+      this.verdict,
       section("Layer", this.layers.element, straight),
       this.media,
       this.ray,
@@ -219,6 +221,7 @@ export class Panel {
       ["refractive regions", scene.regions.map((r) => `n = ${r.index.toFixed(3)}${r.sharp ? "" : ", graded"}`).join("; ") || "none"],
     ];
     this.scene.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+    this.showVerdict(scene);
     this.surfaces!.hidden = !bends;
     const hidden = { index: !bends, normal: !bends, reflection: !scene.reflects, transmission: !scene.reflects };
     this.straight.parentElement!.hidden = !bends;
@@ -234,6 +237,18 @@ export class Panel {
     this.photoSection.hidden = scene.views.length === 0;
     this.sliceSection.hidden = scene.regions.length === 0;
     this.update();
+  }
+
+  /** What was decided, and the picture that convinced; a run that raced instead has no such picture. */
+  private showVerdict({ verdict, step }: Scene): void {
+    this.verdict.hidden = !verdict;
+    if (!verdict) return;
+    const picture = el("img", { class: "evidence", src: `evidence.png?${step}`, alt: "Photograph, straight through, and prediction" });
+    const link = el("a", { href: picture.src, target: "_blank", title: "The whole picture" }, picture);
+    link.hidden = true;
+    picture.addEventListener("load", () => (link.hidden = false));
+    const lines = verdict.split("\n").map((line) => el("p", { class: "hint" }, line));
+    this.verdict.replaceChildren(this.verdict.firstElementChild!, ...lines, link);
   }
 
   private takeMedia(scene: Scene): void {

@@ -38,6 +38,8 @@ export interface View {
 export interface Scene {
   name: string;
   step: number;
+  /** What was decided about each refractive region, a line each. */
+  verdict: string | null;
   min: Vec3;
   max: Vec3;
   up: Vec3;

@@ -2,10 +2,10 @@
 //! decided.
 
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
-use crate::error::Size;
 use crate::masks::MaskFile;
 use crate::parsed::{Frame, Origin, ParsedDataset};
 use crate::photo::{self, Header};
+use crate::size::Size;
 use crate::synth::IndexTruth;
 use crate::{
     Backdrop, DataError, Dataset, Format, MaskMeaning, NamedCamera, OpenOptions, PhotoSource, Problem, View,

@@ -1,7 +1,7 @@
 //! What a usable camera and a usable set of cameras have, wherever they come from.
 
 use crate::Problem;
-use crate::error::Size;
+use crate::size::Size;
 use refraxel_core::{Camera, Lens};
 
 /// Fewest views that a scene can be reconstructed from.

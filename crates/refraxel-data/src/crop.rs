@@ -1,7 +1,7 @@
 //! Photographs without their borders: frames, dates and lens caps teach nothing.
 
-use crate::error::Size;
 use crate::reduce::size_of;
+use crate::size::Size;
 use crate::{DataError, Image, Mask, Photo, PhotoSource, Pixels, Stored, View};
 use refraxel_core::Camera;
 use std::fmt;

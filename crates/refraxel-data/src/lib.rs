@@ -31,6 +31,7 @@ mod pose;
 mod reduce;
 mod region;
 mod root;
+mod size;
 mod split;
 pub mod synth;
 mod volume;
@@ -41,7 +42,7 @@ pub use dataset::{
     Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split,
     Stored, View,
 };
-pub use error::{DataError, MemoryError, PoseFault, Size, ViewFault};
+pub use error::{DataError, MemoryError, ViewFault};
 pub use formats::colmap::{ColmapModel, colmap_models};
 pub use image::{BadPixel, Image, Mask, Pixels};
 pub use index_source::{INDICES, IndexSource, IndexSourceError};
@@ -52,6 +53,8 @@ pub use mesh_file::read_mesh;
 pub use open::open_cameras;
 pub use options::OpenOptions;
 pub use photo::{load_mask_of, load_photo};
+pub use pose::PoseFault;
 pub use reduce::Reduction;
 pub use region::{OutOfScale, Region, check_scale, scene_region};
+pub use size::Size;
 pub use volume::IndexVolume;

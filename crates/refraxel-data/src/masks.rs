@@ -1,7 +1,7 @@
 //! Masks of parsed datasets: where they are, and what their white means.
 
-use crate::error::Size;
 use crate::parsed::{Frame, ParsedDataset, StatedMask};
+use crate::size::Size;
 use crate::{DataError, Format, MaskMeaning, OpenOptions, Problem, View, photo};
 use rayon::prelude::*;
 use refraxel_core::Camera;
@@ -40,7 +40,7 @@ pub(crate) fn find_all(
     let found = found.into_iter().collect::<Result<Vec<_>, DataError>>()?;
     // Masks of unknown meaning are looked at, all together, unless somebody says what they mean.
     let is_open = |stated: StatedMask| match stated {
-        StatedMask::Known(_) => false,
+        StatedMask::Context(_) => false,
         StatedMask::Open => !refractive && parsed.format != Format::Blender,
         StatedMask::Shown => true,
     };
@@ -50,7 +50,7 @@ pub(crate) fn find_all(
     let white = white_share(&open)?;
     let shown = meaning_of(white);
     let concluded = |stated: StatedMask| match stated {
-        StatedMask::Known(meaning) => meaning,
+        StatedMask::Context(meaning) => meaning,
         _ if is_open(stated) => shown,
         _ => MaskMeaning::Refractive,
     };
@@ -119,11 +119,11 @@ fn in_usual_place(parsed: &ParsedDataset, image: &Path) -> Option<(PathBuf, Stat
     };
     let [first, second] = names_beside(stem);
     let beside = [first, second, format!("{name}.mask.png")];
-    let glass = in_folder("glass_masks", StatedMask::Known(MaskMeaning::Refractive));
+    let glass = in_folder("glass_masks", StatedMask::Context(MaskMeaning::Refractive));
     let open = beside.map(|n| (folder.join(n), StatedMask::Open));
     let candidates = glass.chain(in_folder("masks", StatedMask::Open)).chain(open);
     let dynamic = folder.join(format!("dynamic_mask_{stem}.png"));
-    let ignore = std::iter::once((dynamic, StatedMask::Known(MaskMeaning::Ignore)));
+    let ignore = std::iter::once((dynamic, StatedMask::Context(MaskMeaning::Ignore)));
     candidates.chain(ignore).find(|(path, _)| path != image && path.is_file() && parsed.root.contains(path))
 }
 

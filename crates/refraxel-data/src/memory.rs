@@ -1,8 +1,9 @@
 //! Datasets made of arrays, without a file: what importers check is checked here too.
 
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
-use crate::error::{MemoryError, Size, ViewFault};
+use crate::error::{MemoryError, ViewFault};
 use crate::image::bad_pixel;
+use crate::size::Size;
 use crate::{
     Backdrop, DataError, Dataset, Format, Image, Mask, MaskMeaning, Photo, PhotoSource, Pixels, Split, View,
     masks, pose,

@@ -1,7 +1,7 @@
 //! What an importer reads: everything that the files of a dataset state, before images are looked at and poses are
 //! checked.
 
-use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, camera, error::Size, root::Root};
+use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, camera, root::Root, size::Size};
 use refraxel_core::{Aabb, Camera, Lens, Pose, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -70,7 +70,7 @@ pub(crate) struct Origin {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum StatedMask {
     /// The key or the folder has one meaning everywhere.
-    Known(MaskMeaning),
+    Context(MaskMeaning),
     /// It depends on the dataset.
     Open,
     /// It depends on the masks: tools write what to use and what an object covers under the same key.

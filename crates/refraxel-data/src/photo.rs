@@ -1,8 +1,8 @@
 //! Image files to pixels: PNG, JPEG and EXR, colour, alpha and masks.
 
-use crate::error::Size;
 use crate::image::bad_pixel;
 use crate::reduce::size_of;
+use crate::size::Size;
 use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, jpeg, limits};
 use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use ::image::metadata::Orientation;

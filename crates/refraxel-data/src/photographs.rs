@@ -1,7 +1,7 @@
 //! Plain photographs: a folder without poses, the masks that belong to it, and pixels that are stored upright.
 
-use crate::error::Size;
 use crate::image::Mask;
+use crate::size::Size;
 use crate::{DataError, MaskMeaning, formats, masks, photo};
 use std::path::{Path, PathBuf};
 

@@ -1,14 +1,41 @@
 //! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is refused with its reason.
 
-use crate::error::PoseFault;
 use refraxel_core::{Mat3, Pose, Vec3};
 
 /// Largest |RᵀR − 1| that is repaired without a note: single precision with some digits lost in text.
 const EXACT: f64 = 1e-5;
 /// Largest coordinate of a camera [scene unit]: its cube is a number in single precision, too.
-pub(crate) const FARTHEST: f64 = 1e12;
+const FARTHEST: f64 = 1e12;
 /// Largest |RᵀR − 1| that is repaired.
 const REPAIRABLE: f64 = 1e-2;
+
+/// Why a matrix is not a camera pose.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PoseFault {
+    /// An entry is NaN or infinite.
+    #[error("the pose has an entry that is not a finite number")]
+    NotFinite,
+    /// The camera is too far away.
+    #[error(
+        "the camera stands {0:.1e} scene units from the origin, at most {farthest:.0e} can be computed with; choose another unit of length",
+        farthest = FARTHEST
+    )]
+    TooFar(f64),
+    /// The rotation contains a reflection.
+    #[error("the rotation has determinant {0:.3}: it mirrors the world (one axis has the wrong sign)")]
+    Mirrored(f64),
+    /// No rotation can be extracted.
+    #[error("the rotation is singular (determinant {0:.1e})")]
+    Singular(f64),
+    /// The rotation contains scale or shear.
+    #[error(
+        "the rotation is {0:.2e} away from orthonormal (at most 1e-2 is repaired): it contains scale or shear"
+    )]
+    NotRotation(f64),
+    /// A quaternion that is not of unit length.
+    #[error("the quaternion has length {0:.4}; expected 1")]
+    Quaternion(f64),
+}
 
 /// A pose that is a rigid motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! Which adapters a machine has, and which one is meant.
 
-use crate::{DeviceChoice, GpuError};
+use crate::error::GpuError;
+use refraxel_train::device::DeviceChoice;
 use serde::Serialize;
 
 /// What an adapter is made of.
@@ -84,7 +85,7 @@ pub(crate) fn describe(number: usize, adapter: &wgpu::Adapter) -> Adapter {
         kind: kind(info.device_type),
         api: info.backend.to_string(),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-        memory: crate::heap::memory(adapter),
+        memory: crate::adapter_memory::memory(adapter),
         max_binding: limits.max_storage_buffer_binding_size,
         max_buffer: limits.max_buffer_size,
         max_bindings: limits.max_storage_buffers_per_shader_stage,

@@ -1,12 +1,13 @@
 //! What kernels are told of rays that may bend, where their paths are kept, and the dispatches that follow them.
 
+use crate::bodies;
+use crate::caches;
 use crate::constants::{STATUS_CUT, STATUS_LONGEST, STATUS_OVER, STATUS_REFLECTIONS, STATUS_WORDS};
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
-use crate::pools::workgroups;
-use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
-use refraxel_core::optics::Weight;
 use refraxel_train::backend::{Marching, Objective};
 use refraxel_train::model::{MAX_SEGMENTS, Model};
 
@@ -37,7 +38,6 @@ pub(crate) struct Bending {
     replay: u32,
     most_segments: u32,
     is_smooth: u32,
-    plain_product: u32,
     strengths_from: u32,
     least_weight: f32,
     coat_index: f32,
@@ -45,17 +45,16 @@ pub(crate) struct Bending {
 
 impl Bending {
     /// Rays that are shown, and keep nothing but where they stand.
-    pub(crate) fn shown(gpu: &Gpu, model: &Model, marching: &Marching, rays: usize) -> Self {
+    pub(crate) fn shown(device: &Device, model: &Model, marching: &Marching, rays: usize) -> Self {
         let regions = model.refraction.medium.regions();
         Self {
             rays: rays as u32,
             taps: 4,
             regions: regions.len() as u32,
-            replay: gpu.replay() as u32,
+            replay: device.replay() as u32,
             most_segments: MAX_SEGMENTS as u32,
             is_smooth: regions.iter().any(|r| r.level_set().is_none()).into(),
-            plain_product: (model.refraction.optics.weight == Weight::Gradient).into(),
-            strengths_from: crate::reflections::coefficients(model) as u32,
+            strengths_from: caches::coefficients(model) as u32,
             least_weight: marching.min_optical_depth,
             coat_index: model.clearcoat.as_ref().map_or(1.0, |c| c.ior),
             ..Self::default()
@@ -69,7 +68,7 @@ impl Bending {
 
     /// What is learned from paths, so many of which are kept at a time. Adjoints count whole unless they are `clipped`.
     pub(crate) fn learning(
-        gpu: &Gpu,
+        device: &Device,
         objective: &Objective,
         model: &Model,
         keeps: usize,
@@ -83,8 +82,8 @@ impl Bending {
             weight: objective.bent_weight,
             silhouette: index.map_or(0.0, |o| o.silhouette),
             clip: index.filter(|_| clipped).map_or(f32::MAX, |o| o.clip.min(f32::MAX)),
-            absorption_from: crate::bodies::coefficients(&model.refraction) as u32,
-            ..Self::shown(gpu, model, &objective.marching, 0)
+            absorption_from: bodies::coefficients(&model.refraction) as u32,
+            ..Self::shown(device, model, &objective.marching, 0)
         }
     }
 
@@ -110,24 +109,24 @@ pub(crate) struct Paths {
 impl Paths {
     /// Make room for the paths of so many rays, or for as many of them as are kept at a time: one checkpoint before every block of
     /// segments, and one for where they stand.
-    pub(crate) fn fit(&mut self, gpu: &Gpu, rays: usize) -> Result<(), GpuError> {
-        let replay = gpu.replay();
+    pub(crate) fn fit(&mut self, device: &Device, rays: usize) -> Result<(), GpuError> {
+        let replay = device.replay();
         let bytes = ((MAX_SEGMENTS.div_ceil(replay) + 1) * CHECKPOINT_BYTES) as u64;
-        let most = (KEPT.min(gpu.binding_limit()) / bytes) as usize;
+        let most = (KEPT.min(device.binding_limit()) / bytes) as usize;
         let keeps = rays.clamp(1, most.max(1));
         if keeps > self.keeps {
-            self.buffers.zeros(gpu, "checkpoints", keeps as u64 * bytes)?;
-            self.buffers.zeros(gpu, "ways", (keeps * WAY_BYTES) as u64)?;
-            self.buffers.zeros(gpu, "steps", (keeps * replay * STEP_BYTES) as u64)?;
+            self.buffers.zeros(device, "checkpoints", keeps as u64 * bytes)?;
+            self.buffers.zeros(device, "ways", (keeps * WAY_BYTES) as u64)?;
+            self.buffers.zeros(device, "steps", (keeps * replay * STEP_BYTES) as u64)?;
             self.keeps = keeps;
         }
         Ok(())
     }
 
     /// Room for where the paths of so many rays stand.
-    pub(crate) fn standing(gpu: &Gpu, rays: usize) -> Result<Self, GpuError> {
+    pub(crate) fn standing(device: &Device, rays: usize) -> Result<Self, GpuError> {
         let mut buffers = Buffers::default();
-        buffers.zeros(gpu, "checkpoints", (rays * CHECKPOINT_BYTES) as u64)?;
+        buffers.zeros(device, "checkpoints", (rays * CHECKPOINT_BYTES) as u64)?;
         Ok(Self { buffers, keeps: 0 })
     }
 }
@@ -145,7 +144,7 @@ pub(crate) struct Followed {
 /// needed nobody knows before: first half as many again are sent as were needed `before`, then growing numbers, and the device is asked in
 /// between.
 pub(crate) fn follow(
-    gpu: &Gpu,
+    device: &Device,
     kernel: &Kernel,
     of: &[&Buffers],
     portion: &Bending,
@@ -155,36 +154,42 @@ pub(crate) fn follow(
     let (Some(paths), Some(model)) = (find("checkpoints"), find("status")) else {
         unreachable!("paths have a place where they stand, and the device one to tell of them")
     };
-    model.write(gpu, "bending", &[*portion]);
-    model.write_at(gpu, "status", 4 * u64::from(STATUS_OVER), &[0_u32; 2]);
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    model.write(device, "bending", &[*portion]);
+    model.write_at(device, "status", 4 * u64::from(STATUS_OVER), &[0_u32; 2]);
+    let mut encoder = device.encoder();
     paths.clear(&mut encoder, "checkpoints", (portion.rays as usize * CHECKPOINT_BYTES) as u64);
     let mut dispatches = (before + before / 2).clamp(1, MOST_DISPATCHES);
     loop {
-        kernel.run_often(gpu, &mut encoder, of, workgroups(portion.rays as usize), dispatches);
-        gpu.queue.submit([encoder.finish()]);
-        let status: Vec<u32> = model.read(gpu, "status", STATUS_WORDS as usize)?;
+        kernel.run_often(device, &mut encoder, of, portion.rays as usize, dispatches);
+        device.submit(encoder);
+        let status: Vec<u32> = model.read(device, "status", STATUS_WORDS as usize)?;
         if status[STATUS_CUT as usize] != 0 {
-            return Err(GpuError::cut_short(gpu));
+            return Err(device.cut_short());
         }
         if status[STATUS_OVER as usize] >= portion.rays {
             let longest = status[STATUS_LONGEST as usize] as usize;
             return Ok(Followed {
-                dispatches: longest.div_ceil(gpu.replay()),
+                dispatches: longest.div_ceil(device.replay()),
                 reflections: status[STATUS_REFLECTIONS as usize] as usize,
             });
         }
-        encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder = device.encoder();
         dispatches = (2 * dispatches).min(MOST_DISPATCHES);
     }
 }
 
 /// Follow them back, given what [`follow`] has returned.
-pub(crate) fn follow_back(gpu: &Gpu, kernel: &Kernel, of: &[&Buffers], portion: &Bending, blocks: usize) {
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+pub(crate) fn follow_back(
+    device: &Device,
+    kernel: &Kernel,
+    of: &[&Buffers],
+    portion: &Bending,
+    blocks: usize,
+) {
+    let mut encoder = device.encoder();
     if let Some(paths) = of.iter().find(|buffers| buffers.get("ways").is_some()) {
         paths.clear(&mut encoder, "ways", u64::from(portion.rays) * WAY_BYTES as u64);
     }
-    kernel.run_often(gpu, &mut encoder, of, workgroups(portion.rays as usize), blocks.max(1));
-    gpu.queue.submit([encoder.finish()]);
+    kernel.run_often(device, &mut encoder, of, portion.rays as usize, blocks.max(1));
+    device.submit(encoder);
 }

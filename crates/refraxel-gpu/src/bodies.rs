@@ -1,7 +1,8 @@
 //! What bends rays, as kernels read it: `Region` of `medium.wgsl`, `Lattice` of `lattice.wgsl`, coefficients and distances.
 
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::memory::Buffers;
-use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::transition;
@@ -103,7 +104,7 @@ impl Region {
 }
 
 /// Arrays with everything that kernels read of a medium, over those of one of the same shape.
-pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
+pub(crate) fn upload(device: &Device, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
     let (mut grids, mut regions) = (Grids::default(), Vec::new());
     for grid in refraction.medium.regions() {
         // h of theory (2.9).
@@ -124,20 +125,20 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Res
     grids.clearance.resize(grids.clearance.len().next_multiple_of(4), 0);
     let of_regions = |regions: usize| (regions * size_of::<Region>()) as u64;
     for (needed, most) in [
-        (4 * grids.coefficients.len() as u64, gpu.binding_limit()),
-        (grids.clearance.len() as u64, gpu.binding_limit()),
+        (4 * grids.coefficients.len() as u64, device.binding_limit()),
+        (grids.clearance.len() as u64, device.binding_limit()),
         (of_regions(regions.len()), of_regions(MAX_REGIONS)),
     ] {
         if needed > most {
-            return Err(GpuError::too_large(gpu, "the index of refraction", needed, most));
+            return Err(device.too_large("the index of refraction", needed, most));
         }
     }
     regions.resize(MAX_REGIONS, Region::default());
     grids.lattices.resize(2 * MAX_REGIONS, Lattice::default());
-    b.put(gpu, "regions", &regions)?;
-    b.put(gpu, "lattices", &grids.lattices)?;
-    b.put(gpu, "coefficients", &grids.coefficients)?;
-    b.put(gpu, "clearance", &grids.clearance)
+    b.put(device, "regions", &regions)?;
+    b.put(device, "lattices", &grids.lattices)?;
+    b.put(device, "coefficients", &grids.coefficients)?;
+    b.put(device, "clearance", &grids.clearance)
 }
 
 /// Coefficients of the index and of the level sets of all regions.

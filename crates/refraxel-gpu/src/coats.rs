@@ -1,9 +1,10 @@
 //! The clearcoat of opaque things on a device: `Coat` of `coats.wgsl`.
 
 use crate::constants::COATED;
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::memory::Buffers;
 use crate::task::Task;
-use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 
 /// What a straight ray ends at. The host reads where a mirrored ray begins, and writes what it shows.
@@ -24,9 +25,9 @@ pub(crate) struct Coat {
 }
 
 /// Make room for what the straight rays of a task end at, where there is a clearcoat.
-pub(crate) fn fit(gpu: &Gpu, b: &mut Buffers, task: &Task) -> Result<(), GpuError> {
+pub(crate) fn fit(device: &Device, b: &mut Buffers, task: &Task) -> Result<(), GpuError> {
     let rays = if task.wants & COATED == 0 { 1 } else { u64::from(task.rays) };
     let bytes = rays * size_of::<Coat>() as u64;
     let fits = b.get("coats").is_some_and(|coats| coats.size() >= bytes);
-    if fits { Ok(()) } else { b.zeros(gpu, "coats", bytes) }
+    if fits { Ok(()) } else { b.zeros(device, "coats", bytes) }
 }

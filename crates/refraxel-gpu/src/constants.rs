@@ -3,7 +3,7 @@
 use crate::bodies::{
     BODY, BODY_OF_PLANES, CUBIC_B_SPLINE, MAX_REGIONS, NO_BODY, TRILINEAR, TRILINEAR_OF_DIFFERENCES,
 };
-use crate::pools::Shape;
+use crate::shape::Shape;
 use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::index::{BORDER, BORDER_VALUE, CUTS, FLAT, NUDGE, TOUCH, VACUUM};

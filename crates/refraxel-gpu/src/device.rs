@@ -1,9 +1,8 @@
-//! An adapter that was opened: buffers, transfers, and what goes wrong.
+//! The device of an adapter: buffers, transfers, and what goes wrong.
 
-use crate::adapters::{choose, describe, enumerate};
-use crate::kernels::Kernels;
-use crate::pools::Shape;
-use crate::{Adapter, AdapterKind, DeviceChoice, GpuError};
+use crate::adapters::{Adapter, AdapterKind, choose, describe, enumerate};
+use crate::error::GpuError;
+use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,8 +10,6 @@ use wgpu::{BufferUsages, MapMode, PollType};
 
 /// Arrays that the largest kernel binds besides its pools, and the least number of pools.
 const LEAST_BINDINGS: u32 = 16;
-/// The limit that this concerns.
-pub(crate) const STORAGE_BUFFERS: &str = "the number of storage buffers of a kernel";
 /// Bytes that are read back at once.
 const STAGING: u64 = 32 << 20;
 /// Iterations of all loops of an invocation after which llvmpipe (Mesa) leaves them without a word.
@@ -23,11 +20,11 @@ const REPLAY: usize = 32;
 /// The same on software adapters, so that their limit of iterations is not met.
 const SOFTWARE_REPLAY: usize = 8;
 
-/// An adapter that was opened. Shared by the backends that use it.
+/// The device of an adapter that was opened. Clones are the same device.
 #[derive(Clone, Debug)]
-pub struct Gpu {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
+pub(crate) struct Device {
+    pub handle: wgpu::Device,
+    queue: wgpu::Queue,
     adapter: Adapter,
     /// Largest array that a kernel binds [byte].
     binding: u64,
@@ -35,8 +32,6 @@ pub struct Gpu {
     replay: usize,
     /// The first thing that went wrong.
     fault: Arc<Mutex<Option<GpuError>>>,
-    /// Kernels that were compiled, by what they were compiled for.
-    kernels: Arc<Mutex<Vec<Arc<Kernels>>>>,
     traffic: Arc<Counts>,
 }
 
@@ -70,9 +65,9 @@ struct Counts {
     waits: AtomicU64,
 }
 
-impl Gpu {
+impl Device {
     /// Open the adapter that is meant; `None` where that is the CPU.
-    pub fn open(choice: DeviceChoice) -> Result<Option<Self>, GpuError> {
+    pub(crate) fn open(choice: DeviceChoice) -> Result<Option<Self>, GpuError> {
         if choice == DeviceChoice::Cpu {
             return Ok(None);
         }
@@ -87,47 +82,42 @@ impl Gpu {
     fn of(found: &wgpu::Adapter, adapter: Adapter) -> Result<Self, GpuError> {
         let name = || adapter.name.clone();
         if adapter.max_bindings < LEAST_BINDINGS {
-            let (found, needed) = (adapter.max_bindings.into(), LEAST_BINDINGS.into());
-            let limit = STORAGE_BUFFERS;
-            return Err(GpuError::Unsuitable { adapter: name(), limit, found, needed });
+            return Err(GpuError::few_bindings(&adapter.name, adapter.max_bindings, LEAST_BINDINGS));
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("refraxel"),
             required_limits: found.limits(),
             ..wgpu::DeviceDescriptor::default()
         };
-        let (device, queue) = pollster::block_on(found.request_device(&descriptor))
+        let (handle, queue) = pollster::block_on(found.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
         let (fault, traffic) = (Arc::default(), Arc::default());
-        let (binding, kernels) = (adapter.max_binding, Arc::default());
+        let binding = adapter.max_binding;
         let replay = if adapter.kind == AdapterKind::Software { SOFTWARE_REPLAY } else { REPLAY };
-        let gpu = Self { device, queue, binding, replay, adapter, fault, kernels, traffic };
-        let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
-        gpu.device.set_device_lost_callback(move |_, reason| {
+        let device = Self { handle, queue, binding, replay, adapter, fault, traffic };
+        let (name, fault) = (device.adapter.name.clone(), Arc::clone(&device.fault));
+        device.handle.set_device_lost_callback(move |_, reason| {
             note(&fault, GpuError::Lost { adapter: name.clone(), reason });
         });
-        let (name, fault) = (gpu.adapter.name.clone(), Arc::clone(&gpu.fault));
-        gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        let (name, fault) = (device.adapter.name.clone(), Arc::clone(&device.fault));
+        device.handle.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             note(&fault, GpuError::Driver { adapter: name.clone(), reason: error.to_string() });
         }));
-        Ok(gpu)
+        Ok(device)
     }
 
     /// What was opened.
-    pub fn adapter(&self) -> &Adapter {
+    pub(crate) fn adapter(&self) -> &Adapter {
         &self.adapter
     }
 
-    /// The same device with smaller bindings, so that small scenes are split as large ones are on other devices.
-    #[must_use]
-    pub fn with_binding_limit(self, bytes: u64) -> Self {
+    /// The same device with smaller bindings.
+    pub(crate) fn with_binding_limit(self, bytes: u64) -> Self {
         Self { binding: bytes.min(self.binding), ..self }
     }
 
-    /// The same device with another number of segments per dispatch, at least 1: more than a software adapter takes, or as few as
-    /// it does.
-    #[must_use]
-    pub fn with_replay(self, segments: usize) -> Self {
+    /// The same device with another number of segments per dispatch, at least 1.
+    pub(crate) fn with_replay(self, segments: usize) -> Self {
         Self { replay: segments.clamp(1, MAX_SEGMENTS), ..self }
     }
 
@@ -147,7 +137,7 @@ impl Gpu {
     }
 
     /// The first thing that went wrong, after which nothing can be relied on.
-    pub fn fault(&self) -> Option<GpuError> {
+    pub(crate) fn fault(&self) -> Option<GpuError> {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -155,15 +145,30 @@ impl Gpu {
         note(&self.fault, error);
     }
 
-    /// The kernels of a shape.
-    pub(crate) fn kernels(&self, shape: Shape) -> Result<Arc<Kernels>, GpuError> {
-        let mut known = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kernels) = known.iter().find(|k| k.shape == shape) {
-            return Ok(Arc::clone(kernels));
-        }
-        let kernels = Arc::new(Kernels::new(self, shape)?);
-        known.push(Arc::clone(&kernels));
-        Ok(kernels)
+    /// The error that something needs so many bytes, and so many can be bound at most.
+    pub(crate) fn too_large(&self, what: &'static str, needed: u64, most: u64) -> GpuError {
+        GpuError::TooLarge { what, adapter: self.adapter.name.clone(), needed, most }
+    }
+
+    /// The error that the device left loops before their end.
+    pub(crate) fn cut_short(&self) -> GpuError {
+        let (adapter, most) = (self.adapter.name.clone(), self.iteration_limit().unwrap_or(0));
+        GpuError::CutShort { adapter, most }
+    }
+
+    /// Commands, to be [submitted](Self::submit).
+    pub(crate) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.handle.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    /// Enqueue commands, behind what was written before.
+    pub(crate) fn submit(&self, encoder: wgpu::CommandEncoder) {
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Send what was written: the driver keeps a copy until then.
+    pub(crate) fn flush(&self) {
+        self.queue.submit([]);
     }
 
     /// Size of a buffer for so many bytes: kernels cannot bind nothing, and copies move whole words.
@@ -179,9 +184,9 @@ impl Gpu {
         usage: BufferUsages,
     ) -> Result<wgpu::Buffer, GpuError> {
         let size = Self::padded(bytes);
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let scope = self.handle.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
-        let buffer = self.device.create_buffer(&descriptor);
+        let buffer = self.handle.create_buffer(&descriptor);
         match pollster::block_on(scope.pop()) {
             None => Ok(buffer),
             Some(_) => Err(GpuError::OutOfMemory {
@@ -199,7 +204,7 @@ impl Gpu {
     }
 
     /// What has travelled between host and device so far.
-    pub fn traffic(&self) -> Traffic {
+    pub(crate) fn traffic(&self) -> Traffic {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let Counts { written, read, waits } = &*self.traffic;
         Traffic { written: of(written), read: of(read), waits: of(waits) }
@@ -210,13 +215,13 @@ impl Gpu {
         let all = parts.iter().map(|(_, _, bytes)| bytes).sum();
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let gathered = self.buffer("gathered", all, usage)?;
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.encoder();
         let mut at = 0;
         for &(buffer, offset, bytes) in parts {
             encoder.copy_buffer_to_buffer(buffer, offset, &gathered, at, bytes);
             at += bytes;
         }
-        self.queue.submit([encoder.finish()]);
+        self.submit(encoder);
         let mut rest = &self.read(&gathered, all)?[..];
         let mut next = |bytes: u64| rest.split_off(..bytes as usize).unwrap_or_default().to_vec();
         Ok(parts.iter().map(|(_, _, bytes)| next(*bytes)).collect())
@@ -230,14 +235,14 @@ impl Gpu {
             self.buffer("staging", STAGING.min(bytes), BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
         for first in (0..bytes).step_by(STAGING as usize) {
             let part = STAGING.min(bytes - first);
-            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.encoder();
             encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, part.next_multiple_of(4));
-            self.queue.submit([encoder.finish()]);
+            self.submit(encoder);
             self.traffic.waits.fetch_add(1, Ordering::Relaxed);
             let failed = |reason: String| self.first_fault(reason);
             let slice = staging.slice(..part.next_multiple_of(4));
             slice.map_async(MapMode::Read, |_| ()); // a failure shows in the mapped range
-            self.device.poll(PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
+            self.handle.poll(PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
             let mapped = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
             out.extend_from_slice(&mapped[..part as usize]);
             drop(mapped);

@@ -1,7 +1,5 @@
 //! What can go wrong with a GPU.
 
-use crate::Gpu;
-
 /// Why a GPU cannot be used, or no longer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -106,15 +104,10 @@ pub enum GpuError {
 }
 
 impl GpuError {
-    /// The error that something needs so many bytes, and so many can be bound at most.
-    pub(crate) fn too_large(gpu: &Gpu, what: &'static str, needed: u64, most: u64) -> Self {
-        Self::TooLarge { what, adapter: gpu.adapter().name.clone(), needed, most }
-    }
-
-    /// The error that a device left loops before their end.
-    pub(crate) fn cut_short(gpu: &Gpu) -> Self {
-        let (adapter, most) = (gpu.adapter().name.clone(), gpu.iteration_limit().unwrap_or(0));
-        Self::CutShort { adapter, most }
+    /// The error that a kernel needs more arrays than an adapter of this name binds.
+    pub(crate) fn few_bindings(adapter: &str, found: u32, needed: u32) -> Self {
+        let limit = "the number of storage buffers of a kernel";
+        Self::Unsuitable { adapter: adapter.to_owned(), limit, found: found.into(), needed: needed.into() }
     }
 }
 

@@ -2,12 +2,13 @@
 
 use crate::bending::Bending;
 use crate::bodies;
+use crate::caches;
 use crate::constants::{OUTCOME_WORDS, STATUS_WORDS};
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::gates;
 use crate::memory::Buffers;
-use crate::pools::{Purpose, Shape};
-use crate::reflections;
-use crate::{Gpu, GpuError};
+use crate::shape::{Purpose, Shape};
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 use refraxel_core::field::DENSITY_PER_BOX;
@@ -98,7 +99,7 @@ pub(crate) fn texel_values(background: &Background<f32>) -> usize {
 
 /// Arrays with everything that kernels read of a field to show it; one bit of `occupied` per cell of each slot.
 pub(crate) fn upload_shown(
-    gpu: &Gpu,
+    device: &Device,
     shape: &Shape,
     model: &Model,
     occupied: &[u64],
@@ -106,21 +107,21 @@ pub(crate) fn upload_shown(
     let (field, map) = (&model.field, &model.field.map);
     let (voxels, stride) = (map.voxels(), field.degree.stride());
     let mut b = Buffers::default();
-    b.filled(gpu, "scene", &[Scene::of(model)])?;
-    b.zeros(gpu, "task", size_of::<crate::task::Task>() as u64)?;
-    b.zeros(gpu, "bending", size_of::<Bending>() as u64)?;
-    b.filled(gpu, "table", &table(map))?;
-    b.filled(gpu, "forward", map.forward_rows())?;
-    b.filled(gpu, "occupied", occupied)?;
-    b.filled(gpu, "density", &field.density[..])?;
+    b.filled(device, "scene", &[Scene::of(model)])?;
+    b.zeros(device, "task", size_of::<crate::task::Task>() as u64)?;
+    b.zeros(device, "bending", size_of::<Bending>() as u64)?;
+    b.filled(device, "table", &table(map))?;
+    b.filled(device, "forward", map.forward_rows())?;
+    b.filled(device, "occupied", occupied)?;
+    b.filled(device, "density", &field.density[..])?;
     for k in 0..shape.colour.pools {
         let range = shape.colour.range(k, voxels);
         let (name, colour) = (format!("colour_{k}"), &field.colour[range.start * stride..range.end * stride]);
         match shape.purpose {
-            Purpose::Learning => b.filled(gpu, &name, colour)?,
+            Purpose::Learning => b.filled(device, &name, colour)?,
             Purpose::Showing => {
                 let halves: Vec<f16> = colour.iter().map(|c| nearest_half(*c)).collect();
-                b.filled(gpu, &name, &halves)?;
+                b.filled(device, &name, &halves)?;
             }
         }
     }
@@ -128,49 +129,53 @@ pub(crate) fn upload_shown(
         Background::Constant(_) => &[][..],
         Background::Environment(map) => &map.texels[..],
     };
-    b.filled(gpu, "texels", texels)?;
+    b.filled(device, "texels", texels)?;
     Ok(b)
 }
 
 /// Arrays with everything that kernels read and write of a model.
 pub(crate) fn upload(
-    gpu: &Gpu,
+    device: &Device,
     shape: &Shape,
     model: &Model,
     optimiser: &Optimiser,
 ) -> Result<Buffers, GpuError> {
     let map = &model.field.map;
-    let mut b = upload_shown(gpu, shape, model, &optimiser.occupied)?;
+    let mut b = upload_shown(device, shape, model, &optimiser.occupied)?;
     let bricks: Vec<[u32; 3]> = (0..map.slots()).map(|s| map.brick_of(s as u32)).collect();
-    b.filled(gpu, "brick_of_slot", &bricks)?;
-    b.filled(gpu, "density_moment", &optimiser.density[..])?;
-    b.filled(gpu, "colour_moment", &optimiser.colour[..])?;
-    b.filled(gpu, "texel_moment", &optimiser.background)?;
+    b.filled(device, "brick_of_slot", &bricks)?;
+    b.filled(device, "density_moment", &optimiser.density[..])?;
+    b.filled(device, "colour_moment", &optimiser.colour[..])?;
+    b.filled(device, "texel_moment", &optimiser.background)?;
     for (name, bytes) in gradients(shape, model) {
-        b.zeros(gpu, &name, bytes)?;
+        b.zeros(device, &name, bytes)?;
     }
-    b.zeros(gpu, "status", 4 * u64::from(STATUS_WORDS))?;
-    b.zeros(gpu, "outcomes", 4 * (OUTCOME_WORDS * OUTCOMES) as u64)?;
-    upload_medium(gpu, &mut b, &model.refraction)?;
-    upload_mirrors(gpu, &mut b, model)?;
-    gpu.queue.submit([]);
-    gpu.fault().map_or(Ok(b), Err)
+    b.zeros(device, "status", 4 * u64::from(STATUS_WORDS))?;
+    b.zeros(device, "outcomes", 4 * (OUTCOME_WORDS * OUTCOMES) as u64)?;
+    upload_medium(device, &mut b, &model.refraction)?;
+    upload_mirrors(device, &mut b, model)?;
+    device.flush();
+    device.fault().map_or(Ok(b), Err)
 }
 
 /// Arrays with everything that kernels read and write of what bends rays.
-pub(crate) fn upload_medium(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
-    gates::upload(gpu, b, refraction)?;
+pub(crate) fn upload_medium(
+    device: &Device,
+    b: &mut Buffers,
+    refraction: &Refraction,
+) -> Result<(), GpuError> {
+    gates::upload(device, b, refraction)?;
     if refraction.is_none() {
         return Ok(());
     }
-    b.zeros(gpu, "index_gradient", 8 * bodies::gradient_len(refraction) as u64)?;
-    bodies::upload(gpu, b, refraction)
+    b.zeros(device, "index_gradient", 8 * bodies::gradient_len(refraction) as u64)?;
+    bodies::upload(device, b, refraction)
 }
 
 /// Arrays with everything that kernels read and write of what mirrors.
-pub(crate) fn upload_mirrors(gpu: &Gpu, b: &mut Buffers, model: &Model) -> Result<(), GpuError> {
-    b.zeros(gpu, "probe_gradient", 8 * reflections::gradient_len(model) as u64)?;
-    reflections::upload(gpu, b, model)
+pub(crate) fn upload_mirrors(device: &Device, b: &mut Buffers, model: &Model) -> Result<(), GpuError> {
+    b.zeros(device, "probe_gradient", 8 * caches::gradient_len(model) as u64)?;
+    caches::upload(device, b, model)
 }
 
 /// Names and sizes of the arrays that are 0 between two steps.
@@ -231,7 +236,7 @@ impl HostMoments {
 /// The model and the optimiser's state, read from a device; `held` is the model without its values, `moments` what the host has of
 /// the state.
 pub(crate) fn download(
-    gpu: &Gpu,
+    device: &Device,
     shape: &Shape,
     buffers: &Buffers,
     held: &Model,
@@ -240,12 +245,12 @@ pub(crate) fn download(
     let (map, degree) = (held.field.map.clone(), held.field.degree);
     let (voxels, stride) = (map.voxels(), degree.stride());
     let aligned = |name: &str| -> Result<AlignedVec<f32>, GpuError> {
-        Ok(AlignedVec::from_slice(&buffers.read::<f32>(gpu, name, voxels)?))
+        Ok(AlignedVec::from_slice(&buffers.read::<f32>(device, name, voxels)?))
     };
     let mut colour = AlignedVec::filled(voxels * stride, 0.0);
     for k in 0..shape.colour.pools {
         let range = shape.colour.range(k, voxels);
-        let part = buffers.read::<f32>(gpu, &format!("colour_{k}"), range.len() * stride)?;
+        let part = buffers.read::<f32>(device, &format!("colour_{k}"), range.len() * stride)?;
         colour[range.start * stride..range.end * stride].copy_from_slice(&part);
     }
     let field = VoxelField { domain: held.field.domain, map, degree, density: aligned("density")?, colour };
@@ -253,7 +258,7 @@ pub(crate) fn download(
     let background = match &held.background {
         Background::Constant(c) => Background::Constant(*c),
         Background::Environment(old) => {
-            let texels = buffers.read::<[f32; 3]>(gpu, "texels", texels)?;
+            let texels = buffers.read::<[f32; 3]>(device, "texels", texels)?;
             let map = EnvironmentMap::from_texels(old.height(), texels);
             Background::Environment(map.unwrap_or_else(|| old.clone()))
         }
@@ -262,8 +267,8 @@ pub(crate) fn download(
     let optimiser = Optimiser {
         density: aligned("density_moment")?,
         colour: aligned("colour_moment")?,
-        background: buffers.read(gpu, "texel_moment", texels)?,
-        occupied: buffers.read(gpu, "occupied", model.field.map.slots())?,
+        background: buffers.read(device, "texel_moment", texels)?,
+        occupied: buffers.read(device, "occupied", model.field.map.slots())?,
         index: moments.index.clone(),
         reflection: moments.reflection.clone(),
         clearcoat: moments.clearcoat.clone(),

@@ -1,8 +1,9 @@
 //! Which straight rays may bend, as kernels read it: `Gate` of `gate.wgsl`.
 
 use crate::constants::NONE;
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::memory::Buffers;
-use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_train::Refraction;
 
@@ -20,7 +21,7 @@ struct Gate {
 }
 
 /// Arrays with the gates of all regions.
-pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
+pub(crate) fn upload(device: &Device, b: &mut Buffers, refraction: &Refraction) -> Result<(), GpuError> {
     let (mut gates, mut bytes) = (Vec::new(), Vec::new());
     for (k, region) in refraction.medium.regions().iter().enumerate() {
         let gate = refraction.gate(k);
@@ -44,10 +45,10 @@ pub(crate) fn upload(gpu: &Gpu, b: &mut Buffers, refraction: &Refraction) -> Res
     // Kernels cannot bind less than one.
     gates.resize(gates.len().max(1), Gate::default());
     bytes.resize(bytes.len().next_multiple_of(4), 0);
-    if bytes.len() as u64 > gpu.binding_limit() {
-        let (needed, most) = (bytes.len() as u64, gpu.binding_limit());
-        return Err(GpuError::too_large(gpu, "which rays bend", needed, most));
+    if bytes.len() as u64 > device.binding_limit() {
+        let (needed, most) = (bytes.len() as u64, device.binding_limit());
+        return Err(device.too_large("which rays bend", needed, most));
     }
-    b.put(gpu, "gates", &gates)?;
-    b.put(gpu, "gate_bytes", &bytes)
+    b.put(device, "gates", &gates)?;
+    b.put(device, "gate_bytes", &bytes)
 }

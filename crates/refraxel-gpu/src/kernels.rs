@@ -1,13 +1,15 @@
 //! Compiled kernels.
 
+use crate::constants::WORKGROUP;
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::memory::Buffers;
-use crate::pools::Shape;
+use crate::shape::Shape;
 use crate::sources::{
     Access, COAT, COAT_VJP, CONCLUDE, FACE, FIND_REFLECTIONS, LEARN, LEARN_BENT, LEARN_COAT, MIRROR_LIGHT,
     MIRROR_VJP, OCCUPANCY, PEAK, PEAK_BENT, RENDER, RENDER_BENT, Source, UPDATE, UPDATE_BACKGROUND,
     VARIATION,
 };
-use crate::{Gpu, GpuError};
 use refraxel_core::ShDegree;
 use std::sync::OnceLock;
 
@@ -20,10 +22,10 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    pub(crate) fn new(gpu: &Gpu, source: &Source, shape: &Shape) -> Self {
-        let (device, label) = (&gpu.device, Some(source.entry));
+    pub(crate) fn new(device: &Device, source: &Source, shape: &Shape) -> Self {
+        let (handle, label) = (&device.handle, Some(source.entry));
         let text = source.compose(shape);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let module = handle.create_shader_module(wgpu::ShaderModuleDescriptor {
             label,
             source: wgpu::ShaderSource::Wgsl(text.into()),
         });
@@ -44,10 +46,10 @@ impl Kernel {
             };
         let entries: Vec<_> = names.iter().enumerate().map(entry).collect();
         let layout =
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            handle.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+        let pipeline = handle.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label,
-            layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            layout: Some(&handle.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label,
                 bind_group_layouts: &[Some(&layout)],
                 immediate_size: 0,
@@ -60,30 +62,30 @@ impl Kernel {
         Self { pipeline, layout, buffers: names.into_iter().map(|(name, _, _)| name).collect() }
     }
 
-    /// Run so many workgroups on the buffers of these names, found in the first that has one.
+    /// Run so many invocations on the buffers of these names, found in the first that has one.
     ///
     /// # Panics
     /// If none of them has a buffer that the kernel needs.
     pub(crate) fn run(
         &self,
-        gpu: &Gpu,
+        device: &Device,
         encoder: &mut wgpu::CommandEncoder,
         of: &[&Buffers],
-        workgroups: u32,
+        invocations: usize,
     ) {
-        self.run_often(gpu, encoder, of, workgroups, 1);
+        self.run_often(device, encoder, of, invocations, 1);
     }
 
     /// The same so many times, one after the other.
     pub(crate) fn run_often(
         &self,
-        gpu: &Gpu,
+        device: &Device,
         encoder: &mut wgpu::CommandEncoder,
         of: &[&Buffers],
-        workgroups: u32,
+        invocations: usize,
         times: usize,
     ) {
-        if workgroups == 0 {
+        if invocations == 0 {
             return;
         }
         let buffer = |name: &String| {
@@ -99,12 +101,13 @@ impl Kernel {
             }),
         };
         let entries: Vec<_> = self.buffers.iter().enumerate().map(entry).collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        let group = device.handle.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
             entries: &entries,
         });
-        let most = gpu.device.limits().max_compute_workgroups_per_dimension;
+        let most = device.handle.limits().max_compute_workgroups_per_dimension;
+        let workgroups = invocations.div_ceil(WORKGROUP as usize) as u32;
         let columns = workgroups.min(most);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
@@ -158,8 +161,8 @@ pub(crate) struct CoatKernels {
 }
 
 impl Kernels {
-    pub(crate) fn new(gpu: &Gpu, shape: Shape) -> Result<Self, GpuError> {
-        let kernel = |source| Kernel::new(gpu, source, &shape);
+    pub(crate) fn new(device: &Device, shape: Shape) -> Result<Self, GpuError> {
+        let kernel = |source| Kernel::new(device, source, &shape);
         let kernels = Self {
             shape,
             render: kernel(&RENDER),
@@ -174,43 +177,43 @@ impl Kernels {
             mirrors: OnceLock::new(),
             coat: OnceLock::new(),
         };
-        gpu.fault().map_or(Ok(kernels), Err)
+        device.fault().map_or(Ok(kernels), Err)
     }
 
     /// Those for rays that bend, which are compiled when they are first needed.
-    pub(crate) fn bent(&self, gpu: &Gpu) -> Result<&BentKernels, GpuError> {
-        let kernel = |source| Kernel::new(gpu, source, &self.shape);
+    pub(crate) fn bent(&self, device: &Device) -> Result<&BentKernels, GpuError> {
+        let kernel = |source| Kernel::new(device, source, &self.shape);
         let kernels = self.bent.get_or_init(|| BentKernels {
             render: kernel(&RENDER_BENT),
             learn: kernel(&LEARN_BENT),
             peak: kernel(&PEAK_BENT),
         });
-        gpu.fault().map_or(Ok(kernels), Err)
+        device.fault().map_or(Ok(kernels), Err)
     }
 
     /// Those for surfaces that mirror, which are compiled when they are first needed.
-    pub(crate) fn mirrors(&self, gpu: &Gpu) -> Result<&MirrorKernels, GpuError> {
+    pub(crate) fn mirrors(&self, device: &Device) -> Result<&MirrorKernels, GpuError> {
         // Caches have a degree of their own.
         let shape = Shape { degree: ShDegree::MAX, ..self.shape };
-        let kernel = |source| Kernel::new(gpu, source, &shape);
+        let kernel = |source| Kernel::new(device, source, &shape);
         let kernels = self.mirrors.get_or_init(|| MirrorKernels {
             find: kernel(&FIND_REFLECTIONS),
             mirror: kernel(&MIRROR_LIGHT),
             vjp: kernel(&MIRROR_VJP),
         });
-        gpu.fault().map_or(Ok(kernels), Err)
+        device.fault().map_or(Ok(kernels), Err)
     }
 
     /// Those for clearcoats, which are compiled when they are first needed.
-    pub(crate) fn coat(&self, gpu: &Gpu) -> Result<&CoatKernels, GpuError> {
+    pub(crate) fn coat(&self, device: &Device) -> Result<&CoatKernels, GpuError> {
         let shape = Shape { degree: ShDegree::MAX, ..self.shape };
-        let kernel = |source| Kernel::new(gpu, source, &shape);
+        let kernel = |source| Kernel::new(device, source, &shape);
         let kernels = self.coat.get_or_init(|| CoatKernels {
             face: kernel(&FACE),
             coat: kernel(&COAT),
             vjp: kernel(&COAT_VJP),
             learn: kernel(&LEARN_COAT),
         });
-        gpu.fault().map_or(Ok(kernels), Err)
+        device.fault().map_or(Ok(kernels), Err)
     }
 }

@@ -10,10 +10,12 @@
 //! **Sums are exact.** Gradients are added in fixed point of 64 bits (`shaders/fixed.wgsl`): the order in which rays arrive
 //! changes nothing, and the same input gives the same bits on one adapter.
 
+mod adapter_memory;
 mod adapters;
 mod backend;
 mod bending;
 mod bodies;
+mod caches;
 mod coats;
 mod constants;
 mod device;
@@ -21,21 +23,29 @@ mod drawing;
 mod error;
 mod field;
 mod gates;
-mod heap;
+mod gpu;
+mod gradients;
 mod kernels;
+mod learn;
+mod loaded;
 mod memory;
 mod photographs;
 mod pools;
+mod rays;
 mod reflections;
 mod renderer;
+mod shape;
 mod show;
 mod sources;
 mod step;
+mod sums;
 mod task;
+mod weights;
 
 pub use adapters::{Adapter, AdapterKind, adapters};
 pub use backend::GpuBackend;
-pub use device::{Gpu, Traffic};
+pub use device::Traffic;
 pub use error::{GpuError, Unsupported};
+pub use gpu::Gpu;
 pub use refraxel_train::device::DeviceChoice;
 pub use renderer::GpuRenderer;

@@ -1,6 +1,7 @@
 //! Named buffers.
 
-use crate::{Gpu, GpuError};
+use crate::device::Device;
+use crate::error::GpuError;
 use std::collections::HashMap;
 use wgpu::BufferUsages;
 
@@ -17,24 +18,24 @@ impl Buffers {
     }
 
     /// Add an array of zeros.
-    pub(crate) fn zeros(&mut self, gpu: &Gpu, name: &str, bytes: u64) -> Result<(), GpuError> {
+    pub(crate) fn zeros(&mut self, device: &Device, name: &str, bytes: u64) -> Result<(), GpuError> {
         let uniform =
             matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches" | "selection");
         let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
         let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-        self.0.insert(name.to_owned(), gpu.buffer(name, bytes, usage)?);
+        self.0.insert(name.to_owned(), device.buffer(name, bytes, usage)?);
         Ok(())
     }
 
     /// Add an array with these values.
     pub(crate) fn filled(
         &mut self,
-        gpu: &Gpu,
+        device: &Device,
         name: &str,
         values: &[impl bytemuck::NoUninit],
     ) -> Result<(), GpuError> {
-        self.zeros(gpu, name, size_of_val(values) as u64)?;
-        self.write(gpu, name, values);
+        self.zeros(device, name, size_of_val(values) as u64)?;
+        self.write(device, name, values);
         Ok(())
     }
 
@@ -45,19 +46,26 @@ impl Buffers {
         }
     }
 
+    /// Set an array to 0, if there is one.
+    pub(crate) fn clear_all(&self, encoder: &mut wgpu::CommandEncoder, name: &str) {
+        if let Some(buffer) = self.get(name) {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+    }
+
     /// Write an array of these values over the one of this name, or add it where that has another size.
     pub(crate) fn put(
         &mut self,
-        gpu: &Gpu,
+        device: &Device,
         name: &str,
         values: &[impl bytemuck::NoUninit],
     ) -> Result<(), GpuError> {
         match self.get(name) {
-            Some(buffer) if buffer.size() == Gpu::padded(size_of_val(values) as u64) => {
-                self.write(gpu, name, values);
+            Some(buffer) if buffer.size() == Device::padded(size_of_val(values) as u64) => {
+                self.write(device, name, values);
                 Ok(())
             }
-            _ => self.filled(gpu, name, values),
+            _ => self.filled(device, name, values),
         }
     }
 
@@ -65,12 +73,12 @@ impl Buffers {
     ///
     /// # Panics
     /// If there is no such array.
-    pub(crate) fn write(&self, gpu: &Gpu, name: &str, values: &[impl bytemuck::NoUninit]) {
+    pub(crate) fn write(&self, device: &Device, name: &str, values: &[impl bytemuck::NoUninit]) {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         for (k, part) in bytes.chunks(PORTION).enumerate() {
-            gpu.write(&self.0[name], (k * PORTION) as u64, part);
+            device.write(&self.0[name], (k * PORTION) as u64, part);
             if bytes.len() > PORTION {
-                gpu.queue.submit([]);
+                device.flush();
             }
         }
     }
@@ -79,28 +87,34 @@ impl Buffers {
     ///
     /// # Panics
     /// If there is no such array.
-    pub(crate) fn write_at(&self, gpu: &Gpu, name: &str, offset: u64, values: &[impl bytemuck::NoUninit]) {
-        gpu.write(&self.0[name], offset, bytemuck::cast_slice(values));
+    pub(crate) fn write_at(
+        &self,
+        device: &Device,
+        name: &str,
+        offset: u64,
+        values: &[impl bytemuck::NoUninit],
+    ) {
+        device.write(&self.0[name], offset, bytemuck::cast_slice(values));
     }
 
     /// Parts of arrays, each with its first byte and its size [byte], in one read-back. What is empty need not be there.
     pub(crate) fn read_parts<const N: usize>(
         &self,
-        gpu: &Gpu,
+        device: &Device,
         parts: [(&str, u64, usize); N],
     ) -> Result<[Vec<u8>; N], GpuError> {
         let wanted = |(name, offset, bytes): (&str, u64, usize)| {
             let buffer = self.get(name).filter(|_| bytes > 0)?;
             Some((buffer, offset, bytes as u64))
         };
-        let read = gpu.read_parts(&parts.map(wanted).into_iter().flatten().collect::<Vec<_>>())?;
+        let read = device.read_parts(&parts.map(wanted).into_iter().flatten().collect::<Vec<_>>())?;
         let mut rest = read.into_iter();
         Ok(parts.map(|part| wanted(part).and_then(|_| rest.next()).unwrap_or_default()))
     }
 
     /// One word of an array.
-    pub(crate) fn read_word(&self, gpu: &Gpu, name: &str, number: u32) -> Result<u32, GpuError> {
-        let [bytes] = self.read_parts(gpu, [(name, 4 * u64::from(number), 4)])?;
+    pub(crate) fn read_word(&self, device: &Device, name: &str, number: u32) -> Result<u32, GpuError> {
+        let [bytes] = self.read_parts(device, [(name, 4 * u64::from(number), 4)])?;
         Ok(bytemuck::pod_read_unaligned(&bytes))
     }
 
@@ -108,8 +122,13 @@ impl Buffers {
     ///
     /// # Panics
     /// If there is no such array.
-    pub(crate) fn read<T: bytemuck::Pod>(&self, gpu: &Gpu, name: &str, n: usize) -> Result<Vec<T>, GpuError> {
-        let bytes = gpu.read(&self.0[name], (n * size_of::<T>()) as u64)?;
+    pub(crate) fn read<T: bytemuck::Pod>(
+        &self,
+        device: &Device,
+        name: &str,
+        n: usize,
+    ) -> Result<Vec<T>, GpuError> {
+        let bytes = device.read(&self.0[name], (n * size_of::<T>()) as u64)?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 }

@@ -1,11 +1,12 @@
 //! Photographs in the memory of a device: 8 bits per channel where they have them, from which batches are drawn.
 
 use crate::constants::{NONE, words};
+use crate::device::Device;
+use crate::error::GpuError;
 use crate::kernels::Kernel;
 use crate::memory::Buffers;
-use crate::pools::{Purpose, Shape, Split};
+use crate::shape::{Purpose, Shape, Split};
 use crate::sources::DRAW;
-use crate::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::{ShDegree, Vec3};
 use refraxel_data::Pixels;
@@ -19,7 +20,7 @@ const SHARE: u64 = 2;
 
 /// Why a batch is not drawn on a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum OnHost {
+pub(crate) enum HostReason {
     #[error("photographs, masks and directions need {needed} byte there, and {most} are to be had")]
     TooLarge { needed: u64, most: u64 },
     #[error("its memory is exhausted")]
@@ -73,13 +74,13 @@ struct View {
 
 impl View {
     /// The same with what may change from step to step: its camera, its exposure, and whether it is kept aside.
-    fn now(self, picture: &Picture<'_>, is_aside: bool) -> Result<Self, OnHost> {
+    fn now(self, picture: &Picture<'_>, is_aside: bool) -> Result<Self, HostReason> {
         let camera = picture.camera;
         let axis = |k: usize| camera.world_from_camera.rotation.columns[k].cast::<f32>().to_array();
         let directions = match picture.directions() {
             Directions::Pinhole => NONE,
             Directions::Table(_) => self.directions,
-            Directions::Inverted => return Err(OnHost::Lenses),
+            Directions::Inverted => return Err(HostReason::Lenses),
         };
         Ok(Self {
             right: axis(0),
@@ -209,14 +210,14 @@ impl Layout {
     }
 
     /// How the words are cut into pools, if a device has room for them.
-    fn split(&self, gpu: &Gpu) -> Result<Split, OnHost> {
-        let split = Split::new(self.words as usize, 4, gpu.binding_limit());
-        let adapter = gpu.adapter();
+    fn split(&self, device: &Device) -> Result<Split, HostReason> {
+        let split = Split::new(self.words as usize, 4, device.binding_limit());
+        let adapter = device.adapter();
         let pools = u64::from(adapter.max_bindings.saturating_sub(OTHER_BINDINGS));
-        let most = (pools * gpu.binding_limit()).min(adapter.memory.map_or(u64::MAX, |m| m / SHARE));
+        let most = (pools * device.binding_limit()).min(adapter.memory.map_or(u64::MAX, |m| m / SHARE));
         let is_numbered = self.pixels < u64::from(NONE) && self.words < u64::from(NONE);
         if 4 * self.words > most || split.pools as u64 > pools || !is_numbered {
-            return Err(OnHost::TooLarge { needed: 4 * self.words, most: most.min(4 * u64::from(NONE)) });
+            return Err(HostReason::TooLarge { needed: 4 * self.words, most: most.min(4 * u64::from(NONE)) });
         }
         Ok(split)
     }
@@ -238,48 +239,48 @@ pub(crate) struct Photographs {
 
 impl Photographs {
     /// Take them there.
-    pub(crate) fn new(gpu: &Gpu, sampler: &RaySampler) -> Result<Self, OnHost> {
+    pub(crate) fn new(device: &Device, sampler: &RaySampler) -> Result<Self, HostReason> {
         if sampler.pictures().any(|p| matches!(p.directions(), Directions::Inverted)) {
-            return Err(OnHost::Lenses);
+            return Err(HostReason::Lenses);
         }
         let layout = Layout::of(sampler);
-        let split = layout.split(gpu)?;
+        let split = layout.split(device)?;
         let mut buffers = Buffers::default();
         for pool in 0..split.pools {
             let bytes = 4 * split.range(pool, layout.words as usize).len() as u64;
-            buffers.zeros(gpu, &format!("photographs_{pool}"), bytes).map_err(exhausted)?;
+            buffers.zeros(device, &format!("photographs_{pool}"), bytes).map_err(exhausted)?;
         }
-        buffers.zeros(gpu, "selection", size_of::<Selection>() as u64).map_err(exhausted)?;
+        buffers.zeros(device, "selection", size_of::<Selection>() as u64).map_err(exhausted)?;
         for (view, picture) in layout.views.iter().zip(sampler.pictures()) {
-            put(gpu, &buffers, split, view.pixels, &words_of(&picture, view.channels as usize));
+            put(device, &buffers, split, view.pixels, &words_of(&picture, view.channels as usize));
         }
         for (table, first) in &layout.tables {
             // Where the lens sees nothing: 0, which kernels can tell from a direction.
             let seen = |d: &Vec3<f32>| if d.is_finite() { d.to_array() } else { [0.0; 3] };
             let words: Vec<u32> = table.iter().flat_map(seen).map(f32::to_bits).collect();
-            put(gpu, &buffers, split, *first as u32, &words);
+            put(device, &buffers, split, *first as u32, &words);
         }
         // The degree of colours is nothing to photographs.
         let shape = Shape {
             photographs: split,
-            ..Shape::within(Purpose::Learning, ShDegree::MAX, 1, gpu.binding_limit())
+            ..Shape::within(Purpose::Learning, ShDegree::MAX, 1, device.binding_limit())
         };
-        let (kernel, edition) = (Kernel::new(gpu, &DRAW, &shape), sampler.photographs_edition().clone());
+        let (kernel, edition) = (Kernel::new(device, &DRAW, &shape), sampler.photographs_edition().clone());
         let (marks, pixels) = (Marks::default(), layout.pixels as u32);
         Ok(Self { edition, kernel, buffers, masks: None, marks, views: layout.views, pixels })
     }
 
     /// Bring up to date what has changed since the last batch.
-    pub(crate) fn update(&mut self, gpu: &Gpu, sampler: &RaySampler) -> Result<(), OnHost> {
+    pub(crate) fn update(&mut self, device: &Device, sampler: &RaySampler) -> Result<(), HostReason> {
         let mut views = self.views.clone();
         let has_new_masks = self.masks.as_ref() != Some(sampler.masks_edition());
         if has_new_masks {
             let marks = Marks::of(sampler, &mut views);
-            let (needed, most) = (4 * marks.words.len() as u64, gpu.binding_limit());
+            let (needed, most) = (4 * marks.words.len() as u64, device.binding_limit());
             if needed > most {
-                return Err(OnHost::TooLarge { needed, most });
+                return Err(HostReason::TooLarge { needed, most });
             }
-            self.buffers.put(gpu, "marks", &marks.words).map_err(exhausted)?;
+            self.buffers.put(device, "marks", &marks.words).map_err(exhausted)?;
             (self.marks.rows, self.marks.inside) = (marks.rows, marks.inside);
             self.masks = Some(sampler.masks_edition().clone());
         }
@@ -287,14 +288,14 @@ impl Photographs {
             *view = view.now(&picture, sampler.is_aside(k))?;
         }
         if has_new_masks || views != self.views {
-            self.buffers.put(gpu, "views", &views).map_err(exhausted)?;
+            self.buffers.put(device, "views", &views).map_err(exhausted)?;
             self.views = views;
         }
         Ok(())
     }
 
     /// Say which batch comes next, of rays that may bend in so many regions.
-    pub(crate) fn select(&self, gpu: &Gpu, draw: &Draw<'_>, regions: usize) {
+    pub(crate) fn select(&self, device: &Device, draw: &Draw<'_>, regions: usize) {
         let margin = match draw.selection {
             Selects::Outside(margin) => margin.min(NONE - 1),
             _ => NONE,
@@ -311,7 +312,7 @@ impl Photographs {
             transparent: draw.sampler.is_transparent().into(),
             ..Selection::default()
         };
-        self.buffers.write(gpu, "selection", &[selection]);
+        self.buffers.write(device, "selection", &[selection]);
     }
 
     /// Whether some photograph has another exposure than all have in common.
@@ -321,17 +322,17 @@ impl Photographs {
 }
 
 /// Write words across pools.
-fn put(gpu: &Gpu, buffers: &Buffers, split: Split, first: u32, words: &[u32]) {
+fn put(device: &Device, buffers: &Buffers, split: Split, first: u32, words: &[u32]) {
     let (mut at, mut rest) = (first as usize, words);
     while !rest.is_empty() {
         let (pool, within) = (at / split.voxels, at % split.voxels);
         let (part, others) = rest.split_at(rest.len().min(split.voxels - within));
-        buffers.write_at(gpu, &format!("photographs_{pool}"), 4 * within as u64, part);
-        gpu.queue.submit([]); // the driver keeps a copy until then
+        buffers.write_at(device, &format!("photographs_{pool}"), 4 * within as u64, part);
+        device.flush(); // the driver keeps a copy until then
         (at, rest) = (at + part.len(), others);
     }
 }
 
-fn exhausted(_: GpuError) -> OnHost {
-    OnHost::Exhausted
+fn exhausted(_: GpuError) -> HostReason {
+    HostReason::Exhausted
 }

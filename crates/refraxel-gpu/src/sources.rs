@@ -2,7 +2,8 @@
 
 use crate::bodies::MAX_REGIONS;
 use crate::constants::declarations;
-use crate::pools::{Shape, add, take};
+use crate::pools::{add, take};
+use crate::shape::Shape;
 use std::fmt::Write;
 
 /// How a kernel uses an array.
@@ -56,7 +57,7 @@ const TRACED: &[(&str, Access)] = &[
     ("clearance", Read),
 ];
 /// Takes the paths of rays further.
-const FOLLOW: &[&str] = shaders!["fixed", "checkpoint", "path", "stand"];
+const FOLLOW: &[&str] = shaders!["fixed", "checkpoint", "path", "path_state"];
 /// What that reads and writes.
 const FOLLOWED: &[(&str, Access)] = &[("checkpoints", Writes), ("status", Atomic)];
 /// What surfaces mirror, and the caches that they read.
@@ -490,7 +491,7 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pools::{Purpose, Split};
+    use crate::shape::{Purpose, Split};
     use naga::back::spv;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use refraxel_core::ShDegree;

@@ -7,7 +7,7 @@ use refraxel_train::evaluation::Part;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Stop, Until};
-use refraxel_train::{Backend, CpuBackend, Options};
+use refraxel_train::{CpuBackend, Options};
 
 /// A ball before white, striped by height, photographed from the k-th place around it.
 fn photograph(k: u32) -> PosedPhoto {
@@ -54,14 +54,14 @@ fn resume(model: Model, optimiser: Optimiser) -> GpuBackend {
 }
 
 /// PSNR of the held-out views at the end of a run [dB].
-fn finish<B: Backend>(mut session: Session<B>) -> f64 {
+fn finish(mut session: Session) -> f64 {
     assert_eq!(session.run(Until::finished(), &mut |_| {}).expect("a run"), Stop::Finished);
     let scores = session.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {}).expect("scores").scores;
     scores.psnr.expect("a score")
 }
 
 /// A run to the middle, saved.
-fn half<B: Backend>(mut session: Session<B>) -> Vec<u8> {
+fn half(mut session: Session) -> Vec<u8> {
     assert_eq!(session.run(Until::step(60), &mut |_| {}).expect("a run"), Stop::Reached);
     let mut saved = Vec::new();
     session.write(&mut saved).expect("memory");

@@ -1,8 +1,8 @@
 //! Cameras: poses, lenses and rays.
 
 use crate::arrays::{Array, of_vectors, shaped, values, vector};
-use crate::attended::for_each;
 use crate::errors::refused;
+use crate::interruptible::for_each;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use refraxel_core::{Lens, Mat3, Pose, Vec3, vec3};

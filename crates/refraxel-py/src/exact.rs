@@ -1,10 +1,10 @@
 //! The exact tracer and its scenes.
 
 use crate::arrays::{Array, Rays, of_vectors, shaped, vectors};
-use crate::attended::{attended, for_each, interruptible};
 use crate::camera::Camera;
 use crate::dataset::Dataset;
 use crate::errors::{cancelled, input, of_data, refused};
+use crate::interruptible::{for_each, interruptible, with_events};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use refraxel_data::limits::FRAMES;
@@ -66,7 +66,7 @@ pub fn synth(
     let reflection = self::reflection(reflection);
     let options = SynthOptions { size, views, seed, ior, spp, reflection, ..SynthOptions::new(scene, out) };
     let cancel = Cancel::new();
-    let made = attended(py, &cancel, None, |_| {
+    let made = with_events(py, &cancel, None, |_| {
         let goes_on =
             |_| if cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         synthesize(&options, &goes_on)

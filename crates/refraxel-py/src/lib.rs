@@ -1,23 +1,26 @@
 //! Python bindings of refraxel, the module `refraxel._refraxel`. `refraxel/_refraxel.pyi` documents what Python sees of it.
 //!
 //! Bindings are thin: arrays become the types of the libraries, a call of the libraries runs without the interpreter's lock,
-//! and its result becomes arrays. `attended` does this for calls that take long; `errors` turns failures into exceptions.
+//! and its result becomes arrays. `with_events` does this for calls that take long; `errors` turns failures into exceptions.
 
 #![allow(clippy::result_large_err)] // errors of the libraries become exceptions at once
 
 mod arrays;
-mod attended;
 mod camera;
 mod dataset;
 mod errors;
+mod evaluation;
 mod exact;
 mod folder;
+mod index_parameters;
+mod interruptible;
 mod json;
 mod medium;
 mod model;
 mod paths;
 mod rendering;
 mod run;
+mod run_methods;
 mod session;
 mod settings;
 mod sweep;

@@ -1,14 +1,12 @@
 //! Fields of the index of refraction and bodies, for tracing rays and for models.
 
-use crate::arrays::{Array, bounds, grid, grid_shape, of_vectors, shaped, vectors, x_fastest};
-use crate::attended::for_each;
+use crate::arrays::{Array, bounds, grid_shape, of_vectors, shaped, vectors, x_fastest};
 use crate::errors::{input, refused};
+use crate::interruptible::for_each;
 use crate::paths::Paths;
-use numpy::Element;
 use pyo3::prelude::*;
-use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{Integrator, Options};
-use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, LevelSet, Real, Vec3};
+use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, LevelSet, Vec3};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -213,38 +211,4 @@ impl Medium {
         let options = Options { integrator, step, max_segments, ..Options::default() };
         Paths::trace(py, Arc::clone(&self.0), domain, options, (&origins, &directions))
     }
-}
-
-/// dLoss/d(index and surface of each region), by their names. That by a node's n follows from the coefficient w = n²/2:
-/// d_n = n d_w; that by the one index of a body is the sum.
-pub fn entries<T: Real + Element>(
-    py: Python<'_>,
-    medium: &refraxel_core::Medium<T>,
-    gradient: MediumGradient<T>,
-) -> PyResult<Vec<(String, Py<PyAny>)>> {
-    let mut all = Vec::new();
-    for (k, ((region, by_index), by_surface)) in
-        medium.regions().iter().zip(gradient.index).zip(gradient.level_set).enumerate()
-    {
-        let by_index: Vec<T> = indices(region).zip(by_index).map(|(n, d)| n * d).collect();
-        let by_index = match one_index(region) {
-            Some(_) => shaped(py, vec![by_index.into_iter().sum::<T>()], &[])?,
-            None => grid(py, by_index, region.domain().resolution)?,
-        };
-        all.push((format!("index.{k}"), by_index));
-        if let Some(level) = region.level_set() {
-            all.push((format!("surface.{k}"), grid(py, by_surface, level.domain().resolution)?));
-        }
-    }
-    Ok(all)
-}
-
-/// n = √(2w) of the coefficients of a region.
-pub fn indices<T: Real>(region: &IndexGrid<T>) -> impl Iterator<Item = T> + '_ {
-    region.coefficients().iter().map(|&w| (w + w).sqrt())
-}
-
-/// The one index of a body, where it has one.
-pub fn one_index<T: Real>(region: &IndexGrid<T>) -> Option<T> {
-    region.level_set().and(region.interior_index())
 }

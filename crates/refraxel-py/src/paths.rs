@@ -1,9 +1,9 @@
 //! Traced rays and the transpose of tracing.
 
 use crate::arrays::{Array, Rays, of_vectors, shaped, vectors};
-use crate::attended::{for_each, go_on, interruptible};
 use crate::errors::refused;
-use crate::medium::entries;
+use crate::index_parameters::entries;
+use crate::interruptible::{for_each, go_on, interruptible};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;

@@ -1,12 +1,13 @@
 //! Training runs under way.
 
-use crate::attended::attended;
 use crate::camera::Camera;
 use crate::dataset::Dataset;
 use crate::errors::{cancelled, of_session, raised, refused};
+use crate::evaluation::{part, scores};
+use crate::interruptible::with_events;
 use crate::json;
 use crate::rendering::Rendering;
-use crate::run::{Run, part, scores};
+use crate::run::Run;
 use crate::settings::set_options;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -42,7 +43,7 @@ impl Session {
         earlier: Option<refraxel_train::run::Run>,
     ) -> PyResult<Self> {
         let cancel = setup.cancel.clone();
-        let started = attended(py, &cancel, on_event, |observer| match earlier {
+        let started = with_events(py, &cancel, on_event, |observer| match earlier {
             None => Inner::start(setup, CpuBackend::new, observer),
             Some(run) => Inner::resume(setup, run, CpuBackend::resumed, observer),
         })?;
@@ -75,13 +76,13 @@ impl Session {
 
     /// What `f` does with the session in another thread, which holds it no longer than that takes: while events are still
     /// heard here, others may have it already. A panic damages the session.
-    fn attended<T: Send>(
+    fn with_events<T: Send>(
         &self,
         py: Python<'_>,
         on_event: Option<&Bound<'_, PyAny>>,
         f: impl FnOnce(&mut Inner, &mut dyn FnMut(Event)) -> T + Send,
     ) -> PyResult<T> {
-        attended(py, &self.cancel, on_event, |observer| Ok(f(&mut *self.idle()?, observer)))?
+        with_events(py, &self.cancel, on_event, |observer| Ok(f(&mut *self.idle()?, observer)))?
     }
 
     /// The session itself, unless it is busy in another thread.
@@ -131,7 +132,7 @@ impl Session {
             known_index::suit(&mut all, file);
             known_index::held(&mut all);
         }
-        // As the program does where nobody says: rays bend where something tells, or the scout finds, what is refractive.
+        // As the program does where nobody says: rays bend where something tells, or the detector finds, what is refractive.
         all.refraction.bend = Switch::On;
         set_options(&mut all, options)?;
         if index_from.is_some() {
@@ -159,7 +160,7 @@ impl Session {
             refused(format!("seconds is {}; expected a number from 0 on", seconds.unwrap_or_default()))
         })?;
         let until = Until { step: until_step, elapsed };
-        let stop = self.attended(py, on_event, |inner, observer| inner.run(until, observer))?;
+        let stop = self.with_events(py, on_event, |inner, observer| inner.run(until, observer))?;
         Ok(match stop.map_err(of_session)? {
             Stop::Finished => "finished",
             Stop::Reached => "reached",
@@ -195,7 +196,7 @@ impl Session {
 
     /// Saves the run in a folder, atomically; `refraxel train --resume` and Run.load() read it.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        let saved = self.attended(py, None, |inner, _| {
+        let saved = self.with_events(py, None, |inner, _| {
             create_folder(&folder)?;
             inner.save(&folder).map_err(Failure::from)
         });
@@ -212,13 +213,13 @@ impl Session {
     ) -> PyResult<Bound<'py, PyAny>> {
         let part = self::part(part)?;
         let found =
-            self.attended(py, on_event, |inner, observer| inner.evaluate(part, observer, &mut |_, _| {}))?;
+            self.with_events(py, on_event, |inner, observer| inner.evaluate(part, observer, &mut |_, _| {}))?;
         scores(py, &found.map_err(of_session)?)
     }
 
     /// What a camera sees.
     fn render(&self, py: Python<'_>, camera: Camera) -> PyResult<Rendering> {
-        let seen = self.attended(py, None, |inner, _| inner.render(&camera.0))?;
+        let seen = self.with_events(py, None, |inner, _| inner.render(&camera.0))?;
         Rendering::new(py, seen.map_err(|_| cancelled())?)
     }
 

@@ -1,7 +1,7 @@
 //! The runs of a plan, for engines that start them elsewhere.
 
-use crate::attended::attended;
 use crate::errors::raised;
+use crate::interruptible::with_events;
 use crate::json;
 use pyo3::prelude::*;
 use refraxel::progress::Show;
@@ -21,7 +21,7 @@ pub fn sweep_run(py: Python<'_>, plan: PathBuf, out: PathBuf, number: usize) -> 
     let jobs = plan::jobs(&plan, &out).map_err(raised)?;
     let job = chosen(&jobs, number).map_err(raised)?;
     // The wish to stop is that of the program: of all runs of this process.
-    let done = attended(py, &cancel(), None, |_| job.run(Show::Nothing))?;
+    let done = with_events(py, &cancel(), None, |_| job.run(Show::Nothing))?;
     done.map(|_| ()).map_err(raised)
 }
 

@@ -12,7 +12,7 @@ use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Path, Ray, Vec3};
 
 /// How rays from a probe go through bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Through {
+pub enum RayKind {
     /// Straight, as if there were none.
     Straight,
     /// Bent.
@@ -64,7 +64,7 @@ pub struct Look<'a, See> {
     pub cancel: &'a Cancel,
 }
 
-impl<See: Fn(&[Ray<f32>], Through) -> Vec<Pixel<f32>>> Look<'_, See> {
+impl<See: Fn(&[Ray<f32>], RayKind) -> Vec<Pixel<f32>>> Look<'_, See> {
     /// All probes near a surface look: those of the outer caches along straight rays, as if the bodies were not there, those
     /// of the inner caches along bent ones that begin inside.
     pub fn reflection(&self, reflection: &Reflection) -> Result<Reflection, Cancelled> {
@@ -86,7 +86,7 @@ impl<See: Fn(&[Ray<f32>], Through) -> Vec<Pixel<f32>>> Look<'_, See> {
         let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
         let escapes = self.escapes(&rays, inner);
         let free: Vec<Ray<f32>> = rays.iter().zip(&escapes).filter(|(_, e)| **e).map(|(r, _)| *r).collect();
-        let through = if inner { Through::Bent } else { Through::Straight };
+        let through = if inner { RayKind::Bent } else { RayKind::Straight };
         let mut seen = (self.see)(&free, through).into_iter().map(|p| p.colour);
         for (lookout, escapes) in lookouts.iter().zip(escapes.chunks_exact(DIRECTIONS)) {
             let own: Vec<Option<[f32; 3]>> =
@@ -108,7 +108,7 @@ impl<See: Fn(&[Ray<f32>], Through) -> Vec<Pixel<f32>>> Look<'_, See> {
         for lookouts in lookouts.chunks(PORTION) {
             self.cancel.check()?;
             let rays: Vec<Ray<f32>> = lookouts.iter().flat_map(Lookout::rays).collect();
-            let seen = (self.see)(&rays, Through::Straight);
+            let seen = (self.see)(&rays, RayKind::Straight);
             let of_probes = rays.chunks_exact(DIRECTIONS).zip(seen.chunks_exact(DIRECTIONS));
             for (lookout, (rays, seen)) in lookouts.iter().zip(of_probes) {
                 let views = rays.iter().zip(seen).map(|(ray, pixel)| (ray.direction, pixel.colour));

@@ -5,7 +5,7 @@ use crate::device::Device;
 use crate::exposures::ExposureShift;
 use crate::poses::PoseShift;
 use crate::schedule::Phase;
-use crate::verdict::{Found, Hypothesis, StayReason, Verdict};
+use crate::verdict::{Found, Hypothesis, Proof, StayReason, Verdict};
 use serde::{Deserialize, Serialize};
 
 pub use crate::evidence::Shown;
@@ -78,14 +78,14 @@ pub enum Event {
         pixels: f64,
     },
     /// No masks say what is refractive, and straight rays explain everything.
-    NothingSought {
+    NothingDetected {
         /// Share of the variance of what straight rays do not explain that the best shape explains, 0 to 1.
         separation: f64,
         /// What it had to reach.
         needed: f64,
     },
     /// No masks say what is refractive, and something was found that straight rays do not explain.
-    Sought {
+    Detected {
         /// Share of the variance of what straight rays do not explain that what was found explains, 0 to 1.
         separation: f64,
         /// Share of the pixels of all views that show it.
@@ -109,9 +109,9 @@ pub enum Event {
         ellipsoid: Option<f32>,
         /// It was taken for a body of revolution.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        turned: bool,
+        revolution: bool,
     },
-    /// The unknown numbers of a hypothesis on a region were searched.
+    /// The unknown numbers of a region were searched: the hypothesis whose prediction is most alike.
     IndexSearched {
         /// Number of the region.
         region: usize,
@@ -119,16 +119,13 @@ pub enum Event {
         hypothesis: Hypothesis,
         /// What fits best.
         found: Vec<Found>,
-        /// How badly it fits: 1 less how alike its prediction is to photographs, theory (4.24); where hypotheses race, the mean of
-        /// e / (e + 0.01) over rays inside masks, e being the squared error.
-        misfit: f64,
+        /// How alike its prediction is to photographs that were kept aside, −1 to 1, theory (4.24).
+        likeness: f64,
     },
-    /// The search tells nothing, since straight rays fit as well: the index is guessed.
+    /// Prediction tells nothing, and straight rays may not win: the index is guessed.
     IndexGuessed {
         /// Number of the region.
         region: usize,
-        /// Misfit of straight rays, as in [`Event::IndexSearched`].
-        straight_misfit: f64,
         /// The index that rays bend by at first.
         index: f32,
     },
@@ -145,7 +142,12 @@ pub enum Event {
         /// What stands in the regions where they do.
         hypotheses: Vec<Hypothesis>,
     },
-    /// Rays were to bend, but stay straight.
+    /// Bent rays were held against what straight ones had learned when it was decided.
+    Proven {
+        /// How they stood.
+        proof: Proof,
+    },
+    /// Rays were to bend, but are straight from now on.
     RaysStayStraight {
         /// Why.
         why: StayReason,
@@ -199,7 +201,7 @@ pub struct Record {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub overflows: u64,
     /// What the run is busy with.
-    #[serde(default, alias = "act")]
+    #[serde(default)]
     pub phase: Phase,
     /// Mean index of refraction where it is above 1, per region.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -261,12 +263,12 @@ pub enum Task {
 }
 
 /// Whoever follows a run: is told what happens, and may stop it.
-pub struct Watch<'a> {
+pub struct Observer<'a> {
     cancel: &'a Cancel,
     observer: &'a mut dyn FnMut(Event),
 }
 
-impl<'a> Watch<'a> {
+impl<'a> Observer<'a> {
     /// Tells an observer, and stops as soon as somebody wishes so.
     pub fn new(cancel: &'a Cancel, observer: &'a mut dyn FnMut(Event)) -> Self {
         Self { cancel, observer }

@@ -1,9 +1,8 @@
 //! Exposure and white balance of each photograph: three gains of light per view learn beside the scene, theory (8.7)–(8.9).
 
-use crate::alignment::largest_and_median;
-use crate::evaluation::Rendering;
 use crate::least_squares::outlier_weight;
 use crate::metrics::quantize;
+use crate::order_statistics::largest_and_median;
 use refraxel_core::radiance::Filter;
 use serde::{Deserialize, Serialize};
 
@@ -137,9 +136,9 @@ impl View {
     }
 }
 
-/// Natural logarithms of the gains of a photograph that the scene was not learned from: those with which the rendering fits it best,
-/// by the pixels that are `chosen`.
-pub fn fitted(rendering: &Rendering, truth: &[[u8; 3]], chosen: impl Fn(usize) -> bool) -> [f64; 3] {
+/// Natural logarithms of the gains of a photograph that the scene was not learned from: those with which what is
+/// `rendered` fits it best, by the pixels that are `chosen`.
+pub fn fitted(rendered: &[[u8; 3]], truth: &[[u8; 3]], chosen: impl Fn(usize) -> bool) -> [f64; 3] {
     let code = |rgb: [u8; 3]| rgb.map(|c| f32::from(c) / 255.0);
     let pixels: Vec<usize> = (0..truth.len()).filter(|&p| chosen(p)).collect();
     let mut view = View::default();
@@ -147,7 +146,7 @@ pub fn fitted(rendering: &Rendering, truth: &[[u8; 3]], chosen: impl Fn(usize) -
         let filter = Filter::new(view.gain.map(|g| g as f32));
         (view.matrix, view.slope) = ([0.0; 3], [0.0; 3]);
         for &p in &pixels {
-            let (seen, target) = (code(rendering.colour[p]), filter.through(code(truth[p])).colour);
+            let (seen, target) = (code(rendered[p]), filter.through(code(truth[p])).colour);
             view.add(target, [0, 1, 2].map(|c| seen[c] - target[c]));
         }
         view.step(0.0);
@@ -155,10 +154,10 @@ pub fn fitted(rendering: &Rendering, truth: &[[u8; 3]], chosen: impl Fn(usize) -
     view.gain
 }
 
-/// A rendering as a photograph of these gains would show it.
-pub fn exposed(rendering: &mut Rendering, gain: [f64; 3]) {
+/// The colours of a rendering as a photograph of these gains would show them.
+pub fn exposed(rendered: &mut [[u8; 3]], gain: [f64; 3]) {
     let filter = Filter::new(gain.map(|g| -g as f32));
-    for pixel in &mut rendering.colour {
+    for pixel in rendered {
         *pixel = filter.through(pixel.map(|c| f32::from(c) / 255.0)).colour.map(quantize);
     }
 }
@@ -210,19 +209,14 @@ mod tests {
     fn a_photograph_alone_is_fitted_by_half_of_its_pixels() {
         let gain = [0.25, -0.1, 0.05];
         let code = |k: u64| scene(k).map(quantize);
-        let colour: Vec<[u8; 3]> = (0..400).map(code).collect();
-        let rendering = Rendering { width: 20, height: 20, colour, opacity: Vec::new(), depth: Vec::new() };
-        let mut photograph = rendering.clone();
+        let rendered: Vec<[u8; 3]> = (0..400).map(code).collect();
+        let mut photograph = rendered.clone();
         exposed(&mut photograph, gain);
-        let found = fitted(&rendering, &photograph.colour, |p| p % 2 == 0);
+        let found = fitted(&rendered, &photograph, |p| p % 2 == 0);
         assert!((0..3).all(|c| (found[c] - gain[c]).abs() < 0.01), "{found:?}");
-        let mut again = rendering;
+        let mut again = rendered;
         exposed(&mut again, found);
-        let worst = again
-            .colour
-            .iter()
-            .zip(&photograph.colour)
-            .flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c])));
+        let worst = again.iter().zip(&photograph).flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c])));
         assert!(worst.max().unwrap() <= 2);
     }
 }

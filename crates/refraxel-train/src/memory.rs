@@ -1,11 +1,11 @@
 //! How much memory training will take, before it starts.
 
 use crate::evaluation::Part;
-use crate::initial::{Occluders, Outlines};
 use crate::options::{Options, StartShape};
 use crate::plan::{bytes_per_voxel, stored_share};
-use crate::recipe::OCCLUDER_RAYS;
-use crate::schedule::stage_domain;
+use crate::refraction_search::OCCLUDER_RAYS;
+use crate::schedule::{VARIATION_PERIOD, stage_domain};
+use crate::silhouettes::{Occluders, Outlines};
 use crate::trainer::PRUNING_RAYS;
 use refraxel_core::{Domain, Extent, ShDegree};
 use refraxel_data::{Backdrop, Dataset, MaskMeaning, View};
@@ -65,8 +65,8 @@ pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset, surface
     let changing = stages.windows(2).map(|w| held(&w[0]) + held(&w[1]));
     let models = steady.chain(changing).fold(0.0, f64::max) as u64;
     let step = u64::from(options.run.batch) * STEP_BYTES_PER_RAY + variation_bytes(options, last.voxels);
-    let is_sought = options.refraction.bend.is_on() && options.shape.start != StartShape::File;
-    let silhouettes = if is_sought { silhouette_bytes(data) } else { 0 };
+    let is_searched = options.refraction.bend.is_on() && options.shape.start != StartShape::File;
+    let silhouettes = if is_searched { silhouette_bytes(data) } else { 0 };
     let photos = photo_bytes(data);
     let training = photos + scoring_bytes(data, Part::Val) + models + step.max(silhouettes);
     let scoring = held(&last) as u64 + scoring_bytes(data, Part::Test);
@@ -107,7 +107,7 @@ fn variation_bytes(options: &Options, voxels: f64) -> u64 {
     let field = &options.field;
     let degree = ShDegree::new(field.sh_degree).unwrap_or_default();
     let is_on = field.tv_density > 0.0 || field.tv_colour > 0.0;
-    let share = if is_on { 1.0 / f64::from(field.tv_period.max(1)) } else { 0.0 };
+    let share = if is_on { 1.0 / f64::from(VARIATION_PERIOD) } else { 0.0 };
     (voxels * share * (4 * (1 + degree.stride()) + 1) as f64) as u64
 }
 
@@ -171,9 +171,9 @@ fn silhouette_bytes(data: &Dataset) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::initial::MAP_BYTES;
     use crate::options::Switch;
     use crate::plan::TYPICAL_OCCUPANCY;
+    use crate::silhouettes::MAP_BYTES;
     use refraxel_core::{Aabb, Camera, Vec3, vec3};
     use refraxel_data::{Format, PhotoSource, Split};
 

@@ -58,6 +58,13 @@ pub const TYPICAL_OCCUPANCY: f64 = 0.5;
 /// side, and the rest of their bricks.
 const SHELL: f64 = 11.0;
 
+/// Raw density everywhere at the start: a haze through which every photograph is seen.
+const INITIAL_DENSITY: f32 = -5.0;
+/// Rows of the learned panorama behind an unbounded scene.
+const BACKGROUND_ROWS: usize = 64;
+/// Voxels per pixel at the centre of a scene, and of one without bounds, of which photographs are fewer.
+const VOXELS_PER_PIXEL: [f64; 2] = [1.35, 1.0];
+
 /// Haze that straight rays have not cleared when a run of so many steps prunes makes shells thicker by this times √nodes / steps
 /// [voxel]. Total variation is stronger where rays bend, and leaves none. Measured, docs/growth.md.
 const HAZE: f64 = 380.0;
@@ -98,10 +105,10 @@ pub fn finest_domain(
 ) -> Domain<f32> {
     let extent = if region.unbounded { Extent::Contracted } else { Extent::Bounded };
     // A contracted grid gives half its nodes to the box.
-    let share = if region.unbounded { 2.0 } else { 1.0 };
+    let (share, each) =
+        if region.unbounded { (2.0, VOXELS_PER_PIXEL[1]) } else { (1.0, VOXELS_PER_PIXEL[0]) };
     let wanted = match options.grid.resolution {
-        0 => (share * options.grid.voxels_per_pixel * matching_resolution(region, views))
-            .min(f64::from(options.grid.max_resolution)),
+        0 => (share * each * matching_resolution(region, views)).min(f64::from(options.grid.max_resolution)),
         n => f64::from(n),
     };
     let bounds = region.bounds.cast::<f32>();
@@ -185,14 +192,13 @@ impl Plan {
         let domain = stage_domain(options, &self.finest, Progress(0.0).stage(options));
         let map = BrickMap::dense(domain.resolution);
         let degree = ShDegree::new(options.field.sh_degree).unwrap_or_default();
-        let field = VoxelField::uniform(domain, map, degree, options.field.initial_density);
+        let field = VoxelField::uniform(domain, map, degree, INITIAL_DENSITY);
         let background = match self.backdrop {
             Backdrop::Transparent => Background::Constant(WHITE),
             Backdrop::Color(c) => Background::Constant(c),
-            Backdrop::Surroundings => Background::Environment(EnvironmentMap::uniform(
-                options.field.background_rows as usize,
-                [0.5; 3],
-            )),
+            Backdrop::Surroundings => {
+                Background::Environment(EnvironmentMap::uniform(BACKGROUND_ROWS, [0.5; 3]))
+            }
         };
         Model::straight(field, background)
     }
@@ -276,11 +282,10 @@ mod tests {
         let view = View::of_file("a", camera);
         let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
-        let mut one_each = Options::default();
-        one_each.grid.voxels_per_pixel = 1.0;
-        let full = finest_domain(&one_each, &region, &[&view], || None);
+        let full = finest_domain(&Options::default(), &region, &[&view], || None);
         // 200 pixels see 2 × 4 tan(0.345) = 2.87 units: 139 pixels across the box.
-        assert!(full.resolution[0].abs_diff(139) <= 1, "{:?}", full.resolution);
+        let expected = (139.0 * VOXELS_PER_PIXEL[0]) as u32;
+        assert!(full.resolution[0].abs_diff(expected) <= 1, "{:?}", full.resolution);
         let tight = |surface: Option<f64>| {
             let mut tight = Options::default();
             tight.run.memory = 0.01;

@@ -2,9 +2,52 @@
 
 use crate::backend::{AbsorptionObjective, IndexObjective, Marching, Objective, ReflectionObjective};
 use crate::model::MirrorSource;
-use crate::options::Options;
+use crate::options::{FieldOptions, Options};
 use refraxel_core::{Domain, Extent};
 use serde::{Deserialize, Serialize};
+
+/// Each stage before the last takes this share of the part of a run that is then left.
+const STAGE_SHARE: f64 = 0.15;
+/// Share of a run during which the learning rates rise from a tenth of their value: the first batches must not throw the field about.
+const WARM_UP: f32 = 0.01;
+/// Factor on all learning rates that is reached at the end of a run.
+const RATE_DECAY: f32 = 0.05;
+/// The same on the weights of total variation: at first it fills gaps, at the end it would blur.
+const VARIATION_DECAY: f32 = 0.1;
+/// In one step total variation visits one in this many voxels.
+pub(crate) const VARIATION_PERIOD: u32 = 16;
+/// Factor on the total variation of density where rays bend: views through a refractive medium show the scene from few sides.
+const VARIATION_BENT: f32 = 2.0;
+/// Learning rate of the background at the start of a run.
+const RATE_BACKGROUND: f32 = 0.01;
+/// Samples whose optical depth per voxel is below this are transparent.
+const MIN_OPTICAL_DEPTH: f32 = 1e-3;
+/// Weight of rays that bend in the loss: they err more, by what is not yet right about the glass, and things that straight rays see as
+/// well must not learn those errors.
+const BENT_WEIGHT: f32 = 0.3;
+/// Share of a run after the straight phase in which only the index learns.
+pub(crate) const INDEX_ALONE: f64 = 0.02;
+/// Bound on the gradient that one index sample of a path contributes.
+const INDEX_CLIP: f32 = 3.0;
+/// Standard deviation of the blur of the gradient of the index [voxel of its grid].
+const INDEX_BLUR: f32 = 1.5;
+/// Largest index that can be learned: above diamond.
+const LARGEST_INDEX: f32 = 2.6;
+/// The one index of a body with a sharp surface stays this near to what it began with: where the shape is wrong, the gradient would carry
+/// it away.
+const INDEX_TRUST: f32 = 0.15;
+/// The index learns only from rays that meet surfaces at most this often, and surfaces from those that meet them at most so often.
+const INDEX_EVENTS: u32 = 4;
+const SURFACE_EVENTS: u32 = 2;
+/// Weight of the depth at which rays beside a mask pass through a sharp surface [1 / voxel of its grid]: what is seen in the refraction
+/// may overrule masks.
+const SILHOUETTE: f32 = 0.1;
+/// Learning rates of the coefficients of learned probes, and of the strengths with which surfaces and clearcoats mirror.
+const RATE_PROBES: f32 = 0.01;
+const RATE_STRENGTH: f32 = 0.003;
+const RATE_CLEARCOAT: f32 = 0.02;
+/// Learning rate of the optical thickness over the longest edge of a body's box.
+const RATE_ABSORPTION: f32 = 0.03;
 
 /// What a run is busy with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
@@ -35,15 +78,15 @@ impl Progress {
     }
 
     /// Where the schedule of a run stands that was held: from then on it goes to its end in what is left.
-    pub fn scheduled(self, held: Option<Held>) -> Self {
-        let Some(Held { at, until }) = held else { return self };
+    pub fn scheduled(self, held: Option<PausedSchedule>) -> Self {
+        let Some(PausedSchedule { at, until }) = held else { return self };
         let done = (self.0 - until).max(0.0) / (1.0 - until).max(f64::EPSILON);
         Self(at + (1.0 - at) * done.min(1.0))
     }
 
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, options: &Options) -> u32 {
-        (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(options, s)).unwrap_or(0)
+        (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(s)).unwrap_or(0)
     }
 }
 
@@ -51,7 +94,7 @@ impl Progress {
 /// again, because rays stay straight that were to bend.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Held {
+pub struct PausedSchedule {
     /// Where it stood; 0 where it began again.
     pub at: f64,
     /// The share of the run that was over when it went on.
@@ -67,16 +110,18 @@ pub struct Moment {
     pub bends_since: Option<f64>,
     /// Rays bend now, or will.
     pub bends: bool,
+    /// What may bend them was detected: no mask shows it.
+    pub is_detected: bool,
     /// How far the field reaches.
     pub extent: Extent,
 }
 
 impl Moment {
     /// The phase that this point belongs to.
-    pub fn phase(self, options: &Options) -> Phase {
+    pub fn phase(self) -> Phase {
         match self.bends_since {
             None => Phase::Straight,
-            Some(since) if self.progress.0 < since + options.refraction.index_alone_share => Phase::Index,
+            Some(since) if self.progress.0 < since + INDEX_ALONE => Phase::Index,
             Some(_) => Phase::Joint,
         }
     }
@@ -97,9 +142,9 @@ pub fn is_time_to_bend(options: &Options, step: u64, progress: Progress) -> bool
     step >= options.refraction.straight_steps || progress.0 >= MOST_STRAIGHT
 }
 
-/// Where a stage starts, theory (4.9): each before the last takes `stage_share` of what is left.
-fn stage_start(options: &Options, stage: u32) -> f64 {
-    1.0 - (1.0 - options.grid.stage_share).powi(stage as i32)
+/// Where a stage starts, theory (4.9): each before the last takes [`STAGE_SHARE`] of what is left.
+fn stage_start(stage: u32) -> f64 {
+    1.0 - (1.0 - STAGE_SHARE).powi(stage as i32)
 }
 
 /// The domain of a stage: the final one coarsened by 2 per stage that is still to come.
@@ -114,7 +159,7 @@ pub fn training_marching(options: &Options, near: f32) -> Marching {
     Marching {
         step: options.march.step,
         near,
-        min_optical_depth: options.march.min_optical_depth,
+        min_optical_depth: MIN_OPTICAL_DEPTH,
         min_transmittance: options.march.min_transmittance,
     }
 }
@@ -131,8 +176,8 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
     let index = Some(index_objective(options, moment.bent_share())).filter(learns);
     let mirrors = reflection_objective(options, moment);
-    let absorption = absorption_objective(options, moment);
-    match moment.phase(options) {
+    let absorption = Some(absorption_objective(moment));
+    match moment.phase() {
         Phase::Straight => {
             Objective { reflection: options.clearcoat.enabled.is_on().then_some(mirrors), ..straight }
         }
@@ -146,7 +191,7 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
         },
         Phase::Joint => {
             let mirroring = options.reflection.enabled.is_on() || options.clearcoat.enabled.is_on();
-            let tv_density = straight.tv_density * options.field.tv_density_refractive;
+            let tv_density = straight.tv_density * VARIATION_BENT;
             let reflection = mirroring.then_some(mirrors);
             Objective { index, reflection, absorption, tv_density, ..straight }
         }
@@ -173,79 +218,93 @@ pub fn picture_objective(marching: Marching) -> Objective {
     }
 }
 
+/// How the field learns now. Slow and smooth, surroundings stand in fog for long. Masks show what stands in front of it; where none does, too
+/// little can be predicted in fog, and until it is decided whether rays bend, surroundings learn as fast and as sharply as what lies in a box.
+fn field_options(options: &Options, moment: Moment) -> FieldOptions {
+    let (field, usual) = (options.field.clone(), FieldOptions::default());
+    let is_undecided = moment.is_detected && moment.bends_since.is_none();
+    if is_undecided && moment.extent == Extent::Contracted {
+        FieldOptions {
+            rate_density: field.rate_density.max(usual.rate_density),
+            tv_density: field.tv_density.min(usual.tv_density),
+            tv_colour: field.tv_colour.min(usual.tv_colour),
+            ..field
+        }
+    } else {
+        field
+    }
+}
+
 /// The objective of a field before which nothing refracts or mirrors.
 fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective {
-    let (field, p) = (&options.field, moment.progress.0.clamp(0.0, 1.0) as f32);
-    let warm = if field.warm_up > 0.0 { (0.1 + 0.9 * p / field.warm_up).min(1.0) } else { 1.0 };
-    let decay = warm * field.rate_decay.powf(p);
-    let tv = field.tv_decay.powf(p);
+    let (field, p) = (field_options(options, moment), moment.progress.0.clamp(0.0, 1.0) as f32);
+    let warm = (0.1 + 0.9 * p / WARM_UP).min(1.0);
+    let decay = warm * RATE_DECAY.powf(p);
+    let tv = VARIATION_DECAY.powf(p);
     Objective {
         marching: training_marching(options, near),
-        bent_weight: options.refraction.bent_weight,
+        bent_weight: BENT_WEIGHT,
         sparsity: field.sparsity,
         opacity: field.opacity,
         tv_density: field.tv_density * tv,
         tv_colour: field.tv_colour * tv,
-        tv_period: field.tv_period,
+        tv_period: VARIATION_PERIOD,
         rate_density: field.rate_density * decay,
         rate_colour: field.rate_colour * decay,
-        rate_view: view_share(options, moment),
-        rate_background: field.rate_background * decay,
+        rate_view: view_share(moment),
+        rate_background: RATE_BACKGROUND * decay,
         index: None,
         reflection: None,
         absorption: None,
     }
 }
 
-/// Share of its rate at which the view-dependent part of colour learns: delayed where rays bend, theory (4.8), but for surroundings
-/// without bounds. Few views see each place of them, and colour that does not depend on the view explains those by fog and blur.
-fn view_share(options: &Options, moment: Moment) -> f32 {
-    let warm_up = options.field.view_warm_up;
-    let is_delayed = moment.bends && moment.extent == Extent::Bounded && warm_up > 0.0;
-    if is_delayed { (moment.progress.0.clamp(0.0, 1.0) as f32 / warm_up).min(1.0) } else { 1.0 }
+/// Share of its rate at which the view-dependent part of colour learns: it rises over the run where rays bend, theory (4.8), but for
+/// surroundings without bounds. Few views see each place of them, and colour that does not depend on the view explains those by fog and blur.
+fn view_share(moment: Moment) -> f32 {
+    let is_delayed = moment.bends && moment.extent == Extent::Bounded;
+    if is_delayed { moment.progress.0.clamp(0.0, 1.0) as f32 } else { 1.0 }
 }
 
-/// Least fraction of rays inside masks in a batch. It falls while rays bend: at first shape and index must be found.
+/// Least fraction of rays inside masks in a batch. It falls to none while rays bend: at first shape and index must be found.
 pub fn mask_ray_fraction(options: &Options, moment: Moment) -> f64 {
-    let over = f64::from(moment.bent_share());
-    options.refraction.mask_ray_fraction * (1.0 + (options.refraction.mask_ray_decay - 1.0) * over)
+    options.refraction.mask_ray_fraction * (1.0 - f64::from(moment.bent_share()))
 }
 
 /// How mirrors and clearcoats learn. Mirrors have been there since rays bend, clearcoats for most of the run.
 fn reflection_objective(options: &Options, moment: Moment) -> ReflectionObjective {
     let over = if moment.bends_since.is_some() { moment.bent_share() } else { 0.0 };
-    let decay = options.field.rate_decay.powf(over);
+    let decay = RATE_DECAY.powf(over);
     let learned = options.reflection.cache == MirrorSource::Learned;
     ReflectionObjective {
-        rate: if learned { options.reflection.rate * decay } else { 0.0 },
-        rate_strength: options.reflection.rate_strength * decay,
-        rate_clearcoat: options.clearcoat.rate * options.field.rate_decay.powf(moment.progress.0 as f32),
+        rate: if learned { RATE_PROBES * decay } else { 0.0 },
+        rate_strength: RATE_STRENGTH * decay,
+        rate_clearcoat: RATE_CLEARCOAT * RATE_DECAY.powf(moment.progress.0 as f32),
     }
 }
 
 /// How bodies learn what they absorb, from the first bent ray on.
-fn absorption_objective(options: &Options, moment: Moment) -> Option<AbsorptionObjective> {
-    let rate = options.absorption.rate * options.field.rate_decay.powf(moment.bent_share());
-    (options.absorption.enabled.is_on() && rate > 0.0).then_some(AbsorptionObjective { rate })
+fn absorption_objective(moment: Moment) -> AbsorptionObjective {
+    AbsorptionObjective { rate: RATE_ABSORPTION * RATE_DECAY.powf(moment.bent_share()) }
 }
 
 /// How the index learns when this share of the time with bent rays is over.
 pub(crate) fn index_objective(options: &Options, over: f32) -> IndexObjective {
-    let decay = options.field.rate_decay.powf(over);
+    let decay = RATE_DECAY.powf(over);
     IndexObjective {
         rate: options.index.rate * decay,
         surface_rate: options.surface.rate * decay,
         surface_blur: options.surface.blur,
         surface_smooth: options.surface.smooth * decay,
-        silhouette: options.surface.silhouette,
-        surface_events: options.surface.events,
-        index_events: options.index.events,
-        blur: options.index.blur,
-        clip: options.index.clip,
-        variation: (options.index.variation, options.index.variation_penalty.into()),
-        deviation: (options.index.deviation, options.index.deviation_penalty.into()),
-        largest: options.index.largest,
-        trust: options.index.trust,
+        silhouette: SILHOUETTE,
+        surface_events: SURFACE_EVENTS,
+        index_events: INDEX_EVENTS,
+        blur: INDEX_BLUR,
+        clip: INDEX_CLIP,
+        variation: (options.index.variation, options.index.penalty.into()),
+        deviation: (options.index.deviation, options.index.penalty.into()),
+        largest: LARGEST_INDEX,
+        trust: INDEX_TRUST,
     }
 }
 
@@ -269,10 +328,10 @@ mod tests {
     fn time_that_a_decision_takes_leaves_the_schedule_where_it_was() {
         let is_near =
             |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
-        let at = |p: f64, at: f64, until: f64| Progress(p).scheduled(Some(Held { at, until })).0;
+        let at = |p: f64, at: f64, until: f64| Progress(p).scheduled(Some(PausedSchedule { at, until })).0;
         let once = [0.1, 0.4, 0.7, 1.0].map(|p| at(p, 0.1, 0.4));
         assert!(is_near(&once, &[0.1, 0.1, 0.55, 1.0]), "{once:?}");
-        // Held once more: it goes on from there.
+        // PausedSchedule once more: it goes on from there.
         let twice = [0.85, 0.925, 1.0].map(|p| at(p, once[2], 0.85));
         assert!(is_near(&twice, &[0.55, 0.775, 1.0]), "{twice:?}");
         assert_eq!(Progress(0.25).scheduled(None), Progress(0.25));
@@ -280,18 +339,19 @@ mod tests {
     }
 
     fn at(progress: f64, bends_since: Option<f64>) -> Moment {
-        Moment { progress: Progress(progress), bends_since, bends: true, extent: Extent::Bounded }
+        let (bends, is_detected, extent) = (true, false, Extent::Bounded);
+        Moment { progress: Progress(progress), bends_since, bends, is_detected, extent }
     }
 
     #[test]
     fn rays_bend_after_some_steps_or_a_share_of_short_runs_then_the_index_learns_first() {
         let mut c = Options::default();
-        (c.refraction.straight_steps, c.refraction.index_alone_share) = (50, 0.1);
+        c.refraction.straight_steps = 50;
         let bends = |step, p| is_time_to_bend(&c, step, Progress(p));
         assert!(!bends(49, 0.2) && bends(50, 0.01) && bends(3, 0.25));
-        let phase = |p| at(p, Some(0.2)).phase(&c);
-        assert_eq!([phase(0.2), phase(0.29), phase(0.31)], [Phase::Index, Phase::Index, Phase::Joint]);
-        assert_eq!(at(0.9, None).phase(&c), Phase::Straight);
+        let phase = |p| at(p, Some(0.2)).phase();
+        assert_eq!([phase(0.2), phase(0.219), phase(0.221)], [Phase::Index, Phase::Index, Phase::Joint]);
+        assert_eq!(at(0.9, None).phase(), Phase::Straight);
     }
 
     #[test]
@@ -300,23 +360,30 @@ mod tests {
         let straight = |p| Moment { bends: false, ..at(p, None) };
         let rate = |p| objective(&c, 0.0, straight(p)).rate_density;
         assert!(rate(0.0) < 0.2 * c.field.rate_density && rate(0.02) > 0.8 * c.field.rate_density);
-        assert!((rate(1.0) / c.field.rate_density - c.field.rate_decay).abs() < 1e-6);
-        let view = |view_warm_up, p| {
-            let mut options = c.clone();
-            options.field.view_warm_up = view_warm_up;
-            view_share(&options, at(p, None))
-        };
-        assert_eq!([view(0.5, 0.0), view(0.5, 0.25), view(0.5, 0.8), view(0.0, 0.0)], [0.0, 0.5, 1.0, 1.0]);
-        assert_eq!(view_share(&c, straight(0.0)), 1.0, "straight");
-        let unbounded = |p, since| view_share(&c, Moment { extent: Extent::Contracted, ..at(p, since) });
+        assert!((rate(1.0) / c.field.rate_density - RATE_DECAY).abs() < 1e-6);
+        assert_eq!([0.0, 0.25, 1.0].map(|p| view_share(at(p, None))), [0.0, 0.25, 1.0]);
+        assert_eq!(view_share(straight(0.0)), 1.0, "straight");
+        let unbounded = |p, since| view_share(Moment { extent: Extent::Contracted, ..at(p, since) });
         assert_eq!([unbounded(0.1, None), unbounded(0.2, Some(0.2))], [1.0; 2]);
+    }
+
+    #[test]
+    fn surroundings_learn_faster_until_it_is_decided_whether_what_was_detected_bends() {
+        let c = Options::suited_to(true);
+        let rates = |p, since, is_detected| {
+            let o = objective(&c, 0.0, Moment { is_detected, extent: Extent::Contracted, ..at(p, since) });
+            (o.rate_density, o.tv_colour)
+        };
+        let [(masked, smooth), (detected, sharp)] = [false, true].map(|d| rates(0.1, None, d));
+        assert!(detected > 2.0 * masked && sharp < 0.5 * smooth);
+        assert_eq!(rates(0.3, Some(0.2), true), rates(0.3, Some(0.2), false), "once it is decided");
     }
 
     #[test]
     fn rays_inside_masks_are_favoured_less_and_less() {
         let mut c = Options::default();
-        (c.refraction.mask_ray_fraction, c.refraction.mask_ray_decay) = (0.4, 0.5);
+        c.refraction.mask_ray_fraction = 0.4;
         let share = |p| (100.0 * mask_ray_fraction(&c, at(p, Some(0.2)))).round();
-        assert_eq!([0.2, 0.6, 1.0, 1.1].map(share), [40.0, 30.0, 20.0, 20.0]);
+        assert_eq!([0.2, 0.6, 1.0, 1.1].map(share), [40.0, 20.0, 0.0, 0.0]);
     }
 }

@@ -25,7 +25,7 @@ pub enum Hypothesis {
     /// A lens: w = n²/2 rises from ½ at the surface to its largest value in the middle, as a power of a parabola of the depth.
     Graded,
     /// What a file says.
-    Known,
+    Context,
 }
 
 impl Hypothesis {
@@ -40,7 +40,7 @@ impl Hypothesis {
             Self::Vessel => "an open vessel",
             Self::WaterSurface => "water seen from above",
             Self::Graded => "an index gradient",
-            Self::Known => "the index of a file",
+            Self::Context => "the index of a file",
         }
     }
 }
@@ -171,12 +171,43 @@ pub struct Verdict {
     pub seconds: f64,
     /// One per region that was found.
     pub regions: Vec<RegionVerdict>,
+    /// How bent rays stood later against what straight ones had learned when it was decided.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<Proof>,
+}
+
+/// Bent rays halfway between the decision and the end, on views that had still not been learned from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Proof {
+    /// Share of the run that was over.
+    pub progress: f64,
+    /// By how much they were better inside refractive masks, in the mean over the views [dB]; none where no view says so.
+    pub inside: Option<f64>,
+    /// The same beside them.
+    pub outside: Option<f64>,
+}
+
+impl Proof {
+    /// They were worse inside or beside: rays are straight again.
+    pub fn is_failed(self) -> bool {
+        [self.inside, self.outside].into_iter().flatten().any(|gain| gain < 0.0)
+    }
+}
+
+/// Mean squared errors of some views that nothing has learned from, in the order of the views; none where there are too few pixels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Baseline {
+    /// Inside refractive masks.
+    pub inside: Vec<Option<f64>>,
+    /// Beside them.
+    pub outside: Vec<Option<f64>>,
 }
 
 impl Verdict {
     /// Whether rays bend in some region.
     pub fn bends(&self) -> bool {
-        self.regions.iter().any(|r| r.hypothesis != Hypothesis::Straight)
+        let given_up = self.proof.is_some_and(Proof::is_failed);
+        !given_up && self.regions.iter().any(|r| r.hypothesis != Hypothesis::Straight)
     }
 }
 
@@ -186,14 +217,14 @@ impl Verdict {
 pub enum StayReason {
     /// Nothing refractive was found.
     #[error(transparent)]
-    NotFound(#[from] crate::initial::LocateError),
+    NotFound(#[from] crate::silhouettes::LocateError),
     /// No masks, and straight rays explain the photographs.
     #[error(
         "no masks show what is refractive, and nothing was found that straight rays do not explain; if there is glass or water, \
          mark it by masks, or say where it is with --refraction-box"
     )]
     Unnoticed,
-    /// No masks, and a run whose scout would take too large a part of it.
+    /// No masks, and a run whose detection would take too large a part of it.
     #[error(
         "no masks show what is refractive, and the run is too short to find out; give it more time or steps, or masks"
     )]
@@ -210,6 +241,12 @@ pub enum StayReason {
          fills the box with --set shape.start=ball or --set shape.start=block"
     )]
     OnlyABox,
+    /// Bent rays explain views that they have not learned from worse than straight ones did before.
+    #[error(
+        "halfway to the end, bent rays explain views that were kept aside worse than straight ones did when they began to bend \
+         (--refraction on bends them all the same)"
+    )]
+    FellBehind,
     /// Straight rays explain the views that were kept aside better, or as well.
     #[error(
         "straight rays explain the views that were kept aside as well as bent ones (--refraction on bends them all the same)"

@@ -5,7 +5,7 @@ use refraxel_core::{Domain, Extent, Medium, Ray, Vec3, vec3};
 use refraxel_data::IndexSource;
 use refraxel_data::synth::{self, IndexTruth, Limits, Scene, SceneOptions, scene};
 use refraxel_train::options::Options;
-use refraxel_train::recipe::known_refraction;
+use refraxel_train::refraction_search::known_refraction;
 
 /// Nodes along the longest edge of each body.
 const NODES: u32 = 96;

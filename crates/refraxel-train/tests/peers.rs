@@ -5,13 +5,14 @@ use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::backend::conformance::scenes;
 use refraxel_train::backend::step;
-use refraxel_train::cpu::{Lead, SharedBackend, help};
+use refraxel_train::communicator::{Communicator, Traffic, threads};
+use refraxel_train::cpu::{Root, SharedBackend, serve};
 use refraxel_train::model::Model;
 use refraxel_train::options::Switch;
-use refraxel_train::peers::{Peers, Traffic, threads};
 use refraxel_train::run::{Run, State};
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{Backend, CpuBackend, Options};
+use std::any::Any;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
@@ -38,12 +39,12 @@ fn options(settings: &[(&str, &str)]) -> Options {
     let mut options = Options::default();
     let usual =
         [("run.steps", "60"), ("run.batch", "2048"), ("grid.resolution", "32"), ("straight_steps", "20")];
-    usual.iter().chain(settings).for_each(|(key, value)| _ = options.set(key, value).unwrap());
+    usual.iter().chain(settings).for_each(|(key, value)| options.set(key, value).unwrap());
     options
 }
 
-/// A run to its end: what it has learned, and what a camera sees.
-fn trained<B: Tells>(mut session: Session<B>) -> (Vec<u8>, Vec<[u8; 3]>, B::Told) {
+/// A run to its end: what it has learned, what a camera sees, and what its processes have sent, where there are several.
+fn trained(mut session: Session) -> (Vec<u8>, Vec<[u8; 3]>, Option<Traffic>) {
     session.run(Until::finished(), &mut |_| {}).unwrap();
     let eye = Camera::look_at(vec3(3.0, 1.0, 2.0), vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 0.7, [40, 30]);
     let colours = session.render(&eye).unwrap().colour;
@@ -52,55 +53,40 @@ fn trained<B: Tells>(mut session: Session<B>) -> (Vec<u8>, Vec<[u8; 3]>, B::Told
     run.state.verdict.iter_mut().for_each(|v| v.seconds = 0.0);
     let mut bytes = Vec::new();
     run.view().write(&mut bytes).unwrap();
-    (bytes, colours, session.backend().told())
-}
-
-/// What a backend tells of its messages.
-trait Tells: Backend {
-    type Told;
-    fn told(&self) -> Self::Told;
-}
-
-impl Tells for CpuBackend {
-    type Told = ();
-    fn told(&self) {}
-}
-
-impl Tells for SharedBackend {
-    type Told = Traffic;
-    fn told(&self) -> Traffic {
-        self.traffic()
-    }
+    let backend: &dyn Any = session.backend();
+    (bytes, colours, backend.downcast_ref().map(SharedBackend::traffic))
 }
 
 fn alone(options: &Options) -> (Vec<u8>, Vec<[u8; 3]>) {
     let session = Session::start(Setup::new(data(), options.clone()), CpuBackend::new, &mut |_| {}).unwrap();
-    let (bytes, seen, ()) = trained(session);
+    let (bytes, seen, _) = trained(session);
     (bytes, seen)
 }
 
 /// So many processes that wait for tasks, but for the first.
-fn crew(count: usize) -> Arc<Lead> {
-    let mut peers = threads::group(count).into_iter().map(|p| Arc::new(p) as Arc<dyn Peers>);
-    let first = peers.next().unwrap();
-    peers.for_each(|peer| drop(std::thread::spawn(move || help(&peer))));
-    Lead::new(first)
+fn group(count: usize) -> Arc<Root> {
+    let mut communicator = threads::group(count).into_iter().map(|p| Arc::new(p) as Arc<dyn Communicator>);
+    let first = communicator.next().unwrap();
+    communicator.for_each(|peer| drop(std::thread::spawn(move || serve(&peer))));
+    Root::new(first)
 }
 
 fn together(options: &Options, count: usize) -> (Vec<u8>, Vec<[u8; 3]>, Traffic) {
-    let lead = crew(count);
-    let make = |model: Model| SharedBackend::new(&lead, model, None, options.clone());
-    trained(Session::start(Setup::new(data(), options.clone()), make, &mut |_| {}).unwrap())
+    let root = group(count);
+    let make = |model: Model| SharedBackend::new(&root, model, None, options.clone());
+    let session = Session::start(Setup::new(data(), options.clone()), make, &mut |_| {}).unwrap();
+    let (bytes, seen, traffic) = trained(session);
+    (bytes, seen, traffic.expect("several processes"))
 }
 
 /// Three processes keep the contract of a backend. The suite's clearcoat is none that a run stores, and so none that travels.
 mod conformance {
-    use super::{Options, SharedBackend, crew};
+    use super::{Options, SharedBackend, group};
     use refraxel_train::backend::conformance::{Suite, Tolerances};
     use refraxel_train::model::Model;
 
     fn three(model: Model) -> SharedBackend {
-        SharedBackend::new(&crew(3), model, None, Options::default())
+        SharedBackend::new(&group(3), model, None, Options::default())
     }
 
     refraxel_train::conformance_tests! {
@@ -142,7 +128,7 @@ fn messages_are_as_large_as_the_formula_says() {
     let (batch, objective) = (scenes::batch(RAYS), scenes::objective());
     for count in [2, 3, 4] {
         let model = scenes::straight_model(1, Extent::Bounded);
-        let mut backend = SharedBackend::new(&crew(count), model, None, Options::default());
+        let mut backend = SharedBackend::new(&group(count), model, None, Options::default());
         step(&mut backend, &batch, &objective, 1);
         let (before, earlier) = (backend.snapshot().model.field.clone(), backend.traffic());
         let outcome = step(&mut backend, &batch, &objective, 2);
@@ -193,10 +179,7 @@ fn runs_that_bake_mirrors_and_whose_cameras_learn_have_the_same_bits() {
         ("refraction.bend", "on"),
         ("judge.straight", "off"),
         ("reflection.cache", "baked"),
-        ("reflection.bake_period", "15"),
         ("pose.enabled", "on"),
-        ("pose.first", "8"),
-        ("pose.rays", "512"),
         // Bodies with a surface have an interpolation of their own.
         ("index.interpolation", "differences"),
     ];
@@ -205,7 +188,8 @@ fn runs_that_bake_mirrors_and_whose_cameras_learn_have_the_same_bits() {
 
 #[test]
 fn judged_runs_have_the_same_bits() {
-    let state = same_bits(&options(&[("refraction.bend", "on"), ("judge.least_steps", "9")]));
+    let state =
+        same_bits(&options(&[("refraction.bend", "on"), ("run.steps", "180"), ("run.batch", "1024")]));
     assert!(state.verdict.is_some(), "{state:?}");
 }
 
@@ -220,8 +204,7 @@ fn same_bits(options: &Options) -> State {
 
 #[test]
 fn a_clearcoat_and_more_processes_than_chunks_change_no_bit() {
-    let mut options =
-        options(&[("run.batch", "300"), ("clearcoat.enabled", "on"), ("clearcoat.probes", "4")]);
+    let mut options = options(&[("run.batch", "300"), ("clearcoat.enabled", "on")]);
     options.refraction.bend = Switch::Off;
     let (bytes, seen) = alone(&options);
     let (shared, pixels, _) = together(&options, 5);

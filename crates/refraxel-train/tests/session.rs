@@ -15,7 +15,7 @@ use refraxel_train::events::{Event, Task};
 use refraxel_train::model::{Model, Optimiser, Reflection, Refraction};
 use refraxel_train::options::Switch;
 use refraxel_train::run::Run;
-use refraxel_train::session::{Session, SessionError, Setup, Stop, Until};
+use refraxel_train::session::{IntoBackend, Session, SessionError, Setup, Stop, Until};
 use refraxel_train::verdict::{Hypothesis, RegionVerdict, StayReason};
 use refraxel_train::{Backend, CpuBackend, Options, TrainError};
 use std::ops::ControlFlow;
@@ -43,14 +43,8 @@ fn glass_ball() -> Dataset {
 
 fn options(bend: bool) -> Options {
     let mut options = Options::default();
-    // These tests ask little of a search: so many rays tell glass from air.
-    let short = [
-        ("run.steps", "40"),
-        ("run.batch", "256"),
-        ("grid.resolution", "32"),
-        ("straight_steps", "10"),
-        ("search.rays", "512"),
-    ];
+    let short =
+        [("run.steps", "40"), ("run.batch", "256"), ("grid.resolution", "32"), ("straight_steps", "10")];
     for (key, value) in short {
         options.set(key, value).unwrap();
     }
@@ -60,17 +54,17 @@ fn options(bend: bool) -> Options {
     options
 }
 
-fn start<B: Backend>(bend: bool, make: impl FnOnce(Model) -> B) -> Session<B> {
+fn start<M: IntoBackend>(bend: bool, make: impl FnOnce(Model) -> M) -> Session {
     Session::start(Setup::new(glass_ball(), options(bend)), make, &mut |_| {}).unwrap()
 }
 
-fn finish<B: Backend>(session: &mut Session<B>) -> Vec<Event> {
+fn finish(session: &mut Session) -> Vec<Event> {
     let mut events = Vec::new();
     assert_eq!(session.run(Until::finished(), &mut |e| events.push(e)).unwrap(), Stop::Finished);
     events
 }
 
-fn bytes<B: Backend>(session: &Session<B>) -> Vec<u8> {
+fn bytes(session: &Session) -> Vec<u8> {
     let mut run = session.snapshot();
     run.state.seconds = 0.0;
     let mut bytes = Vec::new();
@@ -84,10 +78,8 @@ fn a_run_tells_what_it_finds() {
     let events = finish(&mut session);
     let has = |wanted: fn(&Event) -> bool| events.iter().any(wanted);
     assert!(has(|e| matches!(e, Event::RegionFound { region: 0, .. })));
-    assert!(has(|e| matches!(e, Event::IndexSearched { misfit, .. } if *misfit > 0.0)));
-    assert!(has(
-        |e| matches!(e, Event::Progress { task: Task::SearchingIndex, done: 30, total } if *total > 60)
-    ));
+    assert!(has(|e| matches!(e, Event::IndexSearched { likeness, .. } if likeness.is_finite())));
+    assert!(has(|e| matches!(e, Event::Progress { task: Task::SearchingIndex, .. })));
     assert!(has(|e| matches!(e, Event::Stage { stage: 2, .. })));
     let records: Vec<_> =
         events.iter().filter_map(|e| if let Event::Record(r) = e { Some(r) } else { None }).collect();
@@ -135,7 +127,7 @@ fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (tempfile::TempDir, Da
 }
 
 /// A run that is long enough for a race.
-fn judged(data: Dataset, change: fn(&mut Options)) -> (Session<CpuBackend>, Vec<Event>) {
+fn judged(data: Dataset, change: fn(&mut Options)) -> (Session, Vec<Event>) {
     let mut options = options(true);
     (options.run.steps, options.run.batch) = (200, 512);
     options.judge.straight = Switch::On;
@@ -167,13 +159,35 @@ fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
 fn glass_that_bends_is_judged_so() {
     let (_folder, data) = scene_data("glass_ball", 64, None);
     // Long enough to know what is seen through the glass.
-    let (ball, _) = judged(data, |o| {
-        (o.run.steps, o.run.batch, o.refraction.straight_steps) = (400, 1024, 100);
-    });
+    let mut options = options(true);
+    (options.run.steps, options.run.batch, options.refraction.straight_steps) = (400, 1024, 100);
+    options.judge.straight = Switch::On;
+    let mut ball =
+        Session::start(Setup::new(data.clone(), options.clone()), CpuBackend::new, &mut |_| {}).unwrap();
+    ball.run(Until::step(150), &mut |_| {}).unwrap();
     let verdict = &ball.state().verdict.as_ref().unwrap().regions[0];
     let is_shown = verdict.evidence.is_some_and(|e| e.above.significance() > 3.0 && e.above.mean > 0.05);
     let is_won = verdict.gain_inside > verdict.margin;
     assert!(verdict.hypothesis != Hypothesis::Straight && (is_shown || is_won), "{verdict:?}");
+
+    let mut unlucky = ball.snapshot();
+    let events = finish(&mut ball);
+    let proof = ball.state().verdict.as_ref().unwrap().proof.unwrap();
+    assert!(proof.inside.unwrap() > 0.0 && proof.outside.unwrap() > 0.0, "{proof:?}");
+    assert!(events.iter().any(|e| matches!(e, Event::Proven { proof: p } if *p == proof)));
+    assert!((0.5..0.7).contains(&proof.progress) && !ball.backend().medium().is_none(), "{proof:?}");
+
+    // Where straight rays had been better, there is a way back, also after a pause.
+    let baseline = unlucky.state.baseline.as_mut().unwrap();
+    baseline.outside.iter_mut().flatten().for_each(|e| *e *= 1e-3);
+    let setup = Setup::new(data, options);
+    let mut back = Session::resume(setup, unlucky, CpuBackend::resumed, &mut |_| {}).unwrap();
+    let events = finish(&mut back);
+    assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { why: StayReason::FellBehind })));
+    assert!(back.backend().medium().is_none() && back.state().stays_straight);
+    assert!(!back.state().verdict.as_ref().unwrap().bends() && back.state().baseline.is_none());
+    let scores = back.evaluate(Part::Test, &mut |_| {}, &mut |_, _| {}).unwrap().scores;
+    assert!(scores.psnr.unwrap() > 15.0, "straight rays have learned the rest of the run: {scores:?}");
 }
 
 #[test]
@@ -292,18 +306,19 @@ fn a_run_that_is_stopped_anywhere_and_resumed_ends_with_the_same_bits() {
     }
 }
 
-/// A run of 30 steps with a guessed index, saved after some of them: from each of these it goes on to the same last bits.
-fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
+/// A run with a guessed index, saved after some of its last 22 steps: from each of these it goes on to the same last bits.
+fn goes_on_bit_by_bit(steps: u64, settings: &[(&str, &str)]) {
     let mut options = options(true);
-    let usual = [("run.steps", "30"), ("search.enabled", "off"), ("judge.enabled", "off")];
-    usual.iter().chain(settings).for_each(|(key, value)| drop(options.set(key, value).unwrap()));
+    options.run.steps = steps;
+    let usual = [("search.enabled", "off"), ("judge.enabled", "off")];
+    usual.iter().chain(settings).for_each(|(key, value)| options.set(key, value).unwrap());
     let setup = || Setup::new(glass_ball(), options.clone());
     let mut whole = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
     let mut save = |step: u64| {
         whole.run(Until::step(step), &mut |_| {}).unwrap();
         bytes(&whole)
     };
-    let saved = [8, 12, 17, 22, 29].map(|step| (step, save(step)));
+    let saved = [22, 18, 13, 8, 1].map(|left| (steps - left, save(steps - left)));
     finish(&mut whole);
     let last = bytes(&whole);
     for (step, saved) in saved {
@@ -317,16 +332,17 @@ fn goes_on_bit_by_bit(settings: &[(&str, &str)]) {
 #[test]
 fn sharp_smooth_and_graded_bodies_go_on_bit_by_bit_from_any_step() {
     for profile in ["sharp", "smooth", "graded"] {
-        goes_on_bit_by_bit(&[("search.profile", profile)]);
+        goes_on_bit_by_bit(30, &[("search.profile", profile)]);
     }
 }
 
 #[test]
 fn poses_and_exposures_that_learn_go_on_bit_by_bit_from_any_step() {
-    let often = [("pose.first", "6"), ("pose.every", "3"), ("exposure.enabled", "on")];
-    goes_on_bit_by_bit(&often);
-    goes_on_bit_by_bit(&[&often[..], &[("pose.enabled", "on")]].concat());
-    goes_on_bit_by_bit(&[&often[..2], &[("pose.enabled", "on"), ("pose.lens", "on")]].concat());
+    // They begin at step 48.
+    let exposures = [("exposure.enabled", "on")];
+    goes_on_bit_by_bit(66, &exposures);
+    goes_on_bit_by_bit(66, &[&exposures[..], &[("pose.enabled", "on")]].concat());
+    goes_on_bit_by_bit(66, &[("pose.enabled", "on"), ("pose.lens", "on")]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use refraxel_train::device::Device;
 use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
-use refraxel_train::verdict::{Difference, Evidence, Found, RegionVerdict, Verdict};
+use refraxel_train::verdict::{Difference, Evidence, Found, Proof, RegionVerdict, Verdict};
 
 /// An event in a sentence; none for what progress bars show.
 pub fn sentence(event: &Event) -> Option<String> {
@@ -11,11 +11,11 @@ pub fn sentence(event: &Event) -> Option<String> {
         Event::Stage { stage, resolution: [x, y, z], voxels } => {
             format!("stage {}: grid of {x} x {y} x {z} nodes, {voxels} voxels stored", stage + 1)
         }
-        Event::RegionFound { region, center, extent, nodes, faces, ellipsoid, turned } => {
+        Event::RegionFound { region, center, extent, nodes, faces, ellipsoid, revolution } => {
             let [[ex, ey, ez], [cx, cy, cz], n] = [*extent, *center, nodes.map(|n| n as f32)];
             let shape = match (faces, ellipsoid) {
                 (_, Some(misfit)) => format!(", an ellipsoid to {misfit:.2} pixels"),
-                _ if *turned => ", round about an upright axis".to_owned(),
+                _ if *revolution => ", round about an upright axis".to_owned(),
                 (Some(n), _) => format!(", bounded by {n} flat faces"),
                 _ => String::new(),
             };
@@ -57,26 +57,31 @@ pub fn sentence(event: &Event) -> Option<String> {
             100.0 * before,
             100.0 * pixels
         ),
-        Event::NothingSought { separation, needed } => format!(
+        Event::NothingDetected { separation, needed } => format!(
             "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
         ),
-        Event::Sought { separation, pixels } => format!(
+        Event::Detected { separation, pixels } => format!(
             "no masks: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels
         ),
         Event::MasksIgnored { views, usual_overlap } => ignored(views, *usual_overlap),
-        Event::IndexSearched { region, hypothesis, found, misfit } => {
-            format!("region {}: {}, {}, misfit {misfit:.3}", region + 1, hypothesis.name(), numbers(found))
+        Event::IndexSearched { region, hypothesis, found, likeness } => {
+            format!(
+                "region {}: {}, {}, likeness {likeness:.2}",
+                region + 1,
+                hypothesis.name(),
+                numbers(found)
+            )
         }
-        Event::IndexGuessed { region, straight_misfit, index } => format!(
-            "region {}: straight rays fit as well (misfit {straight_misfit:.3}); index {index} is a guess",
-            region + 1
-        ),
+        Event::IndexGuessed { region, index } => {
+            format!("region {}: no prediction shows what stands there; index {index} is a guess", region + 1)
+        }
         Event::Judged { verdict, .. } => verdict_text(verdict),
         Event::RaysBend { hypotheses } => {
             let names: Vec<_> = hypotheses.iter().map(|h| h.name()).collect();
             format!("rays bend: {}", names.join(", "))
         }
+        Event::Proven { proof } => proof_text(proof),
         Event::RaysStayStraight { why } => format!("rays stay straight: {why}"),
         Event::DeviceChosen { device: Device { name, why: Some(why) } } => {
             format!("trained on {name}, since {why}")
@@ -100,7 +105,6 @@ fn numbers(found: &[Found]) -> String {
         "filling" => format!("filled with index {:.2}", f.value),
         "water" => format!("water up to {:.0} % of the height", 100.0 * f.value),
         "level" => format!("level at {:.0} % of what the masks allow", 100.0 * f.value),
-        "red" | "green" | "blue" => format!("absorbs {:.2} of {} per unit", f.value, f.name),
         "offset" => format!("offset {:.1} voxels", f.value),
         name => format!("{name} {:.3}", f.value),
     };
@@ -142,7 +146,21 @@ pub fn verdict_text(verdict: &Verdict) -> String {
             others.collect::<Vec<_>>().join(", ")
         )
     };
-    verdict.regions.iter().map(region).collect::<Vec<_>>().join("\n")
+    let regions = verdict.regions.iter().map(region);
+    regions.chain(verdict.proof.as_ref().map(proof_text)).collect::<Vec<_>>().join("\n")
+}
+
+/// How bent rays stood against straight ones on the way.
+fn proof_text(proof: &Proof) -> String {
+    let gain = |gain: Option<f64>| gain.map_or("unknown".to_owned(), |g| format!("{g:+.2} dB"));
+    format!(
+        "after {:.0} % of the run, bent rays against what straight ones had learned by the decision, on views kept aside: {} inside, {} \
+         outside{}",
+        100.0 * proof.progress,
+        gain(proof.inside),
+        gain(proof.outside),
+        if proof.is_failed() { ": rays are straight again" } else { "" }
+    )
 }
 
 /// What a prediction without training says of a region.
@@ -210,8 +228,9 @@ mod tests {
     fn what_was_found_is_said_with_its_figures() {
         let number = |name: &str, value| Found { name: name.to_owned(), value };
         let found = vec![number("index", 1.6), number("wall", 0.25)];
-        let event = Event::IndexSearched { region: 0, hypothesis: Hypothesis::Shell, found, misfit: 0.1234 };
-        let expected = "region 1: a shell with air in it, index 1.600, wall 25 % of the depth, misfit 0.123";
+        let event =
+            Event::IndexSearched { region: 0, hypothesis: Hypothesis::Shell, found, likeness: 0.1234 };
+        let expected = "region 1: a shell with air in it, index 1.600, wall 25 % of the depth, likeness 0.12";
         assert_eq!(sentence(&event).unwrap(), expected);
         assert_eq!(sentence(&Event::Progress { task: Task::Carving, done: 1, total: 3 }), None);
     }

@@ -311,10 +311,7 @@ fn wrong_options() {
     train(data.path(), &out, &["--set", "search.profile=soft"])
         .refused(2, &["`search.profile` is `soft`", "`sharp`"]);
     train(data.path(), &out, &["--set", "rate=1"]).refused(2, &["`surface.rate`", "`index.rate`"]);
-    train(data.path(), &out, &["--set", "index_period=2"]).refused(2, &["does not exist any more", "again"]);
-    let loud =
-        ["train", path(data.path()), "--out", path(&out), "--set", "bent_tv=2", "--refraction-box", "0"];
-    refraxel(&loud).refused(2, &["note: option `bent_tv` is now `field.tv_density_refractive`"]);
+    train(data.path(), &out, &["--set", "judge.margin=2"]).refused(2, &["is gone", "MARGIN"]);
     let with = |content: &str| {
         std::fs::write(&toml, content).unwrap();
         train(data.path(), &out, &["--config", path(&toml)])

@@ -139,7 +139,13 @@ mod gpu {
         const GAIN: f64 = 1.0;
         let folder = tempfile::tempdir().unwrap();
         let data = refractive(folder.path(), "glass_ball", 24, 64);
-        let settings = ["run.steps=250", "run.batch=1024", "grid.resolution=40", "surface.rate=0.01"];
+        let settings = [
+            "run.steps=250",
+            "run.batch=1024",
+            "grid.resolution=40",
+            "field.sh_degree=2",
+            "surface.rate=0.01",
+        ];
         let guess = ["search.enabled=off", "search.guess=1.5", "judge.enabled=off"];
         let set = settings.iter().chain(&guess).flat_map(|s| ["--set", s]);
         let usual: Vec<&str> = set.chain(["--json"]).collect();

@@ -3,45 +3,13 @@
 
 mod common;
 
+use common::running::*;
 use common::*;
-use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant, SystemTime};
-
-const LOCK: &str = "training.lock";
-/// Time in which everything happens even on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// A program that does not outlive its test.
-struct Running(Option<Child>);
-
-impl Running {
-    fn id(&self) -> u32 {
-        self.0.as_ref().unwrap().id()
-    }
-
-    fn ended(mut self) -> Ran {
-        Ran::of(self.0.take().unwrap().wait_with_output().unwrap())
-    }
-
-    /// As `kill -9` does.
-    fn kill(mut self) {
-        let mut child = self.0.take().unwrap();
-        child.kill().unwrap();
-        child.wait().unwrap();
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            let _ = child.kill();
-        }
-    }
-}
+use std::process::Stdio;
+use std::time::{Duration, SystemTime};
 
 /// A training that would take hours, with these words beside the tiny options.
 fn endless(data: &Path, run: &Path, more: &[&str]) -> Running {
@@ -53,31 +21,7 @@ fn endless_telling(data: &Path, run: &Path, more: &[&str], to: Stdio) -> Running
     words.extend(TINY);
     words.extend(["--set", "steps=100000000"]);
     words.extend(more);
-    Running(Some(command(&words).stdout(Stdio::null()).stderr(to).spawn().unwrap()))
-}
-
-fn wait_until(what: &str, is_so: impl Fn() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < PATIENCE, "{what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-/// Sends signals, one right after the other.
-fn send(child: &Running, signals: &[&str]) {
-    let kill = |signal: &&str| format!("kill -{signal} {}", child.id());
-    let script = signals.iter().map(kill).collect::<Vec<_>>().join(" && ");
-    assert!(Command::new("sh").args(["-c", &script]).status().unwrap().success());
-}
-
-fn step(run: &Path) -> u64 {
-    TensorFile::load(&run.join(CHECKPOINT)).unwrap().header["state"]["step"].as_u64().unwrap()
-}
-
-fn has_leftovers(run: &Path) -> bool {
-    let names = fs::read_dir(run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-    names.into_iter().any(|name| name == LOCK || name.ends_with(".tmp"))
+    Running::start(command(&words).stderr(to))
 }
 
 #[test]

@@ -7,7 +7,7 @@ use refraxel_data::{Dataset, OpenOptions, Photo, load_photo};
 use std::path::{Path, PathBuf};
 
 /// Options that make finding a matter of seconds.
-const QUICK: [&str; 2] = ["--set", "seek.rays=120000"];
+const QUICK: [&str; 2] = ["--set", "detection.rays=120000"];
 
 /// A glass ball without masks and truth, and its true masks by view.
 fn unmasked(folder: &Path) -> (PathBuf, Vec<Photo>) {
@@ -88,7 +88,7 @@ fn what_cannot_be_pointed_at_is_refused_before_any_work() {
     let data = ball(folder.path());
     mask(&data, &[]).refused(3, &["5 training views have masks"]);
     std::fs::remove_dir_all(data.join("masks")).unwrap();
-    mask(&data, &["--set", "seek.separation=1"]).refused(3, &["--click VIEW X Y"]);
+    mask(&data, &["--set", "detection.separation=1"]).refused(3, &["--click VIEW X Y"]);
     mask(&data, &["--click", "IMG_7.jpg", "1", "1"]).refused(2, &["IMG_7.jpg", "r_0.png"]);
     mask(&data, &["--click", "r_3.png", "1", "99"]).refused(2, &["(1, 99)", "16 x 16 pixels"]);
     mask(&data, &["--click", "r_3.png", "left", "9"]).refused(2, &["'left'", "number of pixels"]);

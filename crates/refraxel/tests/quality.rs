@@ -48,6 +48,10 @@ fn a_pinned_run_on_glass_scores_as_ever() {
     assert!(run.join("evidence.png").exists(), "the picture that convinced");
     let told = refraxel(&["inspect", path(&run)]).done().out;
     assert!(told.contains("evidence.png") && told.contains("likeness"), "{told}");
+    let page = folder.path().join("page.html");
+    refraxel(&["export", path(&run), "--format", "html", "--out", path(&page)]).done();
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("data:image/png") && page.contains("likeness"), "a page to share shows it, too");
     let complaints: Vec<String> = SCORES.iter().filter_map(|score| score.complaint(&result)).collect();
     assert!(
         complaints.is_empty(),

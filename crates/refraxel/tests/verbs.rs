@@ -189,13 +189,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let folder = tempfile::tempdir().unwrap();
     let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let options = [
-        "steps=100",
-        "grid.resolution=32",
-        "straight_steps=20",
-        "reflection.bake_period=20",
-        "search.rays=512",
-    ];
+    let options = ["steps=100", "grid.resolution=32", "straight_steps=20"];
     for cache in ["learned", "baked"] {
         let cache = format!("reflection.cache={cache}");
         let mut words = vec!["--refraction", "on", "--reflection", "on", "--set", &cache];
@@ -216,13 +210,14 @@ fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
 #[test]
 fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let data = refractive(folder.path(), "prism", 60, 140);
+    let data = refractive(folder.path(), "prism", 100, 140); // of 60 views, every other run finds a face too many
     let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
     let options = [
         "steps=600",
         "straight_steps=150",
         "grid.resolution=72",
         "batch=2048",
+        "sh_degree=2",
         "search.enabled=off",
         "judge.enabled=off",
     ];
@@ -298,16 +293,7 @@ fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
 fn a_resumed_clearcoat_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
-    let coated = [
-        "--refraction",
-        "off",
-        "--clearcoat",
-        "on",
-        "--set",
-        "clearcoat.probes=4",
-        "--set",
-        "clearcoat.start=0.2",
-    ];
+    let coated = ["--refraction", "off", "--clearcoat", "on"];
     let [whole, halted] = ["whole", "halted"].map(|name| folder.path().join(name));
     train(&data, &whole, &coated).done();
     train(&data, &halted, &[&coated[..], &["--set", "stop_after=20"]].concat()).refused(130, &[]);
@@ -345,33 +331,19 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
 }
 
 #[test]
-fn a_run_with_the_names_of_former_versions_is_read() {
+fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_constant_now() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
-    let clearcoat = ["--refraction", "off", "--clearcoat", "on", "--set", "clearcoat.probes=4"];
-    train(&data, &run, &clearcoat).done();
+    train(&data, &run, &["--refraction", "off"]).done();
     let checkpoint = run.join(CHECKPOINT);
     let mut file = TensorFile::load(&checkpoint).unwrap();
-    let names = std::mem::take(&mut file.tensors).into_iter();
-    file.tensors = names.map(|(name, tensor)| (name.replace("clearcoat.", "gloss."), tensor)).collect();
-    let header = file.header.as_object_mut().unwrap();
-    let clearcoat = header.remove("clearcoat").unwrap();
-    header.insert("gloss".to_owned(), clearcoat);
-    let state = header["state"].as_object_mut().unwrap();
-    for (now, former) in [("phase", "act"), ("rate_scale", "caution")] {
-        let value = state.remove(now).unwrap();
-        state.insert(former.to_owned(), value);
-    }
-    header.remove("options");
-    let mut with = |key: &str, value: i32| {
-        let options = serde_json::json!({ "steps": 40, "sh_degree": 1, "gloss": "on", key: value });
-        file.header.as_object_mut().unwrap().insert("config".to_owned(), options);
+    let mut with = |decay: f64| {
+        file.header["options"]["field"]["rate_decay"] = decay.into();
         file.save(&checkpoint).unwrap();
         refraxel(&["inspect", path(&run)])
     };
-    let text = with("surface_blur", 2).done().out;
-    assert!(text.contains("field.sh_degree=1 surface.blur=2 clearcoat.enabled=on"), "{text}");
-    with("surface_width", 2).refused(3, &["option `surface_width` does not exist any more", "again"]);
+    with(0.05).done();
+    with(0.1).refused(3, &["option `field.rate_decay` is gone", "RATE_DECAY"]);
 }
 
 #[test]
@@ -445,15 +417,14 @@ fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption(
 fn a_look_that_finds_nothing_says_how_near_it_came() {
     let data = photographs(12, |_| {});
     let run = data.path().join("run");
-    let share = ["--set", "seek.rays=1000", "--set", "seek.cost=0.5"]; // of so short a run
-    let seeking = ["--set", "seek.separation=1"]; // which nothing has
-    train(data.path(), &run, &[&share[..], &seeking[..]].concat()).done();
+    let seeking = ["--set", "detection.rays=1000", "--set", "detection.separation=1"]; // which nothing has
+    train(data.path(), &run, &seeking).done();
     let log = std::fs::read_to_string(run.join("log.jsonl")).unwrap();
     let events = log.lines().flat_map(|line| {
         let record: Value = serde_json::from_str(line).unwrap();
         record["events"].as_array().cloned().unwrap_or_default()
     });
-    let looks: Vec<Value> = events.filter(|event| event["event"] == "nothing_sought").collect();
+    let looks: Vec<Value> = events.filter(|event| event["event"] == "nothing_detected").collect();
     assert_eq!(looks.len(), 1, "{log}");
     let separation = looks[0]["separation"].as_f64().unwrap();
     assert!((0.0..1.0).contains(&separation) && looks[0]["needed"] == 1.0, "{}", looks[0]);

@@ -46,7 +46,7 @@ fn serve() -> String {
     let scene = Scene::new("ball".to_owned(), Run::load(run).unwrap(), Some(&data));
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
-    let server = Server::bind(0).unwrap();
+    let server = Server::bind(0).unwrap().with_evidence(run.join("evidence.png"));
     let url = server.url();
     server.start(orders, photographs, None);
     thread::spawn(|| painter.work());
@@ -188,6 +188,15 @@ fn only_the_page_with_the_token_is_let_in() {
         assert!(page.contains(&format!("\"./{file}\"")), "the page names {file}");
         assert!(get(&format!("/{token}/{file}"), &[&own]).starts_with("HTTP/1.1 200"), "{file}");
     }
+    // The picture that convinced is there once the run has one; no other file of its folder is.
+    let evidence = || get(&format!("/{token}/evidence.png"), &[&own]);
+    let there = glass_run().1.join("evidence.png");
+    assert!(evidence().starts_with("HTTP/1.1 404"));
+    std::fs::write(&there, "as drawn").unwrap();
+    let shown = evidence();
+    std::fs::remove_file(there).unwrap();
+    assert!(shown.starts_with("HTTP/1.1 200") && shown.contains("image/png") && shown.ends_with("as drawn"));
+    assert!(get(&format!("/{token}/checkpoint.safetensors"), &[&own]).starts_with("HTTP/1.1 404"));
     let wrong = token.replace(|c: char| c.is_ascii_digit(), "a");
     for path in
         ["/", &format!("/{wrong}x/"), &format!("/{token}/../../etc/passwd"), &format!("/{token}/socket")]

@@ -1,6 +1,7 @@
 //! A ray at a sharp surface: the event, theory (2.25), and its transpose, theory (2.27)–(2.29).
 
 use super::mirror::{Arrival, MirrorAdjoint};
+use super::sides::Sides;
 use super::step::State;
 use super::{PartialReflectionAdjoint, Step, Tracer};
 use crate::index::VACUUM;
@@ -36,15 +37,6 @@ pub enum EventKind {
     Refraction,
     /// It is turned back: total reflection.
     Reflection,
-}
-
-/// A value on both sides of a surface, as a ray meets them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sides<T> {
-    /// On the side that the ray comes from.
-    pub before: T,
-    /// On the other side.
-    pub after: T,
 }
 
 /// A ray on a surface, after the end kick and before the event.
@@ -247,7 +239,7 @@ impl<T: Real> Tracer<'_, T> {
         let (tau, p1) = (step.drift, segment.momentum);
         let at = self.impact(step, event, &State { x: segment.start, p: p1 });
         let turn = event.turn(&at);
-        let mirror = d_end.mirror.map(|d| at.arrival(&turn).vjp(d, self.options.weight));
+        let mirror = d_end.mirror.map(|d| at.arrival(&turn).vjp(d));
 
         // forward: p3 = p2 + (s − a) m with a = p2 · m, s = s(a, D), m = ∇φ/|∇φ|
         let d_turn = event.turn_vjp(&turn, at.p, mirror.as_ref(), d.p);

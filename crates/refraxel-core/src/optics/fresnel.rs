@@ -2,17 +2,6 @@
 
 use crate::Real;
 
-/// How the share of light that a surface mirrors, sharp or smooth, follows from Fresnel's reflectance R.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Weight {
-    /// The share is R.
-    #[default]
-    Whole,
-    /// The share is R ∫ |∇n| ds through the surface, the plain product of gradient and Fresnel coefficient, at most 1. Since
-    /// dp/ds = ∇n the integral is |after − before|. For comparison: it does not conserve energy.
-    Gradient,
-}
-
 /// A ray at an interface: normal momenta and w = n²/2 on both sides.
 ///
 /// Normal momentum is n cos θ, so that Snell's law is part of the arguments: `before² − 2 w_before = after² − 2 w_after`.
@@ -41,31 +30,6 @@ impl<T: Real> Incidence<T> {
     pub fn reflectance(&self) -> T {
         let [s, p] = self.amplitudes();
         T::of(0.5) * (s * s + p * p)
-    }
-
-    /// The share of the light that is mirrored, in [0, 1], by the given rule.
-    pub fn share(&self, weight: Weight) -> T {
-        match weight {
-            Weight::Whole => self.reflectance(),
-            Weight::Gradient => (self.reflectance() * (self.after - self.before).abs()).min(T::one()),
-        }
-    }
-
-    /// Transpose of the derivative of [`Self::share`]: dLoss/d(each field), in place of the fields, as
-    /// [`Self::reflectance_vjp`]. 0 where [`Weight::Gradient`] is clamped at 1.
-    pub fn share_vjp(&self, weight: Weight, d_share: T) -> Self {
-        let change = self.after - self.before;
-        match weight {
-            Weight::Whole => self.reflectance_vjp(d_share),
-            Weight::Gradient if self.share(weight) >= T::one() => self.reflectance_vjp(T::zero()),
-            Weight::Gradient => {
-                let mut d = self.reflectance_vjp(d_share * change.abs());
-                let d_change = d_share * self.reflectance() * change.signum();
-                d.after += d_change;
-                d.before -= d_change;
-                d
-            }
-        }
     }
 
     /// Transpose of the derivative of [`Self::reflectance`], theory (7.3): dLoss/d(each field), in place of the fields. The
@@ -163,29 +127,6 @@ mod tests {
             assert!((difference(|j, e| j.after += e) - d.after).abs() < 1e-9);
             assert!((difference(|j, e| j.w_before += e) - d.w_before).abs() < 1e-9);
             assert!((difference(|j, e| j.w_after += e) - d.w_after).abs() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn the_plain_product_is_half_of_fresnels_share_for_glass_and_has_derivatives() {
-        let i = at(1.0, 1.0, 1.5);
-        assert!(
-            (i.share(Weight::Gradient) - 0.02).abs() < 1e-15 && (i.share(Weight::Whole) - 0.04).abs() < 1e-15
-        );
-        assert_eq!(at(1e-3, 1.0, 1.5).share(Weight::Gradient), 1.0, "no more than all");
-        let (i, e) = (at(0.3, 1.0, 1.5), 1e-6);
-        let d = i.share_vjp(Weight::Gradient, 0.7);
-        for (change, exact) in [
-            ((|j, e| j.before += e) as fn(&mut Incidence<f64>, f64), d.before),
-            (|j, e| j.after += e, d.after),
-            (|j, e| j.w_after += e, d.w_after),
-        ] {
-            let along = |e: f64| {
-                let mut j = i;
-                change(&mut j, e);
-                0.7 * j.share(Weight::Gradient)
-            };
-            assert!(((along(e) - along(-e)) / (2.0 * e) - exact).abs() < 1e-9);
         }
     }
 }

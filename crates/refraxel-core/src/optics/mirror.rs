@@ -1,8 +1,8 @@
 //! The light that a sharp surface mirrors while the ray passes, theory (7.1) and (7.2), and its transpose, theory (7.3) and
 //! (7.4).
 
-use super::event::Sides;
-use super::fresnel::{Incidence, Weight};
+use super::fresnel::Incidence;
+use super::sides::Sides;
 use crate::{Real, Vec3};
 
 /// The share of the light that a surface on a path mirrors, and the ray along which that light arrives, theory (7.1) and
@@ -27,7 +27,7 @@ pub struct PartialReflection<T> {
     pub direction: Vec3<T>,
     /// Unit normal, out of the body: ∇φ/|∇φ|, or −∇w/|∇w|.
     pub normal: Vec3<T>,
-    /// The mirrored share of the light, in [0, 1]: Fresnel's reflectance R, weighted by [`Weight`].
+    /// The mirrored share of the light, in [0, 1]: Fresnel's reflectance R, theory (7.1).
     pub reflectance: T,
 }
 
@@ -80,8 +80,8 @@ impl<T: Real> Arrival<T> {
     }
 
     /// The mirrored share of the light, theory (7.1).
-    pub(super) fn share(&self, weight: Weight) -> T {
-        self.incidence().share(weight)
+    pub(super) fn reflectance(&self) -> T {
+        self.incidence().reflectance()
     }
 
     /// q = p − 2 (p · m) m, the momentum of the mirrored ray, theory (7.2).
@@ -95,9 +95,9 @@ impl<T: Real> Arrival<T> {
         q / q.length()
     }
 
-    /// Transpose of [`Self::share`] and [`Self::direction`], theory (7.3) and (7.4).
-    pub(super) fn vjp(&self, d: &PartialReflectionAdjoint<T>, weight: Weight) -> MirrorAdjoint<T> {
-        let by = self.incidence().share_vjp(weight, d.reflectance);
+    /// Transpose of [`Self::reflectance`] and [`Self::direction`], theory (7.3) and (7.4).
+    pub(super) fn vjp(&self, d: &PartialReflectionAdjoint<T>) -> MirrorAdjoint<T> {
+        let by = self.incidence().reflectance_vjp(d.reflectance);
         let q = self.mirrored();
         let size = q.length();
         let u = q / size;

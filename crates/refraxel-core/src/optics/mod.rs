@@ -82,6 +82,7 @@ pub mod fresnel;
 mod hop;
 mod mirror;
 mod partial_reflections;
+mod sides;
 mod step;
 mod trace;
 pub mod transition;
@@ -91,7 +92,6 @@ mod tests;
 
 pub use crossing::{MOST_STEPS as CROSSING_STEPS, SPACING as CROSSING_SPACING};
 pub use event::{Event, EventKind, GRAZING};
-pub use fresnel::Weight;
 pub use mirror::{PartialReflection, PartialReflectionAdjoint};
 
 use crate::segment::{Segment, SegmentAdjoint};
@@ -131,19 +131,11 @@ pub struct Options<T> {
     pub near: T,
     /// Bound on the segments of a path; a path that reaches it ends there as [`PathEnd::Exhausted`].
     pub max_segments: usize,
-    /// The share of the light that surfaces mirror.
-    pub weight: Weight,
 }
 
 impl<T: Real> Default for Options<T> {
     fn default() -> Self {
-        Self {
-            integrator: Integrator::default(),
-            step: T::of(0.5),
-            near: T::zero(),
-            max_segments: 4096,
-            weight: Weight::Whole,
-        }
+        Self { integrator: Integrator::default(), step: T::of(0.5), near: T::zero(), max_segments: 4096 }
     }
 }
 

@@ -24,7 +24,7 @@ impl<T: Real> Tracer<'_, T> {
         self.surfaces(path, |surface| {
             out.extend(match surface {
                 Surface::Sharp(segment) => self.at_event(path, segment),
-                Surface::Smooth(passage) => Some(passage.reflection(self.options.weight)),
+                Surface::Smooth(passage) => Some(passage.reflection()),
             })
         });
     }
@@ -43,7 +43,7 @@ impl<T: Real> Tracer<'_, T> {
             position: at.x,
             direction: arrival.direction(),
             normal: arrival.normal,
-            reflectance: arrival.share(self.options.weight),
+            reflectance: arrival.reflectance(),
         })
     }
 

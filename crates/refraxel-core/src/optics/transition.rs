@@ -1,6 +1,6 @@
 //! A smooth transition of the index that counts as one surface, theory (7.11), and its transpose, theory (7.12).
 
-use super::fresnel::{Incidence, Weight};
+use super::fresnel::Incidence;
 use super::{GRAZING, PartialReflection, PartialReflectionAdjoint, Path, Tracer};
 use crate::index::VACUUM;
 use crate::segment::SegmentAdjoint;
@@ -84,7 +84,7 @@ impl<T: Real> Passage<T> {
     }
 
     /// The partial reflection at the transition, theory (7.11).
-    pub(super) fn reflection(&self, weight: Weight) -> PartialReflection<T> {
+    pub(super) fn reflection(&self) -> PartialReflection<T> {
         let q = self.mirrored();
         let from_inside = self.incidence.w_before > T::of(VACUUM + INSIDE);
         PartialReflection {
@@ -95,7 +95,7 @@ impl<T: Real> Passage<T> {
             position: self.x,
             direction: q / q.length(),
             normal: -self.normal,
-            reflectance: self.incidence.share(weight),
+            reflectance: self.incidence.reflectance(),
         }
     }
 }
@@ -166,7 +166,7 @@ impl<T: Real> Tracer<'_, T> {
         let size = q.length();
         let u = q / size;
         let d_q = (d.direction - u * u.dot(d.direction)) / size;
-        let by = at.incidence.share_vjp(self.options.weight, d.reflectance);
+        let by = at.incidence.reflectance_vjp(d.reflectance);
         let (d_before, d_after) = (by.before - sign * m.dot(d_q), by.after);
         // forward: a² = 2 w₀ − t, s² = 2 w₁ − t, t = p² − (p·m)²
         let (by_before, by_after) = (d_before / at.incidence.before, d_after / at.incidence.after);

@@ -104,6 +104,15 @@ pub struct Filtered<T> {
     pub by_thickness: [T; 3],
 }
 
+/// dLoss/d(arguments of [`Filter::through`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterAdjoint<T> {
+    /// dLoss/d(colour before).
+    pub colour: [T; 3],
+    /// dLoss/dthickness.
+    pub thickness: [T; 3],
+}
+
 impl<T: Real> Filter<T> {
     /// A filter of this optical thickness per channel [1].
     #[inline]
@@ -151,6 +160,20 @@ impl<T: Real> Filter<T> {
         let ((light, slope), transmittance) = (light(before), (-u).exp());
         let (after, code_slope) = code(light * transmittance);
         [after, code_slope * transmittance * slope, -code_slope * transmittance * light]
+    }
+}
+
+impl<T: Real> Filtered<T> {
+    /// A colour that nothing filters, and whose derivative by thickness is not asked for.
+    pub fn unfiltered(colour: [T; 3]) -> Self {
+        Self { colour, slope: [T::one(); 3], by_thickness: [T::zero(); 3] }
+    }
+
+    /// Transpose of the derivative of [`Filter::through`], theory (7.19), given dLoss/d(colour seen).
+    #[inline]
+    pub fn vjp(&self, d_colour: [T; 3]) -> FilterAdjoint<T> {
+        let times = |by: [T; 3]| std::array::from_fn(|c| d_colour[c] * by[c]);
+        FilterAdjoint { colour: times(self.slope), thickness: times(self.by_thickness) }
     }
 }
 
@@ -230,6 +253,9 @@ mod tests {
             let by_thickness = (of(u + e, code).colour[0] - of(u - e, code).colour[0]) / (2.0 * e);
             assert!((d.slope[0] - slope).abs() < 1e-7, "{u} {code}: {} {slope}", d.slope[0]);
             assert!((d.by_thickness[0] - by_thickness).abs() < 1e-7, "{u} {code}: {by_thickness}");
+            let d_seen = d.vjp([0.4, 0.0, 0.0]);
+            assert!((d_seen.colour[0] - 0.4 * slope).abs() < 1e-7, "{u} {code}: {d_seen:?}");
+            assert!((d_seen.thickness[0] - 0.4 * by_thickness).abs() < 1e-7, "{u} {code}: {d_seen:?}");
         }
     }
 

@@ -13,7 +13,7 @@ mod quadrature;
 
 pub use crate::segment::{Segment, SegmentAdjoint};
 pub use absorption::{Absorption, AbsorptionAdjoint, LEAST_CONTRAST};
-pub use light::{Filter, Filtered, MixAdjoint, mix, mix_vjp, without};
+pub use light::{Filter, FilterAdjoint, Filtered, MixAdjoint, mix, mix_vjp, without};
 pub use march::{Pixel, PixelAdjoint, render, render_through, render_vjp};
 pub use probes::{ProbeGrid, ProbeStencil};
 pub use quadrature::{GROUP, QuadraturePoint, quadrature};

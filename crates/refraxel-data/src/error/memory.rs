@@ -1,8 +1,9 @@
 //! What can be wrong with a dataset that is handed over in memory.
 
-use super::{PoseFault, Size};
 use crate::camera::CameraFault;
 use crate::image::BadPixel;
+use crate::pose::PoseFault;
+use crate::size::Size;
 
 /// Arrays in memory do not make a dataset. Views are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -9,6 +9,8 @@ use crate::Crop;
 use crate::camera::CameraFault;
 use crate::image::BadPixel;
 use crate::jpeg::JpegFault;
+use crate::pose::PoseFault;
+use crate::size::Size;
 use std::path::PathBuf;
 
 /// A dataset or one of its files cannot be used.
@@ -285,47 +287,4 @@ pub enum DataError {
     /// Arrays in memory do not make a dataset.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-}
-
-/// Why a matrix is not a camera pose.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum PoseFault {
-    /// An entry is NaN or infinite.
-    #[error("the pose has an entry that is not a finite number")]
-    NotFinite,
-    /// The camera is too far away.
-    #[error(
-        "the camera stands {0:.1e} scene units from the origin, at most {farthest:.0e} can be computed with; choose another unit of length",
-        farthest = crate::pose::FARTHEST
-    )]
-    TooFar(f64),
-    /// The rotation contains a reflection.
-    #[error("the rotation has determinant {0:.3}: it mirrors the world (one axis has the wrong sign)")]
-    Mirrored(f64),
-    /// No rotation can be extracted.
-    #[error("the rotation is singular (determinant {0:.1e})")]
-    Singular(f64),
-    /// The rotation contains scale or shear.
-    #[error(
-        "the rotation is {0:.2e} away from orthonormal (at most 1e-2 is repaired): it contains scale or shear"
-    )]
-    NotRotation(f64),
-    /// A quaternion that is not of unit length.
-    #[error("the quaternion has length {0:.4}; expected 1")]
-    Quaternion(f64),
-}
-
-/// Width and height [pixel], printed as `24x16`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl std::fmt::Display for Size {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}x{}", self.width, self.height)
-    }
 }

@@ -1,5 +1,6 @@
 //! Where the pictures are taken from.
 
+use super::elevations::Elevations;
 use super::hash::{mix, unit};
 use super::scene::Scene;
 use refraxel_core::{Camera, Vec3, vec3};
@@ -28,31 +29,6 @@ impl CameraSet {
         }
     }
 }
-
-/// A range of elevations of cameras above the horizontal plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elevations {
-    /// Lowest [rad].
-    pub low: f64,
-    /// Highest [rad].
-    pub high: f64,
-}
-
-impl Elevations {
-    /// From 12° to 78° above the ground.
-    pub const UPPER: Elevations = Elevations { low: 12.0 * DEGREE, high: 78.0 * DEGREE };
-    /// All directions but those within 12° of straight up or down.
-    pub const FULL: Elevations = Elevations { low: -78.0 * DEGREE, high: 78.0 * DEGREE };
-    /// From 35° to 80°: into a basin.
-    pub const STEEP: Elevations = Elevations { low: 35.0 * DEGREE, high: 80.0 * DEGREE };
-
-    /// Both ends in degrees.
-    pub fn degrees(&self) -> [f64; 2] {
-        [self.low, self.high].map(f64::to_degrees)
-    }
-}
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Places around the origin from which pictures are taken, and what they are directed at.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,6 +8,7 @@
 
 mod cameras;
 mod dataset;
+mod elevations;
 mod entry;
 mod error;
 mod grin;
@@ -26,10 +27,10 @@ mod truth;
 mod vector;
 
 pub use cameras::{
-    CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Elevations, Viewpoints, cameras, from_opengl_matrix,
-    opengl_matrix,
+    CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Viewpoints, cameras, from_opengl_matrix, opengl_matrix,
 };
 pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
+pub use elevations::Elevations;
 pub use error::SynthError;
 pub use grin::Phase;
 pub use medium::{Index, Medium};

@@ -1,6 +1,6 @@
 //! A scene: bodies, what they are made of, and what surrounds them.
 
-use super::cameras::Elevations;
+use super::elevations::Elevations;
 use super::hash::mix;
 use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};

@@ -1,7 +1,7 @@
 //! The truth about refractive objects that `scene.json` states: it is written for our scenes, and read for ours and for
 //! the path-traced ones.
 
-use super::cameras::Elevations;
+use super::elevations::Elevations;
 use super::entry;
 use super::medium::Index;
 use super::scene::{Body, Environment, Matter, Scene};

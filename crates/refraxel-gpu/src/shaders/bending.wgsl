@@ -25,8 +25,6 @@ struct Bending {
     most_segments: u32,
     // Whether some region has no sharp surface.
     is_smooth: u32,
-    // Whether surfaces mirror by the plain product of reflectance and index gradient.
-    plain_product: u32,
     // Where the gradient of the strengths of mirrors lies behind that of the probes.
     strengths_from: u32,
     // Samples of at most this weight do not count for a clearcoat, whose index of refraction comes next.

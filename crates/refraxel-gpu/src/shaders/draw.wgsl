@@ -1,4 +1,4 @@
-// A batch that is drawn from photographs on the device: the pixels that `rays.rs` of the trainer chooses, by the same random numbers.
+// A batch that is drawn from photographs on the device: the pixels that `RaySampler` of the trainer chooses, by the same random numbers.
 
 // A pixel of a view; NONE in place of the view: none was found.
 struct Place {

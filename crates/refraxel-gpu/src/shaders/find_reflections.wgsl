@@ -101,7 +101,7 @@ fn at_event(segment: ptr<function, Segment>, number: u32) -> Reflection {
     r.w_before = arrival.w_before;
     r.w_after = arrival.w_after;
     r.direction = normalize(r.p - r.normal * (2.0 * r.before));
-    r.reflectance = share_of(Incidence(abs(r.before), abs(r.after), r.w_before, r.w_after));
+    r.reflectance = reflectance_of(Incidence(abs(r.before), abs(r.after), r.w_before, r.w_after));
     r.trend = SHARP;
     return r;
 }
@@ -189,7 +189,7 @@ fn close(passing: ptr<function, Passing>, sight: ptr<function, Sight>) {
     r.w_before = w.x;
     r.w_after = w.y;
     r.direction = normalize(at.p - m * (along + select(-incidence.before, incidence.before, rises)));
-    r.reflectance = share_of(incidence);
+    r.reflectance = reflectance_of(incidence);
     r.first = (*passing).first.x;
     r.first_segment = (*passing).first.segment;
     r.first_region = (*passing).first.region;

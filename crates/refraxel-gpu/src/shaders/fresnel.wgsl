@@ -20,12 +20,6 @@ fn reflectance_of(i: Incidence) -> f32 {
     return 0.5 * dot(r, r);
 }
 
-// The share of the light that is mirrored, by the rule of the medium.
-fn share_of(i: Incidence) -> f32 {
-    let whole = reflectance_of(i);
-    return select(whole, min(whole * abs(i.after - i.before), 1.0), bending.plain_product != 0u);
-}
-
 // dLoss/d(incidence), whose four numbers count as independent.
 fn reflectance_vjp(i: Incidence, d_reflectance: f32) -> Incidence {
     let r = amplitudes(i);
@@ -41,19 +35,4 @@ fn reflectance_vjp(i: Incidence, d_reflectance: f32) -> Incidence {
         -by_p * u * i.after,
         by_p * v * i.before,
     );
-}
-
-fn share_vjp(i: Incidence, d_share: f32) -> Incidence {
-    let change = i.after - i.before;
-    let is_product = bending.plain_product != 0u;
-    let is_clamped = is_product && share_of(i) >= 1.0;
-    let d_reflectance = select(d_share, select(d_share * abs(change), 0.0, is_clamped), is_product);
-    var d = reflectance_vjp(i, d_reflectance);
-    if (is_product && !is_clamped) {
-        // forward: share = R |s − a|
-        let d_change = d_share * reflectance_of(i) * select(-1.0, 1.0, change >= 0.0);
-        d.after += d_change;
-        d.before -= d_change;
-    }
-    return d;
 }

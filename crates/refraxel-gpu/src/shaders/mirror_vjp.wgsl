@@ -44,7 +44,7 @@ fn look_back(at: u32, d_shown: vec3<f32>) -> vec3<f32> {
     }
     reflections[at].d_behind = d.behind;
     reflections[at].d_thickness = d_filtered * f.by_thickness;
-    let by = share_vjp(Incidence(abs(r.before), abs(r.after), r.w_before, r.w_after), d_share * strength);
+    let by = reflectance_vjp(Incidence(abs(r.before), abs(r.after), r.w_before, r.w_after), d_share * strength);
     if (r.trend == SHARP) {
         reflection_vjp(at, r, by, lookup);
     } else {

@@ -2,9 +2,9 @@
 
 use super::{Inner, PORTION, parameters};
 use crate::arrays::{Array, Rays, of_vectors, shaped, values};
-use crate::attended::go_on;
 use crate::errors::refused;
-use crate::medium::entries;
+use crate::index_parameters::entries;
+use crate::interruptible::go_on;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

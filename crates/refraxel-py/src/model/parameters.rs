@@ -2,7 +2,7 @@
 
 use crate::arrays::{Array, grid, shaped, values};
 use crate::errors::refused;
-use crate::medium::{indices, one_index};
+use crate::index_parameters::{indices, one_index};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

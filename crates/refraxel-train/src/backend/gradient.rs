@@ -1,6 +1,7 @@
 //! dLoss/d(everything) of a batch.
 
-use super::{RayGradient, StepOutcome};
+use super::outcome::StepOutcome;
+use super::ray_gradient::RayGradient;
 use crate::model::Mirror;
 use refraxel_core::FieldGradient;
 use refraxel_core::index::MediumGradient;

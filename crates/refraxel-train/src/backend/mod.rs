@@ -4,43 +4,32 @@
 //! its memory is its own affair. What many ask for and what is small stays on the host as a mirror image: the grid of the
 //! field without its values, the medium, and whether anything mirrors.
 
-mod batch;
 pub mod conformance;
 mod gradient;
+mod marching;
 mod mask;
 mod objective;
+mod outcome;
+mod ray_gradient;
 
-pub use batch::{Batch, Marching, PixelGradient, RayGradient};
+pub use crate::rays::Batch;
 pub use gradient::{BatchGradient, MirrorGradient};
+pub use marching::Marching;
 pub use mask::BrickMask;
 pub use objective::{
     AbsorptionObjective, BUCKET_SLOTS, IndexObjective, Objective, REFRESH, RULE, ReflectionObjective,
     TV_EPSILON,
 };
+pub use outcome::StepOutcome;
+pub use ray_gradient::{PixelGradient, RayGradient};
 
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};
 use crate::rays::Draw;
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
 use refraxel_core::{BrickMap, Domain, Ray};
+use std::any::Any;
 use std::borrow::Cow;
-
-/// What a step did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepOutcome {
-    /// The number that the step was submitted with.
-    pub step: u64,
-    /// Rays of the batch.
-    pub rays: u64,
-    /// Σ over rays of |C − target|², without priors.
-    pub squared_error: f64,
-    /// Samples whose colour was evaluated.
-    pub samples: u64,
-    /// Index samples, and lengths of paths in what absorbs, that were left out since the derivative of their path overflowed.
-    pub overflows: u64,
-    /// False when the squared error or a parameter was NaN or infinite.
-    pub finite: bool,
-}
 
 /// Which parts of the light a rendering shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,7 +89,7 @@ pub struct Snapshot<'a> {
 ///
 /// **Faults.** A device can be lost, or its memory exhausted. [`fault`](Self::fault) says so; all outcomes are not finite from
 /// then on, and what else the backend gives means nothing.
-pub trait Backend: Send {
+pub trait Backend: Any + Send {
     /// Why the machine cannot go on, and what to do; `None` while it can.
     fn fault(&self) -> Option<String> {
         None
@@ -181,7 +170,7 @@ pub trait Backend: Send {
 ///
 /// # Panics
 /// If the backend gives none or several: outcomes of earlier steps were not asked for.
-pub fn step(backend: &mut impl Backend, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
+pub fn step(backend: &mut dyn Backend, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
     backend.submit(batch, objective, step);
     let outcomes = backend.outcomes(true);
     assert_eq!(outcomes.len(), 1, "one outcome per step");

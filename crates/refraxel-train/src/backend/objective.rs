@@ -1,6 +1,6 @@
 //! What a step minimises, and how fast the parameters move.
 
-use super::Marching;
+use super::marching::Marching;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::optimiser::RmsProp;
 

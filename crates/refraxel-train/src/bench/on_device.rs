@@ -1,7 +1,7 @@
 //! Throughput of a device other than the CPU, on the scene and the rays of the others.
 
 use super::{BenchOptions, MARCHING, best, coherent_batch, model, objective, random_batch};
-use crate::backend::{Backend, Batch, Layers};
+use crate::backend::{Batch, Layers};
 use crate::model::Model;
 use crate::session::{BackendError, IntoBackend};
 use serde::Serialize;
@@ -25,7 +25,7 @@ pub struct DeviceThroughput {
 }
 
 /// Measure straight rays on a backend that `make` gives, or say why it has none.
-pub fn straight_on<B: Backend, M: IntoBackend<B>>(
+pub fn straight_on<M: IntoBackend>(
     options: &BenchOptions,
     make: impl FnOnce(Model) -> M,
 ) -> Result<DeviceThroughput, BackendError> {
@@ -70,7 +70,7 @@ mod tests {
         let samples_per_ray = rays_of(found.train_msamples_per_s);
         assert!((8.0..28.0).contains(&samples_per_ray), "{samples_per_ray}");
         assert!(found.forward_msamples_per_s > 0.0 && found.forward_random_msamples_per_s > 0.0);
-        let none = straight_on::<CpuBackend, _>(&options, |_| Err::<CpuBackend, _>("no device"));
+        let none = straight_on(&options, |_| Err::<CpuBackend, _>("no device"));
         assert_eq!(none.unwrap_err().to_string(), "no device");
     }
 }

@@ -24,7 +24,7 @@ use std::path::PathBuf;
 compile_error!("checkpoints are little-endian and are written straight from memory");
 
 /// Version of the file layout described in this module.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// Why a checkpoint could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,6 @@ use super::path_adjoint::SegmentSums;
 use super::record::Record;
 use super::sample::{MarchedSegment, RaySamples, Sample};
 use super::tape::Tape;
-use super::view::{Packet, View};
 use crate::backend::AbsorptionObjective;
 use crate::descent;
 use crate::model::{IndexMoments, Refraction};
@@ -31,6 +30,11 @@ pub(super) struct ShadedRay<'a> {
 impl Absorbed {
     pub(super) fn clear(&mut self) {
         self.filtered.clear();
+    }
+
+    /// Passes over the samples before number `end`: they lie on straight rays, where nothing absorbs.
+    pub(super) fn skip_to(&mut self, end: usize) {
+        self.filtered.resize(end, Filter::clear().through([0.0; 3]));
     }
 
     /// The filtered colours of the samples of a ray.
@@ -60,23 +64,6 @@ impl Absorbed {
     }
 }
 
-/// Filters the colours of all bent rays of a packet.
-pub(super) fn absorb(view: &View, packet: &mut Packet) {
-    let Packet { seen, rays, paths, mirrored, absorbed, .. } = packet;
-    absorbed.clear();
-    let (mut first, mut first_mirrored) = (0, 0);
-    for (ray, path) in rays.iter_mut().zip(paths) {
-        if ray.bent {
-            absorbed.filtered.resize(first, Filter::clear().through([0.0; 3]));
-            let (samples, segments) = (&mut seen.samples[first..ray.samples], &seen.segments[..]);
-            let shaded =
-                ShadedRay { samples, segments, mirrored: &mut mirrored[first_mirrored..ray.mirrored] };
-            ray.through = absorbed.filter(&view.scene.refraction.medium, path, shaded);
-        }
-        (first, first_mirrored) = (ray.samples, ray.mirrored);
-    }
-}
-
 /// What the way back through the filters of a ray starts from.
 pub(super) struct FilteredRay<'a> {
     pub medium: &'a Medium<f32>,
@@ -99,7 +86,7 @@ impl FilteredRay<'_> {
     /// Turns dLoss/d(filtered colour) of the samples' `records` into that of the colour, theory (7.19). Adds what the
     /// coefficients receive to those of the tape, and notes what the segments do, theory (7.20). Gives the number of segments
     /// that were left out since their derivative overflowed.
-    pub(super) fn way_back(
+    pub(super) fn ray_vjp(
         &self,
         records: &mut [Record],
         coefficients: &mut [[f64; 3]],
@@ -109,8 +96,9 @@ impl FilteredRay<'_> {
         adjoint.clear(self.path.segments.len());
         for ((s, r), f) in self.samples.samples.iter().zip(records).zip(self.filtered) {
             let place = self.samples.segment_of(s).place as usize;
-            adjoint.add(place, s.t, product(r.d_colour, f.by_thickness));
-            r.d_colour = product(r.d_colour, f.slope);
+            let d = f.vjp(r.d_colour);
+            adjoint.add(place, s.t, d.thickness);
+            r.d_colour = d.colour;
         }
         for m in self.mirrored {
             adjoint.add_after(m.of.segment, m.d_thickness);
@@ -128,10 +116,6 @@ impl FilteredRay<'_> {
         });
         overflows
     }
-}
-
-pub(super) fn product(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
 }
 
 /// The gradient of all regions' coefficients, in the order of the tapes.

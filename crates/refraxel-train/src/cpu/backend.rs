@@ -2,23 +2,24 @@
 
 use super::absorption;
 use super::caches::{clearcoat_gradient, mirror_gradients};
-use super::colour::{LANES, Layout};
+use super::compare::BatchLoss;
 use super::index::{self, Learned};
+use super::layout::{LANES, Layout};
 use super::march::refresh;
 use super::order::best_order;
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
-use super::trace::{Lesson, learn_chunk, weigh_chunk};
+use super::trace::{learn_chunk, weigh_chunk};
 use super::update::{
-    BucketGradient, BucketParameters, GradientPool, TOLD, VoxelFieldView, accumulate, descend,
+    BucketGradient, BucketParameters, GradientPool, SYNC_WORDS, VoxelFieldView, accumulate, descend,
 };
 use super::variation::total_variation;
 use crate::backend::{
     AbsorptionObjective, Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring,
     Objective, PixelGradient, REFRESH, RULE, RayGradient, ReflectionObjective, Snapshot, StepOutcome,
 };
-use crate::bake::{Look, Through};
+use crate::bake::{Look, RayKind};
 use crate::cancel::{Cancel, Cancelled};
 use crate::descent;
 use crate::model::{
@@ -37,14 +38,14 @@ use std::ops::Range;
 const PORTION: usize = 64;
 
 /// The buckets of voxels that move in a step.
-pub(super) struct Share {
+pub(super) struct BucketRange {
     pub buckets: Range<usize>,
     /// Others are to be told how they have moved.
     pub tells: bool,
 }
 
 /// What has come of it.
-pub(super) struct Moved {
+pub(super) struct Update {
     pub finite: bool,
     /// What others are to be told.
     pub voxels: Vec<u32>,
@@ -152,12 +153,12 @@ impl CpuBackend {
         let objective = Objective { absorption, ..picture_objective(*marching) };
         let offset = vec![0.5; rays.len()];
         let batch = Batch { rays: rays.to_vec(), offset, ..Batch::default() };
-        self.gradient_of(Lesson { batch: &batch, objective: &objective, asked: Some(d_pixels) })
+        self.gradient_of(BatchLoss { batch: &batch, objective: &objective, asked: Some(d_pixels) })
     }
 
-    fn gradient_of(&self, lesson: Lesson) -> BatchGradient {
-        let mut rays = vec![RayGradient::zero(); lesson.batch.rays.len()];
-        let (tapes, outcome) = self.trace_lesson(lesson, &mut rays, Vec::new());
+    fn gradient_of(&self, batch_loss: BatchLoss) -> BatchGradient {
+        let mut rays = vec![RayGradient::zero(); batch_loss.batch.rays.len()];
+        let (tapes, outcome) = self.trace_batch(batch_loss, &mut rays, Vec::new());
         let Model { refraction, reflection, clearcoat, .. } = &self.model;
         let of_clearcoat = |c| clearcoat_gradient(c, reflection.source, &tapes);
         BatchGradient {
@@ -203,33 +204,38 @@ impl CpuBackend {
         ray_gradients: &mut [RayGradient],
         tapes: Vec<Tape>,
     ) -> (Vec<Tape>, StepOutcome) {
-        self.trace_lesson(Lesson { batch, objective, asked: None }, ray_gradients, tapes)
+        self.trace_batch(BatchLoss { batch, objective, asked: None }, ray_gradients, tapes)
     }
 
     /// The same, by targets or by given adjoints.
-    fn trace_lesson(
+    fn trace_batch(
         &self,
-        lesson: Lesson,
+        batch_loss: BatchLoss,
         ray_gradients: &mut [RayGradient],
         tapes: Vec<Tape>,
     ) -> (Vec<Tape>, StepOutcome) {
-        let rays = lesson.batch.rays.len();
-        let (tapes, outcomes) = self.trace_chunks(lesson, ray_gradients, tapes);
+        let rays = batch_loss.batch.rays.len();
+        let (tapes, outcomes) = self.trace_chunks(batch_loss, ray_gradients, tapes);
         (tapes, total(rays, &outcomes))
     }
 
     /// The same, with the outcome of each chunk.
     pub(super) fn trace_chunks(
         &self,
-        lesson: Lesson,
+        batch_loss: BatchLoss,
         ray_gradients: &mut [RayGradient],
         mut tapes: Vec<Tape>,
     ) -> (Vec<Tape>, Vec<StepOutcome>) {
-        let (scene, n) = (self.scene(), lesson.batch.rays.len());
+        let (scene, n) = (self.scene(), batch_loss.batch.rays.len());
         tapes.resize_with(n.div_ceil(CHUNK), Tape::default);
         let chunk = |k: usize, tape: &mut Tape, gradients: &mut [RayGradient]| {
             let range = k * CHUNK..((k + 1) * CHUNK).min(n);
-            with_blocks!(self.level, self.stride(), simd, learn_chunk(&scene, lesson, range, tape, gradients))
+            with_blocks!(
+                self.level,
+                self.stride(),
+                simd,
+                learn_chunk(&scene, batch_loss, range, tape, gradients)
+            )
         };
         let outcomes: Vec<StepOutcome> = if ray_gradients.is_empty() {
             tapes.par_iter_mut().enumerate().map(|(k, tape)| chunk(k, tape, &mut [])).collect()
@@ -269,8 +275,8 @@ impl CpuBackend {
         tapes: &[Tape],
         objective: &Objective,
         variation: Vec<Option<BucketGradient>>,
-        share: &Share,
-    ) -> Moved {
+        share: &BucketRange,
+    ) -> Update {
         let stride = self.stride();
         let (level, pool) = (self.level, &self.pool);
         let field = &mut self.model.field;
@@ -285,7 +291,7 @@ impl CpuBackend {
             .enumerate()
             .skip(share.buckets.start)
             .zip(variation);
-        let moved: Vec<Moved> = buckets
+        let moved: Vec<Update> = buckets
             .map(|((bucket, (((density, density_moment), colour), colour_moment)), prior)| {
                 let mut parameters = BucketParameters { density, density_moment, colour, colour_moment };
                 let mut grad = prior.unwrap_or_else(|| pool.take());
@@ -304,30 +310,35 @@ impl CpuBackend {
                 };
                 let voxels = if share.tells { parameters.told(bucket, &grad, channels) } else { Vec::new() };
                 pool.give(grad);
-                Moved { finite, voxels }
+                Update { finite, voxels }
             })
             .collect();
         let voxels: Vec<&[u32]> = moved.iter().map(|m| &m.voxels[..]).collect();
-        Moved { finite: moved.iter().all(|m| m.finite), voxels: voxels.concat() }
+        Update { finite: moved.iter().all(|m| m.finite), voxels: voxels.concat() }
     }
 
     /// Takes over voxels that another process has moved.
-    pub(super) fn take_over(&mut self, voxels: &[u32]) {
+    pub(super) fn apply_remote(&mut self, voxels: &[u32]) {
         let (field, optimiser) = (&mut self.model.field, &mut self.optimiser);
         let (channels, stride) = (3 * field.degree.basis(), field.degree.stride());
-        for words in voxels.chunks_exact(TOLD + channels) {
+        for words in voxels.chunks_exact(SYNC_WORDS + channels) {
             let voxel = words[0] as usize;
             let [density, density_moment, colour_moment] = [1, 2, 3].map(|k| f32::from_bits(words[k]));
             field.density[voxel] = density;
             optimiser.density[voxel] = density_moment;
             optimiser.colour[voxel] = colour_moment;
             let colour = &mut field.colour[voxel * stride..][..channels];
-            colour.iter_mut().zip(&words[TOLD..]).for_each(|(c, word)| *c = f32::from_bits(*word));
+            colour.iter_mut().zip(&words[SYNC_WORDS..]).for_each(|(c, word)| *c = f32::from_bits(*word));
         }
     }
 
     /// The field, and beside it the index: much of the index's step is serial.
-    pub(super) fn update_all(&mut self, learned: &Learned, objective: &Objective, share: &Share) -> Moved {
+    pub(super) fn update_all(
+        &mut self,
+        learned: &Learned,
+        objective: &Objective,
+        share: &BucketRange,
+    ) -> Update {
         let mut refraction = std::mem::replace(&mut self.model.refraction, Refraction::none());
         let mut moments = std::mem::take(&mut self.optimiser.index);
         let learn_index = || {
@@ -336,14 +347,14 @@ impl CpuBackend {
         };
         let learn_field = || {
             if !objective.moves_field() {
-                return Moved { finite: true, voxels: Vec::new() };
+                return Update { finite: true, voxels: Vec::new() };
             }
             let variation = self.variation(objective, learned.step, &share.buckets);
             self.update_field(learned.tapes, objective, variation, share)
         };
         let (moved, is_index_finite) = rayon::join(learn_field, learn_index);
         (self.model.refraction, self.optimiser.index) = (refraction, moments);
-        Moved { finite: moved.finite && is_index_finite, ..moved }
+        Update { finite: moved.finite && is_index_finite, ..moved }
     }
 
     /// What no process has a share of: background, mirrors and absorption. False when a parameter left the finite numbers.
@@ -410,7 +421,7 @@ impl CpuBackend {
         outcome.step = step;
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays: batch.rays.len(), step };
-            let all = Share { buckets: 0..buckets(&self.model.field.map), tells: false };
+            let all = BucketRange { buckets: 0..buckets(&self.model.field.map), tells: false };
             outcome.overflows = overflows(objective, &tapes);
             outcome.finite = self.update_all(&learned, objective, &all).finite;
         }
@@ -517,7 +528,7 @@ impl Backend for CpuBackend {
         let (straight, silent) = (Refraction::none(), Reflection::none());
         let marching = Marching { near: 0.0, ..*marching };
         let see = |rays: &[Ray<f32>], through| {
-            let refraction = if through == Through::Bent { scene.refraction } else { &straight };
+            let refraction = if through == RayKind::Bent { scene.refraction } else { &straight };
             let scene = Scene { refraction, reflection: &silent, clearcoat: None, ..scene };
             Renderer { level: self.level, scene }.render(rays, &marching)
         };
@@ -560,7 +571,7 @@ impl Backend for CpuBackend {
     }
 
     fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient {
-        self.gradient_of(Lesson { batch, objective, asked: None })
+        self.gradient_of(BatchLoss { batch, objective, asked: None })
     }
 
     fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient> {

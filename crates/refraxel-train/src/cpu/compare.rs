@@ -1,17 +1,24 @@
 //! Compare a ray with its target, and the sweep from the back of its samples.
 
-use super::absorption::product;
-use super::colour::Layout;
+use super::layout::Layout;
 use super::mirrored::{self, MirroredSample, Section, ShownAdjoint};
 use super::record::Record;
 use super::sample::RaySamples;
 use super::scene::Scene;
 use super::tape::Tape;
-use super::trace::Lesson;
-use crate::backend::Batch;
+use crate::backend::{Batch, Objective, PixelGradient};
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
-use refraxel_core::radiance::{Filter, Filtered};
+use refraxel_core::radiance::Filter;
 use refraxel_core::{Background, Ray, Vec3};
+
+/// A range of a batch, and what is minimised.
+#[derive(Clone, Copy)]
+pub(super) struct BatchLoss<'a> {
+    pub batch: &'a Batch,
+    pub objective: &'a Objective,
+    /// dLoss/d(what rays show), where it does not follow from the targets.
+    pub asked: Option<&'a [PixelGradient]>,
+}
 
 /// A ray of a batch with what was found of it.
 pub(super) struct Compared<'a> {
@@ -51,7 +58,7 @@ impl Compared<'_> {
     pub(super) fn with_target(
         &self,
         scene: &Scene,
-        lesson: Lesson,
+        batch_loss: BatchLoss,
         mirrored: &mut [MirroredSample],
         tape: &mut Tape,
     ) -> PixelAdjoint {
@@ -60,10 +67,11 @@ impl Compared<'_> {
         let given = self.batch.behind.get(self.ray).copied();
         let exit = self.exit;
         let behind = given.unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
-        let Filtered { colour: behind, slope, by_thickness } = self.through.through(behind);
+        let filtered = self.through.through(behind);
+        let behind = filtered.colour;
         let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
-        let asked = lesson.asked.map(|asked| asked[self.ray]);
+        let asked = batch_loss.asked.map(|asked| asked[self.ray]);
         if let Some(asked) = asked {
             d_colour = asked.colour;
         } else {
@@ -75,8 +83,8 @@ impl Compared<'_> {
             }
         }
         let d_exit = mirrored::look_back(self.samples.samples, mirrored, d_colour, &mut tape.lookups);
-        let d_background = product(d_exit, slope);
-        let d_thickness = product(d_exit, by_thickness).map(|d| left * d);
+        let d_filter = filtered.vjp(d_exit);
+        let (d_background, d_thickness) = (d_filter.colour, d_filter.thickness.map(|d| left * d));
         if let (None, Background::Environment(map)) = (given, scene.background) {
             let stencil = map.stencil(exit.direction);
             for k in 0..4 {
@@ -84,11 +92,11 @@ impl Compared<'_> {
                 tape.texels.push((stencil.index[k] as u32, d_background.map(|g| w * g)));
             }
         }
-        let opacity = lesson.objective.opacity;
+        let opacity = batch_loss.objective.opacity;
         let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
-        let sparsity = lesson.objective.sparsity;
+        let sparsity = batch_loss.objective.sparsity;
         PixelAdjoint {
             squared_error,
             shown,

@@ -26,7 +26,7 @@ pub(super) struct Marcher<'a> {
 }
 
 /// Where the march along a path stands.
-pub(super) struct Front {
+pub(super) struct MarchState {
     /// Transmittance so far.
     pub transmittance: f32,
     /// Nothing behind this point can be seen.
@@ -59,8 +59,8 @@ impl<'a> Marcher<'a> {
 
     /// The front at the start of a path, whose samples will follow the `first` ones of a list; `offset` in steps.
     #[inline(always)]
-    pub(super) fn start(&self, offset: f32, marching: &Marching, first: usize) -> Front {
-        Front {
+    pub(super) fn start(&self, offset: f32, marching: &Marching, first: usize) -> MarchState {
+        MarchState {
             transmittance: 1.0,
             opaque: false,
             phase: offset,
@@ -80,7 +80,7 @@ impl<'a> Marcher<'a> {
         simd: S,
         segment: &Segment<f32>,
         number: u32,
-        front: &mut Front,
+        front: &mut MarchState,
         out: &mut Vec<Sample>,
     ) -> bool {
         let [t0, t1] = segment.range;
@@ -186,7 +186,7 @@ impl<'a> Marcher<'a> {
 
     /// Give the points that await it their optical depths and keep those that matter.
     #[inline(always)]
-    pub(super) fn finish<S: Simd>(&self, simd: S, front: &mut Front, out: &mut Vec<Sample>) {
+    pub(super) fn finish<S: Simd>(&self, simd: S, front: &mut MarchState, out: &mut Vec<Sample>) {
         let density = &self.field.density[..];
         let mut theta = [0.0; GROUP];
         for (s, theta) in out[front.first..].iter_mut().zip(&mut theta) {
@@ -231,7 +231,7 @@ pub(super) fn refresh(occupied: &mut [u64], field: &VoxelField<f32>, marching: &
     });
 }
 
-impl Front {
+impl MarchState {
     /// Append a point.
     #[inline(always)]
     fn push(&mut self, point: Sample, density: &[f32], scale_length: f32, out: &mut Vec<Sample>) {

@@ -3,13 +3,12 @@
 //! Surfaces cut the samples of a ray into sections. From the back, a section is composited over what is behind it, and a
 //! surface adds the light that it mirrors.
 
-use super::absorption::product;
 use super::record::CacheLookup;
 use super::sample::{RaySamples, Sample, over};
 use crate::model::{CacheId, Reflection};
 use refraxel_core::Path;
 use refraxel_core::optics::{PartialReflection, PartialReflectionAdjoint, Tracer};
-use refraxel_core::radiance::{Filter, Pixel, mix, mix_vjp};
+use refraxel_core::radiance::{Filter, Filtered, Pixel, mix, mix_vjp};
 use std::ops::Range;
 
 /// What one surface mirrors into a ray.
@@ -20,8 +19,8 @@ pub(super) struct MirroredSample {
     pub samples: usize,
     /// ρ R.
     share: f32,
-    /// The mirrored light.
-    pub mirrored: [f32; 3],
+    /// The mirrored light, behind what absorbs before the surface.
+    pub mirrored: Filtered<f32>,
     /// What is seen behind the surface, and with what it mirrors.
     behind: [f32; 3],
     shown: [f32; 3],
@@ -30,9 +29,7 @@ pub(super) struct MirroredSample {
     /// dLoss/d(mirrored light, before what absorbs) and dLoss/dshare.
     pub d_mirrored: [f32; 3],
     pub d_share: f32,
-    /// Of the mirrored light behind what absorbs before the surface: its derivatives, and dLoss/dthickness.
-    slope: [f32; 3],
-    by_thickness: [f32; 3],
+    /// dLoss/d(thickness of what absorbs before the surface).
     pub d_thickness: [f32; 3],
 }
 
@@ -43,23 +40,19 @@ impl MirroredSample {
             of,
             samples,
             share,
-            mirrored,
+            mirrored: Filtered::unfiltered(mirrored),
             behind: zero,
             shown: zero,
             d_shown: zero,
             d_mirrored: zero,
             d_share: 0.0,
-            slope: [1.0; 3],
-            by_thickness: zero,
             d_thickness: zero,
         }
     }
 
     /// The mirrored light passes what absorbs between the camera and the surface.
     pub(super) fn filter(&mut self, filter: &Filter<f32>) {
-        let filtered = filter.through(self.mirrored);
-        (self.mirrored, self.slope, self.by_thickness) =
-            (filtered.colour, filtered.slope, filtered.by_thickness);
+        self.mirrored = filter.through(self.mirrored.colour);
     }
 }
 
@@ -102,7 +95,7 @@ pub(super) fn composite(samples: &[Sample], mirrored: &mut [MirroredSample], beh
     let (mut seen, mut end) = (behind, samples.len());
     for m in mirrored.iter_mut().rev() {
         m.behind = over(&samples[m.samples..end], seen);
-        m.shown = mix(m.share, m.mirrored, m.behind);
+        m.shown = mix(m.share, m.mirrored.colour, m.behind);
         (seen, end) = (m.shown, m.samples);
     }
     over(&samples[..end], seen)
@@ -119,11 +112,10 @@ pub(super) fn look_back(
     let mut d_seen = d_colour;
     for m in mirrored {
         let before = samples[..m.samples].last().map_or(1.0, |s| s.before * (1.0 - s.alpha));
-        let d = mix_vjp(m.share, m.mirrored, m.behind, d_seen);
+        let d = mix_vjp(m.share, m.mirrored.colour, m.behind, d_seen);
         m.d_shown = d_seen;
-        let d_filtered = d.mirrored.map(|v| before * v);
-        m.d_mirrored = product(d_filtered, m.slope);
-        m.d_thickness = product(d_filtered, m.by_thickness);
+        let d_filter = m.mirrored.vjp(d.mirrored.map(|v| before * v));
+        (m.d_mirrored, m.d_thickness) = (d_filter.colour, d_filter.thickness);
         m.d_share = before * d.share;
         d_seen = d.behind;
         lookups.push(CacheLookup {

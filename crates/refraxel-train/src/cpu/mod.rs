@@ -13,6 +13,7 @@ mod clearcoat;
 mod colour;
 mod compare;
 mod index;
+mod layout;
 mod march;
 mod mirrored;
 mod node_map;
@@ -20,6 +21,7 @@ mod optics16;
 mod order;
 #[cfg(test)]
 mod overflow;
+mod packet;
 mod path_adjoint;
 mod prefetch;
 mod record;
@@ -35,4 +37,4 @@ mod variation;
 mod view;
 
 pub use backend::CpuBackend;
-pub use shared::{Lead, SharedBackend, help};
+pub use shared::{Root, SharedBackend, serve};

@@ -53,7 +53,7 @@ impl Batch {
 mod tests {
     use super::*;
     use crate::backend::conformance::scenes::{batch, straight_model};
-    use crate::cpu::colour::Layout;
+    use crate::cpu::layout::Layout;
     use crate::model::Optimiser;
     use refraxel_core::Extent;
 

@@ -1,6 +1,7 @@
 //! From the records of a path's samples back to the path: its ray, and the index that bent it.
 
-use super::colour::{LANES, MAX_BLOCKS, SampleStencil, shade_vjp, voxels};
+use super::colour::{SampleStencil, shade_vjp};
+use super::layout::{LANES, MAX_BLOCKS, voxels};
 use super::record::{IndexSample, Record};
 use super::sample::RaySamples;
 use super::scene::Scene;
@@ -15,7 +16,7 @@ use refraxel_core::{IndexGradient, IndexGrid, LevelSet, Path, Ray, Vec3};
 pub(super) type SegmentSums = Vec<SegmentAdjoint<f32>>;
 
 /// What the adjoint of a ray starts from.
-pub(super) struct WayBack<'a> {
+pub(super) struct RayVjp<'a> {
     pub ray: &'a Ray<f32>,
     /// Its samples, and their records in the same order.
     pub samples: RaySamples<'a>,
@@ -33,14 +34,14 @@ pub(super) struct WayBack<'a> {
 pub(super) struct BentPath<'a> {
     pub tracer: &'a Tracer<'a, f32>,
     pub path: &'a Path<f32>,
-    pub teaches: Teaches,
+    pub learns_from: LearnsFrom,
     /// dLoss/d(partial reflections) of the path, from the first on.
     pub d_reflections: &'a [PartialReflectionAdjoint<f32>],
     /// What the segments receive through what they absorb; empty where nothing does.
     pub d_lengths: &'a [SegmentAdjoint<f32>],
 }
 
-impl WayBack<'_> {
+impl RayVjp<'_> {
     /// dLoss/d(origin, direction) of the ray, theory (3.14), without what it shows; what index samples receive is noted, theory (2.16).
     #[inline(always)]
     pub(super) fn run<S: Simd, const BLOCKS: usize>(
@@ -51,7 +52,7 @@ impl WayBack<'_> {
         index_samples: &mut Vec<IndexSample>,
     ) -> RayGradient {
         self.add_samples::<S, BLOCKS>(simd, scene, sums);
-        let Some(BentPath { tracer, path, teaches, d_reflections, d_lengths }) = self.bent else {
+        let Some(BentPath { tracer, path, learns_from, d_reflections, d_lengths }) = self.bent else {
             let direction = sums[0].momentum + self.d_exit;
             return RayGradient { origin: sums[0].start, direction, ..RayGradient::zero() };
         };
@@ -61,7 +62,7 @@ impl WayBack<'_> {
         }
         let exit = RayAdjoint { origin: Vec3::zero(), direction: self.d_exit };
         let d_path = PathAdjoint { segments: &sums[..], reflections: d_reflections, exit };
-        let mut noted = IndexSamples { list: index_samples, teaches };
+        let mut noted = IndexSamples { list: index_samples, learns_from };
         let d = tracer.vjp(self.ray, path, &d_path, &mut noted);
         RayGradient { origin: d.origin, direction: d.direction, ..RayGradient::zero() }
     }
@@ -105,12 +106,12 @@ impl WayBack<'_> {
 
 /// What learns from a path: what it meets surfaces seldom enough for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Teaches {
+pub(super) struct LearnsFrom {
     index: bool,
     pub(super) surface: bool,
 }
 
-impl Teaches {
+impl LearnsFrom {
     pub(super) const NOTHING: Self = Self { index: false, surface: false };
 
     /// Everything, where no objective says otherwise.
@@ -124,13 +125,13 @@ impl Teaches {
 /// Notes index samples for a later scatter.
 struct IndexSamples<'a> {
     list: &'a mut Vec<IndexSample>,
-    teaches: Teaches,
+    learns_from: LearnsFrom,
 }
 
 impl IndexGradient<f32> for IndexSamples<'_> {
     #[inline(always)]
     fn add(&mut self, region: usize, _: &IndexGrid<f32>, x: Vec3<f32>, d_value: f32, d_gradient: Vec3<f32>) {
-        if self.teaches.index {
+        if self.learns_from.index {
             let region = region as u32;
             self.list.push(IndexSample { region, surface: false, x, d_value, d_gradient });
         }
@@ -144,7 +145,7 @@ impl IndexGradient<f32> for IndexSamples<'_> {
         d_value: f32,
         d_gradient: Vec3<f32>,
     ) {
-        if self.teaches.surface {
+        if self.learns_from.surface {
             let region = region as u32;
             self.list.push(IndexSample { region, surface: true, x, d_value, d_gradient });
         }

@@ -15,7 +15,7 @@ pub(super) const CHUNK: usize = 256;
 /// `stride` lanes.
 macro_rules! with_blocks {
     ($level:expr, $stride:expr, $simd:ident, $kernel:ident ( $($arg:expr),* $(,)? )) => {
-        match $stride / $crate::cpu::colour::LANES {
+        match $stride / $crate::cpu::layout::LANES {
             1 => fearless_simd::dispatch!($level, $simd => $kernel::<_, 1>($simd, $($arg),*)),
             2 => fearless_simd::dispatch!($level, $simd => $kernel::<_, 2>($simd, $($arg),*)),
             _ => fearless_simd::dispatch!($level, $simd => $kernel::<_, 3>($simd, $($arg),*)),

@@ -1,9 +1,10 @@
 //! Samples of rays, and the segments that they lie on.
 
-use super::colour::Lanes;
+use super::layout::Lanes;
 use refraxel_core::Vec3;
 use refraxel_core::grid::Cell;
 use refraxel_core::radiance::{Pixel, Segment};
+use std::ops::Range;
 
 /// A quadrature point that matters.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +89,26 @@ impl<'a> RaySamples<'a> {
             pixel.depth += weight * (on.arc + on.speed * s.t);
         }
         pixel
+    }
+}
+
+/// The samples of some rays and the segments that they lie on.
+#[derive(Default)]
+pub(super) struct Samples {
+    pub samples: Vec<Sample>,
+    pub segments: Vec<MarchedSegment>,
+}
+
+impl Samples {
+    pub(super) fn clear(&mut self) {
+        self.samples.clear();
+        self.segments.clear();
+    }
+
+    /// The samples of one ray.
+    #[inline(always)]
+    pub(super) fn of(&self, range: Range<usize>) -> RaySamples<'_> {
+        RaySamples { samples: &self.samples[range], segments: &self.segments }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Everything that a ray can meet, ready for the kernels.
 
-use super::colour::Layout;
+use super::layout::Layout;
 use super::march::Marcher;
 use crate::model::{Model, Reflection, Refraction};
 use refraxel_core::radiance::clearcoat::Clearcoat;

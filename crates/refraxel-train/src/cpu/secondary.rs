@@ -3,7 +3,8 @@
 use super::absorption::{Absorbed, ShadedRay};
 use super::mirrored::{self, MirroredSample};
 use super::record::CLEARCOAT;
-use super::view::{Samples, View};
+use super::sample::Samples;
+use super::view::View;
 use crate::backend::Marching;
 use crate::second_rays;
 use fearless_simd::Simd;
@@ -48,6 +49,6 @@ pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
         let pixel = seen.of(0..seen.samples.len()).composite(found.left);
         let behind = scene.background.radiance(found.exit.origin, found.exit.direction);
         let behind = through.through(behind).colour;
-        sample.mirrored = mirrored::shown(&seen.samples, &mut [], &pixel, behind);
+        sample.mirrored.colour = mirrored::shown(&seen.samples, &mut [], &pixel, behind);
     }
 }

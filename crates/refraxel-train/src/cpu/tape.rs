@@ -3,7 +3,7 @@
 //! A bucket is a run of [`BUCKET_SLOTS`] consecutive slots. Its owner alone adds up the gradients of its voxels, in the
 //! order of the records, so the sum is the same for any number of threads, needs no locks, and stays in the L2 cache.
 
-use super::colour::Basis;
+use super::layout::Basis;
 use super::prefetch::prefetch;
 use super::record::{CacheLookup, IndexSample, Record};
 use super::sample::Sample;

@@ -1,18 +1,19 @@
 //! The passes over a chunk of rays: render them, weigh their samples, or learn from them. Tracing, marching, shading,
 //! comparing and marching back follow each other while everything is in the cache.
 
-use super::absorption::{FilteredRay, LengthAdjoint, absorb};
-use super::colour::Layout;
-use super::compare::{Compared, PixelAdjoint};
+use super::absorption::{FilteredRay, LengthAdjoint};
+use super::compare::{BatchLoss, Compared, PixelAdjoint};
+use super::layout::Layout;
 use super::mirrored::{self, MirroredSample};
-use super::path_adjoint::{BentPath, SegmentSums, Teaches, WayBack};
+use super::packet::{MarchedRay, PACKET, Packet};
+use super::path_adjoint::{BentPath, LearnsFrom, RayVjp, SegmentSums};
 use super::record::{CLEARCOAT, IndexSample, Record};
-use super::sample::RaySamples;
+use super::sample::{RaySamples, Samples};
 use super::scene::Scene;
 use super::secondary::{SecondaryRay, look_exactly};
 use super::tape::Tape;
-use super::view::{MarchedRay, PACKET, Packet, Samples, View};
-use crate::backend::{Batch, Marching, Objective, PixelGradient, RayGradient, StepOutcome};
+use super::view::View;
+use crate::backend::{Batch, Marching, Objective, RayGradient, StepOutcome};
 use crate::model::MirrorSource;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -26,7 +27,7 @@ use std::ops::Range;
 struct Scratch {
     packet: Packet,
     second: SecondaryRay,
-    way_back: Sums,
+    sums: Sums,
 }
 
 /// Memory of the way back.
@@ -41,7 +42,7 @@ struct Sums {
 impl Scratch {
     /// March and shade a packet, and let surfaces mirror what second rays see where these are the source.
     #[inline(always)]
-    fn see<S: Simd, const BLOCKS: usize>(
+    fn march_and_shade<S: Simd, const BLOCKS: usize>(
         &mut self,
         simd: S,
         view: &View,
@@ -53,7 +54,7 @@ impl Scratch {
             look_exactly::<S, BLOCKS>(simd, view, &mut self.second, &mut self.packet.mirrored);
         }
         if view.absorbing {
-            absorb(view, &mut self.packet);
+            self.packet.absorb(&view.scene.refraction.medium);
         }
     }
 }
@@ -69,7 +70,7 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
 ) {
     let (view, mut scratch) = (View::new(scene, marching), Scratch::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
-        scratch.see::<S, BLOCKS>(simd, &view, rays, &[]);
+        scratch.march_and_shade::<S, BLOCKS>(simd, &view, rays, &[]);
         let Packet { seen, rays: marched, mirrored, .. } = &mut scratch.packet;
         let (mut first, mut first_mirrored) = (0, 0);
         for (ray, out) in marched.iter().zip(out) {
@@ -109,39 +110,31 @@ pub(super) fn weigh_chunk<S: Simd, const BLOCKS: usize>(
     tape
 }
 
-/// A range of a batch, and what is minimised.
-#[derive(Clone, Copy)]
-pub(super) struct Lesson<'a> {
-    pub batch: &'a Batch,
-    pub objective: &'a Objective,
-    /// dLoss/d(what rays show), where it does not follow from the targets.
-    pub asked: Option<&'a [PixelGradient]>,
-}
-
 /// Forward and adjoint of a range of a batch: the records that the update needs, and each ray's own gradient if
 /// `ray_gradients` has room for it.
 #[simd]
 pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
     simd: S,
     scene: &Scene,
-    lesson: Lesson,
+    batch_loss: BatchLoss,
     range: Range<usize>,
     tape: &mut Tape,
     ray_gradients: &mut [RayGradient],
 ) -> StepOutcome {
     tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
-    let (mut view, mut scratch) = (View::new(scene, &lesson.objective.marching), Scratch::default());
-    view.absorbing |= view.tracer.is_some() && lesson.objective.absorption.is_some();
+    let (mut view, mut scratch) = (View::new(scene, &batch_loss.objective.marching), Scratch::default());
+    view.absorbing |= view.tracer.is_some() && batch_loss.objective.absorption.is_some();
     if view.absorbing {
         tape.absorption.resize(scene.refraction.medium.regions().len(), [0.0; 3]);
     }
     for start in range.clone().step_by(PACKET) {
         let numbers = start..(start + PACKET).min(range.end);
-        let (rays, offsets) = (&lesson.batch.rays[numbers.clone()], &lesson.batch.offset[numbers.clone()]);
-        scratch.see::<S, BLOCKS>(simd, &view, rays, offsets);
+        let (rays, offsets) =
+            (&batch_loss.batch.rays[numbers.clone()], &batch_loss.batch.offset[numbers.clone()]);
+        scratch.march_and_shade::<S, BLOCKS>(simd, &view, rays, offsets);
         outcome.samples += scratch.packet.seen.samples.len() as u64;
-        let Scratch { packet, way_back, .. } = &mut scratch;
+        let Scratch { packet, sums, .. } = &mut scratch;
         let Packet { seen, rays: marched, paths, mirrored, absorbed, .. } = packet;
         let (mut first, mut first_mirrored) = (0, 0);
         for ((ray, marched), path) in numbers.zip(marched).zip(paths) {
@@ -156,7 +149,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
             (first, first_mirrored) = (marched.samples, marched.mirrored);
             let wanted = ray_gradients.get_mut(ray - range.start);
             outcome.squared_error +=
-                learned.way_back::<S, BLOCKS>(simd, &view, lesson, seen, Out { tape, way_back, wanted });
+                learned.ray_vjp::<S, BLOCKS>(simd, &view, batch_loss, seen, Out { tape, sums, wanted });
         }
     }
     tape.sort_touched(&scene.field.map);
@@ -179,7 +172,7 @@ struct LearnedRay<'a> {
 /// Where the way back of a ray writes to.
 struct Out<'a> {
     tape: &'a mut Tape,
-    way_back: &'a mut Sums,
+    sums: &'a mut Sums,
     /// The gradient of the ray itself, where it is asked for.
     wanted: Option<&'a mut RayGradient>,
 }
@@ -194,28 +187,28 @@ impl LearnedRay<'_> {
 
     /// Compare the ray with its target and march back; its squared error.
     #[inline(always)]
-    fn way_back<S: Simd, const BLOCKS: usize>(
+    fn ray_vjp<S: Simd, const BLOCKS: usize>(
         self,
         simd: S,
         view: &View,
-        lesson: Lesson,
+        batch_loss: BatchLoss,
         seen: &mut Samples,
         out: Out,
     ) -> f64 {
-        let weight = self.weight(lesson.batch, lesson.objective);
+        let weight = self.weight(batch_loss.batch, batch_loss.objective);
         let Self { ray, marched, own, path, mirrored, filtered } = self;
-        let Out { tape, way_back, wanted } = out;
-        let (scene, batch, objective) = (view.scene, lesson.batch, lesson.objective);
+        let Out { tape, sums, wanted } = out;
+        let (scene, batch, objective) = (view.scene, batch_loss.batch, batch_loss.objective);
         let (left, exit, through) = (marched.left, &marched.exit, &marched.through);
         let compared = Compared { batch, ray, samples: seen.of(own.clone()), left, exit, through, weight };
-        let d = compared.with_target(scene, lesson, mirrored, tape);
+        let d = compared.with_target(scene, batch_loss, mirrored, tape);
         let first = tape.records.len();
-        way_back.density_gradients.clear();
+        sums.density_gradients.clear();
         let coated = mirrored.first().filter(|m| m.of.region == CLEARCOAT);
         if let Some((surface, mirrored)) = view.opaque_surface().zip(coated) {
             let Samples { samples, segments } = seen;
             let (direction, samples) = (batch.rays[ray].direction, &mut samples[own.clone()]);
-            surface.look_back(direction, mirrored, samples, segments, &mut way_back.density_gradients);
+            surface.look_back(direction, mirrored, samples, segments, &mut sums.density_gradients);
         }
         let samples = seen.of(own);
         march_sections(scene.layout, samples, mirrored, &d, tape);
@@ -225,32 +218,33 @@ impl LearnedRay<'_> {
             let (medium, d_whole) = (&scene.refraction.medium, d.d_thickness);
             let filtered = FilteredRay { medium, path, samples, filtered, mirrored, d_whole };
             let (records, coefficients) = (&mut tape.records[first..], &mut tape.absorption);
-            tape.overflows += filtered.way_back(records, coefficients, &mut way_back.lengths);
+            tape.overflows += filtered.ray_vjp(records, coefficients, &mut sums.lengths);
         }
         tape.touch(first, samples.samples);
         let others = tape.records.len();
-        tape.records.append(&mut way_back.density_gradients);
+        tape.records.append(&mut sums.density_gradients);
         tape.touch_from(others, &scene.field.map);
         let bent = view.tracer.as_ref().filter(|_| marched.bent);
-        let teaches = bent.map_or(Teaches::NOTHING, |_| Teaches::of(path, objective.index.as_ref()));
+        let learns_from =
+            bent.map_or(LearnsFrom::NOTHING, |_| LearnsFrom::of(path, objective.index.as_ref()));
         let (squared_error, residual) = (d.squared_error, d.shown.d_colour.map(|d| 0.5 * d / weight));
-        if wanted.is_none() && (teaches == Teaches::NOTHING || objective.index.is_none()) {
+        if wanted.is_none() && (learns_from == LearnsFrom::NOTHING || objective.index.is_none()) {
             return squared_error;
         }
         let d_exit = Compared { batch, ray, samples, left, exit, through, weight }.background_vjp(scene, &d);
         if bent.is_some() {
-            mirrored::reflection_adjoints(scene.reflection, mirrored, &mut way_back.d_reflections);
+            mirrored::reflection_adjoints(scene.reflection, mirrored, &mut sums.d_reflections);
         }
-        let d_reflections = &way_back.d_reflections;
-        let d_lengths = if absorbs { &way_back.lengths.segments[..] } else { &[] };
-        let bent = bent.map(|tracer| BentPath { tracer, path, teaches, d_reflections, d_lengths });
-        if teaches.surface && batch.is_beside(ray) {
+        let d_reflections = &sums.d_reflections;
+        let d_lengths = if absorbs { &sums.lengths.segments[..] } else { &[] };
+        let bent = bent.map(|tracer| BentPath { tracer, path, learns_from, d_reflections, d_lengths });
+        if learns_from.surface && batch.is_beside(ray) {
             let weight = objective.index.map_or(0.0, |o| o.silhouette);
-            tape.index_samples.extend(trespass(&scene.refraction.medium, path, samples, weight));
+            tape.index_samples.extend(silhouette_violation(&scene.refraction.medium, path, samples, weight));
         }
         let (ray, records, all) = (&batch.rays[ray], &tape.records[first..], wanted.is_some());
-        let adjoint = WayBack { ray, samples, records, d_exit, bent, all };
-        let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut way_back.sums, &mut tape.index_samples);
+        let adjoint = RayVjp { ray, samples, records, d_exit, bent, all };
+        let d_ray = adjoint.run::<S, BLOCKS>(simd, scene, &mut sums.sums, &mut tape.index_samples);
         if let Some(wanted) = wanted {
             *wanted = RayGradient { residual, ..d_ray };
         }
@@ -260,7 +254,12 @@ impl LearnedRay<'_> {
 
 /// What a path owes that should have missed the first body that it meets, theory (4.22): the depth in the middle of its way through
 /// it, times the transmittance in front, for what hides a body may hide its outline.
-fn trespass(medium: &Medium<f32>, path: &Path<f32>, samples: RaySamples, weight: f32) -> Option<IndexSample> {
+fn silhouette_violation(
+    medium: &Medium<f32>,
+    path: &Path<f32>,
+    samples: RaySamples,
+    weight: f32,
+) -> Option<IndexSample> {
     let entry = path.steps.iter().position(|s| s.event.is_some_and(|e| !e.from_inside))?;
     let region = path.steps[entry].region;
     let (segment, step) = (path.segments.get(entry + 1)?, path.steps.get(entry + 1)?);

@@ -1,6 +1,7 @@
 //! The second half of a step: each bucket of voxels adds up its records, feels its priors and moves.
 
-use super::colour::{LANES, Layout, scatter, voxels, voxels_mut};
+use super::colour::scatter;
+use super::layout::{LANES, Layout, voxels, voxels_mut};
 use super::prefetch::prefetch;
 use super::record::DENSITY_GRADIENT;
 use super::tape::{BUCKET_VOXELS, Tape, fetch_ahead};
@@ -144,14 +145,14 @@ pub(super) struct BucketParameters<'a> {
 }
 
 /// Words that tell of a voxel, beside those of its channels: its number, its density and the moments.
-pub(super) const TOLD: usize = 4;
+pub(super) const SYNC_WORDS: usize = 4;
 
 impl BucketParameters<'_> {
     /// The voxels that a gradient has moved, and how they are now.
     pub(super) fn told(&self, bucket: usize, grad: &BucketGradient, channels: usize) -> Vec<u32> {
         let (first, stride) = ((bucket * BUCKET_VOXELS) as u32, self.colour.len() / self.density.len());
         let touched = grad.touched_voxels();
-        let mut words = Vec::with_capacity(touched.len() * (TOLD + channels));
+        let mut words = Vec::with_capacity(touched.len() * (SYNC_WORDS + channels));
         for voxel in touched {
             let k = usize::from(voxel);
             let numbers = [self.density[k], self.density_moment[k], self.colour_moment[k]];

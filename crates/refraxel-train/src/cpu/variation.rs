@@ -1,6 +1,6 @@
 //! Total variation, theory (4.3): what neighbouring voxels owe each other.
 
-use super::colour::{voxels, voxels_mut};
+use super::layout::{voxels, voxels_mut};
 use super::update::BucketGradient;
 use crate::backend::{BUCKET_SLOTS, Objective, TV_EPSILON};
 use fearless_simd::{Simd, f32x16, prelude::*};

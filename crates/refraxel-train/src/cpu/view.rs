@@ -1,72 +1,21 @@
 //! How a chunk sees a scene: rays are traced, marched and shaded, a packet at a time.
 
-use super::absorption::Absorbed;
 use super::clearcoat::OpaqueSurface;
-use super::colour::{prefetch_corners, shade, voxels};
-use super::mirrored::{self, MirroredSample, TracedPath};
-use super::sample::{MarchedSegment, RaySamples, Sample};
+use super::colour::{prefetch_corners, shade};
+use super::layout::voxels;
+use super::mirrored::{self, TracedPath};
+use super::packet::{MarchedRay, Packet};
+use super::sample::{MarchedSegment, Samples};
 use super::scene::Scene;
 use crate::backend::Marching;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use refraxel_core::optics::{PartialReflection, Tracer};
+use refraxel_core::optics::Tracer;
 use refraxel_core::radiance::{Filter, Segment};
 use refraxel_core::{Path, Ray};
-use std::ops::Range;
 
-/// Rays marched before their samples are shaded: enough samples to prefetch across rays, few enough for the L2 cache.
-pub(super) const PACKET: usize = 8;
 /// Samples between prefetch and use.
 const AHEAD: usize = 4;
-
-/// The samples of some rays and the segments that they lie on.
-#[derive(Default)]
-pub(super) struct Samples {
-    pub samples: Vec<Sample>,
-    pub segments: Vec<MarchedSegment>,
-}
-
-impl Samples {
-    pub(super) fn clear(&mut self) {
-        self.samples.clear();
-        self.segments.clear();
-    }
-
-    /// The samples of one ray.
-    #[inline(always)]
-    pub(super) fn of(&self, range: Range<usize>) -> RaySamples<'_> {
-        RaySamples { samples: &self.samples[range], segments: &self.segments }
-    }
-}
-
-/// What marching found of one ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MarchedRay {
-    /// End of its samples in the packet's.
-    pub samples: usize,
-    /// End of its mirrored samples in the packet's.
-    pub mirrored: usize,
-    /// Transmittance at its end.
-    pub left: f32,
-    /// The path bends.
-    pub bent: bool,
-    /// The ray that reaches the background.
-    pub exit: Ray<f32>,
-    /// What absorbs light from the background.
-    pub through: Filter<f32>,
-}
-
-/// Some rays and what they meet. Memory of one thread, written over by the next packet.
-#[derive(Default)]
-pub(super) struct Packet {
-    pub seen: Samples,
-    pub rays: Vec<MarchedRay>,
-    /// The bent paths, one per ray of the packet.
-    pub paths: [Path<f32>; PACKET],
-    pub mirrored: Vec<MirroredSample>,
-    pub absorbed: Absorbed,
-    reflections: Vec<PartialReflection<f32>>,
-}
 
 /// How a chunk traces its rays.
 #[derive(Clone, Copy)]

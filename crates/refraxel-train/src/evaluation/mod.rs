@@ -11,7 +11,7 @@ pub use score::{TruthChecksum, score, truth};
 use crate::alignment::Alignment;
 use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::{Cancel, Cancelled};
-use crate::events::{Task, Watch};
+use crate::events::{Observer, Task};
 use crate::exposures::{exposed, fitted};
 use crate::metrics::{ImageScore, MetricsError, Scores};
 use crate::model::Refraction;
@@ -89,9 +89,9 @@ pub enum EvaluateError {
 
 /// What a run has learned, and how it is looked at.
 #[derive(Clone, Copy)]
-pub struct Learned<'a, B> {
+pub struct Learned<'a> {
     /// The scene.
-    pub backend: &'a B,
+    pub backend: &'a dyn Backend,
     /// What the photographs themselves have learned.
     pub alignment: &'a Alignment,
     /// How rays are marched.
@@ -101,24 +101,24 @@ pub struct Learned<'a, B> {
 /// Renders and scores a part of the data; `each` is told of every view, and may fail. Where photographs have learned their poses or
 /// exposures, training views are rendered as learned; cameras of the others are [found](find) against the finished scene, and
 /// exposures fitted, by half of their own pixels.
-pub fn evaluate<B: Backend, E: From<EvaluateError>>(
-    learned: Learned<'_, B>,
+pub fn evaluate<E: From<EvaluateError>>(
+    learned: Learned<'_>,
     data: &Dataset,
     part: Part,
-    watch: &mut Watch,
+    observer: &mut Observer,
     each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
 ) -> Result<Evaluation, E> {
     let pixels = |rays: &[Ray<f32>]| learned.backend.render(rays, learned.marching, Layers::All);
-    evaluate_by(learned, data, part, pixels, watch, each)
+    evaluate_by(learned, data, part, pixels, observer, each)
 }
 
 /// The same with `pixels` to say what rays show of what the backend holds. Cameras that have to be found are found by the backend.
-pub fn evaluate_by<B: Backend, E: From<EvaluateError>>(
-    Learned { backend, alignment, marching }: Learned<'_, B>,
+pub fn evaluate_by<E: From<EvaluateError>>(
+    Learned { backend, alignment, marching }: Learned<'_>,
     data: &Dataset,
     part: Part,
     pixels: impl Fn(&[Ray<f32>]) -> Vec<Pixel<f32>>,
-    watch: &mut Watch,
+    observer: &mut Observer,
     each: &mut dyn FnMut(&View, &Rendering, &ImageScore) -> Result<(), E>,
 ) -> Result<Evaluation, E> {
     let indices = part.views(data);
@@ -127,21 +127,21 @@ pub fn evaluate_by<B: Backend, E: From<EvaluateError>>(
     }
     let (mut scores, mut truths) = (Vec::new(), TruthChecksum::default());
     for (k, &i) in indices.iter().enumerate() {
-        let progress = watch.progress(Task::Evaluating, k as u64, indices.len() as u64);
+        let progress = observer.progress(Task::Evaluating, k as u64, indices.len() as u64);
         progress.map_err(EvaluateError::from)?;
         let view = &data.views[i];
         let photo = load_photo(view).map_err(EvaluateError::from)?;
         let learned = (part == Part::Train).then_some(k);
-        let camera = camera(backend, (view, &photo), data, learned, alignment, (marching, watch.cancel()));
+        let camera = camera(backend, (view, &photo), data, learned, alignment, (marching, observer.cancel()));
         let camera = camera.map_err(EvaluateError::from)?;
-        let rendering = render_by(backend, &camera, watch.cancel(), &pixels);
+        let rendering = render_by(backend, &camera, observer.cancel(), &pixels);
         let mut rendering = rendering.map_err(EvaluateError::from)?;
         let shown = truth(&photo, data.backdrop);
         if let Some(exposures) = &alignment.exposures {
             let is_black = |p: usize| is_black(p as u32 % camera.width, p as u32 / camera.width);
-            let found = || fitted(&rendering, &shown, is_black);
+            let found = || fitted(&rendering.colour, &shown, is_black);
             let gain = learned.map_or_else(found, |view| exposures.gain(view));
-            exposed(&mut rendering, gain);
+            exposed(&mut rendering.colour, gain);
         }
         let score = score(&rendering, view, &photo, data.backdrop).map_err(EvaluateError::from)?;
         each(view, &rendering, &score)?;
@@ -154,7 +154,7 @@ pub fn evaluate_by<B: Backend, E: From<EvaluateError>>(
 
 /// Where the camera of a photograph is: of a training view as learned, of another one as its own pixels say.
 fn camera(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     (view, photo): (&View, &Photo),
     data: &Dataset,
     learned: Option<usize>,

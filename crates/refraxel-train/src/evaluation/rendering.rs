@@ -34,7 +34,7 @@ const PORTION: usize = 16_384;
 
 /// Render a camera's whole image, unless somebody wishes to stop. Pixels that the lens does not see are black.
 pub fn render(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     camera: &Camera,
     marching: &Marching,
     cancel: &Cancel,
@@ -93,7 +93,7 @@ fn rays_of_pixel(
 
 /// The same with `pixels` to say what rays show of what the backend holds.
 pub fn render_by(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     camera: &Camera,
     cancel: &Cancel,
     pixels: impl Fn(&[Ray<f32>]) -> Vec<Pixel<f32>>,

@@ -18,7 +18,7 @@ mod shown;
 pub(crate) mod tests;
 
 pub(crate) use photographs::Photographs;
-pub(crate) use predict::{Predicted, predict, rendered, without_bending};
+pub(crate) use predict::{Predicted, Way, predict, rendered};
 pub(crate) use refine::Refiner;
 pub(crate) use scan::{Best, Unknown, first, interval, mean, refined};
 pub use score::Difference;

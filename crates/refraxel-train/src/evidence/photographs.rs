@@ -5,8 +5,9 @@ use crate::rays::{HALF, Picture, RaySampler, cells};
 use refraxel_core::Ray;
 use refraxel_core::structure::luminance;
 
-/// Pixels inside the masks of a view on the finest raster, about, at most.
-const MOST_PIXELS: f64 = 2500.0;
+/// Pixels inside the masks of a view on the finest raster, about; coarser rasters have as many, whatever size things have, until
+/// pixels are those of the photograph.
+const PIXELS: f64 = 2500.0;
 /// A pixel of a coarse raster counts where this part of it lies inside the mask.
 const INSIDE: f32 = 0.9;
 /// Fewer pixels on the coarsest raster say nothing.
@@ -46,7 +47,7 @@ impl Photographs {
         };
         let shown: Vec<f64> = pictures.iter().map(|(_, p)| inside(p)).filter(|n| *n > 0.0).collect();
         let mean = shown.iter().sum::<f64>() / shown.len().max(1) as f64;
-        let edge = (mean / MOST_PIXELS).sqrt().max(1.0);
+        let edge = (mean / PIXELS).sqrt();
         let is_usable = |(_, p): &&(usize, Picture)| {
             Cutting::new(p, edge, Detail::Coarse, &shows).is_some_and(|c| c.pixels.len() >= LEAST_PIXELS)
         };

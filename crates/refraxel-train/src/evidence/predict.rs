@@ -5,11 +5,10 @@ use super::{Detail, Photographs, Scores};
 use crate::backend::{Backend, Layers, Marching};
 use crate::model::Refraction;
 use rayon::prelude::*;
-use refraxel_core::index::VACUUM;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::structure::{Pictures, luminance};
-use refraxel_core::{Extent, IndexGrid, Path, Ray};
+use refraxel_core::{Extent, Path, Ray};
 
 /// A ray counts where it ends in something, to this transmittance, or before a known backdrop: elsewhere nobody knows what it
 /// should show.
@@ -36,31 +35,44 @@ struct PredictedPicture {
     counted: Vec<bool>,
 }
 
+/// How rays go on behind a medium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// As they leave it.
+    Bent,
+    /// As they came, from beside the place where the bent ones leave: one looks straight through.
+    Straight,
+}
+
 /// The prediction of a medium, theory (4.24): paths by its optics, then straight on through the field that `backend` holds, from the
 /// last surface on. `backend` bends nothing, and is clear where the medium is.
 pub(crate) fn predict(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     marching: &Marching,
     photographs: &Photographs,
     detail: Detail,
     medium: &Refraction,
+    way: Way,
 ) -> Predicted {
     let cuttings: Vec<&Cutting> = photographs.cuttings(detail).iter().collect();
-    let (exits, pixels) = behind(backend, marching, &rays_of(&cuttings), medium);
+    let (exits, pixels) = behind(backend, marching, &rays_of(&cuttings), medium, way);
     Predicted::of(detail, &cuttings, &exits, &pixels, backend.domain().extent)
 }
 
-/// The rays that leave a medium, and what each shows.
+/// The rays that go on behind a medium, and what each shows.
 pub(super) fn behind(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     marching: &Marching,
     rays: &[Ray<f32>],
     medium: &Refraction,
+    way: Way,
 ) -> (Vec<Option<Ray<f32>>>, Vec<Pixel<f32>>) {
     let tracer = medium.tracer(backend.domain(), 0.0);
     let exit = |path: &mut Path<f32>, ray: &Ray<f32>| {
         tracer.trace_into(ray, path);
-        exit_of(path, ray)
+        let exit = exit_of(path, ray)?;
+        let beside = || ray.at(ray.direction.dot(exit.origin - ray.origin));
+        Some(if way == Way::Bent { exit } else { Ray { origin: beside(), direction: ray.direction } })
     };
     let exits: Vec<Option<Ray<f32>>> =
         rays.par_iter().with_min_len(256).map_init(Path::default, exit).collect();
@@ -71,7 +83,7 @@ pub(super) fn behind(
 
 /// What a backend shows of the same pixels, with whatever it bends.
 pub(crate) fn rendered(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     marching: &Marching,
     photographs: &Photographs,
     detail: Detail,
@@ -86,17 +98,6 @@ pub(crate) fn rendered(
 /// The rays of all pixels of some views, one view after the other.
 pub(super) fn rays_of(cuttings: &[&Cutting]) -> Vec<Ray<f32>> {
     cuttings.iter().flat_map(|c| c.rays.iter().copied()).collect()
-}
-
-/// The same body without any effect on rays: what is seen when one looks straight through.
-pub(crate) fn without_bending(body: &IndexGrid<f32>) -> IndexGrid<f32> {
-    let Some(surface) = body.level_set() else {
-        let mut vacuum = body.clone();
-        vacuum.coefficients_mut().fill(VACUUM as f32);
-        vacuum.find_flat_cells(None);
-        return vacuum;
-    };
-    IndexGrid::sharp(surface.clone(), 1.0)
 }
 
 /// The ray that leaves a medium, from the last surface that it met; `None` where it met nothing, is caught, or met too many surfaces.

@@ -5,13 +5,13 @@
 //! pictures and few nodes to fine ones. Outlines hold the surface where the score says nothing.
 
 use super::photographs::Cutting;
-use super::predict::{Predicted, exit_of, rays_of};
+use super::predict::{Predicted, Way, exit_of, rays_of};
 use super::scan::mean;
 use super::{Detail, Photographs, predict};
 use crate::backend::{Backend, Batch, Layers, Marching, RayGradient};
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancelled;
-use crate::events::{Task, Watch};
+use crate::events::{Observer, Task};
 use crate::model::axis::Axis;
 use crate::model::{Optics, Refraction};
 use crate::random::Random;
@@ -51,9 +51,9 @@ const LEAST_COSINE: f32 = 0.4;
 const CUT: f32 = 6.0;
 
 /// What a refinement works with.
-pub(crate) struct Refiner<'a, B> {
+pub(crate) struct Refiner<'a> {
     /// It bends nothing, and is clear where the bodies are.
-    pub backend: &'a B,
+    pub backend: &'a dyn Backend,
     pub marching: Marching,
     pub photographs: &'a Photographs,
     /// Rays that touch the body, as far as masks are right.
@@ -81,7 +81,7 @@ struct Moments {
     second: Vec<f32>,
 }
 
-impl<B: Backend> Refiner<'_, B> {
+impl Refiner<'_> {
     /// A surface and an index that score more; `None` where none was found.
     ///
     /// Each stage begins where the last one was better, and counts if it is better itself.
@@ -89,7 +89,7 @@ impl<B: Backend> Refiner<'_, B> {
         &self,
         surface: &LevelSet<f32>,
         index: f32,
-        watch: &mut Watch,
+        observer: &mut Observer,
     ) -> Result<Option<(LevelSet<f32>, f32)>, Cancelled> {
         let (mut best, mut is_better) = ((surface.clone(), index), false);
         let mut most = self.score(&best);
@@ -101,7 +101,7 @@ impl<B: Backend> Refiner<'_, B> {
             let mut of_surface = Moments::new(body.0.coefficients().len());
             let mut of_index = Moments::new(1);
             for k in 0..steps {
-                watch.progress(Task::RefiningSurface, done, total)?;
+                observer.progress(Task::RefiningSurface, done, total)?;
                 if self.until.is_some_and(|end| Instant::now() > end) {
                     return Ok(is_better.then_some(best));
                 }
@@ -120,7 +120,8 @@ impl<B: Backend> Refiner<'_, B> {
     /// How a body scores in all views, in pictures by which verdicts are taken.
     fn score(&self, (surface, index): &(LevelSet<f32>, f32)) -> f64 {
         let medium = self.medium(surface, *index);
-        let predicted = predict(self.backend, &self.marching, self.photographs, Detail::Middle, &medium);
+        let predicted =
+            predict(self.backend, &self.marching, self.photographs, Detail::Middle, &medium, Way::Bent);
         mean(&predicted.scores(self.photographs))
     }
 

@@ -1,6 +1,6 @@
 //! The picture that convinced: a photograph of a body beside what straight and bent rays should show there.
 
-use super::predict::behind;
+use super::predict::{Way, behind};
 use super::{Detail, Photographs};
 use crate::backend::{Backend, Marching};
 use crate::metrics::quantize;
@@ -28,12 +28,12 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// What a field shows of one view behind a medium, and behind the same without any effect on rays; with their scores.
+    /// What a field shows of one view behind a medium, where one looks straight through, and along bent rays; with these scores.
     pub(crate) fn new(
-        backend: &impl Backend,
+        backend: &dyn Backend,
         marching: &Marching,
         (photographs, view): (&Photographs, usize),
-        [through, medium]: [(&Refraction, f64); 2],
+        (medium, [through, bent]): (&Refraction, [f64; 2]),
         region: usize,
     ) -> Option<Self> {
         let cutting = photographs.cuttings(Detail::Fine).get(view)?;
@@ -44,8 +44,8 @@ impl Shown {
             }
             out
         };
-        let shown = |(medium, score): (&Refraction, f64)| {
-            let (exits, pixels) = behind(backend, marching, &cutting.rays, medium);
+        let shown = |way, score: f64| {
+            let (exits, pixels) = behind(backend, marching, &cutting.rays, medium, way);
             let mut pixels = pixels.iter();
             let mut colours = exits.iter().map(|exit| exit.and_then(|_| pixels.next()).map(|p| p.colour));
             (raster(&mut colours), score)
@@ -55,8 +55,8 @@ impl Shown {
             view: cutting.name.clone(),
             size: cutting.size,
             photograph: raster(&mut cutting.colours.iter().copied().map(Some)),
-            straight_through: shown(through),
-            predicted: shown(medium),
+            straight_through: shown(Way::Straight, through),
+            predicted: shown(Way::Bent, bent),
         })
     }
 }

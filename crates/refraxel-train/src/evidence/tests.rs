@@ -4,18 +4,18 @@ use super::*;
 use crate::CpuBackend;
 use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::Cancel;
-use crate::events::Watch;
-use crate::model::{Model, Optics, Refraction};
+use crate::events::Observer;
+use crate::model::{Model, Optics, Refraction, RegionState};
 use crate::random::Random;
 use crate::rays::{RaySampler, WHITE};
 use refraxel_core::{
-    Aabb, Background, BrickMap, Camera, Domain, EnvironmentMap, Extent, IndexGrid, LevelSet, Medium, Ray,
-    ShDegree, Vec3, VoxelField, vec3,
+    Aabb, Background, BrickMap, Camera, Domain, EnvironmentMap, Extent, IndexGrid, Interpolation, LevelSet,
+    Medium, Ray, ShDegree, Vec3, VoxelField, vec3,
 };
 use refraxel_data::{Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
 
 const SIZE: u32 = 96;
-const RADIUS: f32 = 0.5;
+pub(crate) const RADIUS: f32 = 0.5;
 const VIEWS: usize = 12;
 pub(crate) const CUBE: Aabb<f32> = Aabb { min: vec3(-0.65, -0.65, -0.65), max: vec3(0.65, 0.65, 0.65) };
 
@@ -46,6 +46,12 @@ pub(crate) const MARCHING: Marching =
 
 /// The field of straight rays, and photographs of a true ball whose masks are those of a ball of `mask` times its radius.
 pub(crate) fn photographed(truth: Refraction, mask: f32) -> (CpuBackend, Photographs) {
+    let (backend, sampler) = taken(truth, |r| r.origin.cross(r.direction).length() < mask * RADIUS);
+    (backend, Photographs::new(&sampler, &(0..VIEWS).collect::<Vec<_>>(), |_| true))
+}
+
+/// The field of straight rays, and photographs of a truth whose masks show what these rays meet.
+pub(crate) fn taken(truth: Refraction, meets: impl Fn(&Ray<f32>) -> bool) -> (CpuBackend, RaySampler) {
     let mut backend = CpuBackend::new(surroundings());
     backend.set_medium(truth);
     let photograph = |k: usize| {
@@ -58,7 +64,6 @@ pub(crate) fn photographed(truth: Refraction, mask: f32) -> (CpuBackend, Photogr
         let code = |c: f32| (255.0 * c).round().clamp(0.0, 255.0) as u8;
         let codes = seen.iter().flat_map(|p| p.colour.map(code)).collect();
         let image = Image { width: SIZE, height: SIZE, channels: 3, pixels: Pixels::U8(codes) };
-        let meets = |r: &Ray<f32>| r.origin.cross(r.direction).length() < mask * RADIUS;
         let coverage = rays.iter().map(|r| if meets(r) { 255 } else { 0 }).collect();
         let mask = Mask { width: SIZE, height: SIZE, coverage };
         let photo = Photo::new(image, Some(mask));
@@ -70,14 +75,15 @@ pub(crate) fn photographed(truth: Refraction, mask: f32) -> (CpuBackend, Photogr
     let data = Dataset::in_memory(all, split, Backdrop::Color(WHITE)).unwrap();
     let sampler = RaySampler::new(data.views, photos, Backdrop::Color(WHITE), 0);
     backend.set_medium(Refraction::none());
-    (backend, Photographs::new(&sampler, &(0..VIEWS).collect::<Vec<_>>(), |_| true))
+    (backend, sampler)
 }
 
 #[test]
 fn the_score_peaks_at_the_true_index_far_above_looking_straight_through() {
     let (backend, photographs) = photographed(medium(surface(0.0), 1.5), 1.0);
     let scores = |n: f32, detail: Detail| {
-        predict(&backend, &MARCHING, &photographs, detail, &medium(surface(0.0), n)).scores(&photographs)
+        predict(&backend, &MARCHING, &photographs, detail, &medium(surface(0.0), n), Way::Bent)
+            .scores(&photographs)
     };
     let unknown = Unknown {
         name: "index",
@@ -90,21 +96,46 @@ fn the_score_peaks_at_the_true_index_far_above_looking_straight_through() {
     let found = refined(&from, &[unknown], Detail::Fine, score).unwrap();
     assert!((found.values[0] - 1.5).abs() < 0.011, "{found:?}");
     assert!(found.scores.mean().mean > 0.9);
-    assert!(found.scores.above(&scores(1.0, Detail::Fine)).significance() > 10.0);
+    let medium_of = |n: f32| medium(surface(0.0), n);
+    let through = predict(&backend, &MARCHING, &photographs, Detail::Fine, &medium_of(1.5), Way::Straight);
+    let through = through.scores(&photographs);
+    assert!(found.scores.above(&through).significance() > 10.0);
+    // Where nothing bends, both are the same.
+    let difference = scores(1.0, Detail::Fine).mean().mean - through.mean().mean;
+    assert!(difference.abs() < 0.05, "{difference}");
     let range = interval(found.values[0], [1.0, 4.0], |n| scores(n, Detail::Fine)).unwrap().range;
     assert!(range[0] < 1.5 && range[1] > 1.5 && range[1] - range[0] < 0.09, "{range:?}");
-    let of_others = predict(&backend, &MARCHING, &photographs, Detail::Fine, &medium(surface(0.0), 1.5))
-        .scores_of_others(&photographs)
-        .mean();
+    let of_others =
+        predict(&backend, &MARCHING, &photographs, Detail::Fine, &medium(surface(0.0), 1.5), Way::Bent)
+            .scores_of_others(&photographs)
+            .mean();
     assert!(of_others.mean < 0.3, "{of_others:?}");
+}
+
+#[test]
+fn a_lens_without_a_surface_is_looked_through_too() {
+    let of = |x: Vec3<f32>| {
+        let r = x.length() / RADIUS;
+        (1.0 + 0.96 * (1.0 - r * r).max(0.0)).sqrt()
+    };
+    let grid = IndexGrid::from_samples(CUBE, [41; 3], Interpolation::default(), of);
+    let medium = || {
+        let medium = Medium::new(vec![grid.clone()]).unwrap();
+        Refraction { medium, optics: Optics::default(), states: vec![RegionState::default()] }
+    };
+    let (backend, photographs) = photographed(medium(), 1.0);
+    let [bent, through] = [Way::Bent, Way::Straight].map(|way| {
+        predict(&backend, &MARCHING, &photographs, Detail::Middle, &medium(), way).scores(&photographs).mean()
+    });
+    assert!(through.views == VIEWS && bent.mean > through.mean + 0.5, "{bent:?} {through:?}");
 }
 
 #[test]
 fn the_picture_that_convinced_shows_the_photograph_once_more() {
     let (backend, photographs) = photographed(medium(surface(0.0), 1.5), 1.0);
-    let media = [1.0, 1.5].map(|n| medium(surface(0.0), n));
-    let [through, bent] = [(&media[0], 0.0), (&media[1], 0.9)];
-    let shown = Shown::new(&backend, &MARCHING, (&photographs, 3), [through, bent], 0).unwrap();
+    let medium = medium(surface(0.0), 1.5);
+    let of_view = |view| Shown::new(&backend, &MARCHING, (&photographs, view), (&medium, [0.0, 0.9]), 0);
+    let shown = of_view(3).unwrap();
     let pixels = shown.size[0] * shown.size[1];
     assert_eq!((shown.view.as_str(), shown.photograph.len(), shown.predicted.1), ("3.png", pixels, 0.9));
     let error = |pixels: &[[u8; 3]]| {
@@ -113,7 +144,7 @@ fn the_picture_that_convinced_shows_the_photograph_once_more() {
     };
     let [straight, predicted] = [&shown.straight_through.0, &shown.predicted.0].map(|p| error(p));
     assert!(predicted < 1.0 && straight > 20.0 * predicted, "{straight} {predicted}");
-    assert!(Shown::new(&backend, &MARCHING, (&photographs, VIEWS), [through, bent], 0).is_none());
+    assert!(of_view(VIEWS).is_none());
 }
 
 #[test]
@@ -131,17 +162,24 @@ fn waves_that_masks_do_not_show_are_smoothed_by_the_gradient_of_the_score() {
         until: None,
     };
     let (cancel, mut ignore) = (Cancel::new(), |_| {});
-    let mut watch = Watch::new(&cancel, &mut ignore);
+    let mut observer = Observer::new(&cancel, &mut ignore);
     let wavy = surface(0.012);
-    let (mended, index) = refiner.refine(&wavy, 1.46, &mut watch).unwrap().unwrap();
+    let (mended, index) = refiner.refine(&wavy, 1.46, &mut observer).unwrap().unwrap();
     let score = |surface: &LevelSet<f32>, n: f32| {
-        let seen = predict(&backend, &MARCHING, &photographs, Detail::Middle, &medium(surface.clone(), n));
+        let seen = predict(
+            &backend,
+            &MARCHING,
+            &photographs,
+            Detail::Middle,
+            &medium(surface.clone(), n),
+            Way::Bent,
+        );
         mean(&seen.scores(&photographs))
     };
     let [before, after] = [score(&wavy, 1.46), score(&mended, index)];
     assert!(after > before + 0.15, "{before} {after}");
     assert!((index - 1.5).abs() < 0.03, "{index}");
     cancel.cancel();
-    let mut watch = Watch::new(&cancel, &mut ignore);
-    assert!(refiner.refine(&wavy, 1.5, &mut watch).is_err());
+    let mut observer = Observer::new(&cancel, &mut ignore);
+    assert!(refiner.refine(&wavy, 1.5, &mut observer).is_err());
 }

@@ -14,7 +14,7 @@ pub mod surface;
 
 pub use gate::Gate;
 pub use optimiser::{AdamMoments, ClearcoatMoments, IndexMoments, MirrorMoments, Optimiser};
-pub use reflection::{CacheId, Mirror, MirrorSource, ProbeLayout, Reflection};
+pub use reflection::{CacheId, Mirror, MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
 pub use refraction::{MAX_SEGMENTS, Optics, Refraction, RegionState};
 pub use resample::resampled;
 

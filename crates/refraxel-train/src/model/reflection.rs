@@ -77,6 +77,9 @@ pub struct ProbeLayout {
     pub degree: ShDegree,
 }
 
+/// Degree of the harmonics of what surfaces and clearcoats mirror.
+pub const PROBE_DEGREE: ShDegree = ShDegree::MAX;
+
 impl ProbeLayout {
     /// Grey probes over a box.
     pub fn probes(&self, bounds: Aabb<f32>) -> ProbeGrid<f32> {

@@ -2,7 +2,7 @@
 
 use super::Gate;
 use super::polyhedron::{Plane, Polyhedron};
-use refraxel_core::optics::{Options, Tracer, Weight};
+use refraxel_core::optics::{Options, Tracer};
 use refraxel_core::{Domain, IndexGrid, Integrator, Medium, Path, Ray, Vec3};
 
 /// The refractive part of a model. Without regions, all rays are straight.
@@ -50,13 +50,11 @@ pub struct Optics {
     pub integrator: Integrator,
     /// Longest step [voxel of the index grid].
     pub step: f32,
-    /// What surfaces mirror.
-    pub weight: Weight,
 }
 
 impl Default for Optics {
     fn default() -> Self {
-        Self { integrator: Integrator::default(), step: 0.5, weight: Weight::Whole }
+        Self { integrator: Integrator::default(), step: 0.5 }
     }
 }
 
@@ -180,8 +178,8 @@ impl Refraction {
     }
 
     fn tracer_of<'a>(&'a self, domain: &'a Domain<f32>, near: f32, max_segments: usize) -> Tracer<'a, f32> {
-        let Optics { integrator, step, weight } = self.optics;
-        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments, weight })
+        let Optics { integrator, step } = self.optics;
+        Tracer::new(&self.medium, domain, Options { integrator, step, near, max_segments })
     }
 }
 

@@ -20,12 +20,12 @@ pub enum OptionError {
         candidates: Vec<&'static str>,
     },
     /// An option that earlier versions had.
-    #[error("option `{key}` does not exist any more: {advice}")]
-    Removed {
+    #[error("option `{key}` is gone: {now}")]
+    Gone {
         /// Its name.
         key: &'static str,
-        /// What it did, and what to do now.
-        advice: &'static str,
+        /// What there is in its place.
+        now: &'static str,
     },
     /// A value that the option cannot have.
     #[error("option `{name}` is `{found}`, expected {expected}")]

@@ -8,14 +8,10 @@ section! {
     pub struct GridOptions "grid" {
         /// Nodes along the longest edge of the final grid; 0: as many as `voxels_per_pixel` asks for.
         resolution: u32 = 0, in Allowed::AutoOrWithin(8.0, 1024.0), "nodes";
-        /// Voxels per pixel at the centre of the scene.
-        voxels_per_pixel: f64 = 1.35, in 0.1..=8.0;
         /// Largest resolution that `voxels_per_pixel` may ask for.
         max_resolution: u32 = 256, in 16..=1024, "nodes";
         /// Number of coarse-to-fine stages, theory (4.9). Each doubles the resolution.
         stages: u32 = 3, in 1..=6;
-        /// Each stage before the last takes this share of the part of the run that is then left.
-        stage_share: f64 = 0.15, in Allowed::Between(0.0, 1.0);
         /// Voxels to which no training ray gives more weight than this are dropped between stages.
         prune_weight: f32 = 0.005, in 0.0..;
     }

@@ -74,17 +74,6 @@ section! {
         /// Learning rate of the index of a body; 0 holds it fixed. Nodes of an index without a surface (graded, or with a smooth
         /// edge) learn half as fast, and ever more slowly.
         rate: f32 = 0.001, in 0.0..=1.0;
-        /// Standard deviation of the blur of its gradient [voxel of the index grid].
-        blur: f32 = 1.5, in 0.0..=8.0, "voxels";
-        /// Bound on the gradient that one index sample of a path contributes.
-        clip: f32 = 3.0, in 0.0..;
-        /// Largest index that can be learned.
-        largest: f32 = 2.6, in 1.0..=5.0;
-        /// The one index of a body with a sharp surface stays this near to the index that the search found: where the
-        /// shape is wrong, the gradient would carry it away.
-        trust: f32 = 0.15, in 0.0..=4.0;
-        /// The index learns only from rays that meet surfaces at most this often.
-        events: u32 = 4;
         /// How the index is interpolated between nodes.
         interpolation: IndexInterpolation = IndexInterpolation::Cubic;
         /// How rays are integrated.
@@ -93,11 +82,9 @@ section! {
         step: f32 = 0.5, in 0.05..=1.0, "voxel";
         /// Weight of the variation of the index.
         variation: f32 = 0.0, in 0.0..;
-        /// Penalty of the variation of the index.
-        variation_penalty: IndexPenalty = IndexPenalty::L1;
+        /// Penalty of both the variation and the deviation of the index.
+        penalty: IndexPenalty = IndexPenalty::L1;
         /// Weight of the deviation of the index from 1.
         deviation: f32 = 0.0, in 0.0..;
-        /// Penalty of the deviation of the index from 1.
-        deviation_penalty: IndexPenalty = IndexPenalty::L1;
     }
 }

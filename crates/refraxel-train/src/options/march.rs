@@ -12,8 +12,6 @@ section! {
         /// Rays begin at this share of the distance from the scene's centre to the nearest camera. Nothing nearer to a
         /// camera is seen.
         near: f32 = 0.2, in 0.0..=0.99;
-        /// Samples whose optical depth per voxel is below this are transparent.
-        min_optical_depth: f32 = 1e-3, in 0.0..=0.1;
         /// Rays stop at this transmittance.
         min_transmittance: f32 = 1e-3, in 0.0..=0.5;
     }

@@ -1,12 +1,12 @@
 //! Options of a run, in sections. Every option has its meaning, default and range in the file of its section; `--set`,
 //! TOML files, the checks and the list of `refraxel train --options` all come from there.
 
-mod absorption;
 mod clearcoat;
+mod detection;
 mod error;
 mod exposure;
 mod field;
-mod former;
+mod gone;
 mod grid;
 mod index;
 mod judge;
@@ -19,7 +19,6 @@ mod refraction;
 mod run;
 mod search;
 mod section;
-mod seek;
 mod shape;
 mod stored;
 mod surface;
@@ -27,8 +26,8 @@ mod surface;
 mod tests;
 mod value;
 
-pub use absorption::AbsorptionOptions;
 pub use clearcoat::ClearcoatOptions;
+pub use detection::DetectionOptions;
 pub use error::OptionError;
 pub use exposure::ExposureOptions;
 pub use field::FieldOptions;
@@ -37,14 +36,12 @@ pub use index::{IndexIntegrator, IndexInterpolation, IndexOptions, IndexPenalty}
 pub use judge::JudgeOptions;
 pub use list::{OptionInfo, list, list_as_markdown, list_as_text};
 pub use march::MarchOptions;
-pub use names::Renamed;
 pub use pose::PoseOptions;
-pub use reflection::{ReflectionOptions, ReflectionWeight};
+pub use reflection::ReflectionOptions;
 pub use refraction::RefractionOptions;
 pub use run::RunOptions;
 pub use search::{SearchOptions, SurfaceProfile};
 pub use section::{Definition, Section};
-pub use seek::SeekOptions;
 pub use shape::{ShapeOptions, StartShape};
 pub use surface::SurfaceOptions;
 pub use value::{Allowed, OptionValue, Switch, Word};
@@ -71,7 +68,7 @@ pub struct Options {
     /// The search for the first index.
     pub search: SearchOptions,
     /// How refractive things are sought without masks.
-    pub seek: SeekOptions,
+    pub detection: DetectionOptions,
     /// The race between hypotheses.
     pub judge: JudgeOptions,
     /// How poses learn.
@@ -86,8 +83,6 @@ pub struct Options {
     pub reflection: ReflectionOptions,
     /// The clearcoat of opaque things.
     pub clearcoat: ClearcoatOptions,
-    /// What refractive bodies absorb.
-    pub absorption: AbsorptionOptions,
 }
 
 /// An option that differs between two runs, and the text of its value in both.
@@ -111,14 +106,13 @@ impl Options {
             options.field.rate_density = 0.3;
             options.field.tv_density = 1e-4;
             options.field.tv_colour = 1e-4;
-            options.grid.voxels_per_pixel = 1.0;
             options.march.min_transmittance = 0.01;
         }
         options
     }
 
     /// All sections, in the order in which they are listed.
-    pub fn sections(&self) -> [&dyn Section; 16] {
+    pub fn sections(&self) -> [&dyn Section; 15] {
         let Self {
             run,
             grid,
@@ -127,7 +121,7 @@ impl Options {
             refraction,
             shape,
             search,
-            seek,
+            detection,
             judge,
             pose,
             exposure,
@@ -135,15 +129,14 @@ impl Options {
             surface,
             reflection,
             clearcoat,
-            absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, pose, exposure, index, surface,
-            reflection, clearcoat, absorption,
+            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
+            surface, reflection, clearcoat,
         ]
     }
 
-    fn sections_mut(&mut self) -> [&mut dyn Section; 16] {
+    fn sections_mut(&mut self) -> [&mut dyn Section; 15] {
         let Self {
             run,
             grid,
@@ -152,7 +145,7 @@ impl Options {
             refraction,
             shape,
             search,
-            seek,
+            detection,
             judge,
             pose,
             exposure,
@@ -160,11 +153,10 @@ impl Options {
             surface,
             reflection,
             clearcoat,
-            absorption,
         } = self;
         [
-            run, grid, march, field, refraction, shape, search, seek, judge, pose, exposure, index, surface,
-            reflection, clearcoat, absorption,
+            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
+            surface, reflection, clearcoat,
         ]
     }
 
@@ -178,17 +170,16 @@ impl Options {
         self.sections().iter().flat_map(|section| section.values()).collect()
     }
 
-    /// Changes one option, as `--set KEY=TEXT` does. The key is a full name, a key that only one section has, or a former
-    /// name; in the last case it is returned.
-    pub fn set(&mut self, key: &str, text: &str) -> Result<Option<Renamed>, OptionError> {
-        let found = names::find(key)?;
-        let name = found.option.name.split('.').next();
+    /// Changes one option, as `--set KEY=TEXT` does. The key is a full name, or a key that only one section has.
+    pub fn set(&mut self, key: &str, text: &str) -> Result<(), OptionError> {
+        let option = names::find(key)?;
+        let name = option.name.split('.').next();
         for section in self.sections_mut() {
             if Some(section.name()) == name {
-                section.set(&found.option, text)?;
+                section.set(&option, text)?;
             }
         }
-        Ok(found.renamed)
+        Ok(())
     }
 
     /// The same options, if every value is allowed and they fit together.
@@ -208,6 +199,6 @@ impl Options {
     /// How rays are traced through the index.
     pub fn optics(&self) -> Optics {
         let IndexOptions { integrator, step, .. } = self.index;
-        Optics { integrator: integrator.into(), step, weight: self.reflection.weight.into() }
+        Optics { integrator: integrator.into(), step }
     }
 }

@@ -1,48 +1,34 @@
 //! From what a user calls an option to the option.
 
-use super::former::{FORMER, REMOVED};
+use super::gone::GONE;
 use super::{Definition, OptionError, Options};
 
-/// An option that was called by the name that it had before.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Renamed {
-    /// The name that was used.
-    pub former: String,
-    /// The full name today.
-    pub now: &'static str,
-}
-
-/// The option that was meant, and whether the name is a former one.
-pub(super) struct Found {
-    pub(super) option: Definition,
-    pub(super) renamed: Option<Renamed>,
-}
-
-/// The option of a full name (`surface.blur`), of a key that only one section has (`coarsening`), or of a former name
-/// (`surface_blur`).
-pub(super) fn find(key: &str) -> Result<Found, OptionError> {
+/// The option of a full name (`grid.resolution`), or of a key that only one section has (`resolution` if there were no other).
+pub(super) fn find(key: &str) -> Result<Definition, OptionError> {
     let all = Options::definitions();
     let named = |name: &str| all.iter().find(|option| option.name == name).copied();
     if let Some(option) = named(key) {
-        return Ok(Found { option, renamed: None });
+        return Ok(option);
     }
-    if let Some(former) = FORMER.iter().find(|f| f.name == key) {
-        let renamed = Renamed { former: key.to_owned(), now: former.now };
-        let option = named(former.now).unwrap_or_else(|| unreachable!("{} is an option", former.now));
-        return Ok(Found { option, renamed: Some(renamed) });
-    }
-    if let Some(removed) = REMOVED.iter().find(|r| r.name == key) {
-        return Err(OptionError::Removed { key: removed.name, advice: removed.advice });
+    if let Some(gone) =
+        GONE.iter().find(|gone| gone.name == key || last_part(gone.name) == key && !has_key(&all, key))
+    {
+        return Err(OptionError::Gone { key: gone.name, now: gone.now });
     }
     let candidates: Vec<Definition> = all.iter().filter(|o| last_part(o.name) == key).copied().collect();
     match candidates[..] {
-        [option] => Ok(Found { option, renamed: None }),
+        [option] => Ok(option),
         [] => Err(OptionError::Unknown { key: key.to_owned(), suggestion: similar(key, &all) }),
         _ => {
             let candidates = candidates.iter().map(|option| option.name).collect();
             Err(OptionError::Ambiguous { key: key.to_owned(), candidates })
         }
     }
+}
+
+/// Some option has this key in its section.
+fn has_key(all: &[Definition], key: &str) -> bool {
+    all.iter().any(|option| last_part(option.name) == key)
 }
 
 fn last_part(name: &str) -> &str {

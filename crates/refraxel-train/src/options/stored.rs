@@ -1,7 +1,7 @@
 //! Options as trees of tables: TOML files, and the headers of checkpoints.
 
-use super::former::REMOVED;
-use super::{OptionError, Options, Renamed};
+use super::gone::GONE;
+use super::{OptionError, Options};
 use serde_json::{Map, Value};
 
 /// A name and the text of its value.
@@ -11,22 +11,17 @@ struct Entry {
 }
 
 impl Options {
-    /// Changes the options that a tree names: tables of sections (`{"surface": {"blur": 1.5}}`), full names, or former
-    /// ones. Returns which former names it used.
-    pub fn set_tree(&mut self, tree: &Value) -> Result<Vec<Renamed>, OptionError> {
+    /// Changes the options that a tree names: tables of sections (`{"surface": {"blur": 1.5}}`), or full names.
+    pub fn set_tree(&mut self, tree: &Value) -> Result<(), OptionError> {
         self.set_entries(entries(tree)?)
     }
 
-    fn set_entries(&mut self, entries: Vec<Entry>) -> Result<Vec<Renamed>, OptionError> {
-        let mut renamed = Vec::new();
-        for Entry { key, text } in entries {
-            renamed.extend(self.set(&key, &text)?);
-        }
-        Ok(renamed)
+    fn set_entries(&mut self, entries: Vec<Entry>) -> Result<(), OptionError> {
+        entries.into_iter().try_for_each(|Entry { key, text }| self.set(&key, &text))
     }
 }
 
-/// The options of a stored run. What it does not mention has its default; what is gone must have done nothing.
+/// The options of a stored run. What it does not mention has its default; what is gone must have had the value that is a constant now.
 impl TryFrom<Value> for Options {
     type Error = OptionError;
 
@@ -39,12 +34,13 @@ impl TryFrom<Value> for Options {
     }
 }
 
-/// An option that is gone, with the value with which it did nothing.
+/// An option that is gone, with a value that is a constant now, or that says nothing of a run that has begun.
 fn is_idle(entry: &Entry) -> bool {
     // A stored f32 has more digits than the text that said it.
     let number = |text: &str| text.parse::<f32>().ok();
-    let is_idle = |idle: Option<&str>| idle.is_none_or(|idle| number(idle) == number(&entry.text));
-    REMOVED.iter().any(|r| r.name == entry.key && is_idle(r.idle))
+    let is_same =
+        |was: &&str| *was == entry.text || number(was).is_some_and(|was| number(&entry.text) == Some(was));
+    GONE.iter().any(|gone| gone.name == entry.key && (gone.was.is_empty() || gone.was.iter().any(is_same)))
 }
 
 fn entries(tree: &Value) -> Result<Vec<Entry>, OptionError> {

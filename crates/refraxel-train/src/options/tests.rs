@@ -1,4 +1,4 @@
-use super::former::{FORMER, REMOVED};
+use super::gone::GONE;
 use super::*;
 use serde_json::{Value, json};
 
@@ -16,20 +16,11 @@ fn read(tree: Value) -> Result<Options, String> {
     serde_json::from_value(tree).map_err(|e| e.to_string())
 }
 
-/// A run of the time when options were one flat list.
-fn flat() -> Value {
-    json!({
-        "steps": 700, "resolution": 96, "refraction": "on", "inside_share": 0.3, "index_surface": "sharp",
-        "rate_surface": 0.07999999821186066, "reflection": "off", "gloss": "on", "bent_tv": 2.0, "bent_rates": 1.0,
-        "surface_width": 0.0, "surface_width_share": 0.30000001192092896, "index_period": 1,
-    })
-}
-
 #[test]
 fn settings_change_options_and_the_last_one_counts() {
     let mut options = Options::default();
     for (key, value) in [("run.steps", "7"), ("rate_density", "0.5"), ("steps", "9")] {
-        assert_eq!(options.set(key, value), Ok(None));
+        assert_eq!(options.set(key, value), Ok(()));
     }
     assert_eq!((options.run.steps, options.field.rate_density), (9, 0.5));
 }
@@ -39,7 +30,7 @@ fn every_default_is_allowed_and_survives_a_round_trip() {
     let usual = Options::default().checked().unwrap();
     let mut options = Options::default();
     for (option, value) in Options::definitions().iter().zip(usual.values()) {
-        assert_eq!(options.set(option.name, &value), Ok(None));
+        assert_eq!(options.set(option.name, &value), Ok(()));
     }
     assert_eq!(options, usual);
     let stored = serde_json::to_value(Options::suited_to(true)).unwrap();
@@ -93,7 +84,7 @@ fn unknown_names_get_a_suggestion_and_ambiguous_ones_a_choice() {
     assert!(refusal("training.steps", "7").contains("did you mean `run.steps`?"));
     assert!(!refusal("xyzzy", "7").contains("did you mean"));
     let rate = refusal("rate", "1");
-    assert!(rate.contains("`index.rate`, `surface.rate`, `reflection.rate`, `clearcoat.rate`"), "{rate}");
+    assert!(rate.contains("`index.rate`, `surface.rate`"), "{rate}");
 }
 
 #[test]
@@ -105,49 +96,45 @@ fn options_must_fit_together() {
 }
 
 #[test]
-fn every_former_name_is_an_option_today() {
-    for former in FORMER {
-        let Some(k) = Options::definitions().iter().position(|o| o.name == former.now) else {
-            panic!("{} is no option", former.now);
-        };
-        let value = &Options::default().values()[k];
-        let renamed = Options::default().set(former.name, value).unwrap();
-        assert_eq!(renamed, Some(Renamed { former: former.name.to_owned(), now: former.now }));
+fn options_that_are_gone_are_no_options_and_are_told() {
+    let names: Vec<&str> = Options::definitions().iter().map(|o| o.name).collect();
+    let mut gone: Vec<&str> = GONE.iter().map(|g| g.name).collect();
+    assert!(gone.iter().all(|name| !names.contains(name)));
+    gone.sort_unstable();
+    assert!(gone.windows(2).all(|pair| pair[0] != pair[1]), "{gone:?}");
+    assert!(refusal("rate_decay", "1").contains("RATE_DECAY"), "also without its section");
+    for option in GONE {
+        let refusal = refusal(option.name, "1");
+        assert!(refusal.contains(option.name) && refusal.contains(option.now), "{refusal}");
     }
 }
 
 #[test]
-fn former_and_removed_names_are_no_options_today() {
-    let names: Vec<&str> = Options::definitions().iter().map(|o| o.name).collect();
-    let mut former: Vec<&str> = FORMER.iter().map(|f| f.name).chain(REMOVED.iter().map(|r| r.name)).collect();
-    assert!(former.iter().all(|name| !names.contains(name)));
-    former.sort_unstable();
-    assert!(former.windows(2).all(|pair| pair[0] != pair[1]), "{former:?}");
-}
-
-#[test]
-fn a_flat_list_of_a_stored_run_is_read() {
-    let options = read(flat()).unwrap();
-    let mut expected = Options::default();
-    (expected.run.steps, expected.grid.resolution) = (700, 96);
-    (expected.refraction.bend, expected.refraction.mask_ray_fraction) = (Switch::On, 0.3);
-    expected.search.profile = SurfaceProfile::Sharp;
-    (expected.reflection.enabled, expected.clearcoat.enabled) = (Switch::Off, Switch::On);
-    expected.field.tv_density_refractive = 2.0;
-    assert_eq!(options, expected);
-}
-
-#[test]
-fn removed_options_are_refused_unless_a_stored_run_did_not_use_them() {
-    for removed in REMOVED {
-        let refusal = refusal(removed.name, removed.idle.unwrap_or("a/scene.json"));
-        assert!(refusal.contains(removed.name) && refusal.contains(removed.advice), "{refusal}");
-        let Some(idle) = removed.idle else {
-            assert_eq!(read(json!({ removed.name: "a/scene.json" })), Ok(Options::default()));
+fn the_constants_that_took_the_place_of_options_are_where_their_errors_say() {
+    let sources = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut found = 0;
+    for option in GONE {
+        let Some((constant, file)) =
+            option.now.strip_prefix("the constant ").and_then(|c| c.split_once(" of "))
+        else {
             continue;
         };
-        assert_eq!(read(json!({ removed.name: idle.parse::<f32>().unwrap() })), Ok(Options::default()));
-        assert_eq!(read(json!({ removed.name: 2 })), Err(refusal));
+        let text = std::fs::read_to_string(sources.join(file)).unwrap();
+        assert!(text.contains(&format!("const {constant}: ")), "{}: {constant} of {file}", option.name);
+        found += 1;
+    }
+    assert!(found > 40, "{found}");
+}
+
+#[test]
+fn stored_runs_may_have_had_the_values_that_are_constants_now() {
+    for option in GONE {
+        for was in option.was {
+            let value = was.parse::<f32>().map_or_else(|_| json!(was), |v| json!(v));
+            assert_eq!(read(json!({ option.name: value })), Ok(Options::default()), "{}", option.name);
+        }
+        let other = read(json!({ option.name: 123_456 }));
+        assert_eq!(other.is_ok(), option.was.is_empty(), "{}: {other:?}", option.name);
     }
 }
 
@@ -157,7 +144,7 @@ fn tables_and_full_names_say_the_same() {
     let nested =
         json!({ "surface": { "blur": 2.0 }, "refraction": { "bounds": bounds, "bend": "on" }, "steps": 5 });
     let mut options = Options::default();
-    assert_eq!(options.set_tree(&nested), Ok(Vec::new()));
+    assert_eq!(options.set_tree(&nested), Ok(()));
     let dotted = json!({
         "surface.blur": 2, "refraction.bounds": "-0.5,-0.5,0,0.5,0.5,1", "refraction.bend": "on", "run.steps": 5,
     });
@@ -165,8 +152,6 @@ fn tables_and_full_names_say_the_same() {
     same.set_tree(&dotted).unwrap();
     assert_eq!(options, same);
     assert_eq!(options.refraction.aabb().unwrap().max.z, 1.0);
-    let former = Options::default().set_tree(&json!({ "gloss": "on" })).unwrap();
-    assert_eq!(former, [Renamed { former: "gloss".to_owned(), now: "clearcoat.enabled" }]);
     assert!(options.set_tree(&json!(3)).is_err());
 }
 

@@ -24,7 +24,7 @@ const MOST: f64 = 4.0;
 /// black squares of a chequer. Steps are Gauss–Newton steps on differences that are averaged over cells, theory (8.6). `unit` is
 /// the distance of the cameras from the scene [scene unit].
 pub fn find(
-    backend: &impl Backend,
+    backend: &dyn Backend,
     objective: &Objective,
     (view, photo): (&View, &Photo),
     backdrop: Backdrop,
@@ -109,7 +109,7 @@ impl Sight<'_> {
 impl Cells {
     /// What the mean grey of the cells says. Targets that lie ½ below what is seen make the gradient of a ray the sum of the
     /// Jacobians of its channels.
-    fn normal(&self, backend: &impl Backend, objective: &Objective, unit: f64) -> Normal {
+    fn normal(&self, backend: &dyn Backend, objective: &Objective, unit: f64) -> Normal {
         let pixels = backend.render(&self.batch.rays, &objective.marching, Layers::All);
         let seen = shown(&pixels, &self.batch);
         let below = seen.iter().map(|colour| colour.map(|c| c - 0.5)).collect();

@@ -9,8 +9,8 @@ mod normal;
 pub use find::{find, is_black};
 pub use lens::{LensCorrection, LensShift, lens_slopes};
 
-use crate::alignment::largest_and_median;
 use crate::backend::RayGradient;
+use crate::order_statistics::largest_and_median;
 use gauge::without_gauge;
 use lens::Lenses;
 use normal::{NUMBERS, Normal};

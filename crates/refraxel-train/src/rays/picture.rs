@@ -1,6 +1,6 @@
 //! A photograph that is looked at as a whole.
 
-use super::{DirectionTable, TrainingView};
+use super::view::{DirectionTable, TrainingView};
 use refraxel_core::radiance::Filter;
 use refraxel_core::{Camera, Lens};
 use refraxel_data::{Image, Mask};

@@ -1,8 +1,8 @@
 //! Which rays are drawn.
 
 use super::*;
-use refraxel_core::vec3;
-use refraxel_data::{Image, Pixels};
+use refraxel_core::{Camera, Lens, Vec3, vec3};
+use refraxel_data::{Backdrop, Image, Mask, MaskMeaning, Photo, Pixels, View};
 
 fn view(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
     let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);

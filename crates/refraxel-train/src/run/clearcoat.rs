@@ -24,15 +24,13 @@ impl StoredClearcoat {
 
 /// Values and moments of both grids.
 const PARTS: [&str; 4] = ["strength", "radiance", "strength_moment", "radiance_moment"];
-/// What the name of such a tensor begins with, today and in checkpoints of earlier versions.
-const PREFIXES: [&str; 2] = ["clearcoat", "gloss"];
 
 pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
     let Some(clearcoat) = &model.clearcoat else { return Vec::new() };
     let moments = &optimiser.clearcoat;
     let (strength, radiance) = (&clearcoat.strength.coefficients, &clearcoat.radiance.coefficients);
     let values = [strength, radiance, &moments.strength, &moments.radiance];
-    PARTS.iter().zip(values).map(|(part, values)| row(format!("{}.{part}", PREFIXES[0]), values)).collect()
+    PARTS.iter().zip(values).map(|(part, values)| row(format!("clearcoat.{part}"), values)).collect()
 }
 
 /// The clearcoat of a checkpoint whose scene fills `bounds`, and its moments.
@@ -47,9 +45,7 @@ pub(super) fn restore(
     if !(1.0..=4.0).contains(&s.ior) {
         return Err(file.wrong("the index of its clearcoat is not 1 to 4"));
     }
-    let prefix = PREFIXES.into_iter().find(|p| file.contains(&format!("{p}.{}", PARTS[0])));
-    let mut values =
-        |part: usize, len| file.f32s(&format!("{}.{}", prefix.unwrap_or(PREFIXES[0]), PARTS[part]), len);
+    let mut values = |part: usize, len| file.f32s(&format!("clearcoat.{}", PARTS[part]), len);
     let strength = ProbeGrid::grey(bounds, s.resolution, ShDegree::new(0).unwrap_or_default());
     let radiance = ProbeGrid::grey(bounds, s.resolution, degree);
     let probes = strength.probes();

@@ -2,9 +2,9 @@
 
 use super::boxes::bounds_of;
 use super::clearcoat::StoredClearcoat;
+use super::detected::StoredDetection;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
-use super::sought::StoredSought;
 use super::views::StoredViews;
 use super::{RunRef, Source, State};
 use crate::options::Options;
@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize)]
 pub(super) struct Header {
     pub program: String,
-    #[serde(alias = "config")]
     pub options: Options,
     pub state: State,
     pub source: Source,
@@ -35,11 +34,11 @@ pub(super) struct Header {
     #[serde(default)]
     pub reflection: StoredReflection,
     /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
-    #[serde(default, alias = "gloss", skip_serializing_if = "Option::is_none")]
-    pub clearcoat: Option<StoredClearcoat>,
-    /// What was found without masks; its tensor is called `sought`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sought: Option<StoredSought>,
+    pub clearcoat: Option<StoredClearcoat>,
+    /// What was found without masks; its tensor is called `detected`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detected: Option<StoredDetection>,
     /// What the photographs themselves have learned; tensors `poses` and `exposures`.
     #[serde(default)]
     pub views: StoredViews,
@@ -96,7 +95,7 @@ impl Header {
             regions: refraction::stored(run.model, run.optimiser),
             reflection: StoredReflection::of(&run.model.reflection, &run.optimiser.reflection),
             clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
-            sought: run.sought.map(StoredSought::of),
+            detected: run.detected.map(StoredDetection::of),
             views: StoredViews::of(run.alignment),
             world_from_model: "identity".to_owned(),
         }

@@ -2,11 +2,11 @@
 
 mod boxes;
 mod clearcoat;
+mod detected;
 mod field;
 mod header;
 mod reflection;
 mod refraction;
-mod sought;
 mod tensors;
 #[cfg(test)]
 mod tests;
@@ -20,8 +20,8 @@ use crate::device::Device;
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::Options;
 use crate::plan::Plan;
-use crate::schedule::{Held, Phase, Progress};
-use crate::verdict::Verdict;
+use crate::schedule::{PausedSchedule, Phase, Progress};
+use crate::verdict::{Baseline, Verdict};
 use field::Shapes;
 use header::Header;
 use refraxel_data::{Crop, Dataset, PhotoSource, Pixels};
@@ -42,17 +42,17 @@ pub struct State {
     /// Stage of the schedule.
     pub stage: u32,
     /// What the run is busy with.
-    #[serde(default, alias = "act")]
+    #[serde(default)]
     pub phase: Phase,
     /// Where the schedule was held for the last time, and until when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held: Option<Held>,
+    pub paused: Option<PausedSchedule>,
     /// Share of the schedule after which rays bent, once they do: it is held while that is decided.
     #[serde(default)]
     pub bends_since: Option<f64>,
     /// Refractive things were sought that no mask shows.
-    #[serde(default, alias = "looks", deserialize_with = "was_scouted")]
-    pub scouted: bool,
+    #[serde(default)]
+    pub detection_done: bool,
     /// By how much the borders of refractive masks were moved outwards when rays were to bend [pixel].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub mask_shift: f32,
@@ -62,6 +62,9 @@ pub struct State {
     /// What the judge decided about refractive regions, where hypotheses raced.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
+    /// What straight rays had learned when rays began to bend, until bent ones have been held against it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<Baseline>,
     /// Seconds spent training.
     pub seconds: f64,
     /// The device that it was trained on last, where that was noted.
@@ -70,7 +73,6 @@ pub struct State {
     /// Validation scores recorded.
     pub validations: u32,
     /// Factor on the learning rates after overflows.
-    #[serde(alias = "caution")]
     pub rate_scale: f32,
     /// Overflows since the last good state.
     pub rollbacks: u32,
@@ -80,32 +82,19 @@ fn is_zero(shift: &f32) -> bool {
     *shift == 0.0
 }
 
-/// Former runs noted how often they had looked.
-fn was_scouted<'de, D: serde::Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Stored {
-        Now(bool),
-        Formerly { count: u32 },
-    }
-    Ok(match Stored::deserialize(from)? {
-        Stored::Now(scouted) => scouted,
-        Stored::Formerly { count } => count > 0,
-    })
-}
-
 impl Default for State {
     fn default() -> Self {
         Self {
             step: 0,
             stage: 0,
             phase: Phase::Straight,
-            held: None,
+            paused: None,
             bends_since: None,
-            scouted: false,
+            detection_done: false,
             mask_shift: 0.0,
             stays_straight: false,
             verdict: None,
+            baseline: None,
             seconds: 0.0,
             device: None,
             validations: 0,
@@ -216,7 +205,7 @@ pub struct Run {
     /// The state of its optimiser.
     pub optimiser: Optimiser,
     /// What was found without masks.
-    pub sought: Option<Gate>,
+    pub detected: Option<Gate>,
     /// What its photographs themselves have learned.
     pub alignment: Alignment,
 }
@@ -237,7 +226,7 @@ pub struct RunRef<'a> {
     /// See [`Run`].
     pub optimiser: &'a Optimiser,
     /// See [`Run`].
-    pub sought: Option<&'a Gate>,
+    pub detected: Option<&'a Gate>,
     /// See [`Run`].
     pub alignment: &'a Alignment,
 }
@@ -257,7 +246,7 @@ impl RunRef<'_> {
             source: self.source.clone(),
             model: self.model.clone(),
             optimiser: self.optimiser.clone(),
-            sought: self.sought.cloned(),
+            detected: self.detected.cloned(),
             alignment: self.alignment.clone(),
         }
     }
@@ -289,10 +278,10 @@ impl RunRef<'_> {
             clearcoat::tensors(model, optimiser),
         ]
         .concat();
-        let (sought, views) = (sought::tensor(self.sought), views::tensors(self.alignment));
+        let (detected, views) = (detected::tensor(self.detected), views::tensors(self.alignment));
         let shapes = Shapes::of(self);
         let mut tensors = shapes.tensors(self);
-        let named = small.iter().chain(&sought).chain(&views);
+        let named = small.iter().chain(&detected).chain(&views);
         tensors.extend(named.map(|(name, tensor)| (name.as_str(), tensor.view())));
         write(&header, &tensors)
     }
@@ -313,9 +302,9 @@ impl Run {
 
     /// The run without its ownership.
     pub fn view(&self) -> RunRef<'_> {
-        let Self { options, plan, state, source, model, optimiser, sought, alignment } = self;
-        let sought = sought.as_ref();
-        RunRef { options, plan, state, source, model, optimiser, sought, alignment }
+        let Self { options, plan, state, source, model, optimiser, detected, alignment } = self;
+        let detected = detected.as_ref();
+        RunRef { options, plan, state, source, model, optimiser, detected, alignment }
     }
 
     fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
@@ -324,7 +313,7 @@ impl Run {
         let options = header.options.clone().checked();
         options.map_err(|e| file.wrong(&format!("its options make no sense: {e}")))?;
         // NaN is not within either.
-        let most_shift = 2.0 * header.options.refraction.mask_margin as f32;
+        let most_shift = 2.0 * crate::refraction_search::MASK_MARGIN as f32;
         let is_within = header.state.mask_shift.abs() <= most_shift;
         if !is_within {
             return Err(file.wrong(&format!(
@@ -355,9 +344,9 @@ impl Run {
         if !optimiser.fits(&model) {
             return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
         }
-        let sought = sought::restore(header.sought.as_ref(), &mut file)?;
+        let detected = detected::restore(header.detected.as_ref(), &mut file)?;
         let alignment = views::restore(&header.views, header.source.train.len(), &mut file)?;
         let Header { options, state, source, .. } = header;
-        Ok(Self { options, plan, state, source, model, optimiser, sought, alignment })
+        Ok(Self { options, plan, state, source, model, optimiser, detected, alignment })
     }
 }

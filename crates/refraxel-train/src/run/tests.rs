@@ -16,7 +16,7 @@ fn run(step: u64) -> Run {
     let model = plan.start(&options);
     let optimiser = Optimiser::new(&model);
     let (state, source) = (State { step, ..State::default() }, Source::default());
-    Run { options, plan, state, source, model, optimiser, sought: None, alignment: Alignment::default() }
+    Run { options, plan, state, source, model, optimiser, detected: None, alignment: Alignment::default() }
 }
 
 fn names(folder: &Path) -> Vec<String> {

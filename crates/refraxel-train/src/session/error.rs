@@ -5,7 +5,7 @@ use crate::cancel::Cancelled;
 use crate::evaluation::EvaluateError;
 use crate::options::OptionError;
 use crate::plan::PlanError;
-use crate::recipe::RecipeError;
+use crate::refraction_search::SearchError;
 use crate::run::PathNotText;
 use crate::trainer::TrainError;
 use refraxel_data::{DataError, OutOfScale};
@@ -31,17 +31,6 @@ pub enum SessionError {
          `--poses learn`), or switch `pose.lens` off"
     )]
     LensWithoutPoses,
-    /// Poses are held before lenses begin to learn.
-    #[error(
-        "lenses begin to learn after {from} of a run, and poses are held after {hold}: no lens would learn; give `pose.hold` more \
-         than {from}, or switch `pose.lens` off"
-    )]
-    LensAfterPoses {
-        /// `pose.hold`.
-        hold: f64,
-        /// Share of a run after which lenses learn.
-        from: f64,
-    },
     /// A saved run was trained on something else.
     #[error(
         "the run was trained on other images ({was} of them) than {data} offers now ({found}); resume with the same dataset \
@@ -78,7 +67,7 @@ pub enum SessionError {
     Data(#[from] DataError),
     /// Nothing says what is refractive.
     #[error(transparent)]
-    Recipe(#[from] RecipeError),
+    Search(#[from] SearchError),
     /// Training failed.
     #[error(transparent)]
     Train(#[from] TrainError),

@@ -8,19 +8,25 @@ pub type BackendError = Box<dyn Error + Send + Sync>;
 
 /// A backend, or the reason why there is none: what functions return that make one for a
 /// [`Session`](super::Session).
-pub trait IntoBackend<B> {
+pub trait IntoBackend {
     /// The backend.
-    fn into_backend(self) -> Result<B, BackendError>;
+    fn into_backend(self) -> Result<Box<dyn Backend>, BackendError>;
 }
 
-impl<B: Backend> IntoBackend<B> for B {
-    fn into_backend(self) -> Result<B, BackendError> {
+impl<B: Backend> IntoBackend for B {
+    fn into_backend(self) -> Result<Box<dyn Backend>, BackendError> {
+        Ok(Box::new(self))
+    }
+}
+
+impl IntoBackend for Box<dyn Backend> {
+    fn into_backend(self) -> Result<Box<dyn Backend>, BackendError> {
         Ok(self)
     }
 }
 
-impl<B: Backend, E: Into<BackendError>> IntoBackend<B> for Result<B, E> {
-    fn into_backend(self) -> Result<B, BackendError> {
-        self.map_err(E::into)
+impl<B: IntoBackend, E: Into<BackendError>> IntoBackend for Result<B, E> {
+    fn into_backend(self) -> Result<Box<dyn Backend>, BackendError> {
+        self.map_err(E::into)?.into_backend()
     }
 }

@@ -22,19 +22,18 @@ use crate::alignment::Alignment;
 use crate::backend::Backend;
 use crate::cancel::{Cancel, Cancelled};
 use crate::checkpoint::CheckpointError;
-use crate::cpu::CpuBackend;
+use crate::detection::{Budget, Detector, Found, Hints};
 use crate::device::Device;
 use crate::evaluation::{EvaluateError, Evaluation, Learned, Part, Rendering, evaluate, render};
-use crate::events::{Event, Task, Watch};
+use crate::events::{Event, Observer, Task};
 use crate::model::{Gate, Model, Optimiser};
 use crate::options::{Options, StartShape, Switch};
 use crate::plan::Plan;
 use crate::rays::RaySampler;
-use crate::recipe;
+use crate::refraction_search;
 use crate::run::{Run, RunRef, Source, State};
 use crate::schedule::rendering_marching;
-use crate::scout::{Budget, Found, Hints, Scout};
-use crate::trainer::{LENSES_FROM, Lessons, TrainError, Trainer};
+use crate::trainer::{TrainError, Trainer, TrainingData};
 use handle::Requests;
 use refraxel_core::Camera;
 use refraxel_data::{Backdrop, Dataset, IndexSource, Photo, View, check_scale, load_photo, scene_region};
@@ -75,9 +74,6 @@ impl Setup {
         if self.options.pose.lens.is_on() && !self.options.pose.enabled.is_on() {
             return Err(SessionError::LensWithoutPoses);
         }
-        if self.options.pose.lens.is_on() && self.options.pose.hold <= LENSES_FROM {
-            return Err(SessionError::LensAfterPoses { hold: self.options.pose.hold, from: LENSES_FROM });
-        }
         self.source.check()?;
         let options = self.effective_options();
         Plan::of_region(&options, &self.data, &scene_region(&self.data)).check()?;
@@ -86,25 +82,25 @@ impl Setup {
 
     /// Looks for what is refractive without training: what straight rays do not explain, guided by hints and by the masks that some
     /// views have. Events tell of each look.
-    pub fn scout(&self, hints: &Hints, observer: &mut dyn FnMut(Event)) -> Result<Found, SessionError> {
+    pub fn detect(&self, hints: &Hints, observer: &mut dyn FnMut(Event)) -> Result<Found, SessionError> {
         self.check()?;
         let (options, photos) = (self.effective_options(), self.photos(observer)?);
         let plan = Plan::new(&options, &self.data, &photos);
         plan.check()?;
-        let Lessons { views, photos, backdrop, .. } = self.lessons(photos)?;
+        let TrainingData { views, photos, backdrop, .. } = self.training_data(photos)?;
         let sampler = RaySampler::new(views, photos, backdrop, options.run.seed);
         let mut hints = hints.clone();
         let stated = sampler.pictures().filter_map(|p| Some((*p.camera, p.mask()?.clone())));
         hints.within.extend(stated);
         let budget = Budget::unbounded(&options);
-        let scout = Scout { sampler: &sampler, plan: &plan, options: &options, hints: &hints, budget };
-        let found = scout.look(&mut Watch::new(&self.cancel, observer))?;
+        let detector = Detector { sampler: &sampler, plan: &plan, options: &options, hints: &hints, budget };
+        let found = detector.look(&mut Observer::new(&self.cancel, observer))?;
         Ok(found.unwrap_or_else(|| unreachable!("no clock ends it early")))
     }
 
     /// Refuses what rays cannot bend by.
     fn check_refraction(&self, options: &Options) -> Result<(), SessionError> {
-        recipe::check(options, recipe::has_masks(&self.data), self.index.as_ref())?;
+        refraction_search::check(options, refraction_search::has_masks(&self.data), self.index.as_ref())?;
         let scene = scene_region(&self.data).bounds;
         let stated = options.refraction.aabb().map(|b| b.cast());
         stated.map_or(Ok(()), |b| check_scale("the box `refraction.bounds`", &b, &scene))?;
@@ -122,28 +118,28 @@ impl Setup {
 
     /// Decodes photographs, with progress.
     fn photos(&self, observer: &mut dyn FnMut(Event)) -> Result<Vec<Photo>, SessionError> {
-        let mut watch = Watch::new(&self.cancel, observer);
+        let mut observer = Observer::new(&self.cancel, observer);
         let (all, mut photos) = (&self.data.split.train, Vec::new());
         for part in all.chunks(rayon::current_num_threads()) {
-            watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
+            observer.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
             photos.extend(self.data.load_photos(part, |_| {})?);
         }
-        watch.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
+        observer.progress(Task::LoadingPhotos, photos.len() as u64, all.len() as u64)?;
         // Those that will be scored are looked at: damage is said before training and not after.
         for part in self.data.split.test.chunks(2 * rayon::current_num_threads()) {
-            watch.cancel().check()?;
+            observer.cancel().check()?;
             self.data.load_photos(part, |_| {})?;
         }
         Ok(photos)
     }
 
     /// What the trainer learns from.
-    fn lessons(&self, photos: Vec<Photo>) -> Result<Lessons, SessionError> {
+    fn training_data(&self, photos: Vec<Photo>) -> Result<TrainingData, SessionError> {
         let views: Vec<View> = self.data.split.train.iter().map(|&i| self.data.views[i].clone()).collect();
         let validation = self.data.split.val.first().map(|&i| &self.data.views[i]);
         let validation = validation.map(|view| load_photo(view).map(|photo| (view.clone(), photo)));
         let (backdrop, index) = (self.data.backdrop, self.index.clone());
-        Ok(Lessons { views, photos, backdrop, validation: validation.transpose()?, index })
+        Ok(TrainingData { views, photos, backdrop, validation: validation.transpose()?, index })
     }
 }
 
@@ -185,20 +181,20 @@ pub enum Stop {
 }
 
 /// A run under way.
-pub struct Session<B: Backend = CpuBackend> {
+pub struct Session {
     data: Dataset,
     source: Source,
-    trainer: Trainer<B>,
+    trainer: Trainer,
     cancel: Cancel,
     requests: Requests,
     /// The step that was saved last.
     saved: u64,
 }
 
-impl<B: Backend> Session<B> {
+impl Session {
     /// Start a run: decode the photographs and plan the model; `make` gives a backend with a model, such as
     /// [`CpuBackend::new`], or says why there is none.
-    pub fn start<M: IntoBackend<B>>(
+    pub fn start<M: IntoBackend>(
         setup: Setup,
         make: impl FnOnce(Model) -> M,
         observer: &mut dyn FnMut(Event),
@@ -208,8 +204,8 @@ impl<B: Backend> Session<B> {
         let plan = Plan::new(&options, &setup.data, &photos);
         plan.check()?;
         let backend = make(plan.start(&options)).into_backend().map_err(SessionError::Backend)?;
-        let lessons = setup.lessons(photos)?;
-        let mut trainer = Trainer::new(options, plan, lessons, backend, State::default());
+        let training_data = setup.training_data(photos)?;
+        let mut trainer = Trainer::new(options, plan, training_data, backend, State::default());
         trainer.begin();
         Ok(Self::of(setup, trainer))
     }
@@ -217,7 +213,7 @@ impl<B: Backend> Session<B> {
     /// Go on with a run that was saved; `make` gives a backend with its model, such as [`CpuBackend::resumed`]. The options of
     /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, and `run.save_every`, which are those
     /// of the setup.
-    pub fn resume<M: IntoBackend<B>>(
+    pub fn resume<M: IntoBackend>(
         setup: Setup,
         run: Run,
         make: impl FnOnce(Model, Optimiser) -> M,
@@ -234,22 +230,22 @@ impl<B: Backend> Session<B> {
         if run.state.bends_since.is_none() && !run.state.stays_straight {
             setup.check_refraction(&run.options)?;
         }
-        let lessons = setup.lessons(setup.photos(observer)?)?;
+        let training_data = setup.training_data(setup.photos(observer)?)?;
         let backend = make(run.model, run.optimiser).into_backend().map_err(SessionError::Backend)?;
         let mut options = run.options;
         let length = &setup.options.run;
         (options.run.minutes, options.run.steps) = (length.minutes, length.steps);
         (options.run.stop_after, options.run.save_every) = (length.stop_after, length.save_every);
         let options = options.checked()?;
-        let mut trainer = Trainer::new(options, run.plan, lessons, backend, run.state);
+        let mut trainer = Trainer::new(options, run.plan, training_data, backend, run.state);
         trainer.go_on_with_alignment(run.alignment);
-        if run.sought.is_some() {
-            trainer.go_on_with(run.sought);
+        if run.detected.is_some() {
+            trainer.go_on_with(run.detected);
         }
         Ok(Self::of(setup, trainer))
     }
 
-    fn of(setup: Setup, trainer: Trainer<B>) -> Self {
+    fn of(setup: Setup, trainer: Trainer) -> Self {
         let Setup { data, source, cancel, .. } = setup;
         let saved = trainer.state().step;
         Self { data, source, trainer, cancel, requests: Requests::new(), saved }
@@ -281,7 +277,7 @@ impl<B: Backend> Session<B> {
         let last = until.step.into_iter().chain(stop_after).min();
         loop {
             if self.requests.are_there() {
-                self.trainer.settle(&mut Watch::new(&self.cancel, observer))?;
+                self.trainer.settle(&mut Observer::new(&self.cancel, observer))?;
                 self.trainer.pause_clock();
                 self.serve_requests();
                 self.trainer.start_clock();
@@ -295,10 +291,10 @@ impl<B: Backend> Session<B> {
                 let is_reached = last.is_some_and(|limit| self.state().step >= limit);
                 (is_late || is_reached).then_some(Stop::Reached)
             };
-            let mut watch = Watch::new(&self.cancel, observer);
+            let mut observer = Observer::new(&self.cancel, observer);
             if let Some(stop) = stop {
                 // A step that failed is not done: the run has gone back, and goes on if it is to be finished.
-                let is_done = self.trainer.settle(&mut watch)?;
+                let is_done = self.trainer.settle(&mut observer)?;
                 if is_done && stop == Stop::Finished {
                     self.trainer.round_colour()?;
                 }
@@ -306,7 +302,7 @@ impl<B: Backend> Session<B> {
                     return Ok(stop);
                 }
             }
-            match self.trainer.step(&mut watch) {
+            match self.trainer.step(&mut observer) {
                 Ok(()) => {}
                 Err(TrainError::Cancelled(_)) => self.cancel.cancel(),
                 Err(error) => return Err(error.into()),
@@ -325,9 +321,9 @@ impl<B: Backend> Session<B> {
     /// The run as it is now, without its ownership; where the device has a fault, its last good state.
     fn with_run<T>(&self, f: impl FnOnce(RunRef) -> T) -> T {
         let (options, plan, source) = (self.trainer.options(), self.trainer.plan(), &self.source);
-        let sought = self.trainer.sought();
+        let detected = self.trainer.detected();
         let of = |state: &State, model: &Model, optimiser: &Optimiser, alignment: &Alignment| {
-            f(RunRef { options, plan, state, source, model, optimiser, sought, alignment })
+            f(RunRef { options, plan, state, source, model, optimiser, detected, alignment })
         };
         let snapshot = self.backend().snapshot();
         if self.fault().is_some() {
@@ -384,14 +380,14 @@ impl<B: Backend> Session<B> {
         each: &mut dyn FnMut(&View, &Rendering),
     ) -> Result<Evaluation, SessionError> {
         let marching = rendering_marching(self.trainer.options(), self.trainer.plan().near);
-        let mut watch = Watch::new(&self.cancel, observer);
+        let mut observer = Observer::new(&self.cancel, observer);
         let mut each = |view: &View, rendering: &Rendering, _: &_| {
             each(view, rendering);
             Ok::<(), SessionError>(())
         };
         let (backend, alignment) = (self.backend(), self.trainer.alignment());
         let learned = Learned { backend, alignment, marching: &marching };
-        let found = evaluate(learned, &self.data, part, &mut watch, &mut each);
+        let found = evaluate(learned, &self.data, part, &mut observer, &mut each);
         if let Err(SessionError::Evaluate(EvaluateError::Cancelled(_))) = &found {
             self.cancel.reset();
         }
@@ -409,13 +405,13 @@ impl<B: Backend> Session<B> {
     }
 
     /// The backend, to look at the model.
-    pub fn backend(&self) -> &B {
+    pub fn backend(&self) -> &dyn Backend {
         self.trainer.backend()
     }
 
     /// What was found where no mask shows it.
-    pub fn sought(&self) -> Option<&Gate> {
-        self.trainer.sought()
+    pub fn detected(&self) -> Option<&Gate> {
+        self.trainer.detected()
     }
 
     /// Where the run stands.

@@ -2,7 +2,7 @@
 
 use super::Trainer;
 use crate::alignment::Alignment;
-use crate::backend::{Backend, Layers};
+use crate::backend::Layers;
 use crate::exposures::Exposures;
 use crate::poses::{PoseRate, Poses, lens_slopes};
 use crate::rays::{Selection, shown};
@@ -15,11 +15,17 @@ const BATCHES: u64 = u64::MAX / 8;
 /// Share that is kept of what earlier batches said, at the start and at the end of a run.
 const MEMORY: [f64; 2] = [0.8, 0.97];
 /// Lenses learn from this share of a run on: a scene that is still coarse says nothing right of them.
-pub(crate) const LENSES_FROM: f64 = 0.2;
+const LENSES_FROM: f64 = 0.2;
+/// Poses learn every so many steps, from that many rays, from this step on (they need a scene to be compared with), and are held after
+/// this share of the run.
+const EVERY: u64 = 4;
+const RAYS: usize = 4096;
+const FIRST: u64 = 48;
+const HOLD: f64 = 0.9;
 /// A camera turns or moves by at most so many pixels at a time.
 const MOST: f64 = 0.5;
 
-impl<B: Backend> Trainer<B> {
+impl Trainer {
     /// What the photographs are to learn, before they have learned anything.
     pub(super) fn fresh_alignment(&self) -> Alignment {
         let learns_exposures = self.options.exposure.enabled.is_on();
@@ -56,9 +62,8 @@ impl<B: Backend> Trainer<B> {
 
     /// A step of what the photographs themselves learn, when it is time for one.
     pub(super) fn align_if_due(&mut self, moment: Moment) {
-        let (step, options) = (self.state.step, &self.options.pose);
-        let is_due =
-            step >= options.first && step.is_multiple_of(options.every) && moment.progress.0 < options.hold;
+        let step = self.state.step;
+        let is_due = step >= FIRST && step.is_multiple_of(EVERY) && moment.progress.0 < HOLD;
         if self.alignment.learns() && is_due {
             self.align(moment);
         }
@@ -66,10 +71,9 @@ impl<B: Backend> Trainer<B> {
 
     fn align(&mut self, moment: Moment) {
         // Rays that bend say as much as others; they are not drawn more often.
-        let is_straight = moment.phase(&self.options) == Phase::Straight;
+        let is_straight = moment.phase() == Phase::Straight;
         let selection = if is_straight { self.selection(moment) } else { Selection::All };
-        let (number, rays) = (BATCHES + self.state.step, self.options.pose.rays as usize);
-        let (batch, views) = self.sampler.batch_of_views(number, rays, selection);
+        let (batch, views) = self.sampler.batch_of_views(BATCHES + self.state.step, RAYS, selection);
         let marching = training_marching(&self.options, self.plan.near);
         let memory = MEMORY[0] + (MEMORY[1] - MEMORY[0]) * moment.progress.0;
         let residuals: Vec<[f32; 3]> = if let Some(poses) = &mut self.alignment.poses {

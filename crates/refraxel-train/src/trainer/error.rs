@@ -2,7 +2,7 @@
 
 use crate::cancel::Cancelled;
 use crate::metrics::MetricsError;
-use crate::recipe::RecipeError;
+use crate::refraction_search::SearchError;
 
 /// Why training stopped early.
 #[derive(Debug, thiserror::Error)]
@@ -32,7 +32,7 @@ pub enum TrainError {
     NoPixels,
     /// What is refractive could not be found.
     #[error(transparent)]
-    Recipe(RecipeError),
+    Search(SearchError),
     /// A picture could not be scored.
     #[error(transparent)]
     Metrics(#[from] MetricsError),
@@ -41,11 +41,11 @@ pub enum TrainError {
     Cancelled(#[from] Cancelled),
 }
 
-impl From<RecipeError> for TrainError {
-    fn from(error: RecipeError) -> Self {
+impl From<SearchError> for TrainError {
+    fn from(error: SearchError) -> Self {
         match error {
-            RecipeError::Cancelled(c) => Self::Cancelled(c),
-            other => Self::Recipe(other),
+            SearchError::Cancelled(c) => Self::Cancelled(c),
+            other => Self::Search(other),
         }
     }
 }

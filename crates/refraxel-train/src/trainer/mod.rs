@@ -2,12 +2,12 @@
 
 mod aligning;
 mod bending;
+mod detecting;
 mod error;
+mod proof;
 mod recovery;
-mod scouting;
 mod tally;
 
-pub(crate) use aligning::LENSES_FROM;
 pub use error::TrainError;
 
 use crate::alignment::Alignment;
@@ -15,15 +15,16 @@ use crate::backend::{Backend, StepOutcome};
 use crate::cancel::Cancel;
 use crate::device::Device;
 use crate::evaluation::{render, score};
-use crate::events::{Event, Record, Task, Watch};
+use crate::events::{Event, Observer, Record, Task};
 use crate::metrics::ImageScore;
 use crate::model::Gate;
-use crate::options::{JudgeOptions, Options};
+use crate::options::Options;
 use crate::plan::{Plan, kept_bricks};
 use crate::rays::{Draw, RaySampler, Selection};
+use crate::refraction_search::MASK_MARGIN;
 use crate::run::State;
 use crate::schedule::{
-    Held, Moment, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain,
+    Moment, PausedSchedule, Phase, Progress, is_time_to_bend, mask_ray_fraction, objective, stage_domain,
     training_marching,
 };
 use recovery::Good;
@@ -46,7 +47,7 @@ const PARTS: u32 = 10_000;
 const VALIDATIONS: f64 = 20.0;
 
 /// What a run learns from.
-pub struct Lessons {
+pub struct TrainingData {
     /// The views trained on.
     pub views: Vec<View>,
     /// Their photographs, in the same order.
@@ -60,7 +61,7 @@ pub struct Lessons {
 }
 
 /// A run in progress.
-pub struct Trainer<B> {
+pub struct Trainer {
     options: Options,
     plan: Plan,
     sampler: RaySampler,
@@ -69,10 +70,10 @@ pub struct Trainer<B> {
     /// What masks of some views said of the others, until it is told.
     completed: Option<Event>,
     /// What was found without masks.
-    sought: Option<Gate>,
+    detected: Option<Gate>,
     /// What the photographs themselves have learned.
     alignment: Alignment,
-    backend: B,
+    backend: Box<dyn Backend>,
     state: State,
     /// The last state known to be good, to return to after an overflow.
     good: Option<Box<Good>>,
@@ -85,29 +86,33 @@ pub struct Trainer<B> {
     why_on_host: Option<String>,
 }
 
-/// Views that the judge keeps aside of so many; none where too few would be left to learn from.
-fn views_aside(judge: &JudgeOptions, all: usize) -> usize {
-    const LEAST: usize = 8;
-    let wanted = (judge.views * all as f64).round() as usize;
-    if all < LEAST || judge.views == 0.0 { 0 } else { wanted.clamp(2, 12) }
-}
-
-impl<B: Backend> Trainer<B> {
+impl Trainer {
     /// A run that goes on from `state` with what the backend holds; [`State::default`] and [`Plan::start`] for a fresh one.
     ///
     /// # Panics
-    /// If the lessons have not one photo per view.
-    pub fn new(options: Options, plan: Plan, lessons: Lessons, backend: B, state: State) -> Self {
-        let sampler = RaySampler::new(lessons.views, lessons.photos, lessons.backdrop, options.run.seed);
+    /// If the training data has not one photo per view.
+    pub fn new(
+        options: Options,
+        plan: Plan,
+        training_data: TrainingData,
+        backend: Box<dyn Backend>,
+        state: State,
+    ) -> Self {
+        let sampler = RaySampler::new(
+            training_data.views,
+            training_data.photos,
+            training_data.backdrop,
+            options.run.seed,
+        );
         let mut trainer = Self {
             completed: None,
-            sought: None,
+            detected: None,
             alignment: Alignment::default(),
             options,
             plan,
             sampler,
-            validation: lessons.validation,
-            index: lessons.index,
+            validation: training_data.validation,
+            index: training_data.index,
             backend,
             state,
             good: None,
@@ -116,9 +121,7 @@ impl<B: Backend> Trainer<B> {
             events: Vec::new(),
             why_on_host: None,
         };
-        if trainer.waits_to_bend() && trainer.options.judge.enabled.is_on() && trainer.index.is_none() {
-            trainer.sampler.keep_aside(views_aside(&trainer.options.judge, trainer.sampler.views()));
-        }
+        trainer.keep_views_aside();
         trainer.completed = trainer.complete_masks();
         trainer.sampler.shift_masks(trainer.state.mask_shift);
         trainer.alignment = trainer.fresh_alignment();
@@ -130,8 +133,8 @@ impl<B: Backend> Trainer<B> {
     }
 
     /// The model as it is now, and who renders it.
-    pub fn backend(&self) -> &B {
-        &self.backend
+    pub fn backend(&self) -> &dyn Backend {
+        &*self.backend
     }
     /// What does not change.
     pub fn plan(&self) -> &Plan {
@@ -142,8 +145,8 @@ impl<B: Backend> Trainer<B> {
         &self.options
     }
     /// What was found without masks.
-    pub fn sought(&self) -> Option<&Gate> {
-        self.sought.as_ref()
+    pub fn detected(&self) -> Option<&Gate> {
+        self.detected.as_ref()
     }
     /// Where the run stands.
     pub fn state(&self) -> &State {
@@ -155,15 +158,15 @@ impl<B: Backend> Trainer<B> {
         Progress::of(&self.options, self.state.step, self.seconds())
     }
 
-    /// Where the schedule stands. Its clock stands still while the scout looks, and while hypotheses are searched and race.
+    /// Where the schedule stands. Its clock stands still while the detector looks, and while hypotheses are searched and race.
     fn scheduled(&self) -> Progress {
-        self.progress().scheduled(self.state.held)
+        self.progress().scheduled(self.state.paused)
     }
 
     /// The schedule goes on from where it stood. What is counted in steps takes none of them.
     fn hold_schedule(&mut self, at: Progress) {
         if self.options.run.minutes > 0.0 {
-            self.state.held = Some(Held { at: at.0, until: self.progress().0 });
+            self.state.paused = Some(PausedSchedule { at: at.0, until: self.progress().0 });
         }
     }
 
@@ -207,29 +210,34 @@ impl<B: Backend> Trainer<B> {
 
     /// One step. The observer gets records of the log and whatever else happens. After [`TrainError::Cancelled`] the run
     /// stands between two pieces of work: the one that was under way is undone.
-    pub fn step(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+    pub fn step(&mut self, observer: &mut Observer) -> Result<(), TrainError> {
         if let Some(event) = self.completed.take() {
-            self.note(event, watch);
+            self.note(event, observer);
         }
         if self.is_to_scout() {
-            self.scout(watch)?;
+            self.detect(observer)?;
         }
         let mut progress = self.scheduled();
-        if self.changes(progress) && !self.settle(watch)? {
+        if self.changes(progress) && !self.settle(observer)? {
             return Ok(());
         }
         if progress.stage(&self.options) > self.state.stage {
-            self.next_stage(watch)?;
+            self.next_stage(observer)?;
         }
         if self.is_about_to_bend(progress) {
-            self.begin_bending(progress, watch)?;
+            self.begin_bending(progress, observer)?;
             progress = self.scheduled(); // it began again if rays stay straight
         }
+        if self.is_proof_due(progress) {
+            self.prove_bending(observer)?;
+            progress = self.scheduled(); // likewise
+        }
         let (bends_since, bends) = (self.state.bends_since, self.bends());
-        let moment = Moment { progress, bends_since, bends, extent: self.plan.finest.extent };
-        self.enter(moment.phase(&self.options), watch);
-        self.add_clearcoat_if_due(progress, watch)?;
-        self.bake_if_due(watch)?;
+        let is_detected = bends && self.detected.is_some();
+        let moment = Moment { progress, bends_since, bends, is_detected, extent: self.plan.finest.extent };
+        self.enter(moment.phase(), observer);
+        self.add_clearcoat_if_due(progress, observer)?;
+        self.bake_if_due(observer)?;
         self.align_if_due(moment);
         let mut objective = objective(&self.options, self.plan.near, moment);
         objective.scale_rates(self.state.rate_scale);
@@ -239,28 +247,28 @@ impl<B: Backend> Trainer<B> {
         if !self.backend.submit_drawn(&draw, &objective, number) {
             return Err(TrainError::NoPixels);
         }
-        self.tell_of_drawing(watch);
+        self.tell_of_drawing(observer);
         self.state.step += 1;
         let due = self.state.step.is_multiple_of(RECORD_EVERY) || self.finished();
         let outcomes = self.backend.outcomes(due);
-        if self.take(&outcomes, watch)? && due {
+        if self.take(&outcomes, observer)? && due {
             let mut record = self.record();
-            let scored = self.validate_if_due(watch.cancel());
+            let scored = self.validate_if_due(observer.cancel());
             record.val_psnr = *scored.as_ref().unwrap_or(&None);
-            watch.tell(Event::Record(record)); // its events would else be told nowhere
+            observer.tell(Event::Record(record)); // its events would else be told nowhere
             scored?;
         }
         let (done, total) = ((self.progress().0 * f64::from(PARTS)).round() as u64, PARTS.into());
-        watch.tell(Event::Progress { task: Task::Training, done, total });
+        observer.tell(Event::Progress { task: Task::Training, done, total });
         Ok(())
     }
 
     /// Say why batches come from the host, where a device that draws them cannot.
-    fn tell_of_drawing(&mut self, watch: &mut Watch) {
+    fn tell_of_drawing(&mut self, observer: &mut Observer) {
         let why = self.backend.why_on_host();
         if why != self.why_on_host {
             self.why_on_host.clone_from(&why);
-            why.into_iter().for_each(|why| self.note(Event::DrawnOnHost { why }, watch));
+            why.into_iter().for_each(|why| self.note(Event::DrawnOnHost { why }, observer));
         }
     }
 
@@ -268,14 +276,15 @@ impl<B: Backend> Trainer<B> {
     fn changes(&self, progress: Progress) -> bool {
         progress.stage(&self.options) > self.state.stage
             || self.is_about_to_bend(progress)
+            || self.is_proof_due(progress)
             || self.is_clearcoat_due(progress)
             || self.is_bake_due()
     }
 
     /// Waits for the outcomes of all steps; false when one failed and the run went back.
-    pub fn settle(&mut self, watch: &mut Watch) -> Result<bool, TrainError> {
+    pub fn settle(&mut self, observer: &mut Observer) -> Result<bool, TrainError> {
         let outcomes = self.backend.outcomes(true);
-        self.take(&outcomes, watch)
+        self.take(&outcomes, observer)
     }
 
     fn is_about_to_bend(&self, progress: Progress) -> bool {
@@ -293,22 +302,22 @@ impl<B: Backend> Trainer<B> {
     }
 
     /// Something happened that stays in the log.
-    fn note(&mut self, event: Event, watch: &mut Watch) {
+    fn note(&mut self, event: Event, observer: &mut Observer) {
         self.events.push(event.clone());
-        watch.tell(event);
+        observer.tell(event);
     }
 
-    fn enter(&mut self, phase: Phase, watch: &mut Watch) {
+    fn enter(&mut self, phase: Phase, observer: &mut Observer) {
         if phase != self.state.phase {
             self.state.phase = phase;
-            self.note(Event::Phase { phase }, watch);
+            self.note(Event::Phase { phase }, observer);
         }
     }
 
     fn selection(&self, moment: Moment) -> Selection {
-        match moment.phase(&self.options) {
+        match moment.phase() {
             _ if !moment.bends => self.straight_selection(),
-            Phase::Straight => Selection::Outside(self.options.refraction.mask_margin),
+            Phase::Straight => Selection::Outside(MASK_MARGIN),
             Phase::Index => {
                 Selection::Inside(self.options.refraction.mask_ray_fraction.max(INDEX_INSIDE_SHARE))
             }
@@ -318,18 +327,21 @@ impl<B: Backend> Trainer<B> {
 
     /// Rays that stay straight after a decision make up for the time in which they did not look inside masks.
     fn straight_selection(&self) -> Selection {
-        match &self.state.verdict {
-            Some(v) if v.progress < 1.0 => Selection::Inside(self.sampler.mask_share() / (1.0 - v.progress)),
-            _ => Selection::All,
+        let Some(verdict) = &self.state.verdict else { return Selection::All };
+        let since = verdict.proof.map_or(verdict.progress, |proof| proof.progress);
+        if since < 1.0 {
+            Selection::Inside(self.sampler.mask_share() / (1.0 - since))
+        } else {
+            Selection::All
         }
     }
 
     /// Takes note of what steps have done; false when one failed and the run went back.
-    fn take(&mut self, outcomes: &[StepOutcome], watch: &mut Watch) -> Result<bool, TrainError> {
+    fn take(&mut self, outcomes: &[StepOutcome], observer: &mut Observer) -> Result<bool, TrainError> {
         for outcome in outcomes {
             if !outcome.finite {
                 self.check_device()?;
-                self.roll_back(outcome.step, watch)?;
+                self.roll_back(outcome.step, observer)?;
                 return Ok(false);
             }
             if outcome.rays == 0 {
@@ -380,7 +392,7 @@ impl<B: Backend> Trainer<B> {
         }
         let marching = training_marching(&self.options, self.plan.near);
         let score_of = |(view, photo): &(View, Photo)| -> Result<ImageScore, TrainError> {
-            let rendering = render(&self.backend, &view.camera, &marching, cancel)?;
+            let rendering = render(&*self.backend, &view.camera, &marching, cancel)?;
             Ok(score(&rendering, view, photo, self.plan.backdrop)?)
         };
         // Of photographs that learn nothing: nobody knows the camera and the exposure of another one.
@@ -394,14 +406,14 @@ impl<B: Backend> Trainer<B> {
     }
 
     /// Prune what no ray sees, if rays look where they will, and move to the next, finer grid.
-    fn next_stage(&mut self, watch: &mut Watch) -> Result<(), TrainError> {
+    fn next_stage(&mut self, observer: &mut Observer) -> Result<(), TrainError> {
         let stage = self.scheduled().stage(&self.options);
         let marching = training_marching(&self.options, self.plan.near);
-        watch.progress(Task::Pruning, 0, 2)?;
+        observer.progress(Task::Pruning, 0, 2)?;
         self.backend.refresh_occupancy(&marching);
         let rays = self.sampler.spread(PRUNING_RAYS);
-        let peak = self.backend.peak_weights(&rays, &marching, watch.cancel())?;
-        watch.progress(Task::Pruning, 1, 2)?;
+        let peak = self.backend.peak_weights(&rays, &marching, observer.cancel())?;
+        observer.progress(Task::Pruning, 1, 2)?;
         self.let_go_of_good_state()?; // no copy on the host while two grids are alive there
         let domain = stage_domain(&self.options, &self.plan.finest, stage);
         // Straight rays never looked inside what is refractive: where they will bend they see other places.
@@ -409,18 +421,18 @@ impl<B: Backend> Trainer<B> {
         let map = kept_bricks(self.backend.map(), &peak, least, &domain);
         // A field that shows nothing yet must not lose all it could still become.
         let map = if map.bricks().is_empty() { BrickMap::dense(domain.resolution) } else { map };
-        self.go_to_stage(stage, map, watch)?;
+        self.go_to_stage(stage, map, observer)?;
         self.keep_good_state()
     }
 
     /// Takes the field to the grid of a stage.
-    fn go_to_stage(&mut self, stage: u32, map: BrickMap, watch: &mut Watch) -> Result<(), TrainError> {
+    fn go_to_stage(&mut self, stage: u32, map: BrickMap, observer: &mut Observer) -> Result<(), TrainError> {
         self.backend.resample(stage_domain(&self.options, &self.plan.finest, stage), map);
         self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
         self.check_device()?;
         self.state.stage = stage;
         let (resolution, voxels) = (self.backend.domain().resolution, self.backend.map().voxels() as u64);
-        self.note(Event::Stage { stage, resolution, voxels }, watch);
+        self.note(Event::Stage { stage, resolution, voxels }, observer);
         Ok(())
     }
 }

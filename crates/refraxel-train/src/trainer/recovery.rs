@@ -2,11 +2,10 @@
 
 use super::{TrainError, Trainer};
 use crate::alignment::Alignment;
-use crate::backend::Backend;
-use crate::events::{Event, Watch};
-use crate::initial::{mean_colour, paint};
+use crate::events::{Event, Observer};
 use crate::model::{Model, Optimiser};
 use crate::run::{State, nearest_half};
+use crate::silhouettes::{mean_colour, paint};
 use rayon::prelude::*;
 use refraxel_data::Backdrop;
 
@@ -29,7 +28,7 @@ impl Good {
     }
 }
 
-impl<B: Backend> Trainer<B> {
+impl Trainer {
     /// A copy of where the run stands.
     pub(super) fn copy(&self) -> Result<Good, TrainError> {
         let snapshot = self.backend.snapshot();
@@ -109,7 +108,7 @@ impl<B: Backend> Trainer<B> {
 
     /// Return to the last good state with half the learning rates, and draw other rays from there on. A run that gives up stands at
     /// that state, too: whoever keeps it gets nothing of the step that failed.
-    pub(super) fn roll_back(&mut self, failed: u64, watch: &mut Watch) -> Result<(), TrainError> {
+    pub(super) fn roll_back(&mut self, failed: u64, observer: &mut Observer) -> Result<(), TrainError> {
         let (step, rollbacks) = (self.state.step, self.state.rollbacks + 1);
         let rate_scale = 0.5 * self.state.rate_scale;
         self.go_back();
@@ -119,7 +118,7 @@ impl<B: Backend> Trainer<B> {
         self.state.step = step;
         self.keep_good_state()?;
         (self.state.rollbacks, self.state.rate_scale) = (rollbacks, rate_scale);
-        self.note(Event::RolledBack { step: failed, rate_scale }, watch);
+        self.note(Event::RolledBack { step: failed, rate_scale }, observer);
         Ok(())
     }
 }

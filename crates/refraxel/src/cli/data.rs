@@ -152,7 +152,7 @@ pub struct TrainArgs {
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub reflection: Option<super::scene::Switch>,
     /// Whether opaque things have a clearcoat that mirrors
-    #[arg(long, alias = "gloss", value_enum, value_name = "WHETHER")]
+    #[arg(long, value_enum, value_name = "WHETHER")]
     pub clearcoat: Option<super::scene::Switch>,
     /// Whether the poses of the photographs learn, too [default: fixed]
     ///

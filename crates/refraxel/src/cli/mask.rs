@@ -33,7 +33,7 @@ pub struct MaskArgs {
     /// Make all masks in that folder anew, instead of those that are missing
     #[arg(long)]
     pub overwrite: bool,
-    /// Change one training option, such as seek.rays=5000000; may be repeated
+    /// Change one training option, such as detection.rays=5000000; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<super::Setting>,
     /// Threads, progress, JSON.

@@ -1,15 +1,17 @@
 //! GPUs: the choice of one, the list of them, and how fast one is.
 
-use super::{Decided, Needs, Opened, Work, only_train, unusable};
+use super::{Decided, Needs, Opened, only_train, unusable};
 use crate::cli::BenchArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use crate::table::{Table, bytes};
 use refraxel_gpu::{Adapter, AdapterKind, GpuBackend, adapters};
+use refraxel_train::backend::Backend;
 use refraxel_train::bench::{BenchOptions, DeviceThroughput, straight_on};
 use refraxel_train::device::{Device, DeviceChoice};
-use refraxel_train::model::Model;
+use refraxel_train::model::{Model, Optimiser};
+use refraxel_train::session::BackendError;
 use serde::Serialize;
 
 /// A GPU that was opened.
@@ -43,15 +45,16 @@ pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failu
     }
 }
 
-/// Does work on a GPU.
-pub fn on_gpu<W: Work>(gpu: Gpu, work: W) -> Result<W::Out, Failure> {
-    work.on(|model, state| {
-        let made = match state {
-            Some(state) => GpuBackend::resumed(gpu.clone(), &model, &state),
-            None => GpuBackend::new(gpu.clone(), model),
-        };
-        Ok(made?)
-    })
+/// A backend with a model on a GPU, and with the state of an optimiser that goes on.
+pub fn gpu_backend(
+    gpu: &Gpu,
+    model: Model,
+    state: Option<Optimiser>,
+) -> Result<Box<dyn Backend>, BackendError> {
+    Ok(Box::new(match state {
+        Some(state) => GpuBackend::resumed(gpu.clone(), &model, &state)?,
+        None => GpuBackend::new(gpu.clone(), model)?,
+    }))
 }
 
 /// "NVIDIA GeForce RTX 4090 (vulkan)".
@@ -165,7 +168,7 @@ impl Bench {
 }
 
 /// A model that a GPU shows.
-pub mod eyes {
+pub mod viewer {
     use super::Gpu;
     use refraxel_core::Ray;
     use refraxel_core::radiance::Pixel;
@@ -175,9 +178,9 @@ pub mod eyes {
     use refraxel_train::model::Model;
 
     /// A model in the memory of a GPU. What is wrong is said in words.
-    pub struct Eyes(GpuRenderer);
+    pub struct ModelViewer(GpuRenderer);
 
-    impl Eyes {
+    impl ModelViewer {
         /// A model as it is seen by this marching.
         pub fn new(gpu: Gpu, model: &Model, marching: &Marching) -> Result<Self, String> {
             GpuRenderer::new(gpu, model, marching).map(Self).map_err(|e| e.to_string())

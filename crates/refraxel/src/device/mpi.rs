@@ -1,15 +1,15 @@
 //! Processes that `mpirun` or a batch system has started together.
 
-use super::{Crew, Joined, unusable};
+use super::{Joined, ProcessGroup, unusable};
 use crate::exit::{Failure, end_by};
 use anyhow::anyhow;
 use mpi::Threading;
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
-use refraxel_train::cpu::{Lead, help};
+use mpi::traits::{Communicator as _, CommunicatorCollectives as _, Root as _};
+use refraxel_train::communicator::Communicator;
+use refraxel_train::cpu::{Root, serve};
 use refraxel_train::device::DeviceChoice;
-use refraxel_train::peers::Peers;
 use std::sync::Arc;
 
 /// Words that are broadcast at once; MPI counts to 2³¹.
@@ -28,10 +28,10 @@ pub fn join(choice: DeviceChoice) -> Result<Joined, Failure> {
     end_by(|code| SimpleCommunicator::world().abort(code));
     let world = Arc::new(World { rank, count, _universe: universe });
     if rank == 0 {
-        return Ok(Joined::Leads(Crew { lead: Lead::new(world), count }));
+        return Ok(Joined::Leads(ProcessGroup { root: Root::new(world), count }));
     }
-    let peers: Arc<dyn Peers> = world;
-    help(&peers);
+    let communicator: Arc<dyn Communicator> = world;
+    serve(&communicator);
     Ok(Joined::Helped)
 }
 
@@ -75,7 +75,7 @@ fn parted(all: &[u32], counts: &[i32]) -> Vec<Vec<u32>> {
     counts.iter().map(&mut next).collect()
 }
 
-impl Peers for World {
+impl Communicator for World {
     fn rank(&self) -> usize {
         self.rank
     }

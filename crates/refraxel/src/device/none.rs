@@ -1,10 +1,13 @@
 //! A program without GPUs.
 
-use super::{Decided, Needs, Work, only_train, unusable};
+use super::{Decided, Needs, only_train, unusable};
 use crate::cli::BenchArgs;
 use crate::exit::Failure;
 use anyhow::anyhow;
+use refraxel_train::backend::Backend;
 use refraxel_train::device::DeviceChoice;
+use refraxel_train::model::{Model, Optimiser};
+use refraxel_train::session::BackendError;
 use std::convert::Infallible;
 
 /// There is none.
@@ -24,9 +27,9 @@ pub fn devices(_: bool) -> Result<(), Failure> {
     Err(missing())
 }
 
-/// Does work on a GPU: there is none.
-pub fn on_gpu<W: Work>(gpu: Gpu, _: W) -> Result<W::Out, Failure> {
-    match gpu {}
+/// A backend on a GPU: there is none.
+pub fn gpu_backend(gpu: &Gpu, _: Model, _: Option<Optimiser>) -> Result<Box<dyn Backend>, BackendError> {
+    match *gpu {}
 }
 
 /// Measures a GPU: there is none.
@@ -42,7 +45,7 @@ fn missing() -> Failure {
 }
 
 /// A model that a GPU shows: there is none.
-pub mod eyes {
+pub mod viewer {
     use super::Gpu;
     use refraxel_core::Ray;
     use refraxel_core::radiance::Pixel;
@@ -51,9 +54,9 @@ pub mod eyes {
     use refraxel_train::model::Model;
 
     /// There is none.
-    pub enum Eyes {}
+    pub enum ModelViewer {}
 
-    impl Eyes {
+    impl ModelViewer {
         /// None.
         pub fn new(gpu: Gpu, _: &Model, _: &Marching) -> Result<Self, String> {
             match gpu {}

@@ -49,7 +49,7 @@ struct Machine {
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     set_threads(&args.work)?;
     match device::open(args.device, None)?.opened {
-        Opened::Cpu | Opened::Crew(..) => cpu(args),
+        Opened::Cpu | Opened::ProcessGroup(..) => cpu(args),
         Opened::Gpu(gpu) => device::bench(gpu, args),
     }
 }

@@ -9,7 +9,7 @@ use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::{create_folder, data_failure, reopen, set_threads};
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
-use crate::device::Eyes;
+use crate::device::ModelViewer;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
@@ -19,11 +19,11 @@ use refraxel_train::backend::Layers;
 use refraxel_train::checkpoint::remove_leftovers;
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::{EvaluateError, Part, Rendering, evaluate_by, truth};
-use refraxel_train::events::Watch;
+use refraxel_train::events::Observer;
 use refraxel_train::metrics::ImageScore;
 use refraxel_train::run::check_path;
 use refraxel_train::schedule::rendering_marching;
-use refraxel_train::{Backend, recipe};
+use refraxel_train::{Backend, refraction_search};
 use std::path::Path;
 
 /// Nodes along the longest edge of the grid on which an index file is sampled.
@@ -61,10 +61,10 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     let source = IndexSource::read(file, bounds).with_context(refused).or_exit(Exit::BadInput)?;
     source.check_scale(&run.plan.finest.bounds.cast()).with_context(refused).or_exit(Exit::BadInput)?;
     let mirrors = run.backend.mirroring().regions;
-    let mut known = recipe::known_refraction(&source, NODES, &options);
+    let mut known = refraction_search::known_refraction(&source, NODES, &options);
     let bodies = known.medium.regions().len();
     if mirrors == 1 && bodies > 1 {
-        known = recipe::known_field(&source, NODES, &options);
+        known = refraction_search::known_field(&source, NODES, &options);
     } else if mirrors > 0 && mirrors != bodies {
         let error = anyhow!(
             "the run has {mirrors} mirroring bodies, but the file describes {bodies}; each body needs its own \
@@ -109,16 +109,16 @@ fn evaluate_in(
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
-    let eyes = Eyes::open(device, &run.backend, &marching, show)?;
-    let pixels = |rays: &[Ray<f32>]| eyes.render(&run.backend, rays, &marching, Layers::All);
+    let viewer = ModelViewer::open(device, &run.backend, &marching, show)?;
+    let pixels = |rays: &[Ray<f32>]| viewer.render(&run.backend, rays, &marching, Layers::All);
     let mut progress = Progress::new(show, "rendering", count as u64);
     let mut drawn =
         Drawn { out, backdrop: data.backdrop, count, rows: Vec::new(), done: 0, progress: &mut progress };
     let mut each = |view: &View, rendering: &Rendering, score: &ImageScore| drawn.add(view, rendering, score);
     let cancel = cancel();
     let mut ignore = |_| {};
-    let mut watch = Watch::new(&cancel, &mut ignore);
-    let evaluated = evaluate_by(run.learned(&marching), &data, part, pixels, &mut watch, &mut each);
+    let mut observer = Observer::new(&cancel, &mut ignore);
+    let evaluated = evaluate_by(run.learned(&marching), &data, part, pixels, &mut observer, &mut each);
     let rows = drawn.rows;
     let found = match evaluated {
         Ok(found) => found,
@@ -135,7 +135,7 @@ fn evaluate_in(
         step: run.state.step,
         seconds: run.state.seconds,
         device: run.state.device,
-        rendered_by: Some(eyes.device()),
+        rendered_by: Some(viewer.device()),
         voxels: run.backend.map().voxels() as u64,
         resolution: run.backend.domain().resolution,
         rays: Some(Rays::of(run.backend.medium())),

@@ -26,7 +26,7 @@ pub struct Loaded {
 
 impl Loaded {
     /// What it has learned, looked at so.
-    pub fn learned<'a>(&'a self, marching: &'a Marching) -> Learned<'a, CpuBackend> {
+    pub fn learned<'a>(&'a self, marching: &'a Marching) -> Learned<'a> {
         Learned { backend: &self.backend, alignment: &self.alignment, marching }
     }
 }

@@ -4,10 +4,9 @@ use super::known_index;
 use crate::cli::{self, Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::progress::Show;
 use anyhow::{Context, anyhow};
 use refraxel_train::Options;
-use refraxel_train::options::{Renamed, Switch, list, list_as_markdown, list_as_text};
+use refraxel_train::options::{Switch, list, list_as_markdown, list_as_text};
 use std::path::Path;
 
 /// Options that a resumed run may change.
@@ -20,7 +19,7 @@ pub fn print(args: &TrainArgs) -> Result<(), Failure> {
 }
 
 /// The options of a run: those of `base`, then of the file, then of `--set`, then of the flags of their own.
-pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Failure> {
+pub fn read(args: &TrainArgs, base: Options) -> Result<Options, Failure> {
     let mut options = base;
     if let Some(file) = &args.index_from {
         if !args.resume {
@@ -28,7 +27,7 @@ pub fn read(args: &TrainArgs, base: Options, show: Show) -> Result<Options, Fail
         }
         known_index::held(&mut options);
     }
-    let mut options = changed(options, args.config.as_deref(), &args.settings, show)?;
+    let mut options = changed(options, args.config.as_deref(), &args.settings)?;
     set_flags(args, &mut options);
     let options = options.checked().or_exit(Exit::Usage)?;
     if args.index_from.is_some() {
@@ -42,26 +41,19 @@ pub fn changed(
     mut options: Options,
     config: Option<&Path>,
     settings: &[Setting],
-    show: Show,
 ) -> Result<Options, Failure> {
-    let mut renamed = Vec::new();
     if let Some(path) = config {
         let refused = || format!("the options of {} are refused", path.display());
-        renamed = options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
+        options.set_tree(&table(path)?).with_context(refused).or_exit(Exit::BadInput)?;
         options = options.checked().with_context(refused).or_exit(Exit::BadInput)?;
     }
-    renamed.extend(set_all(settings, &mut options)?);
-    for Renamed { former, now } in renamed {
-        show.say(&format!("note: option `{former}` is now `{now}`"));
-    }
+    set_all(settings, &mut options)?;
     Ok(options)
 }
 
-/// Takes every `--set`; the options among them that have another name now.
-pub fn set_all(settings: &[Setting], options: &mut Options) -> Result<Vec<Renamed>, Failure> {
-    let set = |s: &Setting| options.set(&s.key, &s.value).or_exit(Exit::Usage);
-    let renamed = settings.iter().map(set).collect::<Result<Vec<_>, Failure>>()?;
-    Ok(renamed.into_iter().flatten().collect())
+/// Takes every `--set`.
+pub fn set_all(settings: &[Setting], options: &mut Options) -> Result<(), Failure> {
+    settings.iter().try_for_each(|s| options.set(&s.key, &s.value).or_exit(Exit::Usage))
 }
 
 /// A TOML file as a tree of values.
@@ -103,10 +95,10 @@ fn set_flags(args: &TrainArgs, options: &mut Options) {
 }
 
 /// The options with which a stored run goes on: its own, of which only `FREE` may change.
-pub fn resumed(args: &TrainArgs, stored: Options, show: Show) -> Result<Options, Failure> {
+pub fn resumed(args: &TrainArgs, stored: Options) -> Result<Options, Failure> {
     let mut base = stored.clone();
     base.run.stop_after = 0;
-    let options = read(args, base, show)?;
+    let options = read(args, base)?;
     let changed = options.differences(&stored).into_iter().find(|d| !FREE.contains(&d.name));
     let Some(changed) = changed else { return Ok(options) };
     let (out, free) = (args.out().display(), FREE.join("` and `"));

@@ -6,6 +6,7 @@ use crate::cli::ViewArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::verbs::train::evidence::EVIDENCE;
 use crate::viewer::{Painter, Scene, Server};
 use refraxel_train::run::Run;
 use serde_json::json;
@@ -22,7 +23,8 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     set_thread_count(args.threads)?;
     watch_for_interrupts()?;
     let run = Run::load(&args.run)?;
-    let server = Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?;
+    let server =
+        Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?.with_evidence(args.run.join(EVIDENCE));
     let show = Show::suited(args.json);
     let data = match reopen_source(&run.source) {
         Ok(data) => Some(data),

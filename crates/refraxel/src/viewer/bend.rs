@@ -1,5 +1,6 @@
 //! The ray through a pixel: its path by the tracer that renders, and what happens on it.
 
+use super::protocol::{BentRay, Bounce};
 use super::scene::Scene;
 use crate::verbs::render::paths::{Ball, corners};
 use refraxel_core::optics::{EventKind, PathEnd, Step, fresnel::Incidence};
@@ -8,52 +9,9 @@ use refraxel_core::{Path, Ray, Vec3};
 use refraxel_train::backend::Layers;
 use refraxel_train::metrics::quantize;
 use refraxel_train::{Backend, Refraction};
-use serde::{Deserialize, Serialize};
 
 /// Pixels less opaque than this show no place.
 const OPAQUE: f32 = 0.05;
-
-/// A ray as the renderer follows it. Places are in world coordinates [scene unit], angles in degrees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BentRay {
-    /// Corners of the path, from the camera on; at least two.
-    pub points: Vec<[f64; 3]>,
-    /// Start and end of the same ray if it were straight.
-    pub straight: [[f64; 3]; 2],
-    /// What happens at sharp surfaces, in order.
-    pub bounces: Vec<Bounce>,
-    /// Angle between the first and the last direction [degree].
-    pub turned: f64,
-    /// Largest index on the path.
-    pub densest: f64,
-    /// ∫ n ds − ∫ ds over the path, by which light is late [scene unit].
-    pub late: f64,
-    /// The colour that the ray shows.
-    pub colour: [u8; 3],
-    /// Share of the background that is hidden on the path.
-    pub opacity: f32,
-    /// Arc length from the camera to what is seen, and its place; absent where little is.
-    pub seen: Option<(f64, [f64; 3])>,
-    /// The path is shown to its end: it left all media.
-    pub is_whole: bool,
-}
-
-/// A sharp surface on the path of a ray.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bounce {
-    /// Where it is met [scene unit].
-    pub place: [f64; 3],
-    /// Number of the region whose surface it is, from 0.
-    pub region: u16,
-    /// The ray is turned back by total reflection.
-    pub total: bool,
-    /// The index before and beyond the surface.
-    pub index: [f64; 2],
-    /// Angles to the normal before and after [degree].
-    pub angle: [f64; 2],
-    /// Fresnel's reflectance, 0 to 1.
-    pub reflectance: f64,
-}
 
 /// Follows a ray through the medium that the renderer has.
 pub fn follow(scene: &Scene, ray: &Ray<f32>) -> BentRay {

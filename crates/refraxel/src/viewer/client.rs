@@ -1,11 +1,12 @@
 //! A page as the painter sees it: what it wishes, and how far its picture is.
 
+use super::error::SceneError;
 use super::layers;
+use super::outgoing::{Out, Outgoing};
 use super::photographs::encode;
 use super::picture::{Painted, Picture};
 use super::protocol::{Ask, Header, Look, Tell, message};
-use super::scene::{Scene, SceneError};
-use super::socket::Out;
+use super::scene::Scene;
 use std::time::{Duration, Instant};
 
 /// Pictures on the way to a page; a page behind a slow link gets the next one when it has received an earlier one. Three of 15 kB
@@ -17,27 +18,6 @@ const QUALITY: [u8; 2] = [75, 92];
 const FIRST_SPEED: f64 = 150_000.0;
 /// Share of a new measurement in the speed.
 const NEW: f64 = 0.3;
-
-/// What is sent to a page.
-#[derive(Clone, Debug)]
-pub enum Outgoing {
-    /// JSON text.
-    Text(String),
-    /// A picture.
-    Picture(Vec<u8>),
-    /// The answer to a ping.
-    Pong(Vec<u8>),
-}
-
-impl Outgoing {
-    /// Its size [byte], about.
-    pub fn size(&self) -> usize {
-        64 + match self {
-            Self::Text(text) => text.len(),
-            Self::Picture(bytes) | Self::Pong(bytes) => bytes.len(),
-        }
-    }
-}
 
 /// A page.
 pub struct Client {

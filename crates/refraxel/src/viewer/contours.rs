@@ -1,6 +1,8 @@
 //! The surface of a region as lines: where planes across the axes cut its mesh.
 
-use super::scene::{Scene, SceneError};
+use super::error::SceneError;
+use super::protocol::Piece;
+use super::scene::Scene;
 use refraxel_core::{Aabb, Mesh, Vec3};
 use refraxel_train::model::surface::Surface;
 
@@ -10,9 +12,6 @@ const PLANES: usize = 12;
 const STEPS: f64 = 4095.0;
 /// Length of the normals that are told.
 const NORMAL: f64 = 100.0;
-
-/// Two ends of a piece of a line, in steps of the region's box, and the outward normal between them.
-pub type Piece = [i16; 9];
 
 /// The surface of a region as pieces of lines. Empty where nothing in it refracts.
 pub fn contours(scene: &Scene, region: usize) -> Result<Vec<Piece>, SceneError> {

@@ -3,81 +3,23 @@
 use super::bend;
 use super::client::Client;
 use super::contours::contours;
+use super::error::SceneError;
+use super::orders::{Order, Orders};
 use super::picture::PORTION;
-use super::protocol::{Ask, Header, Look, Tell};
-use super::scene::{Scene, SceneError};
+use super::protocol::{Ask, Look, Tell};
+use super::scene::Scene;
 use super::slice::slice;
-use super::socket::Out;
 use rayon::ThreadPoolBuilder;
 use refraxel_core::{Ray, vec3};
-use refraxel_train::run::Run;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
 const FIRST_PASS: Duration = Duration::from_millis(55);
-
-/// Asks the painter for something, from any thread.
-#[derive(Clone, Debug)]
-pub struct Orders {
-    sender: Sender<Order>,
-    pages: Arc<AtomicUsize>,
-}
-
-/// What the painter can be asked for.
-#[derive(Debug)]
-pub(super) enum Order {
-    /// A page opens.
-    Join(u64, Out),
-    /// A page asks for something that the painter answers.
-    Ask(u64, Ask),
-    /// A page is gone.
-    Leave(u64),
-    /// Training has gone on; whoever sends it learns how long it took to take over.
-    Renew(Box<Run>, Sender<Duration>),
-    /// Something happened in the training. Pages that open later are told what is kept, and the last of what is not.
-    Tell { what: Value, is_kept: bool },
-    /// Share of the time that the painter may work.
-    Share(f64),
-}
-
-impl Orders {
-    /// Gives an order; where the painter is gone, nothing happens.
-    pub(super) fn give(&self, order: Order) {
-        let _ = self.sender.send(order);
-    }
-
-    /// Shows the run as it is now; how long the painter was busy with it is told when it has been.
-    pub fn renew(&self, run: Run) -> Receiver<Duration> {
-        let (sender, taken) = channel();
-        self.give(Order::Renew(Box::new(run), sender));
-        taken
-    }
-
-    /// Tells all pages what happens in the training, also those that open later.
-    pub fn tell(&self, what: Value) {
-        self.give(Order::Tell { what, is_kept: true });
-    }
-
-    /// Tells all pages what the training does now; pages that open later are told the last of it.
-    pub fn tell_now(&self, what: Value) {
-        self.give(Order::Tell { what, is_kept: false });
-    }
-
-    /// Share of the time that the painter may work, in (0, 1].
-    pub fn set_share(&self, share: f64) {
-        self.give(Order::Share(share));
-    }
-
-    /// Whether any page is open.
-    pub fn has_pages(&self) -> bool {
-        self.pages.load(Ordering::SeqCst) > 0
-    }
-}
 
 /// Paints for all pages.
 pub struct Painter {
@@ -111,7 +53,7 @@ impl Painter {
             history: Vec::new(),
             latest: None,
         };
-        (painter, Orders { sender, pages })
+        (painter, Orders::new(sender, pages))
     }
 
     /// The scene.
@@ -270,13 +212,4 @@ fn ray_of([x, y, z]: [f64; 3], direction: [f64; 3]) -> Result<Ray<f32>, SceneErr
         ));
     }
     Ok(Ray { origin, direction: direction.normalized() }.cast())
-}
-
-/// A photograph as a message.
-pub(super) fn photograph(
-    scene: &super::photographs::Photographs,
-    view: usize,
-) -> Result<(Header, Vec<u8>), String> {
-    let (jpeg, size) = scene.jpeg(view)?;
-    Ok((Header::Photo { view, size }, jpeg))
 }

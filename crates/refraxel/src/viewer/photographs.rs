@@ -1,7 +1,7 @@
 //! The photographs of a scene: where they were taken, and what they show.
 
-use super::protocol::{LARGEST, PageCamera};
-use super::scene::SceneError;
+use super::error::SceneError;
+use super::page_camera::{LARGEST, PageCamera};
 use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb, RgbImage};

@@ -1,10 +1,13 @@
 //! The scene that is painted: a run with its backend, and the media as a page wishes them.
 
+use super::error::SceneError;
+use super::page_camera::PageCamera;
 use super::photographs::Photographs;
-use super::protocol::{Edits, Look, PageCamera};
-use crate::device::Eyes;
+use super::protocol::{Edits, Look};
+use crate::device::ModelViewer;
 use crate::exit::Failure;
 use crate::progress::Show;
+use crate::sentences::verdict_text;
 use refraxel_core::Ray;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Aabb, Camera, Vec3};
@@ -14,6 +17,7 @@ use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
 use refraxel_train::run::Run;
 use refraxel_train::schedule::rendering_marching;
+use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, CpuBackend, Refraction, plan::Plan};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -27,38 +31,15 @@ const SIZE: [u32; 2] = [400, 400];
 /// Factors on the absorption that a page may ask for; for a clear body, grey optical thicknesses over the shortest edge of its box.
 const ABSORPTION: [f32; 2] = [0.0, 20.0];
 
-/// Why a scene cannot be shown as a page wishes.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SceneError {
-    /// A camera makes no sense, or an edit.
-    #[error("{0}")]
-    Look(String),
-    /// There is no such photograph.
-    #[error("photograph {found}: the scene has {count}")]
-    Photo {
-        /// The number that was asked for.
-        found: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// There is no such region.
-    #[error("refractive region {found}: the scene has {count}")]
-    Region {
-        /// The number that was asked for.
-        found: usize,
-        /// How many there are.
-        count: usize,
-    },
-}
-
 /// A run that can be looked at.
 pub struct Scene {
     name: String,
     plan: Plan,
     step: u64,
+    verdict: Option<Verdict>,
     marching: Marching,
     backend: CpuBackend,
-    eyes: Eyes,
+    viewer: ModelViewer,
     learned: Refraction,
     /// The edits that the medium of the backend has.
     worn: Worn,
@@ -87,9 +68,10 @@ impl Scene {
             name,
             plan,
             step: state.step,
+            verdict: state.verdict,
             marching,
             backend,
-            eyes: Eyes::default(),
+            viewer: ModelViewer::default(),
             learned,
             worn: Worn::default(),
             photographs: Arc::new(photographs),
@@ -99,25 +81,25 @@ impl Scene {
 
     /// The same scene, rendered by the device that is asked for.
     pub fn on(self, device: DeviceChoice, show: Show) -> Result<Self, Failure> {
-        let eyes = Eyes::open(device, &self.backend, &self.marching, show)?;
-        Ok(Self { eyes, ..self })
+        let viewer = ModelViewer::open(device, &self.backend, &self.marching, show)?;
+        Ok(Self { viewer, ..self })
     }
 
     /// The same scene after more training, rendered by the CPU.
     pub fn renew(&mut self, run: Run) {
         let Run { options, plan, state, model, optimiser, .. } = run;
         self.marching = rendering_marching(&options, plan.near);
-        (self.plan, self.step) = (plan, state.step);
+        (self.plan, self.step, self.verdict) = (plan, state.step, state.verdict);
         self.backend.load(model, Some(optimiser));
         self.backend.refresh_occupancy(&self.marching);
-        self.eyes = Eyes::default();
+        self.viewer = ModelViewer::default();
         self.learned = self.backend.medium().clone();
         self.worn = Worn::default();
     }
 
     /// What rays show, bent by the medium of the last [`Self::wear`].
     pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Vec<Pixel<f32>> {
-        self.eyes.render(&self.backend, rays, &self.marching, layers)
+        self.viewer.render(&self.backend, rays, &self.marching, layers)
     }
 
     /// The renderer, whose medium is that of the last [`Self::wear`].
@@ -159,7 +141,7 @@ impl Scene {
         let wish = Worn { edits: look.edits.clone(), straight: look.straight };
         if wish != self.worn {
             let medium = self.medium(&wish)?;
-            self.eyes.set_medium(&medium);
+            self.viewer.set_medium(&medium);
             self.backend.set_medium(medium);
             self.worn = wish;
         }
@@ -215,6 +197,7 @@ impl Scene {
         json!({
             "name": self.name,
             "step": self.step,
+            "verdict": self.verdict.as_ref().map(verdict_text),
             "min": bounds.min.to_array(),
             "max": bounds.max.to_array(),
             "up": self.up.to_array(),

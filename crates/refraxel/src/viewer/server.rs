@@ -1,12 +1,14 @@
 //! The server of the page: loopback only, one thread per connection.
 
+use super::control::Control;
 use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, admit, parse};
+use super::orders::Orders;
 use super::page;
-use super::painter::Orders;
 use super::photographs::Photographs;
-use super::socket;
+use super::socket::{self, Answerers};
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread;
@@ -43,34 +45,21 @@ pub enum ServerError {
     Random(getrandom::Error),
 }
 
-/// What a page may ask of a training.
-pub type Control = Arc<dyn Fn(Wish) + Send + Sync>;
-
-/// A wish of a page about the training that it shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wish {
-    /// Wait, or go on.
-    Pause(bool),
-    /// Save and end.
-    Stop,
-}
-
 /// A server that listens and lets nobody in yet.
 #[derive(Debug)]
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     token: String,
+    evidence: Option<PathBuf>,
 }
 
 /// What all connections share.
-pub(super) struct Shared {
-    pub address: SocketAddr,
-    pub token: String,
-    pub orders: Orders,
-    pub photographs: Arc<Photographs>,
-    pub control: Option<Control>,
-    pub next_id: AtomicU64,
+struct Shared {
+    address: SocketAddr,
+    token: String,
+    evidence: Option<PathBuf>,
+    answerers: Answerers,
     connections: AtomicUsize,
     pages: AtomicUsize,
 }
@@ -84,7 +73,13 @@ impl Server {
         let mut bytes = [0; TOKEN];
         getrandom::fill(&mut bytes).map_err(ServerError::Random)?;
         let token = bytes.iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Self { listener, address, token })
+        Ok(Self { listener, address, token, evidence: None })
+    }
+
+    /// The same server, which shows this PNG file as the evidence of the verdict once it is there.
+    #[must_use]
+    pub fn with_evidence(self, file: PathBuf) -> Self {
+        Self { evidence: Some(file), ..self }
     }
 
     /// The address of the page, which nobody else can guess.
@@ -94,11 +89,10 @@ impl Server {
 
     /// Serves in threads of its own until the program ends.
     pub fn start(self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
-        let Self { listener, address, token } = self;
-        let next_id = AtomicU64::new(0);
+        let Self { listener, address, token, evidence } = self;
+        let answerers = Answerers { orders, photographs, control, next_id: AtomicU64::new(0) };
         let [connections, pages] = [0; 2].map(AtomicUsize::new);
-        let shared =
-            Arc::new(Shared { address, token, orders, photographs, control, next_id, connections, pages });
+        let shared = Arc::new(Shared { address, token, evidence, answerers, connections, pages });
         thread::spawn(move || {
             for stream in listener.incoming() {
                 let Ok(stream) = stream else {
@@ -111,6 +105,14 @@ impl Server {
     }
 }
 
+impl Shared {
+    /// The picture that convinced, under the name of its file; `None` while there is none.
+    fn evidence(&self, name: &str) -> Option<Vec<u8>> {
+        let file = self.evidence.as_ref().filter(|f| f.file_name().is_some_and(|own| own == name))?;
+        std::fs::read(file).ok()
+    }
+}
+
 fn accept(stream: TcpStream, shared: &Arc<Shared>) {
     let Some(place) = Place::take(shared, |shared| &shared.connections, MOST_CONNECTIONS) else { return };
     // Where the system has no thread left, the connection is closed; a training does not end by that.
@@ -120,7 +122,7 @@ fn accept(stream: TcpStream, shared: &Arc<Shared>) {
 }
 
 /// One of so many places, until it is dropped.
-pub(super) struct Place {
+struct Place {
     shared: Arc<Shared>,
     which: fn(&Shared) -> &AtomicUsize,
 }
@@ -146,12 +148,15 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     let entry = read_head(&mut stream)?.and_then(|request| admit(&request, shared.address, &shared.token));
     match entry {
         Ok(Entry::Socket(key)) => match Place::take(shared, |shared| &shared.pages, MOST_PAGES) {
-            Some(_place) => socket::serve(stream, &key, shared),
+            Some(_place) => socket::serve(stream, &key, &shared.answerers),
             None => respond(&mut stream, "503 Service Unavailable", TEXT, TOO_MANY, shared.address.port()),
         },
         Ok(Entry::File(name)) => match page::file(&name) {
             Some(file) => respond(&mut stream, "200 OK", file.kind, file.bytes, shared.address.port()),
-            None => refuse(&mut stream, Refusal::NotFound, shared),
+            None => match shared.evidence(&name) {
+                Some(bytes) => respond(&mut stream, "200 OK", "image/png", &bytes, shared.address.port()),
+                None => refuse(&mut stream, Refusal::NotFound, shared),
+            },
         },
         Err(refusal) => refuse(&mut stream, refusal, shared),
     }
@@ -192,7 +197,7 @@ fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], port: 
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\
          Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
          Cross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: default-src 'none'; script-src 'self'; \
-         style-src 'self'; img-src blob: data:; connect-src ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; \
+         style-src 'self'; img-src 'self' blob: data:; connect-src ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; \
          form-action 'none'; frame-ancestors 'none'\r\n\r\n",
         body.len()
     );

@@ -1,8 +1,9 @@
 //! The index of refraction in a plane across an axis.
 
+use super::error::SceneError;
 use super::photographs::encode;
 use super::protocol::Header;
-use super::scene::{Scene, SceneError};
+use super::scene::Scene;
 use crate::colour_map::ColourMap;
 use rayon::prelude::*;
 use refraxel_core::Vec3;

@@ -1,14 +1,15 @@
 //! The WebSocket of a page: one thread reads, another one writes.
 
-use super::client::Outgoing;
-use super::painter::{Order, photograph};
-use super::protocol::{Ask, Tell, message};
-use super::server::{Shared, Wish};
+use super::control::{Control, Wish};
+use super::orders::{Order, Orders};
+use super::outgoing::{Out, Outgoing};
+use super::photographs::Photographs;
+use super::protocol::{Ask, Header, Tell, message};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
@@ -16,29 +17,6 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 /// Largest message of a page [byte].
 const LARGEST_MESSAGE: usize = 64 * 1024;
-
-/// What may wait to be sent to a page [byte]; a page that takes less than it asks for is closed.
-const MOST_WAITING: usize = 32 << 20;
-
-/// The way to a page, for any thread.
-#[derive(Clone, Debug)]
-pub struct Out {
-    sender: Sender<Outgoing>,
-    /// What waits in it [byte].
-    waiting: Arc<AtomicUsize>,
-    stream: Arc<TcpStream>,
-}
-
-impl Out {
-    /// Sends something, if the page is there and takes what it gets.
-    pub fn send(&self, outgoing: Outgoing) {
-        let size = outgoing.size();
-        let fits = self.waiting.fetch_add(size, Ordering::SeqCst) + size <= MOST_WAITING;
-        if !fits || self.sender.send(outgoing).is_err() {
-            let _ = self.stream.shutdown(Shutdown::Both); // ends reader and writer
-        }
-    }
-}
 
 /// A stream that is only read: what the protocol wants to write, the writer's thread does.
 struct ReadOnly(TcpStream);
@@ -59,8 +37,19 @@ impl Write for ReadOnly {
     }
 }
 
+/// Who answers the questions of pages.
+pub(super) struct Answerers {
+    /// The painter.
+    pub orders: Orders,
+    pub photographs: Arc<Photographs>,
+    /// The training, where there is one.
+    pub control: Option<Control>,
+    /// Number of the next page.
+    pub next_id: AtomicU64,
+}
+
 /// Carries messages until the page goes.
-pub(super) fn serve(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Result<()> {
+pub(super) fn serve(mut stream: TcpStream, key: &str, answerers: &Answerers) -> io::Result<()> {
     let accept = derive_accept_key(key.as_bytes());
     let head = format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
@@ -69,13 +58,13 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, shared: &Shared) -> io::Re
     stream.set_read_timeout(None)?; // a page may look on for hours
     let (sender, outgoing) = channel();
     let waiting = Arc::new(AtomicUsize::new(0));
-    let out = Out { sender, waiting: Arc::clone(&waiting), stream: Arc::new(stream.try_clone()?) };
+    let out = Out::new(sender, Arc::clone(&waiting), stream.try_clone()?);
     let writing = stream.try_clone()?;
     let writer = thread::Builder::new().spawn(move || write(writing, &outgoing, &waiting))?;
-    let id = shared.next_id.fetch_add(1, Ordering::SeqCst);
-    shared.orders.give(Order::Join(id, out.clone()));
-    read(ReadOnly(stream), id, &out, shared);
-    shared.orders.give(Order::Leave(id));
+    let id = answerers.next_id.fetch_add(1, Ordering::SeqCst);
+    answerers.orders.give(Order::Join(id, out.clone()));
+    read(ReadOnly(stream), id, &out, answerers);
+    answerers.orders.give(Order::Leave(id));
     drop(out);
     let _ = writer.join(); // ends when the painter has let the page go
     Ok(())
@@ -109,12 +98,12 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
 }
 
 /// Passes on what the page asks, until it goes or sends what no page sends.
-fn read(stream: ReadOnly, id: u64, out: &Out, shared: &Shared) {
+fn read(stream: ReadOnly, id: u64, out: &Out, answerers: &Answerers) {
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
     while let Ok(message) = socket.read() {
         let answer = match message {
             Message::Text(text) => match serde_json::from_str(&text) {
-                Ok(ask) => pass_on(ask, id, shared),
+                Ok(ask) => pass_on(ask, id, answerers),
                 Err(error) => Some(refused(format!("this question is not understood: {error}"))),
             },
             Message::Ping(bytes) => Some(Outgoing::Pong(bytes.to_vec())),
@@ -128,10 +117,10 @@ fn read(stream: ReadOnly, id: u64, out: &Out, shared: &Shared) {
 }
 
 /// Gives a question to whom it concerns. What takes long but needs no scene is answered here.
-fn pass_on(ask: Ask, id: u64, shared: &Shared) -> Option<Outgoing> {
-    match (ask, &shared.control) {
-        (Ask::Photo { view }, _) => Some(match photograph(&shared.photographs, view) {
-            Ok((header, jpeg)) => Outgoing::Picture(message(&header, &jpeg)),
+fn pass_on(ask: Ask, id: u64, answerers: &Answerers) -> Option<Outgoing> {
+    match (ask, &answerers.control) {
+        (Ask::Photo { view }, _) => Some(match answerers.photographs.jpeg(view) {
+            Ok((jpeg, size)) => Outgoing::Picture(message(&Header::Photo { view, size }, &jpeg)),
             Err(why) => refused(why),
         }),
         (Ask::Pause { .. } | Ask::Stop, None) => Some(refused("nothing is trained here".to_owned())),
@@ -144,7 +133,7 @@ fn pass_on(ask: Ask, id: u64, shared: &Shared) -> Option<Outgoing> {
             None
         }
         (ask, _) => {
-            shared.orders.give(Order::Ask(id, ask));
+            answerers.orders.give(Order::Ask(id, ask));
             None
         }
     }

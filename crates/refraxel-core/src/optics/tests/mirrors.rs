@@ -3,7 +3,7 @@
 use super::sharp_gradients::{Functional, errors, rays, scene, tracer};
 use super::*;
 use crate::index::LevelSet;
-use crate::optics::{PartialReflection, PartialReflectionAdjoint, Weight};
+use crate::optics::{PartialReflection, PartialReflectionAdjoint};
 
 /// Central differences in f64 as for paths, with one more division by a sine.
 const TOLERANCE: f64 = 1e-6;
@@ -258,28 +258,6 @@ fn sharp_and_smooth_surfaces_mirror_on_one_path() {
         let f = Mirrored::random(&path, 4, &mut r);
         let [_, index, by_ray] = mirror_errors(&mut medium, &ray, &path, &f);
         assert!(index < TOLERANCE && by_ray < TOLERANCE, "{index} {by_ray}");
-    }
-}
-
-#[test]
-fn the_plain_product_has_its_own_adjoint() {
-    let (medium, domain) = (mixed(), domain());
-    let plain = Options { weight: Weight::Gradient, ..options(Integrator::Leapfrog, 0.5) };
-    let tracer = Tracer::new(&medium, &domain, plain);
-    let ray = Ray { origin: vec3(-1.9, 0.06, 0.03), direction: vec3(1.0, 0.01, 0.02).normalized() };
-    let path = tracer.trace(&ray);
-    let count = mirrors(&tracer, &path).len();
-    let f = Mirrored::random(&path, count, &mut Sequence(3));
-    let mut grad = medium.zero_gradient();
-    let d = tracer.vjp(&ray, &path, &f.path.adjoint(&f.reflections), &mut grad);
-    for axis in 0..3 {
-        let along = |e: f64| {
-            let mut moved = ray;
-            moved.direction[axis] += e;
-            f.of(&tracer, &moved, &path)
-        };
-        let fd = (along(1e-6) - along(-1e-6)) / 2e-6;
-        assert!((fd - d.direction[axis]).abs() < 1e-6 * d.direction.length(), "{fd} {}", d.direction[axis]);
     }
 }
 

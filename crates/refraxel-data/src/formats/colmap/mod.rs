@@ -7,8 +7,8 @@ mod models;
 mod summary;
 mod text;
 
-use crate::error::PoseFault;
 use crate::parsed::{Frame, Origin, ParsedDataset};
+use crate::pose::PoseFault;
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, Problem, formats, limits, pose};
 use models::Calibration;

@@ -1,8 +1,9 @@
 //! The options of a run that writes a dataset.
 
 use super::files::io;
-use crate::synth::cameras::{CameraSet, Elevations};
+use crate::synth::cameras::CameraSet;
 use crate::synth::dataset::{DatasetOptions, ViewCounts};
+use crate::synth::elevations::Elevations;
 use crate::synth::error::SynthError;
 use crate::synth::photographic::Imperfections;
 use crate::synth::scene::Scene;

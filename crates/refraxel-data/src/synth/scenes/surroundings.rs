@@ -1,6 +1,6 @@
 //! The surroundings of the refractive body in most scenes: a tiled ground and a ring of textured objects.
 
-use super::super::cameras::Elevations;
+use super::super::elevations::Elevations;
 use super::super::hash::{mix, unit};
 use super::super::scene::{Body, Environment, Scene};
 use super::super::shape::{Polyhedron, Primitive, Rectangle, Shape, TriangleMesh};

@@ -1,6 +1,6 @@
 //! Scenes of water with objects in it.
 
-use super::super::cameras::Elevations;
+use super::super::elevations::Elevations;
 use super::super::medium::Medium;
 use super::super::scene::{Body, Scene};
 use super::super::shape::{HeightField, Polyhedron, Primitive, Shape, Wave};

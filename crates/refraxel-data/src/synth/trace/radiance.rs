@@ -130,7 +130,7 @@ fn product(a: Rgb, b: Rgb) -> Rgb {
 mod tests {
     use super::super::Limits;
     use super::*;
-    use crate::synth::cameras::Elevations;
+    use crate::synth::elevations::Elevations;
     use crate::synth::scene::{Body, Environment, Scene};
     use crate::synth::shape::Shape;
     use crate::synth::texture::Texture;

@@ -3,13 +3,13 @@
 use super::message::{Rest, Samples, Task, received};
 use crate::backend::{Backend, Batch, Layers, Marching, Objective, StepOutcome};
 use crate::cancel::Cancel;
-use crate::cpu::backend::{CpuBackend, Share, overflows, total};
+use crate::communicator::wire::{Wire, Words, put_all};
+use crate::communicator::{Communicator, Traffic, part};
+use crate::cpu::backend::{BucketRange, CpuBackend, overflows, total};
+use crate::cpu::compare::BatchLoss;
 use crate::cpu::index::Learned;
 use crate::cpu::render::CHUNK;
 use crate::cpu::tape::{Tape, buckets};
-use crate::cpu::trace::Lesson;
-use crate::peers::wire::{Wire, Words, put_all};
-use crate::peers::{Peers, Traffic, part};
 use rayon::prelude::*;
 use refraxel_core::Ray;
 use std::cell::Cell;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// One of the processes with its copy of the model.
 pub(super) struct Member {
     pub own: CpuBackend,
-    pub peers: Arc<dyn Peers>,
+    pub communicator: Arc<dyn Communicator>,
     pub traffic: Cell<Traffic>,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn range_of(batch: &Batch, range: Range<usize>) -> Batch {
 
 impl Member {
     pub fn count(&self) -> usize {
-        self.peers.count()
+        self.communicator.count()
     }
 
     pub fn note(&self, add: impl FnOnce(&mut Traffic)) {
@@ -56,7 +56,7 @@ impl Member {
 
     /// The bytes of what goes to others.
     pub fn bytes_to_others(&self, messages: &[Vec<u32>]) -> u64 {
-        let others = messages.iter().enumerate().filter(|(rank, _)| *rank != self.peers.rank());
+        let others = messages.iter().enumerate().filter(|(rank, _)| *rank != self.communicator.rank());
         others.map(|(_, message)| 4 * message.len() as u64).sum()
     }
 
@@ -67,25 +67,26 @@ impl Member {
 
     /// A step on this process's part of a batch of so many rays.
     pub fn step(&mut self, mine: &Batch, rays: usize, objective: &Objective, step: u64) -> StepOutcome {
-        let lesson = Lesson { batch: mine, objective, asked: None };
+        let batch_loss = BatchLoss { batch: mine, objective, asked: None };
         let memory = std::mem::take(&mut self.own.tapes);
-        let (tapes, outcomes) = self.own.trace_chunks(lesson, &mut [], memory);
+        let (tapes, outcomes) = self.own.trace_chunks(batch_loss, &mut [], memory);
         let is_alone = self.count() == 1;
         let (tapes, outcomes) = if is_alone { (tapes, outcomes) } else { self.meet(tapes, &outcomes) };
         let mut outcome = StepOutcome { step, ..total(rays, &outcomes) };
         if outcome.finite {
             let learned = Learned { tapes: &tapes, rays, step };
-            let mine = part(buckets(self.own.map()), self.peers.rank(), self.count());
+            let mine = part(buckets(self.own.map()), self.communicator.rank(), self.count());
             outcome.overflows = overflows(objective, &tapes);
-            let moved = self.own.update_all(&learned, objective, &Share { buckets: mine, tells: !is_alone });
+            let moved =
+                self.own.update_all(&learned, objective, &BucketRange { buckets: mine, tells: !is_alone });
             let mut message = moved.voxels;
             message.push(moved.finite.into());
             self.note(|t| t.voxels += self.bytes_to_all(&message));
-            for (rank, told) in self.peers.gather(message).iter().enumerate() {
+            for (rank, told) in self.communicator.gather(message).iter().enumerate() {
                 let (finite, voxels) = told.split_last().expect("whole messages");
                 outcome.finite &= *finite != 0;
-                if rank != self.peers.rank() {
-                    self.own.take_over(voxels);
+                if rank != self.communicator.rank() {
+                    self.own.apply_remote(voxels);
                 }
             }
         }
@@ -98,7 +99,7 @@ impl Member {
 
     /// The tapes of all chunks in order, those of others as far as they touch this process's buckets; and all outcomes.
     fn meet(&self, mine: Vec<Tape>, outcomes: &[StepOutcome]) -> (Vec<Tape>, Vec<StepOutcome>) {
-        let (rank, functions) = (self.peers.rank(), self.own.layout().functions());
+        let (rank, functions) = (self.communicator.rank(), self.own.layout().functions());
         let rest = |(tape, outcome): (&Tape, &StepOutcome)| Rest {
             squared_error: outcome.squared_error,
             samples: outcome.samples,
@@ -122,7 +123,7 @@ impl Member {
         };
         let messages: Vec<_> = (0..count).into_par_iter().map(message).collect();
         self.note(|t| t.samples += self.bytes_to_others(&messages));
-        let (shared, samples) = (self.peers.gather(shared), self.peers.exchange(messages));
+        let (shared, samples) = (self.communicator.gather(shared), self.communicator.exchange(messages));
 
         let (mut mine, mut tapes, mut all_outcomes) = (Some(mine), Vec::new(), Vec::new());
         for (from, (shared, samples)) in shared.iter().zip(&samples).enumerate() {
@@ -149,11 +150,11 @@ impl Member {
     /// Tells the first process what has come of this one's part; it gets the parts of all, in order.
     pub fn report<T: Wire>(&self, mine: Vec<T>) -> Vec<T> {
         let mut messages = vec![Vec::new(); self.count()];
-        if self.peers.rank() > 0 {
+        if self.communicator.rank() > 0 {
             mine.put(&mut messages[0]);
             self.note(|t| t.pixels += self.bytes_to_others(&messages));
         }
-        let told = self.peers.exchange(messages);
+        let told = self.communicator.exchange(messages);
         let theirs = told.iter().skip(1).filter(|message| !message.is_empty());
         let mut all = mine;
         theirs.for_each(|message| all.extend(Vec::<T>::take(&mut Words(message))));
@@ -162,7 +163,7 @@ impl Member {
 
     /// A task of the first process.
     fn help_with(&mut self, task: Task, words: &mut Words) {
-        let mine = || self.peers.exchange(vec![Vec::new(); self.peers.count()]).swap_remove(0);
+        let mine = || self.communicator.exchange(vec![Vec::new(); self.communicator.count()]).swap_remove(0);
         match task {
             Task::End | Task::Load => unreachable!("these need no model"),
             Task::LoadButField => {
@@ -212,11 +213,11 @@ fn tape_of(own: &CpuBackend, rest: Rest, samples: Samples) -> Tape {
 ///
 /// # Panics
 /// If this process is the first, or the first one is lost.
-pub fn help(peers: &Arc<dyn Peers>) {
-    assert!(peers.rank() > 0, "the first process leads");
+pub fn serve(communicator: &Arc<dyn Communicator>) {
+    assert!(communicator.rank() > 0, "the first process leads");
     let mut member: Option<Member> = None;
     loop {
-        let message = peers.broadcast(Vec::new());
+        let message = communicator.broadcast(Vec::new());
         let mut words = Words(&message);
         let task = Task::take(&mut words);
         let sent = member.as_ref().map_or_else(Traffic::default, |m| m.traffic.get());
@@ -226,7 +227,7 @@ pub fn help(peers: &Arc<dyn Peers>) {
                 *member = None; // there may be no room for two
                 let (model, optimiser) = received(&mut words);
                 let own = CpuBackend::resumed(model, optimiser);
-                *member = Some(Member { own, peers: peers.clone(), traffic: Cell::new(sent) });
+                *member = Some(Member { own, communicator: communicator.clone(), traffic: Cell::new(sent) });
             }
             (task, Some(member)) => member.help_with(task, &mut words),
             (_, None) => unreachable!("a model comes before all other tasks"),

@@ -3,11 +3,11 @@
 use crate::backend::{
     AbsorptionObjective, Batch, IndexObjective, Layers, Marching, Objective, RayGradient, ReflectionObjective,
 };
+use crate::communicator::Traffic;
+use crate::communicator::wire::{Wire, Words, take_bytes, wire};
 use crate::cpu::record::{CacheLookup, IndexSample, Record};
 use crate::cpu::tape::Tape;
 use crate::model::{CacheId, MirrorSource, Model, Optimiser};
-use crate::peers::Traffic;
-use crate::peers::wire::{Wire, Words, take_bytes, wire};
 use crate::run::Run;
 use std::ops::Range;
 

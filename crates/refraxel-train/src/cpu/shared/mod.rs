@@ -17,10 +17,10 @@ use crate::backend::{
     RayGradient, Snapshot, StepOutcome,
 };
 use crate::cancel::{Cancel, Cancelled};
+use crate::communicator::wire::{Wire, put_all, put_bytes};
+use crate::communicator::{Communicator, Traffic};
 use crate::model::{Model, Optimiser, Reflection, Refraction};
 use crate::options::Options;
-use crate::peers::wire::{Wire, put_all, put_bytes};
-use crate::peers::{Peers, Traffic};
 use crate::plan::Plan;
 use crate::run::{RunRef, Source, State};
 use member::{Member, range_of, rays_of};
@@ -33,22 +33,22 @@ use refraxel_data::Backdrop;
 use std::cell::Cell;
 use std::sync::{Arc, Mutex};
 
-pub use member::help;
+pub use member::serve;
 
 /// The first process's hold on the others: when its last copy goes, they are sent home.
-pub struct Lead {
-    peers: Arc<dyn Peers>,
+pub struct Root {
+    communicator: Arc<dyn Communicator>,
     sent: Mutex<Traffic>,
 }
 
-impl Lead {
+impl Root {
     /// Of these processes.
     ///
     /// # Panics
     /// If this process is not the first of them.
-    pub fn new(peers: Arc<dyn Peers>) -> Arc<Self> {
-        assert_eq!(peers.rank(), 0, "the first process leads");
-        Arc::new(Self { peers, sent: Mutex::default() })
+    pub fn new(communicator: Arc<dyn Communicator>) -> Arc<Self> {
+        assert_eq!(communicator.rank(), 0, "the first process leads");
+        Arc::new(Self { communicator, sent: Mutex::default() })
     }
 
     /// What all processes have sent for backends that are gone.
@@ -57,13 +57,13 @@ impl Lead {
     }
 }
 
-impl Drop for Lead {
+impl Drop for Root {
     fn drop(&mut self) {
         // Who panics ends all others anyway.
         if !std::thread::panicking() {
             let mut message = Vec::new();
             Task::End.put(&mut message);
-            self.peers.broadcast(message);
+            self.communicator.broadcast(message);
         }
     }
 }
@@ -86,19 +86,19 @@ pub struct SharedBackend {
     options: Options,
     failed: bool,
     outcomes: Vec<StepOutcome>,
-    lead: Arc<Lead>,
+    root: Arc<Root>,
 }
 
 impl SharedBackend {
     /// A backend of all processes that somebody leads, with a model and the state of its optimiser; `options` are those of the run.
-    pub fn new(lead: &Arc<Lead>, model: Model, optimiser: Option<Optimiser>, options: Options) -> Self {
+    pub fn new(root: &Arc<Root>, model: Model, optimiser: Option<Optimiser>, options: Options) -> Self {
         let own = match optimiser {
             Some(optimiser) => CpuBackend::resumed(model, optimiser),
             None => CpuBackend::new(model),
         };
-        let member = Member { own, peers: lead.peers.clone(), traffic: Cell::default() };
+        let member = Member { own, communicator: root.communicator.clone(), traffic: Cell::default() };
         let others = Cell::new(Behind::All);
-        Self { member, others, options, failed: false, outcomes: Vec::new(), lead: lead.clone() }
+        Self { member, others, options, failed: false, outcomes: Vec::new(), root: root.clone() }
     }
 
     /// What all processes have sent.
@@ -134,7 +134,7 @@ impl SharedBackend {
         let mut messages: Vec<Vec<u32>> = (1..count).map(own).collect();
         messages.insert(0, Vec::new());
         self.member.note(|t| t.rays += self.member.bytes_to_others(&messages));
-        self.member.peers.exchange(messages);
+        self.member.communicator.exchange(messages);
     }
 
     fn tell(&self, task: Task, what: &[u32], note: impl FnOnce(&mut Traffic, u64)) {
@@ -142,7 +142,7 @@ impl SharedBackend {
         task.put(&mut message);
         message.extend(what);
         self.member.note(|t| note(t, self.member.bytes_to_all(&message)));
-        self.member.peers.broadcast(message);
+        self.member.communicator.broadcast(message);
     }
 
     /// Sends others what they lack of the model.
@@ -175,7 +175,7 @@ impl SharedBackend {
             source: &source,
             model,
             optimiser,
-            sought: None,
+            detected: None,
             alignment: &alignment,
         };
         let mut bytes = Vec::new();
@@ -185,20 +185,20 @@ impl SharedBackend {
 
     /// The rays of each process, as messages.
     fn rays<'a>(&'a self, rays: &'a [Ray<f32>]) -> impl Fn(usize) -> Vec<u32> + 'a {
-        let (peers, n) = (self.member.peers.count(), rays.len());
+        let (communicator, n) = (self.member.communicator.count(), rays.len());
         move |rank| {
             let mut message = Vec::new();
-            put_all(&rays[rays_of(n, rank, peers)], &mut message);
+            put_all(&rays[rays_of(n, rank, communicator)], &mut message);
             message
         }
     }
 
     /// The parts of a batch, as messages.
     fn parts<'a>(&'a self, batch: &'a Batch) -> impl Fn(usize) -> Vec<u32> + 'a {
-        let (peers, n) = (self.member.peers.count(), batch.rays.len());
+        let (communicator, n) = (self.member.communicator.count(), batch.rays.len());
         move |rank| {
             let mut message = Vec::new();
-            range_of(batch, rays_of(n, rank, peers)).put(&mut message);
+            range_of(batch, rays_of(n, rank, communicator)).put(&mut message);
             message
         }
     }
@@ -245,7 +245,7 @@ fn without_field(model: &Model, optimiser: &Optimiser) -> (Model, Optimiser) {
 impl Drop for SharedBackend {
     fn drop(&mut self) {
         if !std::thread::panicking() {
-            let mut sent = self.lead.sent.lock().unwrap_or_else(|e| e.into_inner());
+            let mut sent = self.root.sent.lock().unwrap_or_else(|e| e.into_inner());
             *sent = *sent + self.traffic();
         }
     }

@@ -12,7 +12,7 @@ use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
 use refraxel_train::options::Switch;
 use refraxel_train::plan::finest_domain;
-use refraxel_train::recipe::has_masks;
+use refraxel_train::refraction_search::has_masks;
 use serde::Serialize;
 
 /// Photographs that are decoded to find the box; training uses as many.
@@ -34,7 +34,7 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let mut data = Dataset::open(args.path(), &open_options(&args.reading)).map_err(data_failure)?;
     reduce(&mut data, args.training.downscale.map(u32::from), args.path(), show)?;
     let (region, surface) = content(&data, show)?;
-    let options = options_of(&args.training, &data, &region, show)?;
+    let options = options_of(&args.training, &data, &region)?;
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
     let finest = finest_domain(&options, &region, &views, || surface);
     let report = Report {
@@ -47,7 +47,7 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
 }
 
 /// The options with which training would begin.
-fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region, show: Show) -> Result<Options, Failure> {
+fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region) -> Result<Options, Failure> {
     let mut usual = Options::suited_to(region.unbounded);
     let is_told = args.index_from.is_some() || has_masks(data);
     usual.refraction.bend = if is_told { Switch::On } else { Switch::Off };
@@ -55,7 +55,7 @@ fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region, show: Show) 
         known_index::suit(&mut usual, file);
         known_index::held(&mut usual);
     }
-    let mut options = options::changed(usual, args.config.as_deref(), &args.settings, show)?;
+    let mut options = options::changed(usual, args.config.as_deref(), &args.settings)?;
     options::bend(args.refraction, &mut options);
     options.checked().or_exit(Exit::Usage)
 }

@@ -5,7 +5,7 @@ use crate::exit::{Exit, Failure};
 use anyhow::anyhow;
 use refraxel_core::Camera;
 use refraxel_data::{Dataset, Mask};
-use refraxel_train::scout::Hints;
+use refraxel_train::detection::Hints;
 use std::path::Path;
 use std::sync::Arc;
 

@@ -245,8 +245,8 @@ mod tests {
         Camera::look_at(eye, vec3(0.1, 0.2, 0.3), vec3(0.0, 0.0, 1.0), 0.7, [60, 40])
     }
 
-    fn named(eyes: &[Vec3<f64>]) -> Vec<NamedCamera> {
-        eyes.iter().map(|&eye| NamedCamera { name: String::new(), camera: camera(eye) }).collect()
+    fn named(viewer: &[Vec3<f64>]) -> Vec<NamedCamera> {
+        viewer.iter().map(|&eye| NamedCamera { name: String::new(), camera: camera(eye) }).collect()
     }
 
     fn is_near(a: &Camera, b: &Camera, least: f64) -> bool {

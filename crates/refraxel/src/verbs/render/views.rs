@@ -6,7 +6,7 @@ use super::folder::RenderFolder;
 use super::refractive::{INDEX_STEPS, Refractive};
 use crate::cli::Layer;
 use crate::colour_map::ColourMap;
-use crate::device::Eyes;
+use crate::device::ModelViewer;
 use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
@@ -57,16 +57,16 @@ struct Seen<'a> {
 /// What renders the cameras of a run.
 #[derive(Clone, Copy)]
 struct View<'a> {
-    eyes: &'a Eyes,
+    viewer: &'a ModelViewer,
     backend: &'a CpuBackend,
     marching: &'a Marching,
 }
 
 impl View<'_> {
     fn of(&self, camera: &Camera, light: Light) -> Result<Rendering, Failure> {
-        let Self { eyes, backend, marching } = self;
+        let Self { viewer, backend, marching } = self;
         let seen = render_by(*backend, camera, &cancel(), |rays| {
-            light.of(rays, |rays, layers| eyes.render(backend, rays, marching, layers))
+            light.of(rays, |rays, layers| viewer.render(backend, rays, marching, layers))
         });
         seen.map_err(stopped)
     }
@@ -150,8 +150,8 @@ fn see_all(
 ) -> Result<(), Failure> {
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
-    let eyes = Eyes::open(views.device, &run.backend, &marching, show)?;
-    let view = View { eyes: &eyes, backend: &run.backend, marching: &marching };
+    let viewer = ModelViewer::open(views.device, &run.backend, &marching, show)?;
+    let view = View { viewer: &viewer, backend: &run.backend, marching: &marching };
     let (refraction, domain) = (run.backend.medium(), run.backend.domain());
     let with_index = views.layers.iter().any(|&l| is_refractive(l));
     let index_range = index_range(refraction);

@@ -1,14 +1,15 @@
 //! The live page of a training: what it is told, and what it may ask.
 
+use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::interrupted;
 use crate::viewer::{Orders, Painter, Scene, Server, Wish};
-use refraxel_train::backend::Backend;
 use refraxel_train::events::Event;
 use refraxel_train::session::{Handle, Session};
 use serde_json::{Value, json};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
@@ -71,7 +72,7 @@ impl Wishes {
 
 impl Viewing {
     /// Opens the page on a server that listens already, and says where.
-    pub fn start<B: Backend>(server: Server, name: String, session: &Session<B>, show: Show) -> Self {
+    pub fn start(server: Server, name: String, session: &Session, show: Show) -> Self {
         let (handle, wishes) = (session.handle(), Arc::new(Wishes::default()));
         let scene = Scene::new(name, session.snapshot(), Some(session.data()));
         let photographs = Arc::clone(scene.photographs());
@@ -158,7 +159,7 @@ impl Viewing {
     }
 
     /// The training has ended: its last state is shown until the program ends.
-    pub fn end<B: Backend>(self, session: &Session<B>) {
+    pub fn end(self, session: &Session) {
         self.wishes.ended.store(true, Ordering::SeqCst);
         if self.orders.has_pages() && !interrupted() {
             drop(self.orders.renew(session.snapshot())); // nobody waits for it
@@ -175,8 +176,9 @@ fn state(paused: bool, text: &str) -> Value {
 }
 
 /// A server for the page, where one is asked for; before any work is done.
-pub fn bind(port: Option<u16>) -> Result<Option<Server>, Failure> {
-    port.map(Server::bind).transpose().or_exit(Exit::Io)
+pub fn bind(port: Option<u16>, run: &Path) -> Result<Option<Server>, Failure> {
+    let server = port.map(Server::bind).transpose().or_exit(Exit::Io)?;
+    Ok(server.map(|server| server.with_evidence(run.join(EVIDENCE))))
 }
 
 /// Shows the run as it is, again and again while somebody looks.

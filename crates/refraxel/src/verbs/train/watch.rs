@@ -12,7 +12,7 @@ const THOUSAND: u64 = 1000;
 const MOST_SECONDS: f64 = 1e9;
 
 /// Shows what a session tells.
-pub struct Watch {
+pub struct ProgressDisplay {
     show: Show,
     /// The photographs, then the training.
     progress: Option<Progress>,
@@ -22,7 +22,7 @@ pub struct Watch {
     note: String,
 }
 
-impl Watch {
+impl ProgressDisplay {
     pub fn new(show: Show) -> Self {
         Self { show, progress: None, steps: None, done: 0, note: String::new() }
     }

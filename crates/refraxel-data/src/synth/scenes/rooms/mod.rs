@@ -11,7 +11,8 @@ mod things;
 
 use super::surroundings::{GROUND, Setting};
 use super::{Entry, GLASS, SceneInfo, SceneOptions, WATER, chosen, info};
-use crate::synth::cameras::{Elevations, Viewpoints};
+use crate::synth::cameras::Viewpoints;
+use crate::synth::elevations::Elevations;
 use crate::synth::error::SynthError;
 use crate::synth::scene::{Body, Environment, Scene};
 use decor::Decor;

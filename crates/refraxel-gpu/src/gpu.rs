@@ -1,0 +1,64 @@
+//! An adapter that was opened, with the kernels that were compiled for it.
+
+use crate::adapters::Adapter;
+use crate::device::{Device, Traffic};
+use crate::error::GpuError;
+use crate::kernels::Kernels;
+use crate::shape::Shape;
+use refraxel_train::device::DeviceChoice;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// An adapter that was opened. Shared by the backends that use it.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub(crate) device: Device,
+    /// Kernels that were compiled, by what they were compiled for.
+    kernels: Arc<Mutex<Vec<Arc<Kernels>>>>,
+}
+
+impl Gpu {
+    /// Open the adapter that is meant; `None` where that is the CPU.
+    pub fn open(choice: DeviceChoice) -> Result<Option<Self>, GpuError> {
+        let device = Device::open(choice)?;
+        Ok(device.map(|device| Self { device, kernels: Arc::default() }))
+    }
+
+    /// What was opened.
+    pub fn adapter(&self) -> &Adapter {
+        self.device.adapter()
+    }
+
+    /// The same device with smaller bindings, so that small scenes are split as large ones are on other devices.
+    #[must_use]
+    pub fn with_binding_limit(self, bytes: u64) -> Self {
+        Self { device: self.device.with_binding_limit(bytes), ..self }
+    }
+
+    /// The same device with another number of segments per dispatch, at least 1: more than a software adapter takes, or as few as
+    /// it does.
+    #[must_use]
+    pub fn with_replay(self, segments: usize) -> Self {
+        Self { device: self.device.with_replay(segments), ..self }
+    }
+
+    /// The first thing that went wrong, after which nothing can be relied on.
+    pub fn fault(&self) -> Option<GpuError> {
+        self.device.fault()
+    }
+
+    /// What has travelled between host and device so far.
+    pub fn traffic(&self) -> Traffic {
+        self.device.traffic()
+    }
+
+    /// The kernels of a shape.
+    pub(crate) fn kernels(&self, shape: Shape) -> Result<Arc<Kernels>, GpuError> {
+        let mut known = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernels) = known.iter().find(|k| k.shape == shape) {
+            return Ok(Arc::clone(kernels));
+        }
+        let kernels = Arc::new(Kernels::new(&self.device, shape)?);
+        known.push(Arc::clone(&kernels));
+        Ok(kernels)
+    }
+}

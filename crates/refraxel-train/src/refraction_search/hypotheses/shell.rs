@@ -1,0 +1,42 @@
+//! A closed shell: a body of one index with a wall and air in it.
+
+use super::proposal::{Body, INDEX, Proposal, WALL};
+use crate::evidence::Unknown;
+use crate::model::RegionState;
+use crate::options::Options;
+use crate::refraction_search::region::Region;
+use crate::refraction_search::shapes::{ShapeBody, Substance, shell};
+use crate::verdict::Hypothesis;
+
+/// Unknowns: the index, and the thickness of the wall [depth of the body].
+pub(super) const SHELL: Proposal = Proposal {
+    kind: Hypothesis::Shell,
+    is_dear: false,
+    is_sharp: true,
+    unknowns: |_| unknowns(),
+    bodies,
+    learning: bodies,
+};
+
+fn unknowns() -> Vec<Unknown> {
+    // A thicker wall and a lower index look much alike: the search goes down a valley between them.
+    let (index, wall) = (vec![0.06, 0.03, 0.015, 0.01], vec![0.03, 0.02, 0.01, 0.01]);
+    let walls = vec![0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
+    vec![
+        Unknown { name: INDEX, first: vec![1.33, 1.5, 1.7], fine: index, range: [1.0, 4.0] },
+        Unknown { name: WALL, first: walls, fine: wall, range: [0.02, 0.7] },
+    ]
+}
+
+/// Glass, and the air that rules in it.
+fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
+    let Some(surface) = &region.surface else { return Vec::new() };
+    let body = |b: ShapeBody| {
+        let air = RegionState { fixed_index: true, ..RegionState::default() };
+        let is_air = b.substance == Substance::Air;
+        if is_air { Body::given(b.surface, 1.0, air) } else { Body::searched(b.surface, at[0]) }
+    };
+    let shell = shell(surface, at[1] * region.depth());
+    let solid = || vec![ShapeBody::new(surface.clone(), Substance::Glass)];
+    shell.unwrap_or_else(solid).into_iter().map(body).collect()
+}

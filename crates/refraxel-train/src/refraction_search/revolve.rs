@@ -1,0 +1,138 @@
+//! Bodies of revolution that outlines leave open: what is seen through them tells.
+
+use super::hypotheses::{Body, SOLID};
+use super::look::{CONVINCING, JUDGED, Look, Seen, Standing, is_better};
+use super::region::Region;
+use super::shapes::Frustum;
+use crate::cancel::Cancelled;
+use crate::events::{Observer, Task};
+use crate::evidence::{Detail, Scores, Unknown, first, mean, refined};
+use crate::silhouettes::Site;
+use refraxel_core::LevelSet;
+
+/// A body that may be one of revolution is one if more is seen through that, whatever it is made of; so is one with straight sides.
+pub(super) fn revolve(
+    at: &Standing,
+    region: &mut Region,
+    seen: &Seen,
+    observer: &mut Observer,
+) -> Result<(), Cancelled> {
+    let turned = region.revolved.take().map(|r| *r);
+    // Outlines that no mask shows are rough.
+    let is_found = at.known.sampler.traces_found() && region.round.is_none();
+    if turned.is_none() && !is_found {
+        return Ok(());
+    }
+    let score = |region: &Region, observer: &mut Observer| {
+        let mut look = Look::new(region, seen, at.known.options);
+        look.choose(at, &[&SOLID], observer)?;
+        Ok(at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned))
+    };
+    let mut best = score(region, observer)?;
+    if mean(&best) > CONVINCING {
+        return Ok(());
+    }
+    let straight = upright(at, region, seen, is_found, observer)?;
+    for other in turned.into_iter().chain(straight) {
+        let scores = score(&other, observer)?;
+        if is_better(&scores, &best) {
+            (*region, best) = (other, scores);
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of an upright body with straight sides, and its index. Outlines that were found hardly tell how wide it is and how it stands.
+fn of_upright(is_found: bool) -> [Unknown; 7] {
+    let unknown = |name, first: &[f32], fine: [f32; 3], range| Unknown {
+        name,
+        first: first.to_vec(),
+        fine: fine.to_vec(),
+        range,
+    };
+    let place = |name| unknown(name, &[0.0], [0.1, 0.05, 0.025], [-0.5, 0.5]);
+    let tilts: &[f32] = if is_found { &[-0.07, 0.0, 0.07] } else { &[0.0] };
+    let tilt = |name| unknown(name, tilts, [0.06, 0.03, 0.015], [-0.3, 0.3]);
+    let widths: &[f32] = if is_found { &[0.7, 0.8, 0.9, 1.0, 1.1] } else { &[0.9, 1.0] };
+    [
+        unknown("index", &[1.2, 1.33, 1.5, 1.7], [0.05, 0.03, 0.015], [1.05, 2.5]),
+        unknown("width", widths, [0.05, 0.025, 0.0125], [0.4, 1.3]),
+        unknown("slope", &[0.0, 0.12], [0.08, 0.04, 0.02], [-0.4, 0.4]),
+        tilt("tilt"),
+        tilt("tilt across"),
+        place("place"),
+        place("place across"),
+    ]
+}
+
+/// Of upright bodies with straight sides the one that scores most, with its index. `score` is told whether it is asked for a first look.
+fn scanned(
+    rough: &Frustum,
+    is_found: bool,
+    mut score: impl FnMut((&Frustum, f32), Detail, bool) -> Result<Scores, Cancelled>,
+) -> Result<(Frustum, f32), Cancelled> {
+    let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
+    let unknowns = of_upright(is_found);
+    let from = first(&unknowns, |v: &[f32], detail| score((&changed(v), v[0]), detail, true))?;
+    let best =
+        refined(&from, &unknowns, JUDGED, |v: &[f32], detail| score((&changed(v), v[0]), detail, false))?;
+    Ok((changed(&best.values), best.values[0]))
+}
+
+/// An upright body with straight sides through which most is seen.
+fn upright(
+    at: &Standing,
+    region: &Region,
+    seen: &Seen,
+    is_found: bool,
+    observer: &mut Observer,
+) -> Result<Option<Region>, Cancelled> {
+    let (Some(surface), Some(up)) = (&region.surface, region.up) else { return Ok(None) };
+    let Some(rough) = Frustum::of(surface, up) else { return Ok(None) };
+    let sketch = region.sketch();
+    let Site { bounds, resolution, .. } = sketch.as_ref().unwrap_or(region).site;
+    let mut tried = 0;
+    let (shape, _) = scanned(&rough, is_found, |(shape, index), detail, is_first| {
+        tried += 1;
+        observer.progress(Task::SearchingIndex, tried, tried)?;
+        let surface = LevelSet::from_samples(bounds, resolution, |x| shape.distance(x));
+        let views = seen.at(is_first);
+        Ok(at.predicted(views, detail, vec![Body::searched(surface, index)]).scores(views))
+    })?;
+    let (sunk, is_shared) = (region.sunk, region.is_shared);
+    let body = Region::body(region.site, |x| shape.distance(x));
+    Ok(Some(Region { axis: Some(shape.axis), up: Some(shape.axis.up), sunk, is_shared, ..body }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::tests::{CUBE, MARCHING, medium, photographed};
+    use crate::evidence::{Way, predict};
+    use refraxel_core::{Vec3, vec3};
+
+    #[test]
+    fn an_upright_body_is_found_from_one_that_is_too_wide_and_leans() {
+        let up = vec3(0.0, 0.0, 1.0);
+        let cylinder = |radius: f32, up: Vec3<f32>| {
+            let across = move |x: Vec3<f32>| (x - up * up.dot(x)).length() - radius;
+            LevelSet::from_samples(CUBE, [33; 3], |x| across(x).max(up.dot(x).abs() - 0.4))
+        };
+        let (backend, photographs) = photographed(medium(cylinder(0.3, up), 1.4), 1.15);
+        let leaning = vec3(0.06, -0.05, 1.0).normalized();
+        let rough = Frustum::of(&cylinder(0.36, leaning), leaning).unwrap();
+        let score = |(shape, index): (&Frustum, f32), detail: Detail, _: bool| {
+            let surface = LevelSet::from_samples(CUBE, [33; 3], |x| shape.distance(x));
+            let of = predict(&backend, &MARCHING, &photographs, detail, &medium(surface, index), Way::Bent);
+            Ok(of.scores(&photographs))
+        };
+        let before = mean(&score((&rough, 1.4), JUDGED, false).unwrap());
+        let (found, index) = scanned(&rough, false, score).unwrap();
+        let after = mean(&score((&found, index), JUDGED, false).unwrap());
+        assert!((index - 1.4).abs() < 0.02, "{index}");
+        let off =
+            [0.0, 0.2].map(|h| (found.distance(vec3(0.3, 0.0, h)), found.distance(vec3(0.0, -0.3, -h))));
+        assert!(off.iter().all(|(a, b)| a.abs() < 0.012 && b.abs() < 0.012), "{off:?} {found:?}");
+        assert!(before < 0.4 && after > 0.7, "{before} {after}");
+    }
+}

@@ -1,0 +1,148 @@
+use super::super::contour::tests::cover;
+use super::*;
+use crate::silhouettes::{Occluders, Silhouette};
+use refraxel_core::{Aabb, Camera, Extent, Lens, Ray};
+use refraxel_data::Mask;
+
+/// A ball.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Ball(pub Vec3<f64>, pub f64);
+
+impl Ball {
+    /// Arc length where a ray enters; infinite where it misses.
+    fn enter(&self, ray: &Ray<f64>) -> f64 {
+        let to = self.0 - ray.origin;
+        let along = to.dot(ray.direction);
+        let inside = self.1 * self.1 - (to.dot(to) - along * along);
+        if inside < 0.0 || along < 0.0 { f64::INFINITY } else { along - inside.sqrt() }
+    }
+}
+
+/// `count` cameras spread over a sphere of radius 4 around the origin.
+pub(in super::super) fn cameras(count: usize, size: u32) -> Vec<Camera> {
+    let eye = |i: usize| {
+        let z = 1.0 - 2.0 * (i as f64 + 0.5) / count as f64;
+        let (r, angle) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963);
+        vec3(r * angle.cos(), r * angle.sin(), z) * 4.0
+    };
+    (0..count)
+        .map(|i| Camera::look_at(eye(i), Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.69, [size, size]))
+        .collect()
+}
+
+/// Silhouettes of glass balls, cut by opaque balls in front of them.
+pub(in super::super) fn silhouettes(cameras: &[Camera], glass: &[Ball], opaque: &[Ball]) -> Vec<Silhouette> {
+    let first =
+        |balls: &[Ball], ray: &Ray<f64>| balls.iter().map(|b| b.enter(ray)).fold(f64::INFINITY, f64::min);
+    let view = |camera: &Camera| {
+        let size = [camera.width as usize, camera.height as usize];
+        let ray = |u, v| camera.ray(u, v).unwrap();
+        let coverage = cover(size, 6, |u, v| first(glass, &ray(u, v)) < first(opaque, &ray(u, v)));
+        let beyond =
+            |i: usize| first(opaque, &ray((i % size[0]) as f64 + 0.5, (i / size[0]) as f64 + 0.5)) as f32;
+        let look = |pixels: &[usize]| pixels.iter().map(|&i| beyond(i)).collect();
+        let mask = Mask { width: camera.width, height: camera.height, coverage };
+        Silhouette {
+            camera: *camera,
+            occluders: (!opaque.is_empty()).then(|| Occluders::new(&mask, 1, look)),
+            mask: mask.into(),
+        }
+    };
+    cameras.par_iter().map(view).collect()
+}
+
+fn domain(half: f32, nodes: u32) -> Domain<f32> {
+    Domain::with_longest(Aabb::new(Vec3::splat(-half), Vec3::splat(half)), Extent::Bounded, nodes)
+}
+
+/// Distances of the hull's nodes within `band` voxels of the ball's surface, minus the true ones [voxel].
+fn errors(hull: &Hull, ball: Ball, band: f64) -> Vec<f64> {
+    let (n, voxel) = (hull.domain.resolution.map(|n| n as usize), f64::from(hull.domain.voxel()));
+    let nodes = (0..hull.distance.len()).filter_map(|i| {
+        let x = hull.domain.position(node_of(i % n[0], i / n[0], n)).cast::<f64>();
+        let truth = ((x - ball.0).length() - ball.1) / voxel;
+        (truth.abs() < band).then(|| f64::from(hull.distance[i]) / voxel - truth)
+    });
+    nodes.collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+const BALL: Ball = Ball(vec3(0.03, -0.04, 0.05), 0.5);
+
+fn ball_hull(share: f32) -> Hull {
+    let outlines = Outlines::new(&silhouettes(&cameras(60, 80), &[BALL], &[]));
+    outlines.hull(&domain(0.62, 41), &Vote { share, ..Vote::default() })
+}
+
+#[test]
+fn distance_and_volume_of_a_ball_have_no_bias_when_all_views_must_agree() {
+    let hull = ball_hull(1.0);
+    let e = errors(&hull, BALL, 2.0);
+    let worst = e.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+    assert!(mean(&e).abs() < 0.02 && worst < 0.15, "mean {}, worst {worst}", mean(&e));
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * BALL.1.powi(3);
+    assert!((hull.volume() / volume - 1.0).abs() < 0.005, "{}", hull.volume() / volume);
+}
+
+#[test]
+fn overruling_one_view_in_twenty_grows_a_ball_by_less_than_a_tenth_of_a_voxel() {
+    let hull = ball_hull(0.95);
+    let e = mean(&errors(&hull, BALL, 2.0));
+    assert!(e < 0.0 && e > -0.1, "{e}");
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * BALL.1.powi(3);
+    assert!((1.0..1.015).contains(&(hull.volume() / volume)));
+}
+
+#[test]
+fn views_behind_something_opaque_abstain() {
+    // A third of all views see only part of the glass.
+    let opaque = [Ball(vec3(1.1, 0.2, 0.1), 0.45), Ball(vec3(-0.6, -0.9, 0.2), 0.4)];
+    let mut views = silhouettes(&cameras(60, 80), &[BALL], &opaque);
+    let iou = |views: &[Silhouette]| {
+        let hull = Outlines::new(views).hull(&domain(0.62, 31), &Vote::default());
+        let truth = |i: usize| {
+            let x = hull.domain.position(node_of(i % 31, i / 31, [31; 3])).cast::<f64>();
+            (x - BALL.0).length() < BALL.1
+        };
+        let count = |f: &dyn Fn(bool, bool) -> bool| {
+            (0..hull.fraction.len()).filter(|&i| f(truth(i), hull.fraction[i] >= 0.5)).count() as f64
+        };
+        count(&|a, b| a && b) / count(&|a, b| a || b)
+    };
+    let with = iou(&views);
+    views.iter_mut().for_each(|v| v.occluders = None);
+    let without = iou(&views);
+    assert!(with > 0.96 && without < 0.8, "{with} {without}");
+}
+
+#[test]
+fn places_that_few_views_see_are_outside() {
+    let outlines = Outlines::new(&silhouettes(&cameras(2, 40), &[BALL], &[]));
+    let hull = outlines.hull(&domain(0.62, 11), &Vote::default());
+    assert!(hull.fraction.iter().all(|&f| f == 0.0) && hull.distance.iter().all(|&d| d > 1.0));
+}
+
+#[test]
+fn a_general_lens_carves_what_a_pinhole_carves() {
+    let pinhole = cameras(30, 60);
+    let mut other = pinhole.clone();
+    other.iter_mut().for_each(|c| c.lens = Lens::OpenCv { k: [1e-9, 0.0, 0.0, 0.0], p: [0.0; 2] });
+    let [a, b] = [pinhole, other]
+        .map(|c| Outlines::new(&silhouettes(&c, &[BALL], &[])).hull(&domain(0.62, 21), &Vote::default()));
+    // A pinhole measures the footprint of a pixel along its axis, a general lens along the ray.
+    assert!(a.fraction.iter().zip(&b.fraction).filter(|(a, b)| (*a - *b).abs() > 0.05).count() < 10);
+}
+
+#[test]
+fn thinned_maps_carve_the_same() {
+    let views = silhouettes(&cameras(16, 240), &[BALL], &[]);
+    let [a, b] =
+        [240, 80].map(|size| Outlines::with_maps(&views, size).hull(&domain(0.62, 21), &Vote::default()));
+    let voxel = a.domain.voxel();
+    let near = a.distance.iter().zip(&b.distance).filter(|(a, _)| a.abs() < 2.0 * voxel);
+    let worst = near.fold(0.0, |m: f32, (a, b)| m.max((a - b).abs()));
+    assert!(worst < 0.1 * voxel && (a.volume() / b.volume() - 1.0).abs() < 0.005, "{worst}");
+}

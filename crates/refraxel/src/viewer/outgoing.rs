@@ -1,0 +1,55 @@
+//! The way of messages to a page.
+
+use std::net::{Shutdown, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::Sender;
+
+/// What may wait to be sent to a page [byte]; a page that takes less than it asks for is closed.
+const MOST_WAITING: usize = 32 << 20;
+
+/// What is sent to a page.
+#[derive(Clone, Debug)]
+pub enum Outgoing {
+    /// JSON text.
+    Text(String),
+    /// A picture.
+    Picture(Vec<u8>),
+    /// The answer to a ping.
+    Pong(Vec<u8>),
+}
+
+impl Outgoing {
+    /// Its size [byte], about.
+    pub fn size(&self) -> usize {
+        64 + match self {
+            Self::Text(text) => text.len(),
+            Self::Picture(bytes) | Self::Pong(bytes) => bytes.len(),
+        }
+    }
+}
+
+/// The way to a page, for any thread.
+#[derive(Clone, Debug)]
+pub struct Out {
+    sender: Sender<Outgoing>,
+    /// What waits in it [byte].
+    waiting: Arc<AtomicUsize>,
+    stream: Arc<TcpStream>,
+}
+
+impl Out {
+    /// The way by a channel whose other end writes to the stream; whoever does so takes off from what is `waiting`.
+    pub fn new(sender: Sender<Outgoing>, waiting: Arc<AtomicUsize>, stream: TcpStream) -> Self {
+        Self { sender, waiting, stream: Arc::new(stream) }
+    }
+
+    /// Sends something, if the page is there and takes what it gets.
+    pub fn send(&self, outgoing: Outgoing) {
+        let size = outgoing.size();
+        let fits = self.waiting.fetch_add(size, Ordering::SeqCst) + size <= MOST_WAITING;
+        if !fits || self.sender.send(outgoing).is_err() {
+            let _ = self.stream.shutdown(Shutdown::Both); // ends reader and writer
+        }
+    }
+}
