@@ -72,7 +72,7 @@ fn a_training_that_is_killed_and_interrupted_loses_nothing_and_ends_with_the_sam
             None => run.join(LOCK).exists(),
             Some(_) => (saved(&run) >= until && saved(&run) > before) || child.has_ended(),
         });
-        if signal == "KILL" {
+        if signal == "KILL" || child.has_ended() {
             child.kill();
         } else {
             send(&child, &[signal]);
