@@ -2,22 +2,31 @@
 //! are filtered once they are shaded. On the way back, dLoss/dcolour passes the filters and leaves dLoss/dthickness.
 
 use super::mirrored::MirroredSample;
-use super::path_adjoint::SegmentSums;
+use super::packet::{Absorbed, Packet};
 use super::record::Record;
 use super::sample::{MarchedSegment, RaySamples, Sample};
 use super::tape::Tape;
 use crate::backend::AbsorptionObjective;
 use crate::descent;
 use crate::model::{IndexMoments, Refraction};
-use refraxel_core::radiance::{Absorption, AbsorptionAdjoint, Filter, Filtered, SegmentAdjoint};
+use refraxel_core::radiance::{AbsorptionAdjoint, Filter, Filtered, SegmentAdjoint};
 use refraxel_core::{Medium, Path};
 
-/// The filtered colours of samples, in their order. Memory of one thread.
-#[derive(Default)]
-pub(super) struct Absorbed {
-    /// Of the ray at hand.
-    along: Absorption<f32>,
-    filtered: Vec<Filtered<f32>>,
+/// The stage of absorption: filters the colours of all bent rays.
+pub(super) fn absorb(medium: &Medium<f32>, packet: &mut Packet) {
+    let Packet { seen, rays, paths, mirrored, absorbed, .. } = packet;
+    absorbed.clear();
+    let (mut first, mut first_mirrored) = (0, 0);
+    for (ray, path) in rays.iter_mut().zip(paths) {
+        if ray.bent {
+            absorbed.skip_to(first);
+            let (samples, segments) = (&mut seen.samples[first..ray.samples], &seen.segments[..]);
+            let shaded =
+                ShadedRay { samples, segments, mirrored: &mut mirrored[first_mirrored..ray.mirrored] };
+            ray.through = absorbed.filter(medium, path, shaded);
+        }
+        (first, first_mirrored) = (ray.samples, ray.mirrored);
+    }
 }
 
 /// A bent ray whose samples and mirrored samples have their colours, and the marched segments of its packet.
@@ -79,14 +88,14 @@ pub(super) struct FilteredRay<'a> {
 #[derive(Default)]
 pub(super) struct LengthAdjoint {
     adjoint: AbsorptionAdjoint<f32>,
-    pub segments: SegmentSums,
+    pub segments: Vec<SegmentAdjoint<f32>>,
 }
 
 impl FilteredRay<'_> {
-    /// Turns dLoss/d(filtered colour) of the samples' `records` into that of the colour, theory (7.19). Adds what the
+    /// The way back of the stage: turns dLoss/d(filtered colour) of the samples' `records` into that of the colour, theory (7.19). Adds what the
     /// coefficients receive to those of the tape, and notes what the segments do, theory (7.20). Gives the number of segments
     /// that were left out since their derivative overflowed.
-    pub(super) fn ray_vjp(
+    pub(super) fn absorb_vjp(
         &self,
         records: &mut [Record],
         coefficients: &mut [[f64; 3]],

@@ -2,15 +2,15 @@
 
 use super::absorption;
 use super::caches::{clearcoat_gradient, mirror_gradients};
-use super::compare::BatchLoss;
+use super::composite::BatchLoss;
 use super::index::{self, Learned};
 use super::layout::{LANES, Layout};
-use super::march::refresh;
+use super::marcher::refresh;
 use super::order::best_order;
+use super::passes::{learn_chunk, weigh_chunk};
 use super::render::{CHUNK, Renderer, with_blocks};
 use super::scene::Scene;
 use super::tape::{BUCKET_VOXELS, Tape, buckets};
-use super::trace::{learn_chunk, weigh_chunk};
 use super::update::{
     BucketGradient, BucketParameters, GradientPool, SYNC_WORDS, VoxelFieldView, accumulate, descend,
 };

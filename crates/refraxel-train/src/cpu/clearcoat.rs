@@ -65,7 +65,7 @@ impl OpaqueSurface<'_> {
     }
 
     /// The way back to the samples of a ray in direction `d`: dLoss/d(their weights), and records of their density gradients.
-    pub(super) fn look_back(
+    pub(super) fn mirrored_vjp(
         &self,
         d: Vec3<f32>,
         mirrored: &MirroredSample,

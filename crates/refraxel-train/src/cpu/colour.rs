@@ -1,14 +1,37 @@
-//! SIMD kernels over the channels of a voxel: gather, its adjoints, scatter.
+//! The colours of samples: SIMD kernels over the channels of a voxel, gather, its adjoints, scatter.
 //!
 //! Interpolation is linear per lane of a voxel (`layout`), so all work is over whole vectors and a colour is separated only
 //! by a mask at the end. Loops are written out: a closure handed to a generic function (`map`, `from_fn`) is compiled
 //! without the vector features of its caller.
 
-use super::layout::{Coloured, Lanes, Layout, Voxel};
+use super::layout::{Coloured, Lanes, Layout, Voxel, voxels};
 use super::prefetch::prefetch;
+use super::sample::Samples;
+use super::scene::Scene;
 use super::tape::BUCKET_VOXELS;
 use fearless_simd::{f32x16, prelude::*};
+use fearless_simd_macros::simd;
 use refraxel_core::Vec3;
+
+/// Samples between prefetch and use.
+const AHEAD: usize = 4;
+
+/// The third stage: gives all samples their colours.
+#[simd]
+pub(super) fn shade<S: Simd, const BLOCKS: usize>(simd: S, scene: &Scene, seen: &mut Samples) {
+    let (colour, Samples { samples, segments }) = (voxels::<BLOCKS>(&scene.field.colour), seen);
+    for s in samples.iter().take(AHEAD) {
+        prefetch_corners(colour, &s.corners);
+    }
+    for k in 0..samples.len() {
+        if let Some(next) = samples.get(k + AHEAD) {
+            prefetch_corners(colour, &next.corners);
+        }
+        let s = &mut samples[k];
+        let coloured = scene.layout.with(&segments[s.segment as usize].basis);
+        s.colour = shade_sample::<S, BLOCKS>(simd, colour, &s.corners, &s.weights, coloured);
+    }
+}
 
 /// Where a sample lies: the voxels around it, their weights, and its position in the cell.
 #[derive(Clone, Copy)]
@@ -20,7 +43,7 @@ pub(super) struct SampleStencil<'a> {
 
 /// Fetch the voxels around a sample into the cache.
 #[inline(always)]
-pub(super) fn prefetch_corners<const BLOCKS: usize>(colour: &[Voxel<BLOCKS>], corners: &[u32; 8]) {
+fn prefetch_corners<const BLOCKS: usize>(colour: &[Voxel<BLOCKS>], corners: &[u32; 8]) {
     let lines = colour.as_flattened();
     for &v in corners {
         for b in 0..BLOCKS {
@@ -76,7 +99,7 @@ fn gather<S: Simd, const BLOCKS: usize>(
 
 /// Colour c = max(Σ_j Y_j k_j + ½, 0) at a sample, theory (3.7).
 #[inline(always)]
-pub(super) fn shade<S: Simd, const BLOCKS: usize>(
+fn shade_sample<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[Voxel<BLOCKS>],
     corners: &[u32; 8],
@@ -151,7 +174,7 @@ pub(super) fn scatter<S: Simd, const BLOCKS: usize>(
 
 /// Adjoints that a ray's own gradient needs: d_colour · ∂c/∂node; the lane-wise adjoint of the basis is added to `d_basis`.
 #[inline(always)]
-pub(super) fn shade_vjp<S: Simd, const BLOCKS: usize>(
+pub(super) fn shade_sample_vjp<S: Simd, const BLOCKS: usize>(
     simd: S,
     colour: &[Voxel<BLOCKS>],
     SampleStencil { corners, weights, fraction }: SampleStencil,

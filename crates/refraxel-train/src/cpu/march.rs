@@ -1,244 +1,94 @@
-//! Where a path meets matter: quadrature points in occupied cells, with their optical depths and transmittances.
-//!
-//! A path is marched segment by segment, theory (3.1); a straight ray is a path of one.
+//! Where paths meet matter, segment by segment, and on the way back what their segments receive from their samples.
 
-use super::node_map::{LANE, NodeMap, Places, stretch};
-use super::optics16::absorb;
-use super::prefetch::prefetch;
-use super::sample::Sample;
-use crate::backend::Marching;
-use fearless_simd::prelude::*;
-use rayon::prelude::*;
-use refraxel_core::grid::bricks::Entry;
-use refraxel_core::grid::{BRICK, Cell, trilinear};
-use refraxel_core::radiance::{GROUP, Segment};
-use refraxel_core::{Domain, Vec3, VoxelField};
+use super::colour::{SampleStencil, shade_sample_vjp};
+use super::layout::{LANES, MAX_BLOCKS, voxels};
+use super::packet::Packet;
+use super::record::Record;
+use super::sample::{MarchedSegment, RaySamples, Samples};
+use super::scene::Scene;
+use super::view::View;
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+use refraxel_core::grid::trilinear;
+use refraxel_core::radiance::{Segment, SegmentAdjoint};
 
-/// What marching needs to know of the field.
-#[derive(Clone, Copy)]
-pub(super) struct Marcher<'a> {
-    field: &'a VoxelField<f32>,
-    /// One bit per cell of each slot: may hold a sample above the cut-off.
-    occupied: &'a [u64],
-    nodes: NodeMap,
-    density_scale: f32,
-    voxel: f32,
+/// The second stage: the samples of all paths, without their colours. Without offsets, points lie in the middle of their steps.
+#[inline(always)]
+pub(super) fn march<S: Simd>(simd: S, view: &View, offsets: &[f32], packet: &mut Packet) {
+    let Packet { seen, rays, paths, .. } = packet;
+    seen.clear();
+    for ((i, ray), path) in rays.iter_mut().enumerate().zip(paths) {
+        let offset = offsets.get(i).copied().unwrap_or(0.5);
+        ray.left = march_path(simd, view, &path.segments, offset, seen);
+        ray.samples = seen.samples.len();
+    }
 }
 
-/// Where the march along a path stands.
-pub(super) struct MarchState {
-    /// Transmittance so far.
-    pub transmittance: f32,
-    /// Nothing behind this point can be seen.
-    pub opaque: bool,
-    /// Steps from the start of the next segment to its first point.
-    phase: f32,
-    /// Where the samples start that still await their optical depth.
-    first: usize,
-    /// Their lengths, times the density scale.
-    scale_length: [f32; GROUP],
-    /// Points of lower raw density are transparent.
-    theta_min: f32,
-    /// Step inside the box [scene unit].
-    step: f32,
-    /// The march ends below this transmittance.
-    min_transmittance: f32,
-}
-
-impl<'a> Marcher<'a> {
-    /// A marcher through a field of which only the `occupied` cells may hold matter.
-    pub(super) fn new(field: &'a VoxelField<f32>, occupied: &'a [u64]) -> Self {
-        let (density_scale, voxel) = (field.density_scale(), field.domain.voxel());
-        Self { field, occupied, nodes: NodeMap::new(field), density_scale, voxel }
-    }
-
-    /// The domain that clips segments.
-    pub(super) fn domain(&self) -> &'a Domain<f32> {
-        &self.field.domain
-    }
-
-    /// The front at the start of a path, whose samples will follow the `first` ones of a list; `offset` in steps.
-    #[inline(always)]
-    pub(super) fn start(&self, offset: f32, marching: &Marching, first: usize) -> MarchState {
-        MarchState {
-            transmittance: 1.0,
-            opaque: false,
-            phase: offset,
-            first,
-            scale_length: [0.0; GROUP],
-            theta_min: marching.theta_min(self.field),
-            step: marching.step * self.voxel,
-            min_transmittance: marching.min_transmittance,
-        }
-    }
-
-    /// Append the points of a segment of the path, the packet's marched segment `number`; true if there are any. They have
-    /// their optical depths after [`Self::finish`].
-    #[inline(always)]
-    pub(super) fn march<S: Simd>(
-        &self,
-        simd: S,
-        segment: &Segment<f32>,
-        number: u32,
-        front: &mut MarchState,
-        out: &mut Vec<Sample>,
-    ) -> bool {
-        let [t0, t1] = segment.range;
-        let per_t = segment.momentum.length().recip();
-        let step = front.step;
-        let nodes_per_step = self.nodes.fastest(segment.momentum) * step * per_t;
-        let density = &self.field.density[..];
-        let mut growth = self.nodes.growth(segment.at(t0));
-        let mut dt = step * growth * per_t;
-        let mut t = t0 + front.phase * dt;
-        let mut any = false;
-        while t <= t1 {
-            let needed = (((t1 - t) / dt) as usize + 1).min(GROUP);
-            let places = self.nodes.locate(simd, segment, t, dt);
-            let bricks_to_steps = BRICK as f32 / (nodes_per_step * stretch(growth));
-            let entries = self.entries(&places, needed);
-            let mut lane = 0;
-            while lane < needed {
-                match entries[lane & 15].slot() {
-                    Err(far) => lane += (((far - 1) as f32 * bricks_to_steps) as usize).max(1),
-                    Ok(slot) => {
-                        if let Some(point) = self.point(&places, lane & 15, slot) {
-                            let t = t + dt * LANE[lane & 15];
-                            let scale_length = self.density_scale * step * growth;
-                            any = true;
-                            front.push(Sample { segment: number, t, ..point }, density, scale_length, out);
-                            if out.len() - front.first == GROUP {
-                                self.finish(simd, front, out);
-                                if front.opaque {
-                                    return true;
-                                }
-                            }
-                        }
-                        lane += 1;
-                    }
-                }
+/// Appends the samples of one path, from the point `offset` steps along it on; the transmittance at its end.
+#[simd]
+pub(super) fn march_path<S: Simd>(
+    simd: S,
+    view: &View,
+    path: &[Segment<f32>],
+    offset: f32,
+    out: &mut Samples,
+) -> f32 {
+    let (scene, marcher) = (view.scene, &view.scene.marcher);
+    let mut front = marcher.start(offset, view.marching, out.samples.len());
+    let mut arc = 0.0;
+    for (place, segment) in path.iter().enumerate() {
+        let speed = segment.momentum.length();
+        if segment.range[0] < segment.range[1] {
+            let number = out.segments.len() as u32;
+            if marcher.march(simd, segment, number, &mut front, &mut out.samples) {
+                let unit = segment.momentum / speed;
+                let (basis, place) = (scene.layout.basis(unit), place as u32);
+                out.segments.push(MarchedSegment { segment: *segment, place, unit, speed, arc, basis });
             }
-            if self.nodes.contracted && needed == GROUP {
-                // The next group starts at a new step length, half a step in.
-                let end = t + dt * (GROUP as f32 - 0.5);
-                growth = self.nodes.growth(segment.at(end));
-                dt = step * growth * per_t;
-                t = end + 0.5 * dt;
-            } else {
-                t += dt * lane.max(needed) as f32;
-            }
-        }
-        front.phase = (t - t1) / dt;
-        any
-    }
-
-    /// About the first brick on a segment that holds matter: bricks of which the segment cuts no more than a corner may be
-    /// left out.
-    #[inline(always)]
-    pub(super) fn first_slot<S: Simd>(&self, simd: S, segment: &Segment<f32>) -> Option<u32> {
-        let [mut t, end] = segment.range;
-        let per_brick = BRICK as f32 / self.nodes.fastest(segment.momentum);
-        while t <= end {
-            let growth = self.nodes.growth(segment.at(t));
-            let dt = per_brick * growth;
-            let needed = (((end - t) / dt) as usize + 1).min(GROUP);
-            let places = self.nodes.locate(simd, segment, t, dt);
-            let steps_per_brick = stretch(growth).recip();
-            let mut lane = 0;
-            while lane < needed {
-                match self.field.map.entry(places.brick[lane & 15] as usize).slot() {
-                    Err(far) => lane += (((far - 1) as f32 * steps_per_brick) as usize).max(1),
-                    Ok(slot) if self.occupied[slot as usize] != 0 => return Some(slot),
-                    Ok(_) => lane += 1,
-                }
-            }
-            t += dt * lane.max(needed) as f32;
-        }
-        None
-    }
-
-    /// The point in a lane, which lies in a stored brick, unless its cell holds no matter.
-    #[inline(always)]
-    fn point(&self, places: &Places, lane: usize, slot: u32) -> Option<Sample> {
-        let cell = Cell { slot, local: places.local[lane] as u32 };
-        if self.occupied[slot as usize] >> (cell.local & 63) & 1 == 0 {
-            return None;
-        }
-        let [x, y, z] = &places.fraction;
-        let fraction = Vec3::new(x[lane], y[lane], z[lane]);
-        Some(Sample { corners: self.field.map.corners(cell), cell, fraction, ..Sample::BLANK })
-    }
-
-    /// What the grid holds at the first `needed` places; fetches ahead what their cells will need.
-    #[inline(always)]
-    fn entries(&self, places: &Places, needed: usize) -> [Entry; GROUP] {
-        let map = &self.field.map;
-        let mut entries = [map.entry(places.brick[0] as usize); GROUP];
-        for lane in 0..needed.min(GROUP) {
-            entries[lane] = map.entry(places.brick[lane] as usize);
-            if let Ok(slot) = entries[lane].slot() {
-                prefetch(map.forward_rows(), slot as usize);
-                prefetch(self.occupied, slot as usize);
-            }
-        }
-        entries
-    }
-
-    /// Give the points that await it their optical depths and keep those that matter.
-    #[inline(always)]
-    pub(super) fn finish<S: Simd>(&self, simd: S, front: &mut MarchState, out: &mut Vec<Sample>) {
-        let density = &self.field.density[..];
-        let mut theta = [0.0; GROUP];
-        for (s, theta) in out[front.first..].iter_mut().zip(&mut theta) {
-            s.weights = trilinear::weights(s.fraction);
-            for k in 0..8 {
-                *theta += s.weights[k] * density[s.corners[k] as usize];
-            }
-        }
-        let [tau, slope, alpha] = absorb(simd, &theta, &front.scale_length);
-        let mut kept = front.first;
-        for (i, from) in (front.first..out.len()).enumerate() {
-            if theta[i] < front.theta_min {
-                continue;
-            }
-            if kept != from {
-                out[kept] = out[from];
-            }
-            let s = &mut out[kept];
-            (s.tau, s.slope, s.alpha, s.before) = (tau[i], slope[i], alpha[i], front.transmittance);
-            kept += 1;
-            front.transmittance *= 1.0 - alpha[i];
-            if front.transmittance < front.min_transmittance {
-                front.opaque = true;
+            if front.opaque {
                 break;
             }
         }
-        out.truncate(kept);
-        front.first = kept;
+        arc += speed * segment.range[1];
     }
+    marcher.finish(simd, &mut front, &mut out.samples);
+    front.transmittance
 }
 
-/// Find out which cells may hold a sample of optical depth above the cut-off: those with a corner above it. One bit per cell,
-/// 64 per slot; the bits of the empty brick stay.
-pub(super) fn refresh(occupied: &mut [u64], field: &VoxelField<f32>, marching: &Marching) {
-    let theta_min = marching.theta_min(field);
-    occupied.par_iter_mut().enumerate().skip(1).for_each(|(slot, bits)| {
-        *bits = (0..64).fold(0, |bits, local| {
-            let corners = field.map.corners(Cell { slot: slot as u32, local });
-            let any = corners.iter().any(|&v| field.density[v as usize] > theta_min);
-            bits | u64::from(any) << local
-        });
-    });
-}
-
-impl MarchState {
-    /// Append a point.
-    #[inline(always)]
-    fn push(&mut self, point: Sample, density: &[f32], scale_length: f32, out: &mut Vec<Sample>) {
-        // A brick's plane of 4 × 4 densities is one cache line: two lines for most cells.
-        prefetch(density, point.corners[0] as usize);
-        prefetch(density, point.corners[7] as usize);
-        self.scale_length[(out.len() - self.first) & 15] = scale_length;
-        out.push(point);
+/// The way back of the second and the third stage: dLoss/d(start, momentum) of a path's segments, from the `records` of its samples.
+/// Segments before the first that counts are left out: no index moves them.
+#[inline(always)]
+pub(super) fn march_vjp<S: Simd, const BLOCKS: usize>(
+    simd: S,
+    scene: &Scene,
+    ray: RaySamples,
+    mut records: &[Record],
+    first: usize,
+    d_segments: &mut [SegmentAdjoint<f32>],
+) {
+    let colour = voxels::<BLOCKS>(&scene.field.colour);
+    for samples in ray.samples.chunk_by(|a, b| a.segment == b.segment) {
+        let (own, others) = records.split_at(samples.len());
+        records = others;
+        let on = ray.segment_of(&samples[0]);
+        if (on.place as usize) < first {
+            continue;
+        }
+        let (coloured, sum) = (scene.layout.with(&on.basis), &mut d_segments[on.place as usize]);
+        let mut d_basis = [[0.0; LANES]; MAX_BLOCKS];
+        for (s, r) in samples.iter().zip(own) {
+            let theta_at = s.corners.map(|v| scene.field.density[v as usize]);
+            let stencil = SampleStencil { corners: &s.corners, weights: &s.weights, fraction: s.fraction };
+            let d_node = shade_sample_vjp(simd, colour, stencil, coloured, r.d_colour, &mut d_basis);
+            let d_node = d_node + trilinear::gradient(s.fraction, &theta_at) * r.d_theta;
+            let d_x = scene.field.domain.node_vjp(on.segment.at(s.t), d_node);
+            // dLoss/dτ · dτ/d|p| with τ = σ dt |p|.
+            let d_tau = if s.slope > 0.0 { r.d_theta / s.slope } else { 0.0 };
+            sum.start += d_x;
+            sum.momentum += d_x * s.t + on.unit * (d_tau * s.tau / on.speed);
+        }
+        // All samples of a segment have one direction, and what it receives is linear in what they owe.
+        let d_unit = scene.layout.basis_vjp(on.unit, &d_basis);
+        sum.momentum += (d_unit - on.unit * on.unit.dot(d_unit)) / on.speed;
     }
 }

@@ -87,7 +87,7 @@ fn absorption_along_a_path_that_overflowed_teaches_nothing_and_is_counted() {
         let ray = FilteredRay { medium, path: &path, samples, filtered: &[], mirrored: &[], d_whole };
         let mut tape = Tape::default();
         tape.absorption.resize(1, [0.0; 3]);
-        tape.overflows = ray.ray_vjp(&mut [], &mut tape.absorption, &mut LengthAdjoint::default());
+        tape.overflows = ray.absorb_vjp(&mut [], &mut tape.absorption, &mut LengthAdjoint::default());
         (tape.absorption[0], overflows(&learning(), &[tape]))
     };
     let (usual, none) = of(1.0);

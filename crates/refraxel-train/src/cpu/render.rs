@@ -1,7 +1,7 @@
 //! Kernels are chosen for the machine and the size of a voxel, and rays are shared out to threads.
 
+use super::passes::render_chunk;
 use super::scene::Scene;
-use super::trace::render_chunk;
 use crate::backend::Marching;
 use fearless_simd::Level;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Everything that a ray can meet, ready for the kernels.
 
 use super::layout::Layout;
-use super::march::Marcher;
+use super::marcher::Marcher;
 use crate::model::{Model, Reflection, Refraction};
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, VoxelField};

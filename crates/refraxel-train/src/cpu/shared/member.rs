@@ -6,7 +6,7 @@ use crate::cancel::Cancel;
 use crate::communicator::wire::{Wire, Words, put_all};
 use crate::communicator::{Communicator, Traffic, part};
 use crate::cpu::backend::{BucketRange, CpuBackend, overflows, total};
-use crate::cpu::compare::BatchLoss;
+use crate::cpu::composite::BatchLoss;
 use crate::cpu::index::Learned;
 use crate::cpu::render::CHUNK;
 use crate::cpu::tape::{Tape, buckets};

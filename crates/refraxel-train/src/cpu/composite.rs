@@ -1,15 +1,31 @@
-//! Compare a ray with its target, and the sweep from the back of its samples.
+//! What a ray shows of its samples, its surfaces and the background; on the way back, the comparison with its target and the sweep
+//! from the back of its samples.
 
 use super::layout::Layout;
 use super::mirrored::{self, MirroredSample, Section, ShownAdjoint};
+use super::packet::PacketRay;
 use super::record::Record;
 use super::sample::RaySamples;
-use super::scene::Scene;
 use super::tape::Tape;
 use crate::backend::{Batch, Objective, PixelGradient};
 use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
-use refraxel_core::radiance::Filter;
+use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Ray, Vec3};
+
+/// The last stage: a ray over the background, theory (3.9), (7.5).
+#[inline(always)]
+pub(super) fn composite(
+    background: &Background<f32>,
+    ray: &PacketRay,
+    samples: RaySamples,
+    mirrored: &mut [MirroredSample],
+) -> Pixel<f32> {
+    let mut pixel = samples.composite(ray.left);
+    let behind = background.radiance(ray.exit.origin, ray.exit.direction);
+    let behind = ray.through.through(behind).colour;
+    pixel.colour = mirrored::shown(samples.samples, mirrored, &pixel, behind);
+    pixel
+}
 
 /// A range of a batch, and what is minimised.
 #[derive(Clone, Copy)]
@@ -22,16 +38,11 @@ pub(super) struct BatchLoss<'a> {
 
 /// A ray of a batch with what was found of it.
 pub(super) struct Compared<'a> {
-    pub batch: &'a Batch,
+    pub batch_loss: BatchLoss<'a>,
     /// Its number in the batch.
-    pub ray: usize,
+    pub number: usize,
+    pub found: &'a PacketRay,
     pub samples: RaySamples<'a>,
-    /// Transmittance at its end.
-    pub left: f32,
-    /// The ray that reaches the background.
-    pub exit: &'a Ray<f32>,
-    /// What absorbs light from the background.
-    pub through: &'a Filter<f32>,
     /// Weight of its squared error.
     pub weight: f32,
 }
@@ -53,29 +64,30 @@ pub(super) struct PixelAdjoint {
 }
 
 impl Compared<'_> {
-    /// Loss of the ray, its adjoint, and the gradient of the background. Where the adjoint is given, there is no target.
+    /// The way back of the last stage: loss of the ray, its adjoint, and the gradient of the background. Where the adjoint is given,
+    /// there is no target.
     #[inline(always)]
-    pub(super) fn with_target(
+    pub(super) fn composite_vjp(
         &self,
-        scene: &Scene,
-        batch_loss: BatchLoss,
+        background: &Background<f32>,
         mirrored: &mut [MirroredSample],
         tape: &mut Tape,
     ) -> PixelAdjoint {
-        let left = self.left;
+        let BatchLoss { batch, objective, asked } = self.batch_loss;
+        let PacketRay { left, exit, through, .. } = self.found;
+        let left = *left;
         let pixel = self.samples.composite(left);
-        let given = self.batch.behind.get(self.ray).copied();
-        let exit = self.exit;
-        let behind = given.unwrap_or_else(|| scene.background.radiance(exit.origin, exit.direction));
-        let filtered = self.through.through(behind);
+        let given = batch.behind.get(self.number).copied();
+        let behind = given.unwrap_or_else(|| background.radiance(exit.origin, exit.direction));
+        let filtered = through.through(behind);
         let behind = filtered.colour;
         let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
-        let asked = batch_loss.asked.map(|asked| asked[self.ray]);
+        let asked = asked.map(|asked| asked[self.number]);
         if let Some(asked) = asked {
             d_colour = asked.colour;
         } else {
-            let target = self.batch.target[self.ray];
+            let target = batch.target[self.number];
             for c in 0..3 {
                 let error = shown[c] - target[c];
                 squared_error += f64::from(error * error);
@@ -85,18 +97,18 @@ impl Compared<'_> {
         let d_exit = mirrored::look_back(self.samples.samples, mirrored, d_colour, &mut tape.lookups);
         let d_filter = filtered.vjp(d_exit);
         let (d_background, d_thickness) = (d_filter.colour, d_filter.thickness.map(|d| left * d));
-        if let (None, Background::Environment(map)) = (given, scene.background) {
+        if let (None, Background::Environment(map)) = (given, background) {
             let stencil = map.stencil(exit.direction);
             for k in 0..4 {
                 let w = left * stencil.weight[k];
                 tape.texels.push((stencil.index[k] as u32, d_background.map(|g| w * g)));
             }
         }
-        let opacity = batch_loss.objective.opacity;
+        let opacity = objective.opacity;
         let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
-        let sparsity = batch_loss.objective.sparsity;
+        let sparsity = objective.sparsity;
         PixelAdjoint {
             squared_error,
             shown,
@@ -107,30 +119,47 @@ impl Compared<'_> {
             sparsity,
         }
     }
-
-    /// dLoss/d(direction) of the exit ray through the background, tangential.
-    pub(super) fn background_vjp(&self, scene: &Scene, d: &PixelAdjoint) -> Vec3<f32> {
-        let Background::Environment(map) = scene.background else { return Vec3::zero() };
-        if !self.batch.behind.is_empty() {
-            return Vec3::zero();
-        }
-        let unit = self.exit.direction;
-        let free = map.radiance_vjp(unit, d.d_background.map(|g| g * d.last));
-        free - unit * unit.dot(free)
-    }
 }
 
 impl PixelAdjoint {
-    /// The sweep from the back of a section: one record per sample, from the last on, theory (3.10)–(3.13). The twin of
-    /// [`RaySamples::composite`].
+    /// dLoss/d(direction) of the exit ray through the background, tangential.
+    pub(super) fn background_vjp(
+        &self,
+        background: &Background<f32>,
+        batch: &Batch,
+        exit: &Ray<f32>,
+    ) -> Vec3<f32> {
+        let Background::Environment(map) = background else { return Vec3::zero() };
+        if !batch.behind.is_empty() {
+            return Vec3::zero();
+        }
+        let unit = exit.direction;
+        let free = map.radiance_vjp(unit, self.d_background.map(|g| g * self.last));
+        free - unit * unit.dot(free)
+    }
+
+    /// The sweep over all sections of a ray; its records come in the order of the samples.
     #[inline(always)]
-    pub(super) fn march_back(
+    pub(super) fn sweep(
         &self,
         layout: &Layout,
         samples: RaySamples,
-        section: &Section,
+        mirrored: &[MirroredSample],
         tape: &mut Tape,
     ) {
+        let first = tape.records.len();
+        let RaySamples { samples: all, segments } = samples;
+        for section in mirrored::sections(all.len(), mirrored, self.shown) {
+            let own = RaySamples { samples: &all[section.samples.clone()], segments };
+            self.sweep_section(layout, own, &section, tape);
+        }
+        tape.records[first..].reverse();
+    }
+
+    /// The sweep from the back of a section: one record per sample, from the last on, theory (3.10)–(3.13). The twin of
+    /// [`RaySamples::composite`].
+    #[inline(always)]
+    fn sweep_section(&self, layout: &Layout, samples: RaySamples, section: &Section, tape: &mut Tape) {
         let mut segment = u32::MAX;
         let (mut behind, d_colour_ray, mut d_weight_behind) = (section.behind, section.d_colour, 0.0);
         for s in samples.samples.iter().rev() {
