@@ -1,178 +1,34 @@
 //! What a machine offers to those who train, render and evaluate.
 //!
-//! A [`Backend`] takes a [`Model`], renders it, learns from batches of rays, and gives the model back. How parameters lie in
-//! its memory is its own affair. What many ask for and what is small stays on the host as a mirror image: the grid of the
-//! field without its values, the medium, and whether anything mirrors.
+//! A [`Backend`] takes a [`Model`](crate::model::Model), renders it, learns from batches of rays, and gives the model back. How
+//! parameters lie in its memory is its own affair. What many ask for and what is small stays on the host as a mirror image: the grid
+//! of the field without its values, the medium, and whether anything mirrors.
 
 pub mod conformance;
+mod contract;
 mod gradient;
+mod layers;
 mod marching;
 mod mask;
+mod mirroring;
 mod objective;
 mod outcome;
 mod ray_gradient;
+mod snapshot;
+mod step;
 
 pub use crate::rays::Batch;
+pub use contract::Backend;
 pub use gradient::{BatchGradient, MirrorGradient};
+pub use layers::Layers;
 pub use marching::Marching;
 pub use mask::BrickMask;
+pub use mirroring::{Caches, Mirroring};
 pub use objective::{
     AbsorptionObjective, BUCKET_SLOTS, IndexObjective, Objective, REFRESH, RULE, ReflectionObjective,
     TV_EPSILON,
 };
 pub use outcome::StepOutcome;
 pub use ray_gradient::{PixelGradient, RayGradient};
-
-use crate::cancel::{Cancel, Cancelled};
-use crate::model::{MirrorSource, Model, Optimiser, Reflection, Refraction};
-use crate::rays::Draw;
-use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
-use refraxel_core::{BrickMap, Domain, Ray};
-use std::any::Any;
-use std::borrow::Cow;
-
-/// Which parts of the light a rendering shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layers {
-    /// What a camera sees.
-    #[default]
-    All,
-    /// The same if surfaces mirrored light of another source.
-    Mirroring(MirrorSource),
-    /// The same if no surface mirrored anything, except by total reflection.
-    Transmitted,
-}
-
-/// Which radiance caches look at the field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Caches {
-    /// Those of refractive surfaces.
-    Reflection,
-    /// Those of the clearcoat of opaque things.
-    Clearcoat,
-}
-
-/// What a model mirrors, without the values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mirroring {
-    /// Where mirrored light comes from.
-    pub source: MirrorSource,
-    /// Refractive regions whose surfaces mirror.
-    pub regions: usize,
-    /// Opaque things have a clearcoat.
-    pub clearcoat: bool,
-}
-
-impl Mirroring {
-    /// What a model mirrors.
-    pub fn of(model: &Model) -> Self {
-        let Model { reflection, clearcoat, .. } = model;
-        Self { source: reflection.source, regions: reflection.mirrors.len(), clearcoat: clearcoat.is_some() }
-    }
-}
-
-/// A model and the state of its optimiser at one moment; borrowed where the backend's memory is the host's.
-#[derive(Clone, Debug)]
-pub struct Snapshot<'a> {
-    /// The parameters.
-    pub model: Cow<'a, Model>,
-    /// Moments and occupied cells.
-    pub optimiser: Cow<'a, Optimiser>,
-}
-
-/// A machine that renders a model and learns its parameters.
-///
-/// **Steps may lag.** [`submit`](Self::submit) may return before the step is done; [`outcomes`](Self::outcomes) tells later
-/// what came of it. All other methods behave as if every submitted step had been done.
-///
-/// **Failure.** After a step whose outcome is not finite, no step changes anything until the next [`load`](Self::load).
-///
-/// **Faults.** A device can be lost, or its memory exhausted. [`fault`](Self::fault) says so; all outcomes are not finite from
-/// then on, and what else the backend gives means nothing.
-pub trait Backend: Any + Send {
-    /// Why the machine cannot go on, and what to do; `None` while it can.
-    fn fault(&self) -> Option<String> {
-        None
-    }
-    /// Whether a [fault](Self::fault) is possible. Whoever trains there keeps copies of what would be lost.
-    fn may_fail(&self) -> bool {
-        false
-    }
-
-    /// Go on from this model: at the start, after a resumption, for a fork, or back from a failure. Without an optimiser's
-    /// state, moments start at zero and every stored cell may hold matter. Forgets outcomes that nobody asked for.
-    ///
-    /// # Panics
-    /// If the optimiser's state [does not fit](Optimiser::fits) the model.
-    fn load(&mut self, model: Model, optimiser: Option<Optimiser>);
-    /// The model and the optimiser's state as they are now. Ask for a [fault](Self::fault) afterwards: then it means nothing.
-    fn snapshot(&self) -> Snapshot<'_>;
-
-    /// Where the grid of the field lies, and its resolution.
-    fn domain(&self) -> &Domain<f32>;
-    /// Which bricks of the grid are stored.
-    fn map(&self) -> &BrickMap;
-    /// What bends the rays.
-    fn medium(&self) -> &Refraction;
-    /// What mirrors.
-    fn mirroring(&self) -> Mirroring;
-
-    /// Bend the rays otherwise; the moments of the index start at zero.
-    fn set_medium(&mut self, medium: Refraction);
-    /// Mirror otherwise; the moments of mirrors start at zero.
-    fn set_reflection(&mut self, reflection: Reflection);
-    /// Give opaque things a clearcoat; its moments start at zero.
-    fn set_clearcoat(&mut self, clearcoat: Clearcoat<f32>);
-    /// Set the raw density of the voxels `inside`; their moments start at zero.
-    fn set_density(&mut self, value: f32, inside: &BrickMask);
-    /// Move the field to another domain over the same box and another set of bricks by interpolation; the moments of the
-    /// field start at zero, and every stored cell may hold matter.
-    fn resample(&mut self, domain: Domain<f32>, map: BrickMap);
-    /// Find out again which cells may hold matter at these cut-offs.
-    fn refresh_occupancy(&mut self, marching: &Marching);
-    /// Let radiance probes look at the field as it is, theory (7.9). When cancelled, nothing has changed.
-    fn bake(&mut self, caches: Caches, marching: &Marching, cancel: &Cancel) -> Result<(), Cancelled>;
-
-    /// Render rays over the background.
-    fn render(&self, rays: &[Ray<f32>], marching: &Marching, layers: Layers) -> Vec<Pixel<f32>>;
-    /// Begin a step: render a batch, compare, accumulate gradients, add priors, update the parameters. `step` counts from 0.
-    fn submit(&mut self, batch: &Batch, objective: &Objective, step: u64);
-    /// Begin a step on a batch that is yet to be drawn; false where there is no ray to draw, and no step has begun. A machine that draws
-    /// batches on its own finds that out later: the [outcome](StepOutcome::rays) tells it.
-    fn submit_drawn(&mut self, draw: &Draw<'_>, objective: &Objective, step: u64) -> bool {
-        let batch = draw.batch();
-        let is_any = !batch.rays.is_empty();
-        if is_any {
-            self.submit(&batch, objective, step);
-        }
-        is_any
-    }
-    /// Why the last batch came from the host although the machine draws batches on its own; `None` where there is nothing to say.
-    fn why_on_host(&self) -> Option<String> {
-        None
-    }
-    /// The outcomes of submitted steps that were not asked for yet and are known by now, in order; with `wait`, of all.
-    fn outcomes(&mut self, wait: bool) -> Vec<StepOutcome>;
-    /// The gradient of the batch's loss without total variation; changes nothing.
-    fn gradient(&self, batch: &Batch, objective: &Objective) -> BatchGradient;
-    /// The gradient of the batch's loss with respect to each of its rays; changes nothing.
-    fn ray_gradients(&self, batch: &Batch, objective: &Objective) -> Vec<RayGradient>;
-    /// Largest rendering weight T a that any of the rays gives to the samples around each voxel, theory (4.11).
-    fn peak_weights(
-        &self,
-        rays: &[Ray<f32>],
-        marching: &Marching,
-        cancel: &Cancel,
-    ) -> Result<Vec<f32>, Cancelled>;
-}
-
-/// The one outcome of a step that is waited for.
-///
-/// # Panics
-/// If the backend gives none or several: outcomes of earlier steps were not asked for.
-pub fn step(backend: &mut dyn Backend, batch: &Batch, objective: &Objective, step: u64) -> StepOutcome {
-    backend.submit(batch, objective, step);
-    let outcomes = backend.outcomes(true);
-    assert_eq!(outcomes.len(), 1, "one outcome per step");
-    outcomes[0]
-}
+pub use snapshot::Snapshot;
+pub use step::step;

@@ -1,6 +1,10 @@
 //! Throughput of a device other than the CPU, on the scene and the rays of the others.
 
-use super::{BenchOptions, MARCHING, best, coherent_batch, model, objective, random_batch};
+use super::objective::{MARCHING, objective};
+use super::options::BenchOptions;
+use super::rays::{coherent_batch, random_batch};
+use super::scene::model;
+use super::timing::best;
 use crate::backend::{Batch, Layers};
 use crate::model::Model;
 use crate::session::{BackendError, IntoBackend};

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use safetensors::tensor::{Metadata, TensorInfo};
 
-use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, MAX_HEADER, Version, header_crc};
-use super::{CheckpointError, SCHEMA, Tensor, TensorData, TensorFile};
+use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, MAX_HEADER, SCHEMA, Version, header_crc};
+use super::error::CheckpointError;
+use super::{Tensor, TensorData, TensorFile};
 
 impl TensorFile {
     /// Reads and verifies the checkpoint at `path`: layout, length, schema and every checksum.

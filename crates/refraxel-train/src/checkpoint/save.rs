@@ -4,8 +4,9 @@ use std::path::Path;
 
 use safetensors::tensor::{Metadata, TensorInfo};
 
-use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, header_crc};
-use super::{CheckpointError, SCHEMA, TensorFile, TensorView, WriteError, write_atomic};
+use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, SCHEMA, header_crc};
+use super::error::CheckpointError;
+use super::{TensorFile, TensorView, WriteError, write_atomic};
 
 /// Writes `header` and `tensors` to `path` atomically, straight from the caller's memory.
 ///

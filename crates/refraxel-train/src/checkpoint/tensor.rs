@@ -4,6 +4,9 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use safetensors::Dtype;
 
+#[cfg(target_endian = "big")]
+compile_error!("checkpoints are little-endian and are written straight from memory");
+
 /// Values of a tensor, last axis fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TensorData {

@@ -1,6 +1,6 @@
 //! Processes that are threads of one: for tests, and to count what would travel.
 
-use super::Communicator;
+use super::exchange::Communicator;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
 

@@ -4,12 +4,12 @@
 //! visual hull of the residuals. Which residual is large, and how many views must agree, is what [separates](separation) the
 //! pixels of the hull from those of everything else best. Where nothing refracts, no hull separates them.
 
+use super::Hints;
 use super::complete::completed;
 use super::evidence::{Evidence, outlines};
 use super::hull::{Carved, bodies};
 use super::refine::{Refining, Votes};
 use super::separation::{Separation, separation};
-use super::{Found, Hints};
 use crate::cancel::{Cancel, Cancelled};
 use crate::model::Gate;
 use crate::refraction_search::Ground;
@@ -35,6 +35,15 @@ const REFINED: (u32, f32) = (96, 1.2);
 const BOUNDS: [f32; 8] = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
 /// Of refined shapes that separate to this part as well as the best, the largest is taken.
 const NEARLY: f64 = 0.85;
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Where it is.
+    pub gate: Option<Gate>,
+    /// How well it separates what straight rays explain from what they do not, 0 to 1.
+    pub separation: f64,
+}
 
 /// Where and how a look is taken.
 pub(super) struct Looking<'a> {

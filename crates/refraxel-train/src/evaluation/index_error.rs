@@ -1,7 +1,9 @@
 //! How far a reconstructed refractive index is from a known one.
 
+use crate::model::Refraction;
 use rayon::prelude::*;
 use refraxel_core::{Vec3, vec3};
+use refraxel_data::Dataset;
 use refraxel_data::synth::IndexTruth;
 use serde::{Deserialize, Serialize};
 
@@ -107,6 +109,12 @@ fn add(truth: &IndexTruth, n: impl Fn(Vec3<f64>) -> f64, (x, step): (Vec3<f64>, 
     s.n += found;
     s.truth += expected;
     s.error += (found - expected).abs();
+}
+
+/// Errors of the index where the truth is known. Straight rays mean an index of 1 everywhere.
+pub fn index_errors(data: &Dataset, refraction: &Refraction) -> Option<IndexError> {
+    let truth = IndexTruth::from_scene_json(data.truth.as_ref()?)?;
+    Some(index_error(&truth, |x| refraction.index(x.cast()).into()))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What is inside of the masks of some photographs, as luminance on three rasters, with the rays of its pixels.
 
-use super::Detail;
+use super::detail::Detail;
 use crate::rays::{HALF, Picture, RaySampler, cells};
 use refraxel_core::Ray;
 use refraxel_core::structure::luminance;

@@ -1,7 +1,8 @@
 //! What a candidate should show: rays through it, and what their exit rays meet in the field of straight rays.
 
+use super::detail::Detail;
 use super::photographs::Cutting;
-use super::{Detail, Photographs, Scores};
+use super::{Photographs, Scores};
 use crate::backend::{Backend, Layers, Marching};
 use crate::model::Refraction;
 use rayon::prelude::*;

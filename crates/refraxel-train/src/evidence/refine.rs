@@ -4,10 +4,11 @@
 //! gradient: that of the comparison, of what exit rays meet in the field, and of the path by Snell's law. It is followed from coarse
 //! pictures and few nodes to fine ones. Outlines hold the surface where the score says nothing.
 
+use super::detail::Detail;
 use super::photographs::Cutting;
 use super::predict::{Predicted, Way, exit_of, rays_of};
 use super::scan::mean;
-use super::{Detail, Photographs, predict};
+use super::{Photographs, predict};
 use crate::backend::{Backend, Batch, Layers, Marching, RayGradient};
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancelled;

@@ -1,6 +1,7 @@
 //! The unknown numbers of a candidate, by coordinate ascent of its score, from coarse pictures to fine ones.
 
-use super::{Detail, Scores};
+use super::Scores;
+use super::detail::Detail;
 use crate::cancel::Cancelled;
 use std::collections::HashMap;
 

@@ -1,7 +1,8 @@
 //! The picture that convinced: a photograph of a body beside what straight and bent rays should show there.
 
+use super::Photographs;
+use super::detail::Detail;
 use super::predict::{Way, behind};
-use super::{Detail, Photographs};
 use crate::backend::{Backend, Marching};
 use crate::metrics::quantize;
 use crate::model::Refraction;

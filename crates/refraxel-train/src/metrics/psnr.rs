@@ -1,4 +1,5 @@
-use super::{MetricsError, Rgb8, same_size};
+use super::error::MetricsError;
+use super::rgb8::{Rgb8, same_size};
 
 /// Fewest pixels of a region for which a masked PSNR is reported.
 const MIN_REGION: u64 = 64;

@@ -1,5 +1,13 @@
-use super::{MetricsError, PROTOCOL, Rgb8, masked_psnr, psnr, ssim};
+use super::error::MetricsError;
+use super::rgb8::Rgb8;
+use super::{masked_psnr, psnr, ssim};
 use serde::{Deserialize, Serialize};
+
+/// Names the protocol of every figure of this module; printed and stored next to the figures.
+///
+/// PSNR from the mean squared error of 8-bit values / 255, SSIM with an 11×11 Gaussian window of σ 1.5 over the places
+/// where the window fits, masked PSNR over the pixels of the mask only; each per image, then the mean over images.
+pub const PROTOCOL: &str = "srgb8-mean; ssim 11x11 gaussian 1.5 valid";
 
 /// Scores of one image. In JSON an infinite PSNR (equal images) is `null` and a missing score is absent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,7 @@
 //! Structural similarity, Wang et al. 2004, "Image quality assessment: from error visibility to structural similarity".
 
-use super::{MetricsError, Rgb8, same_size};
+use super::error::MetricsError;
+use super::rgb8::{Rgb8, same_size};
 
 /// Side of the window [pixel].
 const WINDOW: usize = 11;

@@ -1,6 +1,7 @@
 //! The state of the optimiser: moments, laid out like the parameters they belong to, and the occupied cells.
 
-use super::{Mirror, Model};
+use super::Mirror;
+use super::scene::Model;
 use refraxel_core::grid::EMPTY_SLOT;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{AlignedVec, Background, BrickMap, IndexGrid, VoxelField};

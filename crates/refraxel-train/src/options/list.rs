@@ -1,6 +1,7 @@
 //! The list of all options, for people and for programs.
 
-use super::{Allowed, Definition, Options, Section};
+use super::sections::Options;
+use super::{Allowed, Definition, Section};
 use serde::Serialize;
 use std::fmt::Write;
 

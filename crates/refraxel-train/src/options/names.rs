@@ -1,10 +1,25 @@
 //! From what a user calls an option to the option.
 
 use super::gone::GONE;
-use super::{Definition, OptionError, Options};
+use super::sections::Options;
+use super::{Definition, OptionError};
+
+impl Options {
+    /// Changes one option, as `--set KEY=TEXT` does. The key is a full name, or a key that only one section has.
+    pub fn set(&mut self, key: &str, text: &str) -> Result<(), OptionError> {
+        let option = find(key)?;
+        let name = option.name.split('.').next();
+        for section in self.sections_mut() {
+            if Some(section.name()) == name {
+                section.set(&option, text)?;
+            }
+        }
+        Ok(())
+    }
+}
 
 /// The option of a full name (`grid.resolution`), or of a key that only one section has (`resolution` if there were no other).
-pub(super) fn find(key: &str) -> Result<Definition, OptionError> {
+fn find(key: &str) -> Result<Definition, OptionError> {
     let all = Options::definitions();
     let named = |name: &str| all.iter().find(|option| option.name == name).copied();
     if let Some(option) = named(key) {

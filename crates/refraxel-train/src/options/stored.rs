@@ -1,7 +1,8 @@
 //! Options as trees of tables: TOML files, and the headers of checkpoints.
 
+use super::OptionError;
 use super::gone::GONE;
-use super::{OptionError, Options};
+use super::sections::Options;
 use serde_json::{Map, Value};
 
 /// A name and the text of its value.

@@ -1,7 +1,8 @@
 //! The pose of a photograph that the scene was not learned from.
 
+use super::correction::Correction;
+use super::learn::slope;
 use super::normal::Normal;
-use super::{Correction, slope};
 use crate::backend::{Backend, Batch, Layers, Objective};
 use crate::cancel::{Cancel, Cancelled};
 use crate::random::Random;

@@ -1,6 +1,6 @@
 //! What all cameras do together: photographs cannot tell it from the scene doing the opposite.
 
-use super::Correction;
+use super::correction::Correction;
 use crate::least_squares::solved;
 use refraxel_core::{Pose, Vec3};
 

@@ -1,6 +1,6 @@
 //! What a checkpoint keeps of the field and the background.
 
-use super::RunRef;
+use super::contents::RunRef;
 use super::header::{Header, StoredBackground};
 use super::tensors::Tensors;
 use crate::checkpoint::{CheckpointError, DataView, Rows, TensorView};

@@ -2,11 +2,13 @@
 
 use super::boxes::bounds_of;
 use super::clearcoat::StoredClearcoat;
+use super::contents::RunRef;
 use super::detected::StoredDetection;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
+use super::source::Source;
+use super::state::State;
 use super::views::StoredViews;
-use super::{RunRef, Source, State};
 use crate::options::Options;
 use crate::plan::Plan;
 use refraxel_core::{Background, Domain, Extent};

@@ -1,9 +1,14 @@
 //! Saving a run, with a fault at each of its requests to the system.
 
 use super::*;
+use crate::alignment::Alignment;
 use crate::checkpoint::{Fault, remove_leftovers, with_fault};
+use crate::model::Optimiser;
+use crate::options::Options;
+use crate::plan::Plan;
 use refraxel_core::{Aabb, Domain, Extent, Vec3};
 use refraxel_data::Backdrop;
+use std::path::Path;
 use std::process::Command;
 
 /// A run of so many steps, larger than the buffer of a write.

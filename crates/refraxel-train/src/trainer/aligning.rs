@@ -1,6 +1,6 @@
 //! When the photographs themselves learn: where their cameras are, and their exposures.
 
-use super::Trainer;
+use super::start::Trainer;
 use crate::alignment::Alignment;
 use crate::backend::Layers;
 use crate::exposures::Exposures;

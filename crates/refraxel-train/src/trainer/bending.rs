@@ -1,12 +1,13 @@
 //! When rays begin to bend, and when things begin to mirror.
 
-use super::{TrainError, Trainer};
+use super::error::TrainError;
+use super::start::Trainer;
 use crate::backend::Caches;
 use crate::cancel::Cancelled;
 use crate::events::{Event, Observer, Task};
 use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
 use crate::refraction_search::{self, Context, Decision, Outline, SearchError};
-use crate::schedule::{PausedSchedule, Progress, stage_domain, training_marching};
+use crate::schedule::{PausedSchedule, Progress, is_time_to_bend, stage_domain, training_marching};
 use crate::verdict::StayReason;
 use refraxel_core::grid::BrickMap;
 use refraxel_core::radiance::clearcoat::Clearcoat;
@@ -21,6 +22,20 @@ const CLEARCOAT_START: f64 = 0.15;
 const CLEARCOAT_PROBES: u32 = 16;
 
 impl Trainer {
+    pub(super) fn is_about_to_bend(&self, progress: Progress) -> bool {
+        self.waits_to_bend() && is_time_to_bend(&self.options, self.state.step, progress)
+    }
+
+    /// Rays are straight, and will bend.
+    pub(super) fn waits_to_bend(&self) -> bool {
+        self.bends() && self.state.bends_since.is_none()
+    }
+
+    /// Rays bend now, or will.
+    pub(super) fn bends(&self) -> bool {
+        self.options.refraction.bend.is_on() && !self.state.stays_straight
+    }
+
     /// Find what is refractive, give it an index to start from, and let rays bend from now on.
     pub(super) fn begin_bending(&mut self, now: Progress, observer: &mut Observer) -> Result<(), TrainError> {
         self.since.pause(); // deciding is not learning

@@ -1,6 +1,7 @@
 //! Looking for refractive things before the run where no mask shows them, and completing masks that some views have.
 
-use super::{TrainError, Trainer};
+use super::error::TrainError;
+use super::start::Trainer;
 use crate::cancel::Cancelled;
 use crate::detection::{self, Budget, Detector, Found, masks};
 use crate::events::{Event, Observer};

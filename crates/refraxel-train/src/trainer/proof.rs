@@ -1,6 +1,7 @@
 //! Views that nothing learns from, by which rays begin to bend and, halfway from there to the end, go on to do so.
 
-use super::{TrainError, Trainer};
+use super::error::TrainError;
+use super::start::Trainer;
 use crate::events::{Event, Observer};
 use crate::model::{Reflection, Refraction};
 use crate::refraction_search::{baseline, proof};

@@ -1,32 +1,17 @@
 //! Going back: to the last good state after an overflow, and to where a run stood before a phase that was stopped.
 
-use super::{TrainError, Trainer};
+use super::error::TrainError;
+use super::good::Good;
+use super::start::Trainer;
 use crate::alignment::Alignment;
 use crate::events::{Event, Observer};
 use crate::model::{Model, Optimiser};
-use crate::run::{State, nearest_half};
+use crate::run::State;
 use crate::silhouettes::{mean_colour, paint};
-use rayon::prelude::*;
 use refraxel_data::Backdrop;
 
 /// Failed steps in a row after which training gives up.
 const MAX_ROLLBACKS: u32 = 4;
-
-/// What going back restores.
-pub(super) struct Good {
-    state: State,
-    model: Model,
-    optimiser: Optimiser,
-    alignment: Alignment,
-}
-
-impl Good {
-    /// Colour as half precision has it; what is too large for that is as large as can be.
-    pub(super) fn round_colour(&mut self) {
-        let round = |c: &mut f32| *c = nearest_half(*c).to_f32();
-        self.model.field.colour.par_iter_mut().for_each(round);
-    }
-}
 
 impl Trainer {
     /// A copy of where the run stands.
@@ -120,5 +105,19 @@ impl Trainer {
         (self.state.rollbacks, self.state.rate_scale) = (rollbacks, rate_scale);
         self.note(Event::RolledBack { step: failed, rate_scale }, observer);
         Ok(())
+    }
+
+    /// The last work on a run: colour in half precision. So what is rendered and scored is what the checkpoint holds.
+    pub fn round_colour(&mut self) -> Result<(), TrainError> {
+        self.let_go_of_good_state()?; // no step will need it
+        let mut all = self.copy()?;
+        all.round_colour();
+        self.return_to(all);
+        self.check_device()
+    }
+
+    /// A fault of the device ends the run as it was saved: what the device holds means nothing any more.
+    pub(super) fn check_device(&self) -> Result<(), TrainError> {
+        self.backend.fault().map_or(Ok(()), |fault| Err(TrainError::Device { fault }))
     }
 }

@@ -1,11 +1,11 @@
 //! Tinted bodies that mirror, against the reference; derivatives are central differences of it.
 
-use super::Suite;
 use super::mirrored::{
     agrees_with_the_reference, compare_what_all_have, compare_what_nested_bodies_have,
     compare_what_sharp_bodies_have, nested_balls, sharp_ball, soft_ball,
 };
 use super::scenes::{batch, index_objective, objective, still};
+use super::suite::Suite;
 use crate::backend::{AbsorptionObjective, Backend, BatchGradient, Layers, Objective, step};
 use crate::model::Model;
 

@@ -3,7 +3,7 @@
 use super::mirrored::{followed, nested_balls};
 use super::reference::{Marched, Reference};
 use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
-use super::{Suite, Tolerances};
+use super::suite::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
 use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
 use crate::model::{Model, Refraction, RegionState};

@@ -1,9 +1,9 @@
 //! Clearcoats of opaque things against the reference.
 
-use super::Suite;
 use super::mirrored::wide;
 use super::reference::Reference;
 use super::scenes::{Sequence, batch, environment, field, objective, relative, still};
+use super::suite::Suite;
 use crate::backend::{Backend, BrickMask, Caches, Layers, Objective, ReflectionObjective, step};
 use crate::cancel::Cancel;
 use crate::model::{MirrorSource, Model, Reflection};

@@ -1,10 +1,10 @@
 //! What [`Backend`] promises besides numbers.
 
-use super::Suite;
 use super::bent::{bent_model, graded_body_model, sharp_model};
 use super::clearcoated::clearcoated_model;
 use super::mirrored::sharp_ball;
 use super::scenes::{batch, index_objective, objective, straight_model};
+use super::suite::Suite;
 use crate::backend::{
     AbsorptionObjective, Backend, BrickMask, Caches, Layers, Objective, ReflectionObjective, Snapshot, step,
 };

@@ -1,8 +1,8 @@
 //! Batches that a backend draws on its own, beside the same batches drawn on the host.
 
-use super::Suite;
 use super::bent::sharp_model;
 use super::scenes::{Sequence, index_objective, objective, straight_model};
+use super::suite::Suite;
 use crate::backend::{Backend, Objective, StepOutcome};
 use crate::model::{Gate, Model, RegionState};
 use crate::rays::{Draw, RaySampler, Selection};

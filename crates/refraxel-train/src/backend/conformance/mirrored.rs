@@ -1,8 +1,8 @@
 //! What surfaces mirror, against the reference; derivatives are central differences of it.
 
-use super::Suite;
 use super::reference::{Marched, Reference};
 use super::scenes::{Sequence, batch, environment, index_objective, objective, smooth_field};
+use super::suite::Suite;
 use crate::backend::{AbsorptionObjective, Backend, Batch, BatchGradient, Caches, Layers, Objective};
 use crate::cancel::Cancel;
 use crate::model::{Mirror, MirrorSource, Model, ProbeLayout, Reflection, Refraction};

@@ -1,5 +1,5 @@
 //! What every backend must prove: agreement with the f64 reference of `refraxel-core`, and the contract of
-//! [`Backend`].
+//! [`Backend`](super::Backend).
 //!
 //! A backend instantiates the whole suite in one of its test files, with the tolerances that it answers for:
 //!
@@ -13,6 +13,7 @@
 
 pub mod absorbing;
 pub mod bent;
+mod claims;
 pub mod clearcoated;
 pub mod contract;
 pub mod drawn;
@@ -20,139 +21,6 @@ pub mod mirrored;
 mod reference;
 pub mod scenes;
 pub mod straight;
+mod suite;
 
-use super::Backend;
-use crate::model::Model;
-
-/// A backend to be tested, and how far it may be from the reference.
-pub struct Suite<B: Backend> {
-    /// A backend with a model that has not learned yet.
-    pub make: fn(Model) -> B,
-    /// What it answers for.
-    pub tolerances: Tolerances,
-}
-
-/// Largest deviations from the reference in f64, those of gradients relative to the largest entry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerances {
-    /// Colours of straight rays, and gradients of what they meet.
-    pub straight: f64,
-    /// Gradients of straight rays themselves, which jump where a sample changes its cell by rounding.
-    pub ray: f64,
-    /// Colours of bent rays, and gradients of the field they meet.
-    pub bent: f64,
-    /// Gradients of the index and of bent rays.
-    pub index: f64,
-    /// Gradients through surfaces that mirror, against central differences.
-    pub mirrored_index: f64,
-    /// Gradients through the normals of opaque things, sums of slopes that nearly cancel in a rough field.
-    pub clearcoat: f64,
-}
-
-impl Tolerances {
-    /// Those of arithmetic in f32: epsilon 6e-8 × about 30 samples × up to 16 terms each, with a margin of 3, for straight
-    /// rays; the rounding of a path's position shows in all others.
-    pub const SINGLE_PRECISION: Self =
-        Self { straight: 1e-4, ray: 1e-3, bent: 2e-3, index: 5e-3, mirrored_index: 2e-2, clearcoat: 5e-3 };
-}
-
-impl<B: Backend> Suite<B> {
-    /// A backend with this model.
-    fn backend(&self, model: Model) -> B {
-        (self.make)(model)
-    }
-}
-
-/// One `#[test]` per claim of the suite; the argument is a [`Suite`](crate::backend::conformance::Suite). A backend
-/// may say what a machine needs to test them, and one that does not have everything yet lists the claims that it answers for:
-///
-/// ```
-/// use refraxel_train::CpuBackend;
-/// use refraxel_train::backend::conformance::{Suite, Tolerances};
-/// refraxel_train::conformance_tests! {
-///     Suite { make: CpuBackend::new, tolerances: Tolerances::SINGLE_PRECISION }, ignore = "needs a certain device" =>
-///         straight { rendering_agrees_with_the_reference, learning_lowers_the_loss }
-///         contract { outcomes_come_in_order_and_once }
-/// }
-/// ```
-#[macro_export]
-macro_rules! conformance_tests {
-    ($suite:expr) => {
-        $crate::conformance_tests! { $suite, cfg(test) }
-    };
-    ($suite:expr, $attribute:meta) => {
-        $crate::conformance_tests! { $suite, $attribute =>
-            straight {
-                rendering_agrees_with_the_reference,
-                gradients_agree_with_the_reference,
-                priors_on_rays_and_samples_have_the_reference_gradient,
-                cut_offs_change_a_picture_by_no_more_than_they_say,
-                skipping_never_jumps_over_matter_in_flat_contracted_boxes,
-                learning_lowers_the_loss,
-                resampling_to_a_finer_grid_keeps_the_picture,
-                peak_weights_mark_what_rays_see,
-            }
-            bent {
-                bent_rendering_agrees_with_the_reference,
-                sharp_rendering_agrees_with_the_reference,
-                bent_gradients_agree_with_the_reference,
-                sharp_gradients_agree_with_the_reference,
-                surfaces_owe_nothing_for_rays_that_do_not_teach_them,
-                gradients_of_rays_alone_are_the_same,
-            }
-            mirrored {
-                mirroring_agrees_with_the_reference,
-                bodies_in_bodies_refract_and_mirror_as_the_reference_does,
-                soft_edges_mirror_as_the_reference_does,
-                gradients_of_mirrors_and_of_what_lies_before_and_behind_match_central_differences,
-                gradients_of_bodies_in_bodies_match_central_differences,
-                gradients_of_soft_edges_that_mirror_match_central_differences,
-                without_strength_a_picture_is_that_of_transmission,
-                a_furnace_shows_one_colour_whatever_is_mirrored,
-                secondary_rays_see_what_a_camera_at_the_surface_sees,
-            }
-            absorbing {
-                absorbing_bodies_look_as_the_reference_says,
-                gradients_of_absorbing_bodies_match_central_differences,
-                gradients_of_absorbing_bodies_in_bodies_match_central_differences,
-                clear_glass_that_may_learn_to_absorb_shows_and_teaches_the_same,
-                tinted_glass_is_learned_from_pictures,
-            }
-            clearcoated {
-                clearcoats_and_their_gradients_agree_with_the_reference,
-                a_clearcoat_learns_and_its_pictures_come_nearer,
-                between_equal_lights_a_clearcoat_is_invisible_and_in_the_dark_it_is_not,
-                a_second_ray_from_a_clearcoat_starts_outside_of_what_it_coats,
-                a_silent_clearcoat_can_come_back,
-            }
-            drawn {
-                drawn_batches_teach_what_those_of_the_host_do,
-                drawn_batches_bend_as_those_of_the_host_do,
-                a_batch_without_pixels_is_told,
-            }
-            contract {
-                a_loaded_snapshot_goes_on_as_if_nothing_had_happened,
-                a_loaded_snapshot_of_straight_rays_goes_on_as_if_nothing_had_happened,
-                a_loaded_snapshot_of_bent_rays_goes_on_as_if_nothing_had_happened,
-                a_parameter_that_is_not_a_number_is_reported,
-                after_a_failure_nothing_changes_until_the_next_load,
-                a_gradient_changes_nothing,
-                a_gradient_of_straight_rays_changes_nothing,
-                a_gradient_of_bent_rays_changes_nothing,
-                density_is_set_where_the_mask_says_and_its_moments_are_forgotten,
-                baking_that_is_cancelled_changes_nothing,
-                outcomes_come_in_order_and_once,
-            }
-        }
-    };
-    ($suite:expr, $attribute:meta => $($part:ident { $($claim:ident),* $(,)? })*) => {
-        $(mod $part {
-            use super::*;
-            $(#[test]
-            #[$attribute]
-            fn $claim() {
-                $crate::backend::conformance::$part::$claim(&$suite);
-            })*
-        })*
-    };
-}
+pub use suite::{Suite, Tolerances};

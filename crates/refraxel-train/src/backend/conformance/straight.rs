@@ -1,8 +1,8 @@
 //! Straight rays against the reference.
 
-use super::Suite;
 use super::reference::Reference;
 use super::scenes::{batch, environment, field, objective, relative, straight_model};
+use super::suite::Suite;
 use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
 use crate::model::Model;

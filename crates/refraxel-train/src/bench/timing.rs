@@ -1,0 +1,49 @@
+//! How long work takes.
+
+use super::objective::objective;
+use crate::backend::{Batch, IndexObjective, Objective, ReflectionObjective, step};
+use crate::cpu::CpuBackend;
+use std::time::Instant;
+
+/// Samples of a step, and its seconds.
+#[derive(Clone, Copy)]
+pub(super) struct Timed {
+    pub(super) samples: u64,
+    pub(super) seconds: f64,
+}
+
+impl Timed {
+    /// Million samples per second.
+    pub(super) fn rate(self) -> f64 {
+        self.samples as f64 / self.seconds / 1e6
+    }
+}
+
+/// The best of `n` steps.
+pub(super) fn learn(
+    backend: &mut CpuBackend,
+    batch: &Batch,
+    n: usize,
+    index: Option<IndexObjective>,
+) -> Timed {
+    let mut samples = 0;
+    let reflection =
+        index.map(|_| ReflectionObjective { rate: 1e-6, rate_strength: 1e-7, rate_clearcoat: 0.0 });
+    let objective = Objective { index, reflection, ..objective() };
+    let seconds = best(n, || samples = step(backend, batch, &objective, 1).samples);
+    Timed { samples, seconds }
+}
+
+pub(super) fn samples_of(backend: &CpuBackend, batch: &Batch) -> u64 {
+    backend.gradient_tapes(batch, &objective())
+}
+
+pub(super) fn best(n: usize, mut work: impl FnMut()) -> f64 {
+    (0..n.max(1))
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}

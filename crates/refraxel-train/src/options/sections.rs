@@ -1,0 +1,144 @@
+//! All options of a run, section by section.
+
+use super::clearcoat::ClearcoatOptions;
+use super::detection::DetectionOptions;
+use super::error::OptionError;
+use super::exposure::ExposureOptions;
+use super::field::FieldOptions;
+use super::grid::GridOptions;
+use super::index::IndexOptions;
+use super::judge::JudgeOptions;
+use super::march::MarchOptions;
+use super::pose::PoseOptions;
+use super::reflection::ReflectionOptions;
+use super::refraction::RefractionOptions;
+use super::run::RunOptions;
+use super::search::SearchOptions;
+use super::section::{Definition, Section};
+use super::shape::ShapeOptions;
+use super::surface::SurfaceOptions;
+use crate::model::Optics;
+use serde::{Deserialize, Serialize};
+
+/// What training should do.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "serde_json::Value")]
+pub struct Options {
+    /// How long the run takes, and what it may use.
+    pub run: RunOptions,
+    /// The grid of the radiance field.
+    pub grid: GridOptions,
+    /// How rays sample it.
+    pub march: MarchOptions,
+    /// Density, colour and background.
+    pub field: FieldOptions,
+    /// Whether, where and when rays bend.
+    pub refraction: RefractionOptions,
+    /// The refractive shape to start from.
+    pub shape: ShapeOptions,
+    /// The search for the first index.
+    pub search: SearchOptions,
+    /// How refractive things are sought without masks.
+    pub detection: DetectionOptions,
+    /// The race between hypotheses.
+    pub judge: JudgeOptions,
+    /// How poses learn.
+    pub pose: PoseOptions,
+    /// Whether exposures learn.
+    pub exposure: ExposureOptions,
+    /// How the index learns.
+    pub index: IndexOptions,
+    /// How sharp surfaces learn.
+    pub surface: SurfaceOptions,
+    /// Reflection at refractive surfaces.
+    pub reflection: ReflectionOptions,
+    /// The clearcoat of opaque things.
+    pub clearcoat: ClearcoatOptions,
+}
+
+impl Options {
+    /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
+    /// pictures of an object before a plain background: they need slower density and more smoothness. Rays are long there, and most of
+    /// their samples lie in haze, so they end sooner.
+    pub fn suited_to(unbounded: bool) -> Self {
+        let mut options = Self::default();
+        if unbounded {
+            options.field.rate_density = 0.3;
+            options.field.tv_density = 1e-4;
+            options.field.tv_colour = 1e-4;
+            options.march.min_transmittance = 0.01;
+        }
+        options
+    }
+
+    /// All sections, in the order in which they are listed.
+    pub fn sections(&self) -> [&dyn Section; 15] {
+        let Self {
+            run,
+            grid,
+            march,
+            field,
+            refraction,
+            shape,
+            search,
+            detection,
+            judge,
+            pose,
+            exposure,
+            index,
+            surface,
+            reflection,
+            clearcoat,
+        } = self;
+        [
+            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
+            surface, reflection, clearcoat,
+        ]
+    }
+
+    pub(super) fn sections_mut(&mut self) -> [&mut dyn Section; 15] {
+        let Self {
+            run,
+            grid,
+            march,
+            field,
+            refraction,
+            shape,
+            search,
+            detection,
+            judge,
+            pose,
+            exposure,
+            index,
+            surface,
+            reflection,
+            clearcoat,
+        } = self;
+        [
+            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
+            surface, reflection, clearcoat,
+        ]
+    }
+
+    /// What there is to know of each option, but its value.
+    pub fn definitions() -> Vec<Definition> {
+        Self::default().sections().iter().flat_map(|section| section.definitions()).collect()
+    }
+
+    /// The texts of all values, in the order of [`Options::definitions`].
+    pub fn values(&self) -> Vec<String> {
+        self.sections().iter().flat_map(|section| section.values()).collect()
+    }
+
+    /// The same options, if every value is allowed and they fit together.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        self.sections().iter().try_for_each(|section| section.check())?;
+        Ok(self)
+    }
+
+    /// How rays are traced through the index.
+    pub fn optics(&self) -> Optics {
+        let IndexOptions { integrator, step, .. } = self.index;
+        Optics { integrator: integrator.into(), step }
+    }
+}

@@ -1,0 +1,69 @@
+//! From a checkpoint back to its run.
+
+use super::contents::Run;
+use super::header::Header;
+use super::save::CHECKPOINT;
+use super::tensors::Tensors;
+use super::{clearcoat, detected, field, reflection, refraction, views};
+use crate::checkpoint::{CheckpointError, TensorFile};
+use crate::model::{Model, Optimiser};
+use crate::refraction_search::MASK_MARGIN;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+impl Run {
+    /// Read a run back from its folder.
+    pub fn load(folder: &Path) -> Result<Self, CheckpointError> {
+        let path = folder.join(CHECKPOINT);
+        Self::restore(Tensors::new(TensorFile::load(&path)?, path))
+    }
+
+    /// Read a run back from anywhere; the stream is read to its end.
+    pub fn read(from: impl Read) -> Result<Self, CheckpointError> {
+        let path = PathBuf::from("(a stream)");
+        Self::restore(Tensors::new(TensorFile::read(from, &path)?, path))
+    }
+
+    fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
+        let header: Header = serde_json::from_value(file.header())
+            .map_err(|e| file.wrong(&format!("its header does not fit: {e}")))?;
+        let options = header.options.clone().checked();
+        options.map_err(|e| file.wrong(&format!("its options make no sense: {e}")))?;
+        // NaN is not within either.
+        let most_shift = 2.0 * MASK_MARGIN as f32;
+        let is_within = header.state.mask_shift.abs() <= most_shift;
+        if !is_within {
+            return Err(file.wrong(&format!(
+                "it moves masks by {} pixels, at most {most_shift} make sense",
+                header.state.mask_shift
+            )));
+        }
+        let plan = header.plan();
+        field::check_resolution(&header, &file)?;
+        plan.check().map_err(|e| file.wrong(&e.to_string()))?;
+        let field = field::restore(&header, &mut file)?;
+        let (background, texel_moments) = field::restore_background(&header, &mut file)?;
+        let (refraction, index) = refraction::restore(&header.regions, &header.options, &mut file)?;
+        let (reflection, mirrors) = reflection::restore(&header.reflection, &refraction, &mut file)?;
+        let (clearcoat, clearcoat_moments) =
+            clearcoat::restore(header.clearcoat.as_ref(), field.domain.bounds, &mut file)?;
+        let voxels = field.map.voxels();
+        let optimiser = Optimiser {
+            density: file.mean_squares("density_moment", voxels)?,
+            colour: file.mean_squares("colour_moment", voxels)?,
+            background: texel_moments,
+            index,
+            reflection: mirrors,
+            clearcoat: clearcoat_moments,
+            occupied: file.u64s("occupied")?,
+        };
+        let model = Model { field, background, refraction, reflection, clearcoat };
+        if !optimiser.fits(&model) {
+            return Err(file.wrong("its occupied cells or moments are not those of its parameters"));
+        }
+        let detected = detected::restore(header.detected.as_ref(), &mut file)?;
+        let alignment = views::restore(&header.views, header.source.train.len(), &mut file)?;
+        let Header { options, state, source, .. } = header;
+        Ok(Self { options, plan, state, source, model, optimiser, detected, alignment })
+    }
+}
