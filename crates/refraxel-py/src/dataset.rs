@@ -5,7 +5,7 @@ use crate::camera::Camera;
 use crate::errors::{of_data, refused};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use refraxel::verbs::source_of;
+use refraxel::verbs::dataset::source_of;
 use refraxel_core::Vec3;
 use refraxel_data::{
     Backdrop, Crop, Image, Mask, MaskMeaning, OpenOptions, Photo, Pixels, PosedPhoto, Split, load_photo,

@@ -2,7 +2,8 @@
 
 use pyo3::{PyErr, import_exception};
 use refraxel::exit::{Exit, Failure};
-use refraxel::verbs::{data_failure, session_failure};
+use refraxel::verbs::dataset::data_failure;
+use refraxel::verbs::train::session_failure;
 use refraxel_data::DataError;
 use refraxel_train::session::SessionError;
 

@@ -3,7 +3,7 @@
 use crate::errors::{raised, refused};
 use pyo3::prelude::*;
 use refraxel::progress::Show;
-use refraxel::verbs::create_folder;
+use refraxel::verbs::files::create_folder;
 use refraxel::verbs::train::{Lock, RunFolder};
 use std::path::PathBuf;
 use std::sync::Mutex;

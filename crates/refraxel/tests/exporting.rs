@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use refraxel::verbs::loaded::load_run;
-use refraxel::verbs::reopen;
+use refraxel::verbs::reopen::reopen;
 use refraxel_core::{Camera, LevelSet};
 use refraxel_data::{Dataset, OpenOptions, Reduction, View};
 use refraxel_train::Backend;

@@ -1,6 +1,7 @@
 //! Gradients of a model on their way to Python.
 
-use super::{Inner, PORTION, parameters};
+use super::parameters;
+use super::state::{Inner, PORTION};
 use crate::arrays::{Array, Rays, of_vectors, shaped, values};
 use crate::errors::refused;
 use crate::index_parameters::entries;

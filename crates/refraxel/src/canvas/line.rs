@@ -1,11 +1,11 @@
-use super::{Canvas, Colour};
+use super::surface::{Canvas, Colour};
 
 impl Canvas {
     /// Draws connected segments `width` [pixel] wide, with round joints and a soft edge of one pixel.
     ///
     /// Points are in pixels, the centre of the top left pixel at (0.5, 0.5). One point alone is a dot.
     pub fn polyline(&mut self, points: &[(f64, f64)], width: f64, colour: Colour) {
-        let Some(mut cover) = Cover::around(points, width, (self.width, self.height)) else { return };
+        let Some(mut cover) = Cover::around(points, width, (self.width(), self.height())) else { return };
         if let [point] = points {
             cover.add(*point, *point, width);
         }

@@ -1,6 +1,6 @@
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-use super::{Canvas, Colour};
+use super::surface::{Canvas, Colour};
 
 /// Size and weight of text; Noto Sans Mono in Latin-1, other letters appear as '?'.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use refraxel_data::{Crop, MaskMeaning, Reduction};
 use refraxel_train::device::DeviceChoice;
 
-use super::WorkArgs;
 use super::values::{Setting, direction, minutes};
+use super::work::WorkArgs;
 
 /// How to read a dataset.
 #[derive(Args, Clone, Debug)]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::WorkArgs;
 use super::data::WhiteMeans;
+use super::work::WorkArgs;
 
 /// Which photographs are compared with each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,6 +1,8 @@
 //! `refraxel mask`.
 
-use super::{ReadingArgs, WorkArgs};
+use super::data::ReadingArgs;
+use super::values::Setting;
+use super::work::WorkArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -35,7 +37,7 @@ pub struct MaskArgs {
     pub overwrite: bool,
     /// Change one training option, such as detection.rays=5000000; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub settings: Vec<super::Setting>,
+    pub settings: Vec<Setting>,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

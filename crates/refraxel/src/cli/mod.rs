@@ -3,122 +3,26 @@
 mod data;
 mod import;
 mod mask;
+mod renderer;
 mod run;
 mod scene;
 mod sweep;
 mod values;
+mod verbs;
 mod view;
+mod work;
 
 pub use data::{ForecastArgs, InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
 pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
+pub use renderer::RendererArgs;
 pub use run::{CompareArgs, EvalArgs, ExportArgs, ExportFormat, Layer, RenderArgs, SplitName};
 pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
 pub use sweep::SweepArgs;
 pub use values::Setting;
+pub use verbs::{Cli, Verb};
 pub use view::ViewArgs;
-
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use refraxel_train::device::DeviceChoice;
-
-/// Reconstructs scenes with glass, water and other refractive objects from photographs, with rays that bend.
-#[derive(Debug, Parser)]
-#[command(version, subcommand_required = true, arg_required_else_help = true)]
-#[command(after_help = "Examples:
-  refraxel demo                         a glass scene from start to score, in about a minute
-  refraxel import photos --out scene    poses for plain photographs
-  refraxel inspect my_photos            what a dataset contains, and its problems
-  refraxel train my_photos --out run    train on photographs with poses
-
-Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 6 no usable GPU, 101 a bug, 130 interrupted.")]
-pub struct Cli {
-    /// What to do.
-    #[command(subcommand)]
-    pub verb: Verb,
-}
-
-impl Cli {
-    /// The command line of this process; ends it with a message where that is wrong.
-    pub fn read() -> Self {
-        let matches = Self::with_negative_numbers().get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
-    }
-
-    /// The definition of the command line, in which `-1` after a flag is its value: what is wrong with it is then said of
-    /// the number, not of a flag called `-1`.
-    pub fn with_negative_numbers() -> clap::Command {
-        let takes_value = |arg: &clap::Arg| arg.get_action().takes_values() && !arg.is_positional();
-        let number = move |arg: clap::Arg| {
-            let takes = takes_value(&arg);
-            arg.allow_negative_numbers(takes)
-        };
-        Self::command().mut_subcommands(move |verb| verb.mut_args(number))
-    }
-}
-
-/// The verbs.
-#[derive(Debug, Subcommand)]
-pub enum Verb {
-    /// Makes a glass scene, trains on it and compares the result with the truth
-    Demo(DemoArgs),
-    /// Poses plain photographs or a video with COLMAP, and makes a dataset of them
-    Import(ImportArgs),
-    /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
-    Inspect(InspectArgs),
-    /// Makes masks of glass and water: from a click, a box or an outline in some photographs, or from nothing
-    Mask(MaskArgs),
-    /// Trains on a dataset and evaluates the held-out images
-    Train(TrainArgs),
-    /// Renders and scores the held-out images of a run
-    Eval(EvalArgs),
-    /// Renders new views of a run
-    Render(RenderArgs),
-    /// Shows a run live in the browser: look around, change the index, follow a ray
-    View(ViewArgs),
-    /// Writes the surfaces of refractive objects as triangle meshes
-    Export(ExportArgs),
-    /// Compares runs in a table and in side-by-side pictures
-    Compare(CompareArgs),
-    /// Trains many runs from a plan, and compares their scores in a table and a page
-    Sweep(SweepArgs),
-    /// Makes a synthetic dataset with exact refraction and known truth
-    Synth(SynthArgs),
-    /// Measures how fast this machine renders and trains
-    Bench(BenchArgs),
-    /// Prints a completion script for a shell
-    #[command(after_help = "Examples:
-  refraxel completions bash > ~/.local/share/bash-completion/completions/refraxel
-  refraxel completions zsh > ~/.zfunc/_refraxel")]
-    Completions {
-        /// The shell to complete in
-        shell: clap_complete::Shell,
-    },
-}
-
-/// How many threads to use and how much to print; shared by the verbs that take a while.
-#[derive(Args, Clone, Debug)]
-pub struct WorkArgs {
-    /// Threads to use, at most 1024 [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-    /// Show no progress
-    #[arg(long, short)]
-    pub quiet: bool,
-    /// Print the result as JSON on standard output, and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// What renders a run; shared by the verbs that show one.
-#[derive(Args, Clone, Copy, Debug)]
-pub struct RendererArgs {
-    /// The device to render on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
-    ///
-    /// auto is the CPU unless the program was built for GPUs and there is one that can show the run. Where a GPU fails, the CPU goes
-    /// on.
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    pub device: DeviceChoice,
-}
+pub use work::WorkArgs;
 
 #[cfg(test)]
 mod tests;

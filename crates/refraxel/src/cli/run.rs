@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, ValueEnum};
 use refraxel_train::evaluation::Part;
 
+use super::renderer::RendererArgs;
 use super::values::{factor, frame_rate, index, size};
-use super::{RendererArgs, WorkArgs};
+use super::work::WorkArgs;
 
 /// A part of the dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

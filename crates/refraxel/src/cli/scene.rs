@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use refraxel_data::synth::Imperfection;
 use refraxel_train::device::DeviceChoice;
 
-use super::WorkArgs;
 use super::values::index;
+use super::work::WorkArgs;
 
 /// `refraxel demo`
 #[derive(Args, Debug)]

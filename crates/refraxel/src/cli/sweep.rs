@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::WorkArgs;
+use super::work::WorkArgs;
 
 /// `refraxel sweep`
 #[derive(Args, Debug)]

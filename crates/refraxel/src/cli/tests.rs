@@ -1,4 +1,5 @@
 use super::*;
+use clap::{CommandFactory, FromArgMatches};
 use refraxel_data::synth::Imperfection;
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {

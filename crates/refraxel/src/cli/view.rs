@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::RendererArgs;
+use super::renderer::RendererArgs;
 
 /// `refraxel view`
 #[derive(Args, Debug)]

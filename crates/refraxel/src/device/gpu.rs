@@ -1,6 +1,6 @@
-//! GPUs: the choice of one, the list of them, and how fast one is.
+//! GPUs: a backend on one, the list of them, and how fast one is.
 
-use super::{Decided, Needs, Opened, only_train, unusable};
+use super::refusals::unusable;
 use crate::cli::BenchArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -9,41 +9,12 @@ use crate::table::{Table, bytes};
 use refraxel_gpu::{Adapter, AdapterKind, GpuBackend, adapters};
 use refraxel_train::backend::Backend;
 use refraxel_train::bench::{BenchOptions, DeviceThroughput, straight_on};
-use refraxel_train::device::{Device, DeviceChoice};
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::session::BackendError;
 use serde::Serialize;
 
 /// A GPU that was opened.
 pub use refraxel_gpu::Gpu;
-
-/// The device that is asked for. `auto` is the CPU where a run needs what a GPU cannot do.
-pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failure> {
-    match choice {
-        DeviceChoice::Cpu => return Ok(Decided::cpu(None)),
-        DeviceChoice::Mpi => return Err(only_train()),
-        DeviceChoice::Auto | DeviceChoice::Gpu | DeviceChoice::Adapter(_) => {}
-    }
-    let refused = needs.and_then(|n| GpuBackend::supports_run(n.options, n.saved).err());
-    match (choice, refused) {
-        // Only who has a GPU wonders why it is not used.
-        (DeviceChoice::Auto, Some(why)) => {
-            let hardware = adapters().into_iter().find(|a| a.kind != AdapterKind::Software);
-            Ok(Decided::cpu(hardware.map(|a| format!("{} is there, but {}", name(&a), why.what()))))
-        }
-        (_, Some(why)) => Err(unusable(why)),
-        (_, None) => match Gpu::open(choice) {
-            Ok(Some(gpu)) => {
-                let device = Device { name: name(gpu.adapter()), why: None };
-                Ok(Decided { opened: Opened::Gpu(gpu), device })
-            }
-            Ok(None) => Ok(Decided::cpu(None)),
-            // A GPU that nobody asked for by name must not be in the way.
-            Err(error) if choice == DeviceChoice::Auto => Ok(Decided::cpu(Some(error.to_string()))),
-            Err(error) => Err(unusable(error)),
-        },
-    }
-}
 
 /// A backend with a model on a GPU, and with the state of an optimiser that goes on.
 pub fn gpu_backend(
@@ -58,7 +29,7 @@ pub fn gpu_backend(
 }
 
 /// "NVIDIA GeForce RTX 4090 (vulkan)".
-fn name(adapter: &Adapter) -> String {
+pub(super) fn name(adapter: &Adapter) -> String {
     format!("{} ({})", adapter.name, adapter.api)
 }
 

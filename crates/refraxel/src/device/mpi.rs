@@ -1,6 +1,7 @@
 //! Processes that `mpirun` or a batch system has started together.
 
-use super::{Joined, ProcessGroup, unusable};
+use super::process_group::{Joined, ProcessGroup};
+use super::refusals::unusable;
 use crate::exit::{Failure, end_by};
 use anyhow::anyhow;
 use mpi::Threading;

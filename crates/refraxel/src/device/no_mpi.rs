@@ -1,6 +1,7 @@
 //! A program without MPI.
 
-use super::{Joined, unusable};
+use super::process_group::Joined;
+use super::refusals::unusable;
 use crate::exit::Failure;
 use anyhow::anyhow;
 use refraxel_train::device::DeviceChoice;

@@ -1,26 +1,16 @@
 //! A program without GPUs.
 
-use super::{Decided, Needs, only_train, unusable};
+use super::refusals::unusable;
 use crate::cli::BenchArgs;
 use crate::exit::Failure;
 use anyhow::anyhow;
 use refraxel_train::backend::Backend;
-use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::session::BackendError;
 use std::convert::Infallible;
 
 /// There is none.
 pub type Gpu = Infallible;
-
-/// The CPU, unless another device is asked for.
-pub fn open(choice: DeviceChoice, _: Option<Needs>) -> Result<Decided, Failure> {
-    match choice {
-        DeviceChoice::Auto | DeviceChoice::Cpu => Ok(Decided::cpu(None)),
-        DeviceChoice::Gpu | DeviceChoice::Adapter(_) => Err(missing()),
-        DeviceChoice::Mpi => Err(only_train()),
-    }
-}
 
 /// Lists adapters: nobody can.
 pub fn devices(_: bool) -> Result<(), Failure> {
@@ -37,7 +27,7 @@ pub fn bench(gpu: Gpu, _: &BenchArgs) -> Result<(), Failure> {
     match gpu {}
 }
 
-fn missing() -> Failure {
+pub(super) fn missing() -> Failure {
     unusable(anyhow!(
         "this program was built without GPUs; build it with them by `cargo install --path crates/refraxel --features gpu`, or use \
          `--device cpu`"

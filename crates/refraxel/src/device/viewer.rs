@@ -1,6 +1,15 @@
 //! What shows a model that does not learn: a GPU where one was opened, else the CPU.
 
-use super::{Opened, gpu_eyes, open, unusable};
+#[cfg(feature = "gpu")]
+use super::choice::open;
+#[cfg(feature = "gpu")]
+use super::gpu::viewer as gpu_eyes;
+#[cfg(not(feature = "gpu"))]
+use super::no_choice::open;
+#[cfg(not(feature = "gpu"))]
+use super::none::viewer as gpu_eyes;
+use super::opened::Opened;
+use super::refusals::unusable;
 use crate::exit::Failure;
 use crate::progress::Show;
 use anyhow::anyhow;

@@ -1,8 +1,14 @@
 //! A plot as a list of marks at pixel positions, before it becomes pixels or SVG.
 
+use super::curves::{Plot, Series};
 use super::ticks::{rounded, ticks};
-use super::{CURVES, FAINT, GRID, INK, Plot, Series};
 use crate::canvas::{Align, Canvas, Colour, Font, Rect, Style, text_width};
+
+const INK: Colour = [28, 30, 36];
+pub(super) const FAINT: Colour = [104, 108, 118];
+const GRID: Colour = [228, 230, 235];
+/// Told apart with every kind of colour vision: Okabe & Ito 2008, blue, vermilion, green, purple.
+pub(super) const CURVES: [Colour; 4] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167]];
 
 /// One thing to draw.
 pub enum Mark {

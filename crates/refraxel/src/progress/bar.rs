@@ -1,7 +1,7 @@
 //! Progress as a bar that redraws itself.
 
-use super::Subtask;
 use super::lines::time_of;
+use super::subtask::Subtask;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::time::Duration;

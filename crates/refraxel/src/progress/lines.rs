@@ -1,6 +1,6 @@
 //! Progress as plain lines, for logs.
 
-use super::Subtask;
+use super::subtask::Subtask;
 use std::io::Write;
 use std::time::{Duration, Instant};
 

@@ -1,6 +1,6 @@
 //! `refraxel bench`: measures how fast this machine renders and trains.
 
-use super::set_threads;
+use super::threads::set_threads;
 use crate::cli::BenchArgs;
 use crate::console::Console;
 use crate::device::{self, Opened};

@@ -1,8 +1,10 @@
 //! `refraxel demo`: a glass scene from its making to its score, in about a minute.
 
 use super::eval::evaluate;
+use super::files::{absolute, create_folder};
 use super::interrupts::watch_for_interrupts;
-use super::{absolute, compare, create_folder, set_threads, sheet, synth, train};
+use super::threads::set_threads;
+use super::{compare, sheet, synth, train};
 use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

@@ -1,12 +1,15 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
+use super::dataset::data_failure;
 use super::evaluation::{
     Evaluated, EvaluatedExposures, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index,
 };
+use super::files::create_folder;
 use super::interrupts::{cancel, watch_for_interrupts};
 use super::loaded::{Loaded, load_run};
+use super::reopen::reopen;
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
-use super::{create_folder, data_failure, reopen, set_threads};
+use super::threads::set_threads;
 use crate::cli::{EvalArgs, SplitName};
 use crate::console::Console;
 use crate::device::ModelViewer;

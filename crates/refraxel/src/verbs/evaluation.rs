@@ -1,5 +1,6 @@
 //! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
+use super::files::read_text;
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
@@ -130,7 +131,7 @@ impl Evaluation {
     /// Reads it back; `None` when the split was not evaluated.
     pub fn read(run: &Path, split: SplitName) -> Result<Option<Self>, Failure> {
         let path = folder(run, split).join("metrics.json");
-        let text = match super::read_text(&path) {
+        let text = match read_text(&path) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(e) if e.kind() == io::ErrorKind::NotADirectory => return Ok(None),
             text => text.with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io)?,

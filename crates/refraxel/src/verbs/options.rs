@@ -1,5 +1,6 @@
 //! The options of `refraxel train`: where they come from, and the list of all of them.
 
+use super::files::read_text;
 use super::known_index;
 use crate::cli::{self, Refraction, Setting, TrainArgs};
 use crate::console::Console;
@@ -58,7 +59,7 @@ pub fn set_all(settings: &[Setting], options: &mut Options) -> Result<(), Failur
 
 /// A TOML file as a tree of values.
 fn table(path: &Path) -> Result<serde_json::Value, Failure> {
-    let text = super::read_text(path)
+    let text = read_text(path)
         .with_context(|| format!("cannot read the options in {}", path.display()))
         .or_exit(Exit::BadInput)?;
     let table: toml::Table = text

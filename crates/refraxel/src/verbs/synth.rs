@@ -1,7 +1,7 @@
 //! `refraxel synth`: makes datasets with the exact tracer.
 
 use super::interrupts::{interrupted, watch_for_interrupts};
-use super::set_threads;
+use super::threads::set_threads;
 use crate::cli::{Around, Switch, SynthArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

@@ -1,7 +1,8 @@
 //! `refraxel view`: a live page of a run.
 
 use super::interrupts::{interrupted, watch_for_interrupts};
-use super::{reopen_source, set_thread_count};
+use super::reopen::reopen_source;
+use super::threads::set_thread_count;
 use crate::cli::ViewArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};

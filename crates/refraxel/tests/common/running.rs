@@ -1,6 +1,6 @@
 //! Programs that run while a test looks at what they leave behind.
 
-use super::Ran;
+use super::program::Ran;
 use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;

@@ -1,7 +1,7 @@
 //! The cameras of a run as `transforms.json` in the layout of nerfstudio and instant-ngp, with poses and lenses as learned.
 
 use crate::exit::{Exit, Failure};
-use crate::verbs::absolute;
+use crate::verbs::files::absolute;
 use crate::verbs::render::intrinsics;
 use anyhow::anyhow;
 use refraxel_core::{Camera, Lens};

@@ -3,10 +3,11 @@
 //!
 //! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume.
 
+use super::surfaces::{Numbered, narrow};
 use super::surroundings::{Point, Surroundings};
 use super::up::Up;
-use super::{Numbered, Surface, narrow};
 use refraxel_core::{Camera, Vec3};
+use refraxel_train::model::surface::Surface;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -222,7 +223,7 @@ fn material(region: usize, surface: &Surface, thickness: f64) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ball_and_shell;
+    use super::super::surfaces::ball_and_shell;
     use super::*;
     use gltf::Glb;
     use refraxel_core::vec3;

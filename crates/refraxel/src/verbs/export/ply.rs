@@ -1,6 +1,6 @@
 //! Binary PLY: vertices with normals, faces with the number of their region.
 
-use super::{Numbered, narrow};
+use super::surfaces::{Numbered, narrow};
 use std::io::{self, Write};
 
 /// Writes all surfaces into one file.
@@ -43,7 +43,7 @@ pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ball_and_shell;
+    use super::super::surfaces::ball_and_shell;
     use super::*;
     use refraxel_core::vec3;
     use refraxel_data::read_mesh;

@@ -7,7 +7,7 @@ use super::tools::{self, Video};
 use super::work::{WorkFolder, remove};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::quoted_path;
-use crate::verbs::create_folder;
+use crate::verbs::files::create_folder;
 use anyhow::{Context, anyhow};
 use std::fs;
 use std::path::{Path, PathBuf};

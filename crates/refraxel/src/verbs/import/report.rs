@@ -1,11 +1,12 @@
 //! What an import made.
 
-use super::Done;
 use super::calls::Stage;
+use super::stage::Done;
+use super::work::LOG;
 use crate::progress::clock;
 use crate::shell::quoted;
 use crate::table::count;
-use crate::verbs::meaning_name;
+use crate::verbs::dataset::meaning_name;
 use refraxel_data::{Dataset, MaskMeaning, report};
 use serde::Serialize;
 use std::path::Path;
@@ -89,7 +90,7 @@ impl Report {
             left_out: made.left_out,
             warnings: made.done.warnings.clone(),
             seconds: made.done.times.iter().map(time).collect(),
-            log: made.out.join(super::work::LOG).display().to_string(),
+            log: made.out.join(LOG).display().to_string(),
             next: format!("refraxel train {} --out run{keep} --minutes 10", quoted(&out)),
             out,
         }

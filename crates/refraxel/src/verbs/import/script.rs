@@ -1,9 +1,9 @@
 //! An import as lines for a shell, for people who want to see it or to do it by hand.
 
-use super::Source;
 use super::calls::{Call, Shared};
 use super::frames::Frames;
 use super::photos::PhotoSet;
+use super::source::Source;
 use crate::shell::quoted_path;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

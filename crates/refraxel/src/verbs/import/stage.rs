@@ -1,10 +1,12 @@
-//! One call of another program: its output goes to the log, its progress to the terminal, and Ctrl-C ends it.
+//! One call of another program: its output goes to the log, its progress to the terminal, and Ctrl-C ends it. And what all
+//! calls have given.
 
 use super::calls::{Call, Stage, TOO_LITTLE};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Subtask, clock};
 use crate::verbs::interrupts::interrupted;
 use anyhow::{Context, anyhow};
+use refraxel_data::ColmapModel;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -16,6 +18,15 @@ use std::time::{Duration, Instant};
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Lines of the log that the message of a failure shows.
 const SHOWN_LINES: usize = 15;
+
+/// What the stages of an import have given.
+#[derive(Default)]
+pub(super) struct Done {
+    pub(super) times: Vec<(Stage, Duration)>,
+    /// The largest first.
+    pub(super) models: Vec<ColmapModel>,
+    pub(super) warnings: Vec<String>,
+}
 
 /// Runs the call to its end and returns how long it took. `log` is the path of the log.
 ///

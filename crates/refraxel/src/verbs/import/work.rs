@@ -1,7 +1,7 @@
 //! The folder in which a dataset is made, beside the one that it becomes when everything is done.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::create_folder;
+use crate::verbs::files::create_folder;
 use anyhow::{Context, anyhow};
 use refraxel_train::checkpoint::write_atomic;
 use serde_json::Value;

@@ -1,7 +1,7 @@
 //! Camera paths: files of nerfstudio, and smooth curves through keyframes.
 
 use crate::exit::{Exit, Failure};
-use crate::verbs::read_text;
+use crate::verbs::files::read_text;
 use anyhow::anyhow;
 use refraxel_core::{Camera, Lens, Mat3, Pose, Vec3, vec3};
 use refraxel_data::NamedCamera;

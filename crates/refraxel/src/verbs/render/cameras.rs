@@ -3,8 +3,9 @@
 use super::camera_path;
 use crate::cli::RenderArgs;
 use crate::exit::Failure;
+use crate::verbs::dataset::data_failure;
 use crate::verbs::loaded::Loaded;
-use crate::verbs::{data_failure, reopen};
+use crate::verbs::reopen::reopen;
 use refraxel_core::{Camera, Lens, Vec3};
 use refraxel_data::synth::opengl_matrix;
 use refraxel_data::{NamedCamera, OpenOptions, open_cameras, scene_region};

@@ -3,10 +3,11 @@
 use crate::cli::{Cli, SplitName, TrainArgs, Verb};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::verbs::dataset::data_failure;
 use crate::verbs::eval::evaluate;
 use crate::verbs::evaluation::Evaluation;
+use crate::verbs::files::create_folder;
 use crate::verbs::train::{self, Lock};
-use crate::verbs::{create_folder, data_failure};
 use anyhow::{Context, anyhow};
 use clap::Parser;
 use refraxel_data::{Dataset, OpenOptions};

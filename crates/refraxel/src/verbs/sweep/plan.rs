@@ -3,11 +3,12 @@
 use super::job::Job;
 use super::results;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::verbs::files::absolute;
 use anyhow::{Context, anyhow};
 use refraxel_train::Options;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A plan as it is written.
 #[derive(Deserialize)]
@@ -38,6 +39,21 @@ pub fn jobs(path: &Path, out: &Path) -> Result<Vec<Job>, Failure> {
     plan.jobs(base, out).map_err(|f| Failure::new(f.exit, f.error.context(refused())))
 }
 
+/// A run by its number.
+pub fn chosen(jobs: &[Job], number: usize) -> Result<&Job, Failure> {
+    let last = jobs.len().saturating_sub(1);
+    let job = jobs.get(number);
+    job.ok_or_else(|| {
+        Failure::new(Exit::Usage, anyhow!("the plan has no run {number}; expected a number from 0 to {last}"))
+    })
+}
+
+/// Every dataset can be opened and holds images out, by which runs are scored.
+pub fn check_data(jobs: &[Job]) -> Result<(), Failure> {
+    let all: BTreeMap<&PathBuf, &Job> = jobs.iter().map(|job| (&job.data, job)).collect();
+    all.into_values().try_for_each(Job::check_data)
+}
+
 impl Plan {
     fn jobs(&self, base: &Path, out: &Path) -> Result<Vec<Job>, Failure> {
         if self.data.is_empty() {
@@ -64,7 +80,7 @@ impl Plan {
                     number: jobs.len(),
                     name: if folder.is_empty() { name.clone() } else { format!("{name}/{folder}") },
                     dataset: name.clone(),
-                    data: super::super::absolute(&base.join(data)),
+                    data: absolute(&base.join(data)),
                     folder: out.join(name).join(if folder.is_empty() { "run".to_owned() } else { folder }),
                     options: common.clone(),
                     varied,

@@ -4,6 +4,7 @@ use super::job::Job;
 use crate::exit::Failure;
 use crate::table::{Table, score};
 use crate::verbs::evaluation::Evaluation;
+use crate::verbs::files::create_folder;
 use refraxel_train::checkpoint::write_atomic;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -101,6 +102,19 @@ impl Row {
             ("seconds", self.seconds, 1),
         ]
     }
+}
+
+/// The state of all runs, written as table and page. `failed`: numbers of runs whose training failed.
+pub fn collect(jobs: &[Job], failed: &[usize], out: &Path) -> Result<Vec<Row>, Failure> {
+    let rows = rows(jobs, failed)?;
+    create_folder(out)?;
+    write(&rows, out)?;
+    Ok(rows)
+}
+
+pub(super) fn rows(jobs: &[Job], failed: &[usize]) -> Result<Vec<Row>, Failure> {
+    let state = |job: &Job| if failed.contains(&job.number) { State::Failed } else { State::Open };
+    jobs.iter().map(|job| Ok(Row::of(job, job.done()?.as_ref(), state(job)))).collect()
 }
 
 /// For people, on standard output.

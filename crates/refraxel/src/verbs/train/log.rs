@@ -3,7 +3,7 @@
 //! A run is worth more than its log. Lines that cannot be written are kept and tried again.
 
 use crate::plot::{Plot, Series};
-use crate::verbs::read_text;
+use crate::verbs::files::read_text;
 use refraxel_train::checkpoint::{WriteError, write_atomic};
 use refraxel_train::events::{Event, Record};
 use serde::Deserialize;

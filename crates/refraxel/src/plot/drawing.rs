@@ -1,0 +1,77 @@
+//! A plot as pixels or as SVG.
+
+use super::curves::Plot;
+use super::marks::{Frame, marks};
+use super::svg;
+use crate::canvas::{Canvas, Colour};
+
+const PAPER: Colour = [255; 3];
+
+impl Plot {
+    /// Draws the plot; sizes below 320×200 pixels are raised to that.
+    pub fn draw(&self, width: usize, height: usize) -> Canvas {
+        let frame = Frame::new(self, width, height);
+        let mut canvas = Canvas::new(frame.width, frame.height, PAPER);
+        for mark in marks(self, &frame) {
+            mark.draw(&mut canvas);
+        }
+        canvas
+    }
+
+    /// Writes the plot as a self-contained SVG document of the same layout.
+    pub fn svg(&self, width: usize, height: usize) -> String {
+        let frame = Frame::new(self, width, height);
+        svg::document(frame.width, frame.height, &marks(self, &frame))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curves::Series;
+    use super::super::marks::{CURVES, FAINT};
+    use super::*;
+
+    fn plot(series: &[(&str, &[(f64, f64)])]) -> Plot {
+        let series =
+            series.iter().map(|(n, p)| Series { name: (*n).to_owned(), points: p.to_vec() }).collect();
+        Plot { title: "glass & <air>".into(), x_label: "step".into(), y_label: "PSNR [dB]".into(), series }
+    }
+
+    fn count(canvas: &Canvas, colour: Colour) -> usize {
+        (0..canvas.height())
+            .map(|y| (0..canvas.width()).filter(|&x| canvas.pixel(x, y) == colour).count())
+            .sum()
+    }
+
+    #[test]
+    fn each_curve_is_drawn_in_its_colour() {
+        let canvas = plot(&[("a", &[(0.0, 20.0), (100.0, 30.0)]), ("b", &[(0.0, 18.0), (100.0, 28.0)])])
+            .draw(640, 400);
+        assert_eq!((canvas.width(), canvas.height()), (640, 400));
+        assert!(count(&canvas, CURVES[0]) > 400 && count(&canvas, CURVES[1]) > 400);
+    }
+
+    #[test]
+    fn value_that_is_not_finite_interrupts_the_curve() {
+        let whole = plot(&[("a", &[(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (3.0, 2.0)])]).draw(640, 400);
+        let broken = plot(&[("a", &[(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0)])]).draw(640, 400);
+        assert!(count(&broken, CURVES[0]) < count(&whole, CURVES[0]) - 200);
+    }
+
+    #[test]
+    fn degenerate_data_still_gives_axes() {
+        for points in [&[][..], &[(5.0, 7.0)], &[(0.0, f64::INFINITY)], &[(1.0, 3.0), (1.0, 3.0)]] {
+            let canvas = plot(&[("a", points)]).draw(0, 0);
+            assert!(count(&canvas, FAINT) > 100, "{points:?}");
+        }
+        assert!(count(&plot(&[]).draw(320, 200), FAINT) > 100);
+    }
+
+    #[test]
+    fn svg_is_well_formed_and_escapes_text() {
+        let svg = plot(&[("a", &[(0.0, 20.0), (100.0, 30.0)])]).svg(640, 400);
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        assert!(svg.contains("glass &amp; &lt;air&gt;") && !svg.contains("<air>"));
+        assert!(svg.contains("<circle") && svg.contains("<polyline"));
+    }
+}

@@ -1,0 +1,97 @@
+//! How a dataset is opened as the command line says, what a run stores of that, and what is said where it fails.
+
+use super::files::absolute;
+use crate::cli::ReadingArgs;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::{Progress, Show};
+use crate::shell::quoted_path;
+use anyhow::{Context, anyhow};
+use refraxel_core::Vec3;
+use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
+use refraxel_train::run::Source;
+use std::io;
+use std::path::Path;
+use std::sync::Mutex;
+
+/// The options for reading a dataset from the command line.
+pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
+    OpenOptions {
+        holdout: reading.holdout.map(|n| n as usize),
+        allow_outside: reading.allow_outside,
+        backdrop: None,
+        mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
+        crop: reading.crop.unwrap_or_default(),
+        up: reading.up.map(Vec3::from),
+    }
+}
+
+/// The description of a dataset that a run stores, so that the dataset can be read again in the same way.
+pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
+    Source {
+        path: Some(absolute(path)),
+        holdout: options.holdout,
+        mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
+        allow_outside: options.allow_outside,
+        crop: Some(options.crop).filter(|crop| !crop.is_none()),
+        up: options.up.map(Vec3::to_array),
+        ..Source::of(data)
+    }
+}
+
+/// The name of a mask's meaning on the command line.
+pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
+    match meaning {
+        MaskMeaning::Refractive => "refractive",
+        MaskMeaning::Keep => "keep",
+        MaskMeaning::Ignore => "ignore",
+    }
+}
+
+/// Reads all photographs of the dataset at `path` with fewer pixels, where a run asks for it as a number.
+pub fn reduce(data: &mut Dataset, downscale: Option<u32>, path: &Path, show: Show) -> Result<(), Failure> {
+    let Some(number) = downscale else { return Ok(()) };
+    let context = || format!("the photographs of {} cannot be reduced by {number}", path.display());
+    let reduction = Reduction::try_from(number).with_context(context).or_exit(Exit::BadInput)?;
+    let size = |data: &Dataset| data.views.first().map(|v| format!("{}x{}", v.camera.width, v.camera.height));
+    let before = size(data);
+    let all: Vec<usize> = (0..data.views.len()).collect();
+    let count = data.reduce(&all, reduction);
+    let first =
+        before.zip(size(data)).map(|(from, to)| format!("; the first has {to} pixels instead of {from}"));
+    show.say(&format!(
+        "note: {count} of {} photographs are reduced{}, and scored so",
+        all.len(),
+        first.unwrap_or_default()
+    ));
+    Ok(())
+}
+
+/// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.
+///
+/// Where poses are missing, the message says which command computes them.
+pub fn data_failure(error: DataError) -> Failure {
+    if let DataError::NoPoses { path, .. } | DataError::Video { path } = &error {
+        let source = quoted_path(path);
+        let commands =
+            format!("  refraxel import {source} --out scene\n  refraxel train scene --out run --minutes 10");
+        return Failure::new(Exit::BadInput, anyhow!("{error}:\n{commands}"));
+    }
+    let exit = match &error {
+        DataError::Read { source, .. } if source.kind() != io::ErrorKind::NotFound => Exit::Io,
+        _ => Exit::BadInput,
+    };
+    Failure::new(exit, error)
+}
+
+/// Decodes photographs with a progress bar.
+pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<Photo>, Failure> {
+    let progress = Mutex::new((Progress::new(show, "images", indices.len() as u64), 0));
+    let photos = data.load_photos(indices, |_| {
+        if let Ok(mut shown) = progress.lock() {
+            let (progress, loaded) = &mut *shown;
+            *loaded += 1;
+            progress.set(*loaded, "");
+        }
+    });
+    photos.map_err(data_failure)
+}

@@ -1,0 +1,60 @@
+//! What goes into the page of a run, and the file.
+
+use super::pack::Pack;
+use super::still::{first_camera, still};
+use super::template::{evidence, page};
+use super::{field, regions};
+use crate::exit::{Exit, Failure, OrExit};
+use crate::verbs::interrupts::watch_for_interrupts;
+use crate::verbs::loaded::Loaded;
+use crate::verbs::reopen::reopen;
+use crate::verbs::view::name;
+use crate::viewer::{PageCamera, UP};
+use flate2::{Compression, write::GzEncoder};
+use refraxel_data::scene_region;
+use refraxel_train::Backend;
+use refraxel_train::checkpoint::write_atomic;
+use refraxel_train::schedule::rendering_marching;
+use serde_json::json;
+use std::io::Write;
+use std::path::Path;
+
+/// What was put into the page.
+pub struct Page {
+    /// Voxels of the scene in the page.
+    pub voxels: usize,
+    /// Size of the file [byte].
+    pub bytes: usize,
+}
+
+/// Writes the page of a run.
+pub fn write(run: &mut Loaded, folder: &Path, out: &Path) -> Result<Page, Failure> {
+    watch_for_interrupts()?;
+    let marching = rendering_marching(&run.options, run.plan.near);
+    run.backend.refresh_occupancy(&marching);
+    let data = reopen(run).ok();
+    let camera = first_camera(run, data.as_ref());
+    let still = still(run, &camera)?;
+    let snapshot = run.backend.snapshot();
+    let mut pack = Pack::default();
+    let (field, voxels) = field::add(&snapshot.model, &snapshot.optimiser, &marching, &mut pack);
+    let regions = regions::add(&snapshot.model, &mut pack)?;
+    let up = data.as_ref().map_or(UP, |d| scene_region(d).up);
+    let document = json!({
+        "name": name(folder),
+        "up": up.to_array(),
+        "middle": run.plan.finest.bounds.cast::<f64>().center().to_array(),
+        "start": PageCamera::of(&camera),
+        "constants": field.constants,
+        "regions": regions,
+        "parts": pack.parts,
+        "density": field.density,
+        "splines": pack.splines,
+    });
+    let mut packed = GzEncoder::new(Vec::new(), Compression::new(7));
+    packed.write_all(&pack.bytes).or_exit(Exit::Io)?;
+    let verdict = run.state.verdict.as_ref().map(|verdict| evidence(verdict, folder)).unwrap_or_default();
+    let page = page(&name(folder), &document, &packed.finish().or_exit(Exit::Io)?, &still, &verdict);
+    write_atomic(out, |f| f.write_all(page.as_bytes()))?;
+    Ok(Page { voxels, bytes: page.len() })
+}

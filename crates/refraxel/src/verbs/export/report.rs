@@ -1,0 +1,117 @@
+//! What was written, for people and for programs.
+
+use super::surfaces::Numbered;
+use crate::table::{colours, count};
+use refraxel_train::model::surface::Boundary;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What was written.
+#[derive(Serialize)]
+pub struct Report {
+    pub(super) file: PathBuf,
+    pub(super) format: &'static str,
+    pub(super) regions: Vec<Region>,
+    /// Points of opaque things, and cameras, in a glTF file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) points: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) cameras: Option<usize>,
+    /// The direction in the world that the glTF file turns to +y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) up: Option<[f64; 3]>,
+    /// Why `up` is not the mean upward direction of the cameras.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) up_note: Option<String>,
+}
+
+/// The mesh of one region.
+#[derive(Serialize)]
+pub(super) struct Region {
+    /// Number of the region, from 1.
+    region: usize,
+    /// "jump" or "half-way": where the boundary was drawn.
+    boundary: &'static str,
+    /// Index of refraction inside.
+    index: f32,
+    /// Absorption of linear red, green and blue [1 / scene unit].
+    absorption: [f32; 3],
+    vertices: usize,
+    faces: usize,
+    /// Closed surfaces: two for a hollow ball.
+    bodies: usize,
+    /// [scene unit²]
+    area: f64,
+    /// [scene unit³], without cavities.
+    volume: f64,
+    /// Corners of the box around it [scene unit].
+    bounds: [[f64; 3]; 2],
+}
+
+impl Region {
+    fn of(Numbered { region, surface }: &Numbered) -> Option<Self> {
+        let (mesh, bounds) = (&surface.mesh, surface.mesh.bounds()?);
+        Some(Self {
+            region: *region,
+            boundary: match surface.boundary {
+                Boundary::Jump => "jump",
+                Boundary::HalfWay => "half-way",
+            },
+            index: surface.index,
+            absorption: surface.absorption,
+            vertices: mesh.vertices.len(),
+            faces: mesh.triangles.len(),
+            bodies: mesh.bodies(),
+            area: mesh.area(),
+            volume: mesh.volume(),
+            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+        })
+    }
+
+    fn text(&self) -> String {
+        let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
+        let [x, y, z] = [0, 1, 2].map(|a| self.bounds[1][a] - self.bounds[0][a]);
+        format!(
+            "region {}: index {:.3}{}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.4} × {y:.4} × {z:.4}",
+            self.region,
+            self.index,
+            self.tint(),
+            count(self.vertices as u64),
+            count(self.faces as u64),
+            self.bodies,
+            self.volume,
+            self.area,
+        )
+    }
+}
+
+impl Region {
+    /// What it absorbs, if it is tinted.
+    fn tint(&self) -> String {
+        if self.absorption == [0.0; 3] {
+            String::new()
+        } else {
+            format!(", absorbs {}", colours(self.absorption))
+        }
+    }
+}
+
+impl Report {
+    pub(super) fn new(file: &Path, format: &'static str, surfaces: &[Numbered]) -> Self {
+        let regions = surfaces.iter().filter_map(Region::of).collect();
+        Self { file: file.to_owned(), format, regions, points: None, cameras: None, up: None, up_note: None }
+    }
+
+    pub(super) fn text(&self) -> String {
+        let lines = self.regions.iter().map(Region::text);
+        let around = self.points.zip(self.cameras).map(|(points, cameras)| {
+            format!("around it: {} points of opaque things, {cameras} cameras", count(points as u64))
+        });
+        let file = format!("file: {} (world coordinates of the dataset)", self.file.display());
+        let up = self.up.map(|[x, y, z]| {
+            let note = self.up_note.as_deref().unwrap_or("the mean of the cameras");
+            format!("up: ({x:.3}, {y:.3}, {z:.3}), which the root node turns to +y; {note}")
+        });
+        lines.chain(around).chain([file]).chain(up).collect::<Vec<_>>().join("\n")
+    }
+}

@@ -1,0 +1,97 @@
+//! The files of a render in its folder: pictures of the views, and what lies beside them.
+
+use super::cameras::export;
+use super::folder::{Earlier, RenderFolder};
+use super::paths::{self, Fan};
+use super::report::Report;
+use super::slices;
+use super::views::{Views, layer_name, render_all, units};
+use crate::cli::RenderArgs;
+use crate::exit::{Exit, Failure, OrExit};
+use crate::progress::Show;
+use crate::verbs::loaded::Loaded;
+use crate::verbs::reopen::reopen;
+use refraxel_data::NamedCamera;
+use refraxel_data::synth::IndexTruth;
+use refraxel_train::Backend;
+use refraxel_train::checkpoint::write_atomic;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// Names of the files beside the pictures of the views.
+const CAMERAS: &str = "transforms.json";
+const SLICES: &str = "index_slices.png";
+const PATHS_PICTURE: &str = "paths.png";
+const PATHS_LINES: &str = "paths.ply";
+
+/// Writes pictures of all views, slices and paths to a folder.
+pub(super) fn write_folder(
+    args: &RenderArgs,
+    (run, cameras): (&mut Loaded, &[NamedCamera]),
+    views: &Views<'_>,
+    show: Show,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let earlier = if args.overwrite { Earlier::Remove } else { Earlier::Keep };
+    let mut folder = RenderFolder::open(&args.out, &planned(args, views), earlier)?;
+    if !views.cameras.is_empty() {
+        render_all(run, views, &mut folder, show)?;
+        report.cameras = Some(write_cameras(views, &mut folder)?);
+        report.views = views.cameras.len();
+        report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+    }
+    if args.slices {
+        let (path, truth_shown) = write_slices(args, run, &mut folder)?;
+        (report.slices, report.truth_shown) = (Some(path), Some(truth_shown));
+    }
+    if let (Some(count), Some(view)) = (args.paths, cameras.first()) {
+        report.paths = Some(write_paths(run, view, count as usize, &mut folder)?);
+    }
+    Ok(())
+}
+
+/// All files that the options ask for, relative to the folder.
+fn planned(args: &RenderArgs, views: &Views<'_>) -> BTreeSet<String> {
+    let cameras = (!views.cameras.is_empty()).then_some(CAMERAS);
+    let slices = args.slices.then_some(SLICES);
+    let paths = args.paths.map(|_| [PATHS_PICTURE, PATHS_LINES]);
+    let beside = cameras.into_iter().chain(slices).chain(paths.into_iter().flatten());
+    views.pictures().chain(beside.map(str::to_owned)).collect()
+}
+
+/// Writes the cameras of the views and the units of their pictures.
+fn write_cameras(views: &Views<'_>, folder: &mut RenderFolder) -> Result<PathBuf, Failure> {
+    let document = export(views.cameras, units(views.depth.unit, views.layers));
+    let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
+    folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
+}
+
+/// Writes slices of the index; true when the truth is beside them, which an edited index does not have.
+fn write_slices(
+    args: &RenderArgs,
+    run: &Loaded,
+    folder: &mut RenderFolder,
+) -> Result<(PathBuf, bool), Failure> {
+    let edited = args.scale_index.or(args.set_index).is_some();
+    // Slices need no dataset: without one they stand alone.
+    let data = if edited { None } else { reopen(run).ok() };
+    let truth = data.and_then(|d| IndexTruth::from_scene_json(d.truth.as_ref()?));
+    let page = slices::sheet(run.backend.medium(), truth.as_ref()).draw();
+    let path = folder.write(SLICES, |path| Ok(page.save_png(path)?))?;
+    Ok((path, truth.is_some()))
+}
+
+/// Writes bent rays of a view as a picture and as polylines.
+fn write_paths(
+    run: &Loaded,
+    view: &NamedCamera,
+    count: usize,
+    folder: &mut RenderFolder,
+) -> Result<[PathBuf; 2], Failure> {
+    let (refraction, domain) = (run.backend.medium(), run.backend.domain());
+    let fans = Fan::of_regions(refraction, domain, &view.camera, count);
+    let page = paths::sheet(&fans, refraction, &view.name).draw();
+    let picture = folder.write(PATHS_PICTURE, |path| Ok(page.save_png(path)?))?;
+    let lines = folder.write(PATHS_LINES, |path| Ok(write_atomic(path, |f| paths::write_ply(&fans, f))?))?;
+    Ok([picture, lines])
+}

@@ -1,0 +1,77 @@
+//! How photographs are read, as the arguments and the run that goes on say; and the photographs themselves.
+
+use crate::cli::{ReadingArgs, TrainArgs};
+use crate::exit::{Exit, Failure};
+use crate::progress::Show;
+use crate::verbs::dataset::{data_failure, open_options, reduce, source_of};
+use crate::verbs::files::absolute;
+use anyhow::anyhow;
+use refraxel_data::Dataset;
+use refraxel_train::run::{Run, Source};
+
+pub(super) const NOT_SCORED: &str = "no images are held out: the run is not scored";
+
+/// Whether some photographs are held out, by which a run is scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeldOut {
+    /// None is.
+    No,
+    /// Some are.
+    Yes,
+}
+
+/// What a training is given.
+pub(super) struct Input {
+    pub(super) data: Dataset,
+    pub(super) source: Source,
+    pub(super) held_out: HeldOut,
+}
+
+/// Reads the photographs that are named, as the run that goes on has read them.
+pub(super) fn read(args: &TrainArgs, saved: Option<&Run>, show: Show) -> Result<Input, Failure> {
+    let before = saved.map(|run| &run.source);
+    let crop = as_before(
+        "--crop",
+        args.reading.crop.filter(|c| !c.is_none()),
+        before.map(|s| s.crop),
+        |c| c.to_string(),
+        args,
+    )?;
+    let components = |up: [f64; 3]| up.map(|c| c.to_string()).join(",");
+    let up = as_before("--up", args.reading.up, before.map(|s| s.up), components, args)?;
+    let reduced = args.downscale.map(u32::from);
+    let downscale = as_before("--downscale", reduced, before.map(|s| s.downscale), |n| n.to_string(), args)?;
+    let reading = open_options(&ReadingArgs { crop, up, ..args.reading.clone() });
+    let mut data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
+    reduce(&mut data, downscale, args.data(), show)?;
+    let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
+    if held_out == HeldOut::No {
+        let rule = &data.split.rule;
+        show.say(&format!("note: {NOT_SCORED} ({rule}); name some for testing to learn how good it is"));
+    }
+    let mut source = source_of(args.data(), &reading, &data);
+    source.downscale = downscale;
+    let earlier = saved.and_then(|run| run.source.index_from.clone());
+    source.index_from = args.index_from.as_deref().map(absolute).or(earlier);
+    Ok(Input { data, source, held_out })
+}
+
+/// How photographs are read: as the run that goes on says.
+fn as_before<T: Copy + PartialEq>(
+    flag: &str,
+    asked: Option<T>,
+    stored: Option<Option<T>>,
+    text: impl Fn(T) -> String,
+    args: &TrainArgs,
+) -> Result<Option<T>, Failure> {
+    let Some(stored) = stored else { return Ok(asked) };
+    if asked.is_none() || asked == stored {
+        return Ok(stored);
+    }
+    let was = stored.map_or_else(|| format!("without {flag}"), |v| format!("with {flag} {}", text(v)));
+    let error = anyhow!(
+        "{} was trained {was}; --resume goes on so: leave {flag} out, or start a new run",
+        args.out().display()
+    );
+    Err(Failure::new(Exit::BadInput, error))
+}

@@ -1,0 +1,24 @@
+//! How a session fails.
+
+use crate::exit::{Exit, Failure};
+use crate::verbs::dataset::data_failure;
+use anyhow::anyhow;
+use refraxel_train::TrainError;
+use refraxel_train::session::SessionError;
+
+/// The failure of a session: diverged, interrupted, or refused.
+pub fn session_failure(error: SessionError) -> Failure {
+    match error {
+        SessionError::Data(e) => data_failure(e),
+        SessionError::Train(TrainError::Diverged { .. }) => Failure::new(Exit::Numerical, error),
+        SessionError::Evaluate(e) => e.into(),
+        SessionError::Train(TrainError::Device { .. }) | SessionError::Backend(_) => {
+            Failure::new(Exit::Device, error)
+        }
+        SessionError::Cancelled(_) => {
+            let note = anyhow!("stopped before training began; nothing was saved or changed");
+            Failure::new(Exit::Interrupted, note)
+        }
+        _ => Failure::new(Exit::BadInput, error),
+    }
+}
