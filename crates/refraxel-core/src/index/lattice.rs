@@ -3,7 +3,7 @@
 //! A cell is marked if a ray must not hop over it: in an index grid because its coefficients differ, in a level set because
 //! it may hold the surface.
 
-use super::BORDER;
+use super::vacuum::BORDER;
 use crate::{Aabb, Domain, Extent, Real, Vec3};
 
 /// A hop into a cell goes this much deeper [voxel]: far enough for the cell to be recognised after rounding in `f32`.

@@ -2,9 +2,11 @@
 
 use super::facets::Facets;
 use super::hull::may_vanish;
+use super::interpolation::Interpolation;
 use super::lattice::Lattice;
 use super::stencil::Stencil;
-use super::{BORDER, Interpolation, flat, prefilter};
+use super::vacuum::BORDER;
+use super::{flat, prefilter};
 use crate::{Aabb, Domain, Real, Vec3};
 
 /// A body as φ < 0, theory (2.22): φ(x) = Σ_j c_j B_j(x) [scene unit], best a signed distance.

@@ -1,6 +1,7 @@
 //! Any number of refractive regions in vacuum, which one rules where bodies overlap, and dLoss/d(their coefficients).
 
-use super::{IndexGrid, LevelSet, VACUUM};
+use super::vacuum::VACUUM;
+use super::{IndexGrid, LevelSet};
 use crate::{Real, Vec3};
 use std::fmt;
 

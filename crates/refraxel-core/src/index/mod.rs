@@ -12,6 +12,7 @@ mod facets;
 mod flat;
 mod grid;
 mod hull;
+mod interpolation;
 mod lattice;
 mod level_set;
 mod medium;
@@ -19,6 +20,7 @@ mod prefilter;
 pub mod priors;
 mod smooth;
 mod stencil;
+mod vacuum;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -26,34 +28,8 @@ pub(crate) mod tests;
 pub use facets::CUTS;
 pub use flat::FLAT;
 pub use grid::IndexGrid;
+pub use interpolation::Interpolation;
 pub use lattice::NUDGE;
 pub use level_set::{BORDER_VALUE, LevelSet, TOUCH};
 pub use medium::{IndexGradient, Medium, MediumGradient, Overlap};
-
-/// Layers of nodes along each face of a box that are no parameters, but vacuum [node]. Three layers make
-/// the outermost cells vacuum, so that a B-spline is C² at the faces.
-pub const BORDER: usize = 3;
-
-/// w of vacuum, where n = 1 [1].
-pub const VACUUM: f64 = 0.5;
-
-/// How w and its gradient follow from the coefficients at the nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Interpolation {
-    /// Cubic B-spline, theory (2.5): w is C² and depends on 64 coefficients per point. The coefficients are not the values
-    /// at the nodes.
-    #[default]
-    CubicBSpline,
-    /// Trilinear w, and for the force the trilinear interpolation of central differences at the nodes, theory (2.6). This
-    /// force is continuous, but not the gradient of its w.
-    TrilinearOfDifferences,
-    /// Trilinear w and its gradient, theory (2.7): the force jumps at cell faces, and the diagonal of its derivative is 0
-    /// almost everywhere. Derivatives of bent rays are wrong: a glass ball's by the index are 0.05 (median) of Snell's.
-    /// Kept as evidence.
-    Trilinear,
-}
-
-impl Interpolation {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::CubicBSpline, Self::TrilinearOfDifferences, Self::Trilinear];
-}
+pub use vacuum::{BORDER, VACUUM};

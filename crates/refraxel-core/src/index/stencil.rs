@@ -3,7 +3,8 @@
 //! All three interpolations are products of one-dimensional weights, so one routine serves them all: it contracts z first,
 //! row by row of x, which lie next to each other in memory, then y, and x at the end.
 
-use super::{BORDER, Interpolation};
+use super::interpolation::Interpolation;
+use super::vacuum::BORDER;
 use crate::{Real, Vec3, vec3};
 
 /// Coefficients per axis that a cell may depend on: nodes i − 1 … i + 2 of cell i.

@@ -1,6 +1,6 @@
 //! Measures of a mesh: area, volume, number of bodies, and whether it is closed.
 
-use super::{Mesh, doubled_area};
+use super::triangles::{Mesh, doubled_area};
 use std::collections::HashMap;
 
 impl Mesh {

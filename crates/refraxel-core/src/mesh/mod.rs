@@ -5,75 +5,12 @@
 //! shaped, theory (2.32).
 
 mod measure;
+mod of_level;
 mod relax;
 mod tetrahedra;
-
-use crate::{Aabb, Domain, Vec3};
-
-/// A closed triangle mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
-    /// World positions of the vertices [scene unit].
-    pub vertices: Vec<Vec3<f64>>,
-    /// Unit normal of each vertex, outwards.
-    pub normals: Vec<Vec3<f64>>,
-    /// The three vertices of each triangle, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-}
-
-impl Mesh {
-    /// The boundary of the region where `sample(x).0` < 0, on the nodes of a box with `detail` ≥ 1 cells per voxel and axis.
-    ///
-    /// `sample` returns a function and its gradient, continuous inside the box and positive in the outermost cells. Empty
-    /// if the function has one sign at all nodes.
-    ///
-    /// Error: vertices lie on the zero level to 1e-3 of a cell wherever the function is smooth over a cell, and normals are
-    /// those of its gradient. Chords cut corners: a ball of radius R loses a share of its volume of about 0.125 (h/R)²,
-    /// h being the edge of a cell. Parts thinner than a cell can be missed.
-    ///
-    /// Source: marching tetrahedra, Doi & Koide 1991. Dual methods (surface nets, dual contouring) are no alternative:
-    /// their edges can belong to four triangles.
-    ///
-    /// ```
-    /// use refraxel_core::{Aabb, Domain, Extent, Mesh, Vec3};
-    /// let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
-    /// let domain = Domain { bounds: cube, extent: Extent::Bounded, resolution: [33; 3] };
-    /// let ball = Mesh::of_level(&domain, 1, |x: Vec3<f64>| (x.length() - 0.6, x.normalized()));
-    /// assert!((ball.volume() / (4.0 / 3.0 * std::f64::consts::PI * 0.216) - 1.0).abs() < 0.004);
-    /// assert_eq!((ball.bodies(), ball.open_edges()), (1, 0));
-    /// ```
-    ///
-    /// # Panics
-    /// If a node of a face of the box lies inside, or `detail` is 0.
-    pub fn of_level(
-        domain: &Domain<f64>,
-        detail: u32,
-        sample: impl Fn(Vec3<f64>) -> (f64, Vec3<f64>),
-    ) -> Self {
-        assert!(detail > 0, "at least one cell per voxel");
-        let resolution = domain.resolution.map(|n| (n - 1) * detail + 1);
-        let domain = Domain { resolution, ..*domain };
-        let mut mesh = tetrahedra::march(&domain, &sample);
-        relax::relax(&mut mesh, domain.voxel(), &sample);
-        mesh.normals = mesh.vertices.iter().map(|&x| sample(x).1.normalized()).collect();
-        mesh
-    }
-
-    /// World positions of the corners of a triangle [scene unit].
-    pub fn corners(&self, triangle: [u32; 3]) -> [Vec3<f64>; 3] {
-        triangle.map(|v| self.vertices[v as usize])
-    }
-
-    /// The box around all vertices; `None` if there are none.
-    pub fn bounds(&self) -> Option<Aabb<f64>> {
-        Aabb::around(self.vertices.iter().copied())
-    }
-}
-
-/// Normal of a triangle, whose length is twice the area [scene unit²].
-fn doubled_area([a, b, c]: [Vec3<f64>; 3]) -> Vec3<f64> {
-    (b - a).cross(c - a)
-}
+mod triangles;
 
 #[cfg(test)]
 mod tests;
+
+pub use triangles::Mesh;

@@ -2,7 +2,7 @@
 //!
 //! Only positions change; the topology of the mesh stays, and with it the property that the mesh is closed.
 
-use super::{Mesh, doubled_area};
+use super::triangles::{Mesh, doubled_area};
 use crate::Vec3;
 
 /// Rounds over all vertices. After them the smallest angle of any triangle of a ball is 21 degrees, and the mean over the

@@ -1,5 +1,5 @@
-use super::*;
-use crate::{Extent, vec3};
+use super::triangles::{Mesh, doubled_area};
+use crate::{Aabb, Domain, Extent, Vec3, vec3};
 use std::f64::consts::PI;
 
 fn domain(nodes: u32) -> Domain<f64> {

@@ -5,7 +5,7 @@
 //! gives one triangle, two against two give a quadrilateral of two triangles. A vertex belongs to the edge that it lies on,
 //! and is shared by all tetrahedra around that edge: this closes the mesh.
 
-use super::Mesh;
+use super::triangles::Mesh;
 use crate::{Domain, Vec3};
 use std::collections::HashMap;
 

@@ -1,8 +1,11 @@
 //! The adjoint of a path, theory (2.15)–(2.18) and (2.27)–(2.29): the loop of [`Tracer::replay`], read backwards.
 
 use super::event::SegmentEndAdjoint;
+use super::options::Integrator;
+use super::path::{EventKind, Path, Step};
+use super::path_adjoint::{PathAdjoint, RayAdjoint};
 use super::step::{KickedStep, State, drift_vjp, exit_vjp};
-use super::{EventKind, Integrator, Path, PathAdjoint, RayAdjoint, Step, Tracer};
+use super::tracer::Tracer;
 use crate::segment::SegmentAdjoint;
 use crate::{IndexGradient, Ray, Real, Vec3};
 

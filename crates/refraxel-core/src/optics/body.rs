@@ -7,8 +7,9 @@
 
 use super::crossing::{Side, first_crossing};
 use super::hop::{Run, run};
+use super::path::{Event, EventKind, MAX_LATTICE, Path, Step};
 use super::step::State;
-use super::{Event, EventKind, MAX_LATTICE, Path, Step, Tracer};
+use super::tracer::Tracer;
 use crate::segment::Segment;
 use crate::{Ray, Real};
 

@@ -1,9 +1,10 @@
 //! A ray at a sharp surface: the event, theory (2.25), and its transpose, theory (2.27)–(2.29).
 
-use super::mirror::{Arrival, MirrorAdjoint};
+use super::mirror::{Arrival, MirrorAdjoint, PartialReflectionAdjoint};
+use super::path::{Event, EventKind, Step};
 use super::sides::Sides;
 use super::step::State;
-use super::{PartialReflectionAdjoint, Step, Tracer};
+use super::tracer::Tracer;
 use crate::index::VACUUM;
 use crate::segment::Segment;
 use crate::{IndexGradient, IndexGrid, LevelSet, Real, Vec3};
@@ -14,30 +15,6 @@ pub const GRAZING: f64 = 0.05;
 
 /// Bound on the Newton steps of [`Tracer::replay`](Tracer::replay) towards a shifted crossing.
 const MOST_STEPS: usize = 30;
-
-/// What happens where a segment ends on the surface of a body, [`Step::region`]. The region on the side of the ray is
-/// [`Step::within`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event<T> {
-    /// Whether the ray passes.
-    pub kind: EventKind,
-    /// True if the ray comes from inside the body.
-    pub from_inside: bool,
-    /// The region that rules on the other side of the surface; `None` for vacuum.
-    pub beyond: Option<u16>,
-    /// The time u [in t] up to which the kicks of the lattice reach, theory (2.26): the end kick lasts from u to τ. `None`
-    /// where the field is flat and needs no end kick. Held fixed in derivatives.
-    pub kicked_until: Option<T>,
-}
-
-/// Whether a ray passes a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EventKind {
-    /// It passes, by Snell's law.
-    Refraction,
-    /// It is turned back: total reflection.
-    Reflection,
-}
 
 /// A ray on a surface, after the end kick and before the event.
 pub(super) struct Impact<T> {
@@ -117,14 +94,6 @@ impl<T: Real> Event<T> {
     /// Length τ − u of the end kick after a drift of length `tau`, theory (2.26).
     fn end_kick(&self, tau: T) -> Option<T> {
         self.kicked_until.map(|until| tau - until)
-    }
-
-    /// The region that rules behind the surface for a ray with this kind of event.
-    pub(super) fn next(&self, within: Option<u16>) -> Option<u16> {
-        match self.kind {
-            EventKind::Refraction => self.beyond,
-            EventKind::Reflection => within,
-        }
     }
 
     /// Decides the kind of the event, theory (2.25). Where rounding at grazing incidence gives a the sign of the other

@@ -3,9 +3,9 @@
 //! Each cell knows its *clearance*, the Chebyshev distance in cells to the nearest cell that is not flat. A ray in a cell
 //! of clearance c may advance c − 1 cells along its fastest axis before it must test again.
 
-use super::Tracer;
 use super::crossing::{Side, first_crossing};
 use super::step::State;
+use super::tracer::Tracer;
 use crate::{IndexGrid, Medium, Ray, Real};
 
 /// Where the lattice of steps x + m h p, m = 0, 1, …, first leaves the flat cells.

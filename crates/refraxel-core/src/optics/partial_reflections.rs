@@ -1,8 +1,10 @@
 //! The partial reflections on a path, at sharp surfaces and smooth transitions, in the order in which the ray meets them.
 
+use super::mirror::{PartialReflection, PartialReflectionAdjoint};
+use super::path::{EventKind, Path};
 use super::step::State;
+use super::tracer::Tracer;
 use super::transition::{Passage, Run};
-use super::{EventKind, PartialReflection, PartialReflectionAdjoint, Path, Tracer};
 use crate::segment::SegmentAdjoint;
 use crate::{IndexGradient, Real};
 

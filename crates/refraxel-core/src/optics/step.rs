@@ -1,6 +1,8 @@
 //! One step of each integrator, and its transpose.
 
-use super::{Integrator, RayAdjoint, Step};
+use super::options::Integrator;
+use super::path::Step;
+use super::path_adjoint::RayAdjoint;
 use crate::segment::SegmentAdjoint;
 use crate::{IndexGradient, IndexGrid, Real, Vec3};
 

@@ -7,8 +7,9 @@
 
 use super::crossing::Side;
 use super::hop::{Entry, Run, next_entry, run};
+use super::path::{MAX_LATTICE, Path, PathEnd, Step};
 use super::step::State;
-use super::{MAX_LATTICE, Path, PathEnd, Step, Tracer};
+use super::tracer::Tracer;
 use crate::index::FLAT;
 use crate::segment::Segment;
 use crate::{Ray, Real, Vec3};

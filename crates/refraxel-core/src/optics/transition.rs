@@ -1,7 +1,10 @@
 //! A smooth transition of the index that counts as one surface, theory (7.11), and its transpose, theory (7.12).
 
+use super::event::GRAZING;
 use super::fresnel::Incidence;
-use super::{GRAZING, PartialReflection, PartialReflectionAdjoint, Path, Tracer};
+use super::mirror::{PartialReflection, PartialReflectionAdjoint};
+use super::path::Path;
+use super::tracer::Tracer;
 use crate::index::VACUUM;
 use crate::segment::SegmentAdjoint;
 use crate::{IndexGradient, IndexGrid, Real, Vec3};

@@ -1,5 +1,6 @@
 //! LLFF `poses_bounds.npy`: one row per image of `images/`, sorted by name.
 
+use super::folder::{is_image, names};
 use super::npy::{self, Matrix};
 use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
@@ -92,10 +93,10 @@ fn depth_range(poses: &Matrix) -> Option<[f64; 2]> {
 
 /// Image files of `images` or else the first `images_*`, sorted by name as LLFF does.
 fn image_names(folder: &Path) -> Result<(String, Vec<String>), DataError> {
-    let mut folders = super::names(folder)?;
+    let mut folders = names(folder)?;
     folders.retain(|name| (name == "images" || name.starts_with("images_")) && folder.join(name).is_dir());
     let chosen = folders.first().cloned().unwrap_or_else(|| "images".to_owned());
-    let mut names = super::names(&folder.join(&chosen))?;
-    names.retain(|name| super::is_image(name));
+    let mut names = names(&folder.join(&chosen))?;
+    names.retain(|name| is_image(name));
     Ok((chosen, names))
 }

@@ -1,5 +1,6 @@
 //! NSVF: `pose/NAME.txt` (camera to world, OpenCV axes), `rgb/NAME.png`, `intrinsics.txt`, `bbox.txt`.
 
+use super::folder::names;
 use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset, Part};
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, limits, pose};
@@ -22,7 +23,7 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
     let intrinsics = intrinsics(&folder.join("intrinsics.txt"))?;
     let images =
         ["rgb", "images", "image"].into_iter().find(|name| folder.join(name).is_dir()).unwrap_or("rgb");
-    let mut names = super::names(poses)?;
+    let mut names = names(poses)?;
     names.retain(|name| name.ends_with(".txt"));
     limits::frames(poses, names.len())?;
     for name in &names {

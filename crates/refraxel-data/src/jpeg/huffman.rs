@@ -1,5 +1,7 @@
 //! Huffman codes of a sequential JPEG, read and thrown away. Source: ITU-T T.81, annexes C and F.
 
+use super::marker::next_marker;
+
 /// A table of codes.
 pub(super) struct Table {
     /// Length and symbol of the code that eight bits begin with; length 0: it is longer.
@@ -132,7 +134,7 @@ impl<'a> Bits<'a> {
         if self.left() > padding {
             return false;
         }
-        match super::next_marker(self.rest) {
+        match next_marker(self.rest) {
             Some((0xd0..=0xd7, after)) => {
                 *self = Self::new(after);
                 true

@@ -1,6 +1,6 @@
 //! What the optical axes say about a capture: where they meet, from how far, which way is up.
 
-use super::quantile;
+use super::quantile::quantile;
 use crate::is_one_place;
 use refraxel_core::{Camera, Mat3, Vec3, vec3};
 

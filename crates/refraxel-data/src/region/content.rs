@@ -1,6 +1,6 @@
 //! Shrinking a region to what the pictures show: a coarse visual hull of everything that is not backdrop.
 
-use super::Region;
+use super::scene::Region;
 use crate::{Backdrop, Dataset, MaskMeaning, Photo};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Vec3, vec3};

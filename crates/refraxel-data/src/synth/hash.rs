@@ -23,6 +23,11 @@ pub(super) fn cell(seed: u64, i: [i64; 3]) -> u64 {
     mix(seed, packed)
 }
 
+/// A number in [−1, 1), the same for the same arguments.
+pub(super) fn signed(seed: u64, draw: u64) -> f64 {
+    2.0 * unit(mix(seed, draw)) - 1.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

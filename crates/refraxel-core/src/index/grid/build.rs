@@ -1,7 +1,9 @@
 //! Making index grids: from functions of position, from one index, from stored coefficients.
 
-use super::IndexGrid;
-use crate::index::{BORDER, Interpolation, LevelSet, VACUUM, prefilter};
+use super::index_grid::IndexGrid;
+use crate::index::interpolation::Interpolation;
+use crate::index::vacuum::{BORDER, VACUUM};
+use crate::index::{LevelSet, prefilter};
 use crate::{Aabb, Real, Vec3};
 
 impl<T: Real> IndexGrid<T> {

@@ -3,9 +3,9 @@
 //! All derivatives are per scene unit: a [`Stencil`] works in node units, and the chain rule multiplies each axis by the
 //! nodes per scene unit, `lattice.scale`.
 
-use super::IndexGrid;
-use crate::index::VACUUM;
+use super::index_grid::IndexGrid;
 use crate::index::stencil::Stencil;
+use crate::index::vacuum::VACUUM;
 use crate::{Real, Vec3};
 
 impl<T: Real> IndexGrid<T> {

@@ -1,9 +1,12 @@
 //! Bodies that absorb: closed forms, and gradients through length, path and surface against central differences.
 
+use super::scene::{cube, domain, medium, ramp};
 use super::sharp_gradients::{errors, rays, scene, tracer};
-use super::*;
-use crate::LevelSet;
+use crate::index::tests::Sequence;
+use crate::optics::{Path, PathAdjoint, RayAdjoint};
 use crate::radiance::{Absorption, AbsorptionAdjoint};
+use crate::segment::SegmentAdjoint;
+use crate::{IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, vec3};
 
 /// Central differences in f64 with step 1e-6 of a sum of O(10): rounding 1e-9, of derivatives that may be as small as 1e-3.
 const STEP: f64 = 1e-6;

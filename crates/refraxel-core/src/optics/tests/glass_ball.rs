@@ -3,7 +3,11 @@
 //! Ball of radius 20 voxels, n = 1.5, its edge blurred with a standard deviation of 1 voxel; 300 rays of random direction
 //! and impact b < 0.9 R. Each derivative is divided by the exact one of the sharp ball.
 
-use super::*;
+use super::measures::exit_vjp;
+use super::scene::{cube, options};
+use crate::index::tests::Sequence;
+use crate::optics::{Integrator, RayAdjoint, Tracer};
+use crate::{Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3};
 
 const RADIUS: f64 = 20.0;
 const INDEX: f64 = 1.5;

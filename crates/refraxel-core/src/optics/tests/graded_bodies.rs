@@ -1,9 +1,11 @@
 //! Bodies with a field of their own: a jump at the surface and bending inside.
 
+use super::measures::median_and_largest;
+use super::scene::{cube, domain, options};
 use super::sharp::{Impact, RADIUS, disc, impacts, kinds, trace};
-use super::*;
 use crate::index::LevelSet;
-use crate::optics::{EventKind, PathEnd};
+use crate::optics::{EventKind, Integrator, PathEnd, Tracer};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// n² = A − B r² inside a ball of radius 0.7: rays are ellipses, x'' = −B x in t.
 const GRADED: [f64; 2] = [2.6, 1.4];

@@ -1,13 +1,20 @@
 //! The full bent render against central differences, with steps, hops and quadrature points held fixed.
 
+use super::measures::exit_vjp;
+use super::scene::{cube, options};
 use super::sharp_gradients::Functional;
-use super::*;
 use crate::background::{Background, EnvironmentMap};
 use crate::grid::BrickMap;
 use crate::index::MediumGradient;
+use crate::index::tests::Sequence;
+use crate::optics::{Integrator, Options, Path, PathAdjoint, RayAdjoint, Tracer};
 use crate::radiance::{PixelAdjoint, QuadraturePoint, quadrature, render, render_vjp};
+use crate::segment::SegmentAdjoint;
 use crate::sh::ShDegree;
-use crate::{FieldGradient, LevelSet, VoxelField};
+use crate::{
+    Aabb, Domain, Extent, FieldGradient, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, VoxelField,
+    vec3,
+};
 
 const WEIGHTS: [f64; 3] = [0.8, -0.5, 1.1];
 

@@ -1,4 +1,8 @@
-use super::*;
+use super::measures::median_and_largest;
+use super::scene::{cube, domain, medium, options};
+use crate::index::tests::Sequence;
+use crate::optics::{Integrator, Tracer};
+use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 use std::f64::consts::PI;
 
 /// Unit lens: n(r) for r < 1, vacuum around; 129³ nodes. Its ∇n jumps at r = 1, so samples serve as control values.

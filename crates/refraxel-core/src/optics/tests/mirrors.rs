@@ -1,9 +1,11 @@
 //! What surfaces mirror: closed forms, and the adjoint against central differences.
 
+use super::scene::{cube, domain, medium, options, ramp};
 use super::sharp_gradients::{Functional, errors, rays, scene, tracer};
-use super::*;
 use crate::index::LevelSet;
-use crate::optics::{PartialReflection, PartialReflectionAdjoint};
+use crate::index::tests::Sequence;
+use crate::optics::{Integrator, PartialReflection, PartialReflectionAdjoint, Path, Tracer};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// Central differences in f64 as for paths, with one more division by a sine.
 const TOLERANCE: f64 = 1e-6;

@@ -1,10 +1,13 @@
 //! Bodies in bodies against the closed forms of Snell's law, and that no path loses count of where it is.
 
+use super::measures::median_and_largest;
 use super::mirrors::mirrors;
+use super::scene::{cube, domain, options};
 use super::sharp::{Impact, impacts, kinds, trace};
-use super::*;
 use crate::index::LevelSet;
-use crate::optics::{EventKind, PathEnd};
+use crate::index::tests::Sequence;
+use crate::optics::{EventKind, Integrator, Options, Path, PathEnd, Tracer};
+use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// A body in the cube [−half, half]³.
 fn body(half: f64, nodes: u32, index: f64, phi: impl Fn(Vec3<f64>) -> f64) -> IndexGrid<f64> {

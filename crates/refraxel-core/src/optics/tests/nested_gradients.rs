@@ -1,9 +1,12 @@
 //! The adjoint of paths through bodies in bodies against central differences.
 
 use super::mirrors::{Mirrored, mirror_errors, mirrors};
+use super::scene::{cube, domain};
 use super::sharp_gradients::{Functional, path_errors, rays, tracer};
-use super::*;
 use crate::index::LevelSet;
+use crate::index::tests::Sequence;
+use crate::segment::SegmentAdjoint;
+use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// As for single bodies.
 const TOLERANCE: f64 = 1e-7;

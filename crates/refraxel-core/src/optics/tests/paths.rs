@@ -1,4 +1,8 @@
-use super::*;
+use super::measures::{exit_vjp, median_and_largest, momentum_at_start};
+use super::scene::{cube, domain, options, ramp};
+use crate::index::tests::Sequence;
+use crate::optics::{Integrator, Options, RayAdjoint, Tracer};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Real, Vec3, vec3};
 
 /// A ball of glass with a soft edge and a flat inside, and a lens without flat parts beside it.
 fn ball_and_lens() -> Medium<f64> {

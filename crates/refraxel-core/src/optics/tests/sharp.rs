@@ -1,8 +1,10 @@
 //! Sharp interfaces against the closed forms of Snell's law.
 
-use super::*;
+use super::scene::{cube, domain};
 use crate::index::LevelSet;
-use crate::optics::{EventKind, PathEnd};
+use crate::index::tests::Sequence;
+use crate::optics::{EventKind, Options, Path, PathEnd, Tracer};
+use crate::{IndexGrid, Medium, Ray, Vec3, vec3};
 
 pub(super) const RADIUS: f64 = 0.7;
 

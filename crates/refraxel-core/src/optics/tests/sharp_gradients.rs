@@ -1,8 +1,13 @@
 //! The adjoint of paths with events against central differences.
 
-use super::*;
-use crate::index::LevelSet;
-use crate::optics::{EventKind, GRAZING, PartialReflectionAdjoint};
+use super::scene::{cube, domain, options};
+use crate::index::tests::Sequence;
+use crate::index::{LevelSet, MediumGradient};
+use crate::optics::{
+    EventKind, GRAZING, Integrator, Options, PartialReflectionAdjoint, Path, PathAdjoint, RayAdjoint, Tracer,
+};
+use crate::segment::SegmentAdjoint;
+use crate::{Domain, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// Central differences in f64 with step 1e-6 of O(1) quantities: truncation 1e-10, rounding 1e-10 of each evaluation.
 const STEP: f64 = 1e-6;

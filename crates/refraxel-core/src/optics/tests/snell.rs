@@ -1,5 +1,6 @@
-use super::*;
-use crate::optics::PathEnd;
+use super::scene::{domain, options, ramp};
+use crate::optics::{Integrator, Options, PathEnd, Tracer};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// A wide slab of glass, n = 1.5 for |z| < 0.5; the transition is about 8 voxels wide.
 fn slab() -> Medium<f64> {

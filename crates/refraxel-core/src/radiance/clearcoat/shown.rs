@@ -1,7 +1,7 @@
 //! The reference renderer of a field under a clearcoat, and its transpose, theory (7.5), (7.6) and (7.13)–(7.16).
 
+use super::coat::{Clearcoat, ClearcoatGradient};
 use super::facing::{ClearcoatReflection, Facing};
-use super::{Clearcoat, ClearcoatGradient};
 use crate::field::{FieldGradient, Matter, VoxelField};
 use crate::radiance::light::{mix, mix_vjp};
 use crate::radiance::quadrature::QuadraturePoint;

@@ -1,13 +1,13 @@
+use super::coat::{Clearcoat, ClearcoatGradient};
 use super::facing::incidence;
-use super::shown::{facing, samples};
-use super::*;
+use super::shown::{ClearcoatedScene, facing, samples};
 use crate::field::VoxelField;
 use crate::grid::{BRICK_VOXELS, BrickMap, Domain, Extent};
 use crate::index::tests::Sequence;
 use crate::radiance::quadrature;
-use crate::radiance::{QuadraturePoint, Segment};
+use crate::radiance::{ProbeGrid, QuadraturePoint, Segment};
 use crate::sh::ShDegree;
-use crate::{Aabb, AlignedVec, Ray, vec3};
+use crate::{Aabb, AlignedVec, Ray, Vec3, vec3};
 
 const BEHIND: [f64; 3] = [0.9, 0.7, 0.4];
 const WEIGHTS: [f64; 3] = [0.8, -0.5, 1.1];

@@ -1,7 +1,7 @@
 //! `cameras.bin`, `images.bin`, `points3D.bin`.
 
 use super::models::{self, Calibration};
-use super::{Calibrations, Image, Point};
+use super::records::{Calibrations, Image, Point};
 use crate::DataError;
 use crate::bytes::Bytes;
 use refraxel_core::Vec3;

@@ -1,6 +1,6 @@
 //! What COLMAP's models hold, for reports.
 
-use super::{images, models_in, points};
+use super::files::{images, models_in, points};
 use crate::DataError;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! `cameras.txt`, `images.txt`, `points3D.txt`.
 
 use super::models::Calibration;
-use super::{Calibrations, Image, Point};
+use super::records::{Calibrations, Image, Point};
 use crate::DataError;
 use refraxel_core::Vec3;
 use std::path::Path;

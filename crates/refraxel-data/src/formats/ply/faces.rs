@@ -1,6 +1,7 @@
 //! The faces of a PLY file.
 
-use super::{Encoding, open, vertices};
+use super::header::{Encoding, open};
+use super::vertices::vertices;
 use crate::DataError;
 use crate::bytes::Bytes;
 use refraxel_core::Vec3;

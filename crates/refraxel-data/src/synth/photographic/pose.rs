@@ -1,6 +1,6 @@
 //! Poses as they are estimated from photographs: a little off.
 
-use super::signed;
+use crate::synth::hash::signed;
 use refraxel_core::{Camera, Vec3, vec3};
 use std::f64::consts::PI;
 

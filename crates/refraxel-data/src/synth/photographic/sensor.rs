@@ -1,8 +1,8 @@
 //! From light to a file's pixels: exposure, white balance, noise.
 
-use super::{Imperfection, Imperfections, signed};
+use super::imperfection::{Imperfection, Imperfections};
 use crate::image::{Image, Pixels};
-use crate::synth::hash::{mix, unit};
+use crate::synth::hash::{mix, signed, unit};
 use crate::synth::render::Frame;
 use crate::synth::texture::srgb_from_linear;
 use std::f64::consts::TAU;

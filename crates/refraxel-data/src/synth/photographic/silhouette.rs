@@ -1,8 +1,7 @@
 //! Masks as a segmenter draws them: borders that wander, holes, one mask missing and one of another view.
 
-use super::signed;
 use crate::image::Mask;
-use crate::synth::hash::{mix, unit};
+use crate::synth::hash::{mix, signed, unit};
 use crate::synth::scene::Scene;
 use crate::synth::texture::noise;
 use rayon::prelude::*;

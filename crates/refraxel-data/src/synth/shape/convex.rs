@@ -1,6 +1,7 @@
 //! Convex bodies in closed form: a straight line is inside one of them over a single interval.
 
-use super::{Crossing, S_MIN, vector};
+use super::crossing::{Crossing, S_MIN};
+use crate::synth::vector;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 

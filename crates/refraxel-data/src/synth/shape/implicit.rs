@@ -5,9 +5,9 @@
 //! |f| can never jump over a surface. A step is never shorter than `STEP_MIN`, which ends the slow crawl along grazing
 //! rays; what may be missed is a chord shorter than that, less than 2e-8 units deep for a radius of 0.3.
 
+use super::crossing::{Crossing, S_MIN};
 use super::primitive::Primitive;
 use super::root::{Along, sign_change};
-use super::{Crossing, S_MIN};
 use refraxel_core::{Aabb, Ray, Vec3};
 use serde::{Deserialize, Serialize};
 

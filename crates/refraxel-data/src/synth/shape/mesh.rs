@@ -2,7 +2,8 @@
 //!
 //! Where the interpolated normal and the flat triangle disagree about entering or leaving, the triangle wins.
 
-use super::{Crossing, S_MIN, vector};
+use super::crossing::{Crossing, S_MIN};
+use crate::synth::vector;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 

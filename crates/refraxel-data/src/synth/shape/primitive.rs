@@ -1,6 +1,6 @@
 //! Bodies with an exact distance field: all points within a radius of a core (a point, segment, circle, disk or cap).
 
-use super::vector;
+use crate::synth::vector;
 use refraxel_core::{Aabb, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 

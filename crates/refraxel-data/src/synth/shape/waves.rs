@@ -4,8 +4,9 @@
 //! sign change (Kalra & Barr 1989), because first and second derivatives of a sum of sines have simple bounds.
 
 use super::convex::{Cuboid, Interval};
+use super::crossing::{Crossing, S_MIN};
 use super::root::{Along, sign_change};
-use super::{Crossing, S_MIN, vector};
+use crate::synth::vector;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,9 @@
 //! Flat designs: colours as functions of two coordinates, with structure from a thousandth of a room to all of it.
 
+use super::color::Rgb;
 use super::letters::is_inked;
-use super::{Mosaic, Rgb, noise};
+use super::mosaic::Mosaic;
+use super::noise::noise;
 use crate::synth::hash::{cell, mix, unit};
 use refraxel_core::{Vec3, vec3};
 

@@ -2,7 +2,8 @@
 //!
 //! The light is part of the colour: it depends on the place alone, so that a surface looks the same from everywhere.
 
-use super::{Paint, Rgb};
+use super::color::Rgb;
+use super::paint::Paint;
 use refraxel_core::{Vec3, vec3};
 
 /// A small lamp and light from everywhere.

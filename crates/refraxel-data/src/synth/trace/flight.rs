@@ -1,11 +1,12 @@
 //! From one surface to the next: straight in a constant medium, by adaptive integration in a graded one.
 
-use super::{Beam, Flight, Tracer};
+use super::tracer::{Beam, Tracer};
 use crate::synth::grin::{Phase, next_step, step};
 use crate::synth::medium::{Index, Medium};
 use crate::synth::optics::transmittance;
 use crate::synth::scene::Hit;
 use crate::synth::shape::S_MIN;
+use crate::synth::texture::Rgb;
 use refraxel_core::Ray;
 
 /// Longest chord of a step in a graded medium [scene unit]; its sagitta bounds the error at a
@@ -13,6 +14,17 @@ use refraxel_core::Ray;
 const CHORD_MAX: f64 = 0.05;
 /// A ray that winds longer than this in a graded medium is trapped [scene unit].
 const WINDING_MAX: f64 = 60.0;
+
+/// The way from one surface to the next: where it ended and what was absorbed.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// Position and direction on arrival.
+    pub arrival: Ray<f64>,
+    /// The surface met, or `None` when the ray left the scene. `crossing.s` is the length of the flight.
+    pub hit: Option<Hit>,
+    /// Beer–Lambert transmittance of the flight per colour.
+    pub transmittance: Rgb,
+}
 
 impl Tracer<'_> {
     /// Follows a ray to the next surface.

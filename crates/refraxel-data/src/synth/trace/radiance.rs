@@ -1,6 +1,8 @@
 //! The light that arrives against a ray: the sum over the tree of reflected and transmitted rays.
 
-use super::{Beam, Flight, Interface, Reflection, Tally, Tracer};
+use super::flight::Flight;
+use super::limits::{Reflection, Tally};
+use super::tracer::{Beam, Interface, Tracer};
 use crate::synth::optics::{fresnel, reflect};
 use crate::synth::scene::{Inside, Matter};
 use crate::synth::texture::Rgb;
@@ -128,7 +130,7 @@ fn product(a: Rgb, b: Rgb) -> Rgb {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Limits;
+    use super::super::limits::Limits;
     use super::*;
     use crate::synth::elevations::Elevations;
     use crate::synth::scene::{Body, Environment, Scene};

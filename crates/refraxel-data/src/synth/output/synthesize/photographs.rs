@@ -1,7 +1,7 @@
 //! Photographs of a room, in the layout of nerfstudio.
 
-use super::Plan;
 use super::description::{write_index, write_json};
+use super::plan::Plan;
 use crate::synth::cameras::opengl_matrix;
 use crate::synth::dataset::{Cost, Part, PlannedView};
 use crate::synth::error::SynthError;

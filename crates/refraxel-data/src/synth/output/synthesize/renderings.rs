@@ -1,6 +1,6 @@
 //! Exact renderings with everything that is known of them.
 
-use super::Plan;
+use super::plan::Plan;
 use crate::synth::dataset::{Cost, DatasetOptions, Part, PlannedView};
 use crate::synth::error::SynthError;
 use crate::synth::output::files::write_whole;

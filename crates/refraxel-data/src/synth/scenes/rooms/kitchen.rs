@@ -1,8 +1,8 @@
 //! A kitchen: a table of boards, walls of tiles and striped paper, a window, cupboards.
 
-use super::GROUND;
 use super::decor::{Decor, panel, stripes};
 use crate::synth::scene::Body;
+use crate::synth::scenes::surroundings::GROUND;
 use crate::synth::texture::{Paint, Panel, Tiles};
 
 /// Height of the floor [scene unit].

@@ -1,8 +1,8 @@
 //! A study: a desk before shelves of books, posters of printed text, a window.
 
-use super::GROUND;
 use super::decor::{Decor, panel};
 use crate::synth::scene::Body;
+use crate::synth::scenes::surroundings::GROUND;
 use crate::synth::texture::{Paint, Panel, Tiles};
 
 /// Height of the floor [scene unit].

@@ -1,8 +1,8 @@
 //! A terrace: a stone table on paving, a house, hedges and trees as far as forty units away, sky above hills.
 
-use super::GROUND;
 use super::decor::{Decor, panel};
 use crate::synth::scene::Body;
+use crate::synth::scenes::surroundings::GROUND;
 use crate::synth::texture::{Paint, Tiles};
 
 /// Height of the paving [scene unit].

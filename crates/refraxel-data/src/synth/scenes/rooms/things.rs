@@ -1,11 +1,10 @@
 //! What stands on the tables.
 
-use super::GROUND;
 use super::decor::{Decor, stripes};
 use crate::synth::medium::Medium;
 use crate::synth::scene::Body;
 use crate::synth::scenes::sharp::{UP, glass, stone_around, vase};
-use crate::synth::scenes::surroundings::Setting;
+use crate::synth::scenes::surroundings::{GROUND, Setting};
 use crate::synth::scenes::water::{Tumbler, pool};
 use crate::synth::shape::{Polyhedron, Primitive, Shape};
 use crate::synth::texture::{Face, Paint, Texture, rgb};

@@ -1,12 +1,10 @@
 //! Lens models: from normalised distorted image coordinates to a direction and back, theory (1.3).
 //!
 //! Every model but the panorama is a *projection* (perspective: x/z, or equidistant: the angle θ from the axis) followed
-//! by one smooth map of the plane, [`distortion`]. Distorted pixels are traced as they are; images are never resampled.
+//! by one smooth map of the plane, [`Distortion`]. Distorted pixels are traced as they are; images are never resampled.
 
-mod distortion;
-
+use super::distortion::Distortion;
 use crate::{Vec3, vec3};
-use distortion::Distortion;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// How directions map to normalised image coordinates (pixel − centre) / focal, theory (1.2) and (1.3).
