@@ -18,7 +18,7 @@ pub(super) use contours::Contours;
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use frustum::Frustum;
 pub(super) use polyhedron::{Faceted, polyhedron};
-pub(super) use revolution::{Revolution, revolution};
+pub(super) use revolution::revolution;
 pub(super) use shell::shell;
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};
