@@ -5,6 +5,7 @@
 
 mod body;
 mod contours;
+mod crowd;
 mod ellipsoid;
 mod frustum;
 mod polyhedron;
@@ -15,6 +16,7 @@ mod water_surface;
 
 pub(super) use body::{ShapeBody, Substance, distance};
 pub(super) use contours::Contours;
+pub(super) use crowd::{Crowd, Point, points};
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use frustum::Frustum;
 pub(super) use polyhedron::{Faceted, polyhedron};
