@@ -16,7 +16,7 @@ impl Outlines {
     pub(crate) fn without_gaps(&self, width: f64, meets: impl Fn(&Ray<f32>) -> bool + Sync) -> (Self, usize) {
         let closed = |view: &Arc<Outline>| {
             let distance = view.closed(width, &meets);
-            distance.map(|distance| Arc::new(Outline { distance, ..(**view).clone() }))
+            distance.map(|distance| Arc::new(view.with(distance)))
         };
         let closed: Vec<Option<Arc<Outline>>> = self.views.par_iter().map(closed).collect();
         let count = closed.iter().flatten().count();
