@@ -3,6 +3,7 @@
 use super::hypotheses::{refraction, simplest};
 use super::region::{Region, Shape};
 use super::surface::{Form, Surface};
+use crate::level_set::half_full;
 use crate::model::{Gate, Refraction, RegionState};
 use crate::options::{IndexIntegrator, Options, SurfaceProfile};
 use crate::silhouettes::{Site, Spacing, region_grid};
@@ -61,15 +62,11 @@ pub(super) fn bodies(
     Some(bodies.iter().map(|b| Region::of_body(site(&b.shape.bounds().cast()), b)).collect())
 }
 
-/// The surface of a body by the share of each node's voxel that it fills.
-fn half_full(site: &Site, occupancy: impl Fn(usize) -> f32) -> LevelSet<f32> {
-    let domain = site.domain();
-    let nodes = site.resolution.map(|n| n as usize).iter().product::<usize>();
-    let phi = (0..nodes).map(|j| (0.5 - occupancy(j)) * domain.voxel()).collect();
-    let surface = LevelSet::from_coefficients(site.bounds, site.resolution, phi);
-    let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
-    surface.redistance();
-    surface
+/// Signed distance from a body that fills these shares of the nodes' voxels.
+fn filled(site: &Site, share: impl Fn(usize) -> f32) -> LevelSet<f32> {
+    let mut level = half_full(&site.domain(), share);
+    level.redistance();
+    level
 }
 
 impl Region {
@@ -116,7 +113,7 @@ impl Region {
             IndexSource::Volume(volume) => {
                 let n = known(&site.volume(volume));
                 let most = n.iter().copied().fold(1.0, f32::max);
-                let level = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
+                let level = filled(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
                 let mut region = Self::new(site, vec![surface(level)]);
                 // A lens bends rays beyond the surface at which it has half its contrast.
                 let bends: Vec<bool> = n.iter().map(|n| (n - 1.0).abs() > 0.01 * (most - 1.0)).collect();
@@ -129,7 +126,7 @@ impl Region {
             }
             IndexSource::Mesh(shape) => {
                 let solid = known(&site.shape(shape, 2.0));
-                let level = site.distance(shape, &half_full(&site, |j| solid[j] - 1.0));
+                let level = site.distance(shape, &filled(&site, |j| solid[j] - 1.0));
                 Self::new(site, vec![surface(level)])
             }
         }
