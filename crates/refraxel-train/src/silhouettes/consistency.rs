@@ -53,11 +53,12 @@ impl Outlines {
         let forgiving = |share: f32| Vote { share, ..Vote::default() };
         let search = Search { vote: forgiving(SHARES[0]), fine: 24, ..Search::default() };
         let boxes = self.locate(bounds, &search).ok()?;
+        let of = |b: &Aabb<f32>| Domain::with_longest(*b, Extent::Bounded, NODES);
         let mut keep = vec![true; self.len()];
         let mut found = None;
         for share in SHARES {
             let others = self.only(&keep);
-            let gates: Vec<Gate> = boxes.iter().map(|b| others.gate(b, &forgiving(share))).collect();
+            let gates: Vec<Gate> = boxes.iter().map(|b| others.gate(of(b), &forgiving(share))).collect();
             let overlap: Vec<_> = self.views().par_iter().map(|view| view.overlap(&gates)).collect();
             let consistency = judged(overlap)?;
             keep = consistency.contradicts.iter().map(|wrong| !wrong).collect();
@@ -90,12 +91,6 @@ impl Outlines {
             counts.reduce(|| [0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k])).map(|n| n as f64);
         let either = both + missed + EXCESS * excess;
         if either > 0.0 { both / either } else { 0.0 }
-    }
-
-    /// The hull in a box, for rays.
-    fn gate(&self, bounds: &Aabb<f32>, vote: &Vote) -> Gate {
-        let domain = Domain::with_longest(*bounds, Extent::Bounded, NODES);
-        Gate::new(domain, &self.hull(&domain, vote).fraction)
     }
 }
 

@@ -32,5 +32,5 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s)).powf(at[1])).sqrt()
     });
     let n: Vec<f32> = n.collect();
-    vec![Body::field(region.site.from_nodes(&n), region)]
+    vec![Body::field(region.site.of_nodes(&n), region)]
 }

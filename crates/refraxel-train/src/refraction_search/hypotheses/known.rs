@@ -34,5 +34,5 @@ fn smooth(region: &Region, _: &[f32], _: &Options) -> Vec<Body> {
     if region.state.gate.is_some() {
         gaussian_blur(&mut n, region.site.resolution, BLUR); // it may learn
     }
-    vec![Body::field(region.site.from_nodes(&n), region)]
+    vec![Body::field(region.site.of_nodes(&n), region)]
 }

@@ -23,5 +23,5 @@ pub(super) const SMOOTH: Proposal = Proposal {
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let Some(mut occupancy) = region.surface().map(Surface::shares) else { return Vec::new() };
     gaussian_blur(&mut occupancy, region.site.resolution, BLUR);
-    vec![Body::field(region.site.from_occupancy(&occupancy, at[0]), region)]
+    vec![Body::field(region.site.of_occupancy(&occupancy, at[0]), region)]
 }

@@ -1,6 +1,7 @@
 //! The visual hull on the nodes of a grid.
 
 use super::vote::{Vote, cast, decide};
+use crate::model::Gate;
 use crate::silhouettes::outline::Outlines;
 use rayon::prelude::*;
 use refraxel_core::{Domain, Vec3, vec3};
@@ -32,6 +33,11 @@ impl Outlines {
     pub fn hull(&self, domain: &Domain<f32>, vote: &Vote) -> Hull {
         let [hull] = self.hulls(domain, vote, [vote.share]);
         hull
+    }
+
+    /// The visual hull as a gate: which rays meet it.
+    pub(crate) fn gate(&self, domain: Domain<f32>, vote: &Vote) -> Gate {
+        Gate::new(domain, &self.hull(&domain, vote).fraction)
     }
 
     /// One hull for each of some shares of a vote. The views are asked once about each node.

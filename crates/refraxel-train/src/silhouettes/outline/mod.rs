@@ -7,7 +7,9 @@ mod tangent;
 mod tests;
 mod view;
 
-pub use outlines::{MAP_BYTES, Outlines};
+#[cfg(test)]
+pub use outlines::MAP_BYTES;
+pub use outlines::Outlines;
 pub(crate) use tangent::Tangent;
 pub(super) use view::Outline;
 pub use view::Silhouette;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Silhouettes prepared for carving: signed distances to their contours, and what hides them.
 ///
-/// Both maps have one value per sample, which stands for a square of pixels. Their memory is [`Outlines::bytes`]; it stays
+/// Both maps have one value per sample, which stands for a square of pixels. Their memory stays
 /// below [`MAP_BYTES`] however many views there are and however large they are.
 #[derive(Clone, Debug)]
 pub struct Outlines {
@@ -72,12 +72,13 @@ impl Outlines {
     }
 
     /// Memory of the maps.
+    #[cfg(test)]
     pub fn bytes(&self) -> u64 {
         let of = |v: &Arc<Outline>| v.distance.len() + v.occluded.as_ref().map_or(0, Vec::len);
         self.views.iter().map(|v| 4 * of(v) as u64).sum()
     }
 
-    /// What [`Self::bytes`] will be for masks of these sizes [pixel], where occluders are known.
+    /// Memory of the maps of masks of these sizes [pixel], where occluders are known.
     pub fn bytes_for(masks: &[[u32; 2]]) -> u64 {
         let samples = |image: &[u32; 2]| {
             let size = map_size(image.map(|n| n as usize), longest(masks.len())).1;
