@@ -1,7 +1,7 @@
 //! Level sets from functions.
 
 use rayon::prelude::*;
-use refraxel_core::{Aabb, LevelSet, Vec3};
+use refraxel_core::{Aabb, Domain, LevelSet, Vec3};
 
 /// The level set with coefficients `phi(x)` at its nodes, on all threads.
 pub(crate) fn level_set(
@@ -11,6 +11,14 @@ pub(crate) fn level_set(
 ) -> LevelSet<f32> {
     let level = LevelSet::from_coefficients(bounds, resolution, at_nodes(bounds, resolution, phi));
     level.unwrap_or_else(|| unreachable!("distances are finite"))
+}
+
+/// The surface of a body that fills this share of the voxel of each node, 0 to 1: φ = (½ − share) · voxel, right up to half a voxel.
+pub(crate) fn half_full(domain: &Domain<f32>, share: impl Fn(usize) -> f32) -> LevelSet<f32> {
+    let nodes: usize = domain.resolution.map(|n| n as usize).iter().product();
+    let phi = (0..nodes).map(|j| (0.5 - share(j)) * domain.voxel()).collect();
+    let level = LevelSet::from_coefficients(domain.bounds, domain.resolution, phi);
+    level.unwrap_or_else(|| unreachable!("shares are finite"))
 }
 
 /// `phi(x)` at the nodes of a grid, x fastest, on all threads.

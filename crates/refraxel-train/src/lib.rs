@@ -32,7 +32,7 @@ pub mod run;
 pub mod schedule;
 pub mod second_rays;
 pub mod session;
-pub mod silhouettes;
+mod silhouettes;
 pub mod trainer;
 pub mod verdict;
 

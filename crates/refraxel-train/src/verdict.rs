@@ -1,6 +1,7 @@
 //! What stands in a refractive region: the hypotheses that compete, and the verdict on them.
 
 pub use crate::evidence::Difference;
+pub use crate::silhouettes::LocateError;
 use serde::{Deserialize, Serialize};
 
 /// What may stand in a refractive region.
@@ -217,7 +218,7 @@ impl Verdict {
 pub enum StayReason {
     /// Nothing refractive was found.
     #[error(transparent)]
-    NotFound(#[from] crate::silhouettes::LocateError),
+    NotFound(#[from] LocateError),
     /// No masks, and straight rays explain the photographs.
     #[error(
         "no masks show what is refractive, and nothing was found that straight rays do not explain; if there is glass or water, \

@@ -1,6 +1,7 @@
 //! The things among what straight rays do not explain: the largest connected parts of a hull.
 
 use super::Hints;
+use crate::level_set::half_full;
 use crate::model::Gate;
 use crate::refraction_search::{NONE, connected, neighbours};
 use crate::silhouettes::{Outlines, Vote};
@@ -38,11 +39,7 @@ impl Carved {
 
     /// Its surface; distances are right up to half a voxel.
     pub fn surface(&self) -> LevelSet<f32> {
-        let domain = self.gate.domain();
-        let distance = |share: &u8| (0.5 - f32::from(*share) / 255.0) * domain.voxel();
-        let values = self.gate.values().iter().map(distance).collect();
-        let surface = LevelSet::from_coefficients(domain.bounds, domain.resolution, values);
-        surface.unwrap_or_else(|| unreachable!("distances are finite"))
+        half_full(self.gate.domain(), |j| f32::from(self.gate.values()[j]) / 255.0)
     }
 }
 

@@ -97,14 +97,12 @@ const GROUND_STRIDE: usize = 7;
 /// The opaque surfaces that straight rays have learned.
 fn ground(evidence: &[Evidence], voxel: f32) -> Ground {
     let mut points = Vec::new();
-    let mut eye = Vec3::zero();
     for view in evidence {
-        eye += view.camera.world_from_camera.translation.cast() / evidence.len() as f32;
         let cells = (0..view.rays.len()).step_by(GROUND_STRIDE);
         let opaque = cells.filter(|cell| view.counts(*cell) && view.shows_something(*cell));
         points.extend(opaque.filter_map(|cell| Some(view.rays[cell]?.at(view.beyond[cell]))));
     }
-    Ground::of(points, eye, voxel)
+    Ground::of(points, evidence.iter().map(|view| &view.camera), voxel)
 }
 
 /// The hull to begin with, and how well it separates the views that hulls are compared by.

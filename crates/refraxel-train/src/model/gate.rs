@@ -25,7 +25,7 @@ pub const STEP: f32 = 0.5;
 pub const HOP: f32 = 1e-3;
 
 impl Gate {
-    /// A gate of the share 0..=1 of each node, such as the [fraction of a hull](crate::silhouettes::Hull::fraction).
+    /// A gate of the share 0..=1 of each node, such as that of a visual hull.
     ///
     /// # Panics
     /// If there is not one share per node.

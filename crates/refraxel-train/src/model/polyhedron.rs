@@ -1,7 +1,7 @@
 //! Bodies with flat faces: the planes that enclose them are what learns, theory (4.14).
 
 use crate::level_set::{at_nodes, level_set};
-use refraxel_core::{Aabb, Domain, LevelSet, Vec3, vec3};
+use refraxel_core::{Aabb, Domain, LevelSet, Real, Vec3, vec3};
 use serde::{Deserialize, Serialize};
 
 /// A plane, and which side of it is above.
@@ -59,10 +59,7 @@ impl Plane {
 
     /// Two unit vectors along it.
     pub fn tangents(&self) -> [Vec3<f32>; 2] {
-        let m = self.normal;
-        let side = m.cross(if m.x.abs() < 0.5 { vec3(1.0, 0.0, 0.0) } else { vec3(0.0, 1.0, 0.0) });
-        let u = side.normalized();
-        [u, m.cross(u)]
+        tangents(self.normal)
     }
 
     /// Shifted up by `rise`, and turned about the point `about` of the old plane so that points at a distance `arm` from it
@@ -73,6 +70,14 @@ impl Plane {
         let pivot = about + self.normal * rise;
         Self { normal, offset: normal.dot(pivot) }
     }
+}
+
+/// Two unit vectors across a unit vector, and across each other.
+pub fn tangents<T: Real>(m: Vec3<T>) -> [Vec3<T>; 2] {
+    let (zero, one) = (T::zero(), T::one());
+    let side = m.cross(if m.x.abs() < T::of(0.5) { vec3(one, zero, zero) } else { vec3(zero, one, zero) });
+    let u = side.normalized();
+    [u, m.cross(u)]
 }
 
 /// What of a body lies below some planes, with sharp edges.

@@ -30,7 +30,7 @@ pub(crate) fn hulls(sampler: &RaySampler, bounds: &Aabb<f32>) -> Option<Vec<Gate
     let boxes = outlines.locate(bounds, &search).ok()?;
     let hull = |bounds: &Aabb<f32>| {
         let domain = Domain::with_longest(*bounds, Extent::Bounded, NODES);
-        Gate::new(domain, &outlines.hull(&domain, &vote).fraction)
+        outlines.gate(domain, &vote)
     };
     Some(boxes.iter().map(hull).collect())
 }

@@ -4,9 +4,13 @@
 //! roof that rises by 10° from the rim. Nothing of the roof shows in any silhouette, so a plane can cut it off: where the
 //! normals of a hull crowd around one direction, the deepest plane that takes no ray inside a mask off the body.
 //!
+//! `shapes/polyhedron` finds faces as well, from the outlines alone: all faces of a convex body at once, by least squares. That needs many views
+//! whose masks are exact, and tells nothing of a body that is only flat in places. Here a face stands for itself, on any body.
+//!
 //! Where such planes bound the whole body, it is a polyhedron, and what the hull lacks of it was cut out by something opaque
 //! in front that was not recognised.
 
+use super::shapes::{Crowd, Point, points};
 use crate::model::polyhedron::{Plane, Polyhedron};
 use refraxel_core::optics::Options;
 use refraxel_core::{Domain, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3};
@@ -42,13 +46,6 @@ struct Chords {
     first: Vec<usize>,
 }
 
-/// A point of the surface and its unit normal.
-#[derive(Clone, Copy)]
-struct Point {
-    x: Vec3<f32>,
-    normal: Vec3<f32>,
-}
-
 /// A face of a hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Face {
@@ -64,29 +61,27 @@ pub(super) fn faces(surface: &LevelSet<f32>, rays: &[Ray<f32>], base: Option<&Pl
 }
 
 fn faces_by(chords: &Chords, surface: &LevelSet<f32>, base: Option<&Plane>) -> Vec<Face> {
-    let mut left = points(surface);
-    let apart = |m: Vec3<f32>| move |p: &Point| p.normal.dot(m) < (2.0 * CONE).cos();
+    let mut left = points(surface, POINTS, |_| true);
+    let apart = |m: Vec3<f32>| move |p: &Point<f32>| p.normal.dot(m) < (2.0 * CONE).cos();
     if let Some(base) = base {
         left.retain(apart(base.normal()));
     }
     let all = left.len();
     let mut faces = Vec::new();
     while !chords.first.is_empty() {
-        let crowd = |m: Vec3<f32>| left.iter().filter(move |p| p.normal.dot(m) > CONE.cos());
-        let Some(center) = left.iter().map(|p| p.normal).max_by_key(|m| crowd(*m).count()) else { break };
-        let members: Vec<Point> = crowd(center).copied().collect();
-        if (members.len() as f64) < SHARE * all as f64 {
+        let Some(crowd) = Crowd::densest(&left, CONE.cos()) else { break };
+        let count = crowd.points.len() as f64;
+        if count < SHARE * all as f64 {
             break;
         }
-        let mean = members.iter().fold(Vec3::zero(), |sum, p| sum + p.normal).normalized();
-        let large = members.len() as f64 >= LARGE * all as f64;
-        let found = match face(chords, &members, mean, surface.voxel()) {
+        let large = count >= LARGE * all as f64;
+        let found = match face(chords, &crowd, surface.voxel()) {
             Some(plane) => Face { plane, large: large && is_shallow(&plane, surface) },
-            None if bulge(&members, mean) > BULGE => Face { plane: touching(&members, mean), large: false },
-            None => Face { plane: fitted(&members, mean), large: false },
+            None if bulge(&crowd) > BULGE => Face { plane: touching(&crowd), large: false },
+            None => Face { plane: Plane::facing(crowd.normal, crowd.offset()), large: false },
         };
         faces.push(found);
-        left.retain(apart(mean));
+        left.retain(apart(crowd.normal));
         // The other slopes of a roof.
         left.retain(apart(found.plane.normal()));
     }
@@ -119,13 +114,13 @@ pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> 
     (is_rim && has_roof && is_shallow(&lid, surface)).then_some(lid)
 }
 
-/// The plane near a normal that most points are above. More than a voxel hardly counts more, and what is below the plane counts
+/// The plane near the normal of a crowd that most of its points are above. More than a voxel hardly counts more, and what is below the plane counts
 /// against it: else one that cuts off a sharp edge would win over the face, of which there may be nothing to cut.
-fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>, voxel: f32) -> Option<Plane> {
+fn face(chords: &Chords, crowd: &Crowd<f32>, voxel: f32) -> Option<Plane> {
     let above = |h: f32| h / (h.abs() + voxel);
-    let gain = |plane: &Plane| points.iter().map(|p| above(plane.height(p.x))).sum::<f32>();
+    let gain = |plane: &Plane| crowd.points.iter().map(|p| above(plane.height(p.x))).sum::<f32>();
     let at = |m: Vec3<f32>| Plane::facing(m, chords.deepest(m));
-    let mut best = at(normal);
+    let mut best = at(crowd.normal);
     for tilt in TILTS {
         loop {
             let m = best.normal();
@@ -141,27 +136,21 @@ fn face(chords: &Chords, points: &[Point], normal: Vec3<f32>, voxel: f32) -> Opt
     (gain(&best) > 0.0).then_some(best)
 }
 
-/// The plane of this normal on the outermost of some points: it cuts nothing.
-fn touching(points: &[Point], normal: Vec3<f32>) -> Plane {
-    Plane::facing(normal, points.iter().map(|p| normal.dot(p.x)).fold(f32::NEG_INFINITY, f32::max))
+/// The plane of the mean normal on the outermost of the points: it cuts nothing.
+fn touching(Crowd { points, normal }: &Crowd<f32>) -> Plane {
+    Plane::facing(*normal, points.iter().map(|p| normal.dot(p.x)).fold(f32::NEG_INFINITY, f32::max))
 }
 
 /// How far the normals of points turn outwards with their places [rad, root mean square]: of a cap of a ball within the cone
 /// [`CONE`]/√2, of a plane 0, whatever their noise.
-fn bulge(points: &[Point], normal: Vec3<f32>) -> f32 {
+fn bulge(Crowd { points, normal }: &Crowd<f32>) -> f32 {
     let count = points.len() as f32;
     let centre = points.iter().fold(Vec3::zero(), |sum, p| sum + p.x) / count;
-    let across = |v: Vec3<f32>| v - normal * normal.dot(v);
+    let across = |v: Vec3<f32>| v - *normal * normal.dot(v);
     let places = || points.iter().map(|p| across(p.x - centre));
     let turned: f32 = places().zip(points).map(|(x, p)| x.dot(p.normal)).sum();
     let width = places().map(|x| x.dot(x)).sum::<f32>().sqrt();
     if width > 0.0 { turned / (width * count.sqrt()) } else { 0.0 }
-}
-
-/// The plane of points of about the same normal.
-fn fitted(points: &[Point], normal: Vec3<f32>) -> Plane {
-    let sum: f32 = points.iter().map(|p| normal.dot(p.x)).sum();
-    Plane::facing(normal, sum / points.len() as f32)
 }
 
 /// Whether a face leaves most of the body.
@@ -186,25 +175,12 @@ pub(super) fn fills(surface: &LevelSet<f32>, solid: &Polyhedron) -> bool {
             filled += u32::from(*phi < 0.0);
         }
     }
-    let on = |p: &Plane, at: &Point| {
+    let on = |p: &Plane, at: &Point<f32>| {
         p.height(at.x).abs() < ON.0 * surface.voxel() && p.normal().dot(at.normal) > ON.1
     };
-    let points = points(surface);
+    let points = points(surface, POINTS, |_| true);
     let on_faces = points.iter().filter(|at| solid.planes().any(|p| on(p, at))).count();
     f64::from(filled) >= FILLED * f64::from(enclosed) && on_faces as f64 >= ON_FACES * points.len() as f64
-}
-
-fn points(surface: &LevelSet<f32>) -> Vec<Point> {
-    let near = |j: &usize| surface.coefficients()[*j].abs() < 0.5 * surface.voxel();
-    let nodes: Vec<usize> = surface.parameters().filter(near).collect();
-    let stride = nodes.len().div_ceil(POINTS).max(1);
-    let point = |&j: &usize| {
-        let x = surface.position(j);
-        let (phi, gradient) = surface.sample(x);
-        let normal = gradient.normalized();
-        Point { x: x - normal * phi, normal }
-    };
-    nodes.iter().step_by(stride).map(point).filter(|p| p.normal.is_finite()).collect()
 }
 
 impl Chords {

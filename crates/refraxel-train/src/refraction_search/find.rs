@@ -7,6 +7,7 @@ use super::region::Region;
 use super::silhouettes::{silhouettes, vote, without_gaps};
 use crate::backend::Backend;
 use crate::events::{Observer, Task};
+use crate::level_set::half_full;
 use crate::model::Gate;
 use crate::options::StartShape;
 use crate::rays::Selection;
@@ -14,7 +15,7 @@ use crate::schedule::training_marching;
 use crate::silhouettes::{Outlines, Search, Site, Spacing, region_grid};
 use crate::verdict::StayReason;
 use rayon::prelude::*;
-use refraxel_core::{Aabb, Domain, LevelSet, Ray, Vec3};
+use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
 
 /// Rays inside masks that say what a hull covers.
 const RAYS: usize = 16_384;
@@ -157,11 +158,7 @@ fn seen_by(rays: &[Ray<f32>], regions: Vec<Region>) -> Vec<Region> {
 
 /// Signed distance from what was found, which lies within it: views from few sides leave a hull wider than the places on which they agree.
 fn within(found: &Gate) -> LevelSet<f32> {
-    let Domain { bounds, resolution, .. } = *found.domain();
-    let voxel = found.domain().voxel();
-    let share = found.values().iter().map(|v| voxel * (0.5 - f32::from(*v) / 255.0)).collect();
-    let surface = LevelSet::from_coefficients(bounds, resolution, share);
-    let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
+    let mut surface = half_full(found.domain(), |j| f32::from(found.values()[j]) / 255.0);
     surface.redistance();
     surface
 }

@@ -9,7 +9,7 @@ use crate::model::polyhedron::Plane;
 use crate::random::Random;
 use crate::rays::{HALF, pixel_ray};
 use crate::silhouettes::Silhouette;
-use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
+use refraxel_core::{Aabb, Camera, LevelSet, Ray, Vec3};
 
 /// Rays that look for it, of all views, about.
 const RAYS: usize = 40_000;
@@ -42,11 +42,9 @@ impl Ground {
     /// What rays beside masks meet: all that they meet, since haze hangs before nearly everything at first.
     pub(super) fn new(backend: &dyn Backend, silhouettes: &[Silhouette], marching: &Marching) -> Self {
         let mut points = Vec::new();
-        let mut eye = Vec3::zero();
         let pixels: usize = silhouettes.iter().map(|s| s.mask.coverage.len()).sum();
         let stride = pixels.div_ceil(RAYS) | 1; // odd: other columns in each row
         for s in silhouettes {
-            eye += s.camera.world_from_camera.translation.cast() / silhouettes.len() as f32;
             let pixels = (0..s.mask.coverage.len()).step_by(stride);
             let beside: Vec<usize> = pixels.filter(|p| s.mask.coverage[*p] <= HALF).collect();
             let met = occluders(backend, &s.camera, &beside, marching);
@@ -55,11 +53,17 @@ impl Ground {
                 Some(ray.at(d))
             }));
         }
-        Self { points, eye, voxel: backend.domain().voxel() }
+        Self::of(points, silhouettes.iter().map(|s| &s.camera), backend.domain().voxel())
     }
 
-    /// Opaque surfaces at these points, seen from cameras about `eye`; they err by a voxel.
-    pub(crate) fn of(points: Vec<Vec3<f32>>, eye: Vec3<f32>, voxel: f32) -> Self {
+    /// Opaque surfaces at these points, which some cameras see; they err by a voxel.
+    pub(crate) fn of<'a>(
+        points: Vec<Vec3<f32>>,
+        cameras: impl ExactSizeIterator<Item = &'a Camera>,
+        voxel: f32,
+    ) -> Self {
+        let count = cameras.len() as f32;
+        let eye = cameras.fold(Vec3::zero(), |eye, c| eye + c.world_from_camera.translation.cast() / count);
         Self { points, eye, voxel }
     }
 

@@ -1,13 +1,15 @@
 //! Regions whose index or shape is known before training: one field, or bodies in bodies.
 
 use super::hypotheses::{refraction, simplest};
-use super::region::Region;
-use crate::model::{Gate, Refraction};
+use super::region::{Region, Shape};
+use super::surface::{Form, Surface};
+use crate::level_set::half_full;
+use crate::model::{Gate, Refraction, RegionState};
 use crate::options::{IndexIntegrator, Options, SurfaceProfile};
 use crate::silhouettes::{Site, Spacing, region_grid};
 use refraxel_core::{Aabb, IndexGrid, LevelSet, Vec3};
 use refraxel_data::IndexSource;
-use refraxel_data::synth::{ConstantBody, Shape};
+use refraxel_data::synth::{self, ConstantBody};
 
 /// A known index on grids with about this many nodes along their longest edges: bodies of one index each where a truth has
 /// several, with sharp surfaces and in their order; otherwise [`known_field`].
@@ -25,7 +27,7 @@ pub fn known_field(source: &IndexSource, nodes: u32, options: &Options) -> Refra
     let site = site(&source.bounds().cast(), nodes, options);
     // It need not learn: nothing is blurred, and all that is not vacuum bends.
     let mut options = options.clone();
-    let region = Region { trainable: Vec::new(), gate: None, ..Region::of_known(site, source) };
+    let region = Region { state: RegionState::default(), ..Region::of_known(site, source) };
     if options.index.integrator != IndexIntegrator::Leapfrog {
         options.search.profile = SurfaceProfile::Smooth;
     }
@@ -60,15 +62,11 @@ pub(super) fn bodies(
     Some(bodies.iter().map(|b| Region::of_body(site(&b.shape.bounds().cast()), b)).collect())
 }
 
-/// The surface of a body by the share of each node's voxel that it fills.
-fn half_full(site: &Site, occupancy: impl Fn(usize) -> f32) -> LevelSet<f32> {
-    let domain = site.domain();
-    let nodes = site.resolution.map(|n| n as usize).iter().product::<usize>();
-    let phi = (0..nodes).map(|j| (0.5 - occupancy(j)) * domain.voxel()).collect();
-    let surface = LevelSet::from_coefficients(site.bounds, site.resolution, phi);
-    let mut surface = surface.unwrap_or_else(|| unreachable!("shares are finite"));
-    surface.redistance();
-    surface
+/// Signed distance from a body that fills these shares of the nodes' voxels.
+fn filled(site: &Site, share: impl Fn(usize) -> f32) -> LevelSet<f32> {
+    let mut level = half_full(&site.domain(), share);
+    level.redistance();
+    level
 }
 
 impl Region {
@@ -77,55 +75,59 @@ impl Region {
         let distance = |x: Vec3<f32>| body.shape.surface(x.cast()).0 as f32;
         // Flat faces are exact either way. A spline through the distances rings beside their edges, over some voxels; one of
         // control values rounds the edges alone.
-        let surface = match body.shape {
-            Shape::Box(_) | Shape::Polyhedron(_) => {
+        let level = match body.shape {
+            synth::Shape::Box(_) | synth::Shape::Polyhedron(_) => {
                 LevelSet::from_control_values(site.bounds, site.resolution, distance)
             }
             _ => LevelSet::from_samples(site.bounds, site.resolution, distance),
         };
-        let mut region = Self::new(site, surface);
-        region.known = Some(vec![body.index as f32; region.distance.len()]);
-        region
+        let surface = Surface::new(Form::Free, level);
+        let n = vec![body.index as f32; surface.distance.len()];
+        Self::new(site, vec![Shape::Surface(surface), Shape::Known(n)])
     }
 
     /// True for one of the bodies of a truth, which may overlap and need sharp surfaces.
     pub(super) fn is_body_of_truth(&self) -> bool {
-        let known = self.known.as_ref().filter(|_| self.surface.is_some());
+        let known = self.known().filter(|_| self.surface().is_some());
         known.is_some_and(|n| n.iter().all(|v| *v == n[0]))
     }
 
     /// Whether its index does not learn: that of a bubble.
     pub(super) fn holds_index(&self) -> bool {
-        self.is_body_of_truth() && self.known.as_ref().is_some_and(|n| n[0] == 1.0)
+        self.is_body_of_truth() && self.known().is_some_and(|n| n[0] == 1.0)
     }
 
     /// The region of a known index.
     pub(super) fn of_known(site: Site, source: &IndexSource) -> Self {
-        let known = |grid: &IndexGrid<f32>| grid.coefficients().iter().map(|c| (2.0 * c).sqrt()).collect();
+        let known = |grid: &IndexGrid<f32>| -> Vec<f32> {
+            grid.coefficients().iter().map(|c| (2.0 * c).sqrt()).collect()
+        };
+        let surface = |level| Shape::Surface(Surface::new(Form::Free, level));
         match source {
             IndexSource::Truth(truth) => {
                 let distance = |x: Vec3<f32>| truth.signed_distance_like(x.cast()) as f32;
                 let mut region = Self::body(site, distance);
-                region.known = Some(known(&site.truth(truth)));
+                region.shapes.push(Shape::Known(known(&site.truth(truth))));
                 region
             }
             IndexSource::Volume(volume) => {
-                let n: Vec<f32> = known(&site.volume(volume));
+                let n = known(&site.volume(volume));
                 let most = n.iter().copied().fold(1.0, f32::max);
-                let surface = half_full(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
-                let mut region = Self::new(site, surface);
+                let level = filled(&site, |j| (n[j] - 1.0) / (most - 1.0).max(1e-6));
+                let mut region = Self::new(site, vec![surface(level)]);
                 // A lens bends rays beyond the surface at which it has half its contrast.
                 let bends: Vec<bool> = n.iter().map(|n| (n - 1.0).abs() > 0.01 * (most - 1.0)).collect();
                 let share: Vec<f32> = bends.iter().map(|b| f32::from(u8::from(*b))).collect();
-                region.gate = region.gate.map(|_| Gate::new(site.domain(), &share));
-                region.trainable.iter_mut().zip(&bends).for_each(|(trainable, bends)| *trainable |= bends);
-                region.known = Some(n);
+                region.state.gate = Some(Gate::new(site.domain(), &share));
+                let trainable = region.state.trainable.iter_mut();
+                trainable.zip(&bends).for_each(|(trainable, bends)| *trainable |= bends);
+                region.shapes.push(Shape::Known(n));
                 region
             }
             IndexSource::Mesh(shape) => {
                 let solid = known(&site.shape(shape, 2.0));
-                let surface = site.distance(shape, &half_full(&site, |j| solid[j] - 1.0));
-                Self::new(site, surface)
+                let level = site.distance(shape, &filled(&site, |j| solid[j] - 1.0));
+                Self::new(site, vec![surface(level)])
             }
         }
     }

@@ -4,6 +4,7 @@ use super::context::Context;
 use super::hypotheses::refraction;
 use super::hypotheses::{Body, Candidate, OFFSET, Proposal};
 use super::region::Region;
+use super::surface::Surface;
 use crate::backend::{Backend, Marching};
 use crate::cancel::Cancelled;
 use crate::events::{Observer, Task};
@@ -253,7 +254,10 @@ impl<'a> Look<'a> {
         observer: &mut Observer,
     ) -> Result<(), Cancelled> {
         let Some(candidate) = &self.standing else { return Ok(()) };
-        let is_free = candidate.proposal.kind == Hypothesis::Solid && self.region.solid.is_none();
+        let surface = self.region.surface();
+        let is_free =
+            candidate.proposal.kind == Hypothesis::Solid && surface.is_some_and(|s| s.planes().is_none());
+        let axis = surface.and_then(Surface::axis);
         let bodies = candidate.bodies(self.region, self.options);
         let Some(surface) = bodies.first().and_then(|b| b.grid.level_set()).filter(|_| is_free) else {
             return Ok(());
@@ -267,7 +271,7 @@ impl<'a> Look<'a> {
             marching: at.marching,
             photographs: &self.seen.learned,
             outlines: at.tangents,
-            axis: self.region.axis,
+            axis,
             others: &others,
             optics: self.options.optics(),
             effort: if run.minutes > 0.0 { 1.0 } else { (run.steps as f64 / REFINED_STEPS).min(1.0) },

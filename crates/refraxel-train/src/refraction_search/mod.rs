@@ -24,6 +24,7 @@ mod find;
 mod ground;
 mod hull;
 mod hypotheses;
+mod initial;
 mod known;
 mod look;
 mod mirrors;
@@ -38,6 +39,7 @@ mod revolve;
 mod shapes;
 mod silhouettes;
 mod state;
+mod surface;
 mod tint;
 mod trials;
 

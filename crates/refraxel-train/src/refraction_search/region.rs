@@ -1,65 +1,41 @@
-//! A refractive region before it learns: its shape, and the grid that an index gives it.
+//! A refractive region before it learns: where it lies, and the shapes that views, a box or a file allow there.
 
-use super::shapes::{Ellipsoid, Side};
-use crate::blur::gaussian_blur;
+use super::shapes::Side;
+use super::surface::{Form, Surface};
 use crate::events::Event;
-use crate::model::axis::Axis;
-use crate::model::polyhedron::{Plane, Polyhedron};
-use crate::model::{Gate, RegionState};
+use crate::model::RegionState;
+use crate::model::polyhedron::Polyhedron;
 use crate::silhouettes::Site;
 use refraxel_core::{Domain, LevelSet, Ray, Vec3};
-use std::sync::OnceLock;
 
-/// Standard deviation of the blur of a shape whose index learns [voxel of the index grid].
-pub(super) const SMOOTH: f32 = 0.7;
-
-/// A refractive region before it has an index.
+/// A place where rays may bend.
 pub(super) struct Region {
     pub site: Site,
-    /// Signed distance from the surface, negative inside; absent where the shape is not a body.
-    pub surface: Option<LevelSet<f32>>,
-    /// n at the nodes where it is known.
-    pub known: Option<Vec<f32>>,
-    /// Share of each node's voxel inside, 0 to 1, blurred.
-    pub occupancy: Vec<f32>,
-    /// φ of the surface at the nodes; empty without one.
-    pub distance: Vec<f32>,
-    /// Per node: whether the index may be learned there; empty for everywhere.
-    pub trainable: Vec<bool>,
-    pub gate: Option<Gate>,
-    /// Which straight rays meet it; absent for all that meet its box.
-    pub shadow: Option<Gate>,
-    /// The planes of its surface, where they are all of it.
-    pub solid: Option<Polyhedron>,
-    /// The convex polyhedron that its silhouettes show, if they may show one.
-    pub faceted: Option<Polyhedron>,
-    /// The ellipsoid that its silhouettes show, if they do: its surface then.
-    pub round: Option<Ellipsoid>,
-    /// The axis of a body of revolution.
-    pub axis: Option<Axis>,
-    /// The same as a body of revolution, where it may be one: what is seen through it tells.
-    pub revolved: Option<Box<Region>>,
-    /// Unit vector away from what it stands on, or upwards in the pictures.
-    pub up: Option<Vec3<f32>>,
-    /// How far it reaches into what it stands on [scene unit]; 0 where nothing is known of that.
-    pub sunk: f32,
-    /// Water below an open surface, where it may be that.
-    pub water: Option<Water>,
+    /// What may stand there. Each hypothesis takes from the list what it needs.
+    pub shapes: Vec<Shape>,
+    /// What goes with an index there that varies smoothly.
+    pub state: RegionState,
     /// Other regions reach into its box: its surface must be sharp.
     pub is_shared: bool,
-    /// Its side, if it is an open vessel: made when it is asked for.
-    pub side: OnceLock<Option<Side>>,
     /// What an offset of the surface counts in [scene unit]: a voxel of the finest grid.
     pub unit: f32,
 }
 
-/// Nodes of a [sketch](Region::sketch), about.
-const SKETCH_NODES: f64 = 1.2e5;
-/// A sketch has voxels at most this much larger: thin things must not vanish.
-const SKETCH_COARSER: f64 = 2.0;
+/// A shape that may stand in a region.
+pub(super) enum Shape {
+    /// The surface of the body there.
+    Surface(Surface),
+    /// A surface that may take the place of that one: what is seen through it tells.
+    Rival(Surface),
+    /// The convex polyhedron that silhouettes may show.
+    Polyhedron(Polyhedron),
+    /// Water below an open surface.
+    Water(Water),
+    /// n at the nodes, from a file.
+    Known(Vec<f32>),
+}
 
 /// Water that is seen through its surface only, from above.
-#[derive(Clone)]
 pub(super) struct Water {
     /// The water if its surface were at the highest level that the masks allow.
     pub highest: LevelSet<f32>,
@@ -71,156 +47,167 @@ pub(super) struct Water {
     pub level: f32,
 }
 
+/// Nodes of a [sketch](Region::sketch), about.
+const SKETCH_NODES: f64 = 1.2e5;
+/// A sketch has voxels at most this much larger: thin things must not vanish.
+const SKETCH_COARSER: f64 = 2.0;
+
 impl Region {
-    /// Nothing is known of it yet.
-    fn blank(site: Site) -> Self {
-        Self {
-            site,
-            surface: None,
-            known: None,
-            occupancy: Vec::new(),
-            distance: Vec::new(),
-            trainable: Vec::new(),
-            gate: None,
-            shadow: None,
-            solid: None,
-            faceted: None,
-            round: None,
-            axis: None,
-            revolved: None,
-            up: None,
-            sunk: 0.0,
-            water: None,
-            is_shared: false,
-            side: OnceLock::new(),
-            unit: site.domain().voxel(),
-        }
+    pub(super) fn new(site: Site, shapes: Vec<Shape>) -> Self {
+        let (state, unit) = (RegionState::default(), site.domain().voxel());
+        let mut region = Self { site, shapes, state, is_shared: false, unit };
+        region.state = region.surface().map_or_else(RegionState::default, Surface::smooth_state);
+        region
     }
 
     /// Nothing refractive yet.
     pub(super) fn uniform(site: Site) -> Self {
         let nodes = site.domain().resolution.map(|n| n as usize).iter().product();
-        Self { known: Some(vec![1.0; nodes]), occupancy: vec![0.0; nodes], ..Self::blank(site) }
+        Self::new(site, vec![Shape::Known(vec![1.0; nodes])])
     }
 
     /// A body by its signed distance.
     pub(super) fn body(site: Site, distance: impl Fn(Vec3<f32>) -> f32) -> Self {
-        let surface = LevelSet::from_samples(site.bounds, site.resolution, distance);
-        Self::new(site, surface)
+        let level = LevelSet::from_samples(site.bounds, site.resolution, distance);
+        Self::new(site, vec![Shape::Surface(Surface::new(Form::Free, level))])
     }
 
-    pub(super) fn new(site: Site, surface: LevelSet<f32>) -> Self {
-        let nodes = surface.coefficients().len();
-        let distance: Vec<f32> = (0..nodes).map(|j| surface.value(surface.position(j))).collect();
-        let voxel = site.domain().voxel();
-        let mut occupancy: Vec<f32> = distance.iter().map(|d| (0.5 - d / voxel).clamp(0.0, 1.0)).collect();
-        let shadow = Gate::new(site.domain(), &occupancy);
-        gaussian_blur(&mut occupancy, site.resolution, SMOOTH);
-        let trainable = distance.iter().map(|&d| d < 2.0 * voxel).collect();
-        // Only rays bend that would meet the shape on a straight line.
-        let (surface, gate, shadow) = (Some(surface), Some(shadow.clone()), Some(shadow));
-        Self { surface, occupancy, distance, trainable, gate, shadow, ..Self::blank(site) }
+    /// The same place with this surface alone.
+    pub(super) fn with(&self, surface: Surface) -> Self {
+        let Self { is_shared, unit, .. } = *self;
+        Self { is_shared, unit, ..Self::new(self.site, vec![Shape::Surface(surface)]) }
     }
 
     /// The same region on a coarser grid, where a search tries many shapes in the time that one takes here. Rays through a
     /// smooth surface hardly feel the grid.
     pub(super) fn sketch(&self) -> Option<Self> {
-        let (surface, nodes) = (self.surface.as_ref()?, self.distance.len() as f64);
+        let nodes = self.surface()?.distance.len() as f64;
         let coarser = (nodes / SKETCH_NODES).cbrt().min(SKETCH_COARSER);
         if self.is_known() || coarser <= 1.0 {
             return None;
         }
         let site = Site { resolution: fewer(self.site.resolution, coarser), ..self.site };
-        let surface = LevelSet::from_samples(site.bounds, site.resolution, |x| surface.value(x));
-        let water = self.water.as_ref().map(|w| {
-            let Domain { bounds, resolution, .. } = *w.highest.domain();
-            let value = |x| w.highest.value(x);
-            Water { highest: LevelSet::from_samples(bounds, fewer(resolution, coarser), value), ..w.clone() }
-        });
-        Some(Self {
-            axis: self.axis,
-            up: self.up,
-            sunk: self.sunk,
-            water,
-            is_shared: self.is_shared,
-            solid: self.solid.clone(),
-            faceted: self.faceted.clone(),
-            unit: self.unit,
-            ..Self::new(site, surface)
-        })
+        let shapes = self.shapes.iter().map(|s| s.coarser(coarser)).collect();
+        let Self { is_shared, unit, .. } = *self;
+        Some(Self { is_shared, unit, ..Self::new(site, shapes) })
     }
 
-    /// It goes on below a plane.
-    pub(super) fn reaches_below(&self, ground: &Plane) -> bool {
-        let below = |s: &LevelSet<f32>| {
-            let depth = |j: usize| ground.height(s.position(j)) < -0.5 * s.voxel();
-            s.parameters().any(|j| depth(j) && self.distance[j] < 0.0)
-        };
-        self.surface.as_ref().is_some_and(below)
+    /// The surface of the body there; none where a file says n at the nodes alone.
+    pub(super) fn surface(&self) -> Option<&Surface> {
+        self.shapes.iter().find_map(|s| if let Shape::Surface(surface) = s { Some(surface) } else { None })
+    }
+
+    /// The convex polyhedron that silhouettes may show.
+    pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {
+        self.shapes.iter().find_map(|s| if let Shape::Polyhedron(body) = s { Some(body) } else { None })
+    }
+
+    /// Water below an open surface.
+    pub(super) fn water(&self) -> Option<&Water> {
+        self.shapes.iter().find_map(|s| if let Shape::Water(water) = s { Some(water) } else { None })
+    }
+
+    /// n at the nodes, where a file says it.
+    pub(super) fn known(&self) -> Option<&[f32]> {
+        self.shapes.iter().find_map(|s| if let Shape::Known(n) = s { Some(&n[..]) } else { None })
+    }
+
+    /// Takes the surfaces out of the list that may take the place of the one there.
+    pub(super) fn take_rivals(&mut self) -> Vec<Surface> {
+        let (mut rivals, mut others) = (Vec::new(), Vec::new());
+        for shape in std::mem::take(&mut self.shapes) {
+            match shape {
+                Shape::Rival(surface) => rivals.push(surface),
+                other => others.push(other),
+            }
+        }
+        self.shapes = others;
+        rivals
     }
 
     /// Its index is known from a file.
     pub(super) fn is_known(&self) -> bool {
-        self.known.is_some()
+        self.known().is_some()
     }
 
-    /// What a file says of its inside is one number, but at its surface.
+    /// A file says n of the inside of a body, and that it is one number but at the surface.
     pub(super) fn has_one_index(&self) -> bool {
-        let Some(known) = &self.known else { return true };
-        let deep = -2.0 * self.site.domain().voxel();
-        let inside = self.distance.iter().zip(known).filter(|(d, _)| **d < deep).map(|(_, n)| *n);
+        let (Some(surface), Some(known)) = (self.surface(), self.known()) else { return false };
+        let deep = -2.0 * surface.level.voxel();
+        let inside = surface.distance.iter().zip(known).filter(|(d, _)| **d < deep).map(|(_, n)| *n);
         let (least, most) = inside.fold((f32::MAX, 1.0_f32), |(a, b), n| (a.min(n), b.max(n)));
         most - least < 1e-3
     }
 
     /// Inside, or within a voxel of it.
     pub(super) fn is_inside(&self, x: Vec3<f32>) -> bool {
-        let surface = self.surface.as_ref().filter(|_| self.site.bounds.contains(x));
-        surface.is_some_and(|s| s.value(x) < s.voxel())
+        self.surface().is_some_and(|s| s.is_inside(x))
     }
 
     /// What is reported of region number `k`.
     pub(super) fn found(&self, k: usize) -> Event {
-        let bounds = &self.site.bounds;
+        let (bounds, surface) = (&self.site.bounds, self.surface());
+        let form = surface.map_or(&Form::Free, |s| &s.form);
         Event::RegionFound {
             region: k,
             center: bounds.center().to_array(),
             extent: bounds.extent().to_array(),
             nodes: self.site.resolution,
-            faces: self.solid.as_ref().or(self.faceted.as_ref()).map(|s| s.faces.len()),
-            ellipsoid: self.round.as_ref().map(|e| e.misfit as f32),
-            revolution: self.axis.is_some(),
+            faces: self.planes().map(|s| s.faces.len()),
+            ellipsoid: if let Form::Ellipsoid(e) = form { Some(e.misfit as f32) } else { None },
+            revolution: matches!(form, Form::Revolution(_)),
         }
     }
 
     /// Depth of its deepest point [scene unit].
     pub(super) fn depth(&self) -> f32 {
-        -self.distance.iter().copied().fold(0.0, f32::min)
+        self.surface().map_or(0.0, Surface::depth)
     }
 
-    /// Its side, if it is a vessel that is open at the top: of flat walls where silhouettes may show them.
+    /// The planes of its surface, or else those that silhouettes may show.
+    fn planes(&self) -> Option<&Polyhedron> {
+        self.surface().and_then(Surface::planes).or(self.polyhedron())
+    }
+
+    /// Its side, if it is a vessel that is open at the top: of flat walls where silhouettes may show them. Planes of a hull that
+    /// is a polyhedron have cut off the roof that silhouettes leave it.
     pub(super) fn vessel_side(&self) -> Option<&Side> {
-        let planes = |solid: &Polyhedron| solid.level_set(self.site.bounds, self.site.resolution);
-        // Planes of a hull that is a polyhedron have cut off the roof that silhouettes leave it.
-        let solid = self.solid.as_ref().or(self.faceted.as_ref());
-        let outer = || solid.map(planes).or_else(|| self.surface.clone());
-        let of = || Some(Side::new(outer()?, self.up?)?.of_planes(solid));
-        self.side.get_or_init(of).as_ref()
+        self.surface()?.side(self.planes())
     }
 
-    /// What goes with a field that varies smoothly. Rays that miss a sharp surface do not bend; of a smooth one they must be
-    /// kept away by the gate.
-    pub(super) fn smooth_state(&self) -> RegionState {
-        let (trainable, gate) = (self.trainable.clone(), self.gate.clone());
-        RegionState { trainable, gate, ..RegionState::default() }
+    /// How far the body reaches into what it stands on [scene unit]; 0 where nothing is known of that.
+    pub(super) fn sunk(&self) -> f32 {
+        self.surface().and_then(|s| s.stand.as_ref()).map_or(0.0, |s| s.sunk)
     }
 
     /// Whether the straight ray meets the region.
     pub(super) fn meets(&self, ray: &Ray<f32>) -> bool {
-        match &self.shadow {
-            Some(shadow) => shadow.admits(ray),
+        match self.surface() {
+            Some(surface) => surface.shadow.admits(ray),
             None => self.site.bounds.clip(ray).is_some(),
         }
+    }
+}
+
+impl Shape {
+    /// The same shape on a grid whose voxels are larger by a factor.
+    fn coarser(&self, by: f64) -> Self {
+        let of = |s: &Surface| s.coarser(fewer(s.level.domain().resolution, by));
+        match self {
+            Self::Surface(surface) => Self::Surface(of(surface)),
+            Self::Rival(surface) => Self::Rival(of(surface)),
+            Self::Polyhedron(body) => Self::Polyhedron(body.clone()),
+            Self::Water(water) => Self::Water(water.coarser(by)),
+            Self::Known(n) => Self::Known(n.clone()),
+        }
+    }
+}
+
+impl Water {
+    fn coarser(&self, by: f64) -> Self {
+        let Domain { bounds, resolution, .. } = *self.highest.domain();
+        let value = |x| self.highest.value(x);
+        Self { highest: LevelSet::from_samples(bounds, fewer(resolution, by), value), ..*self }
     }
 }
 
@@ -234,6 +221,7 @@ mod tests {
     use super::*;
     use crate::model::polyhedron::Plane;
     use crate::options::Options;
+    use crate::refraction_search::surface::Stand;
     use refraxel_core::{Aabb, vec3};
 
     #[test]
@@ -248,10 +236,13 @@ mod tests {
         let bounds = Aabb::new(Vec3::splat(-0.8), Vec3::splat(0.8));
         let options = Options::default();
         let site = Site { bounds, resolution: [33; 3], interpolation: options.index.interpolation.into() };
-        let body = || Region::body(site, |x| flat.height(x));
+        let level = LevelSet::from_samples(bounds, site.resolution, |x| flat.height(x));
         let rim = |solid: Option<&Polyhedron>| {
-            let (solid, faceted, up) = (solid.cloned(), Some(roofed.clone()), Some(vec3(0.0, 0.0, 1.0)));
-            Region { solid, faceted, up, ..body() }.vessel_side().unwrap().span[1]
+            let form = solid.map_or(Form::Free, |s| Form::Polyhedron(s.clone()));
+            let stand = Some(Stand::new(vec3(0.0, 0.0, 1.0), 0.0));
+            let surface = Surface { stand, ..Surface::new(form, level.clone()) };
+            let shapes = vec![Shape::Surface(surface), Shape::Polyhedron(roofed.clone())];
+            Region::new(site, shapes).vessel_side().unwrap().span[1]
         };
         assert!((rim(Some(&flat)) - 0.2).abs() < 0.5 * 0.05, "{}", rim(Some(&flat)));
         assert!(rim(None) > 0.24, "{}", rim(None));

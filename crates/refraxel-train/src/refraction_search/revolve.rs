@@ -4,6 +4,7 @@ use super::hypotheses::{Body, SOLID};
 use super::look::{CONVINCING, JUDGED, Look, Seen, Standing, is_better};
 use super::region::Region;
 use super::shapes::Frustum;
+use super::surface::{Form, Stand, Surface};
 use crate::cancel::Cancelled;
 use crate::events::{Observer, Task};
 use crate::evidence::{Detail, Scores, Unknown, first, mean, refined};
@@ -17,10 +18,10 @@ pub(super) fn revolve(
     seen: &Seen,
     observer: &mut Observer,
 ) -> Result<(), Cancelled> {
-    let turned = region.revolved.take().map(|r| *r);
+    let rivals = region.take_rivals();
     // Outlines that no mask shows are rough.
-    let is_found = at.known.sampler.traces_found() && region.round.is_none();
-    if turned.is_none() && !is_found {
+    let is_found = at.known.sampler.traces_found() && !is_ellipsoid(region);
+    if rivals.is_empty() && !is_found {
         return Ok(());
     }
     let score = |region: &Region, observer: &mut Observer| {
@@ -33,13 +34,18 @@ pub(super) fn revolve(
         return Ok(());
     }
     let straight = upright(at, region, seen, is_found, observer)?;
-    for other in turned.into_iter().chain(straight) {
+    for surface in rivals.into_iter().chain(straight) {
+        let other = region.with(surface);
         let scores = score(&other, observer)?;
         if is_better(&scores, &best) {
             (*region, best) = (other, scores);
         }
     }
     Ok(())
+}
+
+fn is_ellipsoid(region: &Region) -> bool {
+    region.surface().is_some_and(|s| matches!(s.form, Form::Ellipsoid(_)))
 }
 
 /// Numbers of an upright body with straight sides, and its index. Outlines that were found hardly tell how wide it is and how it stands.
@@ -86,9 +92,9 @@ fn upright(
     seen: &Seen,
     is_found: bool,
     observer: &mut Observer,
-) -> Result<Option<Region>, Cancelled> {
-    let (Some(surface), Some(up)) = (&region.surface, region.up) else { return Ok(None) };
-    let Some(rough) = Frustum::of(surface, up) else { return Ok(None) };
+) -> Result<Option<Surface>, Cancelled> {
+    let of = |s: &Surface| Frustum::of(&s.level, s.stand.as_ref()?.up);
+    let Some(rough) = region.surface().and_then(of) else { return Ok(None) };
     let sketch = region.sketch();
     let Site { bounds, resolution, .. } = sketch.as_ref().unwrap_or(region).site;
     let mut tried = 0;
@@ -99,9 +105,10 @@ fn upright(
         let views = seen.at(is_first);
         Ok(at.predicted(views, detail, vec![Body::searched(surface, index)]).scores(views))
     })?;
-    let (sunk, is_shared) = (region.sunk, region.is_shared);
-    let body = Region::body(region.site, |x| shape.distance(x));
-    Ok(Some(Region { axis: Some(shape.axis), up: Some(shape.axis.up), sunk, is_shared, ..body }))
+    let Site { bounds, resolution, .. } = region.site;
+    let level = LevelSet::from_samples(bounds, resolution, |x| shape.distance(x));
+    let stand = Some(Stand::new(shape.axis.up, region.sunk()));
+    Ok(Some(Surface { stand, ..Surface::new(Form::Revolution(shape.axis), level) }))
 }
 
 #[cfg(test)]

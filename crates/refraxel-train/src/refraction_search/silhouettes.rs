@@ -100,7 +100,7 @@ pub(super) fn vote(outlines: &Outlines, bounds: &Aabb<f32>, options: &Options) -
     let domain = Domain::with_longest(*bounds, Extent::Bounded, VOTED);
     let judged = |dissent: usize, least: f32| {
         let vote = Vote { share: options.shape.vote, dissent, least, ..Vote::default() };
-        let hull = Gate::new(domain, &outlines.hull(&domain, &vote).fraction);
+        let hull = outlines.gate(domain, &vote);
         (vote, outlines.agreement(&hull, COMPARISONS))
     };
     let strictest = |found: Vec<(Vote, f64)>, enough: f64| {
@@ -127,7 +127,7 @@ pub(super) fn without_gaps(outlines: &Outlines, bounds: &Aabb<f32>) -> Outlines 
     // Half a voxel inside.
     let deep: Vec<f32> = hull.distance.iter().map(|d| (-d / domain.voxel()).clamp(0.0, 1.0)).collect();
     let gate = Gate::new(domain, &deep);
-    outlines.without_gaps(GAP, |ray| gate.admits(ray)).0
+    outlines.without_gaps(GAP, |ray| gate.admits(ray))
 }
 
 #[cfg(test)]

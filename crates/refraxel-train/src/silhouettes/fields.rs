@@ -44,7 +44,7 @@ impl Site {
     ///
     /// # Panics
     /// If there is not one value per node.
-    pub fn from_nodes(&self, n: &[f32]) -> IndexGrid<f32> {
+    pub fn of_nodes(&self, n: &[f32]) -> IndexGrid<f32> {
         let mut grid = self.vacuum();
         assert_eq!(n.len(), grid.coefficients().len(), "one index per node");
         let parameters: Vec<usize> = grid.parameters().collect();
@@ -58,25 +58,25 @@ impl Site {
     ///
     /// # Panics
     /// If there is not one share per node.
-    pub fn from_occupancy(&self, occupancy: &[f32], n0: f32) -> IndexGrid<f32> {
+    pub fn of_occupancy(&self, occupancy: &[f32], n0: f32) -> IndexGrid<f32> {
         let n: Vec<f32> = occupancy.iter().map(|f| 1.0 + (n0 - 1.0) * f).collect();
-        self.from_nodes(&n)
+        self.of_nodes(&n)
     }
 
     /// The truth, averaged over the voxel of each node (2³ samples).
     pub fn truth(&self, truth: &IndexTruth) -> IndexGrid<f32> {
-        self.from_nodes(&self.means(TRUTH_SAMPLES, |x| truth.n(x.cast()) as f32))
+        self.of_nodes(&self.means(TRUTH_SAMPLES, |x| truth.n(x.cast()) as f32))
     }
 
     /// A volume of measured or simulated n, trilinear between the centres of its cells; n = 1 outside its box.
     pub fn volume(&self, volume: &IndexVolume) -> IndexGrid<f32> {
-        self.from_nodes(&self.means(1, |x| volume.index(x.cast()) as f32))
+        self.of_nodes(&self.means(1, |x| volume.index(x.cast()) as f32))
     }
 
     /// n0 inside of a closed shape, 1 outside, averaged over voxels (4³ samples). Inside is where a line has crossed the
     /// surface an odd number of times, whichever way its triangles are turned.
     pub fn shape(&self, shape: &Shape, n0: f32) -> IndexGrid<f32> {
-        self.from_occupancy(&super::inside::occupancy(shape, &self.domain(), SAMPLES), n0)
+        self.of_occupancy(&super::inside::occupancy(shape, &self.domain(), SAMPLES), n0)
     }
 
     /// The level set of a closed shape by its exact distances; `rough` says where its surface is, to four voxels. Keeps
@@ -146,7 +146,7 @@ mod tests {
         let n = |x: Vec3<f32>| 1.0 + 0.3 * (-x.dot(x) * 20.0).exp();
         let s = site();
         let expected = IndexGrid::from_control_values(s.bounds, s.resolution, s.interpolation, n);
-        let found = s.from_nodes(&s.means(1, n));
+        let found = s.of_nodes(&s.means(1, n));
         let pairs = found.coefficients().iter().zip(expected.coefficients());
         assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-5));
         assert_eq!(s.vacuum().index(Vec3::zero()), 1.0);

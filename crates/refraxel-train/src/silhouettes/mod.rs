@@ -1,7 +1,7 @@
 //! Where a reconstruction of the refractive index starts: regions, shapes and fields.
 //!
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
-//! visual [`Hull`] of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
+//! visual hull of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
 
 mod colours;
 mod consistency;
@@ -15,11 +15,12 @@ mod outline;
 mod region;
 
 pub use colours::{mean_colour, paint};
-pub use consistency::Consistency;
 pub use fields::Site;
-pub use hull::{Hull, Vote};
+pub use hull::Vote;
 pub use locate::{LocateError, Search};
 pub use occluders::{OPAQUE, Occluders, hidden_beyond};
+#[cfg(test)]
+pub use outline::MAP_BYTES;
 pub(crate) use outline::Tangent;
-pub use outline::{MAP_BYTES, Outlines, Silhouette};
+pub use outline::{Outlines, Silhouette};
 pub use region::{Spacing, region_grid};

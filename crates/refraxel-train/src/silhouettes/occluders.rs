@@ -30,7 +30,7 @@ pub fn hidden_beyond(shown: &Pixel<f32>) -> f32 {
 /// Distances from the camera beyond which something opaque hides everything [scene unit], infinite where nothing does.
 ///
 /// One value per square cell of the image, x fastest, rows from the top; cells that the contour of the mask crosses are
-/// divided in up to 4×4 parts. Memory: [`Occluders::bytes`], at most 24 bytes per cell.
+/// divided in up to 4×4 parts. Memory: at most 24 bytes per cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluders {
     /// Width and height of the image [pixel].
@@ -93,7 +93,7 @@ impl Occluders {
         (pixels as f64 / rays).sqrt().ceil().max(1.0) as usize
     }
 
-    /// Most that [`Self::bytes`] can be for an image of this size.
+    /// Most memory of the distances for an image of this size.
     pub fn most_bytes(image: [u32; 2], cell: usize) -> u64 {
         let cells = image.map(|n| u64::from(n).div_ceil(cell as u64));
         let divided = if cell > 1 { 4 * (1 + MOST_PARTS as u64) } else { 0 };
@@ -101,6 +101,7 @@ impl Occluders {
     }
 
     /// Memory of the distances.
+    #[cfg(test)]
     pub fn bytes(&self) -> u64 {
         (4 * (self.beyond.len() + self.block.len() + self.finer.len())) as u64
     }

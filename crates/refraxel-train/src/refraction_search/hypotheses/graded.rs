@@ -10,6 +10,7 @@ use crate::verdict::Hypothesis;
 /// Unknowns: the index in the middle, and the power.
 pub(super) const GRADED: Proposal = Proposal {
     kind: Hypothesis::Graded,
+    fits: |region| region.surface().is_some(),
     is_dear: false,
     is_sharp: false,
     unknowns: |_| unknowns(),
@@ -24,11 +25,12 @@ fn unknowns() -> Vec<Unknown> {
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let (rise, depth) = (0.5 * (at[0] * at[0] - 1.0), region.depth());
-    let n = region.distance.iter().map(|d| {
+    let Some(surface) = region.surface() else { return Vec::new() };
+    let (rise, depth) = (0.5 * (at[0] * at[0] - 1.0), surface.depth());
+    let n = surface.distance.iter().map(|d| {
         let s = (-d / depth).clamp(0.0, 1.0);
         (1.0 + 2.0 * rise * (1.0 - (1.0 - s) * (1.0 - s)).powf(at[1])).sqrt()
     });
     let n: Vec<f32> = n.collect();
-    vec![Body::field(region.site.from_nodes(&n), region)]
+    vec![Body::field(region.site.of_nodes(&n), region)]
 }

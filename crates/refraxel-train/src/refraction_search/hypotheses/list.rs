@@ -12,42 +12,25 @@ use super::water_surface::WATER_SURFACE;
 use crate::options::{Options, SurfaceProfile};
 use crate::refraction_search::region::Region;
 
+/// Bodies with sharp surfaces, the simplest first.
+const SHARP: [&Proposal; 5] = [&SOLID, &POLYHEDRON, &SHELL, &VESSEL, &WATER_SURFACE];
+
 /// The hypotheses that may hold in a region, the simplest first.
 pub(in crate::refraction_search) fn proposals(region: &Region, options: &Options) -> Vec<&'static Proposal> {
-    if region.is_body_of_truth() {
-        return vec![&HELD];
-    }
     if region.is_known() {
-        let is_field = region.surface.is_none() || !region.has_one_index();
-        let is_smooth = is_field || options.search.profile == SurfaceProfile::Smooth;
+        let is_smooth = !region.is_body_of_truth()
+            && (!region.has_one_index() || options.search.profile == SurfaceProfile::Smooth);
         return vec![if is_smooth { &HELD_SMOOTH } else { &HELD }];
     }
-    let sharp = |all: &mut Vec<&'static Proposal>| {
-        all.push(&SOLID);
-        if region.faceted.is_some() {
-            all.push(&POLYHEDRON);
-        }
-        all.push(&SHELL);
-        if region.up.is_some() {
-            all.push(&VESSEL);
-        }
-        if region.water.is_some() {
-            all.push(&WATER_SURFACE);
-        }
-    };
-    let mut all = Vec::new();
-    match options.search.profile {
+    let smooth: &[&Proposal] = match options.search.profile {
         // A field that varies smoothly may not overlap other bodies.
-        _ if region.is_shared => sharp(&mut all),
-        SurfaceProfile::Sharp => sharp(&mut all),
-        SurfaceProfile::Smooth => all.push(&SMOOTH),
-        SurfaceProfile::Graded => all.push(&GRADED),
-        SurfaceProfile::Auto => {
-            sharp(&mut all);
-            all.push(&GRADED);
-        }
-    }
-    all
+        _ if region.is_shared => &[],
+        SurfaceProfile::Sharp => &[],
+        SurfaceProfile::Smooth => return vec![&SMOOTH],
+        SurfaceProfile::Graded => return vec![&GRADED],
+        SurfaceProfile::Auto => &[&GRADED],
+    };
+    SHARP.iter().chain(smooth).copied().filter(|p| (p.fits)(region)).collect()
 }
 
 /// The simplest hypothesis on a region, with the index that is assumed where nothing is searched.

@@ -9,6 +9,7 @@ use crate::verdict::Hypothesis;
 /// Unknown: the index.
 pub(super) const POLYHEDRON: Proposal = Proposal {
     kind: Hypothesis::Polyhedron,
+    fits: |region| region.polyhedron().is_some(),
     is_dear: false,
     is_sharp: true,
     unknowns: |_| vec![index_of_a_body()],
@@ -22,5 +23,5 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
         body.state.solid = Some(planes.clone());
         body
     };
-    region.faceted.iter().map(body).collect()
+    region.polyhedron().into_iter().map(body).collect()
 }

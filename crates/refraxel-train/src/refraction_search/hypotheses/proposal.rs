@@ -29,13 +29,15 @@ impl Body {
 
     /// A field that varies smoothly.
     pub(super) fn field(grid: IndexGrid<f32>, region: &Region) -> Self {
-        Self { grid, state: region.smooth_state(), is_searched: false }
+        Self { grid, state: region.state.clone(), is_searched: false }
     }
 }
 
 /// A hypothesis on what stands in a region.
 pub(in crate::refraction_search) struct Proposal {
     pub kind: Hypothesis,
+    /// Whether the region has the shape that it needs.
+    pub fits: fn(&Region) -> bool,
     /// Its search takes long: it is left out where another hypothesis explains what is seen.
     pub is_dear: bool,
     /// Its bodies have sharp surfaces, which the index does not move.

@@ -11,6 +11,7 @@ use crate::verdict::Hypothesis;
 /// Unknowns: the index, and the thickness of the wall [depth of the body].
 pub(super) const SHELL: Proposal = Proposal {
     kind: Hypothesis::Shell,
+    fits: |region| region.surface().is_some(),
     is_dear: false,
     is_sharp: true,
     unknowns: |_| unknowns(),
@@ -30,13 +31,13 @@ fn unknowns() -> Vec<Unknown> {
 
 /// Glass, and the air that rules in it.
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let Some(surface) = &region.surface else { return Vec::new() };
+    let Some(surface) = region.surface() else { return Vec::new() };
     let body = |b: ShapeBody| {
         let air = RegionState { fixed_index: true, ..RegionState::default() };
         let is_air = b.substance == Substance::Air;
         if is_air { Body::given(b.surface, 1.0, air) } else { Body::searched(b.surface, at[0]) }
     };
-    let shell = shell(surface, at[1] * region.depth());
-    let solid = || vec![ShapeBody::new(surface.clone(), Substance::Glass)];
+    let shell = shell(&surface.level, at[1] * surface.depth());
+    let solid = || vec![ShapeBody::new(surface.level.clone(), Substance::Glass)];
     shell.unwrap_or_else(solid).into_iter().map(body).collect()
 }

@@ -11,6 +11,7 @@ use refraxel_core::{Domain, IndexGrid, LevelSet};
 /// Unknowns: the index, and how far the surface lies outside the hull [voxel].
 pub(in crate::refraction_search) const SOLID: Proposal = Proposal {
     kind: Hypothesis::Solid,
+    fits: |region| region.surface().is_some(),
     is_dear: false,
     is_sharp: true,
     unknowns: |_| unknowns(),
@@ -28,15 +29,16 @@ fn unknowns() -> Vec<Unknown> {
 const FURTHEST: f32 = 4.0;
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
+    let Some(surface) = region.surface() else { return Vec::new() };
     let by = at[1] * region.unit;
-    let solid = region.solid.clone().map(|s| s.grown(by));
-    let surface = match &solid {
-        Some(solid) => Some(solid.level_set(region.site.bounds, region.site.resolution)),
-        None => region.surface.as_ref().map(|s| grown(s, by)),
+    let solid = surface.planes().map(|s| s.grown(by));
+    let level = match &solid {
+        Some(solid) => solid.level_set(region.site.bounds, region.site.resolution),
+        None => grown(&surface.level, by),
     };
-    let mut body = surface.map(|s| Body::searched(s, at[0]));
-    body.iter_mut().for_each(|b| b.state.solid.clone_from(&solid));
-    body.into_iter().collect()
+    let mut body = Body::searched(level, at[0]);
+    body.state.solid = solid;
+    vec![body]
 }
 
 /// The surface moved outwards [scene unit].
@@ -57,7 +59,7 @@ const COARSENING: f32 = 1.4;
 fn learning(region: &Region, at: &[f32], options: &Options) -> Vec<Body> {
     let mut found = bodies(region, at, options);
     let is_held = options.surface.rate == 0.0 || options.shape.start == StartShape::File;
-    if region.solid.is_none() && !is_held {
+    if found.iter().all(|body| body.state.solid.is_none()) && !is_held {
         found.iter_mut().for_each(|body| coarsen(&mut body.grid, COARSENING));
     }
     found

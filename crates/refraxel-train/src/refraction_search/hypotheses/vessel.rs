@@ -12,9 +12,10 @@ use crate::verdict::Hypothesis;
 /// base [height of the vessel], that of its foot above where it seems to stand [voxel], and the index of what fills it.
 pub(super) const VESSEL: Proposal = Proposal {
     kind: Hypothesis::Vessel,
+    fits: |region| region.surface().is_some_and(|s| s.stand.is_some()),
     is_dear: true,
     is_sharp: true,
-    unknowns: |region| unknowns(region.sunk > 0.0),
+    unknowns: |region| unknowns(region.sunk() > 0.0),
     bodies,
     learning: bodies,
 };
@@ -44,11 +45,12 @@ fn unknowns(stands: bool) -> Vec<Unknown> {
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let Some(outer) = &region.surface else { return Vec::new() };
-    let (depth, solid) = (region.depth(), || ShapeBody::new(outer.clone(), Substance::Glass));
+    let Some(outer) = region.surface() else { return Vec::new() };
+    let (depth, sunk) = (outer.depth(), region.sunk());
+    let solid = || ShapeBody::new(outer.level.clone(), Substance::Glass);
     let found = region.vessel_side().and_then(|side| {
         let [low, high] = side.span;
-        let raised = if region.sunk > 0.0 { (region.sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
+        let raised = if sunk > 0.0 { (sunk + at[4] * region.unit).max(0.0) } else { 0.0 };
         let assumed =
             Vessel { wall: at[1] * depth, base: at[2] * depth, water: at[3] * (high - low), raised };
         vessel(side, &assumed)

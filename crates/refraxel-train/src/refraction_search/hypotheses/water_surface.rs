@@ -11,9 +11,10 @@ use refraxel_core::LevelSet;
 /// alone, so that the field knows nothing of it yet: the masks tell the level, and neither is searched.
 pub(super) const WATER_SURFACE: Proposal = Proposal {
     kind: Hypothesis::WaterSurface,
+    fits: |region| region.water().is_some(),
     is_dear: true,
     is_sharp: true,
-    unknowns: |region| unknowns(region.water.as_ref().map_or(0.5, |w| w.level)),
+    unknowns: |region| unknowns(region.water().map_or(0.5, |w| w.level)),
     bodies,
     learning: bodies,
 };
@@ -24,7 +25,7 @@ fn unknowns(level: f32) -> Vec<Unknown> {
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
-    let Some(Water { highest, up, range: [low, high], .. }) = &region.water else { return Vec::new() };
+    let Some(Water { highest, up, range: [low, high], .. }) = region.water() else { return Vec::new() };
     let level = low + at[1] * (high - low);
     let below = |j: usize| up.dot(highest.position(j)) - level;
     let phi = highest.coefficients().iter().enumerate().map(|(j, c)| c.max(below(j))).collect();

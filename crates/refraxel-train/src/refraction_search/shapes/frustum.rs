@@ -1,7 +1,7 @@
 //! An upright body with straight sides, the frustum of a cone: what the outlines of a vessel or a jar are when they are rough.
 
 use crate::model::axis::Axis;
-use crate::model::polyhedron::Plane;
+use crate::model::polyhedron::tangents;
 use refraxel_core::{LevelSet, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -64,7 +64,7 @@ impl Frustum {
         [x, y]: [f32; 2],
         [s, t]: [f32; 2],
     ) -> Self {
-        let [u, v] = Plane::facing(self.axis.up, 0.0).tangents();
+        let [u, v] = tangents(self.axis.up);
         let at = self.axis.at + (u * x + v * y) * self.radius;
         let up = (self.axis.up + u * s + v * t).normalized();
         Self { axis: Axis { at, up }, radius: width * self.radius, slope: self.slope + slope, ..*self }

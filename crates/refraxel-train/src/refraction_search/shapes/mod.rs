@@ -5,6 +5,7 @@
 
 mod body;
 mod contours;
+mod crowd;
 mod ellipsoid;
 mod frustum;
 mod polyhedron;
@@ -15,10 +16,11 @@ mod water_surface;
 
 pub(super) use body::{ShapeBody, Substance, distance};
 pub(super) use contours::Contours;
+pub(super) use crowd::{Crowd, Point, points};
 pub(super) use ellipsoid::{Ellipsoid, ellipsoid};
 pub(super) use frustum::Frustum;
 pub(super) use polyhedron::{Faceted, polyhedron};
-pub(super) use revolution::{Revolution, revolution};
+pub(super) use revolution::revolution;
 pub(super) use shell::shell;
 pub(super) use vessel::{Side, Vessel, upwards, vessel};
 pub(super) use water_surface::{Basin, Levels};

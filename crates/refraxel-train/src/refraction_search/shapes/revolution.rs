@@ -8,7 +8,7 @@ use super::body::{distance, span};
 use crate::least_squares::solved;
 use crate::level_set::level_set;
 use crate::model::axis::Axis;
-use crate::model::polyhedron::{Plane, Polyhedron};
+use crate::model::polyhedron::{Plane, Polyhedron, tangents};
 use rayon::prelude::*;
 use refraxel_core::{Domain, LevelSet, Vec3};
 use std::f32::consts::TAU;
@@ -54,14 +54,9 @@ pub(in crate::refraction_search) struct Revolution {
 
 /// What a hull shows around an axis.
 impl Axis {
-    /// Two unit vectors that span the planes across it.
-    fn across(&self) -> [Vec3<f32>; 2] {
-        Plane::facing(self.up, 0.0).tangents()
-    }
-
     /// Points at a height, at a distance in all directions.
     fn ring(&self, height: f32, radius: f32) -> impl Iterator<Item = Vec3<f32>> + use<> {
-        let ([u, v], middle) = (self.across(), self.at + self.up * height);
+        let ([u, v], middle) = (tangents(self.up), self.at + self.up * height);
         (0..ANGLES).map(move |k| {
             let (sin, cos) = (TAU * k as f32 / ANGLES as f32).sin_cos();
             middle + (u * cos + v * sin) * radius
@@ -114,7 +109,7 @@ impl Axis {
             }
             found = solved(&matrix, &right, 0.0)?;
         }
-        let [u, v] = self.across();
+        let [u, v] = tangents(self.up);
         let along = |a: f64, b: f64| u * a as f32 + v * b as f32;
         let (at, up) = (self.at + along(found[0], found[1]), self.up + along(found[2], found[3]));
         Some(Self { at, up: up.normalized() })

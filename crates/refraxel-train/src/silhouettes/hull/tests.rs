@@ -1,7 +1,9 @@
 use super::super::contour::tests::cover;
-use super::*;
-use crate::silhouettes::{Occluders, Silhouette};
-use refraxel_core::{Aabb, Camera, Extent, Lens, Ray};
+use super::carve::node_of;
+use super::{Hull, Vote};
+use crate::silhouettes::{Occluders, Outlines, Silhouette};
+use rayon::prelude::*;
+use refraxel_core::{Aabb, Camera, Domain, Extent, Lens, Ray, Vec3, vec3};
 use refraxel_data::Mask;
 
 /// A ball.

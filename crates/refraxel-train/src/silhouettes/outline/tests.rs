@@ -1,5 +1,9 @@
-use super::*;
-use refraxel_core::vec3;
+use super::outlines::{MAP_BYTES, MAP_SIZE, Outlines};
+use super::view::{Outline, Silhouette, averages};
+use crate::silhouettes::Occluders;
+use refraxel_core::{Camera, Vec3, vec3};
+use refraxel_data::Mask;
+use std::sync::Arc;
 
 fn silhouette([width, height]: [u32; 2], coverage: impl Fn(u32, u32) -> u8) -> Silhouette {
     let camera =

@@ -1,5 +1,6 @@
 //! Faces and edges of the body below some planes.
 
+use crate::model::polyhedron::tangents;
 use refraxel_core::Vec3;
 
 /// A plane that bounds a body from outside: normal · x ≤ offset inside.
@@ -18,10 +19,7 @@ impl Facet {
 
     /// Two unit vectors along it.
     pub(super) fn tangents(&self) -> [Vec3<f64>; 2] {
-        let m = self.normal;
-        let axis = if m.x.abs() < 0.5 { Vec3::new(1.0, 0.0, 0.0) } else { Vec3::new(0.0, 1.0, 0.0) };
-        let u = m.cross(axis).normalized();
-        [u, m.cross(u)]
+        tangents(self.normal)
     }
 }
 

@@ -1,9 +1,12 @@
+use super::super::contours::Contours;
 use super::super::views::{cameras, footprint, hull, meets_body, shaken, silhouette, silhouettes};
-use super::*;
+use super::boundary::{Boundary, Facet};
+use super::{Faceted, polyhedron};
 use crate::cancel::Cancel;
+use crate::model::polyhedron::Plane;
 use crate::random::Random;
 use crate::silhouettes::{Occluders, Outlines, Silhouette};
-use refraxel_core::{Ray, vec3};
+use refraxel_core::{Ray, Vec3, vec3};
 use std::f64::consts::TAU;
 
 const EVERYWHERE: [f64; 2] = [-1.0, 1.0];
