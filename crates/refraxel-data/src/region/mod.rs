@@ -2,10 +2,11 @@
 
 mod axes;
 mod content;
+mod forward;
 
 use crate::{Backdrop, Dataset};
 use axes::Capture;
-use refraxel_core::{Aabb, Camera, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Camera, Projection, Ray, Vec3, vec3};
 
 /// The part of the world that a reconstruction should fill with voxels, in the data's own coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Region {
     pub up: Vec3<f64>,
     /// True when photographs show things beyond the box too.
     pub unbounded: bool,
+    /// The frame of the grid, where all cameras of an unbounded capture look one way.
+    pub projection: Option<Projection>,
 }
 
 /// Half-size of the box of an unbounded scene in median camera distances: cameras on a ring stand well outside.
@@ -49,7 +52,10 @@ pub fn scene_region(data: &Dataset) -> Region {
         },
         (false, _) => cube(capture.center, visible_radius(&cameras, &capture)),
     });
-    Region { bounds, up: data.up.unwrap_or(capture.up), unbounded }
+    let is_open = unbounded && data.stated_box.is_none();
+    let projection =
+        is_open.then(|| forward::projection(&cameras, capture.up, &data.points, data.depth_range)).flatten();
+    Region { bounds, up: data.up.unwrap_or(capture.up), unbounded, projection }
 }
 
 /// Boxes in a scene have longest edges from `1 / SCALE` to `SCALE` times that of the scene: smaller than a pixel, and far
