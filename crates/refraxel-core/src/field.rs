@@ -87,7 +87,7 @@ impl<T: Real> VoxelField<T> {
 
     /// 40/L of theory (3.5) [1 / scene unit]: σ = `density_scale` · softplus(θ).
     pub fn density_scale(&self) -> T {
-        T::of(DENSITY_PER_BOX) / self.domain.bounds.extent().max_element()
+        T::of(DENSITY_PER_BOX) / self.domain.depth()
     }
 
     /// A gradient of zeros, laid out like the field.

@@ -36,7 +36,7 @@ pub use aligned::AlignedVec;
 pub use background::{Background, EnvironmentMap};
 pub use camera::{Camera, Lens, Pose};
 pub use field::{FieldGradient, VoxelField};
-pub use grid::{BrickMap, Domain, Extent};
+pub use grid::{BrickMap, Domain, Extent, Projection};
 pub use index::{IndexGradient, IndexGrid, Interpolation, LevelSet, Medium};
 pub use mesh::Mesh;
 pub use optics::{Integrator, Path, Tracer};

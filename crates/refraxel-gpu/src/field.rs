@@ -11,9 +11,7 @@ use crate::memory::Buffers;
 use crate::shape::{Purpose, Shape};
 use bytemuck::{Pod, Zeroable};
 use half::f16;
-use refraxel_core::field::DENSITY_PER_BOX;
-use refraxel_core::grid::domain::CONTRACTED_FAR;
-use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Extent, VoxelField};
+use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Vec3, VoxelField};
 use refraxel_train::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction};
 use refraxel_train::run::nearest_half;
 
@@ -31,7 +29,7 @@ struct Scene {
     nodes_per_unit: [f32; 3],
     voxel: f32,
     lowest: [f32; 3],
-    contracted: u32,
+    extent: u32,
     highest: [f32; 3],
     slots: u32,
     last_cell: [u32; 3],
@@ -42,36 +40,42 @@ struct Scene {
     padding_1: u32,
     plain: [f32; 3],
     padding_2: u32,
+    right: [f32; 3],
+    padding_3: u32,
+    down: [f32; 3],
+    padding_4: u32,
+    ahead: [f32; 3],
+    padding_5: u32,
 }
 
 impl Scene {
     fn of(model: &Model) -> Self {
         let (domain, map) = (&model.field.domain, &model.field.map);
-        let contracted = domain.extent == Extent::Contracted;
-        let (center, extent) = (domain.bounds.center(), domain.bounds.extent());
-        let half = extent * if contracted { 0.5 * CONTRACTED_FAR as f32 } else { 0.5 };
-        let (lowest, highest) =
-            if contracted { (center - half, center + half) } else { (domain.bounds.min, domain.bounds.max) };
+        let placement = domain.placement();
+        let [right, down, ahead] = placement.axes.map(Vec3::to_array);
         let (rows, plain) = match &model.background {
             Background::Constant(c) => (0, *c),
             Background::Environment(map) => (map.height() as u32, [0.0; 3]),
         };
         Self {
-            center: center.to_array(),
-            reach: if contracted { 2.0 } else { 1.0 },
-            unit_per_world: domain.unit_per_world().to_array(),
-            density_scale: DENSITY_PER_BOX as f32 / extent.max_element(),
+            center: placement.center.to_array(),
+            reach: placement.reach,
+            unit_per_world: placement.unit_per_world.to_array(),
+            density_scale: model.field.density_scale(),
             nodes_per_unit: domain.nodes_per_unit().to_array(),
             voxel: domain.voxel(),
-            lowest: lowest.to_array(),
-            contracted: contracted.into(),
-            highest: highest.to_array(),
+            lowest: placement.lowest.to_array(),
+            extent: placement.extent,
+            highest: placement.highest.to_array(),
             slots: map.slots() as u32,
             last_cell: domain.resolution.map(|n| n - 2),
             rows,
             brick_strides: map.brick_strides(),
             bricks: bricks(map),
             plain,
+            right,
+            down,
+            ahead,
             ..Self::default()
         }
     }

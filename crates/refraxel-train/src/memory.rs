@@ -7,7 +7,7 @@ use crate::refraction_search::OCCLUDER_RAYS;
 use crate::schedule::{VARIATION_PERIOD, stage_domain};
 use crate::silhouettes::{Occluders, Outlines};
 use crate::trainer::PRUNING_RAYS;
-use refraxel_core::{Domain, Extent, ShDegree};
+use refraxel_core::{Domain, ShDegree};
 use refraxel_data::{Backdrop, Dataset, MaskMeaning, View};
 use serde::Serialize;
 
@@ -72,7 +72,7 @@ pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset, surface
     let scoring = held(&last) as u64 + scoring_bytes(data, Part::Test);
     Forecast {
         resolution: finest.resolution,
-        contracted: finest.extent == Extent::Contracted,
+        contracted: finest.extent.is_unbounded(),
         bytes_per_voxel: per_voxel as u64,
         voxels: last.voxels as u64,
         model: (last.voxels * per_voxel) as u64,
@@ -174,7 +174,7 @@ mod tests {
     use crate::options::Switch;
     use crate::plan::TYPICAL_OCCUPANCY;
     use crate::silhouettes::MAP_BYTES;
-    use refraxel_core::{Aabb, Camera, Vec3, vec3};
+    use refraxel_core::{Aabb, Camera, Extent, Vec3, vec3};
     use refraxel_data::{Format, PhotoSource, Split};
 
     fn dataset(views: Vec<View>) -> Dataset {

@@ -5,7 +5,9 @@ use crate::options::Options;
 use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Vec3, VoxelField};
+use refraxel_core::{
+    Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Projection, Vec3, VoxelField,
+};
 use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
 
 /// What does not change during a run.
@@ -95,6 +97,24 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
     region.bounds.extent().max_element() / footprint
 }
 
+/// Nodes along the longest edge of a projective grid: one per pixel, and no more of them in all than a cube with `most` along each
+/// edge has.
+fn projective_resolution(
+    projection: &Projection,
+    views: &[&View],
+    most: u32,
+    of: impl Fn(u32) -> Domain<f32>,
+) -> u32 {
+    let edge = projection.edges.map(|[low, high]| high - low).into_iter().fold(0.0, f32::max);
+    let focal = views.iter().map(|v| v.camera.focal[0].max(v.camera.focal[1])).fold(0.0, f64::max);
+    let mut longest = (f64::from(edge) * focal).clamp(8.0, 1024.0) as u32;
+    let nodes = |longest| of(longest).resolution.iter().map(|&n| u64::from(n)).product::<u64>();
+    while longest > 8 && nodes(longest) > u64::from(most).pow(3) {
+        longest -= 1;
+    }
+    longest
+}
+
 /// The largest grid that options and a dataset ask for within the memory allowed. `surface` is asked for the
 /// [density of surfaces](Region::surface_density) where a dense grid would not fit.
 pub fn finest_domain(
@@ -103,16 +123,22 @@ pub fn finest_domain(
     views: &[&View],
     surface: impl FnOnce() -> Option<f64>,
 ) -> Domain<f32> {
-    let extent = if region.unbounded { Extent::Contracted } else { Extent::Bounded };
+    let extent = match region.projection {
+        Some(projection) => Extent::Projective(projection),
+        None if region.unbounded => Extent::Contracted,
+        None => Extent::Bounded,
+    };
     // A contracted grid gives half its nodes to the box.
     let (share, each) =
         if region.unbounded { (2.0, VOXELS_PER_PIXEL[1]) } else { (1.0, VOXELS_PER_PIXEL[0]) };
-    let wanted = match options.grid.resolution {
-        0 => (share * each * matching_resolution(region, views)).min(f64::from(options.grid.max_resolution)),
-        n => f64::from(n),
-    };
     let bounds = region.bounds.cast::<f32>();
     let of = |longest| Domain::with_longest(bounds, extent, longest);
+    let most = options.grid.max_resolution;
+    let wanted = match (options.grid.resolution, region.projection) {
+        (0, Some(projection)) => f64::from(projective_resolution(&projection, views, most, of)),
+        (0, None) => (share * each * matching_resolution(region, views)).min(f64::from(most)),
+        (n, _) => f64::from(n),
+    };
     let fits = |longest: u32, stored: f64| {
         longest <= 16
             || model_bytes(options, &of(longest), stored) <= options.run.memory * (1_u64 << 30) as f64
@@ -281,7 +307,7 @@ mod tests {
         );
         let view = View::of_file("a", camera);
         let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
-        let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false };
+        let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false, projection: None };
         let full = finest_domain(&Options::default(), &region, &[&view], || None);
         // 200 pixels see 2 × 4 tan(0.345) = 2.87 units: 139 pixels across the box.
         let expected = (139.0 * VOXELS_PER_PIXEL[0]) as u32;

@@ -223,7 +223,7 @@ pub fn picture_objective(marching: Marching) -> Objective {
 fn field_options(options: &Options, moment: Moment) -> FieldOptions {
     let (field, usual) = (options.field.clone(), FieldOptions::default());
     let is_undecided = moment.is_detected && moment.bends_since.is_none();
-    if is_undecided && moment.extent == Extent::Contracted {
+    if is_undecided && moment.extent.is_unbounded() {
         FieldOptions {
             rate_density: field.rate_density.max(usual.rate_density),
             tv_density: field.tv_density.min(usual.tv_density),

@@ -1,24 +1,37 @@
-//! Where a grid lies in the world: in a box, or in a box and a contraction of all space around it, theory (3.2) and (3.3).
+//! Where a grid lies in the world: in a box, in a box and a contraction of all space around it, or before the cameras of a
+//! forward-facing capture, theory (3.2) and (3.3).
 
+use super::projection::{Perspective, Projection};
 use crate::{Aabb, Ray, Real, Vec3};
 
 /// Whether the grid ends at its box or reaches to infinity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// The grid fills the box. Rays that leave it meet the background.
     Bounded,
     /// The middle half of the grid along each axis fills the box; the outer half holds all space around, contracted.
     Contracted,
+    /// The grid fills what the cameras of a forward-facing capture see, from a nearest depth on. Rays that leave it meet the
+    /// background.
+    Projective(Projection),
+}
+
+impl Extent {
+    /// Whether photographs show things beyond the box too.
+    pub fn is_unbounded(&self) -> bool {
+        *self != Self::Bounded
+    }
 }
 
 /// Map between the world and the nodes of a grid, theory (3.2) and (3.3).
 ///
 /// World x → u = (x − centre)/half ∈ [−1, 1]³ inside the box. With m = ‖u‖∞ > 1 and [`Extent::Contracted`],
 /// u → u (2/m − 1/m²), so that all space lies in [−2, 2]³. Node coordinates run from 0 to n − 1 over that range.
-/// Source: cuboid contraction of DVGO v2, after mip-NeRF 360.
+/// Source: cuboid contraction of DVGO v2, after mip-NeRF 360. Of [`Extent::Projective`], u are the coordinates of its
+/// [`Projection`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain<T> {
-    /// The box in the world [scene unit]; of a contracted grid the inner box.
+    /// The box in the world [scene unit]; of a contracted grid the inner box, of a projective one the box of the subject.
     pub bounds: Aabb<T>,
     /// Whether the grid ends at the box.
     pub extent: Extent,
@@ -43,7 +56,10 @@ impl<T: Real> Domain<T> {
     /// A domain with `longest` ≥ 2 nodes along the longest edge, whose voxels are as close to cubes as whole numbers of
     /// nodes allow; at least 2 nodes per axis.
     pub fn with_longest(bounds: Aabb<T>, extent: Extent, longest: u32) -> Self {
-        let e = bounds.extent();
+        let e = match &extent {
+            Extent::Projective(projection) => projection.edge_lengths(),
+            Extent::Bounded | Extent::Contracted => bounds.extent(),
+        };
         let spacing = e.max_element().f64() / f64::from(longest - 1);
         let resolution = e.to_array().map(|l| ((l.f64() / spacing).round() as u32 + 1).max(2));
         Self { bounds, extent, resolution }
@@ -58,7 +74,7 @@ impl<T: Real> Domain<T> {
     #[inline(always)]
     fn reach(&self) -> T {
         match self.extent {
-            Extent::Bounded => T::one(),
+            Extent::Bounded | Extent::Projective(_) => T::one(),
             Extent::Contracted => T::of(2.0),
         }
     }
@@ -76,26 +92,44 @@ impl<T: Real> Domain<T> {
         self.bounds.extent().map(|e| T::of(2.0) / e)
     }
 
-    /// Edge length of a voxel inside the box [scene unit], the smallest of the three axes.
+    /// Edge length of a voxel inside the box [scene unit], the smallest of the three axes; of a projective grid that of the
+    /// nearest ones in the pictures.
     pub fn voxel(&self) -> T {
+        if let Extent::Projective(projection) = &self.extent {
+            let edges = projection.edge_lengths::<T>();
+            let nodes = Vec3::from(self.resolution.map(|n| T::of(f64::from(n - 1))));
+            return edges.zip(nodes, |e, n| e / n).min_element() * T::of(f64::from(projection.near));
+        }
         self.nodes_per_unit().hadamard(self.unit_per_world()).map(T::recip).min_element()
+    }
+
+    /// The length over which density is counted [scene unit]: the longest edge of the box, or as many voxels as a projective
+    /// grid has in depth.
+    pub fn depth(&self) -> T {
+        match &self.extent {
+            Extent::Projective(projection) => T::of(f64::from(projection.baseline)),
+            Extent::Bounded | Extent::Contracted => self.bounds.extent().max_element(),
+        }
     }
 
     /// Normalised coordinates u [1], before contraction: in [−1, 1]³ inside the box.
     #[inline(always)]
-    pub fn unit(&self, x: Vec3<T>) -> Vec3<T> {
+    fn unit(&self, x: Vec3<T>) -> Vec3<T> {
         (x - self.bounds.center()).hadamard(self.unit_per_world())
     }
 
     /// Node coordinates g of a world point, theory (3.2); the point lies inside the grid when each is in [0, n − 1].
     #[inline(always)]
     pub fn node(&self, x: Vec3<T>) -> Vec3<T> {
-        let mut u = self.unit(x);
-        let m = u.map(T::abs).max_element();
-        if self.extent == Extent::Contracted && m > T::one() {
-            let inv = m.recip();
-            u *= inv * (T::of(2.0) - inv);
-        }
+        let u = match &self.extent {
+            Extent::Bounded => self.unit(x),
+            Extent::Contracted => {
+                let u = self.unit(x);
+                let inv = u.map(T::abs).max_element().max(T::one()).recip();
+                u * (inv * (T::of(2.0) - inv))
+            }
+            Extent::Projective(projection) => projection.unit(x),
+        };
         (u + Vec3::splat(self.reach())).hadamard(self.nodes_per_unit())
     }
 
@@ -104,6 +138,9 @@ impl<T: Real> Domain<T> {
     /// Not differentiable on the box faces of a contracted domain and where two |u| tie for the largest.
     pub fn node_vjp(&self, x: Vec3<T>, d_node: Vec3<T>) -> Vec3<T> {
         let d_u = d_node.hadamard(self.nodes_per_unit());
+        if let Extent::Projective(projection) = &self.extent {
+            return projection.unit_vjp(x, d_u);
+        }
         let Some(c) = self.contraction(x) else { return d_u.hadamard(self.unit_per_world()) };
         let mut out = d_u * c.scale;
         out[c.axis] += c.slope * c.u.dot(d_u);
@@ -112,6 +149,9 @@ impl<T: Real> Domain<T> {
 
     /// The derivative of [`Self::node`] along `v` [scene unit], the transpose of [`Self::node_vjp`].
     pub fn node_jvp(&self, x: Vec3<T>, v: Vec3<T>) -> Vec3<T> {
+        if let Extent::Projective(projection) = &self.extent {
+            return projection.unit_jvp(x, v).hadamard(self.nodes_per_unit());
+        }
         let v = v.hadamard(self.unit_per_world());
         let Some(c) = self.contraction(x) else { return v.hadamard(self.nodes_per_unit()) };
         (v * c.scale + c.u * (c.slope * v[c.axis])).hadamard(self.nodes_per_unit())
@@ -123,7 +163,7 @@ impl<T: Real> Domain<T> {
         let u = self.unit(x);
         let abs = u.map(T::abs);
         let m = abs.max_element();
-        if self.extent == Extent::Bounded || m <= T::one() {
+        if self.extent != Extent::Contracted || m <= T::one() {
             return None;
         }
         let (inv, two) = (m.recip(), T::of(2.0));
@@ -139,9 +179,12 @@ impl<T: Real> Domain<T> {
     }
 
     /// World position of node coordinates [scene unit], the inverse of [`Self::node`]. The outermost nodes of a contracted
-    /// domain lie at infinity; their positions are moved to [`CONTRACTED_FAR`].
+    /// domain lie at infinity, as do the last ones of a projective domain; their positions are moved to where these end.
     pub fn position(&self, node: Vec3<T>) -> Vec3<T> {
         let mut u = node.zip(self.nodes_per_unit(), |a, b| a / b) - Vec3::splat(self.reach());
+        if let Extent::Projective(projection) = &self.extent {
+            return projection.position(u);
+        }
         let m = u.map(T::abs).max_element();
         if self.extent == Extent::Contracted && m > T::one() {
             let far = T::of(CONTRACTED_FAR);
@@ -155,7 +198,8 @@ impl<T: Real> Domain<T> {
     /// x + t p, the interval of t.
     #[inline]
     pub fn clip(&self, ray: &Ray<T>, near: T) -> Option<[T; 2]> {
-        let region = match self.extent {
+        let region = match &self.extent {
+            Extent::Projective(projection) => return projection.clip(ray, near),
             Extent::Bounded => self.bounds,
             Extent::Contracted => {
                 let (c, h) = (self.bounds.center(), self.bounds.extent() * T::of(0.5 * CONTRACTED_FAR));
@@ -167,14 +211,30 @@ impl<T: Real> Domain<T> {
         (a < b).then_some([a, b])
     }
 
-    /// Length of the quadrature step at a point [scene unit], theory (3.3): `step` inside the box, growing in proportion to
-    /// the distance from the centre outside.
+    /// Factor by which the quadrature step grows at a point, theory (3.3): 1 inside the box, in proportion to the distance from the
+    /// centre outside.
     #[inline(always)]
-    pub fn step_at(&self, x: Vec3<T>, step: T) -> T {
+    pub fn growth(&self, x: Vec3<T>) -> T {
         match self.extent {
-            Extent::Bounded => step,
-            Extent::Contracted => step * self.unit(x).map(T::abs).max_element().max(T::one()),
+            Extent::Bounded | Extent::Projective(_) => T::one(),
+            Extent::Contracted => self.unit(x).map(T::abs).max_element().max(T::one()),
         }
+    }
+
+    /// The parameter in which the line x(t) = `start` + t `momentum` moves evenly through a projective grid, from t₀ on, and
+    /// how many voxels of the nearest depth [scene unit] it moves through per unit of that; `None` in other grids.
+    pub fn perspective(&self, start: Vec3<T>, momentum: Vec3<T>, t0: T) -> Option<(Perspective<T>, T)> {
+        let Extent::Projective(projection) = &self.extent else { return None };
+        let at = start + momentum * t0;
+        let line = Perspective {
+            start: t0,
+            depth: projection.local(at).z,
+            slope: projection.turned(momentum).z,
+            unit: projection.unit(at),
+            rate: projection.rate(start, momentum),
+        };
+        let nodes = line.rate.hadamard(self.nodes_per_unit()).length();
+        Some((line, nodes * self.voxel()))
     }
 }
 

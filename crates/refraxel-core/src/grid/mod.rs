@@ -4,8 +4,11 @@
 pub mod blur;
 pub mod bricks;
 pub mod domain;
+pub mod placement;
+pub mod projection;
 pub mod trilinear;
 
 pub use blur::{Border, GaussianKernel};
 pub use bricks::{BRICK, BRICK_VOXELS, BrickMap, Cell, EMPTY_SLOT};
 pub use domain::{CONTRACTED_FAR, Domain, Extent};
+pub use projection::{PROJECTED_FAR, Perspective, Projection};

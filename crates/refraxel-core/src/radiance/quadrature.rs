@@ -10,7 +10,8 @@ pub struct QuadraturePoint<T> {
     pub segment: usize,
     /// Parameter of the midpoint [scene unit].
     pub t: T,
-    /// Length of the interval in t [scene unit]; its arc length is |p| dt.
+    /// Length of the interval in t [scene unit]; its arc length is |p| dt. In a projective domain, where density counts per
+    /// voxel, that of an interval through as many voxels at the nearest depth.
     pub dt: T,
 }
 
@@ -22,7 +23,7 @@ pub const GROUP: usize = 16;
 ///
 /// The step is adapted to the distance from the box, theory (3.3), every [`GROUP`] points. The rest of a step at the end of
 /// a segment is continued in the next segment: however short the segments, there is one point per step. Error: O(step²)
-/// where density and colour are smooth over a step.
+/// where density and colour are smooth over a step. In a projective domain steps are even in node coordinates.
 ///
 /// The points are part of the discretisation: derivatives hold t and dt fixed.
 pub fn quadrature<T: Real>(
@@ -40,7 +41,17 @@ pub fn quadrature<T: Real>(
         if t0 >= t1 {
             continue;
         }
-        let mut dt = domain.step_at(s.at(t0), step) * per_t;
+        if let Some((line, per_lambda)) = domain.perspective(s.start, s.momentum, t0) {
+            let (end, step_lambda, dt) = (line.lambda(t1), step / per_lambda, step * per_t);
+            let mut middle = phase * step_lambda;
+            while middle <= end {
+                points.push(QuadraturePoint { segment, t: line.t(middle), dt });
+                middle += step_lambda;
+            }
+            phase = (middle - end) / step_lambda;
+            continue;
+        }
+        let mut dt = step * domain.growth(s.at(t0)) * per_t;
         let mut t = t0 + (phase - half) * dt;
         'segment: loop {
             for k in 0..GROUP {
@@ -53,7 +64,7 @@ pub fn quadrature<T: Real>(
                 }
             }
             t += T::of(GROUP as f64) * dt;
-            dt = domain.step_at(s.at(t), step) * per_t;
+            dt = step * domain.growth(s.at(t)) * per_t;
         }
     }
     points

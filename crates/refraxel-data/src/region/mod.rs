@@ -1,7 +1,9 @@
 //! Where the scene is: a box from cameras, points and pictures, so that the user need not draw one.
 
 mod axes;
+mod border;
 mod content;
+mod forward;
 mod quantile;
 mod scale;
 mod scene;

@@ -1,9 +1,11 @@
 //! The region of a scene, from cameras, points and what the data states.
 
 use super::axes::{Capture, Kind};
+use super::border::border;
+use super::forward::projection;
 use super::quantile::quantile;
 use crate::{Backdrop, Dataset};
-use refraxel_core::{Aabb, Camera, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Camera, Projection, Ray, Vec3, vec3};
 
 /// The part of the world that a reconstruction should fill with voxels, in the data's own coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +16,8 @@ pub struct Region {
     pub up: Vec3<f64>,
     /// True when photographs show things beyond the box too.
     pub unbounded: bool,
+    /// The frame of the grid, where all cameras of an unbounded capture look one way.
+    pub projection: Option<Projection>,
 }
 
 /// Half-size of the box of an unbounded scene in median camera distances: cameras on a ring stand well outside.
@@ -47,7 +51,10 @@ pub fn scene_region(data: &Dataset) -> Region {
         },
         (false, _) => cube(capture.center, visible_radius(&cameras, &capture)),
     });
-    Region { bounds, up: data.up.unwrap_or(capture.up), unbounded }
+    let is_open = unbounded && data.stated_box.is_none();
+    let projection =
+        is_open.then(|| projection(&cameras, capture.up, &data.points, data.depth_range)).flatten();
+    Region { bounds, up: data.up.unwrap_or(capture.up), unbounded, projection }
 }
 
 fn cube(center: Vec3<f64>, half: f64) -> Aabb<f64> {
@@ -100,17 +107,6 @@ fn visible_radius(cameras: &[&Camera], capture: &Capture) -> f64 {
     let radius = quantile(seen.filter(|r| r.is_finite()), 0.5).min(0.95 * nearest);
     // Cameras that look around from the centre see nothing there.
     if radius > LEAST_RADIUS * capture.distance { radius } else { capture.distance }
-}
-
-/// Rays through the border of the image, corners included.
-fn border(camera: &Camera) -> impl Iterator<Item = Ray<f64>> + '_ {
-    const STEPS: usize = 8; // per side
-    let (w, h) = (f64::from(camera.width), f64::from(camera.height));
-    (0..STEPS).flat_map(move |i| {
-        let t = i as f64 / STEPS as f64;
-        let around = [[t * w, 0.0], [w, t * h], [w - t * w, h], [0.0, h - t * h]];
-        around.into_iter().filter_map(|[u, v]| camera.ray(u, v))
-    })
 }
 
 #[cfg(test)]

@@ -2,10 +2,14 @@
 
 // The derivative of the node coordinates along v, the transpose of `node_vjp`.
 fn node_jvp(x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
+    if (scene.extent == PROJECTIVE) {
+        let z = dot(scene.ahead, x - scene.center);
+        return rate(x, v) * scene.nodes_per_unit / (z * z);
+    }
     let d_u = v * scene.unit_per_world;
     let u = unit(x);
     let m = max_element(abs(u));
-    if (scene.contracted == 0u || m <= 1.0) {
+    if (scene.extent != CONTRACTED || m <= 1.0) {
         return d_u * scene.nodes_per_unit;
     }
     let inverse = 1.0 / m;

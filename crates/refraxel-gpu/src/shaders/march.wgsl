@@ -5,9 +5,12 @@ struct Front {
     // x(t) = start + t momentum on the segment.
     start: vec3<f32>,
     momentum: vec3<f32>,
-    // The end of the segment.
+    // Of a projective grid: t where the segment begins, the depth there, and how fast it grows with t.
+    entry: vec3<f32>,
+    // The end of the segment. Here and below, points are even steps of a parameter apart: t, but in a projective grid the λ of
+    // `Perspective` in Rust.
     end: f32,
-    // Parameter of the first point of a group, length of a step in t, and how much longer it is than inside the box.
+    // Parameter of the first point of a group, length of a step, and how much longer it is than inside the box.
     first: f32,
     dt: f32,
     growth: f32,
@@ -51,6 +54,10 @@ fn enter(front: ptr<function, Front>, start: vec3<f32>, momentum: vec3<f32>, ran
     (*front).momentum = momentum;
     (*front).end = range.y;
     (*front).lane = 0u;
+    if (scene.extent == PROJECTIVE) {
+        begin_perspective(front, range);
+        return;
+    }
     begin_group(front, range.x, (*front).phase);
 }
 
@@ -65,12 +72,38 @@ fn begin_group(front: ptr<function, Front>, t: f32, phase: f32) {
     (*front).steps_per_brick = BRICK / nodes_per_step;
 }
 
+// Points at even steps through a projective grid.
+fn begin_perspective(front: ptr<function, Front>, range: vec2<f32>) {
+    let at = (*front).start + (*front).momentum * range.x;
+    (*front).entry = vec3<f32>(range.x, dot(scene.ahead, at - scene.center), dot(scene.ahead, (*front).momentum));
+    let length_t = range.y - range.x;
+    (*front).end = length_t / ((*front).entry.y * ((*front).entry.y + (*front).entry.z * length_t));
+    let nodes = rate((*front).start, (*front).momentum) * scene.nodes_per_unit;
+    (*front).growth = 1.0;
+    (*front).dt = task.step / (length(nodes) * scene.voxel);
+    (*front).first = (*front).phase * (*front).dt;
+    (*front).steps_per_brick = BRICK / (max_element(abs(nodes)) * (*front).dt * STRETCH);
+}
+
+// t of a parameter of the front's segment.
+fn t_of(front: ptr<function, Front>, parameter: f32) -> f32 {
+    if (scene.extent != PROJECTIVE) {
+        return parameter;
+    }
+    let scaled = parameter * (*front).entry.y;
+    return (*front).entry.x + scaled * (*front).entry.y / (1.0 - scaled * (*front).entry.z);
+}
+
 // Go to the next sample of the segment; false, with the phase of the next segment, if there is none.
 fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bool {
-    let along = (*front).momentum * scene.unit_per_world;
-    let origin = ((*front).start - scene.center) * scene.unit_per_world;
+    var along = (*front).momentum * scene.unit_per_world;
+    var origin = ((*front).start - scene.center) * scene.unit_per_world;
+    if (scene.extent == PROJECTIVE) {
+        along = rate((*front).start, (*front).momentum);
+        origin = unit((*front).start + (*front).momentum * (*front).entry.x);
+    }
     loop {
-        if (scene.contracted != 0u && (*front).lane >= GROUP && (*front).first + f32(GROUP - 1u) * (*front).dt <= (*front).end) {
+        if (scene.extent == CONTRACTED && (*front).lane >= GROUP && (*front).first + f32(GROUP - 1u) * (*front).dt <= (*front).end) {
             // A new step length, half a step in.
             (*front).lane = 0u;
             begin_group(front, (*front).first + (f32(GROUP) - 0.5) * (*front).dt, 0.5);
@@ -110,7 +143,7 @@ fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bo
         (*sample).corner = corner;
         (*sample).weight = w;
         (*sample).fraction = fraction;
-        (*sample).t = t;
+        (*sample).t = t_of(front, t);
         (*sample).tau = scale_length * softplus(theta);
         (*sample).slope = scale_length * logistic(theta);
         (*sample).alpha = opacity_of((*sample).tau);

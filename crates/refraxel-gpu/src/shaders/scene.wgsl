@@ -2,18 +2,21 @@
 
 // The field's place in the world, and its background. The fields are those of `field::Scene` in Rust.
 struct Scene {
+    // Of the box; the eye of a projective grid.
     center: vec3<f32>,
     // Largest coordinate of the normalised, contracted space: 1 or 2.
     reach: f32,
+    // Of a projective grid, one over half the widths of x/z and y/z, and twice the nearest depth.
     unit_per_world: vec3<f32>,
     // 40/L of theory (3.5) [1 / scene unit].
     density_scale: f32,
     nodes_per_unit: vec3<f32>,
     // Edge of a voxel inside the box [scene unit].
     voxel: f32,
-    // The box that clips rays; of a contracted domain the far one.
+    // The box that clips rays; of a contracted domain the far one; of a projective one, the lowest and highest x/z, y/z and z.
     lowest: vec3<f32>,
-    contracted: u32,
+    // How far the grid reaches: 0, CONTRACTED or PROJECTIVE.
+    extent: u32,
     highest: vec3<f32>,
     // Slots of the map, the empty one included.
     slots: u32,
@@ -28,6 +31,13 @@ struct Scene {
     // The constant background.
     plain: vec3<f32>,
     padding_2: u32,
+    // The axes of a projective grid.
+    right: vec3<f32>,
+    padding_3: u32,
+    down: vec3<f32>,
+    padding_4: u32,
+    ahead: vec3<f32>,
+    padding_5: u32,
 }
 
 // What a dispatch does. The fields are those of `task::Task` in Rust.

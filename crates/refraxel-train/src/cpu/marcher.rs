@@ -20,7 +20,7 @@ pub(super) struct Marcher<'a> {
     field: &'a VoxelField<f32>,
     /// One bit per cell of each slot: may hold a sample above the cut-off.
     occupied: &'a [u64],
-    nodes: NodeMap,
+    nodes: NodeMap<'a>,
     density_scale: f32,
     voxel: f32,
 }
@@ -83,18 +83,18 @@ impl<'a> Marcher<'a> {
         front: &mut MarchState,
         out: &mut Vec<Sample>,
     ) -> bool {
-        let [t0, t1] = segment.range;
-        let per_t = segment.momentum.length().recip();
-        let step = front.step;
-        let nodes_per_step = self.nodes.fastest(segment.momentum) * step * per_t;
+        let line = self.nodes.line(segment);
+        let [t0, t1] = line.range;
+        let (step, per_t) = (front.step, line.per_length);
+        let nodes_per_step = line.fastest * step * per_t;
         let density = &self.field.density[..];
-        let mut growth = self.nodes.growth(segment.at(t0));
+        let mut growth = self.nodes.growth(segment.at(segment.range[0]));
         let mut dt = step * growth * per_t;
         let mut t = t0 + front.phase * dt;
         let mut any = false;
         while t <= t1 {
             let needed = (((t1 - t) / dt) as usize + 1).min(GROUP);
-            let places = self.nodes.locate(simd, segment, t, dt);
+            let places = self.nodes.locate(simd, &line, t, dt);
             let bricks_to_steps = BRICK as f32 / (nodes_per_step * stretch(growth));
             let entries = self.entries(&places, needed);
             let mut lane = 0;
@@ -103,7 +103,7 @@ impl<'a> Marcher<'a> {
                     Err(far) => lane += (((far - 1) as f32 * bricks_to_steps) as usize).max(1),
                     Ok(slot) => {
                         if let Some(point) = self.point(&places, lane & 15, slot) {
-                            let t = t + dt * LANE[lane & 15];
+                            let t = line.t(t + dt * LANE[lane & 15]);
                             let scale_length = self.density_scale * step * growth;
                             any = true;
                             front.push(Sample { segment: number, t, ..point }, density, scale_length, out);
@@ -136,13 +136,14 @@ impl<'a> Marcher<'a> {
     /// left out.
     #[inline(always)]
     pub(super) fn first_slot<S: Simd>(&self, simd: S, segment: &Segment<f32>) -> Option<u32> {
-        let [mut t, end] = segment.range;
-        let per_brick = BRICK as f32 / self.nodes.fastest(segment.momentum);
+        let line = self.nodes.line(segment);
+        let [mut t, end] = line.range;
+        let per_brick = BRICK as f32 / line.fastest;
         while t <= end {
-            let growth = self.nodes.growth(segment.at(t));
+            let growth = self.nodes.growth(segment.at(t)); // 1 in a projective grid, whatever t
             let dt = per_brick * growth;
             let needed = (((end - t) / dt) as usize + 1).min(GROUP);
-            let places = self.nodes.locate(simd, segment, t, dt);
+            let places = self.nodes.locate(simd, &line, t, dt);
             let steps_per_brick = stretch(growth).recip();
             let mut lane = 0;
             while lane < needed {

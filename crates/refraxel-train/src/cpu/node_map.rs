@@ -1,12 +1,14 @@
 //! From points of a ray to cells of the grid, sixteen at a time, theory (3.1)–(3.3).
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
+use refraxel_core::grid::Perspective;
 use refraxel_core::radiance::{GROUP, Segment};
-use refraxel_core::{Extent, Vec3, VoxelField};
+use refraxel_core::{Domain, Extent, Vec3, VoxelField};
 
 /// World to node coordinates, with everything that does not depend on the point worked out.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NodeMap {
+pub(super) struct NodeMap<'a> {
+    domain: &'a Domain<f32>,
     center: Vec3<f32>,
     unit_per_world: Vec3<f32>,
     nodes_per_unit: Vec3<f32>,
@@ -14,6 +16,30 @@ pub(super) struct NodeMap {
     pub contracted: bool,
     last_cell: [i32; 3],
     brick_strides: [i32; 3],
+}
+
+/// A segment in the coordinates of the grid: its points are even steps of a parameter apart, which is t but in a projective grid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    /// u, before a contraction, at parameter 0 and per unit of it.
+    start: [f32; 3],
+    slope: [f32; 3],
+    /// The part that lies in the grid.
+    pub range: [f32; 2],
+    /// Parameter per scene unit inside the box.
+    pub per_length: f32,
+    /// Bound on the nodes per unit of the parameter, in the L∞ norm, inside the box. A contraction mixes the axes, so outside any
+    /// axis may move as fast as the finest grid along the fastest direction.
+    pub fastest: f32,
+    perspective: Option<Perspective<f32>>,
+}
+
+impl Line {
+    /// t of a parameter.
+    #[inline(always)]
+    pub(super) fn t(&self, parameter: f32) -> f32 {
+        self.perspective.map_or(parameter, |p| p.t(parameter))
+    }
 }
 
 /// Where sixteen points of a ray lie in the grid.
@@ -29,11 +55,12 @@ pub(super) struct Places {
 /// Numbers of the lanes of a group.
 pub(super) const LANE: [f32; GROUP] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
 
-impl NodeMap {
-    pub(super) fn new(field: &VoxelField<f32>) -> Self {
+impl<'a> NodeMap<'a> {
+    pub(super) fn new(field: &'a VoxelField<f32>) -> Self {
         let domain = &field.domain;
         let contracted = domain.extent == Extent::Contracted;
         Self {
+            domain,
             center: domain.bounds.center(),
             unit_per_world: domain.unit_per_world(),
             nodes_per_unit: domain.nodes_per_unit(),
@@ -44,15 +71,34 @@ impl NodeMap {
         }
     }
 
-    /// Bound on the nodes per unit of arc length, in the L∞ norm, that a ray inside the box moves through. The contraction
-    /// mixes the axes, so outside any axis may move as fast as the finest grid along the fastest direction.
+    /// A segment, as the grid sees it.
     #[inline(always)]
-    pub(super) fn fastest(&self, direction: Vec3<f32>) -> f32 {
-        let unit = direction.map(f32::abs).hadamard(self.unit_per_world);
-        if self.contracted {
-            self.nodes_per_unit.max_element() * unit.max_element()
+    pub(super) fn line(&self, segment: &Segment<f32>) -> Line {
+        let Segment { start, momentum, range } = segment;
+        if let Some((perspective, per_lambda)) = self.domain.perspective(*start, *momentum, range[0]) {
+            return Line {
+                start: perspective.unit.to_array(),
+                slope: perspective.rate.to_array(),
+                range: [0.0, perspective.lambda(range[1])],
+                per_length: per_lambda.recip(),
+                fastest: perspective.rate.map(f32::abs).hadamard(self.nodes_per_unit).max_element(),
+                perspective: Some(perspective),
+            };
+        }
+        let slope = momentum.hadamard(self.unit_per_world);
+        let speed = slope.map(f32::abs);
+        let fastest = if self.contracted {
+            self.nodes_per_unit.max_element() * speed.max_element()
         } else {
-            unit.hadamard(self.nodes_per_unit).max_element()
+            speed.hadamard(self.nodes_per_unit).max_element()
+        };
+        Line {
+            start: (*start - self.center).hadamard(self.unit_per_world).to_array(),
+            slope: slope.to_array(),
+            range: *range,
+            per_length: momentum.length().recip(),
+            fastest,
+            perspective: None,
         }
     }
 
@@ -65,15 +111,13 @@ impl NodeMap {
         (x - self.center).hadamard(self.unit_per_world).map(f32::abs).max_element().max(1.0)
     }
 
-    /// The cells around the points at t + (0, 1, … 15) dt of a segment. Points outside the grid land on its border.
+    /// The cells around the points at t + (0, 1, … 15) dt of a line. Points outside the grid land on its border.
     #[inline(always)]
-    pub(super) fn locate<S: Simd>(&self, simd: S, segment: &Segment<f32>, t: f32, dt: f32) -> Places {
+    pub(super) fn locate<S: Simd>(&self, simd: S, line: &Line, t: f32, dt: f32) -> Places {
         let t = f32x16::from_slice(simd, &LANE).mul_add(f32x16::splat(simd, dt), f32x16::splat(simd, t));
         let mut u = [t; 3];
         for a in 0..3 {
-            let (scale, start) = (self.unit_per_world[a], segment.start[a] - self.center[a]);
-            let slope = f32x16::splat(simd, segment.momentum[a] * scale);
-            u[a] = t.mul_add(slope, f32x16::splat(simd, start * scale));
+            u[a] = t.mul_add(f32x16::splat(simd, line.slope[a]), f32x16::splat(simd, line.start[a]));
         }
         if self.contracted {
             let one = f32x16::splat(simd, 1.0);

@@ -8,7 +8,7 @@ use crate::plan::Plan;
 use crate::random::Random;
 use crate::schedule::{Moment, Progress, objective, training_marching};
 use rayon::prelude::*;
-use refraxel_core::{BrickMap, Domain, Extent, Ray};
+use refraxel_core::{BrickMap, Domain, Ray};
 use refraxel_data::Backdrop;
 
 /// Rays in the batch of a step.
@@ -49,7 +49,7 @@ impl<'a> DetectionFit<'a> {
 
     fn domain(&self, is_fine: bool) -> Domain<f32> {
         let finest = &self.plan.finest;
-        let nodes = NODES[usize::from(finest.extent == Extent::Contracted)];
+        let nodes = NODES[usize::from(finest.extent.is_unbounded())];
         Domain::with_longest(finest.bounds, finest.extent, if is_fine { nodes } else { nodes / 2 })
     }
 

@@ -4,6 +4,7 @@ use super::boxes::bounds_of;
 use super::clearcoat::StoredClearcoat;
 use super::contents::RunRef;
 use super::detected::StoredDetection;
+use super::projection::StoredProjection;
 use super::reflection::StoredReflection;
 use super::refraction::{self, StoredRegion};
 use super::source::Source;
@@ -23,6 +24,9 @@ pub(super) struct Header {
     pub source: Source,
     pub bounds: [[f32; 3]; 2],
     pub contracted: bool,
+    /// The frame of a projective grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub projection: Option<StoredProjection>,
     pub resolution: [u32; 3],
     pub finest_resolution: [u32; 3],
     pub sh_degree: u8,
@@ -72,7 +76,11 @@ impl Header {
 
     /// Where the field lies.
     pub(super) fn domain(&self) -> Domain<f32> {
-        let extent = if self.contracted { Extent::Contracted } else { Extent::Bounded };
+        let extent = match &self.projection {
+            Some(frame) => Extent::Projective(frame.projection()),
+            None if self.contracted => Extent::Contracted,
+            None => Extent::Bounded,
+        };
         Domain { bounds: bounds_of(self.bounds), extent, resolution: self.resolution }
     }
 
@@ -85,6 +93,7 @@ impl Header {
             source: run.source.clone(),
             bounds: [field.domain.bounds.min.to_array(), field.domain.bounds.max.to_array()],
             contracted: field.domain.extent == Extent::Contracted,
+            projection: StoredProjection::of(&field.domain.extent),
             resolution: field.domain.resolution,
             finest_resolution: run.plan.finest.resolution,
             sh_degree: field.degree.get(),

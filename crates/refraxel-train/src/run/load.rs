@@ -38,6 +38,11 @@ impl Run {
                 header.state.mask_shift
             )));
         }
+        if header.projection.is_some_and(|p| !p.is_valid()) {
+            return Err(file.wrong(
+                "the frame of its grid is none: expected unit axes at right angles and lengths above 0",
+            ));
+        }
         let plan = header.plan();
         field::check_resolution(&header, &file)?;
         plan.check().map_err(|e| file.wrong(&e.to_string()))?;

@@ -7,6 +7,7 @@ mod detected;
 mod field;
 mod header;
 mod load;
+mod projection;
 mod reflection;
 mod refraction;
 mod save;

@@ -9,9 +9,9 @@ use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
 use crate::refraction_search::{self, Context, Decision, Outline, SearchError};
 use crate::schedule::{PausedSchedule, Progress, is_time_to_bend, stage_domain, training_marching};
 use crate::verdict::StayReason;
+use refraxel_core::ShDegree;
 use refraxel_core::grid::BrickMap;
 use refraxel_core::radiance::clearcoat::Clearcoat;
-use refraxel_core::{Extent, ShDegree};
 
 /// Steps after which baked probes sample the field again.
 const BAKE_PERIOD: u64 = 250;
@@ -92,7 +92,7 @@ impl Trainer {
     /// What was found without masks ends where straight rays begin to fail, if that can be seen: not in surroundings, where they fail in
     /// many places so early.
     fn outline_found(&mut self, observer: &mut Observer) -> Option<Event> {
-        if self.plan.finest.extent == Extent::Contracted {
+        if self.plan.finest.extent.is_unbounded() {
             return None;
         }
         let found = self.detected.as_ref().filter(|_| self.sampler.traces_found())?;

@@ -2,7 +2,7 @@
 
 use super::mirrored::{followed, nested_balls};
 use super::reference::{Marched, Reference};
-use super::scenes::{batch, environment, index_objective, objective, relative, smooth_field};
+use super::scenes::{batch, environment, index_objective, objective, projective, relative, smooth_field};
 use super::suite::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
 use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
@@ -100,7 +100,7 @@ pub fn rendering_agrees_with_the_reference(
     tolerances: &Tolerances,
     see: &dyn Fn(Model, &[Ray<f32>], &Marching) -> Vec<Pixel<f32>>,
 ) {
-    for extent in [Extent::Bounded, Extent::Contracted] {
+    for extent in [Extent::Bounded, Extent::Contracted, projective()] {
         let (model, b) = (model_of(extent), batch(200));
         let reference = Reference::new(&model);
         let mut turned = 0;
@@ -125,6 +125,7 @@ pub fn rendering_agrees_with_the_reference(
 /// dLoss/d(density, colour, index, rays).
 pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     gradients_agree_with_the_reference(suite, bent_model(Extent::Bounded));
+    gradients_agree_with_the_reference(suite, bent_model(projective()));
 }
 
 /// The same with surfaces at which the index jumps, in and through each other, and around a field.

@@ -2,7 +2,7 @@
 
 use super::mirrored::wide;
 use super::reference::Reference;
-use super::scenes::{Sequence, batch, environment, field, objective, relative, still};
+use super::scenes::{Sequence, batch, environment, field, objective, projective, relative, still};
 use super::suite::Suite;
 use crate::backend::{Backend, BrickMask, Caches, Layers, Objective, ReflectionObjective, step};
 use crate::cancel::Cancel;
@@ -31,7 +31,7 @@ pub fn clearcoated_model(extent: Extent) -> Model {
 
 /// Colours and dLoss/d(density, colour, strength, radiance).
 pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
-    for extent in [Extent::Bounded, Extent::Contracted] {
+    for extent in [Extent::Bounded, Extent::Contracted, projective()] {
         let model = clearcoated_model(extent);
         let reference = Reference::new(&model);
         let own = model.clearcoat.as_ref().unwrap();

@@ -4,7 +4,9 @@ use crate::backend::{Batch, IndexObjective, Marching, Objective};
 use crate::model::Model;
 use refraxel_core::index::priors::Penalty;
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Ray, VoxelField, vec3};
+use refraxel_core::{
+    Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Projection, Ray, VoxelField, vec3,
+};
 
 /// Pseudo-random numbers in [−1, 1).
 pub(super) struct Sequence(pub u64);
@@ -14,6 +16,19 @@ impl Sequence {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     }
+}
+
+/// What a camera in front of the scenes sees, and more behind them.
+pub fn projective() -> Extent {
+    let ahead = vec3(0.1, -0.2, 1.0).normalized();
+    let right = vec3(0.0, 1.0, 0.0).cross(ahead).normalized();
+    Extent::Projective(Projection {
+        eye: ahead * -3.0,
+        axes: [right, ahead.cross(right), ahead],
+        near: 1.6,
+        edges: [[-0.8, 0.7], [-0.7, 0.8]],
+        baseline: 1.4,
+    })
 }
 
 /// A field of noise with holes.

@@ -1,7 +1,7 @@
 //! Straight rays against the reference.
 
 use super::reference::Reference;
-use super::scenes::{batch, environment, field, objective, relative, straight_model};
+use super::scenes::{batch, environment, field, objective, projective, relative, straight_model};
 use super::suite::Suite;
 use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
@@ -12,10 +12,10 @@ use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::sh::{self, ShDegree};
 use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
 
-/// Colours of straight rays, bounded and contracted, at every degree.
+/// Colours of straight rays in every kind of grid, at every degree.
 pub fn rendering_agrees_with_the_reference<B: Backend>(suite: &Suite<B>) {
     for (degree, extent) in
-        [(0, Extent::Bounded), (1, Extent::Bounded), (2, Extent::Contracted), (3, Extent::Bounded)]
+        [(0, Extent::Bounded), (1, projective()), (2, Extent::Contracted), (3, Extent::Bounded)]
     {
         let model = straight_model(degree, extent);
         let reference = Reference::new(&model);
@@ -76,8 +76,8 @@ impl Expected {
 
 /// dLoss/d(density, colour, background, rays) at every degree.
 pub fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
-    for degree in 0..=3 {
-        let model = straight_model(degree, Extent::Bounded);
+    for (degree, extent) in [0, 1, 2, 3].map(|d| (d, if d == 1 { projective() } else { Extent::Bounded })) {
+        let model = straight_model(degree, extent);
         let reference = Reference::new(&model);
         let (backend, b) = (suite.backend(model), batch(300));
         let got = backend.gradient(&b, &objective());

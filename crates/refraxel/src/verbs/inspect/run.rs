@@ -9,7 +9,6 @@ use crate::verbs::evaluation::Evaluation;
 use crate::verbs::loaded::load_run;
 use crate::verbs::train::evidence::EVIDENCE;
 use anyhow::Context;
-use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source};
 use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, Options};
@@ -69,7 +68,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         resolution: field.domain.resolution,
         finest_resolution: run.plan.finest.resolution,
         bounds: [bounds.min.to_array(), bounds.max.to_array()],
-        unbounded: field.domain.extent == Extent::Contracted,
+        unbounded: field.domain.extent.is_unbounded(),
         voxels: field.map.voxels() as u64,
         file_bytes: size,
         options: run.options,

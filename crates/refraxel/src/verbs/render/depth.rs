@@ -2,7 +2,7 @@
 
 use crate::canvas::Colour;
 use crate::colour_map::ColourMap;
-use refraxel_core::{Domain, Extent};
+use refraxel_core::Domain;
 use refraxel_data::NamedCamera;
 use refraxel_train::evaluation::Rendering;
 
@@ -31,7 +31,7 @@ impl Depth {
             .iter()
             .map(|c| (c.camera.world_from_camera.translation - middle).length())
             .fold(0.0, f64::max);
-        let reach = if domain.extent == Extent::Contracted { FAR } else { 1.0 };
+        let reach = if domain.extent.is_unbounded() { FAR } else { 1.0 };
         Self { unit: round_up(reach * (farthest + radius) / 65_534.0), range: None }
     }
 

@@ -2,12 +2,10 @@
 
 use super::pack::{Pack, Packed};
 use refraxel_core::background::POLE;
-use refraxel_core::field::DENSITY_PER_BOX;
-use refraxel_core::grid::domain::CONTRACTED_FAR;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::radiance::GROUP;
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
-use refraxel_core::{Background, BrickMap, Extent, VoxelField};
+use refraxel_core::{Background, BrickMap, VoxelField};
 use refraxel_train::backend::Marching;
 use refraxel_train::model::{Model, Optimiser};
 use serde_json::{Value, json};
@@ -108,27 +106,28 @@ fn per_axis(map: &BrickMap) -> [u32; 3] {
 
 /// `Scene` of `scene.wgsl`.
 fn scene(model: &Model, map: &BrickMap) -> Vec<u32> {
+    let real = |v: [f32; 3], last: u32| [v[0].to_bits(), v[1].to_bits(), v[2].to_bits(), last];
     let domain = &model.field.domain;
-    let contracted = domain.extent == Extent::Contracted;
-    let (center, extent) = (domain.bounds.center(), domain.bounds.extent());
-    let half = extent * if contracted { 0.5 * CONTRACTED_FAR as f32 } else { 0.5 };
+    let placement = domain.placement();
+    let [right, down, ahead] = placement.axes.map(|axis| real(axis.to_array(), 0));
     let (rows, plain) = match &model.background {
         Background::Constant(c) => (0, *c),
         Background::Environment(map) => (map.height() as u32, [0.0; 3]),
     };
-    let real = |v: [f32; 3], last: u32| [v[0].to_bits(), v[1].to_bits(), v[2].to_bits(), last];
     let whole = |v: [u32; 3], last: u32| [v[0], v[1], v[2], last];
-    let reach: f32 = if contracted { 2.0 } else { 1.0 };
     [
-        real(center.to_array(), reach.to_bits()),
-        real(domain.unit_per_world().to_array(), (DENSITY_PER_BOX as f32 / extent.max_element()).to_bits()),
+        real(placement.center.to_array(), placement.reach.to_bits()),
+        real(placement.unit_per_world.to_array(), model.field.density_scale().to_bits()),
         real(domain.nodes_per_unit().to_array(), domain.voxel().to_bits()),
-        real((center - half).to_array(), contracted.into()),
-        real((center + half).to_array(), map.slots() as u32),
+        real(placement.lowest.to_array(), placement.extent),
+        real(placement.highest.to_array(), map.slots() as u32),
         whole(domain.resolution.map(|n| n - 2), rows),
         whole(map.brick_strides(), 0),
         whole(per_axis(map), 0),
         real(plain, 0),
+        right,
+        down,
+        ahead,
     ]
     .concat()
 }
