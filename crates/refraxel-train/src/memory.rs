@@ -33,8 +33,8 @@ const BOX_VIEWS: usize = 32;
 pub struct Forecast {
     /// Nodes of the final grid.
     pub resolution: [u32; 3],
-    /// Whether the grid reaches to infinity.
-    pub contracted: bool,
+    /// How far the grid reaches: bounded, contracted or projective.
+    pub extent: &'static str,
     /// Parameters and moments of one stored voxel.
     pub bytes_per_voxel: u64,
     /// Voxels stored at the end, from the surface that the photographs show, or else the typical share that survives pruning.
@@ -72,7 +72,7 @@ pub fn forecast(options: &Options, finest: &Domain<f32>, data: &Dataset, surface
     let scoring = held(&last) as u64 + scoring_bytes(data, Part::Test);
     Forecast {
         resolution: finest.resolution,
-        contracted: finest.extent.is_unbounded(),
+        extent: finest.extent.name(),
         bytes_per_voxel: per_voxel as u64,
         voxels: last.voxels as u64,
         model: (last.voxels * per_voxel) as u64,

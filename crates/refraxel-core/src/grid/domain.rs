@@ -21,6 +21,15 @@ impl Extent {
     pub fn is_unbounded(&self) -> bool {
         *self != Self::Bounded
     }
+
+    /// The kind of grid in a word.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Bounded => "bounded",
+            Self::Contracted => "contracted",
+            Self::Projective(_) => "projective",
+        }
+    }
 }
 
 /// Map between the world and the nodes of a grid, theory (3.2) and (3.3).

@@ -117,7 +117,8 @@ impl Report {
             String::new()
         };
         format!(
-            "training   grid {x}×{y}×{z}, about {} stored voxels of {} bytes: {}; in all up to about {}, of which {} are photographs{silhouettes}",
+            "training   {} grid {x}×{y}×{z}, about {} stored voxels of {} bytes: {}; in all up to about {}, of which {} are photographs{silhouettes}",
+            f.extent,
             count(f.voxels),
             f.bytes_per_voxel,
             bytes(f.model),

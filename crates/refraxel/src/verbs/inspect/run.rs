@@ -28,6 +28,7 @@ struct Report {
     bounds: [[f32; 3]; 2],
     /// Whether the grid reaches to infinity.
     unbounded: bool,
+    extent: &'static str,
     voxels: u64,
     file_bytes: u64,
     options: Options,
@@ -69,6 +70,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         finest_resolution: run.plan.finest.resolution,
         bounds: [bounds.min.to_array(), bounds.max.to_array()],
         unbounded: field.domain.extent.is_unbounded(),
+        extent: field.domain.extent.name(),
         voxels: field.map.voxels() as u64,
         file_bytes: size,
         options: run.options,
@@ -96,7 +98,8 @@ impl Report {
             format!("trained    {} steps{of}, {:.1} minutes", self.step, self.seconds / 60.0),
             format!("data       {}: {} views", self.source.name(), self.source.train.len()),
             format!(
-                "grid       {x}×{y}×{z}, {} voxels; file of {}",
+                "grid       {}, {x}×{y}×{z}, {} voxels; file of {}",
+                self.extent,
                 count(self.voxels),
                 bytes(self.file_bytes)
             ),
