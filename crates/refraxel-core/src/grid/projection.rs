@@ -229,7 +229,8 @@ mod tests {
     fn position_inverts_node_and_what_lies_at_infinity_is_at_the_end() {
         let d = domain();
         for x in points(&d) {
-            assert!((d.position(d.node(x)) - x).length() < 1e-9 * x.length(), "{x:?}");
+            // The axes are orthonormal to the rounding of f32.
+            assert!((d.position(d.node(x)) - x).length() < 1e-6 * x.length(), "{x:?}");
         }
         let end = d.position(vec3(32.0, 20.0, 21.0));
         assert!((frame(&d).local(end).z - 1.5 * f64::from(PROJECTED_FAR)).abs() < 1e-3, "{end:?}");

@@ -104,7 +104,7 @@ mod tests {
         assert!((frame.baseline - 0.6).abs() < 1e-6 && (frame.near - 1.8).abs() < 1e-5, "{frame:?}");
         for camera in &cameras {
             for ray in border(camera) {
-                for depth in [2.0, 7.0, 1e4] {
+                for depth in [2.5, 7.0, 1e4] {
                     let p = frame.local(ray.at(depth));
                     for a in 0..2 {
                         let [low, high] = frame.edges[a].map(f64::from);
