@@ -180,8 +180,21 @@ fn opacity_of(tau: f32) -> f32 {
 }
 `,D=`// Where the grid lies in the world, theory (3.2) and (3.3).
 
+const CONTRACTED: u32 = 1u;
+const PROJECTIVE: u32 = 2u;
+
+// A direction as (right, down, ahead) of a projective grid.
+fn turned(v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(scene.right, v), dot(scene.down, v), dot(scene.ahead, v));
+}
+
 // Normalised coordinates before contraction.
 fn unit(x: vec3<f32>) -> vec3<f32> {
+    if (scene.extent == PROJECTIVE) {
+        let p = turned(x - scene.center);
+        let middle = 0.5 * (scene.lowest.xy + scene.highest.xy);
+        return vec3<f32>((p.xy / p.z - middle) * scene.unit_per_world.xy, 1.0 - scene.unit_per_world.z / p.z);
+    }
     return (x - scene.center) * scene.unit_per_world;
 }
 
@@ -189,9 +202,17 @@ fn max_element(v: vec3<f32>) -> f32 {
     return max(v.x, max(v.y, v.z));
 }
 
+// How fast normalised coordinates of a projective grid move along a line through x in direction v, times the squared depth: the
+// same everywhere on it.
+fn rate(x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
+    let p = turned(x - scene.center);
+    let w = turned(v);
+    return vec3<f32>(w.xy * p.z - p.xy * w.z, w.z) * scene.unit_per_world;
+}
+
 // u (2/m − 1/m²) where m = ‖u‖∞ > 1 in a contracted domain.
 fn contract(u: vec3<f32>) -> vec3<f32> {
-    if (scene.contracted == 0u) {
+    if (scene.extent != CONTRACTED) {
         return u;
     }
     let inverse = 1.0 / max(max_element(abs(u)), 1.0);
@@ -206,9 +227,14 @@ fn node_of_unit(u: vec3<f32>) -> vec3<f32> {
 // Transpose of the derivative of the node coordinates: dLoss/dx from dLoss/dnode.
 fn node_vjp(x: vec3<f32>, d_node: vec3<f32>) -> vec3<f32> {
     let d_u = d_node * scene.nodes_per_unit;
+    if (scene.extent == PROJECTIVE) {
+        let p = turned(x - scene.center);
+        let d = d_u * scene.unit_per_world / p.z;
+        return scene.right * d.x + scene.down * d.y + scene.ahead * ((d.z - d.x * p.x - d.y * p.y) / p.z);
+    }
     let u = unit(x);
     let m = max_element(abs(u));
-    if (scene.contracted == 0u || m <= 1.0) {
+    if (scene.extent != CONTRACTED || m <= 1.0) {
         return d_u * scene.unit_per_world;
     }
     let inverse = 1.0 / m;
@@ -224,13 +250,13 @@ fn node_vjp(x: vec3<f32>, d_node: vec3<f32>) -> vec3<f32> {
 
 // Factor by which steps grow at a point.
 fn growth_at(x: vec3<f32>) -> f32 {
-    return select(1.0, max(max_element(abs(unit(x))), 1.0), scene.contracted != 0u);
+    return select(1.0, max(max_element(abs(unit(x))), 1.0), scene.extent == CONTRACTED);
 }
 
 // Bound on the nodes per unit of t that a point inside the box moves through, see \`NodeMap::fastest\` of the CPU backend.
 fn fastest(momentum: vec3<f32>) -> f32 {
     let speed = abs(momentum) * scene.unit_per_world;
-    if (scene.contracted != 0u) {
+    if (scene.extent == CONTRACTED) {
         return max_element(scene.nodes_per_unit) * max_element(speed);
     }
     return max_element(speed * scene.nodes_per_unit);
@@ -253,11 +279,27 @@ fn clip_axis(start: f32, momentum: f32, lowest: f32, highest: f32) -> vec2<f32> 
 
 // Interval of t of a ray inside the grid from \`near\` on; empty where the first is not below the second.
 fn clip(start: vec3<f32>, momentum: vec3<f32>, near: f32) -> vec2<f32> {
+    if (scene.extent == PROJECTIVE) {
+        return clip_frustum(turned(start - scene.center), turned(momentum), near);
+    }
     let x = clip_axis(start.x, momentum.x, scene.lowest.x, scene.highest.x);
     let y = clip_axis(start.y, momentum.y, scene.lowest.y, scene.highest.y);
     let z = clip_axis(start.z, momentum.z, scene.lowest.z, scene.highest.z);
     let first = max(max(x.x, y.x), max(z.x, max(near, 0.0)));
     return vec2<f32>(first, min(x.y, min(y.y, z.y)));
+}
+
+// The same of a line in the frame of a projective grid.
+fn clip_frustum(p: vec3<f32>, v: vec3<f32>, near: f32) -> vec2<f32> {
+    let low = scene.lowest;
+    let high = scene.highest;
+    var range = vec2<f32>(max(near, 0.0), FAR);
+    range = clip_plane(range, low.z - p.z, -v.z);
+    range = clip_plane(range, p.z - high.z, v.z);
+    range = clip_plane(range, low.x * p.z - p.x, low.x * v.z - v.x);
+    range = clip_plane(range, p.x - high.x * p.z, v.x - high.x * v.z);
+    range = clip_plane(range, low.y * p.z - p.y, low.y * v.z - v.y);
+    return clip_plane(range, p.y - high.y * p.z, v.y - high.y * v.z);
 }
 
 // What of the t in a range is below a plane whose height over a line is height + t slope.
@@ -277,9 +319,12 @@ struct Front {
     // x(t) = start + t momentum on the segment.
     start: vec3<f32>,
     momentum: vec3<f32>,
-    // The end of the segment.
+    // Of a projective grid: t where the segment begins, the depth there, and how fast it grows with t.
+    entry: vec3<f32>,
+    // The end of the segment. Here and below, points are even steps of a parameter apart: t, but in a projective grid the λ of
+    // \`Perspective\` in Rust.
     end: f32,
-    // Parameter of the first point of a group, length of a step in t, and how much longer it is than inside the box.
+    // Parameter of the first point of a group, length of a step, and how much longer it is than inside the box.
     first: f32,
     dt: f32,
     growth: f32,
@@ -323,6 +368,10 @@ fn enter(front: ptr<function, Front>, start: vec3<f32>, momentum: vec3<f32>, ran
     (*front).momentum = momentum;
     (*front).end = range.y;
     (*front).lane = 0u;
+    if (scene.extent == PROJECTIVE) {
+        begin_perspective(front, range);
+        return;
+    }
     begin_group(front, range.x, (*front).phase);
 }
 
@@ -337,12 +386,38 @@ fn begin_group(front: ptr<function, Front>, t: f32, phase: f32) {
     (*front).steps_per_brick = BRICK / nodes_per_step;
 }
 
+// Points at even steps through a projective grid.
+fn begin_perspective(front: ptr<function, Front>, range: vec2<f32>) {
+    let at = (*front).start + (*front).momentum * range.x;
+    (*front).entry = vec3<f32>(range.x, dot(scene.ahead, at - scene.center), dot(scene.ahead, (*front).momentum));
+    let length_t = range.y - range.x;
+    (*front).end = length_t / ((*front).entry.y * ((*front).entry.y + (*front).entry.z * length_t));
+    let nodes = rate((*front).start, (*front).momentum) * scene.nodes_per_unit;
+    (*front).growth = 1.0;
+    (*front).dt = task.step / (length(nodes) * scene.voxel);
+    (*front).first = (*front).phase * (*front).dt;
+    (*front).steps_per_brick = BRICK / (max_element(abs(nodes)) * (*front).dt * STRETCH);
+}
+
+// t of a parameter of the front's segment.
+fn t_of(front: ptr<function, Front>, parameter: f32) -> f32 {
+    if (scene.extent != PROJECTIVE) {
+        return parameter;
+    }
+    let scaled = parameter * (*front).entry.y;
+    return (*front).entry.x + scaled * (*front).entry.y / (1.0 - scaled * (*front).entry.z);
+}
+
 // Go to the next sample of the segment; false, with the phase of the next segment, if there is none.
 fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bool {
-    let along = (*front).momentum * scene.unit_per_world;
-    let origin = ((*front).start - scene.center) * scene.unit_per_world;
+    var along = (*front).momentum * scene.unit_per_world;
+    var origin = ((*front).start - scene.center) * scene.unit_per_world;
+    if (scene.extent == PROJECTIVE) {
+        along = rate((*front).start, (*front).momentum);
+        origin = unit((*front).start + (*front).momentum * (*front).entry.x);
+    }
     loop {
-        if (scene.contracted != 0u && (*front).lane >= GROUP && (*front).first + f32(GROUP - 1u) * (*front).dt <= (*front).end) {
+        if (scene.extent == CONTRACTED && (*front).lane >= GROUP && (*front).first + f32(GROUP - 1u) * (*front).dt <= (*front).end) {
             // A new step length, half a step in.
             (*front).lane = 0u;
             begin_group(front, (*front).first + (f32(GROUP) - 0.5) * (*front).dt, 0.5);
@@ -382,7 +457,7 @@ fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bo
         (*sample).corner = corner;
         (*sample).weight = w;
         (*sample).fraction = fraction;
-        (*sample).t = t;
+        (*sample).t = t_of(front, t);
         (*sample).tau = scale_length * softplus(theta);
         (*sample).slope = scale_length * logistic(theta);
         (*sample).alpha = opacity_of((*sample).tau);
@@ -407,18 +482,21 @@ fn enter_straight(front: ptr<function, Front>, origin: vec3<f32>, direction: vec
 
 // The field's place in the world, and its background. The fields are those of \`field::Scene\` in Rust.
 struct Scene {
+    // Of the box; the eye of a projective grid.
     center: vec3<f32>,
     // Largest coordinate of the normalised, contracted space: 1 or 2.
     reach: f32,
+    // Of a projective grid, one over half the widths of x/z and y/z, and twice the nearest depth.
     unit_per_world: vec3<f32>,
     // 40/L of theory (3.5) [1 / scene unit].
     density_scale: f32,
     nodes_per_unit: vec3<f32>,
     // Edge of a voxel inside the box [scene unit].
     voxel: f32,
-    // The box that clips rays; of a contracted domain the far one.
+    // The box that clips rays; of a contracted domain the far one; of a projective one, the lowest and highest x/z, y/z and z.
     lowest: vec3<f32>,
-    contracted: u32,
+    // How far the grid reaches: 0, CONTRACTED or PROJECTIVE.
+    extent: u32,
     highest: vec3<f32>,
     // Slots of the map, the empty one included.
     slots: u32,
@@ -433,6 +511,13 @@ struct Scene {
     // The constant background.
     plain: vec3<f32>,
     padding_2: u32,
+    // The axes of a projective grid.
+    right: vec3<f32>,
+    padding_3: u32,
+    down: vec3<f32>,
+    padding_4: u32,
+    ahead: vec3<f32>,
+    padding_5: u32,
 }
 
 // What a dispatch does. The fields are those of \`task::Task\` in Rust.
