@@ -16,16 +16,11 @@ use refraxel_core::{Medium, Path};
 pub(super) fn absorb(medium: &Medium<f32>, packet: &mut Packet) {
     let Packet { seen, rays, paths, mirrored, absorbed, .. } = packet;
     absorbed.clear();
-    let (mut first, mut first_mirrored) = (0, 0);
-    for (ray, path) in rays.iter_mut().zip(paths) {
-        if ray.bent {
-            absorbed.skip_to(first);
-            let (samples, segments) = (&mut seen.samples[first..ray.samples], &seen.segments[..]);
-            let shaded =
-                ShadedRay { samples, segments, mirrored: &mut mirrored[first_mirrored..ray.mirrored] };
-            ray.through = absorbed.filter(medium, path, shaded);
-        }
-        (first, first_mirrored) = (ray.samples, ray.mirrored);
+    for (ray, path) in rays.iter_mut().zip(paths).filter(|(ray, _)| ray.bent) {
+        absorbed.skip_to(ray.samples.start);
+        let (samples, segments) = (&mut seen.samples[ray.samples.clone()], &seen.segments[..]);
+        let shaded = ShadedRay { samples, segments, mirrored: &mut mirrored[ray.mirrored.clone()] };
+        ray.through = absorbed.filter(medium, path, shaded);
     }
 }
 

@@ -19,8 +19,9 @@ pub(super) fn march<S: Simd>(simd: S, view: &View, offsets: &[f32], packet: &mut
     seen.clear();
     for ((i, ray), path) in rays.iter_mut().enumerate().zip(paths) {
         let offset = offsets.get(i).copied().unwrap_or(0.5);
+        let first = seen.samples.len();
         ray.left = march_path(simd, view, &path.segments, offset, seen);
-        ray.samples = seen.samples.len();
+        ray.samples = first..seen.samples.len();
     }
 }
 

@@ -43,9 +43,8 @@ pub(super) fn mirror<S: Simd, const BLOCKS: usize>(
     if bodies.is_none() && opaque_surface.is_none() {
         return;
     }
-    let mut first = 0;
     for ((ray, found), path) in rays.iter().zip(marched).zip(paths) {
-        let own = seen.of(first..found.samples);
+        let (own, first) = (seen.of(found.samples.clone()), mirrored.len());
         if let Some(tracer) = bodies.filter(|_| found.bent) {
             let opaque = found.left < view.marching.min_transmittance;
             let path = TracedPath { tracer, path, opaque };
@@ -54,7 +53,7 @@ pub(super) fn mirror<S: Simd, const BLOCKS: usize>(
         if let Some(surface) = opaque_surface.filter(|_| !found.bent) {
             mirrored.extend(surface.mirrored(ray.direction, own));
         }
-        (first, found.mirrored) = (found.samples, mirrored.len());
+        found.mirrored = first..mirrored.len();
     }
     if view.scene.reflection.source == MirrorSource::Exact {
         look_exactly::<S, BLOCKS>(simd, view, second, mirrored);
@@ -93,7 +92,7 @@ pub(super) struct MirrorAdjoint {
 
 /// Give mirrored samples what a second ray through the field shows, without further reflections.
 #[inline(always)]
-pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
+fn look_exactly<S: Simd, const BLOCKS: usize>(
     simd: S,
     view: &View,
     second: &mut SecondaryRay,
@@ -120,9 +119,9 @@ pub(super) fn look_exactly<S: Simd, const BLOCKS: usize>(
             let shaded = ShadedRay { samples, segments, mirrored: &mut [] };
             through = absorbed.filter(&scene.refraction.medium, path, shaded);
         }
-        let exit = if bent { path.exit } else { ray };
-        let found = PacketRay { bent, exit, samples: seen.samples.len(), left, mirrored: 0, through };
-        let own = seen.of(0..found.samples);
+        let samples = 0..seen.samples.len();
+        let own = seen.of(samples.clone());
+        let found = PacketRay { bent, exit: path.exit, samples, left, mirrored: 0..0, through };
         sample.mirrored.colour = composite(scene.background, &found, own, &mut []).colour;
     }
 }

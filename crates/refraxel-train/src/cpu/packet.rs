@@ -5,21 +5,22 @@ use super::sample::Samples;
 use refraxel_core::optics::PartialReflection;
 use refraxel_core::radiance::{Absorption, Filter, Filtered};
 use refraxel_core::{Path, Ray};
+use std::ops::Range;
 
 /// Rays marched before their samples are shaded: enough samples to prefetch across rays, few enough for the L2 cache.
 pub(super) const PACKET: usize = 8;
 
 /// One ray of a packet, in the order in which the stages find it out.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct PacketRay {
     /// Trace: the path bends, and the ray that reaches the background.
     pub bent: bool,
     pub exit: Ray<f32>,
-    /// March: the end of its samples in the packet's, and the transmittance at its end.
-    pub samples: usize,
+    /// March: its samples in the packet's, and the transmittance at its end.
+    pub samples: Range<usize>,
     pub left: f32,
-    /// Mirror: the end of its mirrored samples in the packet's.
-    pub mirrored: usize,
+    /// Mirror: its mirrored samples in the packet's.
+    pub mirrored: Range<usize>,
     /// Absorb: what absorbs light from the background.
     pub through: Filter<f32>,
 }

@@ -31,11 +31,9 @@ pub(super) fn render_chunk<S: Simd, const BLOCKS: usize>(
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
         scratch.forward::<S, BLOCKS>(simd, &view, rays, &[]);
         let Packet { seen, rays: marched, mirrored, .. } = &mut scratch.packet;
-        let (mut first, mut first_mirrored) = (0, 0);
         for (ray, out) in marched.iter().zip(out) {
-            let (own, mirrored) = (seen.of(first..ray.samples), &mut mirrored[first_mirrored..ray.mirrored]);
+            let (own, mirrored) = (seen.of(ray.samples.clone()), &mut mirrored[ray.mirrored.clone()]);
             *out = composite(scene.background, ray, own, mirrored);
-            (first, first_mirrored) = (ray.samples, ray.mirrored);
         }
     }
 }
@@ -92,15 +90,12 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
         scratch.forward::<S, BLOCKS>(simd, &view, rays, offsets);
         outcome.samples += scratch.packet.seen.samples.len() as u64;
         let Packet { seen, rays: found, paths, mirrored, absorbed, .. } = &mut scratch.packet;
-        let (mut first, mut first_mirrored) = (0, 0);
         for ((number, found), path) in numbers.zip(found).zip(paths) {
-            let own = first..found.samples;
-            let filtered = absorbed.of(own.clone());
-            let mirrored = &mut mirrored[first_mirrored..found.mirrored];
-            (first, first_mirrored) = (found.samples, found.mirrored);
+            let filtered = absorbed.of(found.samples.clone());
+            let mirrored = &mut mirrored[found.mirrored.clone()];
             let wanted = ray_gradients.get_mut(number - range.start);
             let out = Out { tape, adjoints: &mut adjoints, wanted };
-            let ray = LearnedRay { number, found, own, path, mirrored, filtered };
+            let ray = LearnedRay { number, found, path, mirrored, filtered };
             outcome.squared_error += ray.backward::<S, BLOCKS>(simd, &view, batch_loss, seen, out);
         }
     }

@@ -14,19 +14,19 @@ pub(super) fn trace(view: &View, rays: &[Ray<f32>], packet: &mut Packet) {
     packet.rays.clear();
     for (ray, path) in rays.iter().zip(&mut packet.paths) {
         let bent = trace_ray(view, ray, path);
-        let exit = if bent { path.exit } else { *ray };
         packet.rays.push(PacketRay {
             bent,
-            exit,
-            samples: 0,
+            exit: path.exit,
+            samples: 0..0,
             left: 1.0,
-            mirrored: 0,
+            mirrored: 0..0,
             through: Filter::clear(),
         });
     }
 }
 
-/// The path of a ray; whether it may bend. Of a straight ray there are segments alone: one, or none where the ray misses the scene.
+/// The path of a ray; whether it may bend. Of a straight ray there are its exit and its segments: one, or none where it misses the
+/// scene.
 #[inline(always)]
 pub(super) fn trace_ray(view: &View, ray: &Ray<f32>, path: &mut Path<f32>) -> bool {
     match view.tracer.as_ref().filter(|_| view.scene.refraction.admits(ray)) {
@@ -35,6 +35,7 @@ pub(super) fn trace_ray(view: &View, ray: &Ray<f32>, path: &mut Path<f32>) -> bo
             true
         }
         None => {
+            path.exit = *ray;
             path.segments.clear();
             path.segments.extend(Segment::straight(ray, view.scene.marcher.domain(), view.marching.near));
             false

@@ -17,7 +17,6 @@ use crate::backend::RayGradient;
 use fearless_simd::Simd;
 use refraxel_core::radiance::{Filtered, SegmentAdjoint};
 use refraxel_core::{Medium, Path, Ray, Vec3};
-use std::ops::Range;
 
 /// Per-thread memory of the way forward.
 #[derive(Default)]
@@ -60,8 +59,6 @@ pub(super) struct LearnedRay<'a> {
     /// Its number in the batch.
     pub number: usize,
     pub found: &'a PacketRay,
-    /// Its samples in the packet's.
-    pub own: Range<usize>,
     pub path: &'a Path<f32>,
     pub mirrored: &'a mut [MirroredSample],
     /// The colours of its samples behind what absorbs, where something does.
@@ -95,15 +92,16 @@ impl LearnedRay<'_> {
         out: Out,
     ) -> f64 {
         let weight = self.weight(batch_loss);
-        let Self { number, found, own, path, mirrored, filtered } = self;
+        let Self { number, found, path, mirrored, filtered } = self;
         let Out { tape, adjoints: Adjoints { segments, surfaces, lengths }, wanted } = out;
         let (scene, BatchLoss { batch, objective, .. }) = (view.scene, batch_loss);
         let ray = &batch.rays[number];
 
-        let compared = Compared { batch_loss, number, found, samples: seen.of(own.clone()), weight };
+        let compared =
+            Compared { batch_loss, number, found, samples: seen.of(found.samples.clone()), weight };
         let d = compared.composite_vjp(scene.background, mirrored, tape);
-        mirror_vjp(view, ray.direction, mirrored, own.clone(), seen, surfaces);
-        let (samples, first) = (seen.of(own), tape.records.len());
+        mirror_vjp(view, ray.direction, mirrored, found.samples.clone(), seen, surfaces);
+        let (samples, first) = (seen.of(found.samples.clone()), tape.records.len());
         d.sweep(scene.layout, samples, mirrored, tape);
         let absorbs = view.absorbing && found.bent;
         if absorbs {
