@@ -31,19 +31,13 @@ pub fn huber_slope<T: Real>(d: T, delta: T) -> T {
     d.max(-delta).min(delta)
 }
 
-/// Cauchy sparsity penalty of an optical depth τ, theory (4.5): ln(1 + 2 τ²), which dissolves thin fog and hardly acts on
-/// surfaces.
+/// w |c − C*|² of a sample, theory (4.5), by its colour c alone: 2 w (c − C*). Its weight w = T a is held fixed, so that nothing gains by
+/// hiding what differs.
 ///
-/// Source: SNeRG (Hedman et al. 2021), applied to the optical depth of one step so that it does not depend on units.
+/// Source: DVGO (Sun et al. 2022).
 #[inline(always)]
-pub fn cauchy<T: Real>(tau: T) -> T {
-    (T::of(2.0) * tau * tau).ln_1p()
-}
-
-/// 4 τ/(1 + 2 τ²), the derivative of [`cauchy`], theory (4.5).
-#[inline(always)]
-pub fn cauchy_slope<T: Real>(tau: T) -> T {
-    T::of(4.0) * tau / (T::one() + T::of(2.0) * tau * tau)
+pub fn sample_colour_slope<T: Real>(weight: T, colour: [T; 3], target: [T; 3]) -> [T; 3] {
+    [0, 1, 2].map(|c| T::of(2.0) * weight * (colour[c] - target[c]))
 }
 
 /// e of theory (4.6) [1], which bounds the slope of the opacity prior by 10.
@@ -80,7 +74,9 @@ mod tests {
             };
             check(&|x| charbonnier(x, 0.05), charbonnier_slope(x, 0.05));
             check(&|x| huber(x, 0.2), huber_slope(x, 0.2));
-            check(&cauchy, cauchy_slope(x));
+            let target = [0.3, 0.1, 0.6];
+            let slope = sample_colour_slope(0.7, [x, 0.2, 0.5], target)[0];
+            check(&|x| 0.7 * (x - target[0]).powi(2), slope);
             if x > 0.0 {
                 check(&opacity_beta, opacity_beta_slope(x));
             }

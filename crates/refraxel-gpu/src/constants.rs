@@ -14,7 +14,7 @@ use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
 use refraxel_train::model::gate;
 use refraxel_train::random::{MIX, MIX_SHIFTS, WEYL};
-use refraxel_train::rays::{LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
+use refraxel_train::rays::{LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS, TAPS};
 use std::fmt::Write;
 
 /// Invocations of a workgroup: the voxels of a brick.
@@ -141,6 +141,7 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("OFFSET_LANE", OFFSET_LANE as u32),
         ("PIXEL_LANE", PIXEL_LANE as u32),
         ("REDRAWS", REDRAWS as u32),
+        ("TAPS", TAPS as u32),
         ("MIX_SHIFT_0", MIX_SHIFTS[0]),
         ("MIX_SHIFT_1", MIX_SHIFTS[1]),
         ("MIX_SHIFT_2", MIX_SHIFTS[2]),

@@ -44,7 +44,8 @@ struct Selection {
     margin: u32,
     regions: u32,
     transparent: u32,
-    padding: [u32; 2],
+    reach: u32,
+    padding: u32,
 }
 
 /// `View` of `photograph.wgsl`.
@@ -310,6 +311,7 @@ impl Photographs {
             margin,
             regions: regions as u32,
             transparent: draw.sampler.is_transparent().into(),
+            reach: draw.reach,
             ..Selection::default()
         };
         self.buffers.write(device, "selection", &[selection]);

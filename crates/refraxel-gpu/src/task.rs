@@ -17,7 +17,7 @@ pub(crate) struct Task {
     near: f32,
     theta_min: f32,
     min_transmittance: f32,
-    sparsity: f32,
+    sample_colour: f32,
     opacity: f32,
     tv_density: f32,
     tv_colour: f32,
@@ -63,7 +63,7 @@ impl Task {
                 | bit(bends, WANTS_PATHS)
                 | bit(bends && objective.index.is_some(), WANTS_INDEX)
                 | bit(bends && objective.absorption.is_some(), ABSORBS),
-            sparsity: objective.sparsity,
+            sample_colour: if given.behind { 0.0 } else { objective.sample_colour },
             opacity: objective.opacity,
             tv_density: objective.tv_density,
             tv_colour: objective.tv_colour,

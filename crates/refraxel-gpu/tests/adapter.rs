@@ -35,7 +35,7 @@ refraxel_train::conformance_tests! {
 fn all_priors() -> Objective {
     let (tv_density, tv_colour, tv_period) = (0.02, 0.01, 2);
     Objective {
-        sparsity: 0.01,
+        sample_colour: 0.1,
         opacity: 0.01,
         tv_density,
         tv_colour,

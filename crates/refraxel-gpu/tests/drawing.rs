@@ -110,7 +110,7 @@ fn the_device_finds_the_rays_that_bend() {
 fn photographs_are_cut_into_pools() {
     let sampler = large([640, 512], true);
     let mut gpu = backend(gpu().with_binding_limit(1 << 19), straight_model(0, Extent::Bounded));
-    let draw = Draw { sampler: &sampler, number: 4, size: 2000, selection: Selection::Inside(0.5) };
+    let draw = Draw { sampler: &sampler, number: 4, size: 2000, selection: Selection::Inside(0.5), reach: 0 };
     let (got, _) = gpu.drawn(&draw).expect("a device without a fault").expect("a batch");
     assert_eq!(difference(&got, &draw.batch(), false), None);
 }
@@ -120,7 +120,7 @@ fn photographs_are_cut_into_pools() {
 fn photographs_that_do_not_fit_are_drawn_from_on_the_host_and_that_is_said() {
     let (sampler, small) = (large([2048, 1100], true), large([64, 48], false));
     let mut gpu = backend(gpu().with_binding_limit(1 << 19), straight_model(0, Extent::Bounded));
-    let draw = |sampler| Draw { sampler, number: 4, size: 100, selection: Selection::All };
+    let draw = |sampler| Draw { sampler, number: 4, size: 100, selection: Selection::All, reach: 0 };
     assert!(gpu.submit_drawn(&draw(&sampler), &objective(), 0));
     let why = gpu.why_on_host().expect("a reason");
     assert!(why.contains("byte there, and 524288 are to be had"), "{why}");

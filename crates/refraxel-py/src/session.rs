@@ -14,7 +14,7 @@ use pyo3::types::PyMapping;
 use refraxel::exit::Failure;
 use refraxel::verbs::files::{absolute, create_folder};
 use refraxel::verbs::known_index;
-use refraxel_data::Backdrop;
+use refraxel_data::scene_region;
 use refraxel_train::cancel::Cancel;
 use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
@@ -128,7 +128,7 @@ impl Session {
         index_from: Option<PathBuf>,
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let mut all = Options::suited_to(data.data.backdrop == Backdrop::Surroundings);
+        let mut all = Options::suited_to(scene_region(&data.data).extent());
         if let Some(file) = &index_from {
             known_index::suit(&mut all, file);
             known_index::held(&mut all);

@@ -6,7 +6,7 @@ use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
-    Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Projection, Vec3, VoxelField,
+    Aabb, Background, BrickMap, Domain, EnvironmentMap, Projection, Vec3, VoxelField,
 };
 use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
 
@@ -123,11 +123,7 @@ pub fn finest_domain(
     views: &[&View],
     surface: impl FnOnce() -> Option<f64>,
 ) -> Domain<f32> {
-    let extent = match region.projection {
-        Some(projection) => Extent::Projective(projection),
-        None if region.unbounded => Extent::Contracted,
-        None => Extent::Bounded,
-    };
+    let extent = region.extent();
     // A contracted grid gives half its nodes to the box.
     let (share, each) =
         if region.unbounded { (2.0, VOXELS_PER_PIXEL[1]) } else { (1.0, VOXELS_PER_PIXEL[0]) };
@@ -261,6 +257,7 @@ const DILATION: f32 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use refraxel_core::Extent;
     use refraxel_core::vec3;
 
     #[test]

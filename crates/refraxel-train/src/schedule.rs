@@ -20,6 +20,9 @@ pub(crate) const VARIATION_PERIOD: u32 = 16;
 const VARIATION_BENT: f32 = 2.0;
 /// Learning rate of the background at the start of a run.
 const RATE_BACKGROUND: f32 = 0.01;
+/// Pull of each sample's colour towards what its ray should show, theory (4.5). Where colours of a haze have come near to what each view
+/// shows, those that no view agrees on explain nothing and dissolve.
+const SAMPLE_COLOUR: f32 = 0.1;
 /// Samples whose optical depth per voxel is below this are transparent.
 const MIN_OPTICAL_DEPTH: f32 = 1e-3;
 /// Weight of rays that bend in the loss: they err more, by what is not yet right about the glass, and things that straight rays see as
@@ -203,7 +206,7 @@ pub fn picture_objective(marching: Marching) -> Objective {
     Objective {
         marching,
         bent_weight: 1.0,
-        sparsity: 0.0,
+        sample_colour: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,
@@ -244,7 +247,7 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     Objective {
         marching: training_marching(options, near),
         bent_weight: BENT_WEIGHT,
-        sparsity: field.sparsity,
+        sample_colour: SAMPLE_COLOUR,
         opacity: field.opacity,
         tv_density: field.tv_density * tv,
         tv_colour: field.tv_colour * tv,
@@ -369,7 +372,7 @@ mod tests {
 
     #[test]
     fn surroundings_learn_faster_until_it_is_decided_whether_what_was_detected_bends() {
-        let c = Options::suited_to(true);
+        let c = Options::suited_to(Extent::Contracted);
         let rates = |p, since, is_detected| {
             let o = objective(&c, 0.0, Moment { is_detected, extent: Extent::Contracted, ..at(p, since) });
             (o.rate_density, o.tv_colour)

@@ -53,7 +53,7 @@ const REFLECTION: ReflectionObjective =
 
 #[test]
 fn straight_steps_are_the_same_for_any_number_of_threads() {
-    let o = Objective { tv_density: 0.01, tv_colour: 0.01, sparsity: 0.01, ..objective() };
+    let o = Objective { tv_density: 0.01, tv_colour: 0.01, sample_colour: 0.1, ..objective() };
     assert_same_with_any_number_of_threads(|| straight_model(2, Extent::Bounded), &o);
 }
 

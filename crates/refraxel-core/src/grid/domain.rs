@@ -112,8 +112,8 @@ impl<T: Real> Domain<T> {
         self.nodes_per_unit().hadamard(self.unit_per_world()).map(T::recip).min_element()
     }
 
-    /// The length over which density is counted [scene unit]: the longest edge of the box, or as many voxels as a projective
-    /// grid has in depth.
+    /// The length over which density is counted [scene unit]: the longest edge of the box, or twice as many voxels as a
+    /// projective grid has in depth.
     pub fn depth(&self) -> T {
         match &self.extent {
             Extent::Projective(projection) => T::of(f64::from(projection.baseline)),

@@ -16,7 +16,7 @@ pub struct Projection {
     pub near: f32,
     /// x/z at the left and the right edge of the grid, and y/z at the upper and the lower one.
     pub edges: [[f32; 2]; 2],
-    /// How far the cameras stand apart [scene unit], > 0: over that distance, a voxel in depth moves a point by a voxel in the
+    /// How far the cameras stand apart [scene unit], > 0: over half that distance, a voxel in depth moves a point by a voxel in the
     /// pictures.
     pub baseline: f32,
 }
@@ -26,10 +26,15 @@ pub const PROJECTED_FAR: f32 = 256.0;
 
 impl Projection {
     /// Edge lengths of the grid in its own coordinates, as voxels shall be cubes of them: x/z, y/z, and the shift of a point
-    /// between the nearest depth and infinity.
+    /// between the nearest depth and infinity, seen from cameras half the baseline apart: as far as two of them are on average.
     pub(super) fn edge_lengths<T: Real>(&self) -> Vec3<T> {
         let [[left, right], [top, bottom]] = self.edges.map(|e| e.map(real::<T>));
-        Vec3::new(right - left, bottom - top, real::<T>(self.baseline) / real(self.near))
+        Vec3::new(right - left, bottom - top, T::of(0.5) * real::<T>(self.baseline) / real(self.near))
+    }
+
+    /// The point on the axis at the nearest depth.
+    pub fn nearest(&self) -> Vec3<f32> {
+        self.eye + self.axes[2] * self.near
     }
 
     /// Right, down and ahead of the eye [scene unit].

@@ -5,7 +5,7 @@ use super::border::border;
 use super::forward::projection;
 use super::quantile::quantile;
 use crate::{Backdrop, Dataset};
-use refraxel_core::{Aabb, Camera, Projection, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Camera, Extent, Projection, Ray, Vec3, vec3};
 
 /// The part of the world that a reconstruction should fill with voxels, in the data's own coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,17 @@ pub struct Region {
     pub unbounded: bool,
     /// The frame of the grid, where all cameras of an unbounded capture look one way.
     pub projection: Option<Projection>,
+}
+
+impl Region {
+    /// How far a grid reaches that fills it.
+    pub fn extent(&self) -> Extent {
+        match self.projection {
+            Some(projection) => Extent::Projective(projection),
+            None if self.unbounded => Extent::Contracted,
+            None => Extent::Bounded,
+        }
+    }
 }
 
 /// Half-size of the box of an unbounded scene in median camera distances: cameras on a ring stand well outside.

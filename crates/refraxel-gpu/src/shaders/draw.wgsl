@@ -31,22 +31,57 @@ fn lesson_of(ray: u32, place: Place) -> Lesson {
     let origin = views[view].origin;
     let d = camera_direction(view, place.pixel);
     let direction = normalize(views[view].right * d.x + views[view].down * d.y + views[view].forward * d.z);
-    var colour = colour_of(view, place.pixel);
     var behind = vec3<f32>(0.0);
-    if (selection.transparent == 0u) {
-        colour = through(filter_of(views[view].thickness), colour);
-    } else {
-        var alpha = 1.0;
-        if (views[view].channels == 4u) {
-            alpha = channel(view, place.pixel, 3u);
-        }
+    if (selection.transparent != 0u) {
         behind = vec3<f32>(random_unit(ray, 0u), random_unit(ray, 1u), random_unit(ray, 2u));
-        colour = colour * alpha + behind * (1.0 - alpha);
     }
+    let colour = mean_colour(view, place.pixel, behind);
     let offset = random_unit(ray, OFFSET_LANE);
     let bends = u32(admits(origin, direction));
     let beside = u32(is_beside(view, place.pixel));
     return Lesson(origin, offset, direction, bends, colour, beside, behind, 0u);
+}
+
+// The colour of a pixel, before something where photographs are transparent, else of common exposure.
+fn shown_colour(view: u32, pixel: u32, behind: vec3<f32>) -> vec3<f32> {
+    let colour = colour_of(view, pixel);
+    if (selection.transparent == 0u) {
+        return through(filter_of(views[view].thickness), colour);
+    }
+    var alpha = 1.0;
+    if (views[view].channels == 4u) {
+        alpha = channel(view, pixel, 3u);
+    }
+    return colour * alpha + behind * (1.0 - alpha);
+}
+
+// The mean over a window of what lies on the pixel's side of the border of what is refractive, theory (4.26).
+fn mean_colour(view: u32, pixel: u32, behind: vec3<f32>) -> vec3<f32> {
+    let reach = i32(selection.reach);
+    if (reach == 0) {
+        return shown_colour(view, pixel, behind);
+    }
+    let size = vec2<i32>(i32(views[view].width), i32(views[view].height));
+    let at = vec2<i32>(i32(pixel) % size.x, i32(pixel) / size.x);
+    let last = min(2 * reach + 1, i32(TAPS)) - 1;
+    let inside = is_inside(view, pixel);
+    var sum = vec3<f32>(0.0);
+    var count = 0.0;
+    for (var y = 0; y <= last; y++) {
+        for (var x = 0; x <= last; x++) {
+            let p = at + (2 * vec2<i32>(x, y) - last) * reach / last;
+            if (any(p < vec2<i32>(0)) || any(p >= size)) {
+                continue;
+            }
+            let tap = u32(p.y * size.x + p.x);
+            if (is_usable(view, tap) && is_inside(view, tap) == inside) {
+                let colour = max(shown_colour(view, tap, behind), vec3<f32>(0.0));
+                sum += colour * colour;
+                count += 1.0;
+            }
+        }
+    }
+    return sqrt(sum / count);
 }
 
 fn chosen(ray: u32) -> Place {
@@ -69,7 +104,7 @@ fn is_selected(place: Place) -> bool {
     if (views[view].is_aside != 0u) {
         return false;
     }
-    if (views[view].usable != NONE && !is_marked(views[view].usable, view, place.pixel)) {
+    if (!is_usable(view, place.pixel)) {
         return false;
     }
     if (all(camera_direction(view, place.pixel) == vec3<f32>(0.0))) {

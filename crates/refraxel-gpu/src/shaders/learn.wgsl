@@ -67,12 +67,11 @@ fn march_back(ray: u32, shown: vec3<f32>, d_colour: vec3<f32>) -> SegmentAdjoint
         collected += weight * colour;
         // forward: C = collected + T (1 − a) behind
         let after = s.before * (1.0 - s.alpha);
-        var d_tau = dot(d_colour, after * colour - (shown - collected)) - last * d_transmittance;
-        if (task.sparsity > 0.0) {
-            d_tau += task.sparsity * cauchy_slope(s.tau);
-        }
+        let d_tau = dot(d_colour, after * colour - (shown - collected)) - last * d_transmittance;
+        // Its colour is drawn towards the target, theory (4.5).
+        let drawn = d_colour + 2.0 * task.sample_colour * (colour - lessons[ray].colour);
         // A colour clamped at 0 has no slope.
-        let d_sample = select(vec3<f32>(0.0), weight * d_colour, colour > vec3<f32>(0.0));
+        let d_sample = select(vec3<f32>(0.0), weight * drawn, colour > vec3<f32>(0.0));
         let d_theta = d_tau * s.slope;
         if ((task.wants & WANTS_FIELD) != 0u) {
             scatter(&s, &basis, d_theta, d_sample);

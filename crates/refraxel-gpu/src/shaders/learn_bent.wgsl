@@ -29,6 +29,9 @@ struct Blame {
     // Transmittance at the end, and dLoss/d(that) by the prior on opacity.
     last: f32,
     d_transmittance: f32,
+    // 2 λ_c of theory (4.5) and what draws the colours of samples, the target of the ray.
+    draws: f32,
+    target_colour: vec3<f32>,
     // Segments receive gradients.
     of_segments: bool,
 }
@@ -144,7 +147,8 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, 
     let bends = lessons[ray].bends != 0u;
     choose_what_learns(ray, end);
     let traces = (task.wants & WANTS_RAYS) != 0u || teaches_index || teaches_surface;
-    var blame = Blame(seen[ray].colour, d_colour, end.transmittance, 0.0, traces);
+    let draws = select(2.0 * task.sample_colour, 0.0, lessons[ray].bends != 0u);
+    var blame = Blame(seen[ray].colour, d_colour, end.transmittance, 0.0, draws, lessons[ray].colour, traces);
     if (task.opacity > 0.0) {
         blame.d_transmittance = task.opacity * opacity_beta_slope(end.transmittance);
     }
@@ -325,12 +329,10 @@ fn learn_segment(
         let after = (*sight).through * (1.0 - s.alpha);
         (*sight).through = after;
         let contrast = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
-        var d_tau = contrast - blame.last * blame.d_transmittance;
-        if (task.sparsity > 0.0) {
-            d_tau += task.sparsity * cauchy_slope(s.tau);
-        }
+        let d_tau = contrast - blame.last * blame.d_transmittance;
         // A colour clamped at 0 has no slope.
-        let d_filtered = select(vec3<f32>(0.0), weight * blame.d_colour, f.colour > vec3<f32>(0.0));
+        let drawn = blame.d_colour + blame.draws * (f.colour - blame.target_colour);
+        let d_filtered = select(vec3<f32>(0.0), weight * drawn, f.colour > vec3<f32>(0.0));
         out.d_thickness += d_filtered * f.by_thickness;
         out.d_moment += d_filtered * f.by_thickness * s.t;
         let d_sample = d_filtered * f.slope;

@@ -17,8 +17,9 @@ struct Selection {
     regions: u32,
     // Photographs are transparent, before random colours.
     transparent: u32,
+    // Half the width of the window over which colours are averaged [pixel].
+    reach: u32,
     padding_0: u32,
-    padding_1: u32,
 }
 
 // A photograph and its camera. The fields are those of `photographs::View` in Rust.
@@ -93,6 +94,16 @@ fn is_marked(plane: u32, view: u32, pixel: u32) -> bool {
     let x = pixel % views[view].width;
     let y = pixel / views[view].width;
     return ((marks[plane + y * row_words(view) + (x >> 5u)] >> (x & 31u)) & 1u) != 0u;
+}
+
+// Whether a mask lets a pixel count.
+fn is_usable(view: u32, pixel: u32) -> bool {
+    return views[view].usable == NONE || is_marked(views[view].usable, view, pixel);
+}
+
+// Whether a pixel lies inside the view's mask of what is refractive.
+fn is_inside(view: u32, pixel: u32) -> bool {
+    return views[view].mask != NONE && is_marked(views[view].mask, view, pixel);
 }
 
 // The plane of the pixels that show nothing refractive, of a view with a mask.

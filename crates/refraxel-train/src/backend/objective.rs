@@ -21,8 +21,9 @@ pub struct Objective {
     /// Weight of |C − target|² of rays that [bend](refraxel_core::optics::Path::bends), but for those [beside](super::Batch::beside)
     /// masks; 1 for all others.
     pub bent_weight: f32,
-    /// Weight of the Cauchy sparsity of each sample's optical depth.
-    pub sparsity: f32,
+    /// λ_c of theory (4.5): weight of the distance of each sample's colour from the target, of rays that no gate of something
+    /// refractive admits and behind which nothing is given.
+    pub sample_colour: f32,
     /// Weight of the opacity prior on each ray's transmittance.
     pub opacity: f32,
     /// Weight of total variation of raw density, per edge.

@@ -17,7 +17,7 @@ pub(super) fn objective() -> Objective {
     Objective {
         marching: MARCHING,
         bent_weight: 1.0,
-        sparsity: 0.0,
+        sample_colour: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,

@@ -8,7 +8,7 @@ use super::record::Record;
 use super::sample::RaySamples;
 use super::tape::Tape;
 use crate::backend::{Batch, Objective, PixelGradient};
-use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
+use refraxel_core::priors::opacity_beta_slope;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Ray, Vec3};
 
@@ -59,8 +59,9 @@ pub(super) struct PixelAdjoint {
     d_transmittance: f32,
     /// The transmittance at the end of the ray.
     last: f32,
-    /// Weight of the prior on each sample.
-    sparsity: f32,
+    /// 2 λ_c of theory (4.5) and the target of the ray: what draws the colours of its samples.
+    draws: f32,
+    target: [f32; 3],
 }
 
 impl Compared<'_> {
@@ -81,13 +82,16 @@ impl Compared<'_> {
         let behind = given.unwrap_or_else(|| background.radiance(exit.origin, exit.direction));
         let filtered = through.through(behind);
         let behind = filtered.colour;
-        let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
+        let (mut d_colour, mut squared_error, mut draws, mut target) = ([0.0; 3], 0.0, 0.0, [0.0; 3]);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
         let asked = asked.map(|asked| asked[self.number]);
         if let Some(asked) = asked {
             d_colour = asked.colour;
         } else {
-            let target = batch.target[self.number];
+            target = batch.target[self.number];
+            if given.is_none() && !self.found.bent {
+                draws = 2.0 * objective.sample_colour;
+            }
             for c in 0..3 {
                 let error = shown[c] - target[c];
                 squared_error += f64::from(error * error);
@@ -108,7 +112,6 @@ impl Compared<'_> {
         let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
-        let sparsity = objective.sparsity;
         PixelAdjoint {
             squared_error,
             shown,
@@ -116,7 +119,8 @@ impl Compared<'_> {
             d_thickness,
             d_transmittance,
             last: left,
-            sparsity,
+            draws,
+            target,
         }
     }
 }
@@ -173,13 +177,11 @@ impl PixelAdjoint {
             for c in 0..3 {
                 contrast += d_colour_ray[c] * (s.colour[c] - behind[c]);
                 // A colour clamped at 0 has no slope.
-                d_colour[c] = if s.colour[c] > 0.0 { s.before * s.alpha * d_colour_ray[c] } else { 0.0 };
+                let drawn = d_colour_ray[c] + self.draws * (s.colour[c] - self.target[c]);
+                d_colour[c] = if s.colour[c] > 0.0 { s.before * s.alpha * drawn } else { 0.0 };
                 behind[c] += s.alpha * (s.colour[c] - behind[c]);
             }
-            let mut d_tau = s.before * (1.0 - s.alpha) * contrast - self.last * self.d_transmittance;
-            if self.sparsity > 0.0 {
-                d_tau += self.sparsity * cauchy_slope(s.tau);
-            }
+            let d_tau = s.before * (1.0 - s.alpha) * contrast - self.last * self.d_transmittance;
             tape.records.push(Record {
                 cell: s.cell,
                 fraction: s.fraction,

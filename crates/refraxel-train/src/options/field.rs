@@ -11,8 +11,6 @@ section! {
         rate_density: f32 = 1.0, in 0.0..=100.0;
         /// Learning rate of SH coefficients at the start of the run.
         rate_colour: f32 = 0.02, in 0.0..=100.0;
-        /// Weight of the Cauchy sparsity prior per sample.
-        sparsity: f32 = 0.0, in 0.0..;
         /// Weight of the opacity prior per ray.
         opacity: f32 = 0.0, in 0.0..;
         /// Weight of the total variation of density.

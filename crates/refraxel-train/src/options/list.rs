@@ -2,6 +2,7 @@
 
 use super::sections::Options;
 use super::{Allowed, Definition, Section};
+use refraxel_core::Extent;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -35,7 +36,7 @@ pub fn list() -> Vec<OptionInfo> {
 
 /// Names, meanings and options of all sections.
 fn sections() -> Vec<(&'static str, &'static str, Vec<OptionInfo>)> {
-    let (usual, unbounded) = (Options::suited_to(false), Options::suited_to(true));
+    let (usual, unbounded) = (Options::default(), Options::suited_to(Extent::Contracted));
     let both = usual.sections().into_iter().zip(unbounded.sections());
     both.map(|(usual, unbounded)| (usual.name(), usual.about().trim(), of_section(usual, unbounded)))
         .collect()

@@ -18,6 +18,7 @@ use super::section::{Definition, Section};
 use super::shape::ShapeOptions;
 use super::surface::SurfaceOptions;
 use crate::model::Optics;
+use refraxel_core::Extent;
 use serde::{Deserialize, Serialize};
 
 /// What training should do.
@@ -58,12 +59,14 @@ pub struct Options {
 
 impl Options {
     /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
-    /// pictures of an object before a plain background: they need slower density and more smoothness. Rays are long there, and most of
-    /// their samples lie in haze, so they end sooner.
-    pub fn suited_to(unbounded: bool) -> Self {
+    /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
+    /// of a camera. Rays are long there, and most of their samples lie in haze, so they end sooner.
+    pub fn suited_to(extent: Extent) -> Self {
         let mut options = Self::default();
-        if unbounded {
+        if extent == Extent::Contracted {
             options.field.rate_density = 0.3;
+        }
+        if extent.is_unbounded() {
             options.field.tv_density = 1e-4;
             options.field.tv_colour = 1e-4;
             options.march.min_transmittance = 0.01;

@@ -1,5 +1,6 @@
 use super::gone::GONE;
 use super::*;
+use refraxel_core::Extent;
 use serde_json::{Value, json};
 
 fn set(key: &str, value: &str) -> Result<Options, OptionError> {
@@ -33,9 +34,9 @@ fn every_default_is_allowed_and_survives_a_round_trip() {
         assert_eq!(options.set(option.name, &value), Ok(()));
     }
     assert_eq!(options, usual);
-    let stored = serde_json::to_value(Options::suited_to(true)).unwrap();
+    let stored = serde_json::to_value(Options::suited_to(Extent::Contracted)).unwrap();
     assert_eq!(stored["field"]["tv_colour"].as_f64().map(|v| v as f32), Some(1e-4));
-    assert_eq!(read(stored), Ok(Options::suited_to(true)));
+    assert_eq!(read(stored), Ok(Options::suited_to(Extent::Contracted)));
 }
 
 #[test]

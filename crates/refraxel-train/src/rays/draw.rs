@@ -15,12 +15,15 @@ pub struct Draw<'a> {
     pub size: usize,
     /// Which pixels it draws from.
     pub selection: Selection,
+    /// A ray shows the mean colour of the pixels up to so many rows and columns from its own, theory (4.26): photographs that are no
+    /// finer than the grid.
+    pub reach: u32,
 }
 
 impl Draw<'_> {
     /// Draws it here.
     pub fn batch(&self) -> Batch {
-        self.sampler.batch(self.number, self.size, self.selection)
+        self.sampler.blurred_batch(self.number, self.size, self.selection, self.reach)
     }
 
     /// How many of its rays, the first ones, are drawn inside refractive masks alone.

@@ -25,4 +25,4 @@ pub use pixel::{pixel_ray, ray_within};
 pub use sampler::{AsideView, MaskedView, RaySampler};
 pub use selection::Selection;
 pub use shown::{WHITE, over, shown, squared_errors};
-pub use view::is_used;
+pub use view::{TAPS, is_used};

@@ -65,6 +65,15 @@ struct Drawn {
     beside: bool,
 }
 
+/// How photographs are looked at.
+#[derive(Clone, Copy, Default)]
+struct Sight<'a> {
+    /// Views that are not.
+    aside: &'a [usize],
+    /// Half the width of the window over which colours are averaged [pixel].
+    reach: u32,
+}
+
 /// One in so many of the views that are kept aside stays there longer.
 const WITNESSES: usize = 3;
 /// Rays of a view that is kept aside, at most about.
@@ -298,19 +307,25 @@ impl RaySampler {
 
     /// At most `size` rays through random pixels of all photographs: a function of the seed, the step and the selection.
     pub fn batch(&self, step: u64, size: usize, selection: Selection) -> Batch {
-        self.drawn(step, size, selection, &self.aside).0
+        self.blurred_batch(step, size, selection, 0)
+    }
+
+    /// The same, of photographs blurred by as much as a [`Draw`](super::Draw) says.
+    pub(super) fn blurred_batch(&self, step: u64, size: usize, selection: Selection, reach: u32) -> Batch {
+        self.drawn(step, size, selection, Sight { aside: &self.aside, reach }).0
     }
 
     /// The same of all views, also of those that are kept aside, and the number of each ray's view.
     pub fn batch_of_views(&self, step: u64, size: usize, selection: Selection) -> (Batch, Vec<usize>) {
-        self.drawn(step, size, selection, &[])
+        self.drawn(step, size, selection, Sight::default())
     }
 
     /// At most `size` rays near borders between areas of refractive masks, and how far outside each lies, to the nearest pixel of the
     /// other kind [pixel]: negative inside, at most `reach`. Nothing narrower than that counts: with the distance from a straw that
     /// masks leave out, what rays see would change from the straw to what is behind it.
     pub fn near_borders(&self, step: u64, size: usize, reach: u32) -> (Batch, Vec<f32>) {
-        let draw = |i| self.draw(step, i, size as u64, Selection::Around(reach), &self.aside);
+        let sight = Sight { aside: &self.aside, reach: 0 };
+        let draw = |i| self.draw(step, i, size as u64, Selection::Around(reach), sight);
         let near = |d: Drawn| {
             let away = self.views[d.view].refractive()?.from_border(d.pixel, reach)?;
             Some((d, away))
@@ -332,13 +347,13 @@ impl RaySampler {
         batch
     }
 
-    fn drawn(&self, step: u64, size: usize, selection: Selection, aside: &[usize]) -> (Batch, Vec<usize>) {
-        let draw = |i| self.draw(step, i, size as u64, selection, aside);
+    fn drawn(&self, step: u64, size: usize, selection: Selection, sight: Sight) -> (Batch, Vec<usize>) {
+        let draw = |i| self.draw(step, i, size as u64, selection, sight);
         let drawn: Vec<Drawn> = (0..size as u64).into_par_iter().filter_map(draw).collect();
         (self.gathered(drawn.iter()), drawn.iter().map(|d| d.view).collect())
     }
 
-    fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, aside: &[usize]) -> Option<Drawn> {
+    fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, sight: Sight) -> Option<Drawn> {
         let lane = |k: u64| i * LANES + k;
         let from_inside = i < self.rays_inside(size, selection);
         let by = match selection {
@@ -366,11 +381,11 @@ impl RaySampler {
                 Selection::Outside(margin) => of.clearly_outside(pixel, margin as usize),
                 _ => true,
             };
-            let free = !aside.contains(&view);
+            let free = !sight.aside.contains(&view);
             (free && of.used(pixel) && selected).then_some((view, pixel, ray))
         })?;
         let behind = std::array::from_fn(|c| self.random.uniform(step, lane(c as u64)) as f32);
-        let target = self.views[view].colour(pixel, self.transparent.then_some(behind));
+        let target = self.views[view].mean_colour(pixel, sight.reach, self.transparent.then_some(behind));
         let offset = self.random.uniform(step, lane(OFFSET_LANE)) as f32;
         let beside = self.views[view].refractive().is_some_and(|mask| mask.coverage[pixel] == 0);
         Some(Drawn { view, pixel, ray, target, behind, offset, beside })

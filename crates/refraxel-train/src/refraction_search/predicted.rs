@@ -175,7 +175,7 @@ fn learn_straight(
         // No step of the run has these numbers.
         let (sampler, number) = (known.sampler, u64::MAX / 4 + step);
         let size = known.options.run.batch as usize;
-        let draw = Draw { sampler, number, size, selection: Selection::Inside(STRAIGHT_INSIDE) };
+        let draw = Draw { sampler, number, size, selection: Selection::Inside(STRAIGHT_INSIDE), reach: 0 };
         backend.submit_drawn(&draw, &objective, step);
         backend.outcomes(true);
     }

@@ -125,7 +125,7 @@ impl<'a, 'w> TrainedTrials<'a, 'w> {
             }
             // The same rays for all entries, and none that training will draw.
             let (sampler, number) = (self.known.sampler, u64::MAX / 4 + step);
-            let draw = Draw { sampler, number, size, selection: Selection::Inside(share) };
+            let draw = Draw { sampler, number, size, selection: Selection::Inside(share), reach: 0 };
             let objective = objective(options, self.known.near, self.moment(entry, step));
             self.backend.submit_drawn(&draw, &objective, step);
             let finite = self.backend.outcomes(true).iter().all(|o| o.finite);

@@ -47,8 +47,8 @@ impl Trainer {
         let mut objective = objective(&self.options, self.plan.near, moment);
         objective.scale_rates(self.state.rate_scale);
         let size = self.options.run.batch as usize;
-        let (number, selection) = (self.state.step, self.selection(moment));
-        let draw = Draw { sampler: &self.sampler, number, size, selection };
+        let (number, selection, reach) = (self.state.step, self.selection(moment), self.reach(moment));
+        let draw = Draw { sampler: &self.sampler, number, size, selection, reach };
         if !self.backend.submit_drawn(&draw, &objective, number) {
             return Err(TrainError::NoPixels);
         }

@@ -88,18 +88,27 @@ pub struct Case {
     pub sampler: RaySampler,
     /// The pixels of a batch.
     pub selection: Selection,
+    /// Half the width of the window over which colours are averaged [pixel].
+    pub reach: u32,
 }
 
 impl Case {
     /// A batch of this number.
     pub fn draw(&self, number: u64) -> Draw<'_> {
-        Draw { sampler: &self.sampler, number, size: RAYS, selection: self.selection }
+        Draw { sampler: &self.sampler, number, size: RAYS, selection: self.selection, reach: self.reach }
     }
 }
 
 /// Photographs of all kinds.
 pub fn cases() -> Vec<Case> {
-    let case = |name, likeness: Likeness, selection| Case { name, sampler: likeness.sampler(), selection };
+    let blurred = |name, likeness: Likeness, selection, reach| Case {
+        name,
+        sampler: likeness.sampler(),
+        selection,
+        reach,
+    };
+    let case = |name, likeness, selection| blurred(name, likeness, selection, 0);
+    let transparent = Likeness { channels: 4, backdrop: Backdrop::Transparent, ..PLAIN };
     let refractive = |share| Some((MaskMeaning::Refractive, share));
     let glass = Likeness { masks: [refractive(0.3), None, refractive(0.5)], ..PLAIN };
     let opencv = Lens::OpenCv { k: [0.05, -0.01, 0.0, 0.0], p: [0.001, 0.0] };
@@ -111,12 +120,11 @@ pub fn cases() -> Vec<Case> {
         case("masks of what counts", Likeness { masks: kept, ..PLAIN }, Selection::All),
         case(SCARCE, Likeness { masks: few, ..PLAIN }, Selection::All),
         case("outside what is refractive", glass.clone(), Selection::Outside(2)),
-        case("inside what is refractive", glass, Selection::Inside(0.8)),
-        case(
-            "transparent",
-            Likeness { channels: 4, backdrop: Backdrop::Transparent, ..PLAIN },
-            Selection::All,
-        ),
+        case("inside what is refractive", glass.clone(), Selection::Inside(0.8)),
+        blurred("blurred on either side of a mask", glass, Selection::All, 1),
+        blurred("blurred, masks of what counts", Likeness { masks: kept, ..PLAIN }, Selection::All, 4),
+        blurred("blurred and transparent", transparent.clone(), Selection::All, 2),
+        case("transparent", transparent, Selection::All),
         case("alpha that says nothing", Likeness { channels: 4, ..PLAIN }, Selection::All),
         case("photographs in f32", Likeness { is_real: true, ..PLAIN }, Selection::All),
         case("lenses", Likeness { lenses: [opencv, blind, opencv], ..PLAIN }, Selection::All),
@@ -203,8 +211,12 @@ pub fn drawn_batches_bend_as_those_of_the_host_do<B: Backend>(suite: &Suite<B>) 
 /// Nothing is learned where masks exclude all pixels, and whoever asks is told.
 pub fn a_batch_without_pixels_is_told<B: Backend>(suite: &Suite<B>) {
     let masks = [Some((MaskMeaning::Keep, 0.0)); 3];
-    let case =
-        Case { name: "none", sampler: Likeness { masks, ..PLAIN }.sampler(), selection: Selection::All };
+    let case = Case {
+        name: "none",
+        sampler: Likeness { masks, ..PLAIN }.sampler(),
+        selection: Selection::All,
+        reach: 0,
+    };
     let mut backend = suite.backend(straight_model(0, Extent::Bounded));
     let told = step_on(&mut backend, |b| b.submit_drawn(&case.draw(0), &objective(), 0));
     assert!(told.is_none_or(|outcome| outcome.rays == 0 && outcome.samples == 0));

@@ -87,7 +87,7 @@ pub fn objective() -> Objective {
     Objective {
         marching: Marching::exhaustive(0.7),
         bent_weight: 1.0,
-        sparsity: 0.0,
+        sample_colour: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,

@@ -7,7 +7,7 @@ use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
 use crate::model::Model;
 use refraxel_core::field::Matter;
-use refraxel_core::priors::{cauchy_slope, opacity_beta_slope};
+use refraxel_core::priors::{opacity_beta_slope, sample_colour_slope};
 use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::sh::{self, ShDegree};
 use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
@@ -94,12 +94,12 @@ pub fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     }
 }
 
-/// The sparsity of samples and the opacity of rays.
+/// The colours of samples and the opacity of rays.
 pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
     let model = Model::straight(field(0, Extent::Bounded), Background::Constant([0.3; 3]));
     let reference = Reference::new(&model);
     let (backend, b) = (suite.backend(model), batch(100));
-    let o = Objective { sparsity: 0.7, opacity: 0.4, ..objective() };
+    let o = Objective { sample_colour: 0.7, opacity: 0.4, ..objective() };
     let (with, without) = (backend.gradient(&b, &o), backend.gradient(&b, &objective()));
     let mut grad = reference.field.zero_gradient();
     for (k, ray) in b.rays.iter().enumerate() {
@@ -108,18 +108,26 @@ pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite:
         let transmittance = 0.4 * opacity_beta_slope(pixel.transmittance);
         let d = PixelAdjoint { colour: [0.0; 3], transmittance, behind: [0.3; 3] };
         render_vjp(&reference.field, &[s], &points, &d, &mut grad);
+        let mut before = 1.0;
         for q in points {
             let y = sh::basis(reference.field.degree, s.momentum);
             let Some(medium) = reference.field.at(s.at(q.t), &y) else { continue };
-            let d_tau = 0.7 * cauchy_slope(medium.density * q.dt);
-            let d = Matter { density: d_tau * q.dt, colour: [0.0; 3] };
-            reference.field.at_vjp(s.at(q.t), &y, &d, &mut grad);
+            let alpha = -(-medium.density * q.dt).exp_m1();
+            let colour = sample_colour_slope(0.7 * before * alpha, medium.colour, b.target[k].map(f64::from));
+            reference.field.at_vjp(s.at(q.t), &y, &Matter { density: 0.0, colour }, &mut grad);
+            before *= 1.0 - alpha;
         }
     }
-    let difference: Vec<f32> =
-        with.field.density.iter().zip(without.field.density.iter()).map(|(a, b)| a - b).collect();
-    let error = relative(&difference, &grad.density);
-    assert!(error < suite.tolerances.ray, "{error}");
+    let difference = |with: &[f32], without: &[f32]| -> Vec<f32> {
+        with.iter().zip(without).map(|(a, b)| a - b).collect()
+    };
+    for (name, with, without, want) in [
+        ("density", &with.field.density, &without.field.density, &grad.density),
+        ("colour", &with.field.colour, &without.field.colour, &grad.colour),
+    ] {
+        let error = relative(&difference(with, without), want);
+        assert!(error < suite.tolerances.ray, "{name}: {error}");
+    }
 }
 
 /// What is skipped as transparent or hidden.

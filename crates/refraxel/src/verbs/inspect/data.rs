@@ -49,7 +49,7 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
 
 /// The options with which training would begin.
 fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region) -> Result<Options, Failure> {
-    let mut usual = Options::suited_to(region.unbounded);
+    let mut usual = Options::suited_to(region.extent());
     let is_told = args.index_from.is_some() || has_masks(data);
     usual.refraction.bend = if is_told { Switch::On } else { Switch::Off };
     if let Some(file) = &args.index_from {

@@ -9,6 +9,7 @@ use crate::verbs::evaluation::Evaluation;
 use crate::verbs::loaded::load_run;
 use crate::verbs::train::evidence::EVIDENCE;
 use anyhow::Context;
+use refraxel_core::Extent;
 use refraxel_train::run::{CHECKPOINT, Source};
 use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, Options};
@@ -32,6 +33,9 @@ struct Report {
     voxels: u64,
     file_bytes: u64,
     options: Options,
+    /// Those that are not the defaults.
+    #[serde(skip)]
+    changed: String,
     source: Source,
     /// How strongly the surface of each refractive region mirrors, 1 being Fresnel's law; empty where none does.
     reflection_strengths: Vec<f32>,
@@ -73,6 +77,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         extent: field.domain.extent.name(),
         voxels: field.map.voxels() as u64,
         file_bytes: size,
+        changed: changed_options(&run.options, field.domain.extent),
         options: run.options,
         reflection_strengths: snapshot.model.reflection.mirrors.iter().map(|m| m.strength).collect(),
         absorption: snapshot.model.refraction.absorption(),
@@ -103,7 +108,7 @@ impl Report {
                 count(self.voxels),
                 bytes(self.file_bytes)
             ),
-            format!("options    {}", changed_options(&self.options, self.unbounded)),
+            format!("options    {}", self.changed),
         ];
         if !self.reflection_strengths.is_empty() {
             let strengths: Vec<String> =
@@ -136,8 +141,8 @@ impl Report {
 }
 
 /// The options that are not the defaults.
-fn changed_options(options: &Options, unbounded: bool) -> String {
-    let differences = options.differences(&Options::suited_to(unbounded));
+fn changed_options(options: &Options, extent: Extent) -> String {
+    let differences = options.differences(&Options::suited_to(extent));
     let changed: Vec<String> = differences.iter().map(|d| format!("{}={}", d.name, d.here)).collect();
     if changed.is_empty() { "the defaults".to_owned() } else { changed.join(" ") }
 }

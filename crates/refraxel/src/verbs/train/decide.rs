@@ -33,7 +33,7 @@ pub(super) fn decide(
 
 /// The options of a run that begins. Rays bend as asked for, else where something says, or the detector finds, what is refractive.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset) -> Result<Options, Failure> {
-    let mut usual = Options::suited_to(scene_region(data).unbounded);
+    let mut usual = Options::suited_to(scene_region(data).extent());
     let is_told =
         args.refraction_box.is_some() || args.index_from.is_some() || refraction_search::has_masks(data);
     usual.refraction.bend = match args.refraction {
