@@ -25,7 +25,7 @@ pub struct IndexStep {
 }
 
 /// One step of every region, theory (4.18): the gradient is blurred, feels its priors, and Adam moves what it may. False when a
-/// moment left the finite numbers; what it belongs to then stays.
+/// moment or a surface left the finite numbers.
 pub fn update_index(
     refraction: &mut Refraction,
     moments: &mut [IndexMoments],

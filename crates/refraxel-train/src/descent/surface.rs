@@ -15,7 +15,7 @@ const HALF_OF_PLANES: f32 = 50.0;
 const OF_PLANES: f32 = 0.125;
 
 /// One step of a surface along dLoss/dφ, unless it is held fixed. Where it is that of a `solid`, planes move. False when a moment
-/// left the finite numbers; the surface then stays.
+/// or the surface left the finite numbers.
 pub(super) fn learn(
     level: &mut LevelSet<f32>,
     solid: Option<&mut Polyhedron>,
@@ -76,5 +76,5 @@ fn descend_nodes(
     } else {
         level.find_surface();
     }
-    true
+    level.coefficients().iter().all(|c| c.is_finite()) // smoothing adds up
 }

@@ -531,7 +531,7 @@ struct Task {
     // Samples of lower raw density are transparent.
     theta_min: f32,
     min_transmittance: f32,
-    sparsity: f32,
+    sample_colour: f32,
     opacity: f32,
     tv_density: f32,
     tv_colour: f32,

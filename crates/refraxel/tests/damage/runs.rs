@@ -59,12 +59,14 @@ impl Interrupted {
         }
         fs::write(self.copy.join(name), content).unwrap();
         let before = fs::read(self.copy.join(CHECKPOINT)).unwrap();
-        if is_used(trained(&self.data, &self.copy, &["--resume"]), &self.copy) {
+        let ran = trained(&self.data, &self.copy, &["--resume"]);
+        let said = ran.err.clone();
+        if is_used(ran, &self.copy) {
             let state = TensorFile::load(&self.copy.join(CHECKPOINT)).unwrap().header["state"].clone();
             assert_eq!(state["step"], 4);
             refraxel(&["inspect", path(&self.copy)]).done();
         } else {
-            assert!(fs::read(self.copy.join(CHECKPOINT)).unwrap() == before, "a refused run was changed");
+            assert!(fs::read(self.copy.join(CHECKPOINT)).unwrap() == before, "a refused run was changed: {said}");
         }
     }
 }

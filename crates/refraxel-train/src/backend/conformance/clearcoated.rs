@@ -37,7 +37,7 @@ pub fn clearcoats_and_their_gradients_agree_with_the_reference<B: Backend>(suite
         let own = model.clearcoat.as_ref().unwrap();
         let wide_clearcoat =
             Clearcoat { ior: own.ior.into(), strength: wide(&own.strength), radiance: wide(&own.radiance) };
-        let (backend, b, marching) = (suite.backend(model), batch(200), objective().marching);
+        let (backend, b, marching) = (suite.backend(model), batch(400), objective().marching);
         let mut grad = reference.field.zero_gradient();
         let zeros = |g: &ProbeGrid<f64>| vec![0.0; g.coefficients.len()];
         let mut d_clearcoat = ClearcoatGradient {
