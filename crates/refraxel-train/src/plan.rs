@@ -5,9 +5,7 @@ use crate::options::Options;
 use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{
-    Aabb, Background, BrickMap, Domain, EnvironmentMap, Projection, Vec3, VoxelField,
-};
+use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Projection, Vec3, VoxelField};
 use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
 
 /// What does not change during a run.

@@ -66,7 +66,10 @@ impl Interrupted {
             assert_eq!(state["step"], 4);
             refraxel(&["inspect", path(&self.copy)]).done();
         } else {
-            assert!(fs::read(self.copy.join(CHECKPOINT)).unwrap() == before, "a refused run was changed: {said}");
+            assert!(
+                fs::read(self.copy.join(CHECKPOINT)).unwrap() == before,
+                "a refused run was changed: {said}"
+            );
         }
     }
 }

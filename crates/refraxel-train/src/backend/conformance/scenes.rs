@@ -27,7 +27,7 @@ pub fn projective() -> Extent {
         axes: [right, ahead.cross(right), ahead],
         near: 1.6,
         edges: [[-0.8, 0.7], [-0.7, 0.8]],
-        baseline: 2.8,
+        baseline: 1.4,
     })
 }
 
