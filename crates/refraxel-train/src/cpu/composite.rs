@@ -82,16 +82,15 @@ impl Compared<'_> {
         let behind = given.unwrap_or_else(|| background.radiance(exit.origin, exit.direction));
         let filtered = through.through(behind);
         let behind = filtered.colour;
-        let (mut d_colour, mut squared_error, mut draws, mut target) = ([0.0; 3], 0.0, 0.0, [0.0; 3]);
+        let (mut d_colour, mut squared_error) = ([0.0; 3], 0.0);
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
         let asked = asked.map(|asked| asked[self.number]);
+        let target = if asked.is_some() { [0.0; 3] } else { batch.target[self.number] };
+        let is_drawn = asked.is_none() && given.is_none() && !self.found.bent;
+        let draws = if is_drawn { 2.0 * objective.sample_colour } else { 0.0 };
         if let Some(asked) = asked {
             d_colour = asked.colour;
         } else {
-            target = batch.target[self.number];
-            if given.is_none() && !self.found.bent {
-                draws = 2.0 * objective.sample_colour;
-            }
             for c in 0..3 {
                 let error = shown[c] - target[c];
                 squared_error += f64::from(error * error);

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::edition::Edition;
-use super::inside::InsidePixels;
+use super::inside::{HALF, InsidePixels};
 use super::lanes::{LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 use super::picture::Picture;
 use super::selection::Selection;
@@ -162,7 +162,7 @@ impl RaySampler {
 
     fn pixels_of(&self, view: usize) -> AsideView {
         let of = &self.views[view];
-        let is_inside = |p: &usize| of.refractive().is_none_or(|m| m.coverage[*p] > 127);
+        let is_inside = |p: &usize| of.refractive().is_none_or(|m| m.coverage[*p] > HALF);
         let all: Vec<usize> = (0..of.photo.image.len()).filter(|p| of.used(*p)).collect();
         let (within, beside): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_inside);
         let thinned = |pixels: &[usize]| {

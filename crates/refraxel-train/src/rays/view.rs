@@ -62,11 +62,12 @@ impl TrainingView {
         if reach == 0 {
             return self.colour(pixel, behind);
         }
-        let inside = |p: usize| self.refractive().is_some_and(|m| m.coverage[p] > HALF);
-        let (mut sum, mut count) = ([0.0_f32; 3], 0.0);
+        let mask = self.refractive();
+        let inside = |p: usize| mask.is_some_and(|m| m.coverage[p] > HALF);
+        let (own, mut sum, mut count) = (inside(pixel), [0.0_f32; 3], 0.0);
         for by in taps(reach).flat_map(|y| taps(reach).map(move |x| [x, y])) {
             let Some(p) = self.moved(pixel, by) else { continue };
-            if self.used(p) && inside(p) == inside(pixel) {
+            if self.used(p) && inside(p) == own {
                 let colour = self.colour(p, behind);
                 (0..3).for_each(|c| sum[c] += colour[c].max(0.0).powi(2));
                 count += 1.0;
@@ -123,8 +124,8 @@ pub fn is_used(photo: &Photo, meaning: MaskMeaning, pixel: usize) -> bool {
     let Some(mask) = &photo.mask else { return true };
     match meaning {
         MaskMeaning::Refractive => true,
-        MaskMeaning::Keep => mask.coverage[pixel] > 127,
-        MaskMeaning::Ignore => mask.coverage[pixel] <= 127,
+        MaskMeaning::Keep => mask.coverage[pixel] > HALF,
+        MaskMeaning::Ignore => mask.coverage[pixel] <= HALF,
     }
 }
 
