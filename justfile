@@ -15,7 +15,7 @@ test:
 lint:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets -- -D warnings
-    cargo deny check bans licenses sources
+    cargo test --workspace --test dependencies -- --ignored
 
 # API documentation, opened in the browser
 docs:

@@ -2,19 +2,19 @@
 //! decided.
 
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
-use crate::masks::MaskFile;
+use crate::decoding::Header;
+use crate::orientation::{self, Picture};
 use crate::parsed::{Frame, Origin, ParsedDataset};
-use crate::photo::{self, Header};
 use crate::size::Size;
 use crate::synth::IndexTruth;
 use crate::{
-    Backdrop, DataError, Dataset, Format, MaskMeaning, NamedCamera, OpenOptions, PhotoSource, Problem, View,
-    json, masks, pose, split,
+    AlphaMeaning, AlphaUse, Backdrop, DataError, Dataset, LocalOrigin, MaskMeaning, NamedCamera, OpenOptions,
+    Orientation, PhotoSource, Problem, View, alpha, backdrop, depth, json, looks, losses, masks, pose,
+    repetitions, split,
 };
-use rayon::prelude::*;
 use refraxel_core::Camera;
 use serde_json::Value;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 /// Checks a parsed dataset and completes it.
@@ -23,80 +23,66 @@ pub(crate) fn assemble(
     mut parsed: ParsedDataset,
     options: &OpenOptions,
 ) -> Result<Dataset, DataError> {
-    leave_out_missing(path, &mut parsed)?;
+    split::assign(path, &mut parsed)?;
+    repetitions::resolve(&mut parsed)?;
+    let headers = losses::leave_out(path, &mut parsed)?;
     if parsed.frames.len() < MIN_VIEWS {
         return Err(DataError::TooFewViews { path: path.to_owned(), found: parsed.frames.len() });
     }
-    refuse_duplicates(&parsed.frames)?;
     let split = split::decide(path, &mut parsed, options)?;
     let truth = truth(&mut parsed);
-    let headers: Vec<Header> = parsed.frames.par_iter().map(header).collect::<Result<_, _>>()?;
-    let cameras = cameras(&mut parsed, &headers)?;
-    check_distinct_poses(path, &cameras, &mut parsed.problems)?;
-    let (masks, concluded) = masks::find_all(&parsed, &cameras, truth.as_ref(), options)?;
-    parsed.problems.extend(concluded);
-    let mut views = views(&parsed.frames, cameras, masks);
+    let pictures: Vec<Picture> = parsed.frames.iter().zip(headers.iter().cloned()).collect();
+    let (orientations, turned) = orientation::decide(&parsed, &pictures, options.orientation)?;
+    drop(pictures);
+    let cameras = cameras(&mut parsed, &headers, &orientations)?;
+    parsed.problems.extend(turned.into_iter().chain(profiles(&headers)));
+    let mut views = views(&parsed.frames, cameras, &orientations);
+    let stated = masks::find(&parsed, &views)?;
+    parsed.problems.extend(depth::leave_out_turned(&mut views, &headers));
+    parsed.problems.extend(depth::check(&mut views, &parsed.points)?);
     if !options.crop.is_none() {
         views = views.into_iter().map(|v| v.cropped(options.crop)).collect::<Result<_, _>>()?;
     }
+    let backdrop = look(&mut parsed, &mut views, &headers, stated, truth.as_ref(), options)?;
     parsed.problems.extend(masks::summary(&views));
-    let backdrop = backdrop(&parsed, &headers, truth.as_ref(), options)?;
-    let ParsedDataset { root, format, stated_box, points, depth_range, problems, .. } = parsed;
+    let ParsedDataset { root, format, stated_box, points, depth_range, problems, up: measured, .. } = parsed;
     let root = Some(root.folder().to_owned());
-    let up = options.up.map(|up| up.normalized()).filter(|up| (up.length() - 1.0).abs() < 1e-6);
-    Ok(Dataset { root, format, views, split, backdrop, stated_box, up, points, depth_range, truth, problems })
-}
-
-/// Drops frames without an image: one warning with their number and first names.
-fn leave_out_missing(path: &Path, parsed: &mut ParsedDataset) -> Result<(), DataError> {
-    let count = parsed.frames.len();
-    let missing: Vec<String> =
-        parsed.frames.iter().filter(|f| f.image.is_none()).map(|f| f.file.clone()).collect();
-    let Some(first) = missing.first() else { return Ok(()) };
-    if missing.len() == count {
-        return Err(DataError::AllImagesMissing { path: path.to_owned(), count, first: first.clone() });
-    }
-    let names = missing.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
-    let more = if missing.len() > 3 { ", …" } else { "" };
-    parsed.problems.push(Problem::warning(format!(
-        "{} of {count} views are left out because their image does not exist: {names}{more}",
-        missing.len()
-    )));
-    parsed.frames.retain(|frame| frame.image.is_some());
-    Ok(())
-}
-
-fn refuse_duplicates(frames: &[Frame]) -> Result<(), DataError> {
-    let mut seen = HashSet::new();
-    for frame in frames {
-        if let Some(image) = frame.image.as_ref().filter(|image| !seen.insert((*image, frame.part))) {
-            let Origin { path, key } = &frame.origin;
-            return Err(DataError::DuplicateFrame {
-                path: path.to_path_buf(),
-                key: key.clone(),
-                image: image.clone(),
-            });
-        }
-    }
-    Ok(())
-}
-
-fn header(frame: &Frame) -> Result<Header, DataError> {
-    photo::header(frame.image.as_deref().unwrap_or(Path::new("")))
+    let up = options.up.or(measured).map(|up| up.normalized()).filter(|up| (up.length() - 1.0).abs() < 1e-6);
+    let data = Dataset {
+        root,
+        format,
+        origin: LocalOrigin::default(),
+        views,
+        split,
+        backdrop,
+        stated_box,
+        up,
+        points,
+        depth_range,
+        truth,
+        problems,
+    };
+    let mut data = data.recentred(options.origin);
+    check_distinct_poses(path, &mut data)?;
+    Ok(data)
 }
 
 /// Cameras with checked poses and with intrinsics at the real image size.
-fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<Camera>, DataError> {
+fn cameras(
+    parsed: &mut ParsedDataset,
+    headers: &[Header],
+    orientations: &[Orientation],
+) -> Result<Vec<Camera>, DataError> {
     let mut cameras = Vec::with_capacity(headers.len());
     let (mut repaired, mut resized) = (Vec::new(), Vec::new());
-    for (frame, header) in parsed.frames.iter().zip(headers) {
+    for ((frame, header), orientation) in parsed.frames.iter().zip(headers).zip(orientations) {
         let Origin { path, key } = &frame.origin;
         let checked = pose::check(&frame.pose).map_err(|fault| DataError::Pose {
             path: path.to_path_buf(),
             key: key.clone(),
             fault,
         })?;
-        let real = real_size(header, frame.intrinsics.size);
+        let real = size(header, *orientation);
         repaired.extend(checked.repaired);
         let stated = frame.intrinsics.size.filter(|stated| differs(*stated, real));
         resized.extend(stated.map(|stated| Resized { stated, real }));
@@ -104,72 +90,145 @@ fn cameras(parsed: &mut ParsedDataset, headers: &[Header]) -> Result<Vec<Camera>
     }
     parsed.problems.extend(repairs(&repaired));
     parsed.problems.extend(resizes(&resized));
-    if headers.iter().any(|h| h.turned) {
-        parsed.problems.push(Problem::note("images with an EXIF orientation are turned upright"));
-    }
     Ok(cameras)
 }
 
 /// One view per frame.
-fn views(frames: &[Frame], cameras: Vec<Camera>, masks: Vec<Option<MaskFile>>) -> Vec<View> {
-    let view = |frame: &Frame, name: String, camera: Camera, mask: Option<MaskFile>| {
-        let mask_meaning = mask.as_ref().map_or(MaskMeaning::Keep, |m| m.meaning);
-        let image = frame.image.clone().unwrap_or_default();
-        let source = PhotoSource::Files { image, mask: mask.map(|m| m.path), stored: None };
-        View { name, source, mask_meaning, camera }
+fn views(frames: &[Frame], cameras: Vec<Camera>, orientations: &[Orientation]) -> Vec<View> {
+    let parts = frames.iter().zip(orientations).zip(names(frames)).zip(cameras);
+    let view = |(((frame, &of), name), camera): (((&Frame, &Orientation), String), Camera)| {
+        let file = View::of_file(frame.image.clone().unwrap_or_default(), camera);
+        let mut view = View { name, depth: frame.depth.clone(), ..file };
+        if let PhotoSource::Files { orientation, .. } = &mut view.source {
+            *orientation = of;
+        }
+        view
     };
-    let parts = frames.iter().zip(names(frames)).zip(cameras.into_iter().zip(masks));
-    parts.map(|((frame, name), (camera, mask))| view(frame, name, camera, mask)).collect()
+    parts.map(view).collect()
+}
+
+/// Looks at a few photographs and decides what alpha, masks and borders mean: sets masks and the use of alpha, and gives the backdrop.
+fn look(
+    parsed: &mut ParsedDataset,
+    views: &mut [View],
+    headers: &[Header],
+    mut stated: masks::Stated,
+    truth: Option<&Value>,
+    options: &OpenOptions,
+) -> Result<Backdrop, DataError> {
+    let of =
+        |is_wanted: &dyn Fn(usize) -> bool| (0..views.len()).filter(|k| is_wanted(*k)).collect::<Vec<_>>();
+    let groups = [of(&|k| headers[k].alpha), of(&|k| stated.masks[k].is_some()), of(&|_| true)];
+    let among = groups.iter().find(|group| !group.is_empty()).map_or(&[][..], |group| group);
+    let looks = looks::look(views, among);
+    let alpha = alpha::decide(headers, &looks, options);
+    parsed.problems.extend(alpha.problems);
+    if alpha.meaning == Some(AlphaMeaning::Mask) {
+        stated.add_alpha(&parsed.frames, headers);
+    }
+    let marks_glass =
+        truth.and_then(|t| t.get("refractive")).and_then(Value::as_array).is_some_and(|l| !l.is_empty());
+    let masks = masks::decide(parsed, stated, views, &looks, options, marks_glass)?;
+    parsed.problems.extend(masks.problems);
+    let is_cut_out = alpha.meaning == Some(AlphaMeaning::Backdrop);
+    let alpha_use = match (is_cut_out, options.backdrop) {
+        (true, Some(Backdrop::Color(colour))) => AlphaUse::Over(colour),
+        (true, None) | (_, Some(Backdrop::Transparent)) => AlphaUse::Kept,
+        _ => AlphaUse::LeftOut,
+    };
+    for ((view, mask), header) in views.iter_mut().zip(masks.masks).zip(headers) {
+        if let PhotoSource::Files { mask: path, alpha, .. } = &mut view.source {
+            *alpha = if header.alpha { alpha_use } else { AlphaUse::Kept };
+            view.mask_meaning = mask.as_ref().map_or(MaskMeaning::Keep, |m| m.meaning);
+            *path = mask.map(|m| m.path);
+        }
+    }
+    let evidence =
+        backdrop::Evidence { parsed, truth, views, looks: &looks, masks: &masks.looks, is_cut_out };
+    let (backdrop, problem) = backdrop::decide(&evidence, options);
+    parsed.problems.extend(problem);
+    Ok(backdrop)
 }
 
 /// The checked cameras of a parsed dataset, whether their images exist or not.
-pub(crate) fn named_cameras(path: &Path, parsed: ParsedDataset) -> Result<Vec<NamedCamera>, DataError> {
+pub(crate) fn named_cameras(
+    path: &Path,
+    parsed: ParsedDataset,
+    options: &OpenOptions,
+) -> Result<Vec<NamedCamera>, DataError> {
     if parsed.frames.is_empty() {
         return Err(DataError::NoCameras { path: path.to_owned() });
     }
+    losses::refuse_lost(path, &parsed.frames)?;
     let stem = |f: &Frame| {
         let file = f.file.replace('\\', "/");
         Path::new(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned()
     };
     let stems: Vec<String> = parsed.frames.iter().map(stem).collect();
     let unique = stems.iter().collect::<HashSet<_>>().len() == stems.len();
-    let named = parsed.frames.iter().zip(&stems).map(|(frame, stem)| {
+    let sizes = sizes(&parsed, options)?;
+    let named = parsed.frames.iter().zip(&stems).zip(sizes).map(|((frame, stem), size)| {
         let file = frame.file.replace('\\', "/");
         let folders = Path::new(file.trim_start_matches("./")).with_file_name(stem);
         let long = folders.to_string_lossy().replace('/', "_");
-        let camera = camera_without_image(frame)?;
+        let camera = camera_of(frame, size)?;
         Ok(NamedCamera { name: if unique { stem.clone() } else { long }, camera })
     });
     named.collect()
 }
 
-fn camera_without_image(frame: &Frame) -> Result<Camera, DataError> {
+/// The camera of a frame whose image has this size, or else the stated one.
+fn camera_of(frame: &Frame, found: Option<Size>) -> Result<Camera, DataError> {
     let Origin { path, key } = &frame.origin;
     let fault = |fault| DataError::Pose { path: path.to_path_buf(), key: key.clone(), fault };
     let pose = pose::check(&frame.pose).map_err(fault)?.pose;
     let stated =
         frame.intrinsics.size.map(|[w, h]| Size { width: w.round() as u32, height: h.round() as u32 });
-    let size = match (&frame.image, stated) {
-        (Some(_), _) => real_size(&header(frame)?, frame.intrinsics.size),
-        (None, Some(size)) => size,
-        (None, None) => {
-            let (path, key) = (path.to_path_buf(), format!("{key}.w"));
-            let expected = "w and h [pixel], because the image itself does not exist";
-            return Err(DataError::Value { path, key, found: "missing".into(), expected });
-        }
-    };
+    let size = found.or(stated).ok_or_else(|| {
+        let (path, key) = (path.to_path_buf(), format!("{key}.w"));
+        let expected = "w and h [pixel], because the image itself does not exist";
+        DataError::Value { path, key, found: "missing".into(), expected }
+    })?;
     frame.intrinsics.camera(size, pose, &frame.origin)
 }
 
-/// The size that the camera was calibrated for: upright, unless only the stored size has the stated shape.
-fn real_size(header: &Header, stated: Option<[f64; 2]>) -> Size {
-    let portrait = |w: f64, h: f64| w < h;
-    let is = |size: Size, [w, h]: [f64; 2]| {
-        portrait(f64::from(size.width), f64::from(size.height)) == portrait(w, h)
-    };
-    match stated {
-        Some(stated) if !is(header.upright, stated) && is(header.stored, stated) => header.stored,
-        _ => header.upright,
+/// The sizes of the images that exist, as their poses mean them.
+fn sizes(parsed: &ParsedDataset, options: &OpenOptions) -> Result<Vec<Option<Size>>, DataError> {
+    let existing = parsed.frames.iter().filter_map(|frame| Some((frame, frame.image.as_ref()?)));
+    let pictures = existing.map(|(frame, image)| Ok((frame, losses::header(image)?)));
+    let pictures = pictures.collect::<Result<Vec<Picture>, DataError>>()?;
+    let (orientations, _) = orientation::decide(parsed, &pictures, options.orientation)?;
+    let mut found = pictures.iter().zip(orientations).map(|((_, header), of)| size(header, of));
+    Ok(parsed.frames.iter().map(|frame| frame.image.as_ref().and_then(|_| found.next())).collect())
+}
+
+/// The size of the pixels that are meant.
+fn size(header: &Header, orientation: Orientation) -> Size {
+    match orientation {
+        Orientation::Stored => header.stored,
+        Orientation::Upright => header.upright(),
+    }
+}
+
+/// A note about colour profiles other than sRGB; a warning where pictures differ.
+fn profiles(headers: &[Header]) -> Option<Problem> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    headers
+        .iter()
+        .filter_map(|h| h.profile.as_deref())
+        .for_each(|name| *counts.entry(name).or_default() += 1);
+    let named: Vec<String> = counts.iter().map(|(name, n)| format!("{n} have {name}")).collect();
+    let with = counts.values().sum::<usize>();
+    let message = format!(
+        "{with} of {} images have a colour profile other than sRGB ({}); their values are read as those of sRGB, so colours \
+         look paler or stronger than in programs that obey profiles",
+        headers.len(),
+        named.join(", ")
+    );
+    match counts.len() {
+        0 => None,
+        1 if with == headers.len() => Some(Problem::note(message)),
+        _ => Some(Problem::warning(format!("{message}, and pictures differ in it: convert all to sRGB"))),
     }
 }
 
@@ -200,16 +259,12 @@ fn resizes(resized: &[Resized]) -> Option<Problem> {
     })
 }
 
-fn check_distinct_poses(
-    path: &Path,
-    cameras: &[Camera],
-    problems: &mut Vec<Problem>,
-) -> Result<(), DataError> {
-    match coincidence(cameras.iter()) {
+fn check_distinct_poses(path: &Path, data: &mut Dataset) -> Result<(), DataError> {
+    match coincidence(data.views.iter().map(|view| &view.camera)) {
         Some(Coincidence::Pose) => {
-            return Err(DataError::SamePose { path: path.to_owned(), count: cameras.len() });
+            return Err(DataError::SamePose { path: path.to_owned(), count: data.views.len() });
         }
-        Some(Coincidence::Place) => problems.push(one_place()),
+        Some(Coincidence::Place) => data.problems.push(one_place()),
         None => {}
     }
     Ok(())
@@ -226,7 +281,9 @@ fn names(frames: &[Frame]) -> Vec<String> {
     for key in &keys {
         *count.entry(key).or_default() += 1;
     }
-    let with_folders = |f: &Frame| f.file.replace('\\', "/").trim_start_matches("./").replace('/', "_");
+    let with_folders = |f: &Frame| {
+        f.file.replace('\\', "/").replace(':', "").trim_start_matches(['.', '/']).replace('/', "_")
+    };
     let named = frames.iter().zip(&keys);
     named.map(|(f, key)| if count[key] == 1 { key.1.clone() } else { with_folders(f) }).collect()
 }
@@ -245,37 +302,4 @@ fn truth(parsed: &mut ParsedDataset) -> Option<Value> {
         parsed.problems.push(warning("errors of the index will not be measured", error));
     }
     Some(truth)
-}
-
-/// The backdrop, from the first of these that states one: the user, alpha in the images, the description, the truth, the
-/// kind of images.
-fn backdrop(
-    parsed: &ParsedDataset,
-    headers: &[Header],
-    truth: Option<&Value>,
-    options: &OpenOptions,
-) -> Result<Backdrop, DataError> {
-    if let Some(chosen) = options.backdrop {
-        return Ok(chosen);
-    }
-    let with_alpha: Vec<&Frame> =
-        parsed.frames.iter().zip(headers).filter(|(_, h)| h.alpha).map(|(f, _)| f).collect();
-    // An image wholly inside the object may be opaque; three of them hardly are.
-    for i in [0, with_alpha.len() / 2, with_alpha.len().saturating_sub(1)] {
-        if let Some(image) = with_alpha.get(i).and_then(|frame| frame.image.as_deref())
-            && photo::is_see_through(image)?
-        {
-            return Ok(Backdrop::Transparent);
-        }
-    }
-    let white = parsed.format == Format::Nsvf || parsed.synthetic;
-    let otherwise = if white { Backdrop::Color([1.0; 3]) } else { Backdrop::Surroundings };
-    Ok(parsed.backdrop.or_else(|| truth_background(truth?)).unwrap_or(otherwise))
-}
-
-/// `background_srgb8` of `scene.json`.
-fn truth_background(truth: &Value) -> Option<Backdrop> {
-    let rgb = truth.get("background_srgb8")?.as_array()?;
-    let color: Vec<f32> = rgb.iter().filter_map(Value::as_f64).map(|c| (c / 255.0) as f32).collect();
-    Some(Backdrop::Color(color.try_into().ok()?))
 }

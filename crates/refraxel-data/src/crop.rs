@@ -6,6 +6,7 @@ use crate::{DataError, Image, Mask, Photo, PhotoSource, Pixels, Stored, View};
 use refraxel_core::Camera;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// Columns and rows that are cut off each photograph [pixel of the files].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -117,7 +118,8 @@ impl Photo {
             Pixels::F32(values) => Pixels::F32(crop.cut(values, size, of)),
         };
         let [width, height] = [size[0] - crop.left - crop.right, size[1] - crop.top - crop.bottom];
-        Self::new(Image { width, height, channels: *channels, pixels }, mask)
+        let depth = self.depth.as_ref().map(|depth| Arc::new(depth.cropped(crop, size)));
+        Self { depth, ..Self::new(Image { width, height, channels: *channels, pixels }, mask) }
     }
 }
 

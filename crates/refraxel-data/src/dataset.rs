@@ -1,13 +1,16 @@
 //! Posed views, their split, and what is known or wrong about them: the same whether they come from files or from
 //! memory.
 
-use crate::Crop;
 use crate::image::{Image, Mask};
+use crate::orientation::Orientation;
+use crate::origin::LocalOrigin;
+use crate::synth::IndexTruth;
+use crate::{Crop, Depth, DepthFile};
 use refraxel_core::{Aabb, Camera, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A set of posed photographs in the world coordinates of the user's data.
+/// A set of posed photographs in the coordinates of the user's data, relative to [`Dataset::origin`].
 ///
 /// [`Dataset::open`] reads one from files, [`Dataset::in_memory`] makes one of arrays.
 #[derive(Clone, Debug)]
@@ -16,6 +19,8 @@ pub struct Dataset {
     pub root: Option<PathBuf>,
     /// The format of the files, or [`Format::Memory`].
     pub format: Format,
+    /// Where the coordinates of cameras, box and points begin: that of the user's world, unless the scene is far from it.
+    pub origin: LocalOrigin,
     /// All views of all splits, in file order.
     pub views: Vec<View>,
     /// Which views train, validate and test.
@@ -30,10 +35,18 @@ pub struct Dataset {
     pub points: Vec<Vec3<f64>>,
     /// Nearest and farthest depth of the scene [scene unit], where the dataset states them (LLFF).
     pub depth_range: Option<[f64; 2]>,
-    /// Truth about refractive objects (`scene.json`), where it comes with the data.
+    /// Truth about refractive objects (`scene.json`), where it comes with the data, in the coordinates of the user's world. What
+    /// it says of the index is given by [`Dataset::index_truth`].
     pub truth: Option<serde_json::Value>,
     /// Everything that was repaired, left out or looks wrong, in the order found.
     pub problems: Vec<Problem>,
+}
+
+impl Dataset {
+    /// The index of refraction that [`Dataset::truth`] states, where it does, relative to [`Dataset::origin`].
+    pub fn index_truth(&self) -> Option<IndexTruth> {
+        Some(self.origin.to_local(IndexTruth::from_scene_json(self.truth.as_ref()?)?))
+    }
 }
 
 /// One posed photograph.
@@ -48,6 +61,8 @@ pub struct View {
     pub mask_meaning: MaskMeaning,
     /// Pose, intrinsics and lens.
     pub camera: Camera,
+    /// Its depth map, where one lies beside its files.
+    pub depth: Option<DepthFile>,
 }
 
 /// Where the pixels of a view are. [`load_photo`](crate::load_photo) gives them for both.
@@ -57,13 +72,29 @@ pub enum PhotoSource {
     Files {
         /// The image.
         image: PathBuf,
-        /// The mask, where there is one.
+        /// The mask, where there is one; the image itself where its alpha channel is the mask.
         mask: Option<PathBuf>,
         /// How they lie in the files, where the view [has fewer](Dataset::reduce) or is cut.
         stored: Option<Stored>,
+        /// Which of their pixels are meant, where the image has an orientation tag (EXIF).
+        orientation: Orientation,
+        /// What becomes of the image's alpha channel.
+        alpha: AlphaUse,
     },
     /// In memory.
     Memory(Photo),
+}
+
+/// What becomes of the alpha channel of an image file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaUse {
+    /// It says where nothing is before the backdrop.
+    #[default]
+    Kept,
+    /// Colours count as they are stored.
+    LeftOut,
+    /// The image is laid over this sRGB colour.
+    Over([f32; 3]),
 }
 
 /// How the pixels of a view lie in its files.
@@ -76,12 +107,18 @@ pub struct Stored {
 }
 
 impl View {
-    /// A view of an image file without a mask; it is named by its file.
+    /// A view of an image file without a mask, turned upright; it is named by its file.
     pub fn of_file(image: impl Into<PathBuf>, camera: Camera) -> Self {
         let image = image.into();
         let name = image.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let source = PhotoSource::Files { image, mask: None, stored: None };
-        Self { name, source, mask_meaning: MaskMeaning::Keep, camera }
+        let source = PhotoSource::Files {
+            image,
+            mask: None,
+            stored: None,
+            orientation: Orientation::Upright,
+            alpha: AlphaUse::Kept,
+        };
+        Self { name, source, mask_meaning: MaskMeaning::Keep, camera, depth: None }
     }
 
     /// True where the view has a mask.
@@ -100,12 +137,14 @@ pub struct Photo {
     pub image: Arc<Image>,
     /// The mask as it was stated; [`View::mask_meaning`] says what its white means.
     pub mask: Option<Arc<Mask>>,
+    /// How far away what it shows is, as far as that was measured.
+    pub depth: Option<Arc<Depth>>,
 }
 
 impl Photo {
     /// A photo of pixels in memory. Nothing is checked before [`Dataset::in_memory`].
     pub fn new(image: Image, mask: Option<Mask>) -> Self {
-        Self { image: Arc::new(image), mask: mask.map(Arc::new) }
+        Self { image: Arc::new(image), mask: mask.map(Arc::new), depth: None }
     }
 }
 
@@ -142,6 +181,17 @@ pub enum MaskMeaning {
     Ignore,
 }
 
+/// What the alpha channels of photographs mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaMeaning {
+    /// Nothing is behind what alpha covers: a thing that was cut out.
+    Backdrop,
+    /// Alpha is a mask of a whole photograph.
+    Mask,
+    /// Nothing.
+    Ignore,
+}
+
 /// What lies behind everything else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backdrop {
@@ -166,6 +216,18 @@ pub enum Format {
     Llff,
     /// NSVF `pose/`, `rgb/`, `intrinsics.txt`.
     Nsvf,
+    /// OpenSfM `reconstruction.json`, which OpenDroneMap writes too.
+    OpenSfm,
+    /// Cameras of Agisoft Metashape as XML.
+    Metashape,
+    /// Internal and external camera parameters of RealityCapture or RealityScan as CSV.
+    RealityCapture,
+    /// Record3D `metadata` with `rgb/` or `rgbd/`.
+    Record3d,
+    /// Polycam's raw data, `keyframes/`.
+    Polycam,
+    /// `cameras.json` of 3D Gaussian Splatting.
+    GaussianSplatting,
     /// Arrays in memory.
     Memory,
 }

@@ -1,7 +1,7 @@
 //! A summary of a dataset for people and scripts: what was read, and what is wrong with it.
 
 use crate::region::quantile;
-use crate::{Backdrop, Dataset, Format, MaskMeaning, Region, Severity, scene_region};
+use crate::{Dataset, Format, MaskMeaning, Region, Severity, scene_region};
 use refraxel_core::{Aabb, Camera, Lens};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,7 +104,7 @@ pub struct Finding {
 pub fn report(data: &Dataset) -> Inspection {
     let region = scene_region(data);
     let split = &data.split;
-    let corners = |b: &Aabb<f64>| [b.min.to_array(), b.max.to_array()];
+    let corners = |b: Aabb<f64>| [b.min, b.max].map(|corner| data.origin.to_world(corner).to_array());
     let refractive = data.truth.as_ref().and_then(|t| t.get("refractive")).and_then(|r| r.as_array());
     Inspection {
         root: data.root.as_ref().map(|folder| folder.display().to_string()),
@@ -120,10 +120,10 @@ pub fn report(data: &Dataset) -> Inspection {
         image_sizes: image_sizes(data),
         pixels: data.views.iter().map(|v| u64::from(v.camera.width) * u64::from(v.camera.height)).sum(),
         cameras: cameras(data, &region),
-        backdrop: backdrop(data.backdrop),
+        backdrop: data.backdrop.to_string(),
         masks: masks(data),
-        stated_box: data.stated_box.as_ref().map(corners),
-        region: corners(&region.bounds),
+        stated_box: data.stated_box.map(corners),
+        region: corners(region.bounds),
         up: region.up.to_array(),
         unbounded: region.unbounded,
         points: data.points.len(),
@@ -145,6 +145,12 @@ impl Format {
             Format::Colmap => "COLMAP",
             Format::Llff => "LLFF",
             Format::Nsvf => "NSVF",
+            Format::OpenSfm => "OpenSfM (OpenDroneMap)",
+            Format::Metashape => "Metashape (cameras XML)",
+            Format::RealityCapture => "RealityCapture (camera parameters CSV)",
+            Format::Record3d => "Record3D",
+            Format::Polycam => "Polycam (raw data)",
+            Format::GaussianSplatting => "3D Gaussian Splatting (cameras.json)",
             Format::Memory => "memory",
         }
     }
@@ -206,17 +212,6 @@ fn lens_name(lens: &Lens) -> &'static str {
         Lens::Fov { .. } => "field of view (FOV)",
         Lens::ThinPrismFisheye { .. } => "fisheye with thin prism (THIN_PRISM_FISHEYE)",
         Lens::Equirectangular => "panorama (EQUIRECTANGULAR)",
-    }
-}
-
-fn backdrop(backdrop: Backdrop) -> String {
-    match backdrop {
-        Backdrop::Transparent => "transparent".to_owned(),
-        Backdrop::Surroundings => "surroundings".to_owned(),
-        Backdrop::Color(rgb) => {
-            let [r, g, b] = rgb.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
-            format!("#{r:02x}{g:02x}{b:02x}")
-        }
     }
 }
 

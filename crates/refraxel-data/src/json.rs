@@ -14,6 +14,11 @@ pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
     serde_json::from_str(&text).map_err(|source| DataError::Json { path: path.to_owned(), source })
 }
 
+/// The text of a JSON file without extensions, whatever number of values it has.
+pub(crate) fn plain_text(path: &Path, bytes: u64) -> Result<String, DataError> {
+    limits::read_text_up_to(path, bytes).map(|text| plain(&text).text)
+}
+
 /// JSON without extensions.
 struct Plain {
     text: String,
@@ -110,6 +115,11 @@ impl<'a> Object<'a> {
         self.path
     }
 
+    /// Keys and values, without those of an outer object.
+    pub fn map(&self) -> impl Iterator<Item = (&'a String, &'a Value)> + use<'a> {
+        self.map.iter()
+    }
+
     /// Full name of a key for messages: `frames[3].fl_x`.
     pub fn key(&self, key: &str) -> String {
         if self.place.is_empty() { key.to_owned() } else { format!("{}.{key}", self.place) }
@@ -188,7 +198,7 @@ impl<'a> Object<'a> {
 }
 
 /// Exactly `N` finite numbers.
-fn row<const N: usize>(value: &Value) -> Option<[f64; N]> {
+pub(crate) fn row<const N: usize>(value: &Value) -> Option<[f64; N]> {
     let numbers = value.as_array()?.iter().map(|v| v.as_f64().filter(|v| v.is_finite()));
     numbers.collect::<Option<Vec<_>>>()?.try_into().ok()
 }

@@ -2,16 +2,25 @@
 //!
 //! [`Dataset::open`] reads a folder of any supported [`Format`], [`Dataset::in_memory`] takes arrays;
 //! [`Dataset::load_photos`] gives the pixels of both. Every importer converts to the one camera frame of
-//! [`refraxel_core::Camera`]; world coordinates are kept as they are. An [`IndexSource`] is a refractive index that is
+//! [`refraxel_core::Camera`]; world coordinates are kept as they are, relative to an [`LocalOrigin`] near the scene where that is far
+//! away. An [`IndexSource`] is a refractive index that is
 //! known: the truth of a scene, a volume, or a mesh.
 
+mod alpha;
 mod assemble;
+mod backdrop;
+mod below;
 mod border;
 mod bytes;
 mod camera;
+mod colours;
 mod crop;
 pub mod dataset;
+mod decoding;
+mod depth;
 mod error;
+mod extensions;
+mod folder;
 mod formats;
 pub mod image;
 pub mod index_source;
@@ -19,31 +28,46 @@ pub mod inspect;
 mod jpeg;
 mod json;
 pub mod limits;
+mod looks;
+mod losses;
 mod masks;
 mod memory;
 mod mesh_file;
+mod naming;
 mod open;
 mod options;
+mod orientation;
+mod origin;
 mod parsed;
 mod photo;
 pub mod photographs;
 mod pose;
+mod profile;
+mod recentre;
 mod reduce;
 mod region;
+mod repetitions;
+mod room;
 mod root;
 mod size;
 mod split;
 pub mod synth;
+mod upright;
 mod volume;
+mod whole;
 
+pub use alpha::NoAlphaMeaning;
+pub use backdrop::NoBackdrop;
 pub use camera::{CameraFault, is_one_place};
 pub use crop::Crop;
 pub use dataset::{
-    Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem, Severity, Split,
-    Stored, View,
+    AlphaMeaning, AlphaUse, Backdrop, Dataset, Format, MaskMeaning, NamedCamera, Photo, PhotoSource, Problem,
+    Severity, Split, Stored, View,
 };
+pub use depth::{Depth, DepthFile};
 pub use error::{DataError, MemoryError, ViewFault};
 pub use formats::colmap::{ColmapModel, colmap_models};
+pub use formats::ply::OPAQUE_REGION;
 pub use image::{BadPixel, Image, Mask, Pixels};
 pub use index_source::{INDICES, IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};
@@ -52,6 +76,8 @@ pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
 pub use open::open_cameras;
 pub use options::OpenOptions;
+pub use orientation::Orientation;
+pub use origin::{LocalOrigin, Placed};
 pub use photo::{load_mask_of, load_photo};
 pub use pose::PoseFault;
 pub use reduce::Reduction;

@@ -7,6 +7,8 @@ use std::path::Path;
 
 /// Largest JSON or text file [byte].
 pub const JSON_BYTES: u64 = 64 << 20;
+/// Largest reconstruction of OpenSfM, most of which are points [byte].
+pub const RECONSTRUCTION_BYTES: u64 = 1 << 30;
 /// Largest binary file (COLMAP models, PLY points) [byte].
 pub const BINARY_BYTES: u64 = 4 << 30;
 /// Most frames of a dataset.
@@ -20,7 +22,9 @@ pub const BODIES: usize = 64;
 /// Most faces, parts or waves of one body.
 pub const PIECES: usize = 128;
 /// Largest image [pixel].
-pub const IMAGE_PIXELS: u64 = 64 << 20;
+pub const IMAGE_PIXELS: u64 = 256 << 20;
+/// Largest image in memory, in the precision of its file [byte].
+pub const IMAGE_BYTES: u64 = 3 << 29;
 
 /// Opens a file to read, if it is a regular one: a pipe would be waited for, and a device has no end.
 pub fn open_regular(path: &Path) -> io::Result<File> {
@@ -51,7 +55,12 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
 
 /// The whole text file; bytes that are not UTF-8 become U+FFFD and then fail where they are parsed.
 pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
-    let bytes = read(path, JSON_BYTES)?;
+    read_text_up_to(path, JSON_BYTES)
+}
+
+/// The same with another limit [byte].
+pub(crate) fn read_text_up_to(path: &Path, limit: u64) -> Result<String, DataError> {
+    let bytes = read(path, limit)?;
     Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
 }
 

@@ -5,8 +5,8 @@ use crate::error::{MemoryError, ViewFault};
 use crate::image::bad_pixel;
 use crate::size::Size;
 use crate::{
-    Backdrop, DataError, Dataset, Format, Image, Mask, MaskMeaning, Photo, PhotoSource, Pixels, Split, View,
-    masks, pose,
+    Backdrop, DataError, Dataset, Format, Image, LocalOrigin, Mask, MaskMeaning, Photo, PhotoSource, Pixels,
+    Split, View, masks, pose,
 };
 use refraxel_core::Camera;
 use std::collections::HashMap;
@@ -36,8 +36,8 @@ const ROUNDING: f64 = 1e-14;
 impl Dataset {
     /// A dataset of photographs in memory. `split` holds indices into `photos`.
     ///
-    /// What only files state is absent; set [`Dataset::stated_box`], [`Dataset::points`], [`Dataset::depth_range`]
-    /// and [`Dataset::truth`] where it is known. Pixels are shared with `photos`, not copied. Rotations that are off
+    /// What only files state is absent; set [`Dataset::stated_box`] and [`Dataset::points`], both relative to [`Dataset::origin`],
+    /// [`Dataset::depth_range`] and [`Dataset::truth`] where it is known. Pixels are shared with `photos`, not copied. Rotations that are off
     /// by rounding are repaired with a note in [`Dataset::problems`].
     ///
     /// ```
@@ -78,24 +78,25 @@ impl Dataset {
         let checked: Vec<CheckedCamera> = checked.collect::<Result<_, _>>()?;
         check_split(&split, &photos)?;
         check_backdrop(backdrop)?;
-        let cameras = || checked.iter().map(|c| &c.camera);
         let mut problems = Vec::new();
         problems.extend(repairs(&checked.iter().filter_map(|c| c.repaired).collect::<Vec<f64>>()));
-        match coincidence(cameras()) {
-            Some(Coincidence::Pose) => return Err(MemoryError::SamePose { count: photos.len() }.into()),
-            Some(Coincidence::Place) => problems.push(one_place()),
-            None => {}
-        }
         let view = |(posed, checked): (PosedPhoto, &CheckedCamera)| {
             let PosedPhoto { name, photo, mask_meaning, .. } = posed;
-            View { name, source: PhotoSource::Memory(photo), mask_meaning, camera: checked.camera }
+            View {
+                name,
+                source: PhotoSource::Memory(photo),
+                mask_meaning,
+                camera: checked.camera,
+                depth: None,
+            }
         };
         let views: Vec<View> = photos.into_iter().zip(&checked).map(view).collect();
         problems.extend(masks::summary(&views));
         let rule = if split.rule.is_empty() { "as given".to_owned() } else { split.rule };
-        Ok(Dataset {
+        let data = Dataset {
             root: None,
             format: Format::Memory,
+            origin: LocalOrigin::default(),
             views,
             split: Split { rule, ..split },
             backdrop,
@@ -105,7 +106,16 @@ impl Dataset {
             depth_range: None,
             truth: None,
             problems,
-        })
+        };
+        let mut data = data.recentred(None);
+        match coincidence(data.views.iter().map(|view| &view.camera)) {
+            Some(Coincidence::Pose) => Err(MemoryError::SamePose { count: data.views.len() }.into()),
+            Some(Coincidence::Place) => {
+                data.problems.push(one_place());
+                Ok(data)
+            }
+            None => Ok(data),
+        }
     }
 }
 

@@ -73,8 +73,8 @@ fn open_edges(mesh: &TriangleMesh) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::ply::tetrahedron;
-    use crate::synth::Shape;
+    use crate::formats::ply::{OPAQUE_REGION, tetrahedron};
+    use crate::synth::{OPAQUE_OBJECT, Shape};
     use refraxel_core::vec3;
 
     fn read(name: &str, content: &[u8]) -> Result<TriangleMesh, String> {
@@ -92,6 +92,34 @@ mod tests {
             let shape = Shape::Mesh(mesh.unwrap());
             assert!(shape.contains(vec3(0.2, 0.2, 0.2)) && !shape.contains(vec3(0.4, 0.4, 0.4)));
         }
+    }
+
+    #[test]
+    fn what_a_file_of_this_program_calls_opaque_is_no_glass() {
+        let second = |offset: usize| {
+            let face = |t: [usize; 3]| format!("f {} {} {}\n", t[0] + offset, t[1] + offset, t[2] + offset);
+            [[1, 3, 2], [1, 2, 4], [1, 4, 3], [2, 3, 4]].map(face).concat()
+        };
+        let far = "v 9 9 9\nv 10 9 9\nv 9 10 9\nv 9 9 10\n";
+        let obj = format!("o {OPAQUE_OBJECT}\n{far}{}o region_1\n{}{}", second(0), &OBJ[..32], second(4));
+        let header = "ply\nformat ascii 1.0\nCOMMENTelement vertex 8\nproperty float x\nproperty float y\n\
+                      property float z\nelement face 8\nproperty list uchar int vertex_indices\nproperty int region\nend_header\n";
+        let points = format!("{far}{}", &OBJ[..32]).replace("v ", "");
+        let faces = |first: usize, region: usize| {
+            [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+                .map(|t| format!("3 {} {} {} {region}\n", t[0] + first, t[1] + first, t[2] + first))
+                .concat()
+        };
+        let ply = |comment: &str| {
+            let text = header.replace("COMMENT", comment) + &points + &faces(0, 0) + &faces(4, 1);
+            read("a.ply", text.as_bytes()).unwrap()
+        };
+        for mesh in [read("a.obj", obj.as_bytes()).unwrap(), ply(&format!("comment {OPAQUE_REGION}\n"))] {
+            assert_eq!(mesh.parts().1.len(), 4);
+            assert!(mesh.parts().0.iter().all(|v| v.x < 2.0), "no vertex of the opaque body");
+        }
+        // A region 0 of another program is a region.
+        assert_eq!(ply("").parts().1.len(), 8);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! What an importer reads: everything that the files of a dataset state, before images are looked at and poses are
 //! checked.
 
-use crate::{Backdrop, DataError, Format, MaskMeaning, Problem, camera, root::Root, size::Size};
-use refraxel_core::{Aabb, Camera, Lens, Pose, Vec3};
+use crate::{Backdrop, DataError, DepthFile, Format, MaskMeaning, Problem, camera, root::Root, size::Size};
+use refraxel_core::{Aabb, Camera, Lens, Mat3, Pose, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,15 +12,19 @@ pub(crate) struct ParsedDataset {
     pub root: Root,
     pub format: Format,
     pub frames: Vec<Frame>,
-    /// The rule behind [`Frame::part`], where the format states a split.
+    /// What gave [`Frame::part`], where the description states a split by frame or by file.
     pub split_rule: Option<String>,
-    /// Lists of image names in the files; they override [`ParsedDataset::split_rule`].
+    /// Lists of image names in the description; they override [`ParsedDataset::split_rule`].
     pub split_lists: Vec<(Part, Vec<String>)>,
     pub backdrop: Option<Backdrop>,
-    /// The images are computer-generated: without alpha they stand before white.
+    /// The layout is that of renderings, which stand before one colour unless their borders say otherwise.
     pub synthetic: bool,
     pub stated_box: Option<Aabb<f64>>,
+    /// Unit vector upwards, where the tool has measured it.
+    pub up: Option<Vec3<f64>>,
     pub points: Vec<Vec3<f64>>,
+    /// Where the colours of points are, if they have some.
+    pub coloured: Option<Coloured>,
     pub depth_range: Option<[f64; 2]>,
     pub problems: Vec<Problem>,
 }
@@ -37,11 +41,30 @@ impl ParsedDataset {
             backdrop: None,
             synthetic: false,
             stated_box: None,
+            up: None,
             points: Vec::new(),
+            coloured: None,
             depth_range: None,
             problems: Vec::new(),
         }
     }
+}
+
+/// Files of points with colours, which are read where pictures have to be compared with them.
+#[derive(Clone, Debug)]
+pub(crate) enum Coloured {
+    /// The folder of a COLMAP model.
+    Colmap(PathBuf),
+    /// A PLY file.
+    Ply(PathBuf),
+}
+
+/// A coloured point that a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sighting {
+    pub position: Vec3<f64>,
+    /// sRGB.
+    pub colour: [u8; 3],
 }
 
 /// One view as its file states it.
@@ -53,10 +76,51 @@ pub(crate) struct Frame {
     pub image: Option<PathBuf>,
     /// The mask that the file names, if it exists.
     pub mask: Option<(PathBuf, StatedMask)>,
+    /// The depth map that the file names, if it exists.
+    pub depth: Option<DepthFile>,
     pub part: Option<Part>,
     pub intrinsics: Intrinsics,
     /// Camera to world, OpenCV axes; the rotation is not checked yet.
     pub pose: Pose,
+    /// Why it cannot be used, where its file already shows that.
+    pub lost: Option<Loss>,
+}
+
+impl Frame {
+    /// A frame that has its place among the others and cannot be used.
+    pub fn lost(origin: Origin, file: String, loss: Loss) -> Self {
+        let intrinsics =
+            Intrinsics { size: None, focal: Focal::Panorama, center: None, lens: Lens::Equirectangular };
+        let pose = Pose { rotation: Mat3::identity(), translation: Vec3::splat(0.0) };
+        Self {
+            origin,
+            file,
+            image: None,
+            mask: None,
+            depth: None,
+            part: None,
+            intrinsics,
+            pose,
+            lost: Some(loss),
+        }
+    }
+}
+
+/// Why a view of the files cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Loss {
+    /// Its frame names no image.
+    NoName,
+    /// Its camera was not found.
+    NoPose,
+    NoImage,
+    /// Another view has the image that this one may mean.
+    Taken,
+    Empty,
+    /// A picture that ends early.
+    Cut,
+    /// No picture.
+    Undecodable,
 }
 
 /// Where a frame was stated, for messages.
@@ -75,6 +139,8 @@ pub(crate) enum StatedMask {
     Open,
     /// It depends on the masks: tools write what to use and what an object covers under the same key.
     Shown,
+    /// An alpha channel: what is covered is used, unless it shows something refractive.
+    Alpha,
 }
 
 /// A part of the split.
@@ -83,6 +149,18 @@ pub(crate) enum Part {
     Train,
     Val,
     Test,
+}
+
+impl Part {
+    /// The part that a word means; what is there to evaluate is held out.
+    pub fn named(word: &str) -> Option<Self> {
+        match word.to_ascii_lowercase().as_str() {
+            "train" | "training" => Some(Self::Train),
+            "val" | "valid" | "validation" => Some(Self::Val),
+            "test" | "testing" | "eval" | "evaluation" | "heldout" | "holdout" => Some(Self::Test),
+            _ => None,
+        }
+    }
 }
 
 /// Focal length as stated.

@@ -1,59 +1,68 @@
-//! Image files to pixels: PNG, JPEG and EXR, colour, alpha and masks.
+//! The pixels of views: colour, alpha and masks of their files, turned, cut and reduced as the view asks.
 
+use crate::decoding::{self, Decoded, Header, turned};
 use crate::image::bad_pixel;
+use crate::masks::coverage;
+use crate::orientation::Orientation;
 use crate::reduce::size_of;
 use crate::size::Size;
-use crate::{DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, jpeg, limits};
-use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
-use ::image::metadata::Orientation;
-use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
+use crate::{AlphaUse, DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, depth};
+use ::image::DynamicImage;
+use ::image::metadata::Orientation as Turn;
 use rayon::prelude::*;
-use std::io::{self, BufRead, Cursor, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What an image file says about itself before it is decoded.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Header {
-    /// Size of the stored pixels.
-    pub stored: Size,
-    /// Size after the camera's orientation tag (EXIF) is obeyed.
-    pub upright: Size,
-    /// The tag asks for a rotation or reflection.
-    pub turned: bool,
-    /// The file has an alpha channel.
-    pub alpha: bool,
-}
-
 /// The pixels of a view: those in memory as they are, shared, or those of its files, decoded.
 ///
-/// Of files, an EXIF orientation is obeyed, except where the camera has the size of the stored, unturned pixels. EXR is
-/// linear and premultiplied by definition; it is divided by its alpha and sRGB-encoded.
+/// EXR is linear and premultiplied by definition; it is divided by its alpha and sRGB-encoded.
 pub fn load_photo(view: &View) -> Result<Photo, DataError> {
-    let (path, mask, stored) = match &view.source {
+    let (path, mask, stored, orientation, alpha) = match &view.source {
         PhotoSource::Memory(photo) => return Ok(photo.clone()),
-        PhotoSource::Files { image, mask, stored } => (image, mask, *stored),
+        PhotoSource::Files { image, mask, stored, orientation, alpha } => {
+            (image, mask, *stored, *orientation, *alpha)
+        }
     };
-    let expected = stored_size(view, stored);
-    let decoded = decode(path, Some(expected))?;
-    let found = Size { width: decoded.width(), height: decoded.height() };
+    let expected = stored_size(view);
+    let Decoded { header, mut image, room } = decoding::decode(path)?;
+    if orientation == Orientation::Upright {
+        image.apply_orientation(header.orientation);
+    }
+    let found = Size { width: image.width(), height: image.height() };
     if found != expected {
         return Err(DataError::ImageSize { path: path.clone(), found, expected });
     }
-    let mask = mask.as_deref().map(|mask| load_mask(mask, path, expected)).transpose()?;
-    let photo = Photo::new(to_image(path, decoded)?, mask);
-    Ok(match stored {
-        Some(Stored { crop, .. }) => {
-            let photo = if crop.is_none() { photo } else { photo.cropped(crop) };
-            let size = size_of(&view.camera);
-            if [photo.image.width, photo.image.height] == size { photo } else { photo.reduced(size) }
-        }
-        None => photo,
-    })
+    let depth = view.depth.as_ref().map(depth::load).transpose()?;
+    let photo = Photo { depth, ..Photo::new(with_alpha_used(to_image(path, image)?, alpha), None) };
+    let image = as_seen(view, stored, photo);
+    drop(room); // masks need some of their own
+    let mask = mask.as_deref().map(|mask| load_mask(mask, path, orientation, expected)).transpose()?;
+    let mask = mask.map(|mask| Arc::new(mask_as_seen(view, stored, mask)));
+    Ok(Photo { mask, ..image })
+}
+
+/// What a view shows of the photo of its whole file.
+fn as_seen(view: &View, stored: Option<Stored>, photo: Photo) -> Photo {
+    let Some(Stored { crop, .. }) = stored else { return photo };
+    let photo = if crop.is_none() { photo } else { photo.cropped(crop) };
+    let size = size_of(&view.camera);
+    if [photo.image.width, photo.image.height] == size { photo } else { photo.reduced(size) }
+}
+
+/// What a view shows of its whole mask.
+fn mask_as_seen(view: &View, stored: Option<Stored>, mask: Mask) -> Mask {
+    let Some(Stored { crop, .. }) = stored else { return mask };
+    let mask = if crop.is_none() { mask } else { mask.cropped(crop) };
+    let size = size_of(&view.camera);
+    if [mask.width, mask.height] == size { mask } else { mask.reduced(size) }
 }
 
 /// The size of the files of a view.
-fn stored_size(view: &View, stored: Option<Stored>) -> Size {
+pub(crate) fn stored_size(view: &View) -> Size {
+    let stored = match &view.source {
+        PhotoSource::Files { stored, .. } => *stored,
+        PhotoSource::Memory(_) => None,
+    };
     let [width, height] = stored.map_or(size_of(&view.camera), |s| s.size);
     Size { width, height }
 }
@@ -63,10 +72,9 @@ pub fn load_mask_of(view: &View) -> Result<Option<Arc<Mask>>, DataError> {
     match &view.source {
         PhotoSource::Memory(photo) => Ok(photo.mask.clone()),
         PhotoSource::Files { mask: None, .. } => Ok(None),
-        PhotoSource::Files { image, mask: Some(mask), stored } => {
-            let mask = load_mask(mask, image, stored_size(view, *stored))?;
-            let reduced = stored.map(|s| mask.cropped(s.crop).reduced(size_of(&view.camera)));
-            Ok(Some(Arc::new(reduced.unwrap_or(mask))))
+        PhotoSource::Files { image, mask: Some(mask), stored, orientation, .. } => {
+            let mask = load_mask(mask, image, *orientation, stored_size(view))?;
+            Ok(Some(Arc::new(mask_as_seen(view, *stored, mask))))
         }
     }
 }
@@ -91,166 +99,130 @@ impl Dataset {
     }
 }
 
-/// Reads size and channels of an image without decoding it.
-pub(crate) fn header(path: &Path) -> Result<Header, DataError> {
-    let (decoder, orientation) = open(path)?;
-    let (width, height) = decoder.dimensions();
-    let stored = Size { width, height };
-    let upright = if swaps_axes(orientation) { Size { width: height, height: width } } else { stored };
-    let turned = orientation != Orientation::NoTransforms;
-    Ok(Header { stored, upright, turned, alpha: decoder.color_type().has_alpha() })
+/// The values of a picture of one channel, as they are stored: whole numbers, or floating-point ones.
+pub(crate) fn single_channel(path: &Path) -> Result<([u32; 2], Vec<f64>), DataError> {
+    let decoded = decoding::decode(path)?.image;
+    let size = [decoded.width(), decoded.height()];
+    let values = match decoded {
+        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(f64::from).collect(),
+        DynamicImage::ImageLuma16(image) => image.into_raw().into_iter().map(f64::from).collect(),
+        // Formats of floating-point numbers are decoded with three equal channels.
+        DynamicImage::ImageRgb32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
+        DynamicImage::ImageRgba32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
+        other => {
+            let (path, key, found) = (path.to_owned(), "the pixels".into(), format!("{:?}", other.color()));
+            return Err(DataError::Value {
+                path,
+                key,
+                found,
+                expected: "a depth map: one channel of 8 or 16 bits, or EXR",
+            });
+        }
+    };
+    Ok((size, values))
 }
 
-/// True when some pixel of the image is not opaque.
-pub(crate) fn is_see_through(path: &Path) -> Result<bool, DataError> {
-    let image = decode(path, None)?;
-    Ok(match image {
-        DynamicImage::ImageRgba32F(image) => image.pixels().any(|p| p.0[3] < 1.0),
-        image => image.to_rgba8().pixels().any(|p| p.0[3] < u8::MAX),
-    })
+/// Whether a mask covers its image only after it is scaled, from the headers.
+///
+/// Errors: it has another shape.
+pub(crate) fn is_scaled(
+    mask: &Path,
+    image: &Path,
+    orientation: Orientation,
+    expected: Size,
+) -> Result<bool, DataError> {
+    let header = decoding::header(mask)?;
+    let turn = mask_turn(mask, &header, image, orientation, expected)?;
+    Ok(turned(header.stored, turn) != expected)
 }
 
-/// The error for a mask that does not cover its image, from the mask's header.
-pub(crate) fn check_mask_size(mask: &Path, image: &Path, expected: Size) -> Result<(), DataError> {
-    let header = header(mask)?;
-    let fits = header.stored == expected || header.upright == expected;
-    fits.then_some(()).ok_or_else(|| DataError::MaskSize {
-        mask: header.upright,
-        path: mask.to_owned(),
+/// The mask of an image whose pixels are `expected` in size where they are oriented so: the alpha channel where the mask is the
+/// image itself.
+pub(crate) fn load_mask(
+    path: &Path,
+    image: &Path,
+    orientation: Orientation,
+    expected: Size,
+) -> Result<Mask, DataError> {
+    let Decoded { header, image: mut mask, room: _room } = decoding::decode(path)?;
+    mask.apply_orientation(mask_turn(path, &header, image, orientation, expected)?);
+    let mask = if path == image { coverage::of_alpha(mask) } else { coverage::of_mask(mask, path).mask };
+    let size = [expected.width, expected.height];
+    Ok(if [mask.width, mask.height] == size { mask } else { mask.scaled(size) })
+}
+
+/// How the stored pixels of a mask are turned to those of its image. A mask without a tag of its own is made from the pixels
+/// that are meant; where it has not their shape, from those that the image has in the other orientation.
+fn mask_turn(
+    path: &Path,
+    mask: &Header,
+    image: &Path,
+    orientation: Orientation,
+    expected: Size,
+) -> Result<Turn, DataError> {
+    let own = match orientation {
+        Orientation::Stored => Turn::NoTransforms,
+        Orientation::Upright => mask.orientation,
+    };
+    let same = |turn: Turn| turned(mask.stored, turn) == expected;
+    let scaled = |turn: Turn| coverage::has_shape_of(turned(mask.stored, turn), expected);
+    if let Some(turn) = [own, Turn::NoTransforms].into_iter().find(|turn| same(*turn)) {
+        return Ok(turn);
+    }
+    let photograph = decoding::header(image)?.orientation;
+    let other = match orientation {
+        Orientation::Stored => inverse(photograph),
+        Orientation::Upright => photograph,
+    };
+    let all = [own, Turn::NoTransforms, other];
+    let found =
+        all.into_iter().find(|turn| same(*turn)).or_else(|| all.into_iter().find(|turn| scaled(*turn)));
+    found.ok_or_else(|| DataError::MaskSize {
+        path: path.to_owned(),
+        mask: mask.stored,
         image: image.to_owned(),
         expected,
     })
 }
 
+/// How the coverage of a mask's file is stored.
+pub(crate) fn mask_reading(path: &Path) -> Result<coverage::Reading, DataError> {
+    Ok(coverage::of_mask(decoding::decode(path)?.image, path).reading)
+}
+
 /// Share of a mask's pixels that are mostly white.
 pub(crate) fn white_share(mask: &Path) -> Result<f64, DataError> {
-    let decoded = decode(mask, None)?.into_luma8();
-    let white = decoded.as_raw().iter().filter(|c| **c > 127).count();
-    Ok(white as f64 / decoded.as_raw().len().max(1) as f64)
+    Ok(coverage::of_mask(decoding::decode(mask)?.image, mask).mask.white_share())
 }
 
-fn load_mask(path: &Path, image: &Path, expected: Size) -> Result<Mask, DataError> {
-    let decoded = decode(path, Some(expected))?.into_luma8();
-    let (width, height) = decoded.dimensions();
-    let mask = Size { width, height };
-    if mask != expected {
-        return Err(DataError::MaskSize { path: path.to_owned(), mask, image: image.to_owned(), expected });
+fn inverse(turn: Turn) -> Turn {
+    match turn {
+        Turn::Rotate90 => Turn::Rotate270,
+        Turn::Rotate270 => Turn::Rotate90,
+        itself => itself,
     }
-    Ok(Mask { width, height, coverage: decoded.into_raw() })
 }
 
-/// [`crate::photographs::turned_upright`].
-pub(crate) fn turned_upright(path: &Path) -> Result<Option<Vec<u8>>, DataError> {
-    let broken = |source| DataError::Decode { path: path.to_owned(), source };
-    let (mut decoder, orientation) = open(path)?;
-    if orientation == Orientation::NoTransforms {
-        return Ok(None);
+/// The image with its alpha channel as that is used.
+fn with_alpha_used(image: Image, alpha: AlphaUse) -> Image {
+    let behind = match alpha {
+        AlphaUse::LeftOut => None,
+        AlphaUse::Over(colour) => Some(colour),
+        AlphaUse::Kept => return image,
+    };
+    if image.channels < 4 {
+        return image;
     }
-    // Tags that cannot be read are no reason to refuse the pixels.
-    let mut exif = decoder.exif_metadata().ok().flatten().unwrap_or_default();
-    let profile = decoder.icc_profile().ok().flatten().unwrap_or_default();
-    let mut image = DynamicImage::from_decoder(decoder).map_err(broken)?;
-    image.apply_orientation(orientation);
-    let _ = Orientation::remove_from_exif_chunk(&mut exif); // the orientation that was obeyed
-    let mut bytes = Vec::new();
-    let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if is_png {
-        let encoder = with_tags(PngEncoder::new(&mut bytes), exif, profile);
-        image.write_with_encoder(encoder).map_err(broken)?;
-    } else {
-        let encoder = with_tags(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY), exif, profile);
-        image.into_rgb8().write_with_encoder(encoder).map_err(broken)?;
-    }
-    Ok(Some(bytes))
-}
-
-/// Quality of photographs that are encoded anew, in percent: hardly to be told from the original.
-const JPEG_QUALITY: u8 = 97;
-
-/// The tags are for other programs; a format that cannot hold them loses nothing that is used here.
-fn with_tags<E: ImageEncoder>(mut encoder: E, exif: Vec<u8>, profile: Vec<u8>) -> E {
-    if !exif.is_empty() {
-        let _ = encoder.set_exif_metadata(exif);
-    }
-    if !profile.is_empty() {
-        let _ = encoder.set_icc_profile(profile);
-    }
-    encoder
-}
-
-/// [`crate::photographs::upright_mask`].
-pub(crate) fn upright_mask(path: &Path, photograph: &Path) -> Result<Mask, DataError> {
-    let (decoder, orientation) = open(photograph)?;
-    let (width, height) = decoder.dimensions();
-    let expected = header(photograph)?.upright;
-    let mut mask = decode(path, Some(expected))?;
-    let size = |mask: &DynamicImage| Size { width: mask.width(), height: mask.height() };
-    if size(&mask) != expected && size(&mask) == (Size { width, height }) {
-        mask.apply_orientation(orientation);
-    }
-    let found = size(&mask);
-    if found != expected {
-        let (path, image) = (path.to_owned(), photograph.to_owned());
-        return Err(DataError::MaskSize { path, mask: found, image, expected });
-    }
-    Ok(Mask { width: found.width, height: found.height, coverage: mask.into_luma8().into_raw() })
-}
-
-/// The file's decoder, checked against the pixel limit, and its orientation tag.
-fn open(path: &Path) -> Result<(impl ImageDecoder, Orientation), DataError> {
-    decoder(path, ImageReader::open(path).map_err(unreadable(path))?)
-}
-
-fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> DataError {
-    let path = path.to_owned();
-    move |source| DataError::Read { path, source }
-}
-
-/// The same of what is read from the file at `path`.
-fn decoder(
-    path: &Path,
-    reader: ImageReader<impl BufRead + Seek + 'static>,
-) -> Result<(impl ImageDecoder, Orientation), DataError> {
-    let broken = |source| DataError::Decode { path: path.to_owned(), source };
-    let mut reader = reader.with_guessed_format().map_err(unreadable(path))?;
-    let mut allowed = Limits::default();
-    allowed.max_alloc = Some(limits::IMAGE_PIXELS * 16 + (64 << 20)); // RGBA f32 and the decoder's own tables
-    reader.limits(allowed);
-    let mut decoder = reader.into_decoder().map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    let found = u64::from(width) * u64::from(height);
-    if found > limits::IMAGE_PIXELS {
-        let (what, limit) = ("the image size [pixels]", limits::IMAGE_PIXELS);
-        return Err(DataError::TooLarge { path: path.to_owned(), what, found, limit });
-    }
-    // A damaged tag is no reason to refuse the pixels.
-    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-    Ok((decoder, orientation))
-}
-
-/// The pixels, turned upright unless only the stored size is the `expected` one.
-fn decode(path: &Path, expected: Option<Size>) -> Result<DynamicImage, DataError> {
-    let content: Arc<[u8]> = limits::read(path, limits::BINARY_BYTES)?.into();
-    let mut reader = ImageReader::new(Cursor::new(Arc::clone(&content)));
-    if let Ok(format) = ImageFormat::from_path(path) {
-        reader.set_format(format); // what the content does not show
-    }
-    let (decoder, orientation) = decoder(path, reader)?;
-    jpeg::check(&content).map_err(|fault| DataError::Jpeg { path: path.to_owned(), fault })?;
-    let (width, height) = decoder.dimensions();
-    let mut image = DynamicImage::from_decoder(decoder)
-        .map_err(|source: ImageError| DataError::Decode { path: path.to_owned(), source })?;
-    let only_stored_fits =
-        swaps_axes(orientation) && width != height && expected == Some(Size { width, height });
-    if !only_stored_fits {
-        image.apply_orientation(orientation);
-    }
-    Ok(image)
-}
-
-fn swaps_axes(orientation: Orientation) -> bool {
-    use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
+    let colour = |pixel: usize| {
+        let [r, g, b, a] = image.rgba(pixel);
+        behind.map_or([r, g, b], |behind| [0, 1, 2].map(|c| [r, g, b][c] * a + behind[c] * (1.0 - a)))
+    };
+    let values = (0..image.len()).flat_map(colour);
+    let pixels = match image.pixels {
+        Pixels::U8(_) => Pixels::U8(values.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect()),
+        Pixels::F32(_) => Pixels::F32(values.collect()),
+    };
+    Image { channels: 3, pixels, ..image }
 }
 
 fn to_image(path: &Path, decoded: DynamicImage) -> Result<Image, DataError> {

@@ -104,11 +104,27 @@ pub(crate) fn rotation_of_quaternion([w, x, y, z]: [f64; 4]) -> Result<Mat3<f64>
     ]))
 }
 
+/// The rotation about a vector by as many radians as it is long.
+pub(crate) fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
+    let angle = v.length();
+    if angle == 0.0 {
+        return Mat3::identity();
+    }
+    let axis = v / angle;
+    let (sin, cos) = angle.sin_cos();
+    let turned = |e: Vec3<f64>| e * cos + axis.cross(e) * sin + axis * (axis.dot(e) * (1.0 - cos));
+    Mat3 { columns: Mat3::identity().columns.map(turned) }
+}
+
 /// Camera-to-world rows with OpenGL camera axes (right, up, backwards) to a pose with OpenCV axes.
 pub(crate) fn from_opengl(rows: [[f64; 4]; 3]) -> Pose {
-    let Pose { rotation, translation } = from_opencv(rows);
-    let [right, up, back] = rotation.columns;
-    Pose { rotation: Mat3 { columns: [right, -up, -back] }, translation }
+    with_opengl_axes(from_opencv(rows))
+}
+
+/// A camera-to-world pose whose camera axes are those of OpenGL, with OpenCV axes.
+pub(crate) fn with_opengl_axes(pose: Pose) -> Pose {
+    let [right, up, back] = pose.rotation.columns;
+    Pose { rotation: Mat3 { columns: [right, -up, -back] }, ..pose }
 }
 
 /// Camera-to-world rows with OpenCV camera axes.

@@ -1,6 +1,6 @@
 //! Photographs read with fewer pixels than their files have: means over areas, and cameras to match.
 
-use crate::{Crop, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View};
+use crate::{Crop, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Problem, Stored, View};
 use refraxel_core::Camera;
 use std::str::FromStr;
 
@@ -65,7 +65,35 @@ impl From<Reduction> for u32 {
     }
 }
 
+/// Photographs with more pixels are read with fewer, where nobody says with how many: the finest grids show no more.
+const PICTURE_PIXELS: u64 = 16 << 20;
+/// All photographs together have at most so many pixels then: 6 GiB of colours with 8 bits.
+const ALL_PIXELS: u64 = 2 << 30;
+/// Longer edges that are chosen are multiples of this [pixel].
+const STEP: u32 = 32;
+
 impl Dataset {
+    /// Reads photographs of files that are too large, one by one or together, with fewer pixels from now on, and notes it in
+    /// [`Dataset::problems`]. Depends on their sizes alone. Returns what was done, if anything.
+    pub fn fit(&mut self) -> Option<Reduction> {
+        let sizes: Vec<[u32; 2]> =
+            self.views.iter().filter(|v| v.is_file()).map(|v| size_of(&v.camera)).collect();
+        let longest = fitting(&sizes)?;
+        let (all, first) = (self.views.len(), self.views.iter().position(|v| v.is_longer(longest))?);
+        let before = size_of(&self.views[first].camera);
+        let large: Vec<usize> = (0..all).filter(|&i| self.views[i].is_file()).collect();
+        let count = self.reduce(&large, Reduction::Longest(longest));
+        let ([w, h], [from_w, from_h]) = (size_of(&self.views[first].camera), before);
+        self.problems.push(Problem::note(format!(
+            "{count} of {all} images are read with fewer pixels, and scored so, for none to have more than {} and all together \
+             no more than {} megapixels: the first of {from_w}x{from_h} at {w}x{h}; their longer edge has at most {longest} pixels \
+             (--downscale N chooses another size, --downscale 1 reads them whole)",
+            PICTURE_PIXELS / 1_000_000,
+            ALL_PIXELS / 1_000_000
+        )));
+        Some(Reduction::Longest(longest))
+    }
+
     /// Reads these views with fewer pixels from now on; what is in memory is reduced at once. Cameras are those of the smaller
     /// photographs. Returns how many views have fewer pixels than before.
     ///
@@ -76,7 +104,36 @@ impl Dataset {
     }
 }
 
+/// The longer edge at which photographs of these sizes are within the limits; `None` where they are.
+fn fitting(sizes: &[[u32; 2]]) -> Option<u32> {
+    let pixels = |[w, h]: [u32; 2]| u64::from(w) * u64::from(h);
+    let fits = |longest: u32| {
+        let reduced = sizes.iter().map(|&size| pixels(Reduction::Longest(longest).size(size)));
+        let (most, sum) = reduced.fold((0, 0), |(most, sum), n| (n.max(most), sum + n));
+        most <= PICTURE_PIXELS && sum <= ALL_PIXELS
+    };
+    let whole = sizes.iter().flatten().copied().max()?;
+    if fits(whole) {
+        return None;
+    }
+    // Fewest steps that fit and most that do not: sizes grow with the longer edge.
+    let (mut fitting, mut beyond) = (LEAST_LONGEST / STEP, whole.div_ceil(STEP));
+    while beyond - fitting > 1 {
+        let middle = fitting.midpoint(beyond);
+        *if fits(middle * STEP) { &mut fitting } else { &mut beyond } = middle;
+    }
+    Some(fitting * STEP)
+}
+
 impl View {
+    fn is_file(&self) -> bool {
+        matches!(self.source, PhotoSource::Files { .. })
+    }
+
+    fn is_longer(&self, longest: u32) -> bool {
+        self.is_file() && self.camera.width.max(self.camera.height) > longest
+    }
+
     /// Whether the view has fewer pixels than before.
     fn reduce(&mut self, reduction: Reduction) -> bool {
         let before = size_of(&self.camera);
@@ -108,7 +165,7 @@ impl Photo {
     /// If the size is larger than that of the photo, or 0.
     pub fn reduced(&self, size: [u32; 2]) -> Self {
         let mask = self.mask.as_ref().map(|mask| mask.reduced(size));
-        Self::new(self.image.reduced(size), mask)
+        Self { depth: self.depth.clone(), ..Self::new(self.image.reduced(size), mask) }
     }
 }
 
@@ -147,7 +204,12 @@ impl Mask {
 
 /// Means over areas of `to` pixels that cover the `from` pixels evenly: first along rows, then across them. A pixel that lies in
 /// two areas counts in both, by its parts.
-fn means(from: [u32; 2], to: [u32; 2], channels: usize, value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+pub(crate) fn means(
+    from: [u32; 2],
+    to: [u32; 2],
+    channels: usize,
+    value: impl Fn(usize, usize) -> f32,
+) -> Vec<f32> {
     let ([width, height], [across, down]) = (from.map(|n| n as usize), to.map(|n| n as usize));
     assert!(across > 0 && down > 0 && across <= width && down <= height, "{from:?} to {to:?}");
     let (columns, rows) = (shares(width, across), shares(height, down));
@@ -206,6 +268,22 @@ mod tests {
         assert_eq!(Reduction::Longest(1600).size([4000, 3000]), [1600, 1200]);
         assert_eq!(Reduction::Longest(1600).size([800, 1000]), [800, 1000], "nothing grows");
         assert_eq!(Reduction::Divide(8).size([5, 3]), [1, 1]);
+    }
+
+    #[test]
+    fn photographs_are_read_whole_unless_one_or_all_are_too_large() {
+        let megapixels = |[w, h]: [u32; 2]| f64::from(w) * f64::from(h) / f64::from(1 << 20);
+        assert_eq!(fitting(&[[4000, 4000]; 100]), None);
+        assert_eq!(fitting(&[]), None);
+        let alone = fitting(&[[11656, 8742]; 12]).unwrap();
+        assert!(
+            (15.5..=16.0).contains(&megapixels(Reduction::Longest(alone).size([11656, 8742]))),
+            "{alone}"
+        );
+        let together = fitting(&[[4000, 3000]; 1000]).unwrap();
+        let each = megapixels(Reduction::Longest(together).size([3000, 4000]));
+        assert!((1950.0..=2048.0).contains(&(1000.0 * each)), "{together}");
+        assert_eq!(fitting(&[[100, 80]; 1_000_000]), Some(LEAST_LONGEST), "no smaller than can be asked for");
     }
 
     #[test]

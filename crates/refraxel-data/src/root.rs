@@ -1,17 +1,34 @@
 //! The folder of a dataset, and the files that its descriptions may name in it.
 
-use crate::DataError;
+use crate::folder::Listing;
+use crate::naming::{self, Difference};
+use crate::{DataError, extensions};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Extensions that are tried, in this order, for image names without an extension.
-const EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "PNG", "JPG", "JPEG", "exr"];
+/// Folders of photographs, where a description states none or one of another machine.
+const OF_PHOTOGRAPHS: [&str; 8] = ["images", "image", "imgs", "rgb", "input", "frames", "photos", "color"];
 
 /// A dataset's folder. Paths stated in files are resolved against it and may not leave it.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Root {
     folder: PathBuf,
     canonical: PathBuf,
     allow_outside: bool,
+    /// What lies in its folders, each read once.
+    listings: Mutex<HashMap<PathBuf, Arc<Listing>>>,
+    renamed: Mutex<Vec<Renamed>>,
+    /// The first photograph that lies outside and is not allowed to.
+    outside: Mutex<Option<DataError>>,
+}
+
+/// A file that was found under another name than the stated one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Renamed {
+    pub stated: String,
+    pub found: PathBuf,
+    pub difference: Difference,
 }
 
 /// Where a path was stated, for messages.
@@ -23,13 +40,22 @@ pub(crate) struct Statement<'a> {
     pub key: &'a str,
 }
 
+/// A stated path, in parts.
+struct Stated<'a> {
+    /// Between slashes, without `.` and `..`.
+    parts: Vec<&'a str>,
+    /// It is absolute, or climbs above its folder.
+    leaves: bool,
+}
+
 impl Root {
     /// The dataset folder `folder`; `allow_outside` lifts the containment.
     pub fn new(folder: &Path, allow_outside: bool) -> Result<Self, DataError> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let canonical =
             folder.canonicalize().map_err(|source| DataError::Read { path: folder.to_owned(), source })?;
-        Ok(Self { folder: folder.to_owned(), canonical, allow_outside })
+        let (listings, renamed, outside) = Default::default();
+        Ok(Self { folder: folder.to_owned(), canonical, allow_outside, listings, renamed, outside })
     }
 
     /// The folder as the user gave it.
@@ -37,32 +63,103 @@ impl Root {
         &self.folder
     }
 
-    /// The existing file that `stated` names, `None` when there is none; an image extension may be missing.
-    /// Backslashes separate folders too, as datasets written on Windows have them.
+    /// The existing file that `stated` names, `None` when there is none. Backslashes separate folders too, as datasets written
+    /// on Windows have them.
+    ///
+    /// Where no file has the very name, the one is taken that is meant beyond doubt: spelled otherwise, with another extension
+    /// of a picture, or below the dataset where the path is one of another machine. [`Root::renamed`] tells.
     pub fn find(&self, stated: &str, by: Statement<'_>) -> Result<Option<PathBuf>, DataError> {
-        self.find_below("", stated, by)
+        // A mask that is stated with its folder is none of another folder.
+        let fewest = if naming::is_image(stated) { 2 } else { 1 };
+        self.search(&self.folder, Vec::new, fewest, stated, by)
     }
 
-    /// The same for a name that is stated relative to a folder of the dataset.
+    /// The same for a photograph, whose folder may be another than is stated. One that leads outside is none, and
+    /// [`Root::refuse_outside`] decides.
+    pub fn find_photograph(&self, stated: &str, by: Statement<'_>) -> Result<Option<PathBuf>, DataError> {
+        let usual = || {
+            let top = self.listing(&self.folder);
+            let names = OF_PHOTOGRAPHS.into_iter().filter_map(|name| top.entry(name));
+            names.map(|name| self.folder.join(name)).collect()
+        };
+        self.inside(self.search(&self.folder, usual, 1, stated, by))
+    }
+
+    /// The same for a photograph whose path is stated relative to a folder of the dataset.
     pub fn find_below(
         &self,
         folder: &str,
         stated: &str,
         by: Statement<'_>,
     ) -> Result<Option<PathBuf>, DataError> {
-        let relative = self.relative(stated, by)?;
-        let base = if matches!(folder, "" | ".") { self.folder.clone() } else { self.folder.join(folder) };
-        let exact = base.join(&relative);
-        let candidates = std::iter::once(exact.clone()).chain(EXTENSIONS.iter().map(|extension| {
-            let mut name = exact.clone().into_os_string();
-            name.push(format!(".{extension}"));
-            PathBuf::from(name)
-        }));
-        let found = candidates.into_iter().find(|path| path.is_file());
+        self.inside(self.search(&self.below(folder), Vec::new, 1, stated, by))
+    }
+
+    /// The error of the first photograph that leads outside, unless others with paths of another machine were found: then it
+    /// is missing as any other may be.
+    pub fn refuse_outside(&self) -> Result<(), DataError> {
+        let leads_outside = |r: &Renamed| Stated::of(&r.stated.replace('\\', "/")).leaves;
+        let are_moved = locked(&self.renamed).iter().any(leads_outside);
+        locked(&self.outside).take().filter(|_| !are_moved).map_or(Ok(()), Err)
+    }
+
+    /// Nothing, and a note for later, where it is outside.
+    fn inside(&self, found: Result<Option<PathBuf>, DataError>) -> Result<Option<PathBuf>, DataError> {
         match found {
-            Some(path) if !self.contains(&path) => Err(outside(stated, by)),
-            found => Ok(found),
+            Err(error @ DataError::OutsideRoot { .. }) => {
+                locked(&self.outside).get_or_insert(error);
+                Ok(None)
+            }
+            found => found,
         }
+    }
+
+    /// Whether that finds a file, without a trace in [`Root::renamed`].
+    pub fn has_below(&self, folder: &str, stated: &str) -> bool {
+        let base = self.below(folder);
+        let slashed = stated.replace('\\', "/");
+        let parts = Stated::of(&slashed).parts;
+        completed(&base.join(parts.join("/"))).is_some() || self.meant(&[base], 1, &parts).is_some()
+    }
+
+    /// What was found under other names than the stated ones, in the order in which it was asked for.
+    pub fn renamed(&self) -> Vec<Renamed> {
+        locked(&self.renamed).clone()
+    }
+
+    /// What lies where a photograph was stated, for messages.
+    pub fn lies_there(&self, stated: &str) -> String {
+        const SHOWN: usize = 3;
+        let slashed = stated.replace('\\', "/");
+        let path = Stated::of(&slashed);
+        let mut at = self.folder.clone();
+        for part in &path.parts[..path.parts.len().saturating_sub(1)] {
+            at = match self.listing(&at).folder(part) {
+                Some(folder) => at.join(folder),
+                None => break,
+            };
+        }
+        let usual = OF_PHOTOGRAPHS.into_iter().map(|name| self.below(name));
+        let holds = |folder: PathBuf| {
+            let listing = self.listing(&folder);
+            let names: Vec<&str> = listing.images().collect();
+            let more = names.len().saturating_sub(SHOWN);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let first = names.get(..SHOWN.min(names.len()))?.join(", ");
+            (!names.is_empty()).then(|| format!("{} holds {first}{more}", folder.display()))
+        };
+        let mut places = std::iter::once(at).chain(usual);
+        places.find_map(holds).unwrap_or_else(|| format!("there are no images in {}", self.folder.display()))
+    }
+
+    /// What lies in a folder.
+    pub fn listing(&self, folder: &Path) -> Arc<Listing> {
+        if let Some(known) = locked(&self.listings).get(folder) {
+            return known.clone();
+        }
+        let listing = Arc::new(Listing::of(folder));
+        locked(&self.listings).insert(folder.to_owned(), listing.clone());
+        listing
     }
 
     /// True for an existing file whose real place, symbolic links followed, is inside the folder.
@@ -70,31 +167,139 @@ impl Root {
         self.allow_outside || path.canonicalize().is_ok_and(|real| real.starts_with(&self.canonical))
     }
 
-    /// `stated` without `.` and `..`; an error where it is empty, absolute or climbs above the folder.
-    fn relative(&self, stated: &str, by: Statement<'_>) -> Result<PathBuf, DataError> {
-        let expected = "a file path relative to the dataset folder";
+    fn below(&self, folder: &str) -> PathBuf {
+        if matches!(folder, "" | ".") { self.folder.clone() } else { self.folder.join(folder) }
+    }
+
+    /// The file that is stated relative to a folder, or else the one that is meant by at least so many of the last parts of the
+    /// path, there or in one of other folders.
+    fn search(
+        &self,
+        base: &Path,
+        others: impl Fn() -> Vec<PathBuf>,
+        fewest: usize,
+        stated: &str,
+        by: Statement<'_>,
+    ) -> Result<Option<PathBuf>, DataError> {
         if stated.is_empty() || stated.contains('\0') {
             let (path, key) = (by.path.to_owned(), by.key.to_owned());
+            let expected = "a file path relative to the dataset folder";
             return Err(DataError::Value { path, key, found: format!("{stated:?}"), expected });
         }
         let slashed = stated.replace('\\', "/");
-        let drive = slashed.as_bytes().get(1) == Some(&b':') && slashed.as_bytes()[0].is_ascii_alphabetic();
-        if self.allow_outside {
-            return Ok(PathBuf::from(slashed));
+        let path = Stated::of(&slashed);
+        let as_stated = match self.own(&slashed) {
+            _ if self.allow_outside => completed(&base.join(&slashed)),
+            Some(own) => completed(&self.folder.join(own)),
+            None if path.leaves => None,
+            None => completed(&base.join(path.parts.join("/"))),
+        };
+        let found = as_stated
+            .or_else(|| self.meant(&[vec![base.to_owned()], others()].concat(), fewest, &path.parts));
+        match found {
+            Some(found) if !self.contains(&found) => Err(outside(stated, by)),
+            None if path.leaves && !self.allow_outside && self.own(&slashed).is_none() => {
+                Err(outside(stated, by))
+            }
+            Some(found) => {
+                self.note(&path, base, &found, stated);
+                Ok(Some(found))
+            }
+            None => Ok(None),
         }
+    }
+
+    /// What an absolute path into the dataset names in it.
+    fn own<'a>(&self, slashed: &'a str) -> Option<&'a Path> {
+        let path = Path::new(slashed);
+        path.strip_prefix(&self.canonical).ok().filter(|inside| !inside.as_os_str().is_empty())
+    }
+
+    /// The file that is meant by a path of which none exists: the longest end of the path that leads to one in one base.
+    fn meant(&self, bases: &[PathBuf], fewest: usize, parts: &[&str]) -> Option<PathBuf> {
+        let last = (parts.len() + 1).saturating_sub(fewest.min(parts.len()));
+        for skipped in 0..last {
+            let paths = bases.iter().map(|base| self.spelled(base, &parts[skipped..])).enumerate();
+            let mut found = paths.filter_map(|(base, path)| Some((base, path?)));
+            match (found.next(), found.next()) {
+                (Some((0, path)), _) | (Some((_, path)), None) => return Some(path),
+                (Some(_), Some(_)) => return None,
+                (None, _) => {}
+            }
+        }
+        None
+    }
+
+    /// The file at this path below a folder, in whatever spelling.
+    fn spelled(&self, base: &Path, parts: &[&str]) -> Option<PathBuf> {
+        let (name, folders) = parts.split_last()?;
+        let mut at = base.to_owned();
+        for folder in folders {
+            at = at.join(self.listing(&at).folder(folder)?);
+        }
+        let path = at.join(self.listing(&at).file(name)?);
+        path.is_file().then_some(path)
+    }
+
+    /// Keeps in mind that a file has another name than the stated one.
+    fn note(&self, path: &Stated<'_>, base: &Path, found: &Path, stated: &str) {
+        if self.own(&stated.replace('\\', "/")).is_some() {
+            return;
+        }
+        let inside = found.strip_prefix(base).or_else(|_| found.strip_prefix(&self.folder));
+        let Some(inside) = inside.ok().and_then(Path::to_str).map(|p| p.replace('\\', "/")) else { return };
+        let found_parts: Vec<&str> = inside.split('/').collect();
+        if let Some(difference) = differ(&path.parts, &found_parts) {
+            let renamed = Renamed { stated: stated.to_owned(), found: found.to_owned(), difference };
+            locked(&self.renamed).push(renamed);
+        }
+    }
+}
+
+impl<'a> Stated<'a> {
+    /// A path with slashes between its parts.
+    fn of(slashed: &'a str) -> Self {
+        let drive = slashed.as_bytes().get(1) == Some(&b':') && slashed.as_bytes()[0].is_ascii_alphabetic();
+        let mut leaves = slashed.starts_with('/') || drive;
         let mut parts: Vec<&str> = Vec::new();
-        for part in slashed.split('/') {
+        for part in slashed[if drive { 2 } else { 0 }..].split('/') {
             match part {
                 "" | "." => {}
-                ".." => drop(parts.pop().ok_or_else(|| outside(stated, by))?),
+                ".." => leaves |= parts.pop().is_none(),
                 part => parts.push(part),
             }
         }
-        if slashed.starts_with('/') || drive {
-            return Err(outside(stated, by));
-        }
-        Ok(parts.iter().collect())
+        Self { parts, leaves }
     }
+}
+
+/// In what two paths differ; the name counts before the folders.
+fn differ(stated: &[&str], found: &[&str]) -> Option<Difference> {
+    let ((stated_name, stated_folders), (name, folders)) = (stated.split_last()?, found.split_last()?);
+    let in_name = naming::difference(stated_name, name);
+    let is_same_path = stated_folders.len() == folders.len();
+    let pairs = || stated_folders.iter().zip(folders);
+    in_name.or_else(|| match pairs().find_map(|(a, b)| naming::difference(a, b)) {
+        _ if !is_same_path => Some(Difference::Folder),
+        Some(Difference::Extension) => Some(Difference::Folder),
+        other => other,
+    })
+}
+
+/// The file itself, or the first that has an extension more.
+fn completed(exact: &Path) -> Option<PathBuf> {
+    let extensions = extensions::READ.iter().flat_map(|e| [(*e).to_owned(), e.to_ascii_uppercase()]);
+    let with = extensions.map(|extension| {
+        let mut name = exact.to_owned().into_os_string();
+        name.push(format!(".{extension}"));
+        PathBuf::from(name)
+    });
+    std::iter::once(exact.to_owned()).chain(with).find(|path| path.is_file())
+}
+
+/// What a lock guards. It is whole, whatever stopped another thread: each change is a single call.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn outside(stated: &str, by: Statement<'_>) -> DataError {
@@ -102,22 +307,12 @@ fn outside(stated: &str, by: Statement<'_>) -> DataError {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
+    use crate::folder::tests::folder_with;
 
     fn by() -> Statement<'static> {
         Statement { path: Path::new("transforms.json"), key: "frames[0].file_path" }
-    }
-
-    /// A folder that holds these files.
-    pub(crate) fn folder_with(files: &[&str]) -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        for file in files {
-            let path = folder.path().join(file);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, b"x").unwrap();
-        }
-        folder
     }
 
     #[test]

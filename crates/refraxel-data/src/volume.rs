@@ -1,6 +1,7 @@
 //! Volumes of the refractive index: the `index.npz` of synthetic scenes, and `.npy` arrays of other tools.
 
 use crate::formats::{npy, npz};
+use crate::origin::Placed;
 use crate::{DataError, INDICES, limits};
 use refraxel_core::{Aabb, Vec3};
 use std::path::Path;
@@ -114,6 +115,12 @@ impl IndexVolume {
             f64::from(self.values[(i[0] * self.cells[1] + i[1]) * self.cells[2] + i[2]])
         };
         weights.iter().enumerate().map(|(k, w)| w * at(k)).sum()
+    }
+}
+
+impl Placed for IndexVolume {
+    fn moved(self, by: Vec3<f64>) -> Self {
+        Self { bounds: self.bounds.moved(by), ..self }
     }
 }
 

@@ -6,8 +6,8 @@ use fixture::*;
 use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
 use refraxel_core::{Camera, vec3};
 use refraxel_data::{
-    Backdrop, DataError, Dataset, Format, Photo, PhotoSource, Pixels, Reduction, Split, View, load_mask_of,
-    load_photo,
+    AlphaUse, Backdrop, DataError, Dataset, Format, LocalOrigin, Orientation, Photo, PhotoSource, Pixels,
+    Reduction, Split, View, load_mask_of, load_photo,
 };
 use std::path::Path;
 
@@ -94,12 +94,15 @@ fn turned_jpeg(orientation: u8) -> Vec<u8> {
 }
 
 #[test]
-fn exif_orientation_is_obeyed_unless_the_camera_has_the_stored_shape() {
+fn exif_orientation_is_obeyed_where_the_view_means_upright_pixels() {
     let folder = tempfile::tempdir().unwrap();
     write_file(folder.path(), "a.jpg", turned_jpeg(6)); // turn by 90° clockwise: the left becomes the top
     let upright = load_photo(&view(folder.path(), "a.jpg", 8, 16)).unwrap().image;
     assert!(upright.rgba(3 * 8 + 4)[0] < 0.1 && upright.rgba(13 * 8 + 4)[0] > 0.9);
-    let stored = load_photo(&view(folder.path(), "a.jpg", 16, 8)).unwrap().image;
+    let mut as_stored = view(folder.path(), "a.jpg", 16, 8);
+    let PhotoSource::Files { orientation, .. } = &mut as_stored.source else { panic!("it is a file") };
+    *orientation = Orientation::Stored;
+    let stored = load_photo(&as_stored).unwrap().image;
     assert!(stored.rgba(4 * 16 + 2)[0] < 0.1 && stored.rgba(4 * 16 + 13)[0] > 0.9);
     let message = load_photo(&view(folder.path(), "a.jpg", 9, 9)).unwrap_err().to_string();
     assert!(message.contains("the image is 8x16, but its camera was read for 9x9"), "{message}");
@@ -112,7 +115,13 @@ fn a_mask_of_another_size_names_both_sizes() {
     write_image(folder.path(), "m.png", 5, 3);
     let mut with_mask = view(folder.path(), "a.png", 4, 3);
     let (image, mask) = (folder.path().join("a.png"), Some(folder.path().join("m.png")));
-    with_mask.source = PhotoSource::Files { image, mask, stored: None };
+    with_mask.source = PhotoSource::Files {
+        image,
+        mask,
+        stored: None,
+        orientation: Orientation::Upright,
+        alpha: AlphaUse::Kept,
+    };
     let message = load_photo(&with_mask).unwrap_err().to_string();
     assert!(message.contains("the mask is 5x3") && message.contains("is 4x3"), "{message}");
 }
@@ -157,7 +166,13 @@ fn views_that_are_reduced_show_means_of_their_files_and_masks() {
     mask.save(folder.path().join("m.png")).unwrap();
     let mut whole = view(folder.path(), "a.png", 6, 4);
     let (image, mask) = (folder.path().join("a.png"), Some(folder.path().join("m.png")));
-    whole.source = PhotoSource::Files { image, mask, stored: None };
+    whole.source = PhotoSource::Files {
+        image,
+        mask,
+        stored: None,
+        orientation: Orientation::Upright,
+        alpha: AlphaUse::Kept,
+    };
     let photo = load_photo(&whole).unwrap();
     let in_memory = View { source: PhotoSource::Memory(photo), ..whole.clone() };
     for from in [whole.clone(), in_memory] {
@@ -184,6 +199,7 @@ fn dataset(views: Vec<View>) -> Dataset {
     Dataset {
         root: None,
         format: Format::Memory,
+        origin: LocalOrigin::default(),
         views,
         split,
         backdrop: Backdrop::Surroundings,

@@ -76,7 +76,10 @@ impl GpuBackend {
 
     /// Whether the backend has everything that a run may come to need: what its options switch on, and, for a run that goes on,
     /// what it holds and has decided.
-    pub fn supports_run(options: &Options, saved: Option<&Run>) -> Result<(), Unsupported> {
+    pub fn supports_run(options: &Options, saved: Option<&Run>, has_depth: bool) -> Result<(), Unsupported> {
+        if has_depth && options.field.depth > 0.0 {
+            return Err(Unsupported::Depth);
+        }
         if let Some(run) = saved {
             Self::supports(&run.model)?;
         }

@@ -118,6 +118,8 @@ impl GpuError {
 pub enum Unsupported {
     /// Steps through the index by another rule than leapfrog.
     Integrator,
+    /// Depth maps beside photographs.
+    Depth,
 }
 
 impl Unsupported {
@@ -125,6 +127,9 @@ impl Unsupported {
     pub fn what(self) -> &'static str {
         match self {
             Self::Integrator => "the GPU backend traces rays by leapfrog only",
+            Self::Depth => {
+                "the GPU backend does not learn from depth maps (--set field.depth=0 leaves them out)"
+            }
         }
     }
 
@@ -132,6 +137,7 @@ impl Unsupported {
     fn without(self) -> &'static str {
         match self {
             Self::Integrator => "that rule",
+            Self::Depth => "them",
         }
     }
 }

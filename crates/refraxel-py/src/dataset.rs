@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use refraxel::verbs::dataset::source_of;
 use refraxel_core::Vec3;
 use refraxel_data::{
-    Backdrop, Crop, Image, Mask, MaskMeaning, OpenOptions, Photo, Pixels, PosedPhoto, Split, load_photo,
-    scene_region,
+    Backdrop, Crop, Image, Mask, MaskMeaning, OpenOptions, Orientation, Photo, Pixels, PosedPhoto, Reduction,
+    Split, load_photo, scene_region,
 };
 use refraxel_train::run::Source;
 use std::path::PathBuf;
@@ -48,18 +48,26 @@ pub fn meaning(name: &str) -> PyResult<MaskMeaning> {
     }
 }
 
+/// Which pixels of images with an orientation tag are posed.
+fn posed_pixels(name: &str) -> PyResult<Orientation> {
+    match name {
+        "stored" => Ok(Orientation::Stored),
+        "upright" => Ok(Orientation::Upright),
+        _ => Err(refused(format!("orientation is {name:?}; expected stored or upright"))),
+    }
+}
+
 /// What lies behind: a word or a colour.
 fn backdrop(value: &Bound<'_, PyAny>) -> PyResult<Backdrop> {
     if let Ok(colour) = value.extract::<[f32; 3]>() {
         return Ok(Backdrop::Color(colour));
     }
-    match value.extract::<String>().as_deref() {
-        Ok("surroundings") => Ok(Backdrop::Surroundings),
-        Ok("transparent") => Ok(Backdrop::Transparent),
-        _ => Err(refused(format!(
-            "backdrop is {value}; expected \"surroundings\", \"transparent\" or three numbers from 0 to 1"
-        ))),
-    }
+    let named = value.extract::<String>().ok().and_then(|text| text.parse().ok());
+    named.ok_or_else(|| {
+        refused(format!(
+            "backdrop is {value}; expected \"surroundings\", \"transparent\", \"#rrggbb\" or three numbers from 0 to 1"
+        ))
+    })
 }
 
 /// An image of an array (height, width, 3 or 4), of uint8 or float32.
@@ -128,10 +136,16 @@ impl Dataset {
     /// Opens a dataset of any supported format; pixels are read when they are needed.
     ///
     /// holdout: hold out every n-th view where the data state no split (8 if absent, 0 for none). mask_meaning: what the white of all masks
-    /// means, whatever the files say. allow_outside: the data may name files outside of their folder. crop: pixels cut off each photograph
-    /// and mask (left, top, right, bottom). up: which way is up, where the cameras do not say it.
+    /// means, whatever the files say. backdrop: what lies behind everything ("surroundings", "transparent", "#rrggbb" or three numbers
+    /// from 0 to 1), and alpha: what alpha channels mean ("backdrop", "mask" or "ignore"), whatever the photographs show. allow_outside:
+    /// the data may name files outside of their folder. crop: pixels cut off each photograph and mask (left, top, right, bottom).
+    /// orientation: which pixels of images with an orientation tag (EXIF) the poses belong to, "stored" or "upright", whatever the files
+    /// say. up: which way is up, where the cameras do not say it. downscale: by which edges are divided (1 to 32), or the longer edge in
+    /// pixels (64 or more); without it, images that are too large are reduced.
     #[staticmethod]
-    #[pyo3(signature = (path, *, holdout = None, mask_meaning = None, allow_outside = false, crop = None, up = None))]
+    #[pyo3(signature = (path, *, holdout = None, mask_meaning = None, allow_outside = false, crop = None, orientation = None,
+        up = None, downscale = None, backdrop = None, alpha = None))]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -139,7 +153,11 @@ impl Dataset {
         mask_meaning: Option<&str>,
         allow_outside: bool,
         crop: Option<[u32; 4]>,
+        orientation: Option<&str>,
         up: Option<[f64; 3]>,
+        downscale: Option<u32>,
+        backdrop: Option<Bound<'_, PyAny>>,
+        alpha: Option<&str>,
     ) -> PyResult<Self> {
         let mask_meaning = mask_meaning.map(meaning).transpose()?;
         let crop =
@@ -148,9 +166,32 @@ impl Dataset {
         if up.is_some_and(|up| !(1e-6..1e6).contains(&up.length())) {
             return Err(refused("up has no direction; expected three numbers that are not all 0".to_owned()));
         }
-        let options = OpenOptions { holdout, allow_outside, mask_meaning, crop, up, backdrop: None };
-        let data = py.detach(|| refraxel_data::Dataset::open(&path, &options)).map_err(of_data)?;
-        Ok(Self { source: source_of(&path, &options, &data), data })
+        let backdrop = backdrop.map(|b| self::backdrop(&b)).transpose()?;
+        let expected = |_| refused(format!("alpha is {alpha:?}; expected one of backdrop, mask, ignore"));
+        let alpha = alpha.map(|alpha| alpha.parse().map_err(expected)).transpose()?;
+        let orientation = orientation.map(posed_pixels).transpose()?;
+        let options = OpenOptions {
+            holdout,
+            allow_outside,
+            backdrop,
+            alpha,
+            mask_meaning,
+            orientation,
+            crop,
+            up,
+            ..OpenOptions::default()
+        };
+        let mut data = py.detach(|| refraxel_data::Dataset::open(&path, &options)).map_err(of_data)?;
+        let reduction = match downscale.map(Reduction::try_from).transpose() {
+            Ok(Some(reduction)) => {
+                data.reduce(&(0..data.views.len()).collect::<Vec<_>>(), reduction);
+                Some(reduction)
+            }
+            Ok(None) => data.fit(),
+            Err(none) => return Err(refused(format!("downscale: {none}"))),
+        };
+        let source = Source { downscale: reduction.map(u32::from), ..source_of(&path, &options, &data) };
+        Ok(Self { source, data })
     }
 
     /// A dataset of images in memory, one (height, width, 3 or 4) array and one camera per view, at least 3.
@@ -213,7 +254,7 @@ impl Dataset {
     /// Cameras of all views.
     #[getter]
     fn cameras(&self) -> Vec<Camera> {
-        self.data.views.iter().map(|v| Camera(v.camera)).collect()
+        self.data.views.iter().map(|v| Camera(self.data.origin.to_world(v.camera))).collect()
     }
 
     /// Numbers of the training views.
@@ -243,8 +284,14 @@ impl Dataset {
     /// The box that training would choose, lower and upper corner, (2, 3) [scene unit].
     #[getter]
     fn bounds(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let bounds = scene_region(&self.data).bounds;
+        let bounds = self.data.origin.to_world(scene_region(&self.data).bounds);
         shaped(py, [bounds.min.to_array(), bounds.max.to_array()].concat(), &[2, 3])
+    }
+
+    /// The point of the data's coordinates that computation begins at, (3,) [scene unit]: 0, unless the scene is far from there.
+    #[getter]
+    fn origin(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        shaped(py, self.data.origin.place().to_array().to_vec(), &[3])
     }
 
     /// The pixels of a view, (height, width, 3 or 4), as stored: uint8, or float32.

@@ -50,9 +50,9 @@ impl Run {
     /// What a camera sees, as `refraxel render` draws it: with several rays per pixel where paths turn.
     fn render(&self, py: Python<'_>, camera: Camera) -> PyResult<Rendering> {
         let (cancel, marching) = (Cancel::new(), self.marching());
-        let backend = &self.loaded.backend;
+        let (backend, camera) = (&self.loaded.backend, self.loaded.plan.origin.to_local(camera.0));
         let seen =
-            with_events(py, &cancel, None, |_| evaluation::render(backend, &camera.0, &marching, &cancel))?;
+            with_events(py, &cancel, None, |_| evaluation::render(backend, &camera, &marching, &cancel))?;
         Rendering::new(py, seen.map_err(|_| cancelled())?)
     }
 
@@ -68,20 +68,22 @@ impl Run {
         on_event: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (part, cancel, marching, run) = (self::part(part)?, Cancel::new(), self.marching(), &self.loaded);
-        let reopened = if data.is_none() { Some(py.detach(|| reopen(run)).map_err(raised)?) } else { None };
-        let data =
-            data.map(|d| &d.data).or(reopened.as_ref()).unwrap_or_else(|| unreachable!("given or opened"));
+        let data = match data {
+            Some(given) => given.data.clone().with_origin(run.plan.origin),
+            None => py.detach(|| reopen(run)).map_err(raised)?,
+        };
         let found = with_events(py, &cancel, on_event, |observer| {
             let mut watch = Observer::new(&cancel, observer);
             let mut each = |_: &View, _: &_, _: &ImageScore| Ok::<(), EvaluateError>(());
-            evaluation::evaluate(run.learned(&marching), data, part, &mut watch, &mut each)
+            evaluation::evaluate(run.learned(&marching), &data, part, &mut watch, &mut each)
         })?;
         scores(py, &found.map_err(|e| raised(e.into()))?)
     }
 
-    /// Writes the refractive surfaces as closed meshes: in world coordinates to a name that ends in .ply; with opaque things as at most
-    /// `points` points, and cameras, where the run's dataset can be opened, to one in .glb. detail: cells per voxel.
-    #[pyo3(signature = (path, *, detail = 1, points = 200_000))]
+    /// Writes everything solid as closed meshes, opaque things with their colours, in world coordinates: to a name that ends in .ply or
+    /// .obj; with cameras, and at most `points` points of opaque things besides, where the run's dataset can be opened, to one in .glb.
+    /// detail: cells per voxel.
+    #[pyo3(signature = (path, *, detail = 1, points = 0))]
     fn export(&self, py: Python<'_>, path: PathBuf, detail: u32, points: usize) -> PyResult<()> {
         if detail == 0 {
             return Err(refused("detail is 0; expected cells per voxel, from 1 on"));
@@ -89,10 +91,11 @@ impl Run {
         let run = &self.loaded;
         let written = match path.extension().and_then(|e| e.to_str()) {
             Some("ply") => py.detach(|| export::write_ply(run, "the run", detail, &path)),
+            Some("obj") => py.detach(|| export::write_obj(run, "the run", detail, &path)),
             Some("glb") => py.detach(|| export::write_gltf(run, "the run", detail, points, &path)),
             _ => {
                 let found = path.display();
-                return Err(refused(format!("{found}: expected a name that ends in .ply or .glb")));
+                return Err(refused(format!("{found}: expected a name that ends in .ply, .obj or .glb")));
             }
         };
         written.map(|_| ()).map_err(raised)
@@ -109,10 +112,12 @@ impl Run {
             )));
         }
         let found = py.detach(|| regions.iter().map(|r| Surface::of(r, detail)).collect::<Vec<_>>());
+        let origin = self.loaded.plan.origin;
         let entry = |surface: Surface| {
             let (entry, mesh) = (PyDict::new(py), surface.mesh);
             let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
-            entry.set_item("vertices", of_vectors(py, mesh.vertices, &[vertices])?)?;
+            let places: Vec<_> = mesh.vertices.into_iter().map(|x| origin.to_world(x)).collect();
+            entry.set_item("vertices", of_vectors(py, places, &[vertices])?)?;
             entry.set_item("normals", of_vectors(py, mesh.normals, &[vertices])?)?;
             entry.set_item("triangles", shaped(py, mesh.triangles.into_flattened(), &[triangles, 3])?)?;
             entry.set_item("index", surface.index)?;
@@ -122,13 +127,14 @@ impl Run {
         found.into_iter().flatten().map(entry).collect()
     }
 
-    /// The parameters of the run as a differentiable Model, a copy. Rays are marched as the run renders, with its cut-offs.
+    /// The parameters of the run as a differentiable Model, a copy. Rays are marched as the run renders, with its cut-offs. Its
+    /// coordinates, and those of its rays, are relative to `origin`.
     fn model(&self, py: Python<'_>) -> Model {
         let marching = self.marching();
         py.detach(|| Model::of(self.loaded.backend.snapshot().model.into_owned(), marching))
     }
 
-    /// What bends the rays of the run, in double precision, a copy.
+    /// What bends the rays of the run, in double precision, a copy. Its coordinates are relative to `origin`.
     fn medium(&self) -> Medium {
         Medium::of(self.loaded.backend.medium().medium.cast())
     }
@@ -143,6 +149,12 @@ impl Run {
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Session> {
         Session::resumed(py, self.stored(), data, options, on_event)
+    }
+
+    /// The point of the data's coordinates that computation begins at, (3,) [scene unit]: 0, unless the scene is far from there.
+    #[getter]
+    fn origin(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        shaped(py, self.loaded.plan.origin.place().to_array().to_vec(), &[3])
     }
 
     /// Steps done.

@@ -220,7 +220,8 @@ impl Session {
 
     /// What a camera sees.
     fn render(&self, py: Python<'_>, camera: Camera) -> PyResult<Rendering> {
-        let seen = self.with_events(py, None, |inner, _| inner.render(&camera.0))?;
+        let local = |inner: &Inner| inner.data().origin.to_local(camera.0);
+        let seen = self.with_events(py, None, |inner, _| inner.render(&local(inner)))?;
         Rendering::new(py, seen.map_err(|_| cancelled())?)
     }
 

@@ -154,10 +154,11 @@ def test_wrong_options_are_refused_with_the_right_name(data: refraxel.Dataset) -
     assert "run.steps" in [option["name"] for option in refraxel.options()]
 
 
-def test_straight_runs_have_no_surface_to_export(run: Run, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no surface to export"):
-        run.export(tmp_path / "glass.ply")
-    with pytest.raises(InputError, match=".ply or .glb"):
+def test_straight_runs_have_opaque_things_alone(run: Run, tmp_path: Path) -> None:
+    for name in ["scene.ply", "scene.obj", "scene.glb"]:
+        run.export(tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 1000
+    with pytest.raises(InputError, match=".ply, .obj or .glb"):
         run.export(tmp_path / "glass.stl")
     assert run.surfaces() == [] and run.indices == []
 

@@ -95,8 +95,8 @@ pub enum Event {
     RegionFound {
         /// Number of the region, from 0.
         region: usize,
-        /// Middle of its box [scene unit].
-        center: [f32; 3],
+        /// Middle of its box in the user's world [scene unit].
+        center: [f64; 3],
         /// Edges of its box [scene unit].
         extent: [f32; 3],
         /// Nodes of its grid per axis.

@@ -175,13 +175,14 @@ mod tests {
     use crate::plan::TYPICAL_OCCUPANCY;
     use crate::silhouettes::MAP_BYTES;
     use refraxel_core::{Aabb, Camera, Extent, Vec3, vec3};
-    use refraxel_data::{Format, PhotoSource, Split};
+    use refraxel_data::{AlphaUse, Format, LocalOrigin, Orientation, PhotoSource, Split};
 
     fn dataset(views: Vec<View>) -> Dataset {
         let split = Split { train: (0..views.len()).collect(), ..Split::default() };
         Dataset {
             root: None,
             format: Format::Memory,
+            origin: LocalOrigin::default(),
             views,
             split,
             backdrop: Backdrop::Transparent,
@@ -197,7 +198,13 @@ mod tests {
     /// A view of this size with a mask of what is refractive.
     fn masked(size: [u32; 2]) -> View {
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.7, size);
-        let source = PhotoSource::Files { image: "a.png".into(), mask: Some("m.png".into()), stored: None };
+        let source = PhotoSource::Files {
+            image: "a.png".into(),
+            mask: Some("m.png".into()),
+            stored: None,
+            orientation: Orientation::Upright,
+            alpha: AlphaUse::Kept,
+        };
         View { source, mask_meaning: MaskMeaning::Refractive, ..View::of_file("a.png", camera) }
     }
 

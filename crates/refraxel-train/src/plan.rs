@@ -6,7 +6,7 @@ use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Projection, Vec3, VoxelField};
-use refraxel_data::{Backdrop, Dataset, Photo, Region, View};
+use refraxel_data::{Backdrop, Dataset, LocalOrigin, Photo, Region, View};
 
 /// What does not change during a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Plan {
     pub finest: Domain<f32>,
     /// Nothing nearer to a camera than this is seen [scene unit].
     pub near: f32,
+    /// Where the coordinates begin, of the grid and of everything that is trained.
+    pub origin: LocalOrigin,
     /// What lies behind.
     pub backdrop: Backdrop,
 }
@@ -31,8 +33,8 @@ pub enum PlanError {
         bounds.min.to_array(), bounds.max.to_array(), least = EDGES[0], most = EDGES[1]
     )]
     Box {
-        /// The box.
-        bounds: Aabb<f32>,
+        /// The box in the user's world.
+        bounds: Aabb<f64>,
     },
     /// The limit below which nothing is seen is no distance.
     #[error("nothing is seen nearer than {found}; expected a distance from 0 to {most:e} scene units", most = EDGES[1])]
@@ -190,7 +192,7 @@ impl Plan {
         let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
         let finest = finest_domain(options, region, &views, surface);
         let near = near_limit(&views, region.bounds.center(), options.march.near);
-        Self { finest, near, backdrop: data.backdrop }
+        Self { finest, near, origin: data.origin, backdrop: data.backdrop }
     }
 
     /// Refuses a plan that no checkpoint could hold, or that no arithmetic could follow: for runs that begin and for those
@@ -201,7 +203,7 @@ impl Plan {
         let farthest = bounds.min.map(f32::abs).max(bounds.max.map(f32::abs)).max_element();
         let is_told_apart = self.finest.voxel() >= f32::EPSILON * farthest;
         if !bounds.extent().to_array().into_iter().all(is_edge) || !is_told_apart {
-            return Err(PlanError::Box { bounds });
+            return Err(PlanError::Box { bounds: self.origin.to_world(bounds.cast()) });
         }
         let is_distance = (0.0..=EDGES[1]).contains(&self.near);
         if is_distance { Ok(()) } else { Err(PlanError::Near { found: self.near }) }
@@ -263,7 +265,8 @@ mod tests {
         let plan = |low: f32, high: f32, near: f32| {
             let bounds = Aabb::new(Vec3::splat(low), Vec3::splat(high));
             let finest = Domain { bounds, extent: Extent::Bounded, resolution: [64; 3] };
-            Plan { finest, near, backdrop: Backdrop::Surroundings }.check()
+            let (origin, backdrop) = (LocalOrigin::default(), Backdrop::Surroundings);
+            Plan { finest, near, origin, backdrop }.check()
         };
         assert_eq!((plan(-1.0, 1.0, 0.1), plan(1e4, 1e4 + 2.0, 0.0)), (Ok(()), Ok(())));
         let nothing =

@@ -7,6 +7,7 @@ use refraxel_train::backend::conformance::bent::bent_model;
 use refraxel_train::backend::conformance::clearcoated::clearcoated_model;
 use refraxel_train::backend::conformance::mirrored::{nested_balls, sharp_ball};
 use refraxel_train::backend::conformance::scenes::{batch, index_objective, objective, straight_model};
+use refraxel_train::backend::conformance::straight;
 use refraxel_train::backend::conformance::{Suite, Tolerances};
 use refraxel_train::backend::{
     AbsorptionObjective, Caches, IndexObjective, Objective, ReflectionObjective, step,
@@ -16,6 +17,14 @@ use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::{Backend, CpuBackend};
 
 refraxel_train::conformance_tests!(Suite { make: CpuBackend::new, tolerances: Tolerances::SINGLE_PRECISION });
+
+#[test]
+fn measured_depth_has_the_reference_gradient() {
+    straight::measured_depth_has_the_reference_gradient(&Suite {
+        make: CpuBackend::new,
+        tolerances: Tolerances::SINGLE_PRECISION,
+    });
+}
 
 /// Learns from a model with a number of threads.
 fn learned(threads: usize, model: Model, objective: &Objective) -> (Model, Optimiser) {

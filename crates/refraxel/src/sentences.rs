@@ -1,5 +1,6 @@
 //! What happens in a run, in words.
 
+use crate::table::decimals;
 use refraxel_train::device::Device;
 use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
@@ -12,15 +13,16 @@ pub fn sentence(event: &Event) -> Option<String> {
             format!("stage {}: grid of {x} x {y} x {z} nodes, {voxels} voxels stored", stage + 1)
         }
         Event::RegionFound { region, center, extent, nodes, faces, ellipsoid, revolution } => {
-            let [[ex, ey, ez], [cx, cy, cz], n] = [*extent, *center, nodes.map(|n| n as f32)];
+            let ([ex, ey, ez], [cx, cy, cz], n) = (*extent, *center, *nodes);
             let shape = match (faces, ellipsoid) {
                 (_, Some(misfit)) => format!(", an ellipsoid to {misfit:.2} pixels"),
                 _ if *revolution => ", round about an upright axis".to_owned(),
                 (Some(n), _) => format!(", bounded by {n} flat faces"),
                 _ => String::new(),
             };
+            let d = decimals(ex.max(ey).max(ez).into(), 3);
             format!(
-                "refractive region {}: {ex:.3} x {ey:.3} x {ez:.3} around ({cx:.3}, {cy:.3}, {cz:.3}), \
+                "refractive region {}: {ex:.d$} x {ey:.d$} x {ez:.d$} around ({cx:.d$}, {cy:.d$}, {cz:.d$}), \
                  {} x {} x {} nodes{shape}",
                 region + 1,
                 n[0],

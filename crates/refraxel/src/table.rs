@@ -58,14 +58,30 @@ pub fn count(n: u64) -> String {
     groups.join(" ")
 }
 
+/// Decimals that show three digits of what is as large as `size`, in any unit of length: so many at least.
+pub fn decimals(size: f64, least: usize) -> usize {
+    let needed = 2.0 - size.abs().log10().floor();
+    if needed.is_finite() { (needed.clamp(0.0, 15.0) as usize).max(least) } else { least }
+}
+
 /// Absorption coefficients of linear red, green and blue.
 pub fn colours([r, g, b]: [f32; 3]) -> String {
-    format!("red {r:.2}, green {g:.2}, blue {b:.2} per scene unit")
+    let d = decimals(f64::from(10.0 * r.max(g).max(b)), 2);
+    format!("red {r:.d$}, green {g:.d$}, blue {b:.d$} per scene unit")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lengths_show_three_digits_in_any_unit() {
+        let shown = |x: f64| format!("{x:.0$}", decimals(x, 3));
+        let found = [2.5e-6, 0.0123, 0.5, 12.0, 3.2e6, 0.0].map(shown);
+        assert_eq!(found, ["0.00000250", "0.0123", "0.500", "12.000", "3200000.000", "0.000"]);
+        assert_eq!(colours([0.3, 0.0, 2.0]), "red 0.30, green 0.00, blue 2.00 per scene unit");
+        assert_eq!(colours([3e-5, 0.0, 2e-4]), "red 0.00003, green 0.00000, blue 0.00020 per scene unit");
+    }
 
     #[test]
     fn columns_are_as_wide_as_their_widest_cell() {

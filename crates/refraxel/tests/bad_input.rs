@@ -25,10 +25,12 @@ fn refused_photographs(count: usize, edit: impl FnOnce(&mut Value), words: &[&st
     refused_dataset(photographs(count, edit).path(), words);
 }
 
-/// Photographs of which one is replaced by `bytes`.
-fn with_image(bytes: &[u8]) -> TempDir {
+/// Photographs of which half is replaced by `bytes`.
+fn with_images(bytes: &[u8]) -> TempDir {
     let folder = photographs(4, |_| {});
-    std::fs::write(folder.path().join("r_2.png"), bytes).unwrap();
+    for name in ["r_2.png", "r_3.png"] {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
     folder
 }
 
@@ -42,9 +44,10 @@ fn missing_and_unknown_folders() {
 #[test]
 fn damaged_images() {
     let whole = std::fs::read(photographs(4, |_| {}).path().join("r_2.png")).unwrap();
-    refused_training(with_image(&whole[..whole.len() - 30]).path(), &["r_2.png", "cannot decode"]);
-    refused_dataset(with_image(b"").path(), &["r_2.png", "cannot decode"]);
-    refused_dataset(with_image(b"not an image").path(), &["r_2.png", "cannot decode"]);
+    let refused = |bytes: &[u8], word| refused_dataset(with_images(bytes).path(), &["r_2.png", word]);
+    refused(&whole[..whole.len() - 30], "cut off");
+    refused(b"", "0 bytes");
+    refused(b"not an image", "cannot decode");
 }
 
 #[test]
@@ -57,23 +60,35 @@ fn jpegs_that_lack_a_part_of_their_picture() {
     for i in 0..9 {
         write_image(&folder.path().join(jpeg(i)), 16, 16);
     }
-    // The first is held out: it would be decoded after training.
-    for i in [4, 0] {
+    let write = |i: usize, edit: &dyn Fn(&mut Vec<u8>)| {
         let file = folder.path().join(jpeg(i));
         let whole = std::fs::read(&file).unwrap();
-        std::fs::write(&file, &whole[..whole.len() - 40]).unwrap();
+        let mut damaged = whole.clone();
+        edit(&mut damaged);
+        std::fs::write(&file, damaged).unwrap();
+        whole
+    };
+    // The first is held out: it would be decoded after training.
+    for i in [4, 0] {
+        // One that ends as a whole one does is noticed when its codes are counted.
+        let whole = write(i, &|bytes| drop(bytes.drain(bytes.len() - 40..bytes.len() - 2)));
         refused_training(folder.path(), &[&jpeg(i), "breaks off after", "export the image again"]);
-        std::fs::write(&file, whole).unwrap();
+        std::fs::write(folder.path().join(jpeg(i)), whole).unwrap();
     }
+    (0..5).for_each(|i| drop(write(i, &|bytes| bytes.truncate(bytes.len() - 40))));
+    refused_dataset(folder.path(), &["5 of 9 views cannot be used", "cut off", &jpeg(0), "breaks off after"]);
 }
 
 #[test]
 fn absurd_image_sizes() {
-    let mut bytes = std::fs::read(photographs(4, |_| {}).path().join("r_2.png")).unwrap();
+    let folder = photographs(4, |_| {});
+    let file = folder.path().join("r_2.png");
+    let mut bytes = std::fs::read(&file).unwrap();
     bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]); // 65536 × 65536 in the header
     let crc = png_crc(&bytes[12..29]);
     bytes[29..33].copy_from_slice(&crc.to_be_bytes());
-    refused_dataset(with_image(&bytes).path(), &["r_2.png"]);
+    std::fs::write(file, bytes).unwrap();
+    refused_dataset(folder.path(), &["r_2.png"]);
 }
 
 /// CRC-32 of a PNG chunk.

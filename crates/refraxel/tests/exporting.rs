@@ -5,8 +5,9 @@ mod common;
 use common::*;
 use refraxel::verbs::loaded::load_run;
 use refraxel::verbs::reopen::reopen;
-use refraxel_core::{Camera, LevelSet};
-use refraxel_data::{Dataset, OpenOptions, Reduction, View};
+use refraxel_core::{Camera, LevelSet, Vec3};
+use refraxel_data::synth::Shape;
+use refraxel_data::{Dataset, OpenOptions, Reduction, View, read_mesh};
 use refraxel_train::Backend;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -161,12 +162,95 @@ fn cameras_that_learned_are_opened_again() {
     }
 }
 
+/// A run with straight rays, in which something has become opaque.
+fn straight(folder: &Path, data: &Path) -> PathBuf {
+    let run = folder.join("straight");
+    train(data, &run, &["--refraction", "off"]).done();
+    run
+}
+
 #[test]
-fn an_interrupted_or_straight_run_says_what_to_do() {
+fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = straight(folder.path(), &data);
+    let ply = export(&run, "ply", &["--json"]).done().json();
+    assert_eq!(ply["regions"].as_array().map(Vec::len), Some(0));
+    let (vertices, faces) = (ply["opaque"]["vertices"].as_u64(), ply["opaque"]["faces"].as_u64().unwrap());
+    assert!(faces > 100 && ply["notes"][0].as_str().unwrap().contains("straight"), "{ply}");
+    let obj = export(&run, "obj", &["--json"]).done().json();
+    assert_eq!(obj["opaque"], ply["opaque"]);
+    let text = std::fs::read_to_string(run.join("surface.obj")).unwrap();
+    assert_eq!(text.lines().filter(|l| l.starts_with("f ")).count() as u64, faces);
+    // Its opaque things are no glass.
+    for name in ["surface.ply", "surface.obj"] {
+        assert!(read_mesh(&run.join(name)).is_err_and(|e| e.to_string().contains("0 triangles")));
+    }
+    let glb = export(&run, "glb", &["--json"]).done().json();
+    assert_eq!((&glb["opaque"], &glb["cameras"]), (&ply["opaque"], &Value::from(8)));
+    let document = gltf::Gltf::open(run.join("scene.glb")).unwrap();
+    let mesh = document.meshes().next().unwrap();
+    let primitive = mesh.primitives().next().unwrap();
+    let colours = primitive.reader(|_| document.blob.as_deref()).read_colors(0).unwrap();
+    assert_eq!((mesh.name(), Some(colours.into_rgb_f32().count() as u64)), (Some("opaque"), vertices));
+    let points = export(&run, "points", &["--json"]).done().json();
+    let file = std::fs::read(run.join("points.ply")).unwrap();
+    let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    assert_eq!(Some((file.len() - end) as u64), points["points"].as_u64().map(|n| 15 * n));
+    let splats = export(&run, "splats", &["--json", "--points", "40"]).done().json();
+    assert_eq!(splats["splats"], 40, "{splats}");
+    let file = std::fs::read(run.join("splats.ply")).unwrap();
+    let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    assert_eq!(file.len() - end, 40 * 4 * (3 + 3 + 3 + 9 + 1 + 3 + 4));
+}
+
+#[test]
+fn without_its_photographs_a_run_leaves_its_meshes_and_gaussians_and_says_what_is_less_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = straight(folder.path(), &data);
+    std::fs::rename(&data, folder.path().join("moved")).unwrap();
+    for format in ["ply", "obj", "gltf", "splats"] {
+        let report = export(&run, format, &["--json"]).done().json();
+        assert!(report["notes"].to_string().contains("no such file"), "{report}");
+    }
+    export(&run, "points", &[]).refused(3, &["no such file"]);
+}
+
+#[test]
+fn a_run_with_glass_leaves_both_what_is_refractive_and_what_is_opaque() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let report = export(&run, "ply", &["--json"]).done().json();
+    assert!(
+        report["opaque"]["faces"].as_u64() > Some(100) && report["notes"].as_array().unwrap().is_empty(),
+        "{report}"
+    );
+    assert_eq!(report["regions"].as_array().map(Vec::len), Some(1));
+    let header = std::fs::read(run.join("surface.ply")).unwrap();
+    let header = String::from_utf8_lossy(&header[..500]).into_owned();
+    assert!(
+        header.contains("comment region 0: opaque\ncomment region 1: index of refraction 1.5\n"),
+        "{header}"
+    );
+    // The middle of the glass is in it; what is opaque is wider, and is not.
+    let middle = |mesh: &Value| -> [f64; 3] {
+        std::array::from_fn(|a| (0..2).map(|k| 0.5 * mesh["bounds"][k][a].as_f64().unwrap()).sum())
+    };
+    let low = |mesh: &Value, a: usize| mesh["bounds"][0][a].as_f64().unwrap();
+    let (glass, opaque) = (&report["regions"][0], &report["opaque"]);
+    let mesh = Shape::Mesh(read_mesh(&run.join("surface.ply")).unwrap());
+    assert!(mesh.contains(Vec3::from(middle(glass))));
+    assert!(low(opaque, 0) < low(glass, 0) && mesh.bounds().min.x > low(glass, 0) - 1e-6, "{report}");
+}
+
+#[test]
+fn an_interrupted_run_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
-    for format in ["ply", "gltf", "glb"] {
+    for format in ["ply", "obj", "gltf", "glb"] {
         export(&run, format, &[]).refused(3, &["checkpoint.safetensors", "straight", "--index-from"]);
     }
     assert!(!run.join("surface.ply").exists() && !run.join("surface.glb").exists());

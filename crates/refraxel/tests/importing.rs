@@ -355,7 +355,7 @@ fn what_cannot_be_imported_is_refused() {
     import("notes.txt", &[]).refused(3, &["neither a folder of photographs nor a video"]);
     fs::create_dir(place.at("phone")).unwrap();
     fs::write(place.at("phone/a.HEIC"), "x").unwrap();
-    import("phone", &[]).refused(3, &["a.HEIC", "convert them"]);
+    import("phone", &[]).refused(3, &["a.HEIC", "heif-convert a.HEIC a.jpg"]);
     import("photos", &["--masks", "nowhere"]).refused(3, &["nowhere"]);
     import("photos", &["--masks", "phone"]).refused(3, &["no mask of any photograph", "p0.png"]);
     import("photos", &["--photographs", "9"]).refused(2, &["--photographs is for videos"]);

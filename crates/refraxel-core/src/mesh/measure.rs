@@ -1,4 +1,4 @@
-//! Measures of a mesh: area, volume, number of bodies, and whether it is closed.
+//! Measures of a mesh: area, volume, and whether it is closed.
 
 use super::triangles::{Mesh, doubled_area};
 use std::collections::HashMap;
@@ -21,22 +21,6 @@ impl Mesh {
         signed.sum()
     }
 
-    /// Number of connected surfaces: one for a ball, two for a hollow ball. By union–find over the edges.
-    pub fn bodies(&self) -> usize {
-        let mut root: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        let mut bodies = root.len();
-        for &[a, b, c] in &self.triangles {
-            for other in [b, c] {
-                let (i, j) = (find(&mut root, a), find(&mut root, other));
-                if i != j {
-                    root[i as usize] = j;
-                    bodies -= 1;
-                }
-            }
-        }
-        bodies
-    }
-
     /// Number of directed edges without exactly one partner in the opposite direction: 0 for a closed mesh whose triangles
     /// have one orientation.
     pub fn open_edges(&self) -> usize {
@@ -46,13 +30,4 @@ impl Mesh {
         }
         count.iter().filter(|&(&(a, b), &n)| n != 1 || count.get(&(b, a)) != Some(&1)).count()
     }
-}
-
-/// The representative of the surface of a vertex. Halves the way to it for the next call (path halving).
-fn find(root: &mut [u32], mut v: u32) -> u32 {
-    while root[v as usize] != v {
-        root[v as usize] = root[root[v as usize] as usize];
-        v = root[v as usize];
-    }
-    v
 }

@@ -6,6 +6,7 @@
 
 mod measure;
 mod of_level;
+mod parts;
 mod relax;
 mod tetrahedra;
 mod triangles;

@@ -121,3 +121,23 @@ fn more_detail_finds_what_lies_between_the_nodes() {
     assert!(Mesh::of_level(&domain(9), 1, speck).vertices.is_empty());
     is_sound(&Mesh::of_level(&domain(9), 4, speck), 1);
 }
+
+#[test]
+fn a_surface_among_others_is_kept_whole() {
+    let two = |x: Vec3<f64>| {
+        let [a, b] = [(-0.5, 0.3), (0.45, 0.2)].map(|(at, radius)| {
+            let r = x - vec3(at, 0.013, -0.021);
+            (r.length() - radius, r.normalized())
+        });
+        if a.0 < b.0 { a } else { b }
+    };
+    let mesh = Mesh::of_level(&domain(33), 1, two);
+    is_sound(&mesh, 2);
+    let part = mesh.parts();
+    let left = |v: usize| mesh.vertices[v].x < 0.0;
+    assert!((0..part.len()).all(|v| (part[v] == part[0]) == (left(v) == left(0))));
+    let (small, from) = mesh.of_parts(|v| !left(v));
+    is_sound(&small, 1);
+    assert!((small.volume() / (4.0 / 3.0 * PI * 0.008) - 1.0).abs() < 0.03, "{}", small.volume());
+    assert!(from.iter().zip(&small.vertices).all(|(&v, &x)| mesh.vertices[v] == x));
+}

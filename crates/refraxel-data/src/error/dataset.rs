@@ -31,11 +31,31 @@ pub enum DataError {
     #[error(
         "{path}: no dataset found; expected transforms.json, transforms_train.json (Blender), a COLMAP model \
          (cameras and images as .bin or .txt in sparse/0, colmap/sparse/0, sparse or here), poses_bounds.npy (LLFF), \
-         or pose/ with intrinsics.txt (NSVF)",
+         pose/ with intrinsics.txt (NSVF), reconstruction.json (OpenSfM, OpenDroneMap), cameras as .xml (Metashape), \
+         camera parameters as .csv (RealityCapture, RealityScan), metadata with rgb/ (Record3D), keyframes/ (Polycam), \
+         or cameras.json (3D Gaussian Splatting), here or in one folder below",
         path = path.display()
     )]
     UnknownFormat {
         /// The folder or file.
+        path: PathBuf,
+    },
+    /// Several datasets, or several files that describe one, of which none is the one that is meant.
+    #[error(
+        "{path}: several datasets found: {}; give one of them",
+        found.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
+        path = path.display()
+    )]
+    SeveralDatasets {
+        /// The folder that was given.
+        path: PathBuf,
+        /// What was found in it.
+        found: Vec<PathBuf>,
+    },
+    /// A packed file.
+    #[error("{path}: an archive, which is not read; unpack it, and give the folder that comes out", path = path.display())]
+    Archive {
+        /// The file.
         path: PathBuf,
     },
     /// Photographs that no file gives poses to.
@@ -71,6 +91,14 @@ pub enum DataError {
         path: PathBuf,
         /// Line, column and reason.
         source: serde_json::Error,
+    },
+    /// The file is not XML.
+    #[error("{path}: not valid XML: {source}", path = path.display())]
+    Xml {
+        /// The file.
+        path: PathBuf,
+        /// Line, column and reason.
+        source: Box<roxmltree::Error>,
     },
     /// A key or field is missing or has an impossible value.
     #[error("{path}: {key} is {found}; expected {expected}", path = path.display())]
@@ -145,8 +173,8 @@ pub enum DataError {
     },
     /// None of the images exists.
     #[error(
-        "{path}: none of the {count} images it names exists; the first is {first:?}; put the images beside the file or \
-         correct the names",
+        "{path}: none of the {count} images it names exists; the first is {first:?}; {there}; put the images beside the file \
+         or correct the names",
         path = path.display()
     )]
     AllImagesMissing {
@@ -156,6 +184,23 @@ pub enum DataError {
         count: usize,
         /// The first of them.
         first: String,
+        /// What lies where it should be.
+        there: String,
+    },
+    /// So many views cannot be used that the files must be wrong.
+    #[error(
+        "{path}: {lost} of {count} views cannot be used: {reasons}; add what is missing, or take these views out of the files",
+        path = path.display()
+    )]
+    ViewsLost {
+        /// The dataset.
+        path: PathBuf,
+        /// How many views its files have.
+        count: usize,
+        /// How many of them cannot be used.
+        lost: usize,
+        /// Why, and which they are.
+        reasons: String,
     },
     /// A file names no camera.
     #[error("{path}: it names no cameras; expected at least one frame", path = path.display())]
@@ -222,8 +267,29 @@ pub enum DataError {
         /// The image.
         image: PathBuf,
     },
+    /// A picture in a format that is not read.
+    #[error("{path}: pictures of this format are not read; convert it, for example by `{command}`, and name the result where this one \
+        is named", path = path.display())]
+    Unread {
+        /// The image.
+        path: PathBuf,
+        /// A command that converts it.
+        command: String,
+    },
+    /// A picture without a second column or row.
+    #[error("{path}: the image is {found}; expected at least 2 columns and 2 rows", path = path.display())]
+    ImageTooSmall {
+        /// The image.
+        path: PathBuf,
+        /// Its size.
+        found: Size,
+    },
     /// An image or mask does not decode.
-    #[error("{path}: cannot decode this image: {source}; export it again as PNG or JPEG", path = path.display())]
+    #[error(
+        "{path}: cannot decode this image: {reason}; export it again as PNG or JPEG",
+        path = path.display(),
+        reason = source.to_string().trim_end()
+    )]
     Decode {
         /// The file.
         path: PathBuf,

@@ -1,25 +1,30 @@
-//! LLFF `poses_bounds.npy`: one row per image of `images/`, sorted by name.
+//! LLFF `poses_bounds.npy`: one row per image of `images/` or a reduced copy of it, sorted by name.
 
-use super::folder::{is_image, names};
 use super::npy::{self, Matrix};
-use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset};
+use super::photographs::photographs;
+use crate::folder::{file_in, names};
+use crate::naming::key;
+use crate::parsed::{Focal, Frame, Intrinsics, Loss, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
-use crate::{DataError, Format, OpenOptions, limits};
+use crate::{DataError, Format, OpenOptions, Problem, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Reads `poses_bounds.npy` and, where it exists (NeX), `hwf_cxcy.npy`.
+/// The file of poses of an LLFF dataset.
+pub(crate) fn pose_file(folder: &Path) -> Option<PathBuf> {
+    file_in(folder, "poses_bounds.npy")
+}
+
+/// Reads the folder with this file of poses and, where it exists (NeX), `hwf_cxcy.npy`.
 ///
 /// Each row is [R | t | (H, W, f)ᵀ] row-major with camera axes (down, right, backwards), then near and far. H, W and f
 /// belong to the original images; the images may be smaller.
-pub(crate) fn read(folder: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
+pub(crate) fn read(folder: &Path, path: PathBuf, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Llff);
-    let path = folder.join("poses_bounds.npy");
     let poses = npy::read(&path)?;
     limits::frames(&path, poses.rows)?;
-    let shared = folder.join("hwf_cxcy.npy");
-    let shared = shared.is_file().then(|| npy::read(&shared)).transpose()?;
+    let shared = file_in(folder, "hwf_cxcy.npy").map(|shared| npy::read(&shared)).transpose()?;
     let shape = |expected| DataError::Value {
         path: path.clone(),
         key: "shape".into(),
@@ -31,23 +36,22 @@ pub(crate) fn read(folder: &Path, options: &OpenOptions) -> Result<ParsedDataset
         (_, None) => return Err(shape("(N, 17): pose, size, focal length and depth bounds of N images")),
         (_, Some(_)) => return Err(shape("(N, 14) beside hwf_cxcy.npy")),
     }
-    let (image_folder, names) = image_names(folder)?;
-    if names.len() != poses.rows {
-        return Err(DataError::Value {
-            path,
-            key: "number of rows".into(),
-            found: format!("{}, but {image_folder} holds {} images", poses.rows, names.len()),
-            expected: "one row per image; remove the images that were not posed",
-        });
-    }
+    let photographs = as_many_as(poses.rows, folder, &path)?;
+    parsed.problems.extend(photographs.note(poses.rows));
     let path = Arc::new(path);
-    for (i, (name, row)) in names.iter().zip(poses.values.chunks_exact(poses.columns)).enumerate() {
+    for (i, (name, row)) in photographs.names.iter().zip(poses.values.chunks_exact(poses.columns)).enumerate()
+    {
         let origin = Origin { path: path.clone(), key: format!("row {i}") };
-        let image =
-            parsed.root.find_below(&image_folder, name, Statement { path: &path, key: &origin.key })?;
+        let file = format!("{}/{name}", photographs.folder);
+        if row[..12].iter().all(|v| v.is_nan()) {
+            parsed.frames.push(Frame::lost(origin, file, Loss::NoPose));
+            continue;
+        }
+        let by = Statement { path: &path, key: &origin.key };
+        let image = parsed.root.find_below(&photographs.folder, name, by)?;
         let (pose, intrinsics) = camera(row, shared.as_ref(), &origin)?;
-        let file = format!("{image_folder}/{name}");
-        parsed.frames.push(Frame { origin, file, image, mask: None, part: None, intrinsics, pose });
+        let (mask, part, lost) = (None, None, None);
+        parsed.frames.push(Frame { origin, file, image, mask, depth: None, part, intrinsics, pose, lost });
     }
     parsed.depth_range = depth_range(&poses);
     Ok(parsed)
@@ -91,12 +95,46 @@ fn depth_range(poses: &Matrix) -> Option<[f64; 2]> {
     (range[0] > 0.0 && range[0] < range[1] && range[1].is_finite()).then_some(range)
 }
 
-/// Image files of `images` or else the first `images_*`, sorted by name as LLFF does.
-fn image_names(folder: &Path) -> Result<(String, Vec<String>), DataError> {
+/// The photographs of a folder, sorted by name as LLFF does.
+struct Photographs {
+    folder: String,
+    names: Vec<String>,
+    /// The folders that were looked at before, and how many each holds.
+    passed: Vec<(String, usize)>,
+}
+
+impl Photographs {
+    /// Why the usual folder was not taken.
+    fn note(&self, rows: usize) -> Option<Problem> {
+        let (usual, count) = self.passed.first()?;
+        Some(Problem::warning(format!(
+            "{usual} holds {count} images for {rows} poses; those of {}, as many as poses, are used, in the order of \
+             their names",
+            self.folder
+        )))
+    }
+}
+
+/// Those of `images`, or else of the first `images_*` that holds as many as there are poses.
+fn as_many_as(rows: usize, folder: &Path, path: &Path) -> Result<Photographs, DataError> {
     let mut folders = names(folder)?;
-    folders.retain(|name| (name == "images" || name.starts_with("images_")) && folder.join(name).is_dir());
-    let chosen = folders.first().cloned().unwrap_or_else(|| "images".to_owned());
-    let mut names = names(&folder.join(&chosen))?;
-    names.retain(|name| is_image(name));
-    Ok((chosen, names))
+    let is_of_images = |name: &str| key(name) == "images" || key(name).starts_with("images_");
+    folders.retain(|name| is_of_images(name) && folder.join(name).is_dir());
+    let mut passed = Vec::new();
+    for name in folders {
+        let names = photographs(names(&folder.join(&name))?);
+        if names.len() == rows {
+            return Ok(Photographs { folder: name, names, passed });
+        }
+        passed.push((name, names.len()));
+    }
+    let held: Vec<String> =
+        passed.iter().map(|(name, count)| format!("{name} holds {count} images")).collect();
+    let held = if held.is_empty() { "there is no folder images".to_owned() } else { held.join(", ") };
+    Err(DataError::Value {
+        path: path.to_owned(),
+        key: "number of rows".into(),
+        found: format!("{rows}, but {held}"),
+        expected: "one row per image; remove the images that were not posed",
+    })
 }

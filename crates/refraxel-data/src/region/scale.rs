@@ -20,9 +20,11 @@ pub struct OutOfScale {
     scene: Aabb<f64>,
 }
 
-/// The corners of a box, to four digits.
+/// The corners of a box, to thousandths of its size, so that they differ where the box is far from the origin.
 fn corners(bounds: &Aabb<f64>) -> String {
-    let rounded = |v: f64| format!("{v:.3e}").parse().unwrap_or(v);
+    let decimals = 3.0 - bounds.extent().map(f64::abs).max_element().log10().floor();
+    let decimals = if decimals.is_finite() { decimals.clamp(0.0, 300.0) as usize } else { 3 };
+    let rounded = |v: f64| format!("{v:.decimals$}").parse().unwrap_or(v);
     let [low, high] = [bounds.min, bounds.max].map(|c| c.to_array().map(rounded));
     format!("from {low:?} to {high:?}")
 }

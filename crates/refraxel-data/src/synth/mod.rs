@@ -14,6 +14,7 @@ mod error;
 mod grin;
 mod hash;
 mod medium;
+mod moved;
 mod optics;
 mod output;
 mod photographic;
@@ -45,8 +46,8 @@ pub use render::{Frame, Sampling, render_view, render_view_while};
 pub use scene::{Body, Environment, Matter, Scene};
 pub use scenes::{IorRange, Room, SceneInfo, SceneOptions, room, room_list, scene, scene_list};
 pub use shape::{
-    Crossing, Cuboid, Cylinder, HeightField, Implicit, MeshError, Plane, Polyhedron, Primitive, Rectangle,
-    Shape, Sphere, TriangleMesh, Wave,
+    Crossing, Cuboid, Cylinder, HeightField, Implicit, MeshError, OPAQUE_OBJECT, Plane, Polyhedron,
+    Primitive, Rectangle, Shape, Sphere, TriangleMesh, Wave,
 };
 pub use texture::{Face, Lamp, Mosaic, Paint, Panel, Picture, Rgb, Surface, Texture, Tiles};
 pub use trace::{Limits, Reflection, Tally, Tracer};

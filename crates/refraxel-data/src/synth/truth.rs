@@ -7,6 +7,7 @@ use super::medium::Index;
 use super::scene::{Body, Environment, Matter, Scene};
 use super::shape::Shape;
 use crate::json::{self, Object};
+use crate::origin::Placed;
 use crate::{DataError, limits};
 use refraxel_core::{Aabb, Vec3};
 use serde_json::{Map, Value, json};
@@ -80,7 +81,7 @@ impl IndexTruth {
         IndexTruth { scene: Scene { name, shows, bodies, environment, bounds, elevations } }
     }
 
-    /// The refractive index at a world position; 1 in air, and undefined (that of its surroundings) in opaque bodies.
+    /// The refractive index at a position; 1 in air, and undefined (that of its surroundings) in opaque bodies.
     pub fn n(&self, x: Vec3<f64>) -> f64 {
         self.scene.index_at(x)
     }
@@ -161,6 +162,13 @@ impl IndexTruth {
                 (0..cells[2]).map(move |k| self.n(Vec3::new(x, y, at(2, k))) as f32)
             })
             .collect()
+    }
+}
+
+impl Placed for IndexTruth {
+    fn moved(mut self, by: Vec3<f64>) -> Self {
+        self.scene.bodies = self.scene.bodies.into_iter().map(|body| body.moved(by)).collect();
+        self
     }
 }
 

@@ -24,6 +24,8 @@ pub struct Objective {
     /// λ_c of theory (4.5): weight of the distance of each sample's colour from the target, of rays that no gate of something
     /// refractive admits and behind which nothing is given.
     pub sample_colour: f32,
+    /// λ_d of theory (4.27): weight of the distance of samples from where something was measured, of the same rays.
+    pub depth: f32,
     /// Weight of the opacity prior on each ray's transmittance.
     pub opacity: f32,
     /// Weight of total variation of raw density, per edge.

@@ -18,6 +18,7 @@ pub(super) fn objective() -> Objective {
         marching: MARCHING,
         bent_weight: 1.0,
         sample_colour: 0.0,
+        depth: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,

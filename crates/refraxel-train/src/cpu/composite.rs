@@ -8,7 +8,7 @@ use super::record::Record;
 use super::sample::RaySamples;
 use super::tape::Tape;
 use crate::backend::{Batch, Objective, PixelGradient};
-use refraxel_core::priors::opacity_beta_slope;
+use refraxel_core::priors::{depth_cost, opacity_beta_slope};
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Ray, Vec3};
 
@@ -62,6 +62,8 @@ pub(super) struct PixelAdjoint {
     /// 2 λ_c of theory (4.5) and the target of the ray: what draws the colours of its samples.
     draws: f32,
     target: [f32; 3],
+    /// λ_d of theory (4.27) and where something was measured; 0 where nothing was.
+    measured: (f32, f32),
 }
 
 impl Compared<'_> {
@@ -86,8 +88,8 @@ impl Compared<'_> {
         let shown = mirrored::shown(self.samples.samples, mirrored, &pixel, behind);
         let asked = asked.map(|asked| asked[self.number]);
         let target = if asked.is_some() { [0.0; 3] } else { batch.target[self.number] };
-        let is_drawn = asked.is_none() && given.is_none() && !self.found.bent;
-        let draws = if is_drawn { 2.0 * objective.sample_colour } else { 0.0 };
+        let is_drawn = asked.is_none() && !self.found.bent;
+        let draws = if is_drawn && given.is_none() { 2.0 * objective.sample_colour } else { 0.0 };
         if let Some(asked) = asked {
             d_colour = asked.colour;
         } else {
@@ -108,7 +110,11 @@ impl Compared<'_> {
             }
         }
         let opacity = objective.opacity;
+        let measured = batch.measured(self.number).filter(|_| is_drawn && objective.depth > 0.0);
+        let measured = measured.map_or((0.0, 0.0), |at| (objective.depth, at));
         let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
+        // Light from behind everything was measured nowhere: it costs as much as can be.
+        let prior = prior + measured.0;
         let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
         PixelAdjoint {
@@ -120,6 +126,7 @@ impl Compared<'_> {
             last: left,
             draws,
             target,
+            measured,
         }
     }
 }
@@ -171,6 +178,10 @@ impl PixelAdjoint {
                 tape.bases.push(layout.functions_of(&samples.segment_of(s).basis));
             }
             let mut contrast = s.d_weight - d_weight_behind;
+            if self.measured.0 > 0.0 {
+                let on = samples.segment_of(s);
+                contrast += self.measured.0 * depth_cost(on.arc + on.speed * s.t, self.measured.1);
+            }
             d_weight_behind += s.alpha * contrast;
             let mut d_colour = [0.0; 3];
             for c in 0..3 {

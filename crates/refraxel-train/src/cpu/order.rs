@@ -45,6 +45,7 @@ impl Batch {
             behind: picked(&self.behind, order),
             offset: picked(&self.offset, order),
             beside: picked(&self.beside, order),
+            depth: picked(&self.depth, order),
         }
     }
 }

@@ -73,7 +73,7 @@ impl Detector<'_> {
         let edge = cell_edge(self.sampler, CELLS) as f32;
         let cell_at = |x: Vec3<f32>| self.sampler.pixel_size(x) * edge;
         let how = Looking {
-            bounds: self.options.refraction.aabb().unwrap_or(self.plan.finest.bounds),
+            bounds: self.options.refraction.local_box(self.plan.origin).unwrap_or(self.plan.finest.bounds),
             voxel: fit.voxel(),
             cell_at: &cell_at,
             needed: self.options.detection.separation,

@@ -113,8 +113,7 @@ fn add(truth: &IndexTruth, n: impl Fn(Vec3<f64>) -> f64, (x, step): (Vec3<f64>, 
 
 /// Errors of the index where the truth is known. Straight rays mean an index of 1 everywhere.
 pub fn index_errors(data: &Dataset, refraction: &Refraction) -> Option<IndexError> {
-    let truth = IndexTruth::from_scene_json(data.truth.as_ref()?)?;
-    Some(index_error(&truth, |x| refraction.index(x.cast()).into()))
+    Some(index_error(&data.index_truth()?, |x| refraction.index(x.cast()).into()))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 pub(crate) mod axis;
 pub mod gate;
 pub mod index_edit;
+pub mod opaque;
 mod optimiser;
 pub mod polyhedron;
 pub mod reflection;

@@ -3,6 +3,7 @@
 use super::section::section;
 use super::{Allowed, Switch};
 use refraxel_core::{Aabb, vec3};
+use refraxel_data::LocalOrigin;
 
 section! {
     /// Whether, where and when rays bend.
@@ -20,9 +21,14 @@ section! {
 }
 
 impl RefractionOptions {
-    /// The box of `bounds`, where there is one.
-    pub fn aabb(&self) -> Option<Aabb<f32>> {
+    /// The box of `bounds` in the user's world, where there is one.
+    pub fn stated_box(&self) -> Option<Aabb<f64>> {
         aabb(&self.bounds)
+    }
+
+    /// The same relative to the origin of a dataset.
+    pub fn local_box(&self, origin: LocalOrigin) -> Option<Aabb<f32>> {
+        self.stated_box().map(|b| origin.to_local(b).cast())
     }
 }
 
@@ -30,8 +36,8 @@ fn is_box_or_empty(text: &str) -> bool {
     text.is_empty() || aabb(text).is_some()
 }
 
-fn aabb(text: &str) -> Option<Aabb<f32>> {
-    let v: Vec<f32> = text.split(',').map(|v| v.trim().parse().ok()).collect::<Option<_>>()?;
+fn aabb(text: &str) -> Option<Aabb<f64>> {
+    let v: Vec<f64> = text.split(',').map(|v| v.trim().parse().ok()).collect::<Option<_>>()?;
     let &[x0, y0, z0, x1, y1, z1] = v.as_slice() else { return None };
     let valid = x0 < x1 && y0 < y1 && z0 < z1 && v.iter().all(|v| v.is_finite());
     valid.then(|| Aabb::new(vec3(x0, y0, z0), vec3(x1, y1, z1)))

@@ -152,7 +152,7 @@ fn tables_and_full_names_say_the_same() {
     let mut same = Options::default();
     same.set_tree(&dotted).unwrap();
     assert_eq!(options, same);
-    assert_eq!(options.refraction.aabb().unwrap().max.z, 1.0);
+    assert_eq!(options.refraction.stated_box().unwrap().max.z, 1.0);
     assert!(options.set_tree(&json!(3)).is_err());
 }
 

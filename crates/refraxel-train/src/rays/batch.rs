@@ -15,6 +15,8 @@ pub struct Batch {
     pub offset: Vec<f32>,
     /// Whether each ray's pixel lies beside the mask of what is refractive of its view; empty: nobody knows.
     pub beside: Vec<bool>,
+    /// How far along each ray something was measured [scene unit], NaN where nothing was; empty: nowhere.
+    pub depth: Vec<f32>,
 }
 
 impl Batch {
@@ -22,6 +24,12 @@ impl Batch {
     #[inline(always)]
     pub fn is_beside(&self, ray: usize) -> bool {
         self.beside.get(ray) == Some(&true)
+    }
+
+    /// How far along a ray something was measured [scene unit].
+    #[inline(always)]
+    pub fn measured(&self, ray: usize) -> Option<f32> {
+        self.depth.get(ray).copied().filter(|d| d.is_finite())
     }
 
     /// The first `most` rays that are `chosen`.
@@ -34,6 +42,7 @@ impl Batch {
             behind: kept.iter().filter_map(|&k| self.behind.get(k).copied()).collect(),
             offset: kept.iter().map(|&k| self.offset[k]).collect(),
             beside: kept.iter().filter_map(|&k| self.beside.get(k).copied()).collect(),
+            depth: kept.iter().filter_map(|&k| self.depth.get(k).copied()).collect(),
         }
     }
 }

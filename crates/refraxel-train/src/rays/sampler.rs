@@ -33,6 +33,8 @@ pub struct RaySampler {
     /// Pixels before each view, and in all.
     first: Vec<u64>,
     transparent: bool,
+    /// Some photographs have depth maps.
+    measures: bool,
     pub(super) random: Random,
     /// Views that batches do not draw from, until they are given back.
     aside: Vec<usize>,
@@ -63,6 +65,7 @@ struct Drawn {
     behind: [f32; 3],
     offset: f32,
     beside: bool,
+    depth: f32,
 }
 
 /// How photographs are looked at.
@@ -108,6 +111,7 @@ impl RaySampler {
         }
         let inside = InsidePixels::new(with_photos.iter().map(|s| s.refractive().map(|m| &**m)));
         let transparent = backdrop == Backdrop::Transparent;
+        let measures = with_photos.iter().any(|s| s.photo.depth.is_some());
         let (views, random) = (with_photos, Random::new(seed));
         let (aside, witnesses) = (Vec::new(), Vec::new());
         let (photographs, masks) = (Edition::default(), Edition::default());
@@ -117,6 +121,7 @@ impl RaySampler {
             inside,
             first,
             transparent,
+            measures,
             random,
             aside,
             witnesses,
@@ -337,12 +342,13 @@ impl RaySampler {
 
     fn gathered<'a>(&self, drawn: impl Iterator<Item = &'a Drawn>) -> Batch {
         let mut batch = Batch::default();
-        for Drawn { ray, target, behind, offset, beside, .. } in drawn {
+        for Drawn { ray, target, behind, offset, beside, depth, .. } in drawn {
             batch.rays.push(*ray);
             batch.target.push(*target);
             batch.offset.push(*offset);
             batch.beside.push(*beside);
             batch.behind.extend(self.transparent.then_some(*behind));
+            batch.depth.extend(self.measures.then_some(*depth));
         }
         batch
     }
@@ -388,7 +394,8 @@ impl RaySampler {
         let target = self.views[view].mean_colour(pixel, sight.reach, self.transparent.then_some(behind));
         let offset = self.random.uniform(step, lane(OFFSET_LANE)) as f32;
         let beside = self.views[view].refractive().is_some_and(|mask| mask.coverage[pixel] == 0);
-        Some(Drawn { view, pixel, ray, target, behind, offset, beside })
+        let depth = self.views[view].measured(pixel, &ray);
+        Some(Drawn { view, pixel, ray, target, behind, offset, beside, depth })
     }
 
     /// About `count` rays spread evenly over all pixels.
@@ -426,6 +433,11 @@ impl RaySampler {
     /// That of the photographs themselves, of their masks of what may be used, and of the lenses that the data say: they never change.
     pub fn photographs_edition(&self) -> &Edition {
         &self.photographs
+    }
+
+    /// Whether depth was measured along some rays.
+    pub fn measures_depth(&self) -> bool {
+        self.measures
     }
 
     /// Whether what lies behind the photographs is random.

@@ -2,7 +2,8 @@
 
 use super::*;
 use refraxel_core::{Camera, Lens, Vec3, vec3};
-use refraxel_data::{Backdrop, Image, Mask, MaskMeaning, Photo, Pixels, View};
+use refraxel_data::{Backdrop, Depth, Image, Mask, MaskMeaning, Photo, Pixels, View};
+use std::sync::Arc;
 
 fn view(lens: Lens, meaning: MaskMeaning, mask: Option<Vec<u8>>) -> (View, Photo) {
     let mut camera = Camera::look_at(vec3(3.0, 1.0, 2.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.8, [4, 2]);
@@ -132,4 +133,25 @@ fn few_pixels_of_a_large_cell_are_looked_at_and_they_are_spread_evenly() {
     assert_eq!(sampled(1, 2, 64), [36, 44, 52, 60]);
     let all: Vec<usize> = (0..7).flat_map(|cell| sampled(cell, 7, 20)).collect();
     assert_eq!(all, (0..20).collect::<Vec<_>>());
+}
+
+#[test]
+fn measured_depth_becomes_distance_along_rays_but_for_pixels_of_refractive_masks() {
+    let mask = vec![255, 0, 0, 0, 0, 0, 0, 0];
+    let (view, mut photo) = view(Lens::Pinhole, MaskMeaning::Refractive, Some(mask));
+    // Half as many columns as the photograph has; 0 is unknown.
+    photo.depth = Some(Arc::new(Depth::new([2, 2], vec![2.0, 0.0, 3.0, 4.0])));
+    let s = RaySampler::new(vec![view], vec![photo], Backdrop::Color([1.0; 3]), 5);
+    let batch = s.batch(0, 300, Selection::All);
+    assert_eq!(batch.depth.len(), batch.rays.len());
+    let depths = [None, Some(2.0), None, None, Some(3.0), Some(3.0), Some(4.0), Some(4.0)];
+    let rays = [0, 1, 2, 3, 4, 5, 6, 7].map(|p| pixel_ray(&s.views[0].camera, p).unwrap());
+    for (k, ray) in batch.rays.iter().enumerate() {
+        let pixel = rays.iter().position(|r| r == ray).unwrap();
+        let along = s.views[0].camera.forward().cast().dot(ray.direction);
+        match (batch.measured(k), depths[pixel]) {
+            (Some(got), Some(depth)) => assert!((got * along - depth).abs() < 1e-5, "{pixel}: {got}"),
+            (got, want) => assert!(got.is_none() && want.is_none(), "{pixel}: {got:?}"),
+        }
+    }
 }

@@ -76,6 +76,20 @@ impl TrainingView {
         sum.map(|s| (s / count).sqrt())
     }
 
+    /// How far along the ray of a pixel something was measured [scene unit]; NaN where nothing was, and inside masks of what is
+    /// refractive, where sensors of depth see what lies behind.
+    pub(super) fn measured(&self, pixel: usize, ray: &Ray<f32>) -> f32 {
+        let Some(depth) = &self.photo.depth else { return f32::NAN };
+        if self.refractive().is_some_and(|mask| mask.coverage[pixel] > 0) {
+            return f32::NAN;
+        }
+        let [width, height] = [self.photo.image.width as usize, self.photo.image.height as usize];
+        let place =
+            [(pixel % width, width), (pixel / width, height)].map(|(k, n)| (k as f64 + 0.5) / n as f64);
+        let cosine = ray.direction.dot(self.camera.forward().cast());
+        if cosine > 0.0 { depth.at(place) / cosine } else { f32::NAN }
+    }
+
     /// The mask of what is refractive.
     pub(super) fn refractive(&self) -> Option<&Arc<Mask>> {
         self.shifted.as_ref().or_else(|| self.stated()).or(self.found.as_ref())

@@ -27,7 +27,7 @@ pub fn begin(
         found => found?,
     };
     let Found { mut regions, tangents } = found;
-    regions.iter().enumerate().for_each(|(k, r)| observer.tell(r.found(k)));
+    regions.iter().enumerate().for_each(|(k, r)| observer.tell(r.found(k, known.origin)));
     let start = State::of(backend);
     clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
     let Predicted { shortlist, pictures } = if is_searched(known, &regions) {

@@ -12,7 +12,7 @@ pub fn check(options: &Options, masked: bool, index: Option<&IndexSource>) -> Re
     if options.shape.start == StartShape::File && index.is_none() {
         return Err(SearchError::NoFile);
     }
-    let named = index.is_some() || options.refraction.aabb().is_some();
+    let named = index.is_some() || options.refraction.stated_box().is_some();
     let seeks = options.detection.enabled.is_on() && options.shape.start == StartShape::Hull;
     if named || masked || seeks { Ok(()) } else { Err(SearchError::Nowhere) }
 }

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::rays::RaySampler;
 use crate::schedule::Progress;
 use crate::verdict::{Baseline, StayReason, Verdict};
-use refraxel_data::IndexSource;
+use refraxel_data::{IndexSource, LocalOrigin};
 
 /// Why nothing can bend.
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +37,9 @@ pub struct Context<'a> {
     pub options: &'a Options,
     /// Nothing nearer to a camera is seen [scene unit].
     pub near: f32,
-    /// The index, where somebody knows it.
+    /// Where coordinates begin.
+    pub origin: LocalOrigin,
+    /// The index relative to that origin, where somebody knows it.
     pub index: Option<&'a IndexSource>,
     /// What was found where no mask shows it.
     pub found: Option<&'a Gate>,

@@ -80,7 +80,7 @@ pub(super) fn find(
     observer: &mut Observer,
 ) -> Result<Found, SearchError> {
     let (options, scene, sites) = (known.options, backend.domain().bounds, Sites { known });
-    let stated = options.refraction.aabb();
+    let stated = options.refraction.local_box(known.origin);
     if let Some(source) = known.index {
         if let (None, Some(bodies)) = (stated, super::known::bodies(source, |b| sites.site(b), options)) {
             return Ok(Found::of(bodies));
@@ -138,7 +138,7 @@ fn from_masks(
         StartShape::Ball => Ok(vec![sites.ball(bounds)]),
         _ => Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), options),
     };
-    let boxes = boxes.map_err(StayReason::from)?;
+    let boxes = boxes.map_err(|e| StayReason::from(e.in_world(sites.known.origin)))?;
     let regions = boxes.iter().map(region).collect::<Result<Vec<_>, _>>()?;
     observer.progress(Task::Carving, 3, 3)?;
     let tangents = outlines.tangents(TANGENTS).into_iter().flatten().map(|t| t.ray.cast()).collect();

@@ -299,6 +299,7 @@ mod tests {
     use crate::schedule::Progress;
     use crate::silhouettes::Site;
     use refraxel_core::{Aabb, LevelSet, Medium, Vec3, vec3};
+    use refraxel_data::LocalOrigin;
 
     fn cube(middle: Vec3<f32>) -> Aabb<f32> {
         Aabb::new(middle - Vec3::splat(0.65), middle + Vec3::splat(0.65))
@@ -354,8 +355,8 @@ mod tests {
         /// What stands in each region after a look at all of them, and how alike its prediction is to the photographs.
         fn seen(&self) -> Vec<(Hypothesis, Vec<f32>, f64)> {
             let Self { backend, sampler, options, regions } = self;
-            let known =
-                Context { sampler, options, near: 0.0, index: None, found: None, progress: Progress(0.0) };
+            let (origin, progress) = (LocalOrigin::default(), Progress(0.0));
+            let known = Context { sampler, options, near: 0.0, origin, index: None, found: None, progress };
             let (cancel, mut ignore) = (Cancel::new(), |_| {});
             let mut observer = Observer::new(&cancel, &mut ignore);
             let seen: Vec<Seen> = regions.iter().map(|r| Seen::new(r, sampler, regions.len() == 1)).collect();

@@ -7,6 +7,7 @@ use crate::model::RegionState;
 use crate::model::polyhedron::Polyhedron;
 use crate::silhouettes::Site;
 use refraxel_core::{Domain, LevelSet, Ray, Vec3};
+use refraxel_data::LocalOrigin;
 
 /// A place where rays may bend.
 pub(super) struct Region {
@@ -144,13 +145,13 @@ impl Region {
         self.surface().is_some_and(|s| s.is_inside(x))
     }
 
-    /// What is reported of region number `k`.
-    pub(super) fn found(&self, k: usize) -> Event {
+    /// What is reported of region number `k`; its coordinates have this origin.
+    pub(super) fn found(&self, k: usize, origin: LocalOrigin) -> Event {
         let (bounds, surface) = (&self.site.bounds, self.surface());
         let form = surface.map_or(&Form::Free, |s| &s.form);
         Event::RegionFound {
             region: k,
-            center: bounds.center().to_array(),
+            center: origin.to_world(bounds.cast().center()).to_array(),
             extent: bounds.extent().to_array(),
             nodes: self.site.resolution,
             faces: self.planes().map(|s| s.faces.len()),

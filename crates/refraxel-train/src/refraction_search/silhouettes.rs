@@ -49,7 +49,7 @@ pub(super) fn silhouettes(
         let occluders = Some(Occluders::new(view.mask, cell, look));
         found.push(Silhouette { camera: *view.camera, mask: view.mask.clone(), occluders });
     }
-    let bounds = known.options.refraction.aabb().unwrap_or(backend.domain().bounds);
+    let bounds = known.options.refraction.local_box(known.origin).unwrap_or(backend.domain().bounds);
     let names: Vec<&str> = views.iter().map(|v| v.name).collect();
     Ok(consistent(found, &names, &bounds, observer)?)
 }

@@ -92,6 +92,7 @@ mod tests {
     use crate::schedule::Progress;
     use crate::silhouettes::Site;
     use refraxel_core::{LevelSet, Vec3};
+    use refraxel_data::LocalOrigin;
 
     #[test]
     fn a_mean_that_falls_exponentially_is_met_in_one_step_and_nothing_shines() {
@@ -118,6 +119,7 @@ mod tests {
                 sampler: &sampler,
                 options: &options,
                 near: 0.0,
+                origin: LocalOrigin::default(),
                 index: None,
                 found: None,
                 progress: Progress(0.0),

@@ -13,7 +13,7 @@ use super::views::StoredViews;
 use crate::options::Options;
 use crate::plan::Plan;
 use refraxel_core::{Background, Domain, Extent};
-use refraxel_data::Backdrop;
+use refraxel_data::{Backdrop, LocalOrigin};
 use serde::{Deserialize, Serialize};
 
 #[derive(Serialize, Deserialize)]
@@ -31,6 +31,9 @@ pub(super) struct Header {
     pub finest_resolution: [u32; 3],
     pub sh_degree: u8,
     pub near: f32,
+    /// Where their coordinates begin in the world of the user's data; absent: where those do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 3]>,
     pub backdrop: StoredBackdrop,
     pub background: StoredBackground,
     /// Refractive regions; their tensors are called `index.K`, K from 0.
@@ -48,7 +51,7 @@ pub(super) struct Header {
     /// What the photographs themselves have learned; tensors `poses` and `exposures`.
     #[serde(default)]
     pub views: StoredViews,
-    /// Parameters are in the coordinates of the user's data; nothing was moved or scaled.
+    /// "identity", parameters are in the coordinates of the user's data, or "origin", relative to that point of them.
     pub world_from_model: String,
 }
 
@@ -71,7 +74,8 @@ impl Header {
     /// What does not change during the run.
     pub(super) fn plan(&self) -> Plan {
         let finest = Domain { resolution: self.finest_resolution, ..self.domain() };
-        Plan { finest, near: self.near, backdrop: self.backdrop.into() }
+        let origin = self.origin.map_or_else(LocalOrigin::default, |at| LocalOrigin::at(at.into()));
+        Plan { finest, near: self.near, origin, backdrop: self.backdrop.into() }
     }
 
     /// Where the field lies.
@@ -85,7 +89,7 @@ impl Header {
     }
 
     pub(super) fn of(run: &RunRef) -> Self {
-        let field = &run.model.field;
+        let (field, origin) = (&run.model.field, run.plan.origin);
         Self {
             program: concat!("refraxel ", env!("CARGO_PKG_VERSION")).to_owned(),
             options: run.options.clone(),
@@ -98,6 +102,7 @@ impl Header {
             finest_resolution: run.plan.finest.resolution,
             sh_degree: field.degree.get(),
             near: run.plan.near,
+            origin: (!origin.is_of_world()).then(|| origin.place().to_array()),
             backdrop: run.plan.backdrop.into(),
             background: match &run.model.background {
                 Background::Constant(c) => StoredBackground::Constant(*c),
@@ -108,7 +113,7 @@ impl Header {
             clearcoat: run.model.clearcoat.as_ref().map(StoredClearcoat::of),
             detected: run.detected.map(StoredDetection::of),
             views: StoredViews::of(run.alignment),
-            world_from_model: "identity".to_owned(),
+            world_from_model: if origin.is_of_world() { "identity" } else { "origin" }.to_owned(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The data of a run, and how to know them again.
 
-use refraxel_data::{Crop, Dataset, PhotoSource, Pixels};
+use refraxel_data::{AlphaMeaning, Backdrop, Crop, Dataset, Orientation, PhotoSource, Pixels};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,12 @@ pub struct Source {
     pub path: Option<PathBuf>,
     /// `--holdout`.
     pub holdout: Option<usize>,
+    /// `--backdrop`: "surroundings", "transparent" or "#rrggbb".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub backdrop: Option<String>,
+    /// `--alpha`: "backdrop", "mask" or "ignore".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<String>,
     /// `--mask-meaning`: "refractive", "keep" or "ignore".
     pub mask_meaning: Option<String>,
     /// `--allow-outside`.
@@ -21,6 +27,9 @@ pub struct Source {
     /// `--crop`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crop: Option<Crop>,
+    /// `--orientation`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<Orientation>,
     /// `--up`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
@@ -64,6 +73,16 @@ impl Source {
     /// Whether the data show, under the same names, other training views than those of the run.
     pub fn has_other_views_than(&self, data: &Dataset) -> bool {
         self.train_crc32.as_ref().is_some_and(|was| *was != checksum(data))
+    }
+
+    /// `--backdrop`.
+    pub fn backdrop(&self) -> Option<Backdrop> {
+        self.backdrop.as_deref()?.parse().ok()
+    }
+
+    /// `--alpha`.
+    pub fn alpha(&self) -> Option<AlphaMeaning> {
+        self.alpha.as_deref()?.parse().ok()
     }
 
     /// How the data are called in messages.

@@ -7,7 +7,7 @@ use crate::model::Optimiser;
 use crate::options::Options;
 use crate::plan::Plan;
 use refraxel_core::{Aabb, Domain, Extent, Vec3};
-use refraxel_data::Backdrop;
+use refraxel_data::{Backdrop, LocalOrigin};
 use std::path::Path;
 use std::process::Command;
 
@@ -17,7 +17,8 @@ fn run(step: u64) -> Run {
     options.grid.stages = 1;
     let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
     let finest = Domain::with_longest(cube, Extent::Bounded, 24);
-    let plan = Plan { finest, near: 0.1, backdrop: Backdrop::Color([1.0; 3]) };
+    let origin = LocalOrigin::at(Vec3::new(471_000.0, 5_270_000.0, 0.0625 * step as f64));
+    let plan = Plan { finest, near: 0.1, origin, backdrop: Backdrop::Color([1.0; 3]) };
     let model = plan.start(&options);
     let optimiser = Optimiser::new(&model);
     let (state, source) = (State { step, ..State::default() }, Source::default());

@@ -18,7 +18,7 @@ pub struct Setup {
     pub data: Dataset,
     /// What training should do.
     pub options: Options,
-    /// The index of refraction, where somebody knows it. It is held as `shape.start = file` says.
+    /// The index of refraction in the user's world, where somebody knows it. It is held as `shape.start = file` says.
     pub index: Option<IndexSource>,
     /// Where the data come from, for the record.
     pub source: Source,
@@ -72,8 +72,8 @@ impl Setup {
     /// Refuses what rays cannot bend by.
     pub(super) fn check_refraction(&self, options: &Options) -> Result<(), SessionError> {
         refraction_search::check(options, refraction_search::has_masks(&self.data), self.index.as_ref())?;
-        let scene = scene_region(&self.data).bounds;
-        let stated = options.refraction.aabb().map(|b| b.cast());
+        let scene = self.data.origin.to_world(scene_region(&self.data).bounds);
+        let stated = options.refraction.stated_box();
         stated.map_or(Ok(()), |b| check_scale("the box `refraction.bounds`", &b, &scene))?;
         Ok(self.index.as_ref().map_or(Ok(()), |index| index.check_scale(&scene))?)
     }
@@ -109,7 +109,8 @@ impl Setup {
         let views: Vec<View> = self.data.split.train.iter().map(|&i| self.data.views[i].clone()).collect();
         let validation = self.data.split.val.first().map(|&i| &self.data.views[i]);
         let validation = validation.map(|view| load_photo(view).map(|photo| (view.clone(), photo)));
-        let (backdrop, index) = (self.data.backdrop, self.index.clone());
+        let (backdrop, origin) = (self.data.backdrop, self.data.origin);
+        let index = self.index.clone().map(|index| origin.to_local(index));
         Ok(TrainingData { views, photos, backdrop, validation: validation.transpose()?, index })
     }
 }

@@ -48,11 +48,12 @@ impl Session {
     /// the run count, except for its length, `run.minutes`, `run.steps` and `run.stop_after`, and `run.save_every`, which are those
     /// of the setup.
     pub fn resume<M: IntoBackend>(
-        setup: Setup,
+        mut setup: Setup,
         run: Run,
         make: impl FnOnce(Model, Optimiser) -> M,
         observer: &mut dyn FnMut(Event),
     ) -> Result<Self, SessionError> {
+        setup.data = setup.data.with_origin(run.plan.origin);
         let offered = Source::of(&setup.data);
         if run.source.train != offered.train {
             let (was, found) = (run.source.train.len(), offered.train.len());

@@ -4,6 +4,7 @@ use super::hull::{Hull, Vote};
 use super::outline::Outlines;
 use super::region::{Spacing, overlap, region_grid};
 use refraxel_core::{Aabb, Domain, Extent, Vec3, vec3};
+use refraxel_data::LocalOrigin;
 
 /// How refractive regions are sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,15 +55,26 @@ pub enum LocateError {
     NothingCarved {
         /// Number of views.
         views: usize,
-        /// The box that was searched.
-        min: [f32; 3],
+        /// The box that was searched, in the user's world.
+        min: [f64; 3],
         /// Its other corner.
-        max: [f32; 3],
+        max: [f64; 3],
         /// Largest agreement found [%].
         best: f32,
         /// Agreement asked for [%].
         needed: f32,
     },
+}
+
+impl LocateError {
+    /// The same of a box in the user's world, where coordinates have another origin there.
+    #[must_use]
+    pub fn in_world(mut self, origin: LocalOrigin) -> Self {
+        if let Self::NothingCarved { min, max, .. } = &mut self {
+            [*min, *max] = [*min, *max].map(|corner| origin.to_world(Vec3::from(corner)).to_array());
+        }
+        self
+    }
 }
 
 impl Outlines {
@@ -104,8 +116,8 @@ impl Outlines {
         });
         LocateError::NothingCarved {
             views: self.len(),
-            min: scene.min.to_array(),
-            max: scene.max.to_array(),
+            min: scene.min.cast().to_array(),
+            max: scene.max.cast().to_array(),
             best: best.unwrap_or(0.0),
             needed: 100.0 * search.vote.share,
         }

@@ -6,6 +6,7 @@ use crate::backend::Caches;
 use crate::cancel::Cancelled;
 use crate::events::{Event, Observer, Task};
 use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
+use crate::plan::Plan;
 use crate::refraction_search::{self, Context, Decision, Outline, SearchError};
 use crate::schedule::{PausedSchedule, Progress, is_time_to_bend, stage_domain, training_marching};
 use crate::verdict::StayReason;
@@ -116,9 +117,9 @@ impl Trainer {
     }
 
     fn known(&self) -> Context<'_> {
-        let (options, near) = (&self.options, self.plan.near);
+        let Plan { near, origin, .. } = self.plan;
         let (index, found, progress) = (self.index.as_ref(), self.detected.as_ref(), self.progress());
-        Context { sampler: &self.sampler, options, near, index, found, progress }
+        Context { sampler: &self.sampler, options: &self.options, near, origin, index, found, progress }
     }
 
     /// Notes what happens in `events`, and tells it too.
@@ -130,7 +131,7 @@ impl Trainer {
         self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
         events.extend(self.outline_found(observer));
         events.extend(self.shift_masks(observer));
-        let (options, near) = (&self.options, self.plan.near);
+        let (options, &Plan { near, origin, .. }) = (&self.options, &self.plan);
         let cancel = observer.cancel();
         let mut report = |event: Event| {
             if !matches!(event, Event::Progress { .. }) {
@@ -139,7 +140,8 @@ impl Trainer {
             observer.tell(event);
         };
         let (sampler, index, progress) = (&self.sampler, self.index.as_ref(), self.progress());
-        let known = Context { sampler, options, near, index, found: self.detected.as_ref(), progress };
+        let found = self.detected.as_ref();
+        let known = Context { sampler, options, near, origin, index, found, progress };
         refraction_search::begin(&mut *self.backend, &known, &mut Observer::new(cancel, &mut report))
     }
 

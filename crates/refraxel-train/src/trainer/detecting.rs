@@ -32,7 +32,7 @@ impl Trainer {
         match found {
             Ok(Found { gate: Some(gate), .. }) => self.go_on_with(Some(gate)),
             // A box says that something is there.
-            _ if self.options.refraction.aabb().is_some() => {}
+            _ if self.options.refraction.stated_box().is_some() => {}
             Ok(Found { gate: None, .. }) => self.stay_straight(StayReason::Unnoticed, observer),
             Err(why) => self.stay_straight(why, observer),
         }
@@ -76,7 +76,7 @@ impl Trainer {
         if !self.options.refraction.bend.is_on() || stated == 0 || stated == views {
             return None;
         }
-        let bounds = self.options.refraction.aabb().unwrap_or(self.plan.finest.bounds);
+        let bounds = self.options.refraction.local_box(self.plan.origin).unwrap_or(self.plan.finest.bounds);
         let found = hulls(&self.sampler, &bounds);
         let is_completed = found.is_some();
         if let Some(found) = found {

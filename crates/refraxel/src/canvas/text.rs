@@ -83,6 +83,17 @@ impl Canvas {
     }
 }
 
+impl Canvas {
+    /// [`Self::text`] with a rim of the colour of the `paper`, so that it can be read where lines run.
+    pub fn text_on_lines(&mut self, (x, y): (i64, i64), text: &str, style: Style, paper: Colour) {
+        let rim = Style { colour: paper, ..style };
+        for (dx, dy) in (-2..=2).flat_map(|dx| (-2..=2).map(move |dy| (dx, dy))) {
+            self.text((x + dx, y + dy), text, rim);
+        }
+        self.text((x, y), text, style);
+    }
+}
+
 /// `text`, its end replaced by ".." where it is longer than `width` [pixel].
 pub fn shortened(font: Font, text: &str, width: usize) -> String {
     if text_width(font, text) <= width {

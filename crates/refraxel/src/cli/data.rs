@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use refraxel_data::{Crop, MaskMeaning, Reduction};
+use refraxel_data::{AlphaMeaning, Backdrop, Crop, MaskMeaning, Orientation, Reduction};
 use refraxel_train::device::DeviceChoice;
 
 use super::values::{Setting, direction, minutes};
@@ -16,7 +16,15 @@ pub struct ReadingArgs {
     /// Hold out every N-th image, by file name, for testing [default: the dataset's own split, else 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     pub holdout: Option<u32>,
-    /// What white means in the masks [default: by the names of the mask files]
+    /// What lies behind everything: surroundings, transparent or a colour such as '#ffffff' [default: what the files and the borders of
+    /// the photographs say]
+    #[arg(long, value_name = "BACKDROP")]
+    pub backdrop: Option<Backdrop>,
+    /// What the alpha channels of photographs mean: backdrop (nothing is where alpha is 0), mask (of a whole photograph), or ignore
+    /// [default: by the colours below alpha 0]
+    #[arg(long, value_name = "MEANING")]
+    pub alpha: Option<AlphaMeaning>,
+    /// What white means in the masks [default: by their names, and by what the photographs show]
     #[arg(long, value_name = "MEANING")]
     pub mask_meaning: Option<WhiteMeans>,
     /// Also read files that the dataset names outside its own folder
@@ -25,9 +33,31 @@ pub struct ReadingArgs {
     /// Cut so many pixels off each photograph and mask: on the left, on top, on the right, at the bottom
     #[arg(long, value_name = "L,T,R,B")]
     pub crop: Option<Crop>,
+    /// Which pixels of photographs with an orientation tag (EXIF) the poses belong to [default: by their shapes, by the colours
+    /// of points, else those stored]
+    #[arg(long, value_name = "WHICH")]
+    pub orientation: Option<PosedPixels>,
     /// Which way is up in the data's coordinates [default: the mean of the cameras]
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub up: Option<[f64; 3]>,
+}
+
+/// Which pixels of photographs with an orientation tag are posed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PosedPixels {
+    /// Those of the files, whatever the tag says
+    Stored,
+    /// Those that the tag asks for
+    Upright,
+}
+
+impl From<PosedPixels> for Orientation {
+    fn from(pixels: PosedPixels) -> Self {
+        match pixels {
+            PosedPixels::Stored => Self::Stored,
+            PosedPixels::Upright => Self::Upright,
+        }
+    }
 }
 
 /// What white means in a mask.
@@ -55,6 +85,7 @@ impl From<WhiteMeans> for MaskMeaning {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel inspect my_photos
+  refraxel inspect my_photos --out pictures
   refraxel inspect my_photos --set grid.resolution=384 --downscale 2
   refraxel inspect --devices
   refraxel inspect run --json")]
@@ -65,6 +96,12 @@ pub struct InspectArgs {
     /// List the GPUs of this machine instead, with their limits, features and memory
     #[arg(long, conflicts_with = "path")]
     pub devices: bool,
+    /// Look at all photographs; write pictures of them, of the cameras, and of exposure and sharpness here
+    ///
+    /// inspect_photographs.png, inspect_cameras.png and inspect_views.png; those of an earlier call are replaced.
+    /// Without it up to 200 photographs are looked at.
+    #[arg(long, value_name = "DIR", conflicts_with = "devices")]
+    pub out: Option<PathBuf>,
     /// Print the result as JSON on standard output, and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -12,7 +12,9 @@ mod verbs;
 mod view;
 mod work;
 
-pub use data::{ForecastArgs, InspectArgs, Learning, ReadingArgs, Refraction, TrainArgs, WhiteMeans};
+pub use data::{
+    ForecastArgs, InspectArgs, Learning, PosedPixels, ReadingArgs, Refraction, TrainArgs, WhiteMeans,
+};
 pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use renderer::RendererArgs;

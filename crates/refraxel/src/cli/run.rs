@@ -175,12 +175,18 @@ pub struct RenderArgs {
 /// What a run is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ExportFormat {
-    /// Binary PLY with normals, which train --index-from reads
+    /// Everything solid as meshes in one binary PLY: opaque things with colours as region 0, glass as the regions from 1 on,
+    /// which train --index-from reads
     Ply,
-    /// Binary glTF 2.0 (.glb) for Blender and others: glass with index, transmission and absorption, opaque things as points,
-    /// cameras
+    /// The same as Wavefront OBJ, with colours behind the positions of vertices, and one object per region
+    Obj,
+    /// The same as binary glTF 2.0 (.glb) for Blender and others: glass with index, transmission and absorption; and cameras
     #[value(aliases = ["glb", "blender"])]
     Gltf,
+    /// What the photographs' cameras see as coloured points, binary PLY
+    Points,
+    /// The radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting
+    Splats,
     /// One page to share, which renders the scene in the browser with the same bent rays (WebGPU)
     Html,
     /// transforms.json of all photographs, in the layout of nerfstudio, with poses and lenses as learned
@@ -192,15 +198,17 @@ pub enum ExportFormat {
 #[command(after_help = "Examples:
   refraxel export run --format ply
   refraxel export run --format gltf --out scene.glb --detail 2
+  refraxel export run --format splats --points 1000000
   refraxel export run --format html --out scene.html
   refraxel export run --format cameras --out photos/learned.json
   refraxel train photos --out again --index-from run/surface.ply
 
-Meshes are the boundaries of refractive regions as closed triangle meshes, in the world coordinates of the dataset. The
-boundary lies where the index jumps; where the index changes smoothly, it lies half-way in n between vacuum and the
-inside. In glTF, a node above everything turns the upward direction of the world to +y; opaque things are points, seen by
-the photographs' cameras past the glass. A page holds the whole scene in one file and loads nothing; browsers without
-WebGPU show a picture. RUN/checkpoint.safetensors holds all parameters of the run; any safetensors library can open it.")]
+Meshes are closed triangle meshes in the world coordinates of the dataset. Glass ends where the index jumps; where the index
+changes smoothly, half-way in n between vacuum and the inside. Opaque things end where the light of photographs comes from;
+their colours are what the cameras see most directly, past the glass. In glTF, a node above everything turns the upward
+direction of the world to +y. Gaussians stand at every voxel that matters; they bend no light. A page holds the whole scene
+in one file and loads nothing; browsers without WebGPU show a picture. RUN/checkpoint.safetensors holds all parameters of
+the run; any safetensors library can open it.")]
 pub struct ExportArgs {
     /// The run's folder
     #[arg(value_name = "RUN")]
@@ -208,13 +216,15 @@ pub struct ExportArgs {
     /// File format
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub format: ExportFormat,
-    /// The file to write [default: RUN/surface.ply, RUN/scene.glb, RUN/scene.html or RUN/transforms.json]
+    /// The file to write [default in RUN: surface.ply, surface.obj, scene.glb, points.ply, splats.ply, scene.html or
+    /// transforms.json]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Most points of opaque things in a glTF file; 0 for none
-    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(..=10_000_000))]
-    pub points: u32,
-    /// Mesh edges per voxel of the index grid; a finer mesh resolves thinner parts
+    /// Most points, or Gaussians [default: 200000 points, 500000 Gaussians, and no points in glTF, which may have some beside
+    /// its meshes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=10_000_000))]
+    pub points: Option<u32>,
+    /// Mesh edges per voxel; a finer mesh resolves thinner parts
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     pub detail: u32,
     /// Print the result as JSON on standard output, and nothing else there

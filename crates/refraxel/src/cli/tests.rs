@@ -1,6 +1,7 @@
 use super::*;
 use clap::{CommandFactory, FromArgMatches};
 use refraxel_data::synth::Imperfection;
+use refraxel_data::{AlphaMeaning, Backdrop};
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {
     let matches = Cli::with_negative_numbers().try_get_matches_from(line.split(' '))?;
@@ -43,11 +44,18 @@ fn every_flag_has_help() {
 #[test]
 fn train_understands_the_contract() {
     let line = "refraxel train photos --out run --refraction off --set a=1 --set b.c=x=y --config c.toml --resume \
-                --threads 2 --seed 7 --minutes 0.5 --holdout 10 --mask-meaning keep --allow-outside --json";
+                --threads 2 --seed 7 --minutes 0.5 --holdout 10 --mask-meaning keep --backdrop #00ff00 --alpha ignore \
+                --allow-outside --json";
     let Ok(Verb::Train(args)) = parse(line) else { panic!("refused") };
     assert_eq!((args.refraction, args.seed, args.minutes), (Refraction::Off, Some(7), Some(0.5)));
     assert_eq!(args.settings[1], Setting { key: "b.c".into(), value: "x=y".into() });
     assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(WhiteMeans::Keep)));
+    let (backdrop, alpha) = (args.reading.backdrop, args.reading.alpha);
+    assert_eq!((backdrop, alpha), (Some(Backdrop::Color([0.0, 1.0, 0.0])), Some(AlphaMeaning::Ignore)));
+    assert!(
+        parse("refraxel inspect photos --backdrop sky").is_err()
+            && parse("refraxel inspect photos --alpha no").is_err()
+    );
     assert_eq!(args.work.threads, Some(2));
     assert!(parse("refraxel train --options --json").is_ok());
     assert!(args.resume && args.reading.allow_outside && args.work.json);

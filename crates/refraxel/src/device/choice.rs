@@ -14,7 +14,7 @@ pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failu
         DeviceChoice::Mpi => return Err(only_train()),
         DeviceChoice::Auto | DeviceChoice::Gpu | DeviceChoice::Adapter(_) => {}
     }
-    let refused = needs.and_then(|n| GpuBackend::supports_run(n.options, n.saved).err());
+    let refused = needs.and_then(|n| GpuBackend::supports_run(n.options, n.saved, n.has_depth).err());
     match (choice, refused) {
         // Only who has a GPU wonders why it is not used.
         (DeviceChoice::Auto, Some(why)) => {

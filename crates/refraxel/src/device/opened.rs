@@ -58,4 +58,6 @@ pub struct Needs<'a> {
     pub options: &'a Options,
     /// What it has learned and decided so far.
     pub saved: Option<&'a Run>,
+    /// Some photographs that it learns from have depth maps.
+    pub has_depth: bool,
 }

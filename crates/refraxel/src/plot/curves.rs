@@ -20,4 +20,15 @@ pub struct Plot {
     pub y_label: String,
     /// Curves, each in a colour of its own; few points also get dots.
     pub series: Vec<Series>,
+    /// Points that are told by name, where there is room.
+    pub named: Vec<NamedPoint>,
+}
+
+/// A point of a plot with a name beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedPoint {
+    /// What is written.
+    pub name: String,
+    /// Its place in the units of the axes.
+    pub point: (f64, f64),
 }

@@ -27,14 +27,15 @@ impl Plot {
 
 #[cfg(test)]
 mod tests {
-    use super::super::curves::Series;
-    use super::super::marks::{CURVES, FAINT};
+    use super::super::curves::{NamedPoint, Series};
+    use super::super::marks::{CURVES, FAINT, INK};
     use super::*;
 
     fn plot(series: &[(&str, &[(f64, f64)])]) -> Plot {
         let series =
             series.iter().map(|(n, p)| Series { name: (*n).to_owned(), points: p.to_vec() }).collect();
-        Plot { title: "glass & <air>".into(), x_label: "step".into(), y_label: "PSNR [dB]".into(), series }
+        let [title, x_label, y_label] = ["glass & <air>", "step", "PSNR [dB]"].map(str::to_owned);
+        Plot { title, x_label, y_label, series, named: Vec::new() }
     }
 
     fn count(canvas: &Canvas, colour: Colour) -> usize {
@@ -65,6 +66,21 @@ mod tests {
             assert!(count(&canvas, FAINT) > 100, "{points:?}");
         }
         assert!(count(&plot(&[]).draw(320, 200), FAINT) > 100);
+    }
+
+    #[test]
+    fn named_points_are_marked_and_names_do_not_overlap() {
+        let flat = plot(&[("a", &[(0.0, 20.0), (100.0, 30.0)])]);
+        let named = |points: &[(f64, f64)]| {
+            let name = |p: &(f64, f64)| NamedPoint { name: "IMG_0012.jpg".into(), point: *p };
+            Plot { named: points.iter().map(name).collect(), ..flat.clone() }.draw(640, 400)
+        };
+        let ink = |canvas: &Canvas| count(canvas, INK);
+        let [none, one, apart, crowd] =
+            [&[][..], &[(50.0, 25.0)], &[(20.0, 28.0), (80.0, 22.0)], &[(50.0, 25.0); 30]].map(named);
+        let each = ink(&one) - ink(&none);
+        assert!(each > 100 && ink(&apart) - ink(&none) > 2 * each - 60);
+        assert!(ink(&crowd) - ink(&none) < 8 * each, "names without room are left out");
     }
 
     #[test]

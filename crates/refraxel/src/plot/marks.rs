@@ -1,10 +1,10 @@
 //! A plot as a list of marks at pixel positions, before it becomes pixels or SVG.
 
-use super::curves::{Plot, Series};
+use super::curves::{NamedPoint, Plot, Series};
 use super::ticks::{rounded, ticks};
 use crate::canvas::{Align, Canvas, Colour, Font, Rect, Style, text_width};
 
-const INK: Colour = [28, 30, 36];
+pub(super) const INK: Colour = [28, 30, 36];
 pub(super) const FAINT: Colour = [104, 108, 118];
 const GRID: Colour = [228, 230, 235];
 /// Told apart with every kind of colour vision: Okabe & Ito 2008, blue, vermilion, green, purple.
@@ -82,6 +82,7 @@ pub fn marks(plot: &Plot, frame: &Frame) -> Vec<Mark> {
         curve(series, frame, colour, &mut marks);
     }
     last_values(&plot.series, frame, &mut marks);
+    names(&plot.named, frame, &mut marks);
     marks
 }
 
@@ -162,6 +163,31 @@ fn last_values(series: &[Series], frame: &Frame, marks: &mut Vec<Mark>) {
     let x = (frame.axes.x + frame.axes.width) as i64 + 10;
     for (y, value, colour) in ends {
         marks.push(text((x, y as i64), &format!("{value:.2}"), Font::Strong.style(Align::Left, colour)));
+    }
+}
+
+/// Named points as dots, with their names on that side of them where nothing else is written.
+fn names(named: &[NamedPoint], frame: &Frame, marks: &mut Vec<Mark>) {
+    let (high, axes) = (Font::Strong.height() as i64, frame.axes);
+    let mut taken: Vec<[i64; 4]> = Vec::new();
+    for NamedPoint { name, point } in named.iter().filter(|n| n.point.0.is_finite() && n.point.1.is_finite())
+    {
+        let centre = frame.place(*point);
+        marks.push(Mark::Dot { centre, diameter: 9.0, colour: INK });
+        let (x, y, wide) = (centre.0 as i64, centre.1 as i64, text_width(Font::Strong, name) as i64);
+        // At the sides first, then a little higher or lower, then above and below.
+        let sides = [-high / 2, -high - 2, 2].map(|dy| [(9, dy), (-9 - wide, dy)]);
+        let beside = sides.into_iter().flatten().chain([(-wide / 2, -high - 7), (-wide / 2, 7)]);
+        let is_free = |&(left, top): &(i64, i64)| {
+            let (right, below) = (left + wide, top + high);
+            let (most, lowest) = ((axes.x + axes.width) as i64, (axes.y + axes.height) as i64);
+            let is_inside = left >= axes.x as i64 && right <= most && top >= axes.y as i64 && below <= lowest;
+            is_inside && taken.iter().all(|[l, t, r, b]| left > *r || right < *l || top > *b || below < *t)
+        };
+        if let Some(place) = beside.map(|(dx, dy)| (x + dx, y + dy)).find(is_free) {
+            marks.push(text(place, name, Font::Strong.style(Align::Left, INK)));
+            taken.push([place.0, place.1, place.0 + wide, place.1 + high]);
+        }
     }
 }
 

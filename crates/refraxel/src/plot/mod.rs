@@ -6,5 +6,5 @@ mod marks;
 mod svg;
 mod ticks;
 
-pub use curves::{Plot, Series};
+pub use curves::{NamedPoint, Plot, Series};
 pub use ticks::ticks;

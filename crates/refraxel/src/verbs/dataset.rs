@@ -7,7 +7,7 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use refraxel_core::Vec3;
-use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Photo, Reduction};
+use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Reduction};
 use refraxel_train::run::Source;
 use std::io;
 use std::path::Path;
@@ -18,10 +18,13 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
     OpenOptions {
         holdout: reading.holdout.map(|n| n as usize),
         allow_outside: reading.allow_outside,
-        backdrop: None,
+        backdrop: reading.backdrop,
+        alpha: reading.alpha,
         mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
+        orientation: reading.orientation.map(Orientation::from),
         crop: reading.crop.unwrap_or_default(),
         up: reading.up.map(Vec3::from),
+        origin: None,
     }
 }
 
@@ -30,8 +33,11 @@ pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
     Source {
         path: Some(absolute(path)),
         holdout: options.holdout,
+        backdrop: options.backdrop.map(|b| b.to_string()),
+        alpha: options.alpha.map(|a| a.to_string()),
         mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
         allow_outside: options.allow_outside,
+        orientation: options.orientation,
         crop: Some(options.crop).filter(|crop| !crop.is_none()),
         up: options.up.map(Vec3::to_array),
         ..Source::of(data)
@@ -56,6 +62,9 @@ pub fn reduce(data: &mut Dataset, downscale: Option<u32>, path: &Path, show: Sho
     let before = size(data);
     let all: Vec<usize> = (0..data.views.len()).collect();
     let count = data.reduce(&all, reduction);
+    if count == 0 {
+        return Ok(());
+    }
     let first =
         before.zip(size(data)).map(|(from, to)| format!("; the first has {to} pixels instead of {from}"));
     show.say(&format!(
@@ -64,6 +73,23 @@ pub fn reduce(data: &mut Dataset, downscale: Option<u32>, path: &Path, show: Sho
         first.unwrap_or_default()
     ));
     Ok(())
+}
+
+/// The same, and where nothing is asked for, photographs that are too large are reduced. Returns what a run has to store.
+pub fn reduce_or_fit(
+    data: &mut Dataset,
+    downscale: Option<u32>,
+    path: &Path,
+    show: Show,
+) -> Result<Option<u32>, Failure> {
+    if downscale.is_some() {
+        return reduce(data, downscale, path, show).map(|()| downscale);
+    }
+    let fitted = data.fit();
+    if let Some(note) = fitted.and(data.problems.last()) {
+        show.say(&format!("note: {}", note.message));
+    }
+    Ok(fitted.map(u32::from))
 }
 
 /// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.

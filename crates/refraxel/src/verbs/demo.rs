@@ -142,8 +142,11 @@ fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) ->
         work: args.work.clone(),
         reading: ReadingArgs {
             holdout: None,
+            backdrop: None,
+            alpha: None,
             mask_meaning: None,
             allow_outside: false,
+            orientation: None,
             crop: None,
             up: None,
         },

@@ -60,9 +60,11 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
     if let Some(&index) = run.backend.medium().mean_indices().first() {
         options.search.guess = index as f32;
     }
-    let bounds = options.refraction.aabb().map(|b| b.cast());
+    let bounds = options.refraction.stated_box();
     let source = IndexSource::read(file, bounds).with_context(refused).or_exit(Exit::BadInput)?;
-    source.check_scale(&run.plan.finest.bounds.cast()).with_context(refused).or_exit(Exit::BadInput)?;
+    let (origin, scene) = (run.plan.origin, run.plan.finest.bounds.cast());
+    source.check_scale(&origin.to_world(scene)).with_context(refused).or_exit(Exit::BadInput)?;
+    let source = origin.to_local(source);
     let mirrors = run.backend.mirroring().regions;
     let mut known = refraction_search::known_refraction(&source, NODES, &options);
     let bodies = known.medium.regions().len();

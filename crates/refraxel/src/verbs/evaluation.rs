@@ -3,6 +3,7 @@
 use super::files::read_text;
 use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::table::decimals;
 use anyhow::{Context, anyhow};
 use refraxel_train::Refraction;
 use refraxel_train::checkpoint::write_atomic;
@@ -168,9 +169,13 @@ impl Evaluation {
         let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
         if let Some(EvaluatedPoses { shift, evaluated }) = &self.poses {
             text += &format!(
-                "\nposes: cameras turned by up to {:.2} degrees (median {:.2}) and moved by up to {:.4} (median {:.4}); \
+                "\nposes: cameras turned by up to {:.2} degrees (median {:.2}) and moved by up to {:.d$} (median {:.d$}); \
                  those of these images {evaluated}",
-                shift.largest_turn, shift.median_turn, shift.largest_way, shift.median_way
+                shift.largest_turn,
+                shift.median_turn,
+                shift.largest_way,
+                shift.median_way,
+                d = decimals(shift.largest_way, 4)
             );
             if let Some(LensShift { focal, radial }) = shift.lens {
                 text +=

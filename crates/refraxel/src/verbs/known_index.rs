@@ -34,7 +34,7 @@ pub fn held(options: &mut Options) {
     (options.shape.start, options.search.enabled) = (StartShape::File, Switch::Off);
 }
 
-/// The index that the file of a source gives, unless the run has decided already how its rays go.
+/// The index that the file of a source gives in the user's world, unless the run has decided already how its rays go.
 pub fn read(
     source: &Source,
     data: &Dataset,
@@ -44,9 +44,10 @@ pub fn read(
     let decided = |run: &Run| run.state.bends_since.is_some() || run.state.stays_straight;
     let is_needed = options.refraction.bend.is_on() && !saved.is_some_and(decided);
     let Some(path) = source.index_from.as_ref().filter(|_| is_needed) else { return Ok(None) };
-    let bounds = options.refraction.aabb().map(|b| b.cast());
+    let bounds = options.refraction.stated_box();
     let index = IndexSource::read(path, bounds).or_exit(Exit::BadInput)?;
     let refused = || format!("cannot start from {}", path.display());
-    index.check_scale(&scene_region(data).bounds).with_context(refused).or_exit(Exit::BadInput)?;
+    let scene = data.origin.to_world(scene_region(data).bounds);
+    index.check_scale(&scene).with_context(refused).or_exit(Exit::BadInput)?;
     Ok(Some(index))
 }

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod compare;
 pub mod dataset;
 pub mod demo;
+pub mod detail;
 pub mod eval;
 pub mod evaluation;
 pub mod export;

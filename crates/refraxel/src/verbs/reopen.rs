@@ -6,7 +6,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
 use refraxel_core::Vec3;
-use refraxel_data::{Dataset, MaskMeaning, OpenOptions};
+use refraxel_data::{Dataset, LocalOrigin, MaskMeaning, OpenOptions};
 use refraxel_train::run::Source;
 use refraxel_train::session::SessionError;
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::path::Path;
 /// Where poses have learned, refuses data with other training views: which pose is whose would be unknown, and what was learned
 /// is the way from where the cameras were.
 pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
-    let data = reopen_source(&run.source)?;
+    let data = reopen_source(&run.source, run.plan.origin)?;
     let names = data.split.train.iter().map(|&i| &data.views[i].name);
     if run.alignment.poses.is_some() && !names.eq(&run.source.train) {
         let was = run.source.train.len();
@@ -33,8 +33,8 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     Ok(data)
 }
 
-/// Opens the dataset that a run was trained on, with the options of the training.
-pub fn reopen_source(source: &Source) -> Result<Dataset, Failure> {
+/// Opens the dataset that a run was trained on, with the options of the training and the origin of its coordinates.
+pub fn reopen_source(source: &Source, origin: LocalOrigin) -> Result<Dataset, Failure> {
     let mask_meaning = match source.mask_meaning.as_deref() {
         Some("refractive") => Some(MaskMeaning::Refractive),
         Some("keep") => Some(MaskMeaning::Keep),
@@ -44,10 +44,13 @@ pub fn reopen_source(source: &Source) -> Result<Dataset, Failure> {
     let options = OpenOptions {
         holdout: source.holdout,
         allow_outside: source.allow_outside,
-        backdrop: None,
+        backdrop: source.backdrop(),
+        alpha: source.alpha(),
         mask_meaning,
+        orientation: source.orientation,
         crop: source.crop.unwrap_or_default(),
         up: source.up.map(Vec3::from),
+        origin: Some(origin),
     };
     let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
     let path = source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;

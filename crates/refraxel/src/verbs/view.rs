@@ -27,7 +27,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     let server =
         Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?.with_evidence(args.run.join(EVIDENCE));
     let show = Show::suited(args.json);
-    let data = match reopen_source(&run.source) {
+    let data = match reopen_source(&run.source, run.plan.origin) {
         Ok(data) => Some(data),
         Err(failure) => {
             show.say(&format!("note: without photographs: {}", failure.error));

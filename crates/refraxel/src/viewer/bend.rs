@@ -32,17 +32,19 @@ pub fn follow(scene: &Scene, ray: &Ray<f32>) -> BentRay {
     let opacity = 1.0 - pixel.transmittance;
     let depth = (opacity > OPAQUE).then(|| f64::from(pixel.depth / opacity));
     let (densest, late) = optical(&path);
+    let shown = |x: Vec3<f64>| scene.origin().to_world(x).to_array();
+    let bounces = if bends { bounces(refraction, &path) } else { Vec::new() };
     BentRay {
-        seen: depth.map(|s| (s, along(&points, s).to_array())),
-        straight: straight.map(Vec3::to_array),
-        bounces: if bends { bounces(refraction, &path) } else { Vec::new() },
+        seen: depth.map(|s| (s, shown(along(&points, s)))),
+        straight: straight.map(shown),
+        bounces: bounces.into_iter().map(|b| Bounce { place: shown(b.place.into()), ..b }).collect(),
         turned: if bends { angle(start.direction, path.exit.direction.cast()) } else { 0.0 },
         densest,
         late,
         colour: pixel.colour.map(quantize),
         opacity,
         is_whole: !bends || path.end == PathEnd::Escaped,
-        points: points.into_iter().map(Vec3::to_array).collect(),
+        points: points.into_iter().map(shown).collect(),
     }
 }
 

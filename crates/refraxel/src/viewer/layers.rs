@@ -153,7 +153,7 @@ impl Canvas {
             depths.sort_by(f32::total_cmp);
             let at = |share: f64| depths.get((share * (depths.len() as f64 - 1.0)) as usize).copied();
             let [near, far] = QUANTILES.map(|q| at(q).unwrap_or(0.0));
-            [near, far.max(near + 1e-6)]
+            [near, far.max(near.next_up())]
         })
     }
 }

@@ -10,7 +10,7 @@ use super::protocol::{Ask, Look, Tell};
 use super::scene::Scene;
 use super::slice::slice;
 use rayon::ThreadPoolBuilder;
-use refraxel_core::{Ray, vec3};
+use refraxel_core::{Ray, Vec3};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -165,7 +165,8 @@ impl Painter {
             }
             Ask::Follow { id, origin, direction } => {
                 let look = client.look().cloned();
-                let ray = look.map(|look| self.scene.wear(&look).and_then(|()| ray_of(origin, direction)));
+                let local = self.scene.origin().to_local(Vec3::from(origin));
+                let ray = look.map(|look| self.scene.wear(&look).and_then(|()| ray_of(local, direction)));
                 tell_ray(&self.scene, client, id, ray);
             }
             Ask::Slice { region, axis, at } => {
@@ -203,8 +204,8 @@ fn ray_through(scene: &mut Scene, look: &Look, [u, v]: [f64; 2]) -> Result<Ray<f
     ray.map(|r| r.cast()).ok_or_else(|| SceneError::Look("no ray passes there".to_owned()))
 }
 
-fn ray_of([x, y, z]: [f64; 3], direction: [f64; 3]) -> Result<Ray<f32>, SceneError> {
-    let (origin, direction) = (vec3(x, y, z), vec3(direction[0], direction[1], direction[2]));
+fn ray_of(origin: Vec3<f64>, direction: [f64; 3]) -> Result<Ray<f32>, SceneError> {
+    let direction = Vec3::from(direction);
     let is_ray = origin.length() < 1e9 && (1e-9..1e9).contains(&direction.length());
     if !is_ray {
         return Err(SceneError::Look(

@@ -6,7 +6,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb, RgbImage};
 use refraxel_core::Camera;
-use refraxel_data::{Backdrop, Dataset, View, load_photo};
+use refraxel_data::{Backdrop, Dataset, LocalOrigin, View, load_photo};
 use refraxel_train::alignment::Alignment;
 use refraxel_train::evaluation::truth;
 use serde_json::{Value, json};
@@ -19,6 +19,7 @@ const QUALITY: u8 = 95;
 #[derive(Debug, Default)]
 pub struct Photographs {
     views: Vec<Photograph>,
+    origin: LocalOrigin,
     backdrop: Option<Backdrop>,
 }
 
@@ -45,7 +46,7 @@ impl Photographs {
                 views.push(Photograph { view, camera: cameras[i], split });
             }
         }
-        Self { views, backdrop: Some(data.backdrop) }
+        Self { views, origin: data.origin, backdrop: Some(data.backdrop) }
     }
 
     /// The camera that a page begins with.
@@ -62,9 +63,12 @@ impl Photographs {
         self.views.get(view).ok_or(SceneError::Photo { found: view, count: self.views.len() })
     }
 
-    /// Names and cameras for the page.
+    /// Names and cameras for the page, in the user's world.
     pub fn describe(&self) -> Vec<Value> {
-        let entry = |v: &Photograph| json!({ "name": v.view.name, "split": v.split, "camera": PageCamera::of(&v.camera) });
+        let entry = |v: &Photograph| {
+            let camera = PageCamera::of(&self.origin.to_world(v.camera));
+            json!({ "name": v.view.name, "split": v.split, "camera": camera })
+        };
         self.views.iter().map(entry).collect()
     }
 

@@ -11,7 +11,7 @@ use crate::sentences::verdict_text;
 use refraxel_core::Ray;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Aabb, Camera, Vec3};
-use refraxel_data::{Dataset, scene_region};
+use refraxel_data::{Dataset, LocalOrigin, scene_region};
 use refraxel_train::backend::{Layers, Marching};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
@@ -117,6 +117,11 @@ impl Scene {
         &self.learned
     }
 
+    /// Where the coordinates of the renderer begin. Those of pages are the user's.
+    pub fn origin(&self) -> LocalOrigin {
+        self.plan.origin
+    }
+
     /// Steps of the training.
     pub fn step(&self) -> u64 {
         self.step
@@ -129,7 +134,7 @@ impl Scene {
 
     /// The camera of a look.
     pub fn camera(&self, look: &Look) -> Result<Camera, SceneError> {
-        let camera = look.camera.camera().map_err(SceneError::Look)?;
+        let camera = self.origin().to_local(look.camera.camera().map_err(SceneError::Look)?);
         match look.photo {
             None => Ok(camera),
             Some(view) => Ok(self.photographs.camera(view)?.resized(camera.width, camera.height)),
@@ -182,9 +187,9 @@ impl Scene {
 
     /// What a page needs to know.
     pub fn describe(&self) -> Value {
-        let bounds = self.plan.finest.bounds.cast::<f64>();
+        let bounds = self.bounds();
         let regions = self.learned.medium.regions().iter().map(|region| {
-            let bounds = region.domain().bounds;
+            let bounds = self.origin().to_world(region.domain().bounds.cast::<f64>());
             json!({
                 "index": typical_index(region).unwrap_or(1.0),
                 "absorption": region.absorption(),
@@ -213,7 +218,13 @@ impl Scene {
 
     /// Where a page begins: at the first held-out photograph, if there is one.
     fn start(&self) -> PageCamera {
-        start(self.photographs.first(), self.plan.finest.bounds.cast(), self.up)
+        let photograph = self.photographs.first().map(|camera| self.origin().to_world(camera));
+        start(photograph, self.bounds(), self.up)
+    }
+
+    /// The box of the scene in the user's world.
+    fn bounds(&self) -> Aabb<f64> {
+        self.origin().to_world(self.plan.finest.bounds.cast())
     }
 }
 

@@ -46,6 +46,7 @@ pub fn slice(scene: &Scene, region: usize, axis: usize, at: f64) -> Result<(Head
         ColourMap::Viridis.at((n - range[0]) / (range[1] - range[0]))
     };
     let pixels: Vec<[u8; 3]> = (0..size[0] * size[1]).into_par_iter().map(colour).collect();
-    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[u, v]| point(u, v).to_array());
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+        .map(|[u, v]| scene.origin().to_world(point(u, v)).to_array());
     Ok((Header::Slice { region, axis, corners, range }, encode(pixels.as_flattened(), size, QUALITY)))
 }

@@ -1,14 +1,19 @@
 //! Where models and their files lie, and what those hold, binary or text.
 
-use super::records::{Image, Point};
+use super::records::{Calibrations, Image, Images, Point};
 use super::{binary, text};
+use crate::folder::{file_in, folder_in};
 use crate::{DataError, limits};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// The folder's model, if there is one: in `sparse/0`, `colmap/sparse/0`, `sparse` or the folder itself.
 pub(crate) fn find_models(folder: &Path) -> Vec<PathBuf> {
-    let bases = [folder.join("sparse"), folder.join("colmap/sparse"), folder.to_owned()];
-    bases.into_iter().map(|base| models_in(&base)).find(|found| !found.is_empty()).unwrap_or_default()
+    let sparse = |folder: &Path| folder_in(folder, "sparse");
+    let inner = folder_in(folder, "colmap").and_then(|colmap| sparse(&colmap));
+    let bases = [sparse(folder), inner, Some(folder.to_owned())];
+    let found = bases.into_iter().flatten().map(|base| models_in(&base));
+    found.into_iter().find(|found| !found.is_empty()).unwrap_or_default()
 }
 
 /// Model folders directly in `base` (named by numbers) and `base` itself.
@@ -23,20 +28,22 @@ pub(super) fn models_in(base: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// `name.bin` or else `name.txt` in a model folder.
+/// `name.bin` or else `name.txt` in a model folder, in upper or lower case.
 pub(super) fn file(model: &Path, name: &str) -> Option<PathBuf> {
-    ["bin", "txt"]
-        .map(|extension| model.join(format!("{name}.{extension}")))
-        .into_iter()
-        .find(|p| p.is_file())
+    ["bin", "txt"].into_iter().find_map(|extension| file_in(model, &format!("{name}.{extension}")))
 }
 
-pub(super) fn is_binary(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "bin")
+/// True where the files of a model are there in both forms, of which the text is not read.
+pub(super) fn has_both(model: &Path) -> bool {
+    ["bin", "txt"].iter().all(|extension| file_in(model, &format!("images.{extension}")).is_some())
+}
+
+fn is_binary(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bin"))
 }
 
 /// The images that a model poses.
-pub(super) fn images(model: &Path) -> Result<Vec<Image>, DataError> {
+pub(super) fn images(model: &Path) -> Result<Images, DataError> {
     let path = file(model, "images").unwrap_or_default();
     match is_binary(&path) {
         true => binary::images(&path, &limits::read(&path, limits::BINARY_BYTES)?),
@@ -44,11 +51,30 @@ pub(super) fn images(model: &Path) -> Result<Vec<Image>, DataError> {
     }
 }
 
-/// The points of a model; none where it has no file of them.
-pub(super) fn points(model: &Path) -> Result<Vec<Point>, DataError> {
+/// The largest number of cameras that move together; 1 where the model states no rigs, as before COLMAP 3.12.
+pub(super) fn most_sensors(model: &Path) -> Result<u32, DataError> {
+    let Some(path) = file(model, "rigs") else { return Ok(1) };
+    match is_binary(&path) {
+        true => binary::most_sensors(&path, &limits::read(&path, limits::BINARY_BYTES)?),
+        false => text::most_sensors(&path, &limits::read_text(&path)?),
+    }
+}
+
+/// The cameras of a model that its images use; others may be damaged.
+pub(super) fn cameras(model: &Path, images: &[Image]) -> Result<Calibrations, DataError> {
+    let used: HashSet<u32> = images.iter().map(|image| image.camera).collect();
+    let path = file(model, "cameras").unwrap_or_default();
+    match is_binary(&path) {
+        true => binary::cameras(&path, &limits::read(&path, limits::BINARY_BYTES)?, &used),
+        false => text::cameras(&path, &limits::read_text(&path)?, &used),
+    }
+}
+
+/// The points of a model, with their tracks in the `wanted` images; none where it has no file of them.
+pub(super) fn points(model: &Path, wanted: &HashSet<u32>) -> Result<Vec<Point>, DataError> {
     let Some(path) = file(model, "points3D") else { return Ok(Vec::new()) };
     match is_binary(&path) {
-        true => binary::points(&path, &limits::read(&path, limits::BINARY_BYTES)?),
-        false => text::points(&path, &limits::read_text(&path)?),
+        true => binary::points(&path, &limits::read(&path, limits::BINARY_BYTES)?, wanted),
+        false => text::points(&path, &limits::read_text(&path)?, wanted),
     }
 }

@@ -7,9 +7,11 @@ mod files;
 mod models;
 mod read;
 mod records;
+mod sightings;
 mod summary;
 mod text;
 
 pub(crate) use files::find_models;
 pub(crate) use read::read;
+pub(crate) use sightings::sightings;
 pub use summary::{ColmapModel, colmap_models};

@@ -1,14 +1,17 @@
 //! From the files of a model to a parsed dataset.
 
-use super::files::{file, images, is_binary, points};
-use super::records::{Calibrations, Image};
-use super::{binary, text};
-use crate::formats::folder::is_image;
-use crate::parsed::{Frame, Origin, ParsedDataset};
+use super::files::{cameras, file, has_both, images, most_sensors, points};
+use super::records::{Calibrations, Image, Images};
+use crate::folder::{folder_in, names};
+use crate::formats::beside::image_folder;
+use crate::formats::photographs::photographs;
+use crate::naming::{is_image, key};
+use crate::parsed::{Coloured, Frame, Loss, Origin, ParsedDataset};
 use crate::pose::PoseFault;
 use crate::root::{Root, Statement};
 use crate::{DataError, Format, OpenOptions, Problem, limits, pose};
 use refraxel_core::{Pose, Vec3};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,84 +23,87 @@ pub(crate) fn read(
 ) -> Result<ParsedDataset, DataError> {
     let mut parsed =
         ParsedDataset::new(Root::new(&dataset_folder(folder), options.allow_outside)?, Format::Colmap);
-    let (model, images) = largest(candidates, &mut parsed.problems)?;
+    let (model, Images { all: images, doubts }) = largest(candidates, &mut parsed.problems)?;
     limits::frames(&model, images.len())?;
-    let cameras_file = file(&model, "cameras").unwrap_or_default();
-    let calibrations = match is_binary(&cameras_file) {
-        true => binary::cameras(&cameras_file, &limits::read(&cameras_file, limits::BINARY_BYTES)?)?,
-        false => text::cameras(&cameras_file, &limits::read_text(&cameras_file)?)?,
-    };
     let path = Arc::new(file(&model, "images").unwrap_or_default());
-    let image_folder = image_folder(&parsed.root, &path, &images)?;
+    if has_both(&model) {
+        let message = format!("{}: the text files beside it are not read", path.display());
+        parsed.problems.push(Problem::note(message));
+    }
+    parsed.problems.extend(doubts.into_iter().map(Problem::warning));
+    let calibrations = cameras(&model, &images)?;
+    let image_folder = image_folder(&parsed.root, images.iter().map(|image| image.name.as_str()));
     for image in &images {
         let origin = Origin { path: path.clone(), key: image.key.clone() };
         parsed.frames.push(frame(&parsed.root, &image_folder, image, &calibrations, origin)?);
     }
-    let total = count_images(&parsed.root.folder().join(&image_folder), 0).max(images.len());
-    parsed
-        .problems
-        .push(Problem::note(format!("{} of {total} images are registered by COLMAP", images.len())));
-    parsed.points = points(&model)?.iter().map(|point| point.position).collect();
+    parsed.problems.push(registered(&parsed.root, &image_folder, images.len()));
+    parsed.problems.extend(rigs(&model));
+    match points(&model, &HashSet::new()) {
+        Ok(points) => {
+            parsed.points = points.iter().map(|point| point.position).collect();
+            parsed.coloured = Some(Coloured::Colmap(model));
+        }
+        Err(error) => parsed.problems.push(Problem::warning(format!("the points are not used: {error}"))),
+    }
     Ok(parsed)
 }
 
-/// The images of the model that has most of them, and a note when there were several.
-fn largest(candidates: &[PathBuf], problems: &mut Vec<Problem>) -> Result<(PathBuf, Vec<Image>), DataError> {
-    let mut best: (PathBuf, Vec<Image>) = Default::default();
-    let mut sizes = Vec::new();
+/// A note about cameras that move together; what cannot be read is not needed.
+fn rigs(model: &Path) -> Option<Problem> {
+    match most_sensors(model) {
+        Ok(0 | 1) => None,
+        Ok(count) => Some(Problem::note(format!(
+            "the cameras are in rigs of up to {count}; the pose of each image is used, rigs are not"
+        ))),
+        Err(error) => Some(Problem::note(format!("rigs are not used: {error}"))),
+    }
+}
+
+/// How many of the photographs COLMAP posed: a warning where it is less than half.
+fn registered(root: &Root, image_folder: &str, count: usize) -> Problem {
+    let total = count_images(&root.folder().join(image_folder), 0).max(count);
+    let message = format!("{count} of {total} images are registered by COLMAP");
+    if 2 * count < total { Problem::warning(message) } else { Problem::note(message) }
+}
+
+/// The images of the model that has most of them, and a warning when there were several or one cannot be read.
+fn largest(candidates: &[PathBuf], problems: &mut Vec<Problem>) -> Result<(PathBuf, Images), DataError> {
+    let (mut models, mut refused) = (Vec::new(), Vec::new());
     for model in candidates {
-        let images = images(model)?;
-        sizes.push(format!("{} ({} images)", model.display(), images.len()));
-        if best.0.as_os_str().is_empty() || images.len() > best.1.len() {
-            best = (model.clone(), images);
+        match images(model) {
+            Ok(images) => models.push((model, images)),
+            Err(error) => refused.push(error),
         }
     }
+    let sizes: Vec<String> =
+        models.iter().map(|(m, images)| format!("{} ({} images)", m.display(), images.all.len())).collect();
+    // Of equal ones, the first.
+    let best = models.into_iter().rev().max_by_key(|(_, images)| images.all.len());
+    let Some((model, images)) = best else { return Err(refused.swap_remove(0)) };
+    let message = |error: &DataError| format!("one of the models of COLMAP is not used: {error}");
+    problems.extend(refused.iter().map(|error| Problem::warning(message(error))));
     if sizes.len() > 1 {
-        let (found, used) = (sizes.join(", "), best.0.display());
+        let (found, used) = (sizes.join(", "), model.display());
         let message = format!(
             "COLMAP made several models: {found}; the largest, {used}, is used; the others have other coordinates"
         );
         problems.push(Problem::warning(message));
     }
-    Ok(best)
+    Ok((model.clone(), images))
 }
 
 /// The dataset's folder when the user gave a model folder inside it.
 fn dataset_folder(given: &Path) -> PathBuf {
     let inner = |p: &Path| {
         let name = p.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        name == "sparse" || name == "colmap" || name.parse::<u32>().is_ok()
+        ["sparse", "colmap"].contains(&key(name).as_str()) || name.parse::<u32>().is_ok()
     };
     let real = given.canonicalize().unwrap_or_else(|_| given.to_owned());
     match real.ancestors().find(|p| !inner(p)) {
-        Some(outer) if outer != real && !given.join("images").is_dir() => outer.to_owned(),
+        Some(outer) if outer != real && folder_in(given, "images").is_none() => outer.to_owned(),
         _ => given.to_owned(),
     }
-}
-
-/// The folder, relative to the dataset, that holds most of the images: `images`, then others named so, then the root.
-fn image_folder(root: &Root, path: &Path, images: &[Image]) -> Result<String, DataError> {
-    let entries = std::fs::read_dir(root.folder()).into_iter().flatten().flatten();
-    let mut named: Vec<String> = entries
-        .filter_map(|e| e.file_name().into_string().ok())
-        .filter(|name| name.starts_with("images_") || name == "input")
-        .collect();
-    named.sort();
-    let mut best = (0, "images".to_owned());
-    for folder in std::iter::once("images".to_owned()).chain(named).chain([".".to_owned()]) {
-        let mut count = 0;
-        for image in images {
-            let by = Statement { path, key: &image.key };
-            count += usize::from(root.find_below(&folder, &image.name, by)?.is_some());
-        }
-        if count > best.0 {
-            best = (count, folder);
-        }
-        if best.0 == images.len() {
-            break;
-        }
-    }
-    Ok(best.1)
 }
 
 fn frame(
@@ -107,6 +113,9 @@ fn frame(
     calibrations: &Calibrations,
     origin: Origin,
 ) -> Result<Frame, DataError> {
+    if image.quaternion.iter().all(|v| *v == 0.0 || v.is_nan()) {
+        return Ok(Frame::lost(origin, image.name.clone(), Loss::NoPose));
+    }
     let in_pose =
         |fault: PoseFault| DataError::Pose { path: origin.path.to_path_buf(), key: image.key.clone(), fault };
     let camera_from_world = pose::rotation_of_quaternion(image.quaternion).map_err(in_pose)?;
@@ -121,20 +130,25 @@ fn frame(
     let by = Statement { path: &origin.path, key: &image.key };
     let found = root.find_below(folder, &image.name, by)?;
     let intrinsics = calibration.intrinsics()?;
-    Ok(Frame { file: image.name.clone(), image: found, mask: None, part: None, intrinsics, pose, origin })
+    let file = image.name.clone();
+    Ok(Frame {
+        file,
+        image: found,
+        mask: None,
+        depth: None,
+        part: None,
+        intrinsics,
+        pose,
+        origin,
+        lost: None,
+    })
 }
 
-/// Image files in a folder and below; stops at a depth and number that no photograph folder reaches.
+/// Photographs in a folder and below; stops at a depth and number that no folder of photographs reaches.
 fn count_images(folder: &Path, depth: usize) -> usize {
     const DEPTH: usize = 6;
-    let is_image = |p: &Path| p.file_name().and_then(|n| n.to_str()).is_some_and(is_image);
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(limits::FRAMES);
-    let count = entries.map(|entry| match entry.path() {
-        path if is_image(&path) => 1,
-        path if depth < DEPTH && entry.file_type().is_ok_and(|t| t.is_dir()) => {
-            count_images(&path, depth + 1)
-        }
-        _ => 0,
-    });
-    count.sum()
+    let names = names(folder).unwrap_or_default();
+    let others = names.iter().take(limits::FRAMES).filter(|name| !is_image(name) && depth < DEPTH);
+    let folders = others.map(|name| folder.join(name)).filter(|path| !path.is_symlink() && path.is_dir());
+    folders.map(|path| count_images(&path, depth + 1)).sum::<usize>() + photographs(names).len()
 }

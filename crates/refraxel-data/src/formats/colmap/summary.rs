@@ -2,6 +2,7 @@
 
 use super::files::{images, models_in, points};
 use crate::DataError;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// What one model holds.
@@ -20,9 +21,9 @@ pub struct ColmapModel {
 /// The models directly in a folder, in folders named by numbers or in itself; the one with most images first.
 pub fn colmap_models(folder: &Path) -> Result<Vec<ColmapModel>, DataError> {
     let summary = |folder: PathBuf| {
-        let mut images: Vec<String> = images(&folder)?.into_iter().map(|image| image.name).collect();
+        let mut images: Vec<String> = images(&folder)?.all.into_iter().map(|image| image.name).collect();
         images.sort();
-        let points = points(&folder)?;
+        let points = points(&folder, &HashSet::new())?;
         let errors: Vec<f64> =
             points.iter().filter_map(|point| point.error).filter(|e| e.is_finite()).collect();
         let mean_error = (!errors.is_empty()).then_some(errors.iter().sum::<f64>() / errors.len() as f64);

@@ -11,6 +11,8 @@ use std::path::Path;
 enum FaceProperty {
     /// A number of this size [byte].
     Scalar(usize),
+    /// The number of the face's region, of this size [byte].
+    Region(usize),
     /// A count and as many numbers.
     List {
         /// Size of the count [byte].
@@ -22,12 +24,15 @@ enum FaceProperty {
     },
 }
 
+/// The comment by which a file that this program wrote says that the faces of region 0 are not refractive.
+pub const OPAQUE_REGION: &str = "region 0: opaque";
+
 const EXPECTED: &str =
     "a PLY mesh: element vertex, then element face with a list vertex_indices of 3 or more corners each";
 /// Corners of one face; more are a damaged count.
 const MOST_CORNERS: u64 = 1000;
 
-/// Vertices and triangles of a mesh; polygons become fans.
+/// Vertices and triangles of a mesh; polygons become fans. Of a file that says so in a comment, region 0 is opaque and left out.
 pub(crate) fn mesh(path: &Path, content: &[u8]) -> Result<(Vec<Vec3<f64>>, Vec<[u32; 3]>), DataError> {
     let (mut bytes, header, text) = open(path, content)?;
     let start = bytes;
@@ -49,9 +54,15 @@ pub(crate) fn mesh(path: &Path, content: &[u8]) -> Result<(Vec<Vec3<f64>>, Vec<[
         encoding => Numbers::Binary(bytes, encoding),
     };
     let mut triangles = Vec::new();
+    let tells_opaque = text.lines().any(|l| l.trim().strip_prefix("comment ") == Some(OPAQUE_REGION));
     for _ in 0..count {
+        let (before, mut is_opaque) = (triangles.len(), false);
         for property in &properties {
             let (length, size, is_corners) = match *property {
+                FaceProperty::Region(size) => {
+                    is_opaque = numbers.next(size)? == 0 && tells_opaque;
+                    continue;
+                }
                 FaceProperty::Scalar(size) => (1, size, false),
                 FaceProperty::List { count, number, is_corners } => {
                     (numbers.next(count)?, number, is_corners)
@@ -65,6 +76,9 @@ pub(crate) fn mesh(path: &Path, content: &[u8]) -> Result<(Vec<Vec3<f64>>, Vec<[
             if is_corners {
                 triangles.extend(list[1..].windows(2).map(|w| [list[0], w[0], w[1]]));
             }
+        }
+        if is_opaque {
+            triangles.truncate(before);
         }
     }
     Ok((points, triangles))
@@ -97,6 +111,9 @@ fn property(line: &str) -> Option<FaceProperty> {
             number: size(kind)?,
             is_corners: ["vertex_indices", "vertex_index"].contains(&name),
         }),
+        [_, kind @ ("int" | "uint" | "int32" | "uint32"), "region"] => {
+            Some(FaceProperty::Region(size(kind)?))
+        }
         [_, kind, _] => Some(FaceProperty::Scalar(size(kind)?)),
         _ => None,
     }

@@ -4,7 +4,8 @@ mod faces;
 mod header;
 mod vertices;
 
+pub use faces::OPAQUE_REGION;
 pub(crate) use faces::mesh;
 #[cfg(test)]
 pub(crate) use faces::tests::tetrahedron;
-pub(crate) use vertices::points;
+pub(crate) use vertices::{coloured_points, points};

@@ -1,6 +1,7 @@
 //! Intrinsics keys of `transforms.json`.
 
 use crate::DataError;
+use crate::formats::lens::opencv;
 use crate::json::Object;
 use crate::parsed::{FieldOfView, Focal, Intrinsics};
 use refraxel_core::Lens;
@@ -121,9 +122,7 @@ fn lens(frame: &Object) -> Result<Lens, DataError> {
         }
         "EQUIRECTANGULAR" => Lens::Equirectangular,
         "FULL_OPENCV" => Lens::FullOpenCv { k: [k1, k2, k3, k4, k5, k6], p },
-        "SIMPLE_PINHOLE" | "PINHOLE" | "PERSPECTIVE" | "SIMPLE_RADIAL" | "RADIAL" | "OPENCV" => {
-            if k == [0.0; 4] && p == [0.0; 2] { Lens::Pinhole } else { Lens::OpenCv { k, p } }
-        }
+        "SIMPLE_PINHOLE" | "PINHOLE" | "PERSPECTIVE" | "SIMPLE_RADIAL" | "RADIAL" | "OPENCV" => opencv(k, p),
         _ => {
             let (path, model) = (frame.path().to_owned(), model.to_owned());
             return Err(DataError::UnsupportedCamera { path, key: frame.key("camera_model"), model });

@@ -2,27 +2,73 @@
 
 use super::camera;
 use crate::json::Object;
-use crate::parsed::{Frame, Origin, StatedMask};
+use crate::parsed::{Frame, Loss, Origin, Part, StatedMask};
 use crate::root::{Root, Statement};
-use crate::{DataError, pose};
+use crate::{DataError, DepthFile, pose};
 use refraxel_core::Pose;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// One frame, and a sentence when its focal length is stated twice with different values.
+/// Where the files lie that frames name, below the dataset's folder.
+pub(super) struct Layout {
+    pub images: &'static str,
+    /// `None` where masks are not used.
+    pub masks: Option<&'static str>,
+}
+
+impl Layout {
+    /// Names are paths.
+    pub const USUAL: Self = Self { images: "", masks: Some("") };
+}
+
+/// One frame, read.
+pub(super) struct Read {
+    pub frame: Frame,
+    /// A sentence when its focal length is stated twice with different values.
+    pub disagreement: Option<String>,
+}
+
+/// Reads a frame. One without an image or without a pose, as programs write views that they could not pose, is lost.
 pub(super) fn read_frame(
     root: &Root,
     frame: Object,
+    layout: &Layout,
     origin: Origin,
-) -> Result<(Frame, Option<String>), DataError> {
+) -> Result<Read, DataError> {
+    let part = frame.alone().get("split").and_then(Value::as_str).and_then(Part::named);
+    let lost = |origin, file, loss| {
+        Ok(Read { frame: Frame { part, ..Frame::lost(origin, file, loss) }, disagreement: None })
+    };
+    let Some(file) = frame.alone().text("file_path")?.map(str::to_owned) else {
+        let name = origin.key.clone();
+        return lost(origin, name, Loss::NoName);
+    };
     refuse_moving_camera(&frame)?;
-    let file =
-        frame.text("file_path")?.ok_or_else(|| frame.wrong("file_path", "the image's file name"))?.to_owned();
-    let image = root.find(&file, Statement { path: frame.path(), key: &frame.key("file_path") })?;
+    if is_without_pose(&frame) {
+        return lost(origin, file, Loss::NoPose);
+    }
+    let by = Statement { path: frame.path(), key: &frame.key("file_path") };
+    let image = match layout.images {
+        "" => root.find_photograph(&file, by)?,
+        folder => root.find_below(folder, &file, by)?,
+    };
     let (intrinsics, disagreement) = camera::intrinsics(&frame)?;
     let pose = pose_of(&frame)?;
-    let mask = if image.is_some() { mask(root, &frame)? } else { None };
-    Ok((Frame { origin, file, image, mask, part: None, intrinsics, pose }, disagreement))
+    let mask = match layout.masks.filter(|_| image.is_some()) {
+        Some(folder) => mask(root, folder, &frame)?,
+        None => None,
+    };
+    let depth = if image.is_some() { depth(root, &frame)? } else { None };
+    let frame = Frame { origin, file, image, mask, depth, part, intrinsics, pose, lost: None };
+    Ok(Read { frame, disagreement })
+}
+
+/// Whether the matrix is missing, or nothing in it is a number.
+fn is_without_pose(frame: &Object) -> bool {
+    let Some(matrix) = frame.get("transform_matrix") else { return true };
+    let rows = matrix.as_array().map_or(&[][..], Vec::as_slice);
+    let entries = rows.iter().take(3).flat_map(|row| row.as_array().map_or(&[][..], Vec::as_slice));
+    !rows.is_empty() && entries.clone().count() > 0 && entries.clone().all(Value::is_null)
 }
 
 fn pose_of(frame: &Object) -> Result<Pose, DataError> {
@@ -54,14 +100,37 @@ fn refuse_moving_camera(frame: &Object) -> Result<(), DataError> {
 
 /// The mask a frame names: nerfstudio's `mask_path` (black = ignore, but segmenters mark objects by white) or RefRef's
 /// `mask_file_path`.
-fn mask(root: &Root, frame: &Object) -> Result<Option<(PathBuf, StatedMask)>, DataError> {
+fn mask(root: &Root, folder: &str, frame: &Object) -> Result<Option<(PathBuf, StatedMask)>, DataError> {
     let keys = [("mask_path", StatedMask::Shown), ("mask_file_path", StatedMask::Open)];
     for (key, meaning) in keys {
         if let Some(stated) = frame.text(key)? {
-            let found = root.find(stated, Statement { path: frame.path(), key: &frame.key(key) })?;
+            let found =
+                root.find_below(folder, stated, Statement { path: frame.path(), key: &frame.key(key) })?;
             let path = found.ok_or_else(|| frame.wrong(key, "an existing mask image"))?;
             return Ok(Some((path, meaning)));
         }
+    }
+    Ok(None)
+}
+
+/// Scene units per step of a depth map, where no key says it: millimetres, as nerfstudio takes them.
+const MILLIMETRE: f64 = 1e-3;
+
+/// The depth map that a frame names: nerfstudio's `depth_file_path` with `depth_unit_scale_factor`, or instant-ngp's `depth_path` with
+/// `integer_depth_scale`.
+fn depth(root: &Root, frame: &Object) -> Result<Option<DepthFile>, DataError> {
+    for (key, unit) in [("depth_file_path", "depth_unit_scale_factor"), ("depth_path", "integer_depth_scale")]
+    {
+        let Some(stated) = frame.text(key)? else { continue };
+        let unit = match frame.number(unit)? {
+            Some(stated) if stated <= 0.0 => {
+                return Err(frame.wrong(unit, "scene units per step of a depth map, above 0"));
+            }
+            stated => stated.unwrap_or(MILLIMETRE),
+        };
+        let found = root.find(stated, Statement { path: frame.path(), key: &frame.key(key) })?;
+        let path = found.ok_or_else(|| frame.wrong(key, "an existing depth map"))?;
+        return Ok(Some(DepthFile { path, unit }));
     }
     Ok(None)
 }

@@ -6,5 +6,8 @@ mod camera;
 mod frame;
 mod read;
 mod region;
+mod scannetpp;
+mod unused;
 
-pub(crate) use read::{read_blender, read_single};
+pub(crate) use read::{find_other, read_blender, read_single, read_with_held_out};
+pub(crate) use scannetpp::{read_scannetpp, scannetpp};

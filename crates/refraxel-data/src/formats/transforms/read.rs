@@ -1,20 +1,51 @@
 //! From files to a parsed dataset, with the keys of whole files.
 
-use super::frame::read_frame;
+use super::frame::{Layout, Read, read_frame};
 use super::region;
+use super::unused::Unused;
+use crate::folder::{file_in, names, only_one};
 use crate::formats::ply;
-use crate::parsed::{Frame, Origin, ParsedDataset, Part};
+use crate::parsed::{Coloured, Frame, Origin, ParsedDataset, Part};
 use crate::root::{Root, Statement};
-use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits};
+use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits, split};
 use serde_json::Value;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Reads one file that holds all views.
 pub(crate) fn read_single(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
-    add_file(&mut parsed, file, None)?;
+    add_file(&mut parsed, file, &Layout::USUAL, None)?;
+    Ok(parsed)
+}
+
+/// Reads one file that holds all views of a folder, and `transforms_{val,test}.json` beside it: they add views, or say of views
+/// of the first file that they are held out.
+pub(crate) fn read_with_held_out(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
+    let mut parsed = read_single(file, options)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut names = vec!["transforms.json".to_owned()];
+    for (part, name) in [(Part::Val, "transforms_val.json"), (Part::Test, "transforms_test.json")] {
+        let Some(other) = file_in(folder, name) else { continue };
+        let known = parsed.frames.len();
+        add_file(&mut parsed, &other, &Layout::USUAL, Some(part))?;
+        let added = parsed.frames.split_off(known);
+        let places: HashMap<String, usize> =
+            parsed.frames.iter().enumerate().map(|(i, frame)| (frame.file.clone(), i)).collect();
+        for frame in added {
+            match places.get(&frame.file) {
+                Some(&i) => parsed.frames[i].part = Some(part),
+                None => parsed.frames.push(frame),
+            }
+        }
+        names.push(name.to_owned());
+    }
+    if names.len() > 1 {
+        parsed.split_rule = Some(names.join(", "));
+        parsed.frames.iter_mut().for_each(|frame| frame.part = frame.part.or(Some(Part::Train)));
+    }
     Ok(parsed)
 }
 
@@ -24,9 +55,8 @@ pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<Parse
     parsed.synthetic = true;
     let mut names = Vec::new();
     for (part, name) in [(Part::Train, "train"), (Part::Val, "val"), (Part::Test, "test")] {
-        let file = folder.join(format!("transforms_{name}.json"));
-        if file.is_file() {
-            let calibrated = add_file(&mut parsed, &file, Some(part))?;
+        if let Some(file) = file_in(folder, &format!("transforms_{name}.json")) {
+            let calibrated = add_file(&mut parsed, &file, &Layout::USUAL, Some(part))?;
             parsed.synthetic &= !calibrated;
             names.push(name);
         }
@@ -37,29 +67,94 @@ pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<Parse
     Ok(parsed)
 }
 
+/// Lists of frames in a file: all of them, or those to learn from and those that are held out (ScanNet++).
+const LISTS: [(&str, Option<Part>); 4] = [
+    ("frames", None),
+    ("val_frames", Some(Part::Val)),
+    ("test_frames", Some(Part::Test)),
+    ("eval_frames", Some(Part::Test)),
+];
+
+/// Reads another file of the same kind that a folder has, whose name is not the usual one.
+pub(crate) fn find_other(folder: &Path) -> Result<Option<PathBuf>, DataError> {
+    let mut names = names(folder).unwrap_or_default();
+    names.retain(|name| name.starts_with("transforms") && name.ends_with(".json"));
+    if names.iter().any(|name| name == "transforms_all.json") {
+        names.retain(|name| name == "transforms_all.json");
+    }
+    only_one(folder, names.into_iter().map(|name| folder.join(name)).collect())
+}
+
 /// Adds the frames of one file. True when the file carries a calibration, as photographs have and renderings lack.
-fn add_file(parsed: &mut ParsedDataset, file: &Path, part: Option<Part>) -> Result<bool, DataError> {
+pub(super) fn add_file(
+    parsed: &mut ParsedDataset,
+    file: &Path,
+    layout: &Layout,
+    part: Option<Part>,
+) -> Result<bool, DataError> {
     let value = json::read(file)?;
     let top = Object::new(file, "", &value)?;
-    let frames = top.get("frames").and_then(Value::as_array);
-    let frames = frames.ok_or_else(|| top.wrong("frames", "a list of frames [{\"file_path\": …}]"))?;
-    limits::frames(file, parsed.frames.len() + frames.len())?;
-    read_file_keys(parsed, &top)?;
-    let path = Arc::new(file.to_owned());
-    let mut disagreements = Vec::new();
-    for (i, frame) in frames.iter().enumerate() {
-        let key = format!("frames[{i}]");
-        let object = Object::new(file, &key, frame)?.within(&top);
-        let (frame, disagreement) =
-            read_frame(&parsed.root, object, Origin { path: path.clone(), key: key.clone() })?;
-        disagreements.extend(disagreement);
-        parsed.frames.push(Frame { part, ..frame });
+    let lists = LISTS.map(|(key, part)| (key, part, top.get(key).and_then(Value::as_array)));
+    if lists[0].2.is_none() {
+        return Err(top.wrong("frames", "a list of frames [{\"file_path\": …}]"));
     }
-    if let Some(first) = disagreements.first() {
-        let count = disagreements.len();
-        parsed.problems.push(Problem::warning(format!("{} ({count} frames): {first}", file.display())));
+    read_file_keys(parsed, &top)?;
+    let held_out = lists[1..].iter().any(|(.., frames)| frames.is_some_and(|f| !f.is_empty()));
+    if held_out && part.is_none() {
+        parsed.split_rule = Some("frames and test_frames or val_frames of the file".to_owned());
+    }
+    for (list, of_list, frames) in lists {
+        let of_list = of_list.or(held_out.then_some(Part::Train));
+        let frames = frames.map_or(&[][..], Vec::as_slice);
+        add_frames(parsed, &top, list, frames, layout, part.or(of_list))?;
     }
     Ok(["fl_x", "cx", "k1", "aabb_scale", "camera_model"].iter().any(|key| top.get(key).is_some()))
+}
+
+/// Adds the frames of one list, which are of this part of the split if the list says so.
+fn add_frames(
+    parsed: &mut ParsedDataset,
+    top: &Object,
+    list: &str,
+    frames: &[Value],
+    layout: &Layout,
+    part: Option<Part>,
+) -> Result<(), DataError> {
+    let file = top.path();
+    limits::frames(file, parsed.frames.len() + frames.len())?;
+    let path = Arc::new(file.to_owned());
+    let mut unused = Unused::default();
+    let (mut disagreements, mut has_parts, mut other_parts) = (Vec::new(), false, Vec::new());
+    for (i, frame) in frames.iter().enumerate() {
+        let key = format!("{list}[{i}]");
+        let object = Object::new(file, &key, frame)?.within(top);
+        if !unused.look(&object)? {
+            continue;
+        }
+        let origin = Origin { path: path.clone(), key: key.clone() };
+        let Read { frame, disagreement } = read_frame(&parsed.root, object, layout, origin)?;
+        disagreements.extend(disagreement);
+        has_parts |= frame.part.is_some();
+        other_parts.extend(object.alone().get("split").filter(|_| frame.part.is_none()).map(|_| key.clone()));
+        parsed.frames.push(Frame { part: part.or(frame.part), ..frame });
+    }
+    if has_parts && part.is_none() {
+        parsed.split_rule = Some("the key \"split\" of the frames".to_owned());
+    }
+    parsed.problems.extend(unused.problems(&path));
+    let file = file.display();
+    parsed.problems.extend(other_parts.first().map(|first| {
+        let others = other_parts.len() - 1;
+        Problem::warning(format!(
+            "{file}: {first}.split names no part of a split (train, val, test), nor do {others} others; they are not obeyed"
+        ))
+    }));
+    parsed.problems.extend(
+        disagreements
+            .first()
+            .map(|first| Problem::warning(format!("{file} ({} frames): {first}", disagreements.len()))),
+    );
+    Ok(())
 }
 
 /// Keys of the whole file: backdrop, region, split lists, points and the transform that made its coordinates.
@@ -77,6 +172,9 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
             parsed.split_lists.push((part, names.into_iter().map(str::to_owned).collect()));
         }
     }
+    // The same under other names, such as train_ids, as far as they are lists of names or numbers.
+    let is_new = |key: &str| !key.ends_with("_filenames");
+    parsed.split_lists.extend(split::lists_of(top.map().filter(|(key, _)| is_new(key))));
     read_points(parsed, top)?;
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
@@ -89,13 +187,22 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
 /// The points of `ply_file_path`. They only help to place the region, so a broken file is a warning.
 fn read_points(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError> {
     let Some(stated) = top.text("ply_file_path")? else { return Ok(()) };
-    let found = parsed.root.find(stated, Statement { path: top.path(), key: "ply_file_path" })?;
-    let Some(path) = found else {
-        parsed.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
-        return Ok(());
+    let points = match parsed.root.find(stated, Statement { path: top.path(), key: "ply_file_path" }) {
+        Ok(Some(path)) => {
+            let points = limits::read(&path, limits::BINARY_BYTES);
+            points.and_then(|content| ply::points(&path, &content)).map(|points| (path, points))
+        }
+        Ok(None) => {
+            parsed.problems.push(Problem::warning(format!("ply_file_path: {stated} does not exist")));
+            return Ok(());
+        }
+        Err(error) => Err(error),
     };
-    match limits::read(&path, limits::BINARY_BYTES).and_then(|content| ply::points(&path, &content)) {
-        Ok(points) => parsed.points = points,
+    match points {
+        Ok((path, points)) => {
+            parsed.points = points;
+            parsed.coloured = Some(Coloured::Ply(path));
+        }
         Err(error) => parsed.problems.push(Problem::warning(format!("the points are not used: {error}"))),
     }
     Ok(())

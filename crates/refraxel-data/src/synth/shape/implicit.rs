@@ -68,6 +68,11 @@ impl Implicit {
         (f, gradient.normalized())
     }
 
+    /// The primitives, and over which distance they melt [scene unit].
+    pub(in crate::synth) fn parts(&self) -> (&[Primitive], f64) {
+        (&self.union.parts, self.union.blend)
+    }
+
     pub(super) fn pieces(&self) -> usize {
         self.union.parts.len()
     }

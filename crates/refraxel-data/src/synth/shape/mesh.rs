@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 const LEAF: usize = 4; // triangles per leaf; 2 to 8 are equally fast
 const PAD: f64 = 1e-9; // scene unit
 
+/// The object of an OBJ file of this program that is not refractive.
+pub const OPAQUE_OBJECT: &str = "opaque_of_refraxel";
+
 /// Why a mesh could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
@@ -78,12 +81,14 @@ impl TriangleMesh {
         if triangles.is_empty() || triangles.iter().flatten().any(|&i| i as usize >= vertices.len()) {
             return Err(MeshError::Empty { vertices: vertices.len(), faces: triangles.len() });
         }
-        Ok(TriangleMesh::build(Surface { vertices, triangles }))
+        Ok(TriangleMesh::build(used(vertices, triangles)))
     }
 
-    /// A mesh from the text of a Wavefront OBJ file: its `v` and `f` lines; polygons become fans.
+    /// A mesh from the text of a Wavefront OBJ file: its `v` and `f` lines; polygons become fans. The object
+    /// [`OPAQUE_OBJECT`] is left out.
     pub fn from_obj(text: &str) -> Result<TriangleMesh, MeshError> {
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        let mut is_opaque = false;
         for (number, line) in text.lines().enumerate() {
             let bad = || MeshError::Line { line: number + 1, found: line.trim().chars().take(60).collect() };
             let mut words = line.split_whitespace();
@@ -93,6 +98,8 @@ impl TriangleMesh {
                     let xyz: [f64; 3] = xyz.try_into().map_err(|_| bad())?;
                     vertices.push(Vec3::from(xyz));
                 }
+                Some("o") => is_opaque = words.next() == Some(OPAQUE_OBJECT),
+                Some("f") if is_opaque => {}
                 Some("f") => {
                     let corners: Option<Vec<u32>> = words.map(|w| corner(w, vertices.len())).collect();
                     let corners = corners.filter(|c| c.len() >= 3).ok_or_else(bad)?;
@@ -111,6 +118,15 @@ impl TriangleMesh {
         let vertices =
             self.surface.vertices.iter().map(|&v| center + (v - middle) * (radius / reach)).collect();
         TriangleMesh::build(Surface { vertices, triangles: self.surface.triangles.clone() })
+    }
+
+    /// The same mesh elsewhere.
+    pub(in crate::synth) fn moved(mut self, by: Vec3<f64>) -> TriangleMesh {
+        self.surface.vertices.iter_mut().for_each(|v| *v += by);
+        for node in &mut self.nodes {
+            node.bounds = Aabb::new(node.bounds.min + by, node.bounds.max + by);
+        }
+        self
     }
 
     fn build(mut surface: Surface) -> TriangleMesh {
@@ -143,6 +159,8 @@ impl TriangleMesh {
 
     pub(super) fn hit(&self, ray: &Ray<f64>, s_max: f64) -> Option<Crossing> {
         self.bounds().clip(ray)?;
+        // A mesh may be smaller than its unit of length by far.
+        let least = S_MIN * self.bounds().extent().max_element().min(1.0);
         let (mut best, mut found) = (s_max, None);
         let mut open = vec![0];
         while let Some(at) = open.pop() {
@@ -155,7 +173,7 @@ impl TriangleMesh {
                 continue;
             }
             for t in node.first..node.first + node.count {
-                if let Some((s, u, v)) = meet(self.corners(t), ray).filter(|h| h.0 > S_MIN && h.0 < best) {
+                if let Some((s, u, v)) = meet(self.corners(t), ray).filter(|h| h.0 > least && h.0 < best) {
                     best = s;
                     found = Some((t, u, v));
                 }
@@ -217,6 +235,16 @@ fn corner(word: &str, vertices: usize) -> Option<u32> {
     let i: i64 = word.split('/').next()?.parse().ok()?;
     let zero_based = if i < 0 { vertices as i64 + i } else { i - 1 };
     u32::try_from(zero_based).ok()
+}
+
+/// A surface without the vertices that no triangle has.
+fn used(vertices: Vec<Vec3<f64>>, mut triangles: Vec<[u32; 3]>) -> Surface {
+    let mut new = vec![u32::MAX; vertices.len()];
+    triangles.iter().flatten().for_each(|&v| new[v as usize] = 0);
+    let kept: Vec<usize> = (0..new.len()).filter(|&v| new[v] == 0).collect();
+    kept.iter().enumerate().for_each(|(to, &from)| new[from] = to as u32);
+    triangles.iter_mut().flatten().for_each(|v| *v = new[*v as usize]);
+    Surface { vertices: kept.into_iter().map(|v| vertices[v]).collect(), triangles }
 }
 
 /// Halves a node at the median triangle centre of its longest axis until it is a leaf.

@@ -15,7 +15,7 @@ pub use convex::{Cuboid, Cylinder, Plane, Polyhedron, Sphere};
 pub use crossing::Crossing;
 pub(super) use crossing::S_MIN;
 pub use implicit::Implicit;
-pub use mesh::{MeshError, TriangleMesh};
+pub use mesh::{MeshError, OPAQUE_OBJECT, TriangleMesh};
 pub use primitive::Primitive;
 pub use rectangle::Rectangle;
 pub use waves::{HeightField, Wave};

@@ -88,6 +88,7 @@ pub fn objective() -> Objective {
         marching: Marching::exhaustive(0.7),
         bent_weight: 1.0,
         sample_colour: 0.0,
+        depth: 0.0,
         opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,

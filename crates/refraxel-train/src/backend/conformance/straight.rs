@@ -7,7 +7,7 @@ use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
 use crate::model::Model;
 use refraxel_core::field::Matter;
-use refraxel_core::priors::{opacity_beta_slope, sample_colour_slope};
+use refraxel_core::priors::{depth_cost, opacity_beta_slope, sample_colour_slope};
 use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::sh::{self, ShDegree};
 use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
@@ -128,6 +128,43 @@ pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite:
         let error = relative(&difference(with, without), want);
         assert!(error < suite.tolerances.ray, "{name}: {error}");
     }
+}
+
+/// Where something was measured along rays; every third ray has no measurement.
+pub fn measured_depth_has_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
+    let model = Model::straight(field(0, Extent::Bounded), Background::Constant([0.3; 3]));
+    let reference = Reference::new(&model);
+    let (backend, mut b) = (suite.backend(model), batch(100));
+    b.depth = (0..100).map(|k| if k % 3 == 0 { f32::NAN } else { 2.0 + 0.02 * k as f32 }).collect();
+    let o = Objective { depth: 0.7, ..objective() };
+    let (with, without) = (backend.gradient(&b, &o), backend.gradient(&b, &objective()));
+    let mut grad = reference.field.zero_gradient();
+    for (k, ray) in b.rays.iter().enumerate() {
+        let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
+        let Some(measured) = b.measured(k).map(f64::from) else { continue };
+        let (mut seen, mut before) = (Vec::new(), 1.0);
+        for q in points {
+            let y = sh::basis(reference.field.degree, s.momentum);
+            let Some(medium) = reference.field.at(s.at(q.t), &y) else { continue };
+            let alpha = -(-medium.density * q.dt).exp_m1();
+            // From the start of the ray: its momentum is of length 1.
+            let t = (s.at(q.t) - ray.cast().origin).length();
+            seen.push((q, y, before, alpha, depth_cost(t, measured)));
+            before *= 1.0 - alpha;
+        }
+        // From the back, Σ w κ + T over what lies behind a sample, which costs 1 where nothing does.
+        let mut behind = 1.0;
+        for (q, y, before, alpha, cost) in seen.into_iter().rev() {
+            let density = 0.7 * before * (1.0 - alpha) * (cost - behind) * q.dt;
+            reference.field.at_vjp(s.at(q.t), &y, &Matter { density, colour: [0.0; 3] }, &mut grad);
+            behind += alpha * (cost - behind);
+        }
+    }
+    let difference: Vec<f32> =
+        with.field.density.iter().zip(&without.field.density[..]).map(|(a, b)| a - b).collect();
+    let error = relative(&difference, &grad.density);
+    assert!(error < suite.tolerances.ray, "density: {error}");
+    assert!(with.field.colour[..] == without.field.colour[..], "colours explain no distances");
 }
 
 /// What is skipped as transparent or hidden.

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{Background, BrickMap, Domain, IndexGrid, Ray, VoxelField};
-use refraxel_data::Backdrop;
+use refraxel_data::{Backdrop, LocalOrigin};
 use std::cell::Cell;
 use std::sync::{Arc, Mutex};
 
@@ -154,7 +154,8 @@ impl SharedBackend {
 
     /// A model as checkpoints hold it.
     fn stored(&self, model: &Model, optimiser: &Optimiser) -> Vec<u8> {
-        let plan = Plan { finest: model.field.domain, near: 0.0, backdrop: Backdrop::Surroundings };
+        let (origin, backdrop) = (LocalOrigin::default(), Backdrop::Surroundings);
+        let plan = Plan { finest: model.field.domain, near: 0.0, origin, backdrop };
         let (state, source, alignment) = (State::default(), Source::default(), Alignment::default());
         let run = RunRef {
             options: &self.options,

@@ -40,6 +40,7 @@ pub(super) fn range_of(batch: &Batch, range: Range<usize>) -> Batch {
         behind: cut(&batch.behind, &range),
         offset: cut(&batch.offset, &range),
         beside: cut(&batch.beside, &range),
+        depth: cut(&batch.depth, &range),
     }
 }
 

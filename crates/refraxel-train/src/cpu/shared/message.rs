@@ -17,7 +17,7 @@ wire! {
     IndexSample { region, surface, x, d_value, d_gradient }
     CacheId { region, inner }
     CacheLookup { surface, cache, x, direction, d_radiance, d_strength }
-    Batch { rays, target, behind, offset, beside }
+    Batch { rays, target, behind, offset, beside, depth }
     RayGradient { origin, direction, residual }
     Marching { step, near, min_optical_depth, min_transmittance }
     AbsorptionObjective { rate }
@@ -27,7 +27,7 @@ wire! {
         index_events,
     }
     Objective {
-        marching, bent_weight, sample_colour, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
+        marching, bent_weight, sample_colour, depth, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
         rate_background, index, reflection, absorption,
     }
 }

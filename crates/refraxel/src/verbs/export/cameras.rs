@@ -21,6 +21,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
     };
     let mut frames = Vec::new();
     for (view, camera) in data.views.iter().zip(alignment.cameras(data)) {
+        let camera = data.origin.to_world(camera);
         let PhotoSource::Files { image, mask, .. } = &view.source else {
             let error = anyhow!("{}: the photograph is in memory, and no file can be named", view.name);
             return Err(Failure::new(Exit::BadInput, error));
@@ -49,7 +50,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
         Backdrop::Color(colour) => all["background"] = json!(colour.map(|c| f64::from(c) * 255.0)),
         Backdrop::Surroundings => {}
     }
-    if let Some(bounds) = &data.stated_box {
+    if let Some(bounds) = data.stated_box.map(|b| data.origin.to_world(b)) {
         all["aabb"] = json!([bounds.min.to_array(), bounds.max.to_array()]);
     }
     Ok(format!("{all:#}\n"))

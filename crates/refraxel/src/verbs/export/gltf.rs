@@ -1,12 +1,14 @@
-//! Binary glTF 2.0: one mesh, node and material per region, opaque things as points, and cameras, below a node that turns the
+//! Binary glTF 2.0: one mesh, node and material per region and for what is opaque, and cameras, below a node that turns the
 //! world to y up.
 //!
-//! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume.
+//! Sources: Khronos glTF 2.0, KHR_materials_ior, KHR_materials_transmission, KHR_materials_volume, KHR_materials_unlit.
 
+use super::opaque::Opaque;
 use super::surfaces::{Numbered, narrow};
 use super::surroundings::{Point, Surroundings};
 use super::up::Up;
-use refraxel_core::{Camera, Vec3};
+use refraxel_core::{Camera, Mesh, Vec3};
+use refraxel_data::LocalOrigin;
 use refraxel_train::model::surface::Surface;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -23,9 +25,20 @@ const POINTS: u32 = 0;
 /// Near plane of cameras in their distance to the origin of the world, which only programs that need one use.
 const NEAR: f64 = 1e-3;
 
-/// Writes everything into one `.glb`. Vertices stay in world coordinates, whose upward direction is `up`.
-pub fn write(surfaces: &[Numbered], around: &Surroundings, up: &Up, out: &mut dyn Write) -> io::Result<()> {
-    let (mut binary, mut content) = (Vec::new(), Content::default());
+/// Writes everything into one `.glb`. Vertices stay in world coordinates, whose upward direction is `up`, relative to `origin`: they
+/// are in single precision, and the root node moves them there.
+pub fn write(
+    surfaces: &[Numbered],
+    opaque: Option<&Opaque>,
+    around: &Surroundings,
+    up: &Up,
+    origin: LocalOrigin,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let (mut binary, mut content) = (Vec::new(), Content { origin, ..Content::default() });
+    if let Some(opaque) = opaque {
+        content.add_opaque(opaque, &mut binary);
+    }
     surfaces.iter().for_each(|s| content.add(s, &mut binary));
     if !around.points.is_empty() {
         content.add_points(&around.points, &mut binary);
@@ -51,6 +64,7 @@ pub fn write(surfaces: &[Numbered], around: &Surroundings, up: &Up, out: &mut dy
 /// The lists of the document.
 #[derive(Default)]
 struct Content {
+    origin: LocalOrigin,
     views: Vec<Value>,
     accessors: Vec<Value>,
     materials: Vec<Value>,
@@ -62,29 +76,58 @@ struct Content {
 impl Content {
     /// Appends the numbers of a surface to `binary` and describes them.
     fn add(&mut self, Numbered { region, surface }: &Numbered, binary: &mut Vec<u8>) {
-        let (mesh, first, k) = (&surface.mesh, self.accessors.len(), self.meshes.len());
-        self.put_positions(mesh.vertices.iter().map(|&x| narrow(x)).collect(), binary);
-        self.put_vectors(mesh.normals.iter().map(|&n| narrow(n)).collect(), binary);
-        let indices = mesh.triangles.as_flattened();
-        let scalar = json!({ "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR" });
-        let indices = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
-        self.put(scalar, ELEMENT_ARRAY_BUFFER, indices, binary);
+        let (mesh, k) = (&surface.mesh, self.meshes.len());
+        let first = self.put_mesh(mesh, binary);
+        let own = self.materials.len();
         self.materials.push(material(*region, surface, 4.0 * mesh.volume() / mesh.area()));
         self.meshes.push(json!({
             "name": format!("region {region}"),
             "primitives": [{
                 "attributes": { "POSITION": first, "NORMAL": first + 1 },
                 "indices": first + 2,
-                "material": k,
+                "material": own,
             }],
         }));
         self.nodes.push(json!({ "name": format!("region {region}"), "mesh": k }));
     }
 
+    /// Adds positions, normals and triangles, and returns the number of the first of these three.
+    fn put_mesh(&mut self, mesh: &Mesh, binary: &mut Vec<u8>) -> usize {
+        let first = self.accessors.len();
+        self.put_positions(mesh.vertices.iter().map(|&x| self.local(x)).collect(), binary);
+        self.put_vectors(mesh.normals.iter().map(|&n| narrow(n)).collect(), binary);
+        let indices = mesh.triangles.as_flattened();
+        let scalar = json!({ "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR" });
+        let indices = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.put(scalar, ELEMENT_ARRAY_BUFFER, indices, binary);
+        first
+    }
+
+    /// Appends the mesh of what is opaque. Its colours are those of photographs, which no lamp lights again.
+    fn add_opaque(&mut self, opaque: &Opaque, binary: &mut Vec<u8>) {
+        let k = self.meshes.len();
+        let first = self.put_mesh(&opaque.mesh, binary);
+        self.put_vectors(opaque.colours.iter().map(|c| c.map(light)).collect(), binary);
+        self.meshes.push(json!({
+            "name": "opaque",
+            "primitives": [{
+                "attributes": { "POSITION": first, "NORMAL": first + 1, "COLOR_0": first + 3 },
+                "indices": first + 2,
+                "material": self.materials.len(),
+            }],
+        }));
+        self.materials.push(json!({
+            "name": "opaque",
+            "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
+            "extensions": { "KHR_materials_unlit": {} },
+        }));
+        self.nodes.push(json!({ "name": "opaque", "mesh": k }));
+    }
+
     /// Appends opaque points with their colours, which are light in glTF.
     fn add_points(&mut self, points: &[Point], binary: &mut Vec<u8>) {
         let (first, k) = (self.accessors.len(), self.meshes.len());
-        self.put_positions(points.iter().map(|p| p.place.to_array()).collect(), binary);
+        self.put_positions(points.iter().map(|p| self.local(p.place)).collect(), binary);
         self.put_vectors(points.iter().map(|p| p.colour.map(light)).collect(), binary);
         let material = self.materials.len();
         self.materials.push(json!({
@@ -102,7 +145,7 @@ impl Content {
     /// Appends the camera of a photograph, which looks along −z with y up there. Distortion and a shifted centre have no place
     /// in glTF.
     fn add_camera(&mut self, name: &str, camera: &Camera) {
-        let pose = camera.world_from_camera;
+        let pose = self.origin.to_local(*camera).world_from_camera;
         let [right, down, forward] = pose.rotation.columns;
         let column = |v: Vec3<f64>, w: f64| [v.x, v.y, v.z, w];
         let matrix =
@@ -118,6 +161,11 @@ impl Content {
                 "znear": NEAR * pose.translation.length().max(NEAR),
             },
         }));
+    }
+
+    /// A place as vertices state it.
+    fn local(&self, x: Vec3<f64>) -> [f32; 3] {
+        narrow(self.origin.to_local(x))
     }
 
     /// Adds positions, with the box around them.
@@ -151,11 +199,15 @@ impl Content {
     /// The document around `length` bytes of numbers. The nodes of the regions come first, their parent last.
     fn document(mut self, up: &Up, length: usize) -> Value {
         let root = self.nodes.len();
-        self.nodes.push(json!({
+        let mut world = json!({
             "name": "world, turned to y up",
             "rotation": up.rotation_to_y(),
             "children": (0..root).collect::<Vec<_>>(),
-        }));
+        });
+        if !self.origin.is_of_world() {
+            world["translation"] = json!(up.turned_to_y(self.origin.place()).to_array());
+        }
+        self.nodes.push(world);
         let mut document = json!({
             "asset": {
                 "version": "2.0",
@@ -168,7 +220,7 @@ impl Content {
                     "up_note": up.note.as_deref().unwrap_or("mean upward direction of the cameras"),
                 },
             },
-            "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume"],
+            "extensionsUsed": ["KHR_materials_transmission", "KHR_materials_ior", "KHR_materials_volume", "KHR_materials_unlit"],
             "scene": 0,
             "scenes": [{ "nodes": [root] }],
             "nodes": self.nodes,
@@ -178,6 +230,14 @@ impl Content {
             "bufferViews": self.views,
             "buffers": [{ "byteLength": length }],
         });
+        if !self.origin.is_of_world() {
+            let extras = &mut document["asset"]["extras"];
+            extras["coordinates"] = json!(
+                "vertices are relative to `origin`, a point of the world coordinates of the dataset; the root node moves them \
+                 there and turns `up`, the upward direction there, to +y"
+            );
+            extras["origin"] = json!(self.origin.place().to_array());
+        }
         if !self.cameras.is_empty() {
             document["cameras"] = json!(self.cameras); // an empty list is not allowed
         }
@@ -232,7 +292,8 @@ mod tests {
 
     fn written(up: &Up) -> Vec<u8> {
         let mut bytes = Vec::new();
-        write(&ball_and_shell(), &Surroundings::default(), up, &mut bytes).unwrap();
+        write(&ball_and_shell(), None, &Surroundings::default(), up, LocalOrigin::default(), &mut bytes)
+            .unwrap();
         bytes
     }
 
@@ -321,7 +382,7 @@ mod tests {
         let point = Point { place: vec3(0.1, 0.2, 0.3), colour: [1.0, 0.5, 0.0] };
         let around = Surroundings { points: vec![point], cameras: vec![("a.png".to_owned(), camera)] };
         let mut bytes = Vec::new();
-        write(&[], &around, &Z_UP, &mut bytes).unwrap();
+        write(&[], None, &around, &Z_UP, LocalOrigin::default(), &mut bytes).unwrap();
         let document = gltf::Gltf::from_slice(&bytes).unwrap();
         let root = document.default_scene().unwrap().nodes().next().unwrap();
         let nodes: Vec<_> = root.children().collect();
@@ -339,6 +400,68 @@ mod tests {
         let m = seen.transform().matrix().map(|c| vec3(c[0], c[1], c[2]).cast::<f64>());
         assert!((m[3] - eye).length() < 1e-5 && (m[2] - eye.normalized()).length() < 1e-5);
         assert!(m[1].z > 0.5, "y is up");
+    }
+
+    #[test]
+    fn what_is_far_away_is_moved_there_by_the_root_node() {
+        let far = LocalOrigin::at(vec3(471_232.0, 5_270_144.0, 528.0));
+        let mut surfaces = ball_and_shell();
+        let around = |x: Vec3<f64>| {
+            let camera = Camera::look_at(x + vec3(3.0, 0.0, 0.0), x, vec3(0.0, 0.0, 1.0), 0.7, [80, 60]);
+            let points = vec![Point { place: x, colour: [1.0; 3] }];
+            Surroundings { points, cameras: vec![("a".to_owned(), camera)] }
+        };
+        let mut bytes = [Vec::new(), Vec::new()];
+        write(&surfaces, None, &around(Vec3::zero()), &Z_UP, LocalOrigin::default(), &mut bytes[0]).unwrap();
+        for surface in &mut surfaces {
+            surface.surface.mesh.vertices.iter_mut().for_each(|x| *x = far.to_world(*x));
+        }
+        write(&surfaces, None, &around(far.place()), &Z_UP, far, &mut bytes[1]).unwrap();
+        let [near, away] = bytes.each_ref().map(|bytes| Glb::from_slice(bytes).unwrap());
+        let positions = |glb: &Glb| -> Vec<f32> {
+            let bytes = glb.bin.as_ref().unwrap()[..1200].to_vec();
+            bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+        };
+        for (a, b) in positions(&near).into_iter().zip(positions(&away)) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        let [near, mut away]: [Value; 2] = [near, away].map(|glb| serde_json::from_slice(&glb.json).unwrap());
+        let root = away["nodes"].as_array_mut().unwrap().last_mut().unwrap();
+        let turned: Vec<f64> = serde_json::from_value(root["translation"].take()).unwrap();
+        let expected = [471_232.0, 528.0, -5_270_144.0]; // z is up there, y is here
+        assert!(turned.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-8), "{turned:?}");
+        assert_eq!(away["asset"]["extras"]["origin"], json!([471_232.0, 5_270_144.0, 528.0]));
+        assert_eq!(near["nodes"][3], away["nodes"][3], "cameras, too");
+    }
+
+    #[test]
+    fn what_is_opaque_comes_first_with_colours_as_light_that_no_lamp_changes() {
+        let mesh = ball_and_shell()[0].surface.mesh.clone();
+        let colours = vec![[1.0, 0.5, 0.0]; mesh.vertices.len()];
+        let opaque = Opaque { mesh, colours, level: 0.4, small: 0, unseen: 0, guessed: 0.0 };
+        let mut bytes = Vec::new();
+        write(
+            &ball_and_shell(),
+            Some(&opaque),
+            &Surroundings::default(),
+            &Z_UP,
+            LocalOrigin::default(),
+            &mut bytes,
+        )
+        .unwrap();
+        let document = gltf::Gltf::from_slice(&bytes).unwrap();
+        let names: Vec<_> = document.meshes().map(|m| m.name().unwrap().to_owned()).collect();
+        assert_eq!(names, ["opaque", "region 1", "region 3"]);
+        let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+        let json: Value = serde_json::from_slice(&Glb::from_slice(&bytes).unwrap().json).unwrap();
+        assert!(json["materials"][0]["extensions"]["KHR_materials_unlit"].is_object());
+        let reader = primitive.reader(|_| document.blob.as_deref());
+        let colours: Vec<[f32; 3]> = reader.read_colors(0).unwrap().into_rgb_f32().collect();
+        assert_eq!(colours.len(), reader.read_positions().unwrap().count());
+        assert!(colours.iter().all(|c| c[0] == 1.0 && (c[1] - 0.214_041).abs() < 1e-5 && c[2] == 0.0));
+        assert_eq!(reader.read_indices().unwrap().into_u32().count(), 3 * opaque.mesh.triangles.len());
+        let glass = document.meshes().nth(1).unwrap().primitives().next().unwrap();
+        assert_eq!(glass.material().ior(), Some(1.5));
     }
 
     #[test]

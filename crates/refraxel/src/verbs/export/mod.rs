@@ -5,14 +5,20 @@
 //! each other. Neither PLY nor glTF can state this order; path tracers know it as the priority of nested dielectrics.
 
 mod cameras;
+mod ellipsoid;
+mod eyes;
 mod gltf;
 mod html;
+mod obj;
+mod opaque;
 mod ply;
+mod points;
 mod report;
+mod splats;
 mod surfaces;
 mod surroundings;
 mod up;
 mod verb;
 
 pub use report::Report;
-pub use verb::{run, write_gltf, write_ply};
+pub use verb::{run, write_gltf, write_obj, write_ply};

@@ -1,42 +1,61 @@
-//! Binary PLY: vertices with normals, faces with the number of their region.
+//! Binary PLY: vertices with normals and colours, faces with the number of their region.
 
-use super::surfaces::{Numbered, narrow};
+use super::surfaces::{Numbered, Solid, narrow};
+use refraxel_data::{LocalOrigin, OPAQUE_REGION};
 use std::io::{self, Write};
 
-/// Writes all surfaces into one file.
-pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
-    let meshes = surfaces.iter().map(|s| &s.surface.mesh);
-    let vertices: usize = meshes.clone().map(|m| m.vertices.len()).sum();
-    let faces: usize = meshes.clone().map(|m| m.triangles.len()).sum();
+/// Writes everything solid into one file; `glass` says what the regions from 1 on are. Coordinates that are far from their `origin` have
+/// double precision.
+pub fn write(
+    solids: &[Solid],
+    glass: &[Numbered],
+    origin: LocalOrigin,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let vertices: usize = solids.iter().map(|s| s.mesh.vertices.len()).sum();
+    let faces: usize = solids.iter().map(|s| s.mesh.triangles.len()).sum();
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
-    writeln!(out, "comment refractive surfaces by refraxel, world coordinates of the dataset")?;
-    for Numbered { region, surface } in surfaces {
+    writeln!(out, "comment surfaces by refraxel, world coordinates of the dataset")?;
+    if solids.iter().any(|s| s.region == 0) {
+        writeln!(out, "comment {OPAQUE_REGION}")?;
+    }
+    for Numbered { region, surface } in glass {
         writeln!(out, "comment region {region}: index of refraction {}", surface.index)?;
     }
     writeln!(out, "element vertex {vertices}")?;
-    for name in ["x", "y", "z", "nx", "ny", "nz"] {
+    let is_single = origin.is_of_world();
+    for name in ["x", "y", "z"] {
+        writeln!(out, "property {} {name}", if is_single { "float" } else { "double" })?;
+    }
+    for name in ["nx", "ny", "nz"] {
         writeln!(out, "property float {name}")?;
+    }
+    for name in ["red", "green", "blue"] {
+        writeln!(out, "property uchar {name}")?;
     }
     writeln!(
         out,
         "element face {faces}\nproperty list uchar int vertex_indices\nproperty int region\nend_header"
     )?;
-    for mesh in meshes {
-        for (&x, &normal) in mesh.vertices.iter().zip(&mesh.normals) {
-            for v in [narrow(x), narrow(normal)].as_flattened() {
-                out.write_all(&v.to_le_bytes())?;
+    for solid in solids {
+        for (v, (&x, &normal)) in solid.mesh.vertices.iter().zip(&solid.mesh.normals).enumerate() {
+            match is_single {
+                true => narrow(x).iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
+                false => x.to_array().iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
             }
+            narrow(normal).iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?;
+            out.write_all(&solid.bytes(v))?;
         }
     }
     let mut first = 0;
-    for Numbered { region, surface } in surfaces {
-        for corners in &surface.mesh.triangles {
+    for Solid { region, mesh, .. } in solids {
+        for corners in &mesh.triangles {
             out.write_all(&[3])?;
             for v in corners.map(|v| v + first).into_iter().chain([*region as u32]) {
                 out.write_all(&v.to_le_bytes())?;
             }
         }
-        first += surface.mesh.vertices.len() as u32;
+        first += mesh.vertices.len() as u32;
     }
     Ok(())
 }
@@ -45,16 +64,40 @@ pub fn write(surfaces: &[Numbered], out: &mut dyn Write) -> io::Result<()> {
 mod tests {
     use super::super::surfaces::ball_and_shell;
     use super::*;
-    use refraxel_core::vec3;
+    use refraxel_core::{Mesh, vec3};
     use refraxel_data::read_mesh;
     use refraxel_data::synth::Shape;
+
+    #[test]
+    fn what_is_far_away_keeps_its_digits() {
+        let origin = LocalOrigin::at(vec3(471_232.0, 5_270_144.0, 528.0));
+        let mut surfaces = ball_and_shell();
+        for surface in &mut surfaces {
+            surface.surface.mesh.vertices.iter_mut().for_each(|x| *x = origin.to_world(*x));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("glass.ply");
+        let mut bytes = Vec::new();
+        write(&surfaces, origin, &mut bytes).unwrap();
+        std::fs::write(&file, bytes).unwrap();
+        let shape = Shape::Mesh(read_mesh(&file).unwrap());
+        for (x, inside) in [(0.49, true), (0.52, false), (4.25, false), (4.5, true)] {
+            assert_eq!(shape.contains(origin.to_world(vec3(x, 0.02, 0.01))), inside, "{x}");
+        }
+    }
 
     #[test]
     fn the_reader_of_meshes_finds_the_glass_and_the_air_in_it() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("glass.ply");
         let mut bytes = Vec::new();
-        write(&ball_and_shell(), &mut bytes).unwrap();
+        // Before them something opaque, which is no glass.
+        let (glass, opaque) = (ball_and_shell(), &ball_and_shell()[1].surface.mesh.clone());
+        let mut solids: Vec<Solid> = Vec::new();
+        let far = Mesh { vertices: opaque.vertices.iter().map(|&x| x * 9.0).collect(), ..opaque.clone() };
+        solids.push(Solid { region: 0, mesh: &far, colours: None });
+        solids.extend(glass.iter().map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None }));
+        write(&solids, &glass, LocalOrigin::default(), &mut bytes).unwrap();
         std::fs::write(&file, bytes).unwrap();
         let shape = Shape::Mesh(read_mesh(&file).unwrap());
         for (x, inside) in

@@ -1,7 +1,8 @@
 //! What was written, for people and for programs.
 
-use super::surfaces::Numbered;
-use crate::table::{colours, count};
+use super::opaque::Opaque;
+use super::surfaces::{Numbered, Solids};
+use crate::table::{colours, count, decimals};
 use refraxel_train::model::surface::Boundary;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -12,6 +13,11 @@ pub struct Report {
     pub(super) file: PathBuf,
     pub(super) format: &'static str,
     pub(super) regions: Vec<Region>,
+    /// The mesh of what is opaque.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) opaque: Option<OpaqueMesh>,
+    /// What the file lacks, and why.
+    pub(super) notes: Vec<String>,
     /// Points of opaque things, and cameras, in a glTF file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) points: Option<usize>,
@@ -71,8 +77,9 @@ impl Region {
     fn text(&self) -> String {
         let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
         let [x, y, z] = [0, 1, 2].map(|a| self.bounds[1][a] - self.bounds[0][a]);
+        let d = decimals(x.max(y).max(z), 4);
         format!(
-            "region {}: index {:.3}{}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.4} × {y:.4} × {z:.4}",
+            "region {}: index {:.3}{}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.d$} × {y:.d$} × {z:.d$}",
             self.region,
             self.index,
             self.tint(),
@@ -96,14 +103,80 @@ impl Region {
     }
 }
 
+/// The mesh of what is opaque.
+#[derive(Serialize)]
+pub(super) struct OpaqueMesh {
+    vertices: usize,
+    faces: usize,
+    /// Closed surfaces.
+    bodies: usize,
+    /// [scene unit²]
+    area: f64,
+    /// [scene unit³], without cavities.
+    volume: f64,
+    /// Corners of the box around it [scene unit].
+    bounds: [[f64; 3]; 2],
+    /// Opacity of a voxel at which things begin [1].
+    level: f64,
+    /// Surfaces left out because they are specks.
+    small: usize,
+    /// Surfaces left out because no photograph shows them.
+    unseen: usize,
+    /// Share of the vertices whose colours no photograph shows.
+    guessed: f64,
+}
+
+impl OpaqueMesh {
+    fn of(opaque: &Opaque) -> Option<Self> {
+        let (mesh, bounds) = (&opaque.mesh, opaque.mesh.bounds()?);
+        Some(Self {
+            vertices: mesh.vertices.len(),
+            faces: mesh.triangles.len(),
+            bodies: mesh.bodies(),
+            area: mesh.area(),
+            volume: mesh.volume(),
+            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+            level: opaque.level,
+            small: opaque.small,
+            unseen: opaque.unseen,
+            guessed: opaque.guessed,
+        })
+    }
+
+    fn text(&self) -> String {
+        let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
+        format!(
+            "opaque: from {:.0} % per voxel on, {} vertices, {} faces, {} {bodies}; left out: {} specks, {} that no photograph shows; {:.0} % of the vertices \
+             have colours that no photograph shows directly",
+            100.0 * self.level,
+            count(self.vertices as u64),
+            count(self.faces as u64),
+            self.bodies,
+            self.small,
+            self.unseen,
+            100.0 * self.guessed,
+        )
+    }
+}
+
 impl Report {
-    pub(super) fn new(file: &Path, format: &'static str, surfaces: &[Numbered]) -> Self {
-        let regions = surfaces.iter().filter_map(Region::of).collect();
-        Self { file: file.to_owned(), format, regions, points: None, cameras: None, up: None, up_note: None }
+    pub(super) fn new(file: &Path, format: &'static str, solids: &Solids) -> Self {
+        let regions = solids.glass.iter().filter_map(Region::of).collect();
+        Self {
+            file: file.to_owned(),
+            format,
+            regions,
+            opaque: solids.opaque.as_ref().and_then(OpaqueMesh::of),
+            notes: solids.notes(),
+            points: None,
+            cameras: None,
+            up: None,
+            up_note: None,
+        }
     }
 
     pub(super) fn text(&self) -> String {
-        let lines = self.regions.iter().map(Region::text);
+        let lines = self.opaque.iter().map(OpaqueMesh::text).chain(self.regions.iter().map(Region::text));
         let around = self.points.zip(self.cameras).map(|(points, cameras)| {
             format!("around it: {} points of opaque things, {cameras} cameras", count(points as u64))
         });
@@ -112,6 +185,7 @@ impl Report {
             let note = self.up_note.as_deref().unwrap_or("the mean of the cameras");
             format!("up: ({x:.3}, {y:.3}, {z:.3}), which the root node turns to +y; {note}")
         });
-        lines.chain(around).chain([file]).chain(up).collect::<Vec<_>>().join("\n")
+        let notes = self.notes.iter().map(|note| format!("note: {note}"));
+        lines.chain(around).chain([file]).chain(up).chain(notes).collect::<Vec<_>>().join("\n")
     }
 }

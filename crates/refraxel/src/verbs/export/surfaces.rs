@@ -1,10 +1,15 @@
-//! The surfaces of a run that are written.
+//! What is solid in a run: the surfaces of what is refractive, and of what is opaque.
 
+use super::eyes::Eyes;
+use super::opaque::Opaque;
 use crate::exit::{Exit, Failure};
+use crate::verbs::loaded::Loaded;
 use anyhow::anyhow;
-use refraxel_core::Vec3;
-use refraxel_train::Refraction;
+use refraxel_core::{Extent, Mesh, Vec3};
+use refraxel_data::Dataset;
+use refraxel_train::model::opaque::MESH_REACH;
 use refraxel_train::model::surface::Surface;
+use refraxel_train::{Backend, Refraction};
 
 /// One region's surface and its number, from 1.
 pub(super) struct Numbered {
@@ -12,18 +17,113 @@ pub(super) struct Numbered {
     pub(super) surface: Surface,
 }
 
-/// The surfaces of all regions that have one. Errors where none has one.
-pub(super) fn surfaces(refraction: &Refraction, name: &str, detail: u32) -> Result<Vec<Numbered>, Failure> {
-    let refuse =
-        |problem: &str| Failure::new(Exit::BadInput, anyhow!("{name} has no surface to export: {problem}"));
+/// The mesh of something solid, as files know it.
+pub(super) struct Solid<'a> {
+    /// Number of the region, from 1; 0 of what is opaque.
+    pub(super) region: usize,
+    pub(super) mesh: &'a Mesh,
+    /// sRGB-encoded colour of each vertex; none of glass.
+    pub(super) colours: Option<&'a [[f32; 3]]>,
+}
+
+impl Solid<'_> {
+    /// Three bytes per vertex: glass is white.
+    pub(super) fn bytes(&self, vertex: usize) -> [u8; 3] {
+        self.colours.map_or([u8::MAX; 3], |colours| bytes(colours[vertex]))
+    }
+}
+
+/// Everything solid in a run.
+pub(super) struct Solids {
+    /// What is refractive.
+    pub(super) glass: Vec<Numbered>,
+    /// Why there is nothing, where there is nothing.
+    pub(super) without_glass: Option<String>,
+    /// What is opaque.
+    pub(super) opaque: Option<Opaque>,
+    /// Why the photographs could not be asked what they show, where they could not.
+    pub(super) blind: Option<String>,
+    is_contracted: bool,
+}
+
+impl Solids {
+    /// Those of a run, called `name` in messages, with `detail` cells per voxel. Errors where there are none.
+    pub(super) fn of(
+        run: &Loaded,
+        name: &str,
+        data: Result<&Dataset, &Failure>,
+        detail: u32,
+    ) -> Result<Self, Failure> {
+        let glass = surfaces(run.backend.medium(), name, detail)?;
+        let eyes = data.map(|data| Eyes::of(run, data));
+        let blind = eyes.as_ref().err().map(|failure| format!("{:#}", failure.error));
+        let opaque = Opaque::of(eyes.as_ref().ok(), &run.backend.snapshot().model.field, detail)?;
+        let (glass, without_glass) = match glass {
+            Ok(glass) => (glass, None),
+            Err(why) if opaque.is_some() => (Vec::new(), Some(why)),
+            Err(why) => {
+                let error = anyhow!(
+                    "{name} has nothing solid to export: nothing in it is opaque yet, which takes more training; and there is \
+                     no glass: {why}"
+                );
+                return Err(Failure::new(Exit::BadInput, error));
+            }
+        };
+        let origin = run.plan.origin;
+        let in_world = |mut mesh: Mesh| {
+            mesh.vertices.iter_mut().for_each(|x| *x = origin.to_world(*x));
+            mesh
+        };
+        let placed = |n: Numbered| Numbered {
+            surface: Surface { mesh: in_world(n.surface.mesh), ..n.surface },
+            region: n.region,
+        };
+        let glass = glass.into_iter().map(placed).collect();
+        let opaque = opaque.map(|o| Opaque { mesh: in_world(o.mesh), ..o });
+        let is_contracted = run.backend.domain().extent == Extent::Contracted;
+        Ok(Self { glass, without_glass, opaque, blind, is_contracted })
+    }
+
+    /// What is missing, and why.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let glass = self.without_glass.as_ref().map(|why| format!("no glass: {why}"));
+        let opaque = self.opaque.is_none().then(|| "nothing in it is opaque".to_owned());
+        let far = self.is_contracted && self.opaque.is_some();
+        let far = far.then(|| {
+            format!("of opaque things, what lies beyond {MESH_REACH} times the box is left out; points and splats have it")
+        });
+        let blind = self.blind.as_ref().map(|why| {
+            format!("the photographs cannot be asked what they show, so colours are means over all directions: {why}")
+        });
+        glass.into_iter().chain(opaque).chain(far).chain(blind).collect()
+    }
+
+    /// All of them, what is opaque first.
+    pub(super) fn all(&self) -> Vec<Solid<'_>> {
+        let opaque =
+            self.opaque.iter().map(|o| Solid { region: 0, mesh: &o.mesh, colours: Some(&o.colours) });
+        let glass = self.glass.iter();
+        let glass = glass.map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None });
+        opaque.chain(glass).collect()
+    }
+}
+
+/// The surfaces of all regions that have one, or why there are none. Errors where they do not fit into memory.
+fn surfaces(
+    refraction: &Refraction,
+    name: &str,
+    detail: u32,
+) -> Result<Result<Vec<Numbered>, String>, Failure> {
     if refraction.is_none() {
-        return Err(refuse(
-            "its rays are straight; train with refractive masks, --refraction-box or --index-from",
-        ));
+        let why = "its rays are straight; glass takes refractive masks, --refraction-box or --index-from in training";
+        return Ok(Err(why.to_owned()));
     }
     let regions = refraction.medium.regions();
     if !regions.iter().all(|r| Surface::fits(r, detail)) {
-        return Err(refuse(&format!("--detail {detail} needs too much memory; try a smaller one")));
+        let error = anyhow!(
+            "{name} has no surface to export: --detail {detail} needs too much memory; try a smaller one"
+        );
+        return Err(Failure::new(Exit::BadInput, error));
     }
     let all = regions.iter().enumerate();
     let all = all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, detail)? }));
@@ -34,16 +134,21 @@ pub(super) fn surfaces(refraction: &Refraction, name: &str, detail: u32) -> Resu
     };
     let found: Vec<Numbered> = all.filter(shows).collect();
     if found.is_empty() {
-        return Err(refuse(
-            "its index is 1 everywhere; look at the index with `refraxel render RUN --slices --out DIR`, and train longer or with better masks",
-        ));
+        let why = "its index is 1 everywhere; look at the index with `refraxel render RUN --slices --out DIR`, and train longer \
+                   or with better masks";
+        return Ok(Err(why.to_owned()));
     }
-    Ok(found)
+    Ok(Ok(found))
 }
 
 /// Three numbers in the precision of the files.
 pub(super) fn narrow(v: Vec3<f64>) -> [f32; 3] {
     v.cast::<f32>().to_array()
+}
+
+/// A colour in 8 bits.
+pub(super) fn bytes(colour: [f32; 3]) -> [u8; 3] {
+    colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
 /// A ball, and a hollow one beside it.

@@ -1,10 +1,11 @@
 //! What stands around the glass in a glTF file: opaque things as points, and the cameras of the photographs.
 
+use super::eyes::{fitted, turns};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
 use rayon::prelude::*;
-use refraxel_core::{Camera, Path, Ray, Vec3};
+use refraxel_core::{Camera, Ray, Vec3};
 use refraxel_data::Dataset;
 use refraxel_train::Backend;
 use refraxel_train::backend::Layers;
@@ -26,7 +27,7 @@ const SPACING: f64 = 0.5;
 pub struct Surroundings {
     /// Points of opaque things.
     pub points: Vec<Point>,
-    /// The cameras of the photographs, by name.
+    /// The cameras of the photographs in the world, by name.
     pub cameras: Vec<(String, Camera)>,
 }
 
@@ -34,7 +35,7 @@ pub struct Surroundings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// World position [scene unit].
-    pub place: Vec3<f32>,
+    pub place: Vec3<f64>,
     /// sRGB-encoded, 1 = white.
     pub colour: [f32; 3],
 }
@@ -52,35 +53,29 @@ impl Surroundings {
             for camera in &shown {
                 cancel().check().or_exit(Exit::Interrupted)?;
                 points.extend(seen(run, &fitted(camera, 4 * most / shown.len())).into_iter().filter(|p| {
-                    let cell = p.place.cast::<f64>().to_array().map(|x| (x / spacing).floor() as i64);
+                    let cell = p.place.to_array().map(|x| (x / spacing).floor() as i64);
                     taken.insert(cell)
                 }));
             }
         }
         // Evenly over all views, where there are too many.
         let every = points.len().div_ceil(most.max(1)).max(1);
-        Ok(Self { points: points.into_iter().step_by(every).collect(), cameras })
+        let origin = run.plan.origin;
+        let points = points.into_iter().step_by(every);
+        Ok(Self {
+            points: points.map(|p| Point { place: origin.to_world(p.place), ..p }).collect(),
+            cameras: cameras.into_iter().map(|(name, camera)| (name, origin.to_world(camera))).collect(),
+        })
     }
-}
-
-/// The camera with about so many pixels, but not more than it has.
-fn fitted(camera: &Camera, pixels: usize) -> Camera {
-    let all = f64::from(camera.width) * f64::from(camera.height);
-    let factor = (pixels as f64 / all).sqrt().min(1.0);
-    let edge = |n: u32| ((f64::from(n) * factor) as u32).max(3);
-    camera.resized(edge(camera.width), edge(camera.height))
 }
 
 /// The opaque points that a camera sees along straight rays.
 fn seen(run: &Loaded, camera: &Camera) -> Vec<Point> {
-    let (backend, domain) = (&run.backend, run.backend.domain());
+    let backend = &run.backend;
     let (width, count) = (camera.width as usize, camera.width as usize * camera.height as usize);
     let rays: Vec<Option<Ray<f32>>> = (0..count)
         .into_par_iter()
-        .map(|pixel| {
-            let turns = |ray: &Ray<f32>| backend.medium().turns(ray, domain, &mut Path::default());
-            pixel_ray(camera, pixel).filter(|ray| !turns(ray))
-        })
+        .map(|pixel| pixel_ray(camera, pixel).filter(|ray| !turns(run, ray)))
         .collect();
     let straight: Vec<Ray<f32>> = rays.iter().copied().flatten().collect();
     let marching = rendering_marching(&run.options, run.plan.near);
@@ -98,7 +93,8 @@ fn seen(run: &Loaded, camera: &Camera) -> Vec<Point> {
         let is_whole =
             is_inside && [pixel - 1, pixel + 1, pixel - width, pixel + width].into_iter().all(is_near);
         let (ray, shown) = shown[pixel].filter(|_| is_whole)?;
-        Some(Point { place: ray.origin + ray.direction * own, colour: shown.colour })
+        let place = ray.origin + ray.direction * own;
+        Some(Point { place: place.cast(), colour: shown.colour })
     };
     (0..count).filter_map(point).collect()
 }

@@ -47,6 +47,14 @@ impl Up {
         let v = axis * sine;
         [v.x, v.y, v.z, cosine]
     }
+
+    /// A vector after this rotation: q v q*, by Rodrigues' formula for unit quaternions.
+    pub fn turned_to_y(&self, v: Vec3<f64>) -> Vec3<f64> {
+        let [x, y, z, w] = self.rotation_to_y();
+        let q = vec3(x, y, z);
+        let t = q.cross(v) * 2.0;
+        v + t * w + q.cross(t)
+    }
 }
 
 #[cfg(test)]
@@ -58,13 +66,6 @@ mod tests {
 
     fn up(x: f64, y: f64, z: f64) -> Up {
         Up { direction: vec3(x, y, z).normalized(), note: None }
-    }
-
-    /// q v q*, by Rodrigues' formula for unit quaternions.
-    fn rotated([x, y, z, w]: [f64; 4], v: Vec3<f64>) -> Vec3<f64> {
-        let q = vec3(x, y, z);
-        let t = q.cross(v) * 2.0;
-        v + t * w + q.cross(t)
     }
 
     #[test]
@@ -86,7 +87,7 @@ mod tests {
             let q = up.rotation_to_y();
             let norm: f64 = q.iter().map(|v| v * v).sum();
             assert!((norm - 1.0).abs() < 1e-14, "{up:?}: {norm}");
-            let off = (rotated(q, up.direction) - vec3(0.0, 1.0, 0.0)).length();
+            let off = (up.turned_to_y(up.direction) - vec3(0.0, 1.0, 0.0)).length();
             assert!(off < 1e-14, "{up:?}: {off}");
         }
     }

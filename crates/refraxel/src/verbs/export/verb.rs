@@ -1,10 +1,12 @@
 //! The walk of an export: the format decides what is taken from the run and which file is written.
 
+use super::eyes::Eyes;
 use super::report::Report;
-use super::surfaces::surfaces;
+use super::splats::Splats;
+use super::surfaces::Solids;
 use super::surroundings::Surroundings;
 use super::up::Up;
-use super::{cameras, gltf, html, ply};
+use super::{cameras, gltf, html, obj, ply, points};
 use crate::cli::{ExportArgs, ExportFormat};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -21,32 +23,47 @@ use refraxel_train::run::CHECKPOINT;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+/// Points of a point cloud, unless said otherwise.
+const POINTS: usize = 200_000;
+/// Gaussians, unless said otherwise: at degree 2 they take 82 MB.
+const SPLATS: usize = 500_000;
+
 /// The verb.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let mut run = load_run(&args.run)?;
     let checkpoint = args.run.join(CHECKPOINT).display().to_string();
     let file = |name: &str| args.out.clone().unwrap_or_else(|| args.run.join(name));
+    let (name, detail) = (checkpoint.as_str(), args.detail);
+    let most = |usual: usize| args.points.map_or(usual, |n| n as usize);
+    watch_for_interrupts()?;
     let report = match args.format {
         ExportFormat::Html => return page(args, &mut run, file("scene.html")),
         ExportFormat::Cameras => return write_cameras(args, &run, file("transforms.json")),
-        ExportFormat::Ply => write_ply(&run, &checkpoint, args.detail, &file("surface.ply"))?,
-        ExportFormat::Gltf => {
-            watch_for_interrupts()?;
-            write_gltf(&run, &checkpoint, args.detail, args.points as usize, &file("scene.glb"))?
-        }
+        ExportFormat::Points => return write_points(args, &run, most(POINTS), file("points.ply")),
+        ExportFormat::Splats => return write_splats(args, &run, most(SPLATS), file("splats.ply")),
+        ExportFormat::Ply => write_ply(&run, name, detail, &file("surface.ply"))?,
+        ExportFormat::Obj => write_obj(&run, name, detail, &file("surface.obj"))?,
+        ExportFormat::Gltf => write_gltf(&run, name, detail, most(0), &file("scene.glb"))?,
     };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
 
-/// Writes the surfaces of a run, called `name` in messages, as PLY with `detail` cells per voxel.
+/// Writes what is solid in a run, called `name` in messages, as PLY with `detail` cells per voxel.
 pub fn write_ply(run: &Loaded, name: &str, detail: u32, file: &Path) -> Result<Report, Failure> {
-    let surfaces = surfaces(run.backend.medium(), name, detail)?;
-    write_atomic(file, |f| ply::write(&surfaces, f))?;
-    Ok(Report::new(file, "ply", &surfaces))
+    let solids = Solids::of(run, name, reopen(run).as_ref(), detail)?;
+    write_atomic(file, |f| ply::write(&solids.all(), &solids.glass, run.plan.origin, f))?;
+    Ok(Report::new(file, "ply", &solids))
 }
 
-/// Writes the surfaces of a run, called `name` in messages, as glTF with `detail` cells per voxel, and where its dataset can be
-/// opened, at most so many points of opaque things, and the cameras.
+/// Writes what is solid in a run, called `name` in messages, as OBJ with `detail` cells per voxel.
+pub fn write_obj(run: &Loaded, name: &str, detail: u32, file: &Path) -> Result<Report, Failure> {
+    let solids = Solids::of(run, name, reopen(run).as_ref(), detail)?;
+    write_atomic(file, |f| obj::write(&solids.all(), &solids.glass, run.plan.origin, f))?;
+    Ok(Report::new(file, "obj", &solids))
+}
+
+/// Writes what is solid in a run, called `name` in messages, as glTF with `detail` cells per voxel, and where its dataset can be
+/// opened, the cameras, and at most so many points of opaque things.
 pub fn write_gltf(
     run: &Loaded,
     name: &str,
@@ -54,19 +71,77 @@ pub fn write_gltf(
     points: usize,
     file: &Path,
 ) -> Result<Report, Failure> {
-    let surfaces = surfaces(run.backend.medium(), name, detail)?;
     let data = reopen(run);
+    let solids = Solids::of(run, name, data.as_ref(), detail)?;
     let around =
         data.as_ref().map_or(Ok(Surroundings::default()), |data| Surroundings::of(run, data, points))?;
     let up = Up::estimate(data);
-    write_atomic(file, |f| gltf::write(&surfaces, &around, &up, f))?;
+    write_atomic(file, |f| {
+        gltf::write(&solids.glass, solids.opaque.as_ref(), &around, &up, run.plan.origin, f)
+    })?;
     Ok(Report {
         points: Some(around.points.len()),
         cameras: Some(around.cameras.len()),
         up: Some(up.direction.to_array()),
         up_note: up.note,
-        ..Report::new(file, "gltf", &surfaces)
+        ..Report::new(file, "gltf", &solids)
     })
+}
+
+/// Writes what the photographs' cameras see as coloured points.
+fn write_points(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> Result<(), Failure> {
+    let points = Surroundings::of(run, &reopen(run)?, most)?.points;
+    write_atomic(&file, |f| points::write(&points, run.plan.origin, f))?;
+    let text = format!(
+        "points: {} ({} points of opaque things, world coordinates of the dataset; rays that glass turns give none)",
+        file.display(),
+        count(points.len() as u64)
+    );
+    let report = json!({ "file": file, "format": "points", "points": points.len() });
+    Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
+}
+
+/// Writes the field as Gaussians.
+fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> Result<(), Failure> {
+    let data = reopen(run);
+    let weights = data.as_ref().ok().map(|data| Eyes::of(run, data).weights()).transpose()?;
+    let snapshot = run.backend.snapshot();
+    let model = &snapshot.model;
+    let splats = Splats::of(&model.field, weights.as_deref(), most);
+    if splats.len() == 0 {
+        let error = anyhow!(
+            "{} has nothing to export: nothing in it is opaque yet; train longer",
+            args.run.display()
+        );
+        return Err(Failure::new(Exit::BadInput, error));
+    }
+    write_atomic(&file, |f| splats.write(&model.field, run.plan.origin, f))?;
+    let mut notes = splats.notes(model);
+    if !run.plan.origin.is_of_world() {
+        let [x, y, z] = run.plan.origin.place().to_array();
+        notes.push(format!(
+            "places are relative to ({x}, {y}, {z}) of the dataset: the layout has single precision only"
+        ));
+    }
+    if let Err(failure) = &data {
+        notes.push(format!(
+            "the photographs cannot be asked what they show, so the most opaque voxels come first: {}",
+            failure.error
+        ));
+    }
+    let text = format!(
+        "splats: {} ({} Gaussians, world coordinates of the dataset; for viewers of 3D Gaussian splatting)",
+        file.display(),
+        count(splats.len() as u64)
+    );
+    let text = std::iter::once(text)
+        .chain(notes.iter().map(|n| format!("note: {n}")))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let report = json!({
+        "file": file, "format": "splats", "splats": splats.len(), "left_out": splats.left_out, "share": splats.share, "notes": notes,
+    });
+    Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
 }
 
 /// Writes a page to share.
@@ -102,7 +177,8 @@ fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), F
     };
     let said = format!(
         "cameras: {} ({} photographs, {learned}; of held-out ones the poses are those of the data); train from it: refraxel \
-         train {} --allow-outside --out OTHER, with what else said how to read the photographs (--crop, --up, --mask-meaning)",
+         train {} --allow-outside --out OTHER, with what else said how to read the photographs (--crop, --up, --backdrop, --alpha, \
+         --mask-meaning, --orientation)",
         file.display(),
         data.views.len(),
         quoted_path(&file),

@@ -57,16 +57,34 @@ impl fmt::Display for Call {
     }
 }
 
-/// How this COLMAP names the sections of its options; they were renamed in version 3.13.
+/// How COLMAP is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Program {
+    /// The program `colmap`.
+    Colmap,
+    /// The Python module `pycolmap`, for `python3`.
+    Pycolmap,
+}
+
+/// What does by pycolmap what the program does, with the same verbs and options.
+pub const PYCOLMAP: &str = include_str!("pycolmap_calls.py");
+/// Its name in the work folder.
+pub const PYCOLMAP_FILE: &str = "pycolmap_calls.py";
+
+/// How this COLMAP is called, and how it names the sections of its options; they were renamed in version 3.13.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dialect {
+    pub program: Program,
     pub extraction: &'static str,
     pub matching: &'static str,
 }
 
 impl Dialect {
-    pub const UP_TO_3_12: Self = Self { extraction: "SiftExtraction", matching: "SiftMatching" };
-    pub const SINCE_3_13: Self = Self { extraction: "FeatureExtraction", matching: "FeatureMatching" };
+    pub const UP_TO_3_12: Self =
+        Self { program: Program::Colmap, extraction: "SiftExtraction", matching: "SiftMatching" };
+    pub const SINCE_3_13: Self =
+        Self { program: Program::Colmap, extraction: "FeatureExtraction", matching: "FeatureMatching" };
+    pub const PYCOLMAP: Self = Self { program: Program::Pycolmap, ..Self::SINCE_3_13 };
 
     /// By what `colmap feature_extractor -h` lists.
     pub fn of_help(help: &str) -> Self {
@@ -116,7 +134,7 @@ pub struct Settings {
 /// refinement frees it where all photographs share one camera: on 50 photographs of a phone, rotations were then 0.08° off
 /// instead of 0.65° (docs/photographs.md).
 pub fn colmap(work: &Path, settings: &Settings) -> Vec<Call> {
-    let Settings { dialect: Dialect { extraction, matching }, .. } = settings;
+    let Settings { dialect: Dialect { program, extraction, matching }, .. } = settings;
     let file = |name: &str| work.join(name).display().to_string();
     let database = || vec!["--database_path".to_owned(), file("features.db")];
     let threads = |section: &str| {
@@ -124,8 +142,11 @@ pub fn colmap(work: &Path, settings: &Settings) -> Vec<Call> {
         settings.threads.map(flag).into_iter().flatten()
     };
     let call = |stage, verb: &str, words: Vec<String>| {
-        let words = std::iter::once(verb.to_owned()).chain(words).collect();
-        Call { stage, program: "colmap", words }
+        let (program, script) = match program {
+            Program::Colmap => ("colmap", None),
+            Program::Pycolmap => ("python3", Some(file(PYCOLMAP_FILE))),
+        };
+        Call { stage, program, words: script.into_iter().chain([verb.to_owned()]).chain(words).collect() }
     };
     let on_cpu = |section: &str| [format!("--{section}.use_gpu"), "0".to_owned()];
 
@@ -242,6 +263,19 @@ mod tests {
         assert!(lines[1].starts_with("colmap sequential_matcher") && lines[1].contains("loop_detection 0"));
         assert!(lines[1].ends_with("--FeatureMatching.use_gpu 0 --FeatureMatching.num_threads 2"));
         assert!(lines[2].ends_with("--Mapper.num_threads 2") && lines.len() == 3, "{lines:?}");
+    }
+
+    #[test]
+    fn pycolmap_is_called_with_the_same_verbs_and_options() {
+        let of = |dialect| lines(&Settings { dialect, ..USUAL });
+        let program = of(Dialect::SINCE_3_13)
+            .into_iter()
+            .map(|line| line.replacen("colmap ", "python3 'my work/pycolmap_calls.py' ", 1));
+        assert_eq!(of(Dialect::PYCOLMAP), program.collect::<Vec<_>>());
+        for line in of(Dialect::PYCOLMAP) {
+            let verb = line.split(' ').nth(3).unwrap();
+            assert!(PYCOLMAP.contains(&format!("\"{verb}\"")), "{verb}");
+        }
     }
 
     #[test]

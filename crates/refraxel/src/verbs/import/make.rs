@@ -1,6 +1,6 @@
 //! Carries a plan out: the photographs, their poses, and the dataset that is made of them.
 
-use super::calls::{Shared, Stage, TOO_LITTLE};
+use super::calls::{PYCOLMAP, PYCOLMAP_FILE, Shared, Stage, TOO_LITTLE};
 use super::frames::Frames;
 use super::photos::FEWEST;
 use super::plan::Plan;
@@ -44,7 +44,7 @@ impl Plan {
         let meaning = meaning.map(|m| if m == MaskMeaning::Ignore { MaskMeaning::Keep } else { m });
         let data = opened(&work, meaning, done.models[0].images.len())?;
         let report = Report::new(Made { out, names, done: &done, data: &data, meaning, left_out });
-        for name in ["features.db", "features.db-wal", "features.db-shm", "feature_masks"] {
+        for name in ["features.db", "features.db-wal", "features.db-shm", "feature_masks", PYCOLMAP_FILE] {
             work::remove(&work.join(name))?;
         }
         work.finish(out)?;
@@ -83,6 +83,11 @@ impl Plan {
         progress: &mut Progress,
         show: Show,
     ) -> Result<(), Failure> {
+        if self.uses_pycolmap() {
+            let file = work.join(PYCOLMAP_FILE);
+            let cannot = || format!("cannot write {}", file.display());
+            fs::write(&file, PYCOLMAP).with_context(cannot).or_exit(Exit::Io)?;
+        }
         for (before, call) in self.colmap.iter().enumerate() {
             progress.set(before as u64 + 1, "");
             if call.stage == Stage::Poses {

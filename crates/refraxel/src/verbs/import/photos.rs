@@ -11,7 +11,9 @@ use crate::verbs::interrupts::interrupted;
 use anyhow::{Context, anyhow};
 use image::{GrayImage, ImageFormat};
 use rayon::prelude::*;
-use refraxel_data::photographs::{Photographs, meaning_shown, turned_upright, upright_mask, upright_size};
+use refraxel_data::photographs::{
+    Photographs, conversion, meaning_shown, turned_upright, upright_mask, upright_size,
+};
 use refraxel_data::{DataError, Mask, MaskMeaning};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -153,16 +155,15 @@ pub fn mask_folder(meaning: MaskMeaning) -> &'static str {
 
 fn too_few(source: &Path, found: &Photographs) -> String {
     let (source, count) = (source.display(), found.names.len());
-    if found.unread.is_empty() {
+    let Some((first, command)) = found.unread.iter().find_map(|name| Some((name, conversion(name)?))) else {
         return format!(
-            "{source}: {count} photographs (JPEG or PNG); expected at least {FEWEST}, and some tens for a good result"
+            "{source}: {count} photographs (such as JPEG or PNG); expected at least {FEWEST}, and some tens for a good result"
         );
-    }
+    };
     format!(
-        "{source}: {count} photographs in JPEG or PNG, and {} in formats that are not read, such as {}; convert them, for \
-         example by: magick mogrify -format jpg FILES",
+        "{source}: {count} photographs in formats that are read (such as JPEG or PNG), and {} in others, such as {first}; convert \
+         them, this one for example by: {command}",
         found.unread.len(),
-        found.unread[0],
     )
 }
 

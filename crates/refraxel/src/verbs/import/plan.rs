@@ -1,6 +1,6 @@
 //! What an import will do.
 
-use super::calls::{self, Call, Dialect, Pairs, Settings, Shared};
+use super::calls::{self, Call, Dialect, Pairs, Program, Settings, Shared};
 use super::source::Source;
 use super::tools::Colmap;
 use crate::cli::{ImportArgs, Matching};
@@ -39,6 +39,11 @@ impl Plan {
         let settings = Settings { dialect, pairs, shared, masks, threads };
         let colmap = calls::colmap(&root, &settings);
         Self { source, root, settings, colmap }
+    }
+
+    /// Whether Python calls COLMAP.
+    pub(super) fn uses_pycolmap(&self) -> bool {
+        self.settings.dialect.program == Program::Pycolmap
     }
 
     /// Everything that the features and matches of an earlier import depend on.

@@ -1,6 +1,6 @@
 //! An import as lines for a shell, for people who want to see it or to do it by hand.
 
-use super::calls::{Call, Shared};
+use super::calls::{Call, PYCOLMAP_FILE, Shared};
 use super::frames::Frames;
 use super::photos::PhotoSet;
 use super::source::Source;
@@ -15,6 +15,10 @@ pub fn lines(source: &Source, calls: &[Call], work: &Path, out: &Path) -> Vec<St
         Source::Video(frames) => taken(frames, work),
     };
     lines.push(format!("mkdir -p {}", quoted_path(&work.join("sparse"))));
+    if calls.iter().any(|call| call.words.first().is_some_and(|word| word.ends_with(PYCOLMAP_FILE))) {
+        let file = quoted_path(&work.join(PYCOLMAP_FILE));
+        lines.push(format!("# refraxel writes {file}: the verbs and options of COLMAP, by pycolmap"));
+    }
     lines.extend(calls.iter().map(Call::to_string));
     lines.push(format!("mv {} {}", quoted_path(work), quoted_path(out)));
     lines

@@ -1,8 +1,8 @@
 //! The sharpest frame of neighbours.
 
 use crate::exit::{Exit, Failure, OrExit};
+use crate::verbs::detail::detail;
 use anyhow::Context;
-use image::GrayImage;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -21,27 +21,10 @@ fn score(file: &Path) -> Result<f64, Failure> {
     Ok(detail(&image::open(file).with_context(cannot).or_exit(Exit::Io)?.into_luma8()))
 }
 
-/// Mean square of the discrete Laplacian of the luma: blur lowers it more than anything that changes between two frames.
-fn detail(frame: &GrayImage) -> f64 {
-    let (width, height) = (frame.width() as usize, frame.height() as usize);
-    let at = |x: usize, y: usize| f64::from(frame.as_raw()[y * width + x]);
-    if width < 3 || height < 3 {
-        return 0.0;
-    }
-    let mut sum = 0.0;
-    for y in 1..height - 1 {
-        for x in 1..width - 1 {
-            let laplacian = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4.0 * at(x, y);
-            sum += laplacian * laplacian;
-        }
-    }
-    sum / ((width - 2) * (height - 2)) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::Luma;
+    use image::{GrayImage, Luma};
 
     #[test]
     fn of_each_group_the_frame_without_blur_is_taken() {

@@ -16,13 +16,27 @@ pub struct Colmap {
     pub dialect: Dialect,
 }
 
-/// The installed COLMAP; `None` where there is none on the PATH.
+/// The installed COLMAP: the program, else the Python module; `None` where there is neither on the PATH.
 pub fn colmap() -> Result<Option<Colmap>, Failure> {
-    let Some(general) = answer("colmap", &["-h"])? else { return Ok(None) };
+    let Some(general) = answer("colmap", &["-h"])? else { return pycolmap() };
     let help = answer("colmap", &["feature_extractor", "-h"])?.unwrap_or_default();
     let line = |text: &str| text.lines().find(|line| line.contains("COLMAP")).map(|l| l.trim().to_owned());
     let version = line(&general).or_else(|| line(&help)).unwrap_or_else(|| "COLMAP".to_owned());
     Ok(Some(Colmap { version, dialect: Dialect::of_help(&help) }))
+}
+
+fn pycolmap() -> Result<Option<Colmap>, Failure> {
+    let said = answer("python3", &["-c", "import pycolmap; print('pycolmap', pycolmap.__version__)"])?;
+    Ok(said.as_deref().and_then(pycolmap_of))
+}
+
+/// By what Python says; an error of an import is no version.
+fn pycolmap_of(said: &str) -> Option<Colmap> {
+    let has_number = |line: &&str| {
+        line.strip_prefix("pycolmap ").is_some_and(|v| v.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    let version = said.lines().map(str::trim).find(has_number)?.to_owned();
+    Some(Colmap { version, dialect: Dialect::PYCOLMAP })
 }
 
 /// Whether ffmpeg and ffprobe, which comes with it, are on the PATH.
@@ -79,8 +93,12 @@ fn answer(program: &str, words: &[&str]) -> Result<Option<String>, Failure> {
 /// The failure of an import without its programs: what is missing, how to install it, and the commands.
 pub fn missing(names: &[&str], script: &[String]) -> Failure {
     let (is, it) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let module = match names.contains(&"COLMAP") {
+        true => "\n  pip install pycolmap             (Python, takes the place of COLMAP)",
+        false => "",
+    };
     let text = format!(
-        "{}\nor run these commands where {it} {is} installed; they make such a dataset:\n  {}",
+        "{}{module}\nor run these commands where {it} {is} installed; they make such a dataset:\n  {}",
         not_installed(names),
         script.join("\n  "),
     );
@@ -102,11 +120,23 @@ mod tests {
     }
 
     #[test]
+    fn pycolmap_is_there_where_python_says_its_version() {
+        let found = pycolmap_of("pycolmap 4.2.1\n").unwrap();
+        assert_eq!((found.version.as_str(), found.dialect), ("pycolmap 4.2.1", Dialect::PYCOLMAP));
+        let fault = "Traceback (most recent call last):\nModuleNotFoundError: No module named 'pycolmap'\n";
+        assert_eq!((pycolmap_of(fault), pycolmap_of("")), (None, None));
+    }
+
+    #[test]
     fn missing_programs_come_with_installation_and_commands() {
         let text = missing(&["COLMAP", "ffmpeg"], &["colmap mapper".to_owned()]).report();
-        for words in
-            ["COLMAP and ffmpeg are not", "apt-get install colmap ffmpeg", "brew install", "colmap mapper"]
-        {
+        for words in [
+            "COLMAP and ffmpeg are not",
+            "apt-get install colmap ffmpeg",
+            "brew install",
+            "pip install pycolmap",
+            "colmap mapper",
+        ] {
             assert!(text.contains(words), "{words}: {text}");
         }
     }

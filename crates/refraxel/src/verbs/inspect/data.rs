@@ -1,23 +1,27 @@
 //! Describes a dataset, and the memory that training on it would take.
 
+use super::pictures::{self, Pictures};
+use super::views::{ViewReport, Views};
 use crate::cli::{ForecastArgs, InspectArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use crate::table::{bytes, count};
-use crate::verbs::dataset::{data_failure, load_photos, open_options, reduce};
+use crate::table::{bytes, count, decimals};
+use crate::verbs::dataset::{data_failure, load_photos, open_options, reduce_or_fit};
 use crate::verbs::{known_index, options};
 use refraxel_core::Aabb;
-use refraxel_data::{Dataset, Inspection, Region, View, report, scene_region};
+use refraxel_data::{Dataset, Inspection, Reduction, Region, View, report, scene_region};
 use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
 use refraxel_train::options::Switch;
-use refraxel_train::plan::finest_domain;
+use refraxel_train::plan::{Plan, finest_domain};
 use refraxel_train::refraction_search::has_masks;
 use serde::Serialize;
 
 /// Photographs that are decoded to find the box; training uses as many.
 const DECODED: usize = 32;
+/// How many of their pixels are looked at: cells of the box are far larger.
+const LOOKED_AT: Reduction = Reduction::Longest(1024);
 
 #[derive(Serialize)]
 struct Report {
@@ -28,21 +32,35 @@ struct Report {
     content_box: [[f64; 3]; 2],
     /// With the options given, and the defaults of all others.
     forecast: Forecast,
+    /// How many photographs were decoded and measured.
+    looked_at: usize,
+    /// All views in the order of the dataset.
+    photographs: Vec<ViewReport>,
+    /// Files, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pictures: Option<Pictures>,
 }
 
 pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let show = Show::suited(args.json);
     let mut data = Dataset::open(args.path(), &open_options(&args.reading)).map_err(data_failure)?;
-    reduce(&mut data, args.training.downscale.map(u32::from), args.path(), show)?;
+    reduce_or_fit(&mut data, args.training.downscale.map(u32::from), args.path(), Show::Nothing)?;
     let (region, surface) = content(&data, show)?;
     let options = options_of(&args.training, &data, &region)?;
     let views: Vec<&View> = data.split.train.iter().map(|&i| &data.views[i]).collect();
     let finest = finest_domain(&options, &region, &views, || surface);
+    Plan::of_region(&options, &data, &region).check().or_exit(Exit::BadInput)?;
+    let looked = Views::look_at(&data, &region, args.out.is_some(), show)?;
+    let mut inspection = report(&data);
+    inspection.problems.extend(looked.told());
     let report = Report {
         kind: "dataset",
-        inspection: report(&data),
-        content_box: corners(&region.bounds),
+        inspection,
+        content_box: corners(&data.origin.to_world(region.bounds)),
         forecast: forecast(&options, &finest, &data, surface),
+        looked_at: looked.looks.len(),
+        photographs: looked.report(),
+        pictures: args.out.as_deref().map(|out| pictures::write(&data, &region, &looked, out)).transpose()?,
     };
     Console::new(args.json).result(&report.text(), &report).or_exit(Exit::Io)
 }
@@ -69,9 +87,11 @@ fn content(data: &Dataset, show: Show) -> Result<(Region, Option<f64>), Failure>
     }
     let train = &data.split.train;
     let some: Vec<usize> = train.iter().copied().step_by(train.len().div_ceil(DECODED).max(1)).collect();
-    let photos = load_photos(data, &some, show)?;
-    let region = region.around_content(data, &some, &photos);
-    Ok((region, region.surface_density(data, &some, &photos)))
+    let mut small = data.clone();
+    small.reduce(&some, LOOKED_AT);
+    let photos = load_photos(&small, &some, show)?;
+    let region = region.around_content(&small, &some, &photos);
+    Ok((region, region.surface_density(&small, &some, &photos)))
 }
 
 fn corners(b: &Aabb<f64>) -> [[f64; 3]; 2] {
@@ -102,10 +122,27 @@ impl Report {
             lines.push(format!("truth      {} refractive objects are known", i.known_refractive_objects));
         }
         lines.push(self.forecast_text());
+        lines.push(self.looked_text());
         for problem in &i.problems {
             lines.push(format!("{:<9}  {}", problem.severity, problem.message));
         }
         lines.join("\n")
+    }
+
+    fn looked_text(&self) -> String {
+        let (some, all) = (self.looked_at, self.inspection.views.total);
+        let which = if some < all { ", evenly chosen" } else { "" };
+        match &self.pictures {
+            None => format!(
+                "looked at  {some} of {all} photographs{which}; --out DIR looks at all and draws them"
+            ),
+            Some(p) => {
+                let [a, b, c] = [&p.photographs, &p.cameras, &p.views].map(|path| path.display());
+                format!(
+                    "looked at  {some} of {all} photographs\npictures   {a}\n           {b}\n           {c}"
+                )
+            }
+        }
     }
 
     fn forecast_text(&self) -> String {
@@ -143,9 +180,10 @@ fn cameras(i: &Inspection) -> String {
     let view = c.field_of_view.map_or(String::new(), |f| format!(", field of view {}", range(f, "degrees")));
     let [near, median, far] = c.distance;
     format!(
-        "{}; focal length {}{view}; distance {near:.3} to {far:.3}, median {median:.3}",
+        "{}; focal length {}{view}; distance {near:.d$} to {far:.d$}, median {median:.d$}",
         c.lenses.join(", "),
         range(c.focal, "pixels"),
+        d = decimals(near, 3),
     )
 }
 
@@ -161,6 +199,7 @@ fn masks(i: &Inspection) -> String {
 
 /// "[-1 1] × [-1 1] × [0 2]".
 fn box_text([low, high]: &[[f64; 3]; 2]) -> String {
-    let sides: Vec<String> = (0..3).map(|a| format!("[{:.3} {:.3}]", low[a], high[a])).collect();
+    let d = decimals((0..3).map(|a| high[a] - low[a]).fold(0.0, f64::max), 3);
+    let sides: Vec<String> = (0..3).map(|a| format!("[{:.d$} {:.d$}]", low[a], high[a])).collect();
     sides.join(" × ")
 }

@@ -26,7 +26,7 @@ struct Report {
     resolution: [u32; 3],
     finest_resolution: [u32; 3],
     #[serde(rename = "box")]
-    bounds: [[f32; 3]; 2],
+    bounds: [[f64; 3]; 2],
     /// Whether the grid reaches to infinity.
     unbounded: bool,
     extent: &'static str,
@@ -64,7 +64,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         .len();
     let snapshot = run.backend.snapshot();
     let field = &snapshot.model.field;
-    let bounds = &field.domain.bounds;
+    let bounds = run.plan.origin.to_world(field.domain.bounds.cast::<f64>());
     let report = Report {
         kind: "run",
         run: folder.to_owned(),

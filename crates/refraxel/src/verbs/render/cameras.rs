@@ -19,17 +19,20 @@ const STEEPEST: f64 = 1.4;
 /// Views from one keyframe to the next, where nobody says how many there are.
 const BETWEEN_KEYFRAMES: usize = 24;
 
-/// The cameras that the options ask for, and the frames per second that their file states.
+/// The cameras that the options ask for, in the coordinates of the run, and the frames per second that their file states.
 pub fn chosen(args: &RenderArgs, run: &Loaded) -> Result<(Vec<NamedCamera>, Option<f64>), Failure> {
     let mut fps = None;
+    let local = |cameras: Vec<NamedCamera>| -> Vec<NamedCamera> {
+        cameras.into_iter().map(|c| run.plan.origin.to_local(c)).collect()
+    };
     let mut cameras = if let Some(file) = &args.cameras {
-        read(file)?
+        local(read(file)?)
     } else if let Some(file) = &args.camera_path {
         let path = camera_path::read(file, args.path_transform.as_deref())?;
         fps = path.fps;
-        path.cameras
+        local(path.cameras)
     } else if let Some(file) = &args.keyframes {
-        let keys = read(file)?;
+        let keys = local(read(file)?);
         let usual = BETWEEN_KEYFRAMES * (keys.len().max(2) - 1) + 1;
         camera_path::through(&keys, args.frames.map_or(usual, |n| n as usize))
     } else if let Some(count) = args.spiral {
@@ -45,7 +48,7 @@ pub fn chosen(args: &RenderArgs, run: &Loaded) -> Result<(Vec<NamedCamera>, Opti
     Ok((cameras, fps))
 }
 
-/// The cameras of a dataset or of a transforms.json; their pictures may be missing.
+/// The cameras of a dataset or of a transforms.json, in the user's world; their pictures may be missing.
 pub fn read(path: &Path) -> Result<Vec<NamedCamera>, Failure> {
     // Only poses and sizes are read, so a file that names pictures elsewhere does no harm.
     let options = OpenOptions { allow_outside: true, ..OpenOptions::default() };

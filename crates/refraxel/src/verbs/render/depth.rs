@@ -43,7 +43,7 @@ impl Depth {
         let mut seen: Vec<f32> = depths.flatten().collect();
         seen.sort_by(f32::total_cmp);
         let at = |share: f64| seen.get((share * (seen.len() as f64 - 1.0)) as usize).copied();
-        self.range = at(0.02).zip(at(0.98)).map(|(near, far)| [near, far.max(near + f32::EPSILON)]);
+        self.range = at(0.02).zip(at(0.98)).map(|(near, far)| [near, far.max(near.next_up())]);
     }
 
     /// Bytes of the 16-bit samples, in the machine's order.

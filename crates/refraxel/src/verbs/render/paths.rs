@@ -3,9 +3,11 @@
 use crate::canvas::Colour;
 use crate::colour_map::ColourMap;
 use crate::maps::{Line, Map, Row, Sheet};
+use crate::table::decimals;
 use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::{Aabb, Camera, Domain, Path, Ray, Vec3};
+use refraxel_data::LocalOrigin;
 use refraxel_train::Refraction;
 use refraxel_train::model::index_edit::index_range;
 use std::io::{self, Write};
@@ -30,7 +32,7 @@ pub struct Fan {
 
 /// A ray, and the same ray in vacuum.
 pub struct Traced {
-    /// Corners of the bent ray, from the camera on [world].
+    /// Corners of the bent ray, from the camera on [scene unit].
     pub bent: Vec<Vec3<f64>>,
     straight: [Vec3<f64>; 2],
 }
@@ -103,7 +105,8 @@ impl Fan {
             size: [WIDTH, height],
             values: (0..WIDTH * height).into_par_iter().map(|i| refraction.index(at(i).cast())).collect(),
             note: format!(
-                "orange: bent, grey: straight; bent rays leave this plane by up to {off:.3} scene units"
+                "orange: bent, grey: straight; bent rays leave this plane by up to {off:.0$} scene units",
+                decimals(self.bounds.extent().max_element(), 3)
             ),
             unit: Some(unit),
             lines: straight.chain(bent).collect(),
@@ -127,8 +130,8 @@ pub fn sheet(fans: &[Fan], refraction: &Refraction, camera: &str) -> Sheet {
     Sheet { title: "Bent rays and the index".to_owned(), rows: fans.iter().enumerate().map(row).collect() }
 }
 
-/// Writes the bent rays as vertices and edges of a PLY file, in world coordinates.
-pub fn write_ply(fans: &[Fan], out: &mut dyn Write) -> io::Result<()> {
+/// Writes the bent rays as vertices and edges of a PLY file, in world coordinates; those of the rays begin at `origin`.
+pub fn write_ply(fans: &[Fan], origin: LocalOrigin, out: &mut dyn Write) -> io::Result<()> {
     let paths: Vec<&[Vec3<f64>]> = fans.iter().flat_map(|f| &f.rays).map(|r| &r.bent[..]).collect();
     let vertices: usize = paths.iter().map(|p| p.len()).sum();
     write!(
@@ -139,7 +142,7 @@ pub fn write_ply(fans: &[Fan], out: &mut dyn Write) -> io::Result<()> {
         paths.len(),
         vertices - paths.len(),
     )?;
-    for x in paths.iter().copied().flatten() {
+    for x in paths.iter().copied().flatten().map(|x| origin.to_world(*x)) {
         writeln!(out, "{} {} {}", x.x, x.y, x.z)?;
     }
     let mut first = 0;
@@ -237,7 +240,7 @@ mod tests {
         let (refraction, domain, camera) = ball();
         let fans = Fan::of_regions(&refraction, &domain, &camera, 7);
         let mut text = Vec::new();
-        write_ply(&fans, &mut text).unwrap();
+        write_ply(&fans, LocalOrigin::default(), &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();
         let count = |name: &str| -> usize {
             let line = text.lines().find_map(|l| l.strip_prefix(&format!("element {name} ")));

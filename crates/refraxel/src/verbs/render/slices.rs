@@ -2,8 +2,10 @@
 
 use crate::colour_map::ColourMap;
 use crate::maps::{Map, Row, Sheet};
+use crate::table::decimals;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Vec3};
+use refraxel_data::LocalOrigin;
 use refraxel_data::synth::IndexTruth;
 use refraxel_train::Refraction;
 use refraxel_train::model::index_edit::index_range;
@@ -27,8 +29,12 @@ struct Slice {
     up: usize,
 }
 
-/// A page with the index n of each region in a row; with the truth, two more rows show the truth and n minus the truth.
-pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>) -> Sheet {
+/// A page with the index n of each region in a row; with the truth, two more rows show the truth and n minus the truth. Coordinates
+/// have this origin.
+pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>, origin: LocalOrigin) -> Sheet {
+    let maps = |bounds: &Aabb<f64>, value: &(dyn Fn(Vec3<f64>) -> f32 + Sync)| -> Vec<Map> {
+        SLICES.iter().map(|slice| slice.map(bounds, origin, value)).collect()
+    };
     let found = |x: Vec3<f64>| refraction.index(x.cast());
     let known = |t: &IndexTruth, x: Vec3<f64>| if t.is_opaque(x) { f32::NAN } else { t.n(x) as f32 };
     let mut rows = Vec::new();
@@ -41,10 +47,10 @@ pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>) -> Sheet {
             colours: ColourMap::Viridis,
             range: [1.0, 1.0],
         };
-        rows.push(row("index of refraction", maps(&bounds, found)));
+        rows.push(row("index of refraction", maps(&bounds, &found)));
         if let Some(truth) = truth {
-            rows.push(row("truth", maps(&bounds, |x| known(truth, x))));
-            let error = maps(&bounds, |x| found(x) - known(truth, x));
+            rows.push(row("truth", maps(&bounds, &|x| known(truth, x))));
+            let error = maps(&bounds, &|x| found(x) - known(truth, x));
             rows.push(Row { colours: ColourMap::Signed, ..row("index minus truth", error) });
         }
     }
@@ -64,12 +70,8 @@ fn colour(rows: &mut [Row], range: [f32; 2]) {
     }
 }
 
-fn maps(bounds: &Aabb<f64>, value: impl Fn(Vec3<f64>) -> f32 + Sync) -> Vec<Map> {
-    SLICES.iter().map(|slice| slice.map(bounds, &value)).collect()
-}
-
 impl Slice {
-    fn map(self, bounds: &Aabb<f64>, value: impl Fn(Vec3<f64>) -> f32 + Sync) -> Map {
+    fn map(self, bounds: &Aabb<f64>, origin: LocalOrigin, value: &(dyn Fn(Vec3<f64>) -> f32 + Sync)) -> Map {
         let Self { across, right, up } = self;
         let (middle, extent) = (bounds.center(), bounds.extent());
         let unit = extent.max_element() / PIXELS;
@@ -84,8 +86,12 @@ impl Slice {
             size: [width, height],
             values: (0..width * height).into_par_iter().map(at).collect(),
             note: format!(
-                "{} = {:.3}; right: {}, up: {}",
-                AXES[across], middle[across], AXES[right], AXES[up]
+                "{} = {:.d$}; right: {}, up: {}",
+                AXES[across],
+                origin.to_world(middle)[across],
+                AXES[right],
+                AXES[up],
+                d = decimals(extent.max_element(), 3)
             ),
             unit: Some(unit),
             lines: Vec::new(),
@@ -110,7 +116,7 @@ mod tests {
         refraction.states = vec![Default::default()];
         let entry = json!({ "shape": "sphere", "center": ball.to_array(), "radius": 0.25, "ior": 1.5 });
         let truth = IndexTruth::from_scene_json(&json!({ "refractive": [entry] })).unwrap();
-        let sheet = sheet(&refraction, Some(&truth));
+        let sheet = sheet(&refraction, Some(&truth), LocalOrigin::default());
         assert_eq!(sheet.rows.len(), 3);
         for map in &sheet.rows[2].maps {
             let wrong = map.values.iter().filter(|v| v.abs() > 1e-4).count();

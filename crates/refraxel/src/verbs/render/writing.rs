@@ -11,8 +11,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
-use refraxel_data::NamedCamera;
-use refraxel_data::synth::IndexTruth;
+use refraxel_data::{LocalOrigin, NamedCamera};
 use refraxel_train::Backend;
 use refraxel_train::checkpoint::write_atomic;
 use std::collections::BTreeSet;
@@ -36,7 +35,7 @@ pub(super) fn write_folder(
     let mut folder = RenderFolder::open(&args.out, &planned(args, views), earlier)?;
     if !views.cameras.is_empty() {
         render_all(run, views, &mut folder, show)?;
-        report.cameras = Some(write_cameras(views, &mut folder)?);
+        report.cameras = Some(write_cameras(views, run.plan.origin, &mut folder)?);
         report.views = views.cameras.len();
         report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
     }
@@ -59,9 +58,14 @@ fn planned(args: &RenderArgs, views: &Views<'_>) -> BTreeSet<String> {
     views.pictures().chain(beside.map(str::to_owned)).collect()
 }
 
-/// Writes the cameras of the views and the units of their pictures.
-fn write_cameras(views: &Views<'_>, folder: &mut RenderFolder) -> Result<PathBuf, Failure> {
-    let document = export(views.cameras, units(views.depth.unit, views.layers));
+/// Writes the cameras of the views in the user's world, and the units of their pictures.
+fn write_cameras(
+    views: &Views<'_>,
+    origin: LocalOrigin,
+    folder: &mut RenderFolder,
+) -> Result<PathBuf, Failure> {
+    let cameras: Vec<NamedCamera> = views.cameras.iter().map(|c| origin.to_world(c.clone())).collect();
+    let document = export(&cameras, units(views.depth.unit, views.layers));
     let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
     folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
 }
@@ -75,8 +79,8 @@ fn write_slices(
     let edited = args.scale_index.or(args.set_index).is_some();
     // Slices need no dataset: without one they stand alone.
     let data = if edited { None } else { reopen(run).ok() };
-    let truth = data.and_then(|d| IndexTruth::from_scene_json(d.truth.as_ref()?));
-    let page = slices::sheet(run.backend.medium(), truth.as_ref()).draw();
+    let truth = data.and_then(|d| d.index_truth());
+    let page = slices::sheet(run.backend.medium(), truth.as_ref(), run.plan.origin).draw();
     let path = folder.write(SLICES, |path| Ok(page.save_png(path)?))?;
     Ok((path, truth.is_some()))
 }
@@ -92,6 +96,8 @@ fn write_paths(
     let fans = Fan::of_regions(refraction, domain, &view.camera, count);
     let page = paths::sheet(&fans, refraction, &view.name).draw();
     let picture = folder.write(PATHS_PICTURE, |path| Ok(page.save_png(path)?))?;
-    let lines = folder.write(PATHS_LINES, |path| Ok(write_atomic(path, |f| paths::write_ply(&fans, f))?))?;
+    let lines = folder.write(PATHS_LINES, |path| {
+        Ok(write_atomic(path, |f| paths::write_ply(&fans, run.plan.origin, f))?)
+    })?;
     Ok([picture, lines])
 }

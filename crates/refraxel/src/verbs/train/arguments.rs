@@ -3,10 +3,10 @@
 use crate::cli::{ReadingArgs, TrainArgs};
 use crate::exit::{Exit, Failure};
 use crate::progress::Show;
-use crate::verbs::dataset::{data_failure, open_options, reduce, source_of};
+use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, source_of};
 use crate::verbs::files::absolute;
 use anyhow::anyhow;
-use refraxel_data::Dataset;
+use refraxel_data::{Dataset, OpenOptions, Orientation};
 use refraxel_train::run::{Run, Source};
 
 pub(super) const NOT_SCORED: &str = "no images are held out: the run is not scored";
@@ -39,11 +39,26 @@ pub(super) fn read(args: &TrainArgs, saved: Option<&Run>, show: Show) -> Result<
     )?;
     let components = |up: [f64; 3]| up.map(|c| c.to_string()).join(",");
     let up = as_before("--up", args.reading.up, before.map(|s| s.up), components, args)?;
+    let backdrop = as_before(
+        "--backdrop",
+        args.reading.backdrop,
+        before.map(Source::backdrop),
+        |b| b.to_string(),
+        args,
+    )?;
+    let alpha = as_before("--alpha", args.reading.alpha, before.map(Source::alpha), |a| a.to_string(), args)?;
     let reduced = args.downscale.map(u32::from);
     let downscale = as_before("--downscale", reduced, before.map(|s| s.downscale), |n| n.to_string(), args)?;
-    let reading = open_options(&ReadingArgs { crop, up, ..args.reading.clone() });
+    let asked = args.reading.orientation.map(Orientation::from);
+    let stored = before.map(|s| s.orientation);
+    let orientation = as_before("--orientation", asked, stored, |o| o.name().to_owned(), args)?;
+    let reading = open_options(&ReadingArgs { crop, up, backdrop, alpha, ..args.reading.clone() });
+    let reading = OpenOptions { orientation, origin: saved.map(|run| run.plan.origin), ..reading };
     let mut data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
-    reduce(&mut data, downscale, args.data(), show)?;
+    let downscale = match before {
+        Some(_) => reduce(&mut data, downscale, args.data(), show).map(|()| downscale)?,
+        None => reduce_or_fit(&mut data, downscale, args.data(), show)?,
+    };
     let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
     if held_out == HeldOut::No {
         let rule = &data.split.rule;

@@ -26,7 +26,9 @@ pub(super) fn decide(
     };
     let index = known_index::read(&source, &data, saved, &options)?;
     let setup = Setup { data, options, index, source, cancel: cancel() };
-    let needs = Needs { options: &setup.options, saved };
+    let views = &setup.data.views;
+    let has_depth = setup.data.split.train.iter().any(|&k| views[k].depth.is_some());
+    let needs = Needs { options: &setup.options, saved, has_depth };
     let decided = device::decide(args.device, group, needs, show)?;
     Ok((setup, decided))
 }

@@ -77,6 +77,7 @@ impl Log {
             x_label: "minutes".to_owned(),
             y_label: "PSNR [dB]".to_owned(),
             series: all.into_iter().filter(|s| !s.points.is_empty()).collect(),
+            named: Vec::new(),
         };
         plot.draw(960, 540).save_png(&out.join("curves.png"))
     }

@@ -5,7 +5,6 @@ use super::still::{first_camera, still};
 use super::template::{evidence, page};
 use super::{field, regions};
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::interrupts::watch_for_interrupts;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
 use crate::verbs::view::name;
@@ -29,7 +28,6 @@ pub struct Page {
 
 /// Writes the page of a run.
 pub fn write(run: &mut Loaded, folder: &Path, out: &Path) -> Result<Page, Failure> {
-    watch_for_interrupts()?;
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let data = reopen(run).ok();

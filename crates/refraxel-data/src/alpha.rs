@@ -1,0 +1,123 @@
+//! What the alpha channels of photographs mean, by the colours below alpha 0: one colour is what a cut-out leaves, a photograph that
+//! goes on below is masked.
+
+use crate::decoding::Header;
+use crate::looks::{Look, SAME, common_colour, is_within, rgb};
+use crate::{AlphaMeaning, OpenOptions, Problem};
+use std::fmt;
+use std::str::FromStr;
+
+/// Alpha from which a pixel counts as opaque: exporters round.
+const OPAQUE: f32 = 0.98;
+/// One colour has at least this share of the pixels below alpha 0 of a cut-out.
+const PLAIN: f64 = 0.9;
+/// A photograph changes less than this from pixel to pixel, compared with pixels that are far apart; noise changes as much.
+const SMOOTH: f64 = 0.8;
+
+/// What alpha means, if some photographs have it, and what is to be said of that.
+pub(crate) struct Decided {
+    pub meaning: Option<AlphaMeaning>,
+    pub problems: Vec<Problem>,
+}
+
+/// Decides by what the photographs that were looked at have below alpha 0, unless somebody says it.
+pub(crate) fn decide(headers: &[Header], looks: &[Look], options: &OpenOptions) -> Decided {
+    let with = headers.iter().filter(|h| h.alpha).count();
+    if with == 0 {
+        return Decided { meaning: None, problems: Vec::new() };
+    }
+    let (meaning, why) = match options.alpha {
+        Some(stated) => (stated, None),
+        None => concluded(&looks.iter().filter(|l| headers[l.view].alpha).collect::<Vec<_>>()),
+    };
+    let mut problems: Vec<Problem> = why.into_iter().collect();
+    let without = headers.len() - with;
+    if meaning != AlphaMeaning::Ignore && without > 0 {
+        problems.push(Problem::warning(format!(
+            "{without} of {} photographs have no alpha channel: all of their pixels count as opaque",
+            headers.len()
+        )));
+    }
+    Decided { meaning: Some(meaning), problems }
+}
+
+/// `backdrop`, `mask` or `ignore`.
+impl fmt::Display for AlphaMeaning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            AlphaMeaning::Backdrop => "backdrop",
+            AlphaMeaning::Mask => "mask",
+            AlphaMeaning::Ignore => "ignore",
+        })
+    }
+}
+
+/// A text that is no [`AlphaMeaning`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected backdrop, mask or ignore")]
+pub struct NoAlphaMeaning;
+
+impl FromStr for AlphaMeaning {
+    type Err = NoAlphaMeaning;
+
+    fn from_str(text: &str) -> Result<Self, NoAlphaMeaning> {
+        let all = [AlphaMeaning::Backdrop, AlphaMeaning::Mask, AlphaMeaning::Ignore];
+        all.into_iter().find(|meaning| meaning.to_string() == text).ok_or(NoAlphaMeaning)
+    }
+}
+
+fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
+    let alpha = || looks.iter().flat_map(|l| l.samples.iter().map(|[here, _]| here[3]));
+    if alpha().all(|a| a >= OPAQUE) {
+        return (AlphaMeaning::Ignore, None);
+    }
+    if alpha().all(|a| a <= 0.0) {
+        let message = "the alpha of all photographs that were looked at is 0 everywhere, as a faulty export leaves it: it is \
+                       left out (--alpha backdrop says that nothing is to be seen)";
+        return (AlphaMeaning::Ignore, Some(Problem::warning(message)));
+    }
+    let below: Vec<Below> = looks.iter().filter_map(|look| Below::of(look)).collect();
+    let photographs = below.iter().filter(|b| b.is_photograph()).count();
+    let plain = below.iter().map(|b| b.plain).sum::<f64>() / below.len().max(1) as f64;
+    if 2 * photographs > below.len() {
+        let message = format!(
+            "alpha covers parts of whole photographs: {:.0} % of the pixels below alpha 0 have one colour, the others show something; \
+             it is taken for a mask (--alpha backdrop takes what it covers for empty space)",
+            100.0 * plain
+        );
+        return (AlphaMeaning::Mask, Some(Problem::note(message)));
+    }
+    (AlphaMeaning::Backdrop, None)
+}
+
+/// The colours of a photograph below alpha 0.
+struct Below {
+    /// Share of the most frequent one.
+    plain: f64,
+    /// How much neighbours differ, compared with pixels that are far apart.
+    roughness: f64,
+}
+
+impl Below {
+    fn of(look: &Look) -> Option<Self> {
+        let hidden: Vec<[[f32; 3]; 2]> = look
+            .samples
+            .iter()
+            .filter(|pair| pair.iter().all(|p| p[3] <= 0.0))
+            .map(|pair| pair.map(rgb))
+            .collect();
+        let common = common_colour(hidden.iter().map(|pair| pair[0]))?;
+        let same = hidden.iter().filter(|pair| is_within(pair[0], common, SAME)).count();
+        let count = hidden.len();
+        let apart =
+            |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
+        let neighbours: f64 = hidden.iter().map(|[here, next]| apart(*here, *next)).sum();
+        // A shift by a number that is prime to most widths leads to another row and column.
+        let far: f64 = (0..count).map(|k| apart(hidden[k][0], hidden[(k + count / 2 + 7) % count][0])).sum();
+        Some(Self { plain: same as f64 / count as f64, roughness: neighbours / far.max(f64::MIN_POSITIVE) })
+    }
+
+    fn is_photograph(&self) -> bool {
+        self.plain < PLAIN && self.roughness < SMOOTH
+    }
+}

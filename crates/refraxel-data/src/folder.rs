@@ -1,0 +1,158 @@
+//! What lies in a folder: names, found in whatever way they are written.
+
+use crate::naming::{is_image, is_of_system, key, picture_stem, rank, stem_key};
+use crate::{DataError, naming};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// The names in a folder, sorted, without those that systems put there for themselves.
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>, DataError> {
+    let failed = |source| DataError::Read { path: folder.to_owned(), source };
+    let entries = std::fs::read_dir(folder).map_err(failed)?;
+    let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.retain(|name| !is_of_system(name));
+    names.sort();
+    Ok(names)
+}
+
+/// The file of this name in a folder, in upper or lower case, if there is one.
+pub(crate) fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
+    entry_in(folder, name, Path::is_file)
+}
+
+/// The folder of this name in a folder, in upper or lower case, if there is one.
+pub(crate) fn folder_in(folder: &Path, name: &str) -> Option<PathBuf> {
+    entry_in(folder, name, Path::is_dir)
+}
+
+fn entry_in(folder: &Path, name: &str, is_kind: fn(&Path) -> bool) -> Option<PathBuf> {
+    let exact = folder.join(name);
+    if is_kind(&exact) {
+        return Some(exact);
+    }
+    let mut same = names(folder).ok()?.into_iter().filter(|other| key(other) == key(name));
+    let (first, second) = (same.next()?, same.next());
+    Some(folder.join(first)).filter(|path| second.is_none() && is_kind(path))
+}
+
+/// The folder itself, or the one above where that is called `name` and has the photographs.
+pub(crate) fn above(folder: &Path, name: &str) -> PathBuf {
+    let real = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let is_named = real.file_name().is_some_and(|n| key(&n.to_string_lossy()) == name);
+    let above = real.parent().filter(|above| is_named && folder_in(above, "images").is_some());
+    match above {
+        Some(above) if folder_in(folder, "images").is_none() => above.to_owned(),
+        _ => folder.to_owned(),
+    }
+}
+
+/// The one file of these; several are an error that names them.
+pub(crate) fn only_one(folder: &Path, mut found: Vec<PathBuf>) -> Result<Option<PathBuf>, DataError> {
+    match found.len() {
+        0 | 1 => Ok(found.pop()),
+        _ => Err(DataError::SeveralDatasets { path: folder.to_owned(), found }),
+    }
+}
+
+/// The names in a folder, by what their spellings have in common.
+#[derive(Debug, Default)]
+pub(crate) struct Listing {
+    names: Vec<String>,
+    by_key: HashMap<String, Vec<usize>>,
+    /// Pictures, without their extensions.
+    by_stem: HashMap<String, Vec<usize>>,
+}
+
+impl Listing {
+    /// Lists a folder; nothing where it cannot be read.
+    pub fn of(folder: &Path) -> Self {
+        let mut listing = Self { names: names(folder).unwrap_or_default(), ..Self::default() };
+        for (i, name) in listing.names.iter().enumerate() {
+            listing.by_key.entry(key(name)).or_default().push(i);
+            if is_image(name) {
+                listing.by_stem.entry(stem_key(name)).or_default().push(i);
+            }
+        }
+        listing
+    }
+
+    /// The pictures.
+    pub fn images(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str).filter(|name| is_image(name))
+    }
+
+    /// The name itself, or else the only other spelling of it.
+    pub fn entry(&self, name: &str) -> Option<&str> {
+        if let Ok(i) = self.names.binary_search_by(|other| other.as_str().cmp(name)) {
+            return Some(&self.names[i]);
+        }
+        match self.by_key.get(&key(name))?.as_slice() {
+            [i] => Some(&self.names[*i]),
+            _ => None,
+        }
+    }
+
+    /// The file that is meant by a name: itself, itself with an extension added, another spelling, or the only picture that
+    /// is called so and has another extension.
+    pub fn file(&self, name: &str) -> Option<&str> {
+        if let Some(found) = self.entry(name) {
+            return Some(found);
+        }
+        let called_so = self.by_stem.get(&stem_key(name))?;
+        let mut pictures: Vec<&str> = called_so.iter().map(|i| self.names[*i].as_str()).collect();
+        let is_open = picture_stem(name) == name;
+        if is_open {
+            pictures.sort_by_key(|found| (picture_stem(found) != name, rank(found)));
+        } else if pictures.len() > 1 {
+            let is_jpeg = |name: &str| matches!(naming::extension(name).as_str(), "jpg" | "jpeg");
+            pictures.retain(|found| is_jpeg(found) && is_jpeg(name));
+        }
+        pictures.first().copied().filter(|_| is_open || pictures.len() == 1)
+    }
+
+    /// The folder that is meant by a name: itself, another spelling, or, of pictures, the largest reduced copies (`images_2`).
+    pub fn folder(&self, name: &str) -> Option<&str> {
+        let reduced = || {
+            let prefix = format!("{name}_");
+            let factor = |other: &String| other.strip_prefix(&prefix)?.parse::<u32>().ok();
+            let copies = self.names.iter().filter_map(|other| Some((factor(other)?, other.as_str())));
+            copies.min().map(|(_, other)| other).filter(|_| name == "images")
+        };
+        self.entry(name).or_else(reduced)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A folder that holds these files.
+    pub(crate) fn folder_with(files: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for file in files {
+            let path = folder.path().join(file);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, b"x").unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn a_name_that_may_mean_two_files_means_none() {
+        let listing = |files: &[&str]| Listing::of(folder_with(files).path());
+        assert_eq!(listing(&["V00.PNG"]).file("v00.png"), Some("V00.PNG"));
+        assert_eq!(listing(&["V00.PNG", "v00.Png"]).file("v00.png"), None);
+        assert_eq!(listing(&["V00.PNG", "v00.png"]).file("v00.png"), Some("v00.png"));
+        assert_eq!(listing(&["a.png", "a.exr"]).file("a.jpg"), None);
+        assert_eq!(listing(&["a.png", "a.JPG"]).file("a.jpeg"), Some("a.JPG"));
+        assert_eq!(listing(&["a.exr", "a.png"]).file("a"), Some("a.png"), "the order of extensions");
+        assert_eq!(listing(&["a.txt", "._a.png"]).file("a.jpg"), None);
+    }
+
+    #[test]
+    fn reduced_copies_stand_for_a_folder_of_images_that_is_missing() {
+        let folder = folder_with(&["images_8/a.png", "images_2/a.png", "images_old/a.png"]);
+        let listing = Listing::of(folder.path());
+        assert_eq!((listing.folder("images"), listing.folder("masks")), (Some("images_2"), None));
+    }
+}

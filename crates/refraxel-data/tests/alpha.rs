@@ -1,0 +1,103 @@
+//! Alpha channels are cut-outs, masks or nothing, by the colours below alpha 0.
+
+mod fixture;
+
+use fixture::*;
+use refraxel_data::{
+    AlphaMeaning, Backdrop, Dataset, MaskMeaning, OpenOptions, Pixels, Reduction, Severity, load_mask_of,
+    load_photo,
+};
+use tempfile::TempDir;
+
+/// Balls whose alpha is 0 beside them; the colour there is that of `below`.
+fn cut_out(below: impl Fn(&Pixel) -> [u8; 3]) -> TempDir {
+    let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+    write_cut_outs(folder.path(), &cameras, |pixel, ball| {
+        let ([r, g, b], alpha) = ball.map_or((below(pixel), 0), |p| (texture(p), 255));
+        [r, g, b, alpha]
+    });
+    write_transforms(folder.path(), &cameras, "png", |_| {});
+    folder
+}
+
+fn opened(folder: &TempDir, alpha: Option<AlphaMeaning>, backdrop: Option<Backdrop>) -> Dataset {
+    Dataset::open(folder.path(), &OpenOptions { alpha, backdrop, ..OpenOptions::default() }).unwrap()
+}
+
+#[test]
+fn one_colour_or_noise_below_alpha_is_what_a_cut_out_leaves() {
+    for below in [|_: &Pixel| [0; 3], |_: &Pixel| [255; 3], |p: &Pixel| p.noise()] {
+        let data = opened(&cut_out(below), None, None);
+        assert_eq!(data.backdrop, Backdrop::Transparent);
+        assert!(data.views.iter().all(|v| !v.has_mask()));
+    }
+}
+
+#[test]
+fn a_photograph_that_goes_on_below_alpha_is_masked_and_its_colours_stay() {
+    let folder = cut_out(|p| wall(p.camera, p.x, p.y));
+    let data = opened(&folder, None, None);
+    assert_eq!(data.backdrop, Backdrop::Surroundings);
+    assert!(data.views.iter().all(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Keep));
+    assert!(reports(&data, "--alpha backdrop"), "{:?}", data.problems);
+    let photo = load_photo(&data.views[0]).unwrap();
+    let (mask, corner) = (photo.mask.unwrap(), wall(&data.views[0].camera, 0, 0));
+    assert_eq!(
+        (photo.image.channels, mask.coverage[0], mask.coverage[(20 * EDGE + 20) as usize]),
+        (3, 0, 255)
+    );
+    let Pixels::U8(pixels) = &photo.image.pixels else { panic!("8 bits stay 8 bits") };
+    assert_eq!(pixels[..3], corner);
+    assert_eq!(load_mask_of(&data.views[0]).unwrap(), Some(mask));
+    let mut reduced = data.clone();
+    reduced.reduce(&[0], Reduction::Divide(2));
+    assert!(load_photo(&reduced.views[0]).unwrap().image.rgba(0)[0] > 0.1, "alpha 0 does not blacken means");
+}
+
+#[test]
+fn what_the_user_says_of_alpha_counts() {
+    let folder = cut_out(|p| wall(p.camera, p.x, p.y));
+    assert_eq!(opened(&folder, Some(AlphaMeaning::Backdrop), None).backdrop, Backdrop::Transparent);
+    let ignored = opened(&folder, Some(AlphaMeaning::Ignore), None);
+    assert_eq!((ignored.backdrop, ignored.views[0].has_mask()), (Backdrop::Surroundings, false));
+    assert_eq!(load_photo(&ignored.views[0]).unwrap().image.channels, 3);
+    let plain = cut_out(|_| [0; 3]);
+    assert!(opened(&plain, Some(AlphaMeaning::Mask), None).views.iter().all(|v| v.has_mask()));
+    let over = opened(&plain, None, Some(Backdrop::Color([0.0, 1.0, 0.0])));
+    assert_eq!(over.backdrop, Backdrop::Color([0.0, 1.0, 0.0]));
+    let image = load_photo(&over.views[0]).unwrap().image;
+    assert_eq!(image.rgba(0), [0.0, 1.0, 0.0, 1.0], "a cut-out is laid over the colour");
+}
+
+#[test]
+fn alpha_that_is_opaque_or_0_everywhere_says_nothing() {
+    for alpha in [0, 255, 252] {
+        let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+        write_cut_outs(folder.path(), &cameras, |p, ball| {
+            let [r, g, b] = ball.map_or(wall(p.camera, p.x, p.y), texture);
+            [r, g, b, alpha]
+        });
+        write_transforms(folder.path(), &cameras, "png", |_| {});
+        let data = opened(&folder, None, None);
+        assert_eq!((data.backdrop, data.views[0].has_mask()), (Backdrop::Surroundings, false), "{alpha}");
+        let warned = data.problems.iter().any(|p| p.severity == Severity::Warning);
+        assert_eq!(warned, alpha == 0, "{:?}", data.problems);
+    }
+}
+
+#[test]
+fn photographs_without_alpha_among_cut_outs_are_counted() {
+    let folder = cut_out(|_| [0; 3]);
+    write_image(folder.path(), "images/r_5.png", EDGE, EDGE);
+    let data = opened(&folder, None, None);
+    assert_eq!(data.backdrop, Backdrop::Transparent);
+    assert!(reports(&data, "1 of 8 photographs have no alpha channel"), "{:?}", data.problems);
+}
+
+#[test]
+fn files_of_masks_take_the_place_of_alpha() {
+    let folder = cut_out(|p| wall(p.camera, p.x, p.y));
+    write_masks(folder.path(), &arc(8), |stem| format!("glass_masks/{stem}.png"));
+    let data = opened(&folder, None, None);
+    assert!(data.views.iter().all(|v| v.mask_meaning == MaskMeaning::Refractive && v.has_mask()));
+}

@@ -1,0 +1,58 @@
+//! Depth maps beside photographs.
+
+mod fixture;
+
+use fixture::*;
+use refraxel_data::{Dataset, load_photo};
+use serde_json::json;
+
+/// Depth maps of 12 × 8 for the photographs of 24 × 16, in steps, growing along rows.
+fn with_maps(edit: impl Fn(&mut serde_json::Value)) -> tempfile::TempDir {
+    let folder = transforms_folder(4, |t| {
+        for k in 0..4 {
+            t["frames"][k]["depth_file_path"] = json!(format!("depth/{k}.png"));
+        }
+        edit(t);
+    });
+    std::fs::create_dir(folder.path().join("depth")).unwrap();
+    let map = image::ImageBuffer::from_fn(12, 8, |x, y| image::Luma([(100 * x + y) as u16]));
+    (0..4).for_each(|k| map.save(folder.path().join(format!("depth/{k}.png"))).unwrap());
+    folder
+}
+
+fn depth_of(data: &Dataset, place: [f64; 2]) -> f32 {
+    load_photo(&data.views[1]).unwrap().depth.unwrap().at(place)
+}
+
+#[test]
+fn maps_are_read_in_their_unit_and_said() {
+    let data = open(&with_maps(|_| {})).unwrap();
+    assert!(reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step"), "{:?}", data.problems);
+    assert!((depth_of(&data, [0.99, 0.01]) - 1.1).abs() < 1e-6);
+    let scaled = open(&with_maps(|t| t["depth_unit_scale_factor"] = json!(0.5))).unwrap();
+    assert!((depth_of(&scaled, [0.99, 0.99]) - 553.5).abs() < 1e-3);
+    assert!(depth_of(&scaled, [0.01, 0.01]).is_nan(), "0 is unknown");
+}
+
+#[test]
+fn a_map_that_is_missing_or_has_colours_is_refused() {
+    let missing = with_maps(|t| t["frames"][2]["depth_file_path"] = json!("depth/none.png"));
+    let error = open(&missing).unwrap_err().to_string();
+    assert!(error.contains("frames[2].depth_file_path") && error.contains("none.png"), "{error}");
+    let coloured = with_maps(|_| {});
+    image::RgbImage::new(12, 8).save(coloured.path().join("depth/0.png")).unwrap();
+    let error = open(&coloured).unwrap_err().to_string();
+    assert!(error.contains("0.png") && error.contains("one channel"), "{error}");
+    let negative = with_maps(|t| t["depth_unit_scale_factor"] = json!(-1.0));
+    assert!(open(&negative).unwrap_err().to_string().contains("depth_unit_scale_factor is -1"));
+}
+
+#[test]
+fn maps_without_any_depth_are_left_out_with_a_word() {
+    let folder = with_maps(|_| {});
+    let black = image::ImageBuffer::from_pixel(12, 8, image::Luma([0_u16]));
+    (0..4).for_each(|k| black.save(folder.path().join(format!("depth/{k}.png"))).unwrap());
+    let data = open(&folder).unwrap();
+    assert!(reports(&data, "which are not used: they hold no depth above 0"), "{:?}", data.problems);
+    assert!(data.views.iter().all(|v| v.depth.is_none()));
+}

@@ -1,0 +1,25 @@
+//! Colours of these pictures.
+//!
+//! Told apart with every kind of colour vision: Okabe & Ito 2008.
+
+use crate::canvas::Colour;
+
+pub const PAPER: Colour = [255; 3];
+pub const INK: Colour = [28, 30, 36];
+pub const FAINT: Colour = [104, 108, 118];
+/// Frames of what is drawn on.
+pub const PALE: Colour = [228, 230, 235];
+/// Vermilion: views with a warning.
+pub const WARNING: Colour = [213, 94, 0];
+/// The border of a mask.
+pub const BORDER: Colour = [240, 228, 66];
+
+/// The colour of a part of the split.
+pub fn of_part(part: &str) -> Colour {
+    match part {
+        "train" => [0, 114, 178],
+        "val" => [0, 158, 115],
+        "test" => [204, 121, 167],
+        _ => FAINT,
+    }
+}
