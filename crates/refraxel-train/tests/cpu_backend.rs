@@ -7,7 +7,6 @@ use refraxel_train::backend::conformance::bent::bent_model;
 use refraxel_train::backend::conformance::clearcoated::clearcoated_model;
 use refraxel_train::backend::conformance::mirrored::{nested_balls, sharp_ball};
 use refraxel_train::backend::conformance::scenes::{batch, index_objective, objective, straight_model};
-use refraxel_train::backend::conformance::straight;
 use refraxel_train::backend::conformance::{Suite, Tolerances};
 use refraxel_train::backend::{
     AbsorptionObjective, Caches, IndexObjective, Objective, ReflectionObjective, step,
@@ -20,7 +19,7 @@ refraxel_train::conformance_tests!(Suite { make: CpuBackend::new, tolerances: To
 
 #[test]
 fn measured_depth_has_the_reference_gradient() {
-    straight::measured_depth_has_the_reference_gradient(&Suite {
+    refraxel_train::backend::conformance::straight::measured_depth_has_the_reference_gradient(&Suite {
         make: CpuBackend::new,
         tolerances: Tolerances::SINGLE_PRECISION,
     });

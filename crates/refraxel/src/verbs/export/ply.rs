@@ -78,7 +78,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("glass.ply");
         let mut bytes = Vec::new();
-        write(&surfaces, origin, &mut bytes).unwrap();
+        let solids =
+            surfaces.iter().map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None });
+        write(&solids.collect::<Vec<_>>(), &surfaces, origin, &mut bytes).unwrap();
         std::fs::write(&file, bytes).unwrap();
         let shape = Shape::Mesh(read_mesh(&file).unwrap());
         for (x, inside) in [(0.49, true), (0.52, false), (4.25, false), (4.5, true)] {
