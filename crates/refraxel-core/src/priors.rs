@@ -43,12 +43,14 @@ pub fn sample_colour_slope<T: Real>(weight: T, colour: [T; 3], target: [T; 3]) -
 /// κ of theory (4.27): what sensors of depth err by, as a share of what they measure.
 pub const DEPTH_ERROR: f64 = 0.02;
 
-/// What a unit of weight costs at the distance t along a ray where d > 0 was measured, theory (4.27): |t − d| / (|t − d| + κ d), from 0 at d
-/// to 1 far from it; κ is [`DEPTH_ERROR`].
+/// What a unit of weight costs at the distance t along a ray where d > 0 was measured, theory (4.27): (t − d)² / ((t − d)² + κ² d²), from 0 at
+/// d to 1 far from it; κ is [`DEPTH_ERROR`].
+///
+/// Source: Geman and McClure 1987.
 #[inline(always)]
 pub fn depth_cost<T: Real>(t: T, d: T) -> T {
-    let away = (t - d).abs();
-    away / (away + T::of(DEPTH_ERROR) * d)
+    let (away, error) = (t - d, T::of(DEPTH_ERROR) * d);
+    away * away / (away * away + error * error)
 }
 
 /// e of theory (4.6) [1], which bounds the slope of the opacity prior by 10.

@@ -143,7 +143,10 @@ fn the_importer_takes_them_for_photographs_with_surroundings_and_masks_of_glass(
     synthesize(&small("terrace_ball", folder.path()), &go_on).unwrap();
     let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
     assert_eq!(data.backdrop, Backdrop::Surroundings);
-    assert!(data.problems.iter().all(|p| p.severity == Severity::Note), "{:?}", data.problems);
+    // So few and small pictures do not tell what masks mean: their coverage does, and a warning says so.
+    let is_expected = |message: &str| message.contains("the white of the masks");
+    let others = data.problems.iter().filter(|p| !is_expected(&p.message));
+    assert!(others.clone().all(|p| p.severity == Severity::Note), "{:?}", data.problems);
     let report = report(&data);
     assert!(report.unbounded && report.known_refractive_objects == 1);
     assert_eq!((report.views.train, report.views.test), (6, 2));

@@ -342,10 +342,10 @@ fn an_archive_is_to_be_unpacked() {
 #[test]
 fn other_names_of_transforms_are_found_and_keys_without_use_are_named() {
     let folder = transforms_folder(4, |file| {
-        file["integer_depth_scale"] = json!(0.001);
+        file["appearance_id"] = json!(3);
         for (i, frame) in file["frames"].as_array_mut().unwrap().iter_mut().enumerate() {
             frame["time"] = json!(0.25 * i as f64);
-            frame["depth_file_path"] = json!("depth/0.png");
+            frame["semantics_path"] = json!("semantics/0.png");
         }
         file["frames"][2]["camera_model"] = json!("OPENCV_FISHEYE");
     });
@@ -354,7 +354,7 @@ fn other_names_of_transforms_are_found_and_keys_without_use_are_named() {
     write_file(folder.path(), "transforms_test.json", "{}");
     let data = open(&folder).unwrap();
     assert!(reports(&data, "transforms_all.json is used"), "{:?}", data.problems);
-    assert!(reports(&data, "not used: depth_file_path, integer_depth_scale"), "{:?}", data.problems);
+    assert!(reports(&data, "not used: appearance_id, semantics_path"), "{:?}", data.problems);
     assert!(reports(&data, "time goes from 0 to 0.75"), "{:?}", data.problems);
     let is_fisheye = |i: usize| matches!(data.views[i].camera.lens, Lens::Fisheye { .. });
     assert_eq!([0, 1, 2, 3].map(is_fisheye), [false, false, true, false], "a frame has its own model");

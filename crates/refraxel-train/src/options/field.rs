@@ -12,7 +12,7 @@ section! {
         /// Learning rate of SH coefficients at the start of the run.
         rate_colour: f32 = 0.02, in 0.0..=100.0;
         /// Weight of measured depth, where photographs have depth maps, theory (4.27).
-        depth: f32 = 0.1, in 0.0..;
+        depth: f32 = 0.03, in 0.0..;
         /// Weight of the opacity prior per ray.
         opacity: f32 = 0.0, in 0.0..;
         /// Weight of the total variation of density.

@@ -104,8 +104,12 @@ fn mask(root: &Root, folder: &str, frame: &Object) -> Result<Option<(PathBuf, St
     let keys = [("mask_path", StatedMask::Shown), ("mask_file_path", StatedMask::Open)];
     for (key, meaning) in keys {
         if let Some(stated) = frame.text(key)? {
-            let found =
-                root.find_below(folder, stated, Statement { path: frame.path(), key: &frame.key(key) })?;
+            let place = frame.key(key);
+            let by = Statement { path: frame.path(), key: &place };
+            let found = match folder {
+                "" => root.find(stated, by)?,
+                folder => root.find_below(folder, stated, by)?,
+            };
             let path = found.ok_or_else(|| frame.wrong(key, "an existing mask image"))?;
             return Ok(Some((path, meaning)));
         }

@@ -112,7 +112,7 @@ mod tests {
         let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
         let domain = Domain { bounds: cube, extent: Extent::Bounded, resolution: [49; 3] };
         Mesh::of_level(&domain, 1, |x| {
-            let balls = [(-0.5, 0.4), (0.3, 0.3), (0.8, 0.06)].map(|(at, radius)| {
+            let balls = [(-0.5, 0.4), (0.3, 0.3), (0.8, 0.04)].map(|(at, radius)| {
                 let r = x - vec3(at, 0.01, -0.02);
                 (r.length() - radius, r.normalized())
             });
