@@ -26,10 +26,11 @@ fn depth_of(data: &Dataset, place: [f64; 2]) -> f32 {
 
 #[test]
 fn maps_are_read_in_their_unit_and_said() {
-    let data = open(&with_maps(|_| {})).unwrap();
+    let (plain, unit) = (with_maps(|_| {}), with_maps(|t| t["depth_unit_scale_factor"] = json!(0.5)));
+    let data = open(&plain).unwrap();
     assert!(reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step"), "{:?}", data.problems);
     assert!((depth_of(&data, [0.99, 0.01]) - 1.1).abs() < 1e-6);
-    let scaled = open(&with_maps(|t| t["depth_unit_scale_factor"] = json!(0.5))).unwrap();
+    let scaled = open(&unit).unwrap();
     assert!((depth_of(&scaled, [0.99, 0.99]) - 553.5).abs() < 1e-3);
     assert!(depth_of(&scaled, [0.01, 0.01]).is_nan(), "0 is unknown");
 }

@@ -123,7 +123,7 @@ fn masks_are_found_under_the_names_of_many_tools() {
 
 #[test]
 fn masks_that_are_not_used_and_views_without_one_are_said() {
-    for name in ["masks/shape_{}.png", "masks/{}.tif"] {
+    for name in ["masks/shape_{}.png", "masks/{}.npy"] {
         let (folder, _) = glass_balls();
         (0..10).for_each(|i| write_file(folder.path(), &name.replace("{}", &stem(i)), "x"));
         let data = open(&folder).unwrap();
