@@ -31,9 +31,8 @@ pub(crate) fn assemble(
     }
     let split = split::decide(path, &mut parsed, options)?;
     let truth = truth(&mut parsed);
-    let pictures: Vec<Picture> = parsed.frames.iter().zip(headers.iter().cloned()).collect();
+    let pictures: Vec<Picture> = parsed.frames.iter().zip(&headers).collect();
     let (orientations, turned) = orientation::decide(&parsed, &pictures, options.orientation)?;
-    drop(pictures);
     let cameras = cameras(&mut parsed, &headers, &orientations)?;
     parsed.problems.extend(turned.into_iter().chain(profiles(&headers)));
     let mut views = views(&parsed.frames, cameras, &orientations);
@@ -126,8 +125,7 @@ fn look(
     if alpha.meaning == Some(AlphaMeaning::Mask) {
         stated.add_alpha(&parsed.frames, headers);
     }
-    let marks_glass =
-        truth.and_then(|t| t.get("refractive")).and_then(Value::as_array).is_some_and(|l| !l.is_empty());
+    let marks_glass = truth.is_some_and(|truth| IndexTruth::listed(truth) > 0);
     let masks = masks::decide(parsed, stated, views, &looks, options, marks_glass)?;
     parsed.problems.extend(masks.problems);
     let is_cut_out = alpha.meaning == Some(AlphaMeaning::Backdrop);
@@ -194,9 +192,10 @@ fn camera_of(frame: &Frame, found: Option<Size>) -> Result<Camera, DataError> {
 
 /// The sizes of the images that exist, as their poses mean them.
 fn sizes(parsed: &ParsedDataset, options: &OpenOptions) -> Result<Vec<Option<Size>>, DataError> {
-    let existing = parsed.frames.iter().filter_map(|frame| Some((frame, frame.image.as_ref()?)));
-    let pictures = existing.map(|(frame, image)| Ok((frame, losses::header(image)?)));
-    let pictures = pictures.collect::<Result<Vec<Picture>, DataError>>()?;
+    let existing = || parsed.frames.iter().filter_map(|frame| Some((frame, frame.image.as_ref()?)));
+    let headers = existing().map(|(_, image)| losses::header(image));
+    let headers: Vec<Header> = headers.collect::<Result<_, DataError>>()?;
+    let pictures: Vec<Picture> = existing().map(|(frame, _)| frame).zip(&headers).collect();
     let (orientations, _) = orientation::decide(parsed, &pictures, options.orientation)?;
     let mut found = pictures.iter().zip(orientations).map(|((_, header), of)| size(header, of));
     Ok(parsed.frames.iter().map(|frame| frame.image.as_ref().and_then(|_| found.next())).collect())
@@ -297,7 +296,7 @@ fn truth(parsed: &mut ParsedDataset) -> Option<Value> {
     let read = json::read(&file);
     let warning = |what: &str, error| Problem::warning(format!("{what}: {error}"));
     let truth = read.map_err(|error| parsed.problems.push(warning("the truth is not used", error))).ok()?;
-    let is_refractive = truth.get("refractive").and_then(Value::as_array).is_some_and(|l| !l.is_empty());
+    let is_refractive = IndexTruth::listed(&truth) > 0;
     if let Some(error) = IndexTruth::parse(&file, &truth).err().filter(|_| is_refractive) {
         parsed.problems.push(warning("errors of the index will not be measured", error));
     }

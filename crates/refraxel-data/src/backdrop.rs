@@ -1,6 +1,7 @@
 //! What lies behind everything else: what is stated, else what the borders of a few photographs show.
 
-use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, rgb};
+use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, median_colour, rgb};
+use crate::naming::first_few;
 use crate::parsed::ParsedDataset;
 use crate::{Backdrop, Format, MaskMeaning, OpenOptions, Problem, View};
 use serde_json::Value;
@@ -224,24 +225,15 @@ fn share(border: &[[f32; 3]], colour: [f32; 3]) -> f64 {
 
 /// Share of pieces of a border whose median is within so many levels of a colour.
 fn share_within(border: &[[f32; 3]], piece: usize, colour: [f32; 3], levels: f32) -> f64 {
-    let medians: Vec<[f32; 3]> = border.chunks(piece).map(median).collect();
+    let medians: Vec<[f32; 3]> = border.chunks(piece).map(median_colour).collect();
     let same = medians.iter().filter(|m| is_within(**m, colour, levels)).count();
     same as f64 / medians.len().max(1) as f64
-}
-
-fn median(piece: &[[f32; 3]]) -> [f32; 3] {
-    [0, 1, 2].map(|c| {
-        let mut values: Vec<f32> = piece.iter().map(|rgb| rgb[c]).collect();
-        values.sort_by(f32::total_cmp);
-        values[values.len() / 2]
-    })
 }
 
 /// The first few names, if there are any.
 fn named<'a>(borders: impl Iterator<Item = &'a Border>) -> Option<String> {
     let names: Vec<&str> = borders.map(|b| b.name.as_str()).collect();
-    let more = if names.len() > 3 { ", …" } else { "" };
-    (!names.is_empty()).then(|| format!("{}{more}", names[..names.len().min(3)].join(", ")))
+    (!names.is_empty()).then(|| first_few(names.into_iter()))
 }
 
 /// `transparent`, `surroundings` or `#rrggbb`.

@@ -1,6 +1,7 @@
 //! What lies in a folder: names, found in whatever way they are written.
 
-use crate::naming::{is_image, is_of_system, key, picture_stem, rank, stem_key};
+use crate::extensions::is_picture;
+use crate::naming::{is_of_system, key, picture_stem, rank, stem_key};
 use crate::{DataError, naming};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ impl Listing {
         let mut listing = Self { names: names(folder).unwrap_or_default(), ..Self::default() };
         for (i, name) in listing.names.iter().enumerate() {
             listing.by_key.entry(key(name)).or_default().push(i);
-            if is_image(name) {
+            if is_picture(name) {
                 listing.by_stem.entry(stem_key(name)).or_default().push(i);
             }
         }
@@ -78,7 +79,7 @@ impl Listing {
 
     /// The pictures.
     pub fn images(&self) -> impl Iterator<Item = &str> {
-        self.names.iter().map(String::as_str).filter(|name| is_image(name))
+        self.names.iter().map(String::as_str).filter(|name| is_picture(name))
     }
 
     /// The name itself, or else the only other spelling of it.

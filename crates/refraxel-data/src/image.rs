@@ -1,5 +1,7 @@
 //! Decoded images: colour with optional alpha, and single-channel masks.
 
+use crate::MaskMeaning;
+
 /// Channel values of an image, in the precision of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
@@ -88,6 +90,20 @@ pub(crate) fn bad_pixel(values: &[f32], width: u32, channels: u32) -> Option<Bad
     let at = values.iter().enumerate().position(is_bad)?;
     let (column, row) = ((at / channels % width) as u32, (at / channels / width) as u32);
     Some(BadPixel { column, row, is_alpha: is_alpha(at), value: values[at] })
+}
+
+/// Coverage above which a pixel of a mask is white.
+const HALF: u8 = 127;
+
+impl MaskMeaning {
+    /// Whether a pixel of this coverage counts.
+    pub fn lets_count(self, coverage: u8) -> bool {
+        match self {
+            Self::Refractive => true,
+            Self::Keep => coverage > HALF,
+            Self::Ignore => coverage <= HALF,
+        }
+    }
 }
 
 /// A coverage mask, 0..=255, rows from the top: the shape is (height, width), and columns run fastest.

@@ -1,6 +1,7 @@
 //! A summary of a dataset for people and scripts: what was read, and what is wrong with it.
 
 use crate::region::quantile;
+use crate::synth::IndexTruth;
 use crate::{Dataset, Format, MaskMeaning, Region, Severity, scene_region};
 use refraxel_core::{Aabb, Camera, Lens};
 use serde::Serialize;
@@ -105,7 +106,6 @@ pub fn report(data: &Dataset) -> Inspection {
     let region = scene_region(data);
     let split = &data.split;
     let corners = |b: Aabb<f64>| [b.min, b.max].map(|corner| data.origin.to_world(corner).to_array());
-    let refractive = data.truth.as_ref().and_then(|t| t.get("refractive")).and_then(|r| r.as_array());
     Inspection {
         root: data.root.as_ref().map(|folder| folder.display().to_string()),
         format: data.format.name(),
@@ -127,7 +127,7 @@ pub fn report(data: &Dataset) -> Inspection {
         up: region.up.to_array(),
         unbounded: region.unbounded,
         points: data.points.len(),
-        known_refractive_objects: refractive.map_or(0, Vec::len),
+        known_refractive_objects: data.truth.as_ref().map_or(0, IndexTruth::listed),
         problems: data
             .problems
             .iter()

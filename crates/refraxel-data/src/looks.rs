@@ -147,12 +147,19 @@ pub(crate) fn common_colour(pixels: impl Iterator<Item = [f32; 3]> + Clone) -> O
     // Noise around a border of cells lies in several of them: the median of all that are near.
     let middle = most.map(|c| (c as f32 + 0.5) * 8.0 / 255.0);
     let near: Vec<[f32; 3]> = pixels.filter(|rgb| is_within(*rgb, middle, 8.0)).collect();
-    let median = |c: usize| {
-        let mut values: Vec<f32> = near.iter().map(|rgb| rgb[c]).collect();
+    Some(if near.is_empty() { middle } else { median_colour(&near) })
+}
+
+/// The median of some colours, channel by channel.
+///
+/// # Panics
+/// If there are none.
+pub(crate) fn median_colour(colours: &[[f32; 3]]) -> [f32; 3] {
+    [0, 1, 2].map(|c| {
+        let mut values: Vec<f32> = colours.iter().map(|rgb| rgb[c]).collect();
         values.sort_by(f32::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(middle[c])
-    };
-    Some([median(0), median(1), median(2)])
+        values[values.len() / 2]
+    })
 }
 
 /// Levels of 255 by which pixels of one colour differ: JPEG keeps plain areas to within 2.

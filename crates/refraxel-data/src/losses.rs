@@ -3,16 +3,14 @@
 
 use crate::camera::MIN_VIEWS;
 use crate::decoding::{self, Header};
-use crate::naming::{is_image, picture_stem};
+use crate::extensions::is_picture;
+use crate::naming::{first_few, picture_stem};
 use crate::parsed::{Frame, Loss, ParsedDataset, Part};
 use crate::root::{Renamed, Root};
 use crate::{DataError, Format, Problem, whole};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
-
-/// Names that a message lists.
-const NAMED: usize = 3;
 
 /// A view that is left out.
 struct Lost {
@@ -97,7 +95,7 @@ fn renaming(frames: &[Frame], renamed: &[Renamed]) -> Option<Problem> {
         .flat_map(|f| f.image.iter().chain(f.mask.iter().map(|(mask, _)| mask)))
         .map(PathBuf::as_path)
         .collect();
-    let of_files = |r: &&Renamed| used.contains(r.found.as_path()) || !is_image(&r.found.to_string_lossy());
+    let of_files = |r: &&Renamed| used.contains(r.found.as_path()) || !is_picture(&r.found.to_string_lossy());
     let mut kinds = BTreeMap::new();
     for renamed in renamed.iter().filter(of_files) {
         kinds.entry(renamed.difference).or_insert((0, renamed)).0 += 1;
@@ -205,7 +203,6 @@ fn reason(loss: Loss, views: &[&Lost]) -> String {
         Some(detail) => format!("{} ({detail})", view.name),
         None => view.name.clone(),
     };
-    let names: Vec<String> = views.iter().take(NAMED).map(name).collect();
-    let more = if views.len() > NAMED { ", …" } else { "" };
-    format!("{because}: {}{more}", names.join(", "))
+    let names: Vec<String> = views.iter().map(name).collect();
+    format!("{because}: {}", first_few(names.iter().map(String::as_str)))
 }

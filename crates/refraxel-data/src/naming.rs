@@ -37,16 +37,6 @@ pub(crate) fn is_of_system(name: &str) -> bool {
     name.starts_with('.') || OF_SYSTEMS.contains(&name.to_ascii_lowercase().as_str())
 }
 
-/// True for the name of an image that can be decoded.
-pub(crate) fn is_image(name: &str) -> bool {
-    is_picture(name)
-}
-
-/// True for the name of a photograph that has to be converted before it can be decoded.
-pub(crate) fn is_unread(name: &str) -> bool {
-    conversion(name).is_some()
-}
-
 /// The part of a name behind its last dot, in lower case; empty without one.
 pub(crate) fn extension(name: &str) -> String {
     name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase()
@@ -55,6 +45,15 @@ pub(crate) fn extension(name: &str) -> String {
 /// The place of an extension among those that are tried.
 pub(crate) fn rank(name: &str) -> usize {
     extensions::READ.iter().position(|e| *e == extension(name)).unwrap_or(extensions::READ.len())
+}
+
+/// Names that a message lists.
+const LISTED: usize = 3;
+
+/// The first few of some names, for messages.
+pub(crate) fn first_few<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
+    let first: Vec<&str> = names.by_ref().take(LISTED).collect();
+    first.join(", ") + if names.next().is_some() { ", …" } else { "" }
 }
 
 /// What all spellings of a name have in common.
@@ -71,7 +70,7 @@ pub(crate) fn stem_key(name: &str) -> String {
 pub(crate) fn picture_stem(name: &str) -> &str {
     let mut stem = name;
     while let Some((shorter, _)) = stem.rsplit_once('.')
-        && (is_image(stem) || is_unread(stem))
+        && (is_picture(stem) || conversion(stem).is_some())
         && !shorter.is_empty()
     {
         stem = shorter;
@@ -83,7 +82,7 @@ pub(crate) fn picture_stem(name: &str) -> &str {
 /// completed by an extension.
 pub(crate) fn difference(stated: &str, found: &str) -> Option<Difference> {
     let is_open = picture_stem(stated) == stated;
-    let found = if is_open && is_image(found) { picture_stem(found) } else { found };
+    let found = if is_open && is_picture(found) { picture_stem(found) } else { found };
     if stated == found {
         None
     } else if key(stated) != key(found) {

@@ -35,7 +35,7 @@ impl Orientation {
 }
 
 /// A frame and what the file of its image says.
-pub(crate) type Picture<'a> = (&'a Frame, Header);
+pub(crate) type Picture<'a> = (&'a Frame, &'a Header);
 
 /// Why an orientation was taken.
 enum Ground {

@@ -18,11 +18,17 @@ impl Dataset {
         let mut data = self.with_origin(stated.unwrap_or_default());
         for _ in 0..if stated.is_none() { ROUNDS } else { 0 } {
             let nearer = LocalOrigin::for_scene(&scene_region(&data).bounds);
+            if nearer.is_of_world() {
+                break;
+            }
             let origin = LocalOrigin::at(data.origin.place() + nearer.place());
             data = data.with_origin(origin);
         }
-        data.problems.extend(note(&data));
-        data.problems.extend(rounded(&data));
+        if !data.origin.is_of_world() {
+            let across = scene_region(&data).bounds.extent().max_element();
+            let said = std::iter::once(note(data.origin, across)).chain(rounded(&data, across));
+            data.problems.extend(said.collect::<Vec<_>>());
+        }
         data
     }
 
@@ -41,29 +47,25 @@ impl Dataset {
     }
 }
 
-/// What is said where coordinates were moved.
-fn note(data: &Dataset) -> Option<Problem> {
-    if data.origin.is_of_world() {
-        return None;
-    }
-    let [x, y, z] = data.origin.place().to_array();
-    let across = scene_region(data).bounds.extent().max_element();
-    Some(Problem::note(format!(
+/// What is said where coordinates were moved, of a scene that is so large.
+fn note(origin: LocalOrigin, across: f64) -> Problem {
+    let [x, y, z] = origin.place().to_array();
+    Problem::note(format!(
         "the scene is far from the origin of its coordinates: near ({x}, {y}, {z}), and {} across; it is computed relative to that \
          point, and stated, shown and exported in the coordinates of the data",
         about(across)
-    )))
+    ))
 }
 
 /// What is said where positions were rounded to single precision far from the origin, before they were written: that is beyond
 /// repair.
-fn rounded(data: &Dataset) -> Option<Problem> {
+fn rounded(data: &Dataset, across: f64) -> Option<Problem> {
     let eyes = data.views.iter().map(|view| data.origin.to_world(view.camera.world_from_camera.translation));
     let numbers: Vec<f64> = eyes.flat_map(Vec3::to_array).collect();
     let is_single = numbers.iter().all(|x| f64::from(*x as f32) == *x);
     let farthest = numbers.iter().map(|x| x.abs() as f32).fold(0.0, f32::max);
-    let (step, across) = (farthest.next_up() - farthest, scene_region(data).bounds.extent().max_element());
-    (is_single && !data.origin.is_of_world() && f64::from(step) > COARSE * across).then(|| {
+    let step = farthest.next_up() - farthest;
+    (is_single && f64::from(step) > COARSE * across).then(|| {
         Problem::warning(format!(
             "the positions of all cameras are rounded to single precision, in steps of up to {step}, in a scene that is {} across; \
              rays miss by as much: write the poses in double precision, or relative to a point near the scene",

@@ -70,7 +70,7 @@ impl Root {
     /// of a picture, or below the dataset where the path is one of another machine. [`Root::renamed`] tells.
     pub fn find(&self, stated: &str, by: Statement<'_>) -> Result<Option<PathBuf>, DataError> {
         // A mask that is stated with its folder is none of another folder.
-        let fewest = if naming::is_image(stated) { 2 } else { 1 };
+        let fewest = if extensions::is_picture(stated) { 2 } else { 1 };
         self.search(&self.folder, Vec::new, fewest, stated, by)
     }
 

@@ -1,5 +1,6 @@
 //! LLFF `poses_bounds.npy`: one row per image of `images/` or a reduced copy of it, sorted by name.
 
+use super::beside::frame;
 use super::npy::{self, Matrix};
 use super::photographs::photographs;
 use crate::folder::{file_in, names};
@@ -50,8 +51,7 @@ pub(crate) fn read(folder: &Path, path: PathBuf, options: &OpenOptions) -> Resul
         let by = Statement { path: &path, key: &origin.key };
         let image = parsed.root.find_below(&photographs.folder, name, by)?;
         let (pose, intrinsics) = camera(row, shared.as_ref(), &origin)?;
-        let (mask, part, lost) = (None, None, None);
-        parsed.frames.push(Frame { origin, file, image, mask, depth: None, part, intrinsics, pose, lost });
+        parsed.frames.push(frame(origin, file, image, intrinsics, pose));
     }
     parsed.depth_range = depth_range(&poses);
     Ok(parsed)

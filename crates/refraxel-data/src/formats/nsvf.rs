@@ -1,5 +1,6 @@
 //! NSVF: `pose/NAME.txt` (camera to world, OpenCV axes), `rgb/NAME.png`, `intrinsics.txt`, `bbox.txt`.
 
+use super::beside::frame;
 use crate::folder::{file_in, folder_in, names};
 use crate::parsed::{Focal, Frame, Intrinsics, Loss, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
@@ -35,8 +36,7 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
         refuse_infinite(path, &rows)?;
         let rows = matrix(&rows).ok_or_else(|| wrong(path, "a 4x4 matrix (camera to world)", rows.len()))?;
         let image = parsed.root.find_below(&images, stem, Statement { path, key: "name" })?;
-        let (mask, part, lost, pose) = (None, None, None, pose::from_opencv(rows));
-        parsed.frames.push(Frame { origin, file, image, mask, depth: None, part, intrinsics, pose, lost });
+        parsed.frames.push(frame(origin, file, image, intrinsics, pose::from_opencv(rows)));
     }
     parsed.stated_box = stated_box(folder)?;
     Ok(parsed)

@@ -5,9 +5,9 @@
 
 use super::beside::frame;
 use super::gravity::state_up;
+use crate::extensions::is_picture;
 use crate::folder::names;
 use crate::json::{self, Object};
-use crate::naming::is_image;
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
 use crate::pose::{self, PoseFault};
 use crate::root::{Root, Statement};
@@ -62,8 +62,10 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
 /// The folder of photographs and their names by number.
 fn photographs(root: &Root) -> (&'static str, BTreeMap<u64, String>) {
     let numbered = |folder: &str| -> BTreeMap<u64, String> {
-        let all =
-            names(&root.folder().join(folder)).unwrap_or_default().into_iter().filter(|name| is_image(name));
+        let all = names(&root.folder().join(folder))
+            .unwrap_or_default()
+            .into_iter()
+            .filter(|name| is_picture(name));
         all.filter_map(|name| Some((name.rsplit_once('.')?.0.parse().ok()?, name))).collect()
     };
     let folders = ["rgb", "rgbd", "images", "."].map(|folder| (folder, numbered(folder)));

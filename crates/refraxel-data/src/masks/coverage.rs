@@ -100,7 +100,7 @@ fn brightness(decoded: DynamicImage) -> Vec<u16> {
 
 impl Mask {
     /// Share of pixels that are mostly white.
-    pub(crate) fn white_share(&self) -> f64 {
+    pub fn white_share(&self) -> f64 {
         self.share(|c| c >= HALF)
     }
 

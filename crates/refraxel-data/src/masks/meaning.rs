@@ -2,6 +2,7 @@
 
 use super::rigid::{self, Score};
 use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, rgb};
+use crate::region::quantile;
 use crate::{DataError, MaskMeaning, Problem, photo};
 use rayon::prelude::*;
 use std::path::Path;
@@ -153,6 +154,5 @@ fn meaning_of(white: Option<f64>) -> MaskMeaning {
 /// The median share of white in masks that are not black; `None` without any.
 fn median_white(mut shares: Vec<f64>) -> Option<f64> {
     shares.retain(|s| *s > 0.0);
-    shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).copied()
+    (!shares.is_empty()).then(|| quantile(shares.into_iter(), 0.5))
 }

@@ -2,6 +2,8 @@
 
 use super::coverage::Reading;
 use crate::looks::MaskLook;
+use crate::naming::first_few;
+use crate::region::quantile;
 use crate::{DataError, MaskMeaning, Problem, View, photo};
 use std::path::Path;
 
@@ -38,8 +40,11 @@ impl Odd<'_> {
 pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
     let on_border =
         |m: &Odd| m.mask.border.iter().filter(|w| **w).count() as f64 / m.mask.border.len().max(1) as f64;
-    let medians = [median(masks.iter().map(|m| m.mask.white)), median(masks.iter().map(on_border))];
-    let [Some(median), Some(median_on_border)] = medians else { return Ok(Vec::new()) };
+    if masks.is_empty() {
+        return Ok(Vec::new());
+    }
+    let median = quantile(masks.iter().map(|m| m.mask.white), 0.5);
+    let median_on_border = quantile(masks.iter().map(on_border), 0.5);
     let swapped = format!(
         "differ much from the others, whose white covers {:.0} %; they may be inverted",
         100.0 * median
@@ -62,18 +67,11 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
     Ok(problems)
 }
 
-fn median(shares: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut shares: Vec<f64> = shares.collect();
-    shares.sort_by(f64::total_cmp);
-    shares.get(shares.len() / 2).copied()
-}
-
 /// A warning that names views.
 fn named(masks: &[Odd], is_odd: impl Fn(&Odd) -> bool, what: &str) -> Option<Problem> {
     let names: Vec<&str> = masks.iter().filter(|m| is_odd(m)).map(|m| m.view.name.as_str()).collect();
-    let (of, more) = (masks.len(), if names.len() > 3 { ", …" } else { "" });
-    let first = names.iter().take(3).copied().collect::<Vec<_>>().join(", ");
-    let message = format!("of {of} masks that were looked at, {} {what}: {first}{more}", names.len());
+    let (of, first) = (masks.len(), first_few(names.iter().copied()));
+    let message = format!("of {of} masks that were looked at, {} {what}: {first}", names.len());
     (!names.is_empty()).then(|| Problem::warning(message))
 }
 

@@ -1,5 +1,6 @@
 //! All masks in a sentence.
 
+use crate::naming::first_few;
 use crate::{MaskMeaning, Problem, View};
 use std::collections::BTreeMap;
 
@@ -16,10 +17,9 @@ pub(crate) fn summary(views: &[View]) -> Option<Problem> {
     }
     let text: Vec<String> = counts.iter().map(|(meaning, n)| format!("{n} masks, {meaning}")).collect();
     let without: Vec<&str> = views.iter().filter(|v| !v.has_mask()).map(|v| v.name.as_str()).collect();
-    let more = if without.len() > 3 { ", …" } else { "" };
     let gap = match without.len() {
         0 => String::new(),
-        n => format!("; {n} views have none: {}{more}", without[..n.min(3)].join(", ")),
+        n => format!("; {n} views have none: {}", first_few(without.into_iter())),
     };
     (!text.is_empty()).then(|| Problem::note(format!("{}{gap}", text.join("; "))))
 }

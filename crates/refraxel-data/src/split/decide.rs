@@ -2,6 +2,7 @@
 
 use super::lists::{Assignment, Lists};
 use super::{beside, by_name};
+use crate::naming::first_few;
 use crate::parsed::{Frame, ParsedDataset, Part};
 use crate::{DataError, Format, OpenOptions, Problem, Split};
 use std::collections::HashMap;
@@ -11,8 +12,6 @@ use std::path::Path;
 const DEFAULT_HOLDOUT: usize = 8;
 /// The same for NSVF (svox2).
 const NSVF_HOLDOUT: usize = 16;
-/// Names that a message lists.
-const NAMED: usize = 3;
 
 /// Writes the stated split to the frames and its rule to the dataset: that of the description, then lists beside it, then the
 /// names of images. Others that contradict it are named.
@@ -93,7 +92,7 @@ fn meant(parsed: &ParsedDataset, lists: &Lists, problems: &mut Vec<Problem>) -> 
     let assignment = lists.assignment(&parsed.frames, are_in_file_order);
     let is_empty = assignment.parts.iter().all(Option::is_none);
     if is_empty && !(lists.are_surely_lists && lists.have_training()) {
-        let names = few(assignment.unknown.iter().map(String::as_str));
+        let names = first_few(assignment.unknown.iter().map(String::as_str));
         let message =
             format!("{}: none of its names is that of a view ({names}); it is not obeyed", lists.source);
         problems.extend((!assignment.unknown.is_empty()).then(|| Problem::warning(message)));
@@ -127,7 +126,7 @@ fn contradiction(frames: &[Frame], obeyed: &Assignment, other: &Assignment) -> O
     let differ = pairs.filter(|((a, b), _)| b.is_some() && trains(a) != trains(b));
     let names: Vec<&str> = differ.map(|(_, frame)| frame.file.as_str()).collect();
     (!names.is_empty()).then(|| {
-        let (count, first) = (names.len(), few(names.into_iter()));
+        let (count, first) = (names.len(), first_few(names.into_iter()));
         let message =
             format!("two splits are stated: {} is used; {} says otherwise", obeyed.rule, other.rule);
         Problem::warning(format!("{message} of {count} views ({first}) and is ignored"))
@@ -137,7 +136,7 @@ fn contradiction(frames: &[Frame], obeyed: &Assignment, other: &Assignment) -> O
 /// What is strange about the lists that are obeyed.
 fn doubts(obeyed: &Assignment) -> Vec<Problem> {
     let Assignment { rule, unknown, twice, doubt, .. } = obeyed;
-    let names = few(unknown.iter().map(String::as_str));
+    let names = first_few(unknown.iter().map(String::as_str));
     let messages = [
         (!unknown.is_empty()).then(|| format!("{} names in it are those of no view: {names}", unknown.len())),
         (*twice > 0)
@@ -157,13 +156,13 @@ fn unlisted(path: &Path, frames: &[Frame], obeyed: &Assignment) -> Result<Option
     let names: Vec<&str> =
         parts.filter(|(_, part)| part.is_none()).map(|(frame, _)| frame.file.as_str()).collect();
     let lost = names.len();
-    let (first, count) = (few(names.into_iter()), frames.len());
+    let (first, count) = (first_few(names.into_iter()), frames.len());
     if lost > 0 && 2 * lost >= count && !obeyed.unknown.is_empty() && lost < count {
         let reasons = format!(
             "they are in no list of the split ({}): {first}; {} names of the lists are those of no view: {}",
             obeyed.rule,
             obeyed.unknown.len(),
-            few(obeyed.unknown.iter().map(String::as_str))
+            first_few(obeyed.unknown.iter().map(String::as_str))
         );
         return Err(DataError::ViewsLost { path: path.to_owned(), count, lost, reasons });
     }
@@ -181,7 +180,7 @@ fn shared(frames: &[Frame]) -> Option<Problem> {
         held_out.filter_map(|f| Some(learned.get(f.image.as_deref()?)?.file.as_str())).collect();
     let count = both.len();
     (count > 0).then(|| {
-        let names = few(both.into_iter());
+        let names = first_few(both.into_iter());
         Problem::warning(format!(
             "{count} held-out images are among those to learn from as well ({names}): their scores are not those of unseen views"
         ))
@@ -204,10 +203,4 @@ fn hold_out(frames: &mut [Frame], every: usize) -> String {
         0 => "all views train".to_owned(),
         n => format!("one view in {n}, sorted by name from the first, is held out"),
     }
-}
-
-/// The first names.
-fn few<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
-    let first: Vec<&str> = names.by_ref().take(NAMED).collect();
-    first.join(", ") + if names.next().is_some() { ", …" } else { "" }
 }

@@ -30,6 +30,11 @@ impl IndexTruth {
         Self::parse(path, &json::read(path)?)
     }
 
+    /// Number of refractive things that a `scene.json` lists, whether they can be read or not.
+    pub fn listed(json: &Value) -> usize {
+        json.get("refractive").and_then(Value::as_array).map_or(0, Vec::len)
+    }
+
     /// Reads the list `refractive` (and `opaque`, where there is one) of the `scene.json` at `path`.
     ///
     /// It understands our own entries (keys `region` and `index`) and those of the path-traced scenes: `shape` sphere

@@ -135,12 +135,7 @@ fn taps(reach: u32) -> impl Iterator<Item = i64> {
 
 /// Whether a mask of this meaning lets the pixel of a photograph count.
 pub fn is_used(photo: &Photo, meaning: MaskMeaning, pixel: usize) -> bool {
-    let Some(mask) = &photo.mask else { return true };
-    match meaning {
-        MaskMeaning::Refractive => true,
-        MaskMeaning::Keep => mask.coverage[pixel] > HALF,
-        MaskMeaning::Ignore => mask.coverage[pixel] <= HALF,
-    }
+    photo.mask.as_ref().is_none_or(|mask| meaning.lets_count(mask.coverage[pixel]))
 }
 
 /// The table of a camera whose lens is not inverted ray by ray, one for all cameras with that lens.

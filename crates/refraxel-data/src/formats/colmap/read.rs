@@ -2,10 +2,11 @@
 
 use super::files::{cameras, file, has_both, images, most_sensors, points};
 use super::records::{Calibrations, Image, Images};
+use crate::extensions::is_picture;
 use crate::folder::{folder_in, names};
-use crate::formats::beside::image_folder;
+use crate::formats::beside::{self, image_folder};
 use crate::formats::photographs::photographs;
-use crate::naming::{is_image, key};
+use crate::naming::key;
 use crate::parsed::{Coloured, Frame, Loss, Origin, ParsedDataset};
 use crate::pose::PoseFault;
 use crate::root::{Root, Statement};
@@ -130,25 +131,14 @@ fn frame(
     let by = Statement { path: &origin.path, key: &image.key };
     let found = root.find_below(folder, &image.name, by)?;
     let intrinsics = calibration.intrinsics()?;
-    let file = image.name.clone();
-    Ok(Frame {
-        file,
-        image: found,
-        mask: None,
-        depth: None,
-        part: None,
-        intrinsics,
-        pose,
-        origin,
-        lost: None,
-    })
+    Ok(beside::frame(origin, image.name.as_str(), found, intrinsics, pose))
 }
 
 /// Photographs in a folder and below; stops at a depth and number that no folder of photographs reaches.
 fn count_images(folder: &Path, depth: usize) -> usize {
     const DEPTH: usize = 6;
     let names = names(folder).unwrap_or_default();
-    let others = names.iter().take(limits::FRAMES).filter(|name| !is_image(name) && depth < DEPTH);
+    let others = names.iter().take(limits::FRAMES).filter(|name| !is_picture(name) && depth < DEPTH);
     let folders = others.map(|name| folder.join(name)).filter(|path| !path.is_symlink() && path.is_dir());
     folders.map(|path| count_images(&path, depth + 1)).sum::<usize>() + photographs(names).len()
 }

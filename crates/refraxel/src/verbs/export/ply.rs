@@ -1,6 +1,6 @@
 //! Binary PLY: vertices with normals and colours, faces with the number of their region.
 
-use super::surfaces::{Numbered, Solid, narrow};
+use super::surfaces::{Numbered, Solid, narrow, place_type, write_place};
 use refraxel_data::{LocalOrigin, OPAQUE_REGION};
 use std::io::{self, Write};
 
@@ -23,9 +23,8 @@ pub fn write(
         writeln!(out, "comment region {region}: index of refraction {}", surface.index)?;
     }
     writeln!(out, "element vertex {vertices}")?;
-    let is_single = origin.is_of_world();
     for name in ["x", "y", "z"] {
-        writeln!(out, "property {} {name}", if is_single { "float" } else { "double" })?;
+        writeln!(out, "property {} {name}", place_type(origin))?;
     }
     for name in ["nx", "ny", "nz"] {
         writeln!(out, "property float {name}")?;
@@ -39,10 +38,7 @@ pub fn write(
     )?;
     for solid in solids {
         for (v, (&x, &normal)) in solid.mesh.vertices.iter().zip(&solid.mesh.normals).enumerate() {
-            match is_single {
-                true => narrow(x).iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
-                false => x.to_array().iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?,
-            }
+            write_place(x, origin, out)?;
             narrow(normal).iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))?;
             out.write_all(&solid.bytes(v))?;
         }

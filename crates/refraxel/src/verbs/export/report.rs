@@ -3,6 +3,7 @@
 use super::opaque::Opaque;
 use super::surfaces::{Numbered, Solids};
 use crate::table::{colours, count, decimals};
+use refraxel_core::Mesh;
 use refraxel_train::model::surface::Boundary;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -31,17 +32,9 @@ pub struct Report {
     pub(super) up_note: Option<String>,
 }
 
-/// The mesh of one region.
+/// The figures of a mesh.
 #[derive(Serialize)]
-pub(super) struct Region {
-    /// Number of the region, from 1.
-    region: usize,
-    /// "jump" or "half-way": where the boundary was drawn.
-    boundary: &'static str,
-    /// Index of refraction inside.
-    index: f32,
-    /// Absorption of linear red, green and blue [1 / scene unit].
-    absorption: [f32; 3],
+struct Figures {
     vertices: usize,
     faces: usize,
     /// Closed surfaces: two for a hollow ball.
@@ -54,17 +47,11 @@ pub(super) struct Region {
     bounds: [[f64; 3]; 2],
 }
 
-impl Region {
-    fn of(Numbered { region, surface }: &Numbered) -> Option<Self> {
-        let (mesh, bounds) = (&surface.mesh, surface.mesh.bounds()?);
+impl Figures {
+    /// `None` of a mesh without vertices.
+    fn of(mesh: &Mesh) -> Option<Self> {
+        let bounds = mesh.bounds()?;
         Some(Self {
-            region: *region,
-            boundary: match surface.boundary {
-                Boundary::Jump => "jump",
-                Boundary::HalfWay => "half-way",
-            },
-            index: surface.index,
-            absorption: surface.absorption,
             vertices: mesh.vertices.len(),
             faces: mesh.triangles.len(),
             bodies: mesh.bodies(),
@@ -76,18 +63,51 @@ impl Region {
 
     fn text(&self) -> String {
         let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
-        let [x, y, z] = [0, 1, 2].map(|a| self.bounds[1][a] - self.bounds[0][a]);
+        let (vertices, faces) = (count(self.vertices as u64), count(self.faces as u64));
+        format!("{vertices} vertices, {faces} faces, {} {bodies}", self.bodies)
+    }
+}
+
+/// The mesh of one region.
+#[derive(Serialize)]
+pub(super) struct Region {
+    /// Number of the region, from 1.
+    region: usize,
+    /// "jump" or "half-way": where the boundary was drawn.
+    boundary: &'static str,
+    /// Index of refraction inside.
+    index: f32,
+    /// Absorption of linear red, green and blue [1 / scene unit].
+    absorption: [f32; 3],
+    #[serde(flatten)]
+    figures: Figures,
+}
+
+impl Region {
+    fn of(Numbered { region, surface }: &Numbered) -> Option<Self> {
+        let figures = Figures::of(&surface.mesh)?;
+        Some(Self {
+            region: *region,
+            boundary: match surface.boundary {
+                Boundary::Jump => "jump",
+                Boundary::HalfWay => "half-way",
+            },
+            index: surface.index,
+            absorption: surface.absorption,
+            figures,
+        })
+    }
+
+    fn text(&self) -> String {
+        let Figures { area, volume, bounds: [low, high], .. } = self.figures;
+        let [x, y, z] = [0, 1, 2].map(|a| high[a] - low[a]);
         let d = decimals(x.max(y).max(z), 4);
         format!(
-            "region {}: index {:.3}{}, {} vertices, {} faces, {} {bodies}, volume {:.4e}, area {:.4e}, box {x:.d$} × {y:.d$} × {z:.d$}",
+            "region {}: index {:.3}{}, {}, volume {volume:.4e}, area {area:.4e}, box {x:.d$} × {y:.d$} × {z:.d$}",
             self.region,
             self.index,
             self.tint(),
-            count(self.vertices as u64),
-            count(self.faces as u64),
-            self.bodies,
-            self.volume,
-            self.area,
+            self.figures.text(),
         )
     }
 }
@@ -106,16 +126,8 @@ impl Region {
 /// The mesh of what is opaque.
 #[derive(Serialize)]
 pub(super) struct OpaqueMesh {
-    vertices: usize,
-    faces: usize,
-    /// Closed surfaces.
-    bodies: usize,
-    /// [scene unit²]
-    area: f64,
-    /// [scene unit³], without cavities.
-    volume: f64,
-    /// Corners of the box around it [scene unit].
-    bounds: [[f64; 3]; 2],
+    #[serde(flatten)]
+    figures: Figures,
     /// Opacity of a voxel at which things begin [1].
     level: f64,
     /// Surfaces left out because they are specks.
@@ -128,14 +140,9 @@ pub(super) struct OpaqueMesh {
 
 impl OpaqueMesh {
     fn of(opaque: &Opaque) -> Option<Self> {
-        let (mesh, bounds) = (&opaque.mesh, opaque.mesh.bounds()?);
+        let figures = Figures::of(&opaque.mesh)?;
         Some(Self {
-            vertices: mesh.vertices.len(),
-            faces: mesh.triangles.len(),
-            bodies: mesh.bodies(),
-            area: mesh.area(),
-            volume: mesh.volume(),
-            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+            figures,
             level: opaque.level,
             small: opaque.small,
             unseen: opaque.unseen,
@@ -144,14 +151,11 @@ impl OpaqueMesh {
     }
 
     fn text(&self) -> String {
-        let bodies = if self.bodies == 1 { "closed surface" } else { "closed surfaces" };
         format!(
-            "opaque: from {:.0} % per voxel on, {} vertices, {} faces, {} {bodies}; left out: {} specks, {} that no photograph shows; {:.0} % of the vertices \
+            "opaque: from {:.0} % per voxel on, {}; left out: {} specks, {} that no photograph shows; {:.0} % of the vertices \
              have colours that no photograph shows directly",
             100.0 * self.level,
-            count(self.vertices as u64),
-            count(self.faces as u64),
-            self.bodies,
+            self.figures.text(),
             self.small,
             self.unseen,
             100.0 * self.guessed,

@@ -6,10 +6,11 @@ use crate::exit::{Exit, Failure};
 use crate::verbs::loaded::Loaded;
 use anyhow::anyhow;
 use refraxel_core::{Extent, Mesh, Vec3};
-use refraxel_data::Dataset;
+use refraxel_data::{Dataset, LocalOrigin};
 use refraxel_train::model::opaque::MESH_REACH;
 use refraxel_train::model::surface::Surface;
 use refraxel_train::{Backend, Refraction};
+use std::io::{self, Write};
 
 /// One region's surface and its number, from 1.
 pub(super) struct Numbered {
@@ -139,6 +140,19 @@ fn surfaces(
         return Ok(Err(why.to_owned()));
     }
     Ok(Ok(found))
+}
+
+/// The type of coordinates in PLY: of double precision where the scene is far from the origin of the world.
+pub(super) fn place_type(origin: LocalOrigin) -> &'static str {
+    if origin.is_of_world() { "float" } else { "double" }
+}
+
+/// Writes a place as [`place_type`] says.
+pub(super) fn write_place(x: Vec3<f64>, origin: LocalOrigin, out: &mut dyn Write) -> io::Result<()> {
+    match origin.is_of_world() {
+        true => narrow(x).iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
+        false => x.to_array().iter().try_for_each(|v| out.write_all(&v.to_le_bytes())),
+    }
 }
 
 /// Three numbers in the precision of the files.

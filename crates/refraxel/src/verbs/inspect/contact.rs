@@ -1,7 +1,6 @@
 //! The contact sheet: photographs with their names, parts, masks and warnings.
 
 use super::look::{EDGE, SmallPicture};
-use super::measures::is_kept;
 use super::palette::{BORDER, FAINT, INK, PALE, PAPER, WARNING, of_part};
 use crate::canvas::{Align, Canvas, Colour, Font, Rect, shortened, text_width};
 use refraxel_data::MaskMeaning;
@@ -118,7 +117,7 @@ fn shown(picture: &SmallPicture, meaning: MaskMeaning, factor: usize) -> Vec<Col
             None => colour,
             Some(_) if is_white(x, y) && is_near(x, y, 2) => BORDER,
             Some(_) if !is_white(x, y) && is_near(x, y, 1) => INK,
-            Some(c) if !is_kept(meaning, c) => mixed(colour),
+            Some(c) if !meaning.lets_count(c) => mixed(colour),
             Some(_) => colour,
         }
     };

@@ -4,6 +4,7 @@ use crate::verbs::detail::detail;
 use image::GrayImage;
 use refraxel_data::{Backdrop, Mask, MaskMeaning, Photo, Reduction, View};
 use refraxel_train::evaluation::truth;
+use refraxel_train::rays;
 
 /// Photographs are measured with edges of at most so many pixels: single pixels of large ones show noise.
 const LONGEST: u32 = 1600;
@@ -86,7 +87,7 @@ fn luma([r, g, b]: [u8; 3]) -> u8 {
 }
 
 fn is_used(photo: &Photo, meaning: MaskMeaning, backdrop: Backdrop, pixel: usize) -> bool {
-    let is_kept = photo.mask.as_ref().is_none_or(|mask| is_kept(meaning, mask.coverage[pixel]));
+    let is_kept = rays::is_used(photo, meaning, pixel);
     let [r, g, b, alpha] = photo.image.rgba(pixel);
     let is_scene = match backdrop {
         Backdrop::Transparent => alpha > 0.5,
@@ -94,15 +95,6 @@ fn is_used(photo: &Photo, meaning: MaskMeaning, backdrop: Backdrop, pixel: usize
         Backdrop::Surroundings => true,
     };
     is_kept && is_scene
-}
-
-/// Whether a pixel of this coverage is used.
-pub fn is_kept(meaning: MaskMeaning, coverage: u8) -> bool {
-    match meaning {
-        MaskMeaning::Refractive => true,
-        MaskMeaning::Keep => coverage > 127,
-        MaskMeaning::Ignore => coverage <= 127,
-    }
 }
 
 fn sharpness(fine: GrayImage) -> Option<f64> {
@@ -134,13 +126,10 @@ fn areas(levels: &[u8], [width, height]: [u32; 2], [across, down]: [u32; 2]) -> 
 
 fn measure_mask(mask: &Mask) -> MaskMeasures {
     let (width, height) = (mask.width as usize, mask.height as usize);
-    let share = |pixels: &mut dyn Iterator<Item = usize>| {
-        let (white, all) = pixels.fold((0, 0), |(w, n), p| (w + usize::from(mask.coverage[p] > 127), n + 1));
-        white as f64 / f64::from(all.max(1))
-    };
     let rows = (0..width).flat_map(|x| [x, (height - 1) * width + x]);
     let columns = (0..height).flat_map(|y| [y * width, y * width + width - 1]);
-    MaskMeasures { white: share(&mut (0..width * height)), white_border: share(&mut rows.chain(columns)) }
+    let border = Mask { coverage: rows.chain(columns).map(|p| mask.coverage[p]).collect(), ..*mask };
+    MaskMeasures { white: mask.white_share(), white_border: border.white_share() }
 }
 
 fn mean(values: &[f64]) -> f64 {
