@@ -36,6 +36,7 @@ pub(crate) enum HostReason {
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 struct Selection {
     stream: [u32; 2],
+    beginnings: [u32; 2],
     from_inside: u32,
     inside: u32,
     pixels: u32,
@@ -45,7 +46,7 @@ struct Selection {
     regions: u32,
     transparent: u32,
     reach: u32,
-    padding: u32,
+    turned: u32,
 }
 
 /// `View` of `photograph.wgsl`.
@@ -301,8 +302,10 @@ impl Photographs {
             Selects::Outside(margin) => margin.min(NONE - 1),
             _ => NONE,
         };
+        let (beginnings, turned) = draw.turns();
         let selection = Selection {
             stream: words(draw.stream()),
+            beginnings: words(beginnings),
             from_inside: draw.rays_inside() as u32,
             inside: self.marks.inside,
             pixels: self.pixels,
@@ -312,7 +315,7 @@ impl Photographs {
             regions: regions as u32,
             transparent: draw.sampler.is_transparent().into(),
             reach: draw.reach,
-            ..Selection::default()
+            turned,
         };
         self.buffers.write(device, "selection", &[selection]);
     }

@@ -8,6 +8,11 @@ pub const MIX: [u64; 2] = [0xBF58_476D_1CE4_E5B9, 0x94D0_49BB_1331_11EB];
 /// Right shifts of the finaliser, before, between and behind the factors [bit].
 pub const MIX_SHIFTS: [u32; 3] = [30, 27, 31];
 
+/// The golden section of the circle, in 2⁻³² of it.
+pub const GOLDEN: u32 = 0x9E37_79B9;
+/// First counter of where those who take turns begin: a step that no run reaches.
+const TURNS: u64 = u64::MAX;
+
 /// A seeded source of independent uniform numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Random {
@@ -43,6 +48,26 @@ impl Random {
     pub fn below(&self, n: u64, a: u64, b: u64) -> u64 {
         ((u128::from(self.bits(a, b)) * u128::from(n)) >> 64) as u64
     }
+
+    /// Which of the numbers 0..n (n > 0) it is the turn of in step `a` for number `k` of `of` that share them, theory (4.28): each has a
+    /// range of its own and goes round it by golden sections, so that it has been nearly everywhere before it comes back.
+    #[inline]
+    pub fn turn(&self, n: u64, a: u64, k: u64, of: u64) -> u64 {
+        let (share, rest) = (n / of, n % of);
+        let (first, length) = (k * share + k.min(rest), share + u64::from(k < rest));
+        let at = (self.bits(TURNS, k) as u32).wrapping_add(Self::turned(a));
+        (first + ((u64::from(at) * length) >> 32)).min(n - 1)
+    }
+
+    /// How far round all have gone in step `a`, in 2⁻³² of their ranges.
+    pub fn turned(a: u64) -> u32 {
+        (a as u32).wrapping_mul(GOLDEN)
+    }
+
+    /// What the numbers that say where they begin have in common, see [`Self::stream`].
+    pub fn beginnings(&self) -> u64 {
+        self.stream(TURNS)
+    }
 }
 
 fn mix(mut z: u64) -> u64 {
@@ -65,5 +90,25 @@ mod tests {
         // Standard error of the mean: 0.29 / √n = 0.002.
         assert!((mean - 0.5).abs() < 0.008 && (product - 0.25).abs() < 0.008);
         assert!((0..1000).all(|i| r.below(7, i, 3) < 7));
+    }
+
+    #[test]
+    fn those_who_take_turns_share_all_numbers_and_come_back_late() {
+        let r = Random::new(5);
+        // 37 do not divide 10,000: they have 270 or 271 numbers each. At random a share of 1 − 1/e = 0.63 would have had its turn.
+        let (n, of, steps) = (10_000, 37, 270);
+        let mut turns = vec![0; n as usize];
+        for k in 0..of {
+            let own = k * n / of - 1..=(k + 1) * n / of + 1;
+            for step in 0..steps {
+                let number = r.turn(n, step, k, of);
+                assert!(own.contains(&number));
+                turns[number as usize] += 1;
+            }
+        }
+        let had = turns.iter().filter(|t| **t > 0).count();
+        assert!(had > 8500 && turns.iter().all(|t| *t <= 2), "{had}");
+        // More of them than numbers.
+        assert!((0..20).all(|k| r.turn(3, 9, k, 20) < 3));
     }
 }

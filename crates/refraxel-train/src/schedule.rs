@@ -12,6 +12,8 @@ const STAGE_SHARE: f64 = 0.15;
 const WARM_UP: f32 = 0.01;
 /// Factor on all learning rates that is reached at the end of a run.
 const RATE_DECAY: f32 = 0.05;
+/// The same of field and background: a run ends before every pixel has been seen several times, and the last ones still teach something.
+const FIELD_RATE_DECAY: f32 = 0.1;
 /// The same on the weights of total variation: at first it fills gaps, at the end it would blur.
 const VARIATION_DECAY: f32 = 0.1;
 /// In one step total variation visits one in this many voxels.
@@ -243,7 +245,7 @@ fn field_options(options: &Options, moment: Moment) -> FieldOptions {
 fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective {
     let (field, p) = (field_options(options, moment), moment.progress.0.clamp(0.0, 1.0) as f32);
     let warm = (0.1 + 0.9 * p / WARM_UP).min(1.0);
-    let decay = warm * RATE_DECAY.powf(p);
+    let decay = warm * FIELD_RATE_DECAY.powf(p);
     let tv = VARIATION_DECAY.powf(p);
     Objective {
         marching: training_marching(options, near),
@@ -365,7 +367,7 @@ mod tests {
         let straight = |p| Moment { bends: false, ..at(p, None) };
         let rate = |p| objective(&c, 0.0, straight(p)).rate_density;
         assert!(rate(0.0) < 0.2 * c.field.rate_density && rate(0.02) > 0.8 * c.field.rate_density);
-        assert!((rate(1.0) / c.field.rate_density - RATE_DECAY).abs() < 1e-6);
+        assert!((rate(1.0) / c.field.rate_density - FIELD_RATE_DECAY).abs() < 1e-6);
         assert_eq!([0.0, 0.25, 1.0].map(|p| view_share(at(p, None))), [0.0, 0.25, 1.0]);
         assert_eq!(view_share(straight(0.0)), 1.0, "straight");
         let unbounded = |p, since| view_share(Moment { extent: Extent::Contracted, ..at(p, since) });

@@ -88,15 +88,24 @@ fn chosen(ray: u32) -> Place {
     for (var k = 0u; k < REDRAWS; k++) {
         var place: Place;
         if (ray < selection.from_inside) {
-            place = inside_pixel(random_below(selection.inside, ray, PIXEL_LANE + k));
+            place = inside_pixel(number_below(selection.inside, k, ray, ray, selection.from_inside));
         } else {
-            place = any_pixel(random_below(selection.pixels, ray, PIXEL_LANE + k));
+            let among = ray - selection.from_inside;
+            place = any_pixel(number_below(selection.pixels, k, ray, among, task.rays - selection.from_inside));
         }
         if (is_selected(place)) {
             return place;
         }
     }
     return Place(NONE, 0u);
+}
+
+// The first choice of a ray is the number whose turn it is among so many rays, others are random.
+fn number_below(n: u32, choice: u32, ray: u32, among: u32, rays: u32) -> u32 {
+    if (choice == 0u) {
+        return turn(n, among, rays);
+    }
+    return random_below(n, ray, PIXEL_LANE + choice);
 }
 
 fn is_selected(place: Place) -> bool {

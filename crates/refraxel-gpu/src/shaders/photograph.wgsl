@@ -4,6 +4,8 @@
 struct Selection {
     // What the random numbers of the batch have in common, 64 bits.
     stream: vec2<u32>,
+    // The same of those that say where rays begin to take turns.
+    beginnings: vec2<u32>,
     // So many rays, the first ones, are drawn inside refractive masks alone, which have so many pixels.
     from_inside: u32,
     inside: u32,
@@ -19,7 +21,8 @@ struct Selection {
     transparent: u32,
     // Half the width of the window over which colours are averaged [pixel].
     reach: u32,
-    padding_0: u32,
+    // How far round they have gone, in 2⁻³² of their ranges.
+    turned: u32,
 }
 
 // A photograph and its camera. The fields are those of `photographs::View` in Rust.

@@ -21,6 +21,15 @@ fn random_below(n: u32, ray: u32, lane: u32) -> u32 {
     return wide_sum(upper, vec2<u32>(whole_product(bits.x, n).y, 0u)).y;
 }
 
+// The integer in 0..n whose turn it is for number k of `of`.
+fn turn(n: u32, k: u32, of: u32) -> u32 {
+    let share = n / of;
+    let rest = n % of;
+    let length = share + u32(k < rest);
+    let begins = mixed_bits(wide_sum(selection.beginnings, wide_product(vec2<u32>(k, 0u), WEYL))).x;
+    return min(k * share + min(k, rest) + whole_product(begins + selection.turned, length).y, n - 1u);
+}
+
 // A number in [0, 1]: the upper 53 bits as the nearest f32, the even one of two.
 fn random_unit(ray: u32, lane: u32) -> f32 {
     var bits = random_bits(ray, lane) & vec2<u32>(0xfffff800u, 0xffffffffu);

@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use super::sampler::RaySampler;
 use super::selection::Selection;
+use crate::random::Random;
 
 /// A batch that is to be drawn: a function of the seed and of the number, of what the sampler holds, and of what is selected.
 #[derive(Clone, Copy)]
@@ -29,6 +30,12 @@ impl Draw<'_> {
     /// How many of its rays, the first ones, are drawn inside refractive masks alone.
     pub fn rays_inside(&self) -> u64 {
         self.sampler.rays_inside(self.size as u64, self.selection)
+    }
+
+    /// What the numbers have in common that say where its rays begin to take turns, and how far round they have gone, see
+    /// [`Random::turn`](crate::random::Random::turn).
+    pub fn turns(&self) -> (u64, u32) {
+        (self.sampler.random.beginnings(), Random::turned(self.number))
     }
 
     /// What all its random numbers have in common, see [`Random::stream`](crate::random::Random::stream).

@@ -310,7 +310,7 @@ impl RaySampler {
         self.first[self.first.len() - 1]
     }
 
-    /// At most `size` rays through random pixels of all photographs: a function of the seed, the step and the selection.
+    /// At most `size` rays through pixels of all photographs, which take turns: a function of the seed, the step and the selection.
     pub fn batch(&self, step: u64, size: usize, selection: Selection) -> Batch {
         self.blurred_batch(step, size, selection, 0)
     }
@@ -361,7 +361,8 @@ impl RaySampler {
 
     fn draw(&self, step: u64, i: u64, size: u64, selection: Selection, sight: Sight) -> Option<Drawn> {
         let lane = |k: u64| i * LANES + k;
-        let from_inside = i < self.rays_inside(size, selection);
+        let inside = self.rays_inside(size, selection);
+        let from_inside = i < inside;
         let by = match selection {
             Selection::Around(reach) => MOVE_LANES.map(|k| {
                 let (reach, places) = (i64::from(reach), 2 * u64::from(reach) + 1);
@@ -370,14 +371,17 @@ impl RaySampler {
             _ => [0, 0],
         };
         let (view, pixel, ray) = (0..REDRAWS).find_map(|k| {
-            let below = |n: u64| self.random.below(n, step, lane(PIXEL_LANE + k));
+            let below = |n: u64, ray: u64, rays: u64| match k {
+                0 => self.random.turn(n, step, ray, rays),
+                _ => self.random.below(n, step, lane(PIXEL_LANE + k)),
+            };
             let (view, pixel) = if from_inside {
-                let number = below(self.inside.count());
+                let number = below(self.inside.count(), i, inside);
                 let view = self.inside.view(number);
                 let pixel = self.inside.pixel(number, self.views[view].refractive()?)?;
                 (view, self.views[view].moved(pixel, by)?)
             } else {
-                let at = below(self.pixels());
+                let at = below(self.pixels(), i - inside, size - inside);
                 let view = self.first.partition_point(|&f| f <= at) - 1;
                 (view, (at - self.first[view]) as usize)
             };
