@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use refraxel::viewer::{Painter, Scene, Server};
+use refraxel::viewer::{Orders, Painter, Scene, Server};
 use refraxel_core::{Camera, Ray, Vec3, vec3};
 use refraxel_data::Dataset;
 use refraxel_train::cancel::Cancel;
@@ -41,16 +41,21 @@ fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
 
 /// A server of the run in this process; its address.
 fn serve() -> String {
-    let (_, run, data) = glass_run();
+    serve_run(Run::load(&glass_run().1).unwrap()).0
+}
+
+/// A server of a run on the glass ball in this process: its address, and its painter's orders.
+fn serve_run(run: Run) -> (String, Orders) {
+    let (_, folder, data) = glass_run();
     let data = Dataset::open(data, &Default::default()).unwrap();
-    let scene = Scene::new("ball".to_owned(), Run::load(run).unwrap(), Some(&data));
+    let scene = Scene::new("ball".to_owned(), run, Some(&data));
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
-    let server = Server::bind(0).unwrap().with_evidence(run.join("evidence.png"));
+    let server = Server::bind(0).unwrap().with_evidence(folder.join("evidence.png"));
     let url = server.url();
-    server.start(orders, photographs, None);
+    server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
-    url
+    (url, orders)
 }
 
 /// A page without a browser.
@@ -128,6 +133,26 @@ impl Page {
                 _ => {}
             }
         }
+    }
+
+    /// All that arrives until the program ends the connection: what is told, and the headers of pictures.
+    fn rest(mut self) -> (Vec<Value>, Vec<Value>) {
+        let (mut told, mut headers) = (Vec::new(), Vec::new());
+        while let Ok(message) = self.0.read() {
+            match message {
+                Message::Text(text) => told.push(serde_json::from_str(&text).unwrap()),
+                Message::Binary(bytes) => {
+                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+                    // The program may have ended meanwhile.
+                    let got = json!({ "ask": "got", "frame": header["frame"] });
+                    let _ = self.0.send(Message::text(got.to_string()));
+                    headers.push(header);
+                }
+                _ => {}
+            }
+        }
+        (told, headers)
     }
 
     /// The best picture of a look.
@@ -242,6 +267,77 @@ fn pictures_get_better_until_they_are_what_render_gives() {
     // JPEG of quality 92, and four rays instead of one where nothing turns.
     let off = difference(&last.pixels, &expected);
     assert!(off < 4.0, "{off}");
+}
+
+#[test]
+fn a_picture_is_of_one_state_of_the_training_and_says_of_which() {
+    const SIZE: [u32; 2] = [240, 240];
+    let (folder, bent, data) = glass_run();
+    let straight = folder.path().join("straight");
+    train(data, &straight, &["--refraction", "off"]).done();
+    let state = |folder: &Path, step: u64| {
+        let mut run = Run::load(folder).unwrap();
+        run.state.step = step;
+        run
+    };
+    let states = || [state(bent, 1), state(&straight, 2)];
+    // Pictures whose pixels all have a ray are the same whenever they are painted.
+    let whole = |picture: &Picture| picture.header["rays"] != 0;
+    let key = |picture: &Picture| (picture.header["step"].as_u64(), picture.header["rays"].as_u64());
+    let mut known = Vec::new();
+    for run in states() {
+        let (mut page, _) = Page::open(&serve_run(run).0);
+        page.ask(look(1, SIZE, json!({})));
+        loop {
+            let picture = page.picture();
+            let is_last = picture.header["last"] == true;
+            known.extend(Some(picture).filter(whole));
+            if is_last {
+                break;
+            }
+        }
+    }
+    assert_eq!(known.iter().map(key).map(|(step, _)| step).collect::<Vec<_>>(), [1, 1, 2, 2].map(Some));
+    assert!(difference(&known[1].pixels, &known[3].pixels) > 1.0, "the states look alike");
+    let [first, _] = states();
+    let (url, orders) = serve_run(first);
+    let (mut page, _) = Page::open(&url);
+    page.ask(look(1, SIZE, json!({})));
+    let mut seen = Vec::new();
+    for k in 0..6 {
+        seen.push(page.picture());
+        let [a, b] = states();
+        orders.renew(if k % 2 == 0 { b } else { a });
+    }
+    orders.renew(state(&straight, 2));
+    while seen.last().is_none_or(|p: &Picture| p.header["last"] != true || p.header["step"] != 2) {
+        seen.push(page.picture());
+    }
+    let mut compared = 0;
+    for picture in seen.iter().filter(|picture| whole(picture)) {
+        let same = known.iter().find(|known| key(known) == key(picture)).unwrap();
+        assert_eq!(picture.pixels, same.pixels, "{}", picture.header);
+        compared += 1;
+    }
+    assert!(compared >= 3, "{compared} pictures of {}", seen.len());
+}
+
+#[test]
+fn a_state_waits_for_no_page_that_takes_no_pictures() {
+    let (url, orders) = serve_run(Run::load(&glass_run().1).unwrap());
+    let (mut deaf, _) = Page::open(&url);
+    // It says of no picture that it has received it, and gets three.
+    deaf.ask(look(1, [2000, 2000], json!({})));
+    for _ in 0..3 {
+        while !deaf.0.read().unwrap().is_binary() {}
+    }
+    let mut run = Run::load(&glass_run().1).unwrap();
+    run.state.step += 1;
+    let step = run.state.step;
+    orders.renew(run).recv_timeout(PATIENCE).unwrap();
+    let (mut page, scene) = Page::open(&url);
+    assert_eq!(scene["step"], step);
+    assert_eq!(page.best(look(1, [32, 32], json!({}))).header["step"], step);
 }
 
 #[test]
@@ -521,6 +617,32 @@ fn a_training_is_seen_and_stopped_from_its_page() {
     assert_eq!(program.0.wait().unwrap().code(), Some(130));
     assert!(rest.join().unwrap().contains("saved; the same command with --resume"));
     assert!(Run::load(&run).unwrap().state.step > 0);
+}
+
+#[test]
+fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("finished"));
+    let options = ["--refraction", "off", "--view", "--set", "run.steps=300", "--set", "grid.resolution=16"];
+    let words = [&["train", path(&data), "--out", path(&run)], &options[..]].concat();
+    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
+    let mut errors = BufReader::new(program.0.stderr.take().unwrap());
+    let (mut page, _) = Page::open(&address(&mut errors));
+    let rest = thread::spawn(move || drop(errors.lines().map_while(Result::ok).collect::<Vec<_>>()));
+    page.ask(look(1, [64, 64], json!({})));
+    let (told, headers) = page.rest();
+    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    rest.join().unwrap();
+    let last = headers.last().unwrap();
+    assert_eq!((&last["step"], &last["last"], &last["rays"]), (&json!(300), &json!(true), &json!(4)));
+    let ended = told.iter().find(|told| told["tell"] == "ended").expect("a reason");
+    let why = ended["why"].as_str().unwrap();
+    assert!(why.contains("finished after 300 steps") && why.contains(path(&run)), "{why}");
+    // Steps are counted in steps.
+    let records: Vec<&Value> = told.iter().filter(|told| told["kind"] == "record").collect();
+    let last = records.last().unwrap();
+    assert_eq!((&last["step"], &last["steps"]), (&json!(300), &json!(300)));
+    assert!(told.iter().all(|told| !told["text"].as_str().unwrap_or_default().contains("training ")), "{told:?}");
 }
 
 #[test]

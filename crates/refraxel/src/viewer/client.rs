@@ -26,8 +26,8 @@ pub struct Client {
     /// A look that waits for the first pass of the one before.
     next: Option<Look>,
     picture: Option<Picture>,
-    /// The scene is another since the picture was begun: it is painted anew once it is finished.
-    is_stale: bool,
+    /// The picture was begun before the state of the training that is shown next; that one waits for it.
+    is_awaited: bool,
     /// The page shows a whole picture of the look that waits: coarse ones would be worse.
     is_shown: bool,
     /// Rays per second of the passes of late.
@@ -51,7 +51,7 @@ impl Client {
             look: None,
             next: None,
             picture: None,
-            is_stale: false,
+            is_awaited: false,
             is_shown: false,
             speed: FIRST_SPEED,
             pass: (0, Duration::ZERO),
@@ -61,6 +61,11 @@ impl Client {
             served: 0,
             questions: Vec::new(),
         }
+    }
+
+    /// The way to the page.
+    pub fn out(&self) -> Out {
+        self.out.clone()
     }
 
     /// Tells the page something. Nobody may be there any more.
@@ -100,7 +105,7 @@ impl Client {
     /// The page looks elsewhere. The coarse picture of a moving camera is finished before, else it would never be seen.
     pub fn look_at(&mut self, look: Look) {
         self.next = Some(look);
-        (self.is_stale, self.is_shown) = (false, false);
+        (self.is_awaited, self.is_shown) = (false, false);
     }
 
     /// The page has received its pictures up to this one.
@@ -108,14 +113,27 @@ impl Client {
         self.received = self.received.max(frame.min(self.sent));
     }
 
-    /// The picture is to be painted anew, for the scene is another: at once where it is finished, else afterwards. A training
-    /// that goes on would never let it be finished otherwise.
+    /// Another state of the scene arrives: it waits for the picture that is being painted. A training that goes on would never
+    /// let a picture be whole otherwise.
+    pub fn is_overtaken(&mut self) {
+        self.is_awaited = true;
+    }
+
+    /// Whether another state of the scene has to wait for the picture. It does not wait for more than one ray per pixel, nor for a
+    /// page that does not take what is painted.
+    pub fn holds_scene(&self) -> bool {
+        let is_begun = self.picture.as_ref().is_some_and(|picture| !picture.is_whole());
+        self.is_awaited && is_begun && self.urgency().is_some()
+    }
+
+    /// The scene is another, and the picture is painted anew: no picture mixes two states.
     pub fn start_again(&mut self) {
-        if self.picture.as_ref().is_some_and(|p| !p.is_finished()) {
-            self.is_stale = true;
-        } else if self.next.is_none() {
+        let picture = self.picture.take();
+        self.is_awaited = false;
+        if self.next.is_none() {
             let rests = self.look.as_ref().is_some_and(|look| !look.moving);
-            (self.next, self.is_shown) = (self.look.clone(), rests && self.picture.is_some());
+            self.is_shown = rests && (self.is_shown || picture.is_some_and(|picture| picture.is_whole()));
+            self.next.clone_from(&self.look);
         }
     }
 
@@ -159,12 +177,8 @@ impl Client {
             let (rays, time) = std::mem::take(&mut self.pass);
             self.speed += NEW * (rays as f64 / time.as_secs_f64().max(1e-6) - self.speed);
         }
-        let is_over = picture.is_finished();
         if let Some(painted) = painted {
             self.show(&painted, scene.step());
-        }
-        if is_over && std::mem::take(&mut self.is_stale) {
-            self.start_again();
         }
     }
 

@@ -6,8 +6,12 @@ use refraxel_train::run::Run;
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::Duration;
+
+/// How often somebody who waits for pages looks whether they have what they shall get.
+const LOOK: Duration = Duration::from_millis(10);
 
 /// Asks the painter for something, from any thread.
 #[derive(Clone, Debug)]
@@ -29,8 +33,12 @@ pub(super) enum Order {
     Renew(Box<Run>, Sender<Duration>),
     /// Something happened in the training. Pages that open later are told what is kept, and the last of what is not.
     Tell { what: Value, is_kept: bool },
+    /// Nothing changes any more, and why.
+    End(String),
     /// Share of the time that the painter may work.
     Share(f64),
+    /// Whoever sends it learns when there is nothing to paint, and gets the ways to all pages.
+    Idle(Sender<Vec<Out>>),
 }
 
 impl Orders {
@@ -61,9 +69,30 @@ impl Orders {
         self.give(Order::Tell { what, is_kept: false });
     }
 
+    /// Tells all pages that the program ends soon, and why, also those that open later.
+    pub fn end(&self, why: String) {
+        self.give(Order::End(why));
+    }
+
     /// Share of the time that the painter may work, in (0, 1].
     pub fn set_share(&self, share: f64) {
         self.give(Order::Share(share));
+    }
+
+    /// Waits until all pages have what there is to see, while `goes_on` says so.
+    pub fn settle(&self, goes_on: impl Fn() -> bool) {
+        let (sender, idle) = channel();
+        self.give(Order::Idle(sender));
+        let ways = loop {
+            match idle.recv_timeout(LOOK) {
+                Ok(ways) => break ways,
+                Err(RecvTimeoutError::Timeout) if goes_on() => {}
+                Err(_) => return,
+            }
+        };
+        while ways.iter().any(Out::is_waiting) && goes_on() {
+            thread::sleep(LOOK);
+        }
     }
 
     /// Whether any page is open.

@@ -44,6 +44,11 @@ impl Out {
         Self { sender, waiting, stream: Arc::new(stream) }
     }
 
+    /// Whether something is still to be sent.
+    pub fn is_waiting(&self) -> bool {
+        self.waiting.load(Ordering::SeqCst) > 0
+    }
+
     /// Sends something, if the page is there and takes what it gets.
     pub fn send(&self, outgoing: Outgoing) {
         let size = outgoing.size();

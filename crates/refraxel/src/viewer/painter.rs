@@ -5,17 +5,19 @@ use super::client::Client;
 use super::contours::contours;
 use super::error::SceneError;
 use super::orders::{Order, Orders};
+use super::outgoing::Out;
 use super::picture::PORTION;
 use super::protocol::{Ask, Look, Tell};
 use super::scene::Scene;
 use super::slice::slice;
 use rayon::ThreadPoolBuilder;
 use refraxel_core::{Ray, Vec3};
+use refraxel_train::run::Run;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 /// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
@@ -30,12 +32,19 @@ pub struct Painter {
     pages: Arc<AtomicUsize>,
     /// Share of the time that it may work.
     share: f64,
+    /// The next state of the training, shown once no picture of the present one has to be finished; whoever sent it learns how
+    /// long that took.
+    renewal: Option<(Box<Run>, Sender<Duration>)>,
+    /// Who waits until there is nothing to paint.
+    idle: Vec<Sender<Vec<Out>>>,
     /// Portions painted.
     painted: u64,
     /// What was told of the training, for pages that open later.
     history: Vec<Value>,
     /// The last that was told of what it does now.
     latest: Option<Value>,
+    /// Why the program ends soon.
+    ended: Option<String>,
 }
 
 impl Painter {
@@ -49,9 +58,12 @@ impl Painter {
             clients: BTreeMap::new(),
             pages: Arc::clone(&pages),
             share,
+            renewal: None,
+            idle: Vec::new(),
             painted: 0,
             history: Vec::new(),
             latest: None,
+            ended: None,
         };
         (painter, Orders::new(sender, pages))
     }
@@ -86,6 +98,32 @@ impl Painter {
                     rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
                 }
             }
+            self.renew();
+            self.tell_idle();
+        }
+    }
+
+    /// Takes the next state of the training over, unless a picture of the present one is to be finished before.
+    fn renew(&mut self) {
+        if self.clients.values().any(Client::holds_scene) {
+            return;
+        }
+        let Some((run, taken)) = self.renewal.take() else { return };
+        let start = Instant::now();
+        self.scene.renew(*run);
+        let _ = taken.send(start.elapsed()); // nobody may want to know
+        let scene = Tell::Scene(self.scene.describe());
+        for client in self.clients.values_mut() {
+            client.tell(&scene);
+            client.start_again();
+        }
+    }
+
+    /// Tells who waits for it that all pages have been sent what there is to see.
+    fn tell_idle(&mut self) {
+        if self.clients.values().all(|c| c.urgency().is_none()) {
+            let ways = || self.clients.values().map(Client::out).collect();
+            self.idle.drain(..).for_each(|waiting| drop(waiting.send(ways())));
         }
     }
 
@@ -123,6 +161,7 @@ impl Painter {
                     .iter()
                     .chain(&self.latest)
                     .for_each(|what| client.tell(&Tell::Training(what.clone())));
+                self.ended.iter().for_each(|why| client.tell(&Tell::Ended { why: why.clone() }));
                 self.clients.insert(id, client);
             }
             Order::Leave(id) => drop(self.clients.remove(&id)),
@@ -135,16 +174,17 @@ impl Painter {
                 }
             }
             Order::Share(share) => self.share = share,
+            Order::End(why) => {
+                self.clients.values().for_each(|client| client.tell(&Tell::Ended { why: why.clone() }));
+                self.ended = Some(why);
+            }
             Order::Renew(run, taken) => {
-                let start = Instant::now();
-                self.scene.renew(*run);
-                let _ = taken.send(start.elapsed()); // nobody may want to know
-                let scene = Tell::Scene(self.scene.describe());
-                for client in self.clients.values_mut() {
-                    client.tell(&scene);
-                    client.start_again();
+                // Where one waits already, this one takes its place and does not wait for longer.
+                if self.renewal.replace((run, taken)).is_none() {
+                    self.clients.values_mut().for_each(Client::is_overtaken);
                 }
             }
+            Order::Idle(waiting) => self.idle.push(waiting),
             Order::Tell { what, is_kept } => {
                 self.clients.values().for_each(|client| client.tell(&Tell::Training(what.clone())));
                 if is_kept {

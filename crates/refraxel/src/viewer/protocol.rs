@@ -157,6 +157,11 @@ pub enum Tell {
     },
     /// Something happened in the training that is shown.
     Training(Value),
+    /// Nothing changes any more, and the program ends soon.
+    Ended {
+        /// Why, and what to do next.
+        why: String,
+    },
     /// A question could not be answered.
     Refused {
         /// Why.

@@ -92,6 +92,7 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
         }
         waiting.fetch_sub(size, Ordering::SeqCst);
     }
+    waiting.store(0, Ordering::SeqCst); // nothing more is sent
     let _ = socket.close(None);
     // Ends the reader, too.
     let _ = closing.map(|stream| stream.shutdown(Shutdown::Both));
