@@ -561,6 +561,64 @@ fn of_many_slices_the_last_is_shown_and_pictures_go_on() {
 }
 
 #[test]
+fn a_page_that_asks_without_end_makes_no_other_wait() {
+    let url = serve();
+    let (mut page, _) = Page::open(&url);
+    let (mut busy, _) = Page::open(&url);
+    for question in [
+        json!({ "ask": "slice", "region": 0, "axis": 2, "at": 0.5 }),
+        json!({ "ask": "surface", "region": 0 }),
+        json!({ "ask": "photo", "view": 0 }),
+        look(1, [640, 640], json!({})),
+        json!({ "ask": "ray", "id": 1, "u": 0.5, "v": 0.5 }),
+    ] {
+        for _ in 0..2000 {
+            busy.ask(question.clone());
+        }
+    }
+    busy.ask(json!({ "ask": "slice", "region": 9, "axis": 2, "at": 0.5 }));
+    // The picture of the other one comes while those questions are worked at, or after the few that are.
+    page.best(look(1, [32, 32], json!({})));
+    let mut answers = 0;
+    while !busy.0.read().unwrap().to_text().is_ok_and(|text| text.contains("refused")) {
+        answers += 1;
+        assert!(answers < 2000, "{answers} questions are answered of which nobody wants but the last");
+    }
+}
+
+#[test]
+fn silent_connections_keep_nobody_out() {
+    let url = serve();
+    let silent: Vec<TcpStream> = (0..500).map(|_| TcpStream::connect(host(&url)).unwrap()).collect();
+    let (mut page, _) = Page::open(&url);
+    page.best(look(1, [32, 32], json!({})));
+    // The oldest have made room for newer ones.
+    let mut oldest = &silent[0];
+    oldest.set_read_timeout(Some(PATIENCE)).unwrap();
+    assert!(matches!(oldest.read(&mut [0; 1]), Ok(0) | Err(_)));
+}
+
+#[test]
+fn sixteen_pages_are_open_at_once_and_the_next_one_learns_why_it_is_not() {
+    let url = serve();
+    let mut pages: Vec<Page> = (0..16).map(|_| Page::open(&url).0).collect();
+    for (k, page) in pages.iter_mut().enumerate() {
+        page.ask(look(k as u64, [24, 24], json!({})));
+    }
+    for (k, page) in pages.iter_mut().enumerate() {
+        while page.picture().header["last"] != true {}
+        assert_eq!(page.best(look(100 + k as u64, [16, 16], json!({}))).header["id"], 100 + k);
+    }
+    let refused = Page::knock(&url, Some(&format!("http://{}", host(&url)))).err().unwrap();
+    assert!(refused.contains("503"), "{refused}");
+    pages.pop();
+    // Its place is free once the server has noticed.
+    while Page::knock(&url, Some(&format!("http://{}", host(&url)))).is_err() {
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
 fn slow_requests_are_closed() {
     let url = serve();
     let mut slow = TcpStream::connect(host(&url)).unwrap();

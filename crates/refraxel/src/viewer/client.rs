@@ -6,7 +6,9 @@ use super::outgoing::{Out, Outgoing};
 use super::photographs::encode;
 use super::picture::{Painted, Picture};
 use super::protocol::{Ask, Header, Look, Tell, message};
+use super::questions::{Mailbox, Questions};
 use super::scene::Scene;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Pictures on the way to a page; a page behind a slow link gets the next one when it has received an earlier one. Three of 15 kB
@@ -39,13 +41,14 @@ pub struct Client {
     received: u64,
     /// When it was painted last.
     served: u64,
-    /// What it asks for beside pictures: of each kind the latest.
-    questions: Vec<Ask>,
+    mailbox: Arc<Mailbox>,
+    /// What it asks for beside pictures.
+    questions: Questions,
 }
 
 impl Client {
-    /// A page that gets its messages here.
-    pub fn new(out: Out) -> Self {
+    /// A page that gets its messages here, and puts its questions there.
+    pub fn new(out: Out, mailbox: Arc<Mailbox>) -> Self {
         Self {
             out,
             look: None,
@@ -59,7 +62,8 @@ impl Client {
             sent: 0,
             received: 0,
             served: 0,
-            questions: Vec::new(),
+            mailbox,
+            questions: Questions::default(),
         }
     }
 
@@ -70,8 +74,7 @@ impl Client {
 
     /// Tells the page something. Nobody may be there any more.
     pub fn tell(&self, tell: &Tell) {
-        let text = serde_json::to_string(tell).unwrap_or_default(); // names and numbers: cannot fail
-        self.out.send(Outgoing::Text(text));
+        self.out.send(Outgoing::tell(tell));
     }
 
     /// Sends the page a picture.
@@ -84,15 +87,20 @@ impl Client {
         self.tell(&Tell::Refused { why: why.to_string() });
     }
 
-    /// The page asks for something that takes as long as a piece of a picture. Who drags a slider wants the last place alone.
-    pub fn ask(&mut self, ask: Ask) {
-        self.questions.retain(|earlier| !earlier.is_replaced_by(&ask));
-        self.questions.push(ask);
+    /// Takes what the page asks for out of its mailbox.
+    pub fn empty_mailbox(&mut self) {
+        for ask in self.mailbox.empty() {
+            match ask {
+                Ask::Look(look) => self.look_at(look),
+                Ask::Got { frame } => self.has_received(frame),
+                ask => self.questions.put(ask),
+            }
+        }
     }
 
-    /// The question that waits longest.
+    /// The question that waits longest; it takes as long as a piece of a picture.
     pub fn question(&mut self, now: u64) -> Option<Ask> {
-        let question = (!self.questions.is_empty()).then(|| self.questions.remove(0))?;
+        let question = self.questions.next()?;
         self.served = now;
         Some(question)
     }
@@ -103,13 +111,13 @@ impl Client {
     }
 
     /// The page looks elsewhere. The coarse picture of a moving camera is finished before, else it would never be seen.
-    pub fn look_at(&mut self, look: Look) {
+    fn look_at(&mut self, look: Look) {
         self.next = Some(look);
         (self.is_awaited, self.is_shown) = (false, false);
     }
 
     /// The page has received its pictures up to this one.
-    pub fn has_received(&mut self, frame: u64) {
+    fn has_received(&mut self, frame: u64) {
         self.received = self.received.max(frame.min(self.sent));
     }
 
@@ -135,6 +143,11 @@ impl Client {
             self.is_shown = rests && (self.is_shown || picture.is_some_and(|picture| picture.is_whole()));
             self.next.clone_from(&self.look);
         }
+    }
+
+    /// When it was painted last.
+    pub fn served(&self) -> u64 {
+        self.served
     }
 
     /// The order in which pages are painted, the smallest first; `None` where nothing is to be done.

@@ -1,7 +1,7 @@
 //! What the painter can be asked for, from any thread.
 
 use super::outgoing::Out;
-use super::protocol::Ask;
+use super::questions::Mailbox;
 use refraxel_train::run::Run;
 use serde_json::Value;
 use std::sync::Arc;
@@ -23,10 +23,10 @@ pub struct Orders {
 /// What the painter can be asked for.
 #[derive(Debug)]
 pub(super) enum Order {
-    /// A page opens.
-    Join(u64, Out),
-    /// A page asks for something that the painter answers.
-    Ask(u64, Ask),
+    /// A page opens: the way to it, and where its questions lie.
+    Join(u64, Out, Arc<Mailbox>),
+    /// A page has put questions into its mailbox, which was empty.
+    Look(u64),
     /// A page is gone.
     Leave(u64),
     /// Training has gone on; whoever sends it learns how long it took to take over.

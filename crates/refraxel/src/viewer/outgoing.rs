@@ -1,5 +1,6 @@
 //! The way of messages to a page.
 
+use super::protocol::Tell;
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,6 +21,11 @@ pub enum Outgoing {
 }
 
 impl Outgoing {
+    /// What a page is told.
+    pub fn tell(tell: &Tell) -> Self {
+        Self::Text(serde_json::to_string(tell).unwrap_or_default()) // names and numbers: cannot fail
+    }
+
     /// Its size [byte], about.
     pub fn size(&self) -> usize {
         64 + match self {

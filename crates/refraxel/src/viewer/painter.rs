@@ -23,6 +23,11 @@ use std::time::{Duration, Instant};
 /// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
 const FIRST_PASS: Duration = Duration::from_millis(55);
 
+/// Orders that are obeyed between two portions, at most.
+const ORDERS: usize = 64;
+/// One of so many portions goes to the page that waits longest; the others to questions and coarse pictures first.
+const FAIR: u64 = 4;
+
 /// Paints for all pages.
 pub struct Painter {
     scene: Scene,
@@ -73,7 +78,7 @@ impl Painter {
         &self.scene
     }
 
-    /// Works until nobody can give orders any more: obeys all of them, paints a portion, rests.
+    /// Works until nobody can give orders any more: obeys those that are there, paints a portion, rests.
     ///
     /// Beside a training it has threads of its own: those of all work look at a job that comes from elsewhere when they have none
     /// left, and may begin a long one of the training while they wait for a part of a picture.
@@ -91,12 +96,15 @@ impl Painter {
             match self.next_order(rests_until) {
                 Err(RecvTimeoutError::Disconnected) => return,
                 Ok(order) => self.obey(order),
-                Err(RecvTimeoutError::Timeout) => {
-                    let start = Instant::now();
-                    self.paint();
-                    let end = Instant::now();
-                    rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
-                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            let orders: Vec<Order> = self.orders.try_iter().take(ORDERS).collect();
+            orders.into_iter().for_each(|order| self.obey(order));
+            let start = Instant::now();
+            if start >= rests_until {
+                self.paint();
+                let end = Instant::now();
+                rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
             }
             self.renew();
             self.tell_idle();
@@ -136,7 +144,10 @@ impl Painter {
     }
 
     fn paint(&mut self) {
-        let order = |(_, client): &(&u64, &mut Client)| client.urgency();
+        let is_fair = self.painted.is_multiple_of(FAIR);
+        let order = |(_, client): &(&u64, &mut Client)| {
+            if is_fair { Some((0, client.served())) } else { client.urgency() }
+        };
         let waiting = self.clients.iter_mut().filter(|(_, client)| client.urgency().is_some());
         let Some((&id, client)) = waiting.min_by_key(order) else { return };
         self.painted += 1;
@@ -154,8 +165,8 @@ impl Painter {
 
     fn follow(&mut self, order: Order) {
         match order {
-            Order::Join(id, out) => {
-                let client = Client::new(out);
+            Order::Join(id, out, mailbox) => {
+                let client = Client::new(out, mailbox);
                 client.tell(&Tell::Scene(self.scene.describe()));
                 self.history
                     .iter()
@@ -165,12 +176,9 @@ impl Painter {
                 self.clients.insert(id, client);
             }
             Order::Leave(id) => drop(self.clients.remove(&id)),
-            Order::Ask(id, ask) => {
-                let Some(client) = self.clients.get_mut(&id) else { return };
-                match ask {
-                    Ask::Look(look) => client.look_at(look),
-                    Ask::Got { frame } => client.has_received(frame),
-                    ask => client.ask(ask),
+            Order::Look(id) => {
+                if let Some(client) = self.clients.get_mut(&id) {
+                    client.empty_mailbox();
                 }
             }
             Order::Share(share) => self.share = share,

@@ -1,9 +1,11 @@
 //! The server of the page: loopback only, one thread per connection.
 
 use super::control::Control;
+use super::doorstep::Doorstep;
 use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, admit, parse};
 use super::orders::Orders;
 use super::page;
+use super::photograph_desk::PhotographDesk;
 use super::photographs::Photographs;
 use super::socket::{self, Answerers};
 use std::io::{self, ErrorKind, Read, Write};
@@ -18,9 +20,9 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// The whole head of a request arrives in so long.
 const HEAD_PATIENCE: Duration = Duration::from_secs(5);
-/// Connections at a time; more are closed at once.
-const MOST_CONNECTIONS: usize = 256;
-/// Pages at a time, of those connections.
+/// Requests that are answered at a time; more are refused.
+const MOST_ANSWERS: usize = 256;
+/// Pages at a time.
 const MOST_PAGES: usize = 16;
 const TEXT: &str = "text/plain; charset=utf-8";
 const TOO_MANY: &[u8] = b"too many pages are open";
@@ -60,7 +62,8 @@ struct Shared {
     token: String,
     evidence: Option<PathBuf>,
     answerers: Answerers,
-    connections: AtomicUsize,
+    doorstep: Doorstep,
+    answers: AtomicUsize,
     pages: AtomicUsize,
 }
 
@@ -90,16 +93,23 @@ impl Server {
     /// Serves in threads of its own until the program ends.
     pub fn start(self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
         let Self { listener, address, token, evidence } = self;
-        let answerers = Answerers { orders, photographs, control, next_id: AtomicU64::new(0) };
-        let [connections, pages] = [0; 2].map(AtomicUsize::new);
-        let shared = Arc::new(Shared { address, token, evidence, answerers, connections, pages });
+        let desk = Arc::new(PhotographDesk::default());
+        let asked = Arc::clone(&desk);
+        thread::spawn(move || desk.work(&photographs));
+        let answerers = Answerers { orders, photographs: asked, control, next_id: AtomicU64::new(0) };
+        let [answers, pages] = [0; 2].map(AtomicUsize::new);
+        let doorstep = Doorstep::default();
+        let shared = Arc::new(Shared { address, token, evidence, answerers, doorstep, answers, pages });
         thread::spawn(move || {
             for stream in listener.incoming() {
-                let Ok(stream) = stream else {
-                    thread::sleep(Duration::from_millis(50)); // no descriptors are left, for now
-                    continue;
-                };
-                accept(stream, &shared);
+                match stream {
+                    Ok(stream) => accept(Arc::new(stream), &shared),
+                    Err(_) => {
+                        // No descriptors are left, for now.
+                        shared.doorstep.make_room();
+                        thread::sleep(Duration::from_millis(5));
+                    }
+                }
             }
         });
     }
@@ -113,12 +123,17 @@ impl Shared {
     }
 }
 
-fn accept(stream: TcpStream, shared: &Arc<Shared>) {
-    let Some(place) = Place::take(shared, |shared| &shared.connections, MOST_CONNECTIONS) else { return };
-    // Where the system has no thread left, the connection is closed; a training does not end by that.
-    let _ = thread::Builder::new().spawn(move || {
-        let _ = serve(stream, &place.shared); // a page that goes away is no failure
+fn accept(stream: Arc<TcpStream>, shared: &Arc<Shared>) {
+    shared.doorstep.enter(&stream);
+    let (accepted, serving) = (Arc::clone(&stream), Arc::clone(shared));
+    let thread = thread::Builder::new().spawn(move || {
+        let _ = serve(accepted, &serving); // a page that goes away is no failure
     });
+    if thread.is_err() {
+        // The system has none left. A training does not end by that.
+        shared.doorstep.leave(&stream);
+        shared.doorstep.make_room();
+    }
 }
 
 /// One of so many places, until it is dropped.
@@ -142,11 +157,15 @@ impl Drop for Place {
 }
 
 /// Answers one request; a WebSocket stays until its page goes.
-fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+fn serve(stream: Arc<TcpStream>, shared: &Arc<Shared>) -> io::Result<()> {
+    let request = read_head(&stream);
+    shared.doorstep.leave(&stream);
+    let request = request?;
+    let mut stream = stream.try_clone()?;
+    let Some(_place) = Place::take(shared, |shared| &shared.answers, MOST_ANSWERS) else { return Ok(()) };
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let entry = read_head(&mut stream)?.and_then(|request| admit(&request, shared.address, &shared.token));
-    match entry {
+    match request.and_then(|request| admit(&request, shared.address, &shared.token)) {
         Ok(Entry::Socket(key)) => match Place::take(shared, |shared| &shared.pages, MOST_PAGES) {
             Some(_place) => socket::serve(stream, &key, &shared.answerers),
             None => respond(&mut stream, "503 Service Unavailable", TEXT, TOO_MANY, shared.address.port()),
@@ -163,7 +182,7 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
 }
 
 /// Reads to the end of the head. Nothing may follow it before the answer.
-fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
+fn read_head(mut stream: &TcpStream) -> io::Result<Result<Request, Refusal>> {
     let mut head = Vec::new();
     let mut part = [0; 1024];
     let until = Instant::now() + HEAD_PATIENCE;
@@ -179,6 +198,10 @@ fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
             return Err(ErrorKind::UnexpectedEof.into());
         }
         head.extend(&part[..read]);
+        // Once a line: who sends a byte at a time shall cost no more.
+        if !part[..read].contains(&b'\n') && head.len() < LARGEST_HEAD {
+            continue;
+        }
         match parse(&head) {
             Ok(Some(request)) => return Ok(Ok(request)),
             Ok(None) => {}
