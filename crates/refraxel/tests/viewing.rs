@@ -80,7 +80,12 @@ impl Page {
     }
 
     fn knock(url: &str, origin: Option<&str>) -> Result<Self, String> {
-        let mut request = format!("{}socket", url.replace("http", "ws")).into_client_request().unwrap();
+        Self::knock_with(url, &cookie(url), origin)
+    }
+
+    fn knock_with(url: &str, cookie: &str, origin: Option<&str>) -> Result<Self, String> {
+        let mut request = format!("ws://{}/socket", host(url)).into_client_request().unwrap();
+        request.headers_mut().insert("Cookie", cookie.parse().unwrap());
         if let Some(origin) = origin {
             request.headers_mut().insert("Origin", origin.parse().unwrap());
         }
@@ -199,47 +204,127 @@ fn request(url: &str, lines: &[&str]) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
+fn token(url: &str) -> &str {
+    url.split('/').nth(3).unwrap()
+}
+
+/// What a browser gets for the address, and sends from then on.
+fn cookie(url: &str) -> String {
+    let path = format!("GET /{}/ HTTP/1.1", token(url));
+    let answer = request(url, &[&path, &format!("Host: {}", host(url))]);
+    let set = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: "));
+    set.unwrap_or_else(|| panic!("{answer}")).split(';').next().unwrap().to_owned()
+}
+
 #[test]
 fn only_the_page_with_the_token_is_let_in() {
     let url = serve();
-    let token = url.split('/').nth(3).unwrap().to_owned();
+    let (token, cookie) = (token(&url), cookie(&url));
     assert_eq!(token.len(), 32);
     let own = format!("Host: {}", host(&url));
-    let get =
-        |path: &str, more: &[&str]| request(&url, &[&[&format!("GET {path} HTTP/1.1")[..]], more].concat());
-    let page = get(&format!("/{token}/"), &[&own]);
+    let known = format!("Cookie: {cookie}");
+    let get = |path: &str, more: &[&str]| {
+        let first = format!("GET {path} HTTP/1.1");
+        request(&url, &[&[&first[..]], more].concat())
+    };
+    let page = get("/", &[&own, &known]);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("default-src 'none'"), "{page}");
+    assert!(page.contains(&format!("connect-src 'self' ws://{};", host(&url))), "{page}");
     for file in ["page.js", "page.css"] {
         assert!(page.contains(&format!("\"./{file}\"")), "the page names {file}");
-        assert!(get(&format!("/{token}/{file}"), &[&own]).starts_with("HTTP/1.1 200"), "{file}");
+        assert!(get(&format!("/{file}"), &[&own, &known]).starts_with("HTTP/1.1 200"), "{file}");
+        assert!(get(&format!("/{file}"), &[&own]).starts_with("HTTP/1.1 404"), "{file}");
     }
     // The picture that convinced is there once the run has one; no other file of its folder is.
-    let evidence = || get(&format!("/{token}/evidence.png"), &[&own]);
+    let evidence = || get("/evidence.png", &[&own, &known]);
     let there = glass_run().1.join("evidence.png");
     assert!(evidence().starts_with("HTTP/1.1 404"));
     std::fs::write(&there, "as drawn").unwrap();
     let shown = evidence();
     std::fs::remove_file(there).unwrap();
     assert!(shown.starts_with("HTTP/1.1 200") && shown.contains("image/png") && shown.ends_with("as drawn"));
-    assert!(get(&format!("/{token}/checkpoint.safetensors"), &[&own]).starts_with("HTTP/1.1 404"));
+    assert!(get("/checkpoint.safetensors", &[&own, &known]).starts_with("HTTP/1.1 404"));
     let wrong = token.replace(|c: char| c.is_ascii_digit(), "a");
+    let forged = format!("Cookie: {}", cookie.replace(token, &wrong));
     for path in
-        ["/", &format!("/{wrong}x/"), &format!("/{token}/../../etc/passwd"), &format!("/{token}/socket")]
+        ["/", &format!("/{wrong}x/"), &format!("/{token}/../../etc/passwd"), &format!("/{token}/page.js")]
     {
-        assert!(get(path, &[&own]).starts_with("HTTP/1.1 404"), "{path}");
+        for cookie in ["X: none", &forged] {
+            let refused = get(path, &[&own, cookie]);
+            assert!(
+                refused.starts_with("HTTP/1.1 404") && refused.contains("that `refraxel` has printed"),
+                "{path}"
+            );
+        }
     }
-    assert!(get(&format!("/{token}/"), &["Host: evil.example"]).starts_with("HTTP/1.1 403"));
-    assert!(get(&format!("/{token}/"), &[&own, "Origin: http://evil.example"]).starts_with("HTTP/1.1 403"));
-    for (address, origin) in [
-        (url.clone(), Some("http://evil.example".to_owned())),
-        (url.clone(), None),
-        (url.replace(&token, &wrong), Some(format!("http://{}", host(&url)))),
+    for (header, word) in [("Host: evil.example", "evil.example"), ("Host: evil.example:80", "ssh -L")] {
+        let refused = get(&format!("/{token}/"), &[header]);
+        assert!(refused.starts_with("HTTP/1.1 403") && refused.contains(word), "{refused}");
+        assert!(!refused.contains("Set-Cookie"), "{refused}");
+    }
+    let foreign = get("/", &[&own, &known, "Origin: http://evil.example"]);
+    assert!(foreign.starts_with("HTTP/1.1 403") && foreign.contains("another one"), "{foreign}");
+    for (cookie, origin) in [
+        (cookie.clone(), Some("http://evil.example".to_owned())),
+        (cookie.clone(), None),
+        (cookie.replace(token, &wrong), Some(format!("http://{}", host(&url)))),
     ] {
-        assert!(Page::knock(&address, origin.as_deref()).is_err(), "{address} {origin:?}");
+        assert!(Page::knock_with(&url, &cookie, origin.as_deref()).is_err(), "{cookie} {origin:?}");
     }
     // Another interface is not listened on.
     let port = host(&url).split(':').nth(1).unwrap().to_owned();
     assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
+}
+
+#[test]
+fn the_token_becomes_a_cookie_of_the_port_that_the_browser_sees() {
+    let url = serve();
+    let path = format!("GET /{}/ HTTP/1.1", token(&url));
+    for (name, port) in
+        [("127.0.0.1:9", "9"), ("localhost:8080", "8080"), ("localhost", "80"), ("[::1]:1", "1")]
+    {
+        let answer = request(&url, &[&path, &format!("Host: {name}")]);
+        assert!(answer.starts_with("HTTP/1.1 303") && answer.contains("\r\nLocation: /\r\n"), "{answer}");
+        let expected = format!("refraxel-{port}={}; HttpOnly; SameSite=Strict; Path=/\r\n", token(&url));
+        assert!(answer.contains(&expected), "{answer}");
+        let cookie = format!("Cookie: refraxel-{port}={}", token(&url));
+        let page = request(&url, &["GET / HTTP/1.1", &format!("Host: {name}"), &cookie]);
+        assert!(page.starts_with("HTTP/1.1 200") && page.contains(&format!("ws://{name};")), "{page}");
+    }
+    // Of two viewers on one host, each has its own.
+    let other = serve();
+    let both = format!("Cookie: {}; {}", cookie(&url), cookie(&other));
+    for url in [url, other] {
+        let page = request(&url, &["GET / HTTP/1.1", &format!("Host: {}", host(&url)), &both]);
+        assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    }
+}
+
+#[test]
+fn who_asks_for_a_socket_learns_what_is_missing() {
+    let url = serve();
+    let (own, known) = (format!("Host: {}", host(&url)), format!("Cookie: {}", cookie(&url)));
+    let origin = format!("Origin: http://{}", host(&url));
+    let ask =
+        |more: &[&str]| request(&url, &[&["GET /socket HTTP/1.1", &own, &known, &origin], more].concat());
+    let key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    for (headers, status, word) in [
+        (vec![], "426", "version 13"),
+        (
+            vec!["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 8", key],
+            "426",
+            "version 13",
+        ),
+        (
+            vec!["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13"],
+            "400",
+            "Sec-WebSocket-Key",
+        ),
+        (vec!["Upgrade: websocket", "Sec-WebSocket-Version: 13", key], "400", "Connection: Upgrade"),
+    ] {
+        let refused = ask(&headers);
+        assert!(refused.starts_with(&format!("HTTP/1.1 {status}")) && refused.contains(word), "{refused}");
+    }
 }
 
 #[test]
@@ -451,7 +536,7 @@ fn lines_on_the_glass_lie_in_its_box_and_clear_glass_becomes_grey() {
     let sum = |p: &image::RgbImage| p.iter().map(|x| u64::from(*x)).sum::<u64>();
     assert!(sum(&grey) < sum(&clear), "{} {}", sum(&grey), sum(&clear));
     page.ask(json!({ "ask": "surface", "region": 7 }));
-    assert!(page.told_or_refused().contains("refractive region 7: the scene has 1"));
+    assert!(page.told_or_refused().contains("refractive region 8: the scene has 1"));
 }
 
 #[test]
@@ -484,15 +569,15 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
     let before = page.best(look(1, [32, 32], json!({}))).pixels;
     for (question, word) in [
         (json!({ "ask": "file", "path": "/etc/passwd" }), "not understood"),
-        (json!({ "ask": "photo", "view": 99 }), "photograph 99"),
-        (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 3"),
+        (json!({ "ask": "photo", "view": 8 }), "photograph 9: the scene has 8"),
+        (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 4: the scene has 1"),
         (json!({ "ask": "slice", "region": 0, "axis": 9, "at": 0.5 }), "axis 9"),
         (json!({ "ask": "stop" }), "nothing is trained"),
         (json!({ "ask": "follow", "id": 1, "origin": [0, 0, 0], "direction": [0, 0, 0] }), "direction"),
         (json!({ "ask": "ray", "id": 1, "u": 2.0, "v": 0.5 }), "no ray"),
         (look(2, [32, 32], json!({ "edits": { "index": [99.0] } })), "edits.index[0]"),
-        (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 1"),
-        (look(4, [32, 32], json!({ "photo": 77 })), "photograph 77"),
+        (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 2: the scene has 1"),
+        (look(4, [32, 32], json!({ "photo": 77 })), "photograph 78"),
         (look(5, [32, 3], json!({})), "camera.size"),
     ] {
         page.ask(question.clone());
@@ -541,7 +626,27 @@ fn view_prints_its_address_and_ends_when_interrupted() {
     let port = host(&url).split(':').nth(1).unwrap();
     refraxel(&["view", path(run), "--port", port]).refused(4, &["cannot listen", port]);
     program.interrupt();
+    let (told, _) = page.rest();
+    let why = told.last().unwrap();
+    assert_eq!(why["tell"], "ended");
+    assert!(why["why"].as_str().unwrap().contains("was ended in its terminal"), "{why}");
     assert_eq!(program.0.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn pages_learn_that_the_painter_has_failed() {
+    let (folder, bent, data) = glass_run();
+    let straight = folder.path().join("other");
+    train(data, &straight, &["--refraction", "off"]).done();
+    let (url, orders) = serve_run(Run::load(bent).unwrap());
+    let (page, _) = Page::open(&url);
+    // A state whose optimiser is that of another model is refused by a panic.
+    let Run { optimiser, .. } = Run::load(&straight).unwrap();
+    orders.renew(Run { optimiser, ..Run::load(bent).unwrap() });
+    let late = |told: &[Value]| told.last().unwrap()["why"].as_str().unwrap().contains("has a bug");
+    assert!(late(&page.rest().0));
+    let page = Page::knock(&url, Some(&format!("http://{}", host(&url)))).unwrap();
+    assert!(late(&page.rest().0));
 }
 
 #[test]
@@ -700,7 +805,10 @@ fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
     let records: Vec<&Value> = told.iter().filter(|told| told["kind"] == "record").collect();
     let last = records.last().unwrap();
     assert_eq!((&last["step"], &last["steps"]), (&json!(300), &json!(300)));
-    assert!(told.iter().all(|told| !told["text"].as_str().unwrap_or_default().contains("training ")), "{told:?}");
+    assert!(
+        told.iter().all(|told| !told["text"].as_str().unwrap_or_default().contains("training ")),
+        "{told:?}"
+    );
 }
 
 #[test]

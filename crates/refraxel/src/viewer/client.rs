@@ -100,7 +100,7 @@ impl Client {
 
     /// The question that waits longest; it takes as long as a piece of a picture.
     pub fn question(&mut self, now: u64) -> Option<Ask> {
-        let question = self.questions.next()?;
+        let question = self.questions.take_first()?;
         self.served = now;
         Some(question)
     }

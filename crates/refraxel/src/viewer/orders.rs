@@ -10,6 +10,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
+/// What pages are told where the painter is gone.
+pub(super) const FAILED: &str =
+    "The program has a bug and shows nothing any more; its terminal says which. Start it again.";
 /// How often somebody who waits for pages looks whether they have what they shall get.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -47,9 +50,9 @@ impl Orders {
         Self { sender, pages }
     }
 
-    /// Gives an order; where the painter is gone, nothing happens.
-    pub(super) fn give(&self, order: Order) {
-        let _ = self.sender.send(order);
+    /// Gives an order; whether the painter is there to obey it.
+    pub(super) fn give(&self, order: Order) -> bool {
+        self.sender.send(order).is_ok()
     }
 
     /// Shows the run as it is now; how long the painter was busy with it is told when it has been.

@@ -18,6 +18,8 @@ pub enum Outgoing {
     Picture(Vec<u8>),
     /// The answer to a ping.
     Pong(Vec<u8>),
+    /// Nothing follows, and the connection ends.
+    End,
 }
 
 impl Outgoing {
@@ -31,6 +33,7 @@ impl Outgoing {
         64 + match self {
             Self::Text(text) => text.len(),
             Self::Picture(bytes) | Self::Pong(bytes) => bytes.len(),
+            Self::End => 0,
         }
     }
 }
@@ -53,6 +56,12 @@ impl Out {
     /// Whether something is still to be sent.
     pub fn is_waiting(&self) -> bool {
         self.waiting.load(Ordering::SeqCst) > 0
+    }
+
+    /// Says why nothing more is sent, and ends the connection.
+    pub fn end(&self, why: &str) {
+        self.send(Outgoing::tell(&Tell::Ended { why: why.to_owned() }));
+        self.send(Outgoing::End);
     }
 
     /// Sends something, if the page is there and takes what it gets.

@@ -4,7 +4,7 @@ use super::bend;
 use super::client::Client;
 use super::contours::contours;
 use super::error::SceneError;
-use super::orders::{Order, Orders};
+use super::orders::{FAILED, Order, Orders};
 use super::outgoing::Out;
 use super::picture::PORTION;
 use super::protocol::{Ask, Look, Tell};
@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
@@ -230,6 +231,14 @@ impl Painter {
             },
             // Others answer these, or nobody has to.
             Ask::Look(_) | Ask::Got { .. } | Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
+        }
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.clients.values().for_each(|client| client.out().end(FAILED));
         }
     }
 }

@@ -18,7 +18,7 @@ impl Questions {
     }
 
     /// The question that waits longest.
-    pub fn next(&mut self) -> Option<Ask> {
+    pub fn take_first(&mut self) -> Option<Ask> {
         (!self.0.is_empty()).then(|| self.0.remove(0))
     }
 

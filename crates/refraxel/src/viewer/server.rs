@@ -2,12 +2,13 @@
 
 use super::control::Control;
 use super::doorstep::Doorstep;
-use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, admit, parse};
+use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, VERSION, admit, parse};
 use super::orders::Orders;
 use super::page;
 use super::photograph_desk::PhotographDesk;
 use super::photographs::Photographs;
 use super::socket::{self, Answerers};
+use std::borrow::Cow;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
@@ -25,7 +26,6 @@ const MOST_ANSWERS: usize = 256;
 /// Pages at a time.
 const MOST_PAGES: usize = 16;
 const TEXT: &str = "text/plain; charset=utf-8";
-const TOO_MANY: &[u8] = b"too many pages are open";
 /// Bytes of the token, each two hexadecimal digits of the address.
 const TOKEN: usize = 16;
 
@@ -58,7 +58,7 @@ pub struct Server {
 
 /// What all connections share.
 struct Shared {
-    address: SocketAddr,
+    port: u16,
     token: String,
     evidence: Option<PathBuf>,
     answerers: Answerers,
@@ -99,7 +99,8 @@ impl Server {
         let answerers = Answerers { orders, photographs: asked, control, next_id: AtomicU64::new(0) };
         let [answers, pages] = [0; 2].map(AtomicUsize::new);
         let doorstep = Doorstep::default();
-        let shared = Arc::new(Shared { address, token, evidence, answerers, doorstep, answers, pages });
+        let shared =
+            Arc::new(Shared { port: address.port(), token, evidence, answerers, doorstep, answers, pages });
         thread::spawn(move || {
             for stream in listener.incoming() {
                 match stream {
@@ -116,10 +117,13 @@ impl Server {
 }
 
 impl Shared {
-    /// The picture that convinced, under the name of its file; `None` while there is none.
-    fn evidence(&self, name: &str) -> Option<Vec<u8>> {
+    /// A file of the page, or the picture that convinced, under the name of its file; `None` while there is none.
+    fn file(&self, name: &str) -> Option<Answer> {
+        if let Some(page::File { kind, bytes }) = page::file(name) {
+            return Some(Answer::File(kind, bytes.into()));
+        }
         let file = self.evidence.as_ref().filter(|f| f.file_name().is_some_and(|own| own == name))?;
-        std::fs::read(file).ok()
+        Some(Answer::File("image/png", std::fs::read(file).ok()?.into()))
     }
 }
 
@@ -165,20 +169,36 @@ fn serve(stream: Arc<TcpStream>, shared: &Arc<Shared>) -> io::Result<()> {
     let Some(_place) = Place::take(shared, |shared| &shared.answers, MOST_ANSWERS) else { return Ok(()) };
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    match request.and_then(|request| admit(&request, shared.address, &shared.token)) {
-        Ok(Entry::Socket(key)) => match Place::take(shared, |shared| &shared.pages, MOST_PAGES) {
-            Some(_place) => socket::serve(stream, &key, &shared.answerers),
-            None => respond(&mut stream, "503 Service Unavailable", TEXT, TOO_MANY, shared.address.port()),
-        },
-        Ok(Entry::File(name)) => match page::file(&name) {
-            Some(file) => respond(&mut stream, "200 OK", file.kind, file.bytes, shared.address.port()),
-            None => match shared.evidence(&name) {
-                Some(bytes) => respond(&mut stream, "200 OK", "image/png", &bytes, shared.address.port()),
-                None => refuse(&mut stream, Refusal::NotFound, shared),
-            },
-        },
-        Err(refusal) => refuse(&mut stream, refusal, shared),
+    let host = request.as_ref().ok().and_then(|request| request.host.clone()).unwrap_or_default();
+    let take_page =
+        || Place::take(shared, |shared| &shared.pages, MOST_PAGES).ok_or(Refusal::Full(MOST_PAGES));
+    let answer = request.and_then(|request| match admit(&request, &shared.token)? {
+        Entry::Cookie { name, is_from_elsewhere } => Ok(Answer::Cookie(name, is_from_elsewhere)),
+        Entry::Socket(key) => Ok(Answer::Socket(key, take_page()?)),
+        Entry::Probe => take_page().and(Err(Refusal::Version)),
+        Entry::File(name) => shared.file(&name).ok_or(Refusal::NotFound),
+    });
+    match answer {
+        Ok(Answer::Socket(key, _place)) => socket::serve(stream, &key, &shared.answerers),
+        Ok(Answer::Cookie(name, is_from_elsewhere)) => {
+            hand_out(&mut stream, &name, &shared.token, is_from_elsewhere)
+        }
+        Ok(Answer::File(kind, bytes)) => respond(&mut stream, "200 OK", kind, &bytes, &host),
+        Err(refusal) => {
+            let text = refusal.explanation(shared.port);
+            respond(&mut stream, refusal.status(), TEXT, text.as_bytes(), "")
+        }
     }
+}
+
+/// What a request gets.
+enum Answer {
+    /// The cookie of this name; a link of another site may have led here.
+    Cookie(String, bool),
+    /// A file of this kind.
+    File(&'static str, Cow<'static, [u8]>),
+    /// A WebSocket, for the key of its handshake, as long as it has a place among the pages.
+    Socket(String, Place),
 }
 
 /// Reads to the end of the head. Nothing may follow it before the answer.
@@ -210,18 +230,29 @@ fn read_head(mut stream: &TcpStream) -> io::Result<Result<Request, Refusal>> {
     }
 }
 
-fn refuse(stream: &mut TcpStream, refusal: Refusal, shared: &Shared) -> io::Result<()> {
-    let (status, why) = refusal.status();
-    respond(stream, status, TEXT, why.as_bytes(), shared.address.port())
+/// Hands out the token as a cookie, and leads to the address without it. Other sites cannot make a browser send it, nor can scripts
+/// read it. Not even the redirection of their own link sends it; there, a page without content leads on.
+fn hand_out(stream: &mut TcpStream, name: &str, token: &str, is_from_elsewhere: bool) -> io::Result<()> {
+    let (status, lead) = match is_from_elsewhere {
+        true => ("200 OK", "Refresh: 0;url=/"),
+        false => ("303 See Other", "Location: /"),
+    };
+    let head = format!(
+        "HTTP/1.1 {status}\r\n{lead}\r\nSet-Cookie: {name}={token}; HttpOnly; SameSite=Strict; Path=/\r\n\
+         Content-Length: 0\r\nConnection: close\r\nCache-Control: no-store\r\nReferrer-Policy: no-referrer\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes())
 }
 
-fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], port: u16) -> io::Result<()> {
+/// A page of `host` may connect to it; where there is none, nothing may.
+fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], host: &str) -> io::Result<()> {
+    let sockets = if host.is_empty() { String::new() } else { format!(" ws://{host}") };
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\
-         Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
-         Cross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: default-src 'none'; script-src 'self'; \
-         style-src 'self'; img-src 'self' blob: data:; connect-src ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; \
-         form-action 'none'; frame-ancestors 'none'\r\n\r\n",
+         Sec-WebSocket-Version: {VERSION}\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+         Referrer-Policy: no-referrer\r\nCross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n\
+         Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
+         connect-src 'self'{sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\r\n",
         body.len()
     );
     stream.write_all(head.as_bytes())?;

@@ -1,7 +1,7 @@
 //! The WebSocket of a page: one thread reads, another one writes.
 
 use super::control::{Control, Wish};
-use super::orders::{Order, Orders};
+use super::orders::{FAILED, Order, Orders};
 use super::outgoing::{Out, Outgoing};
 use super::photograph_desk::PhotographDesk;
 use super::protocol::{Ask, Tell};
@@ -72,9 +72,12 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, answerers: &Answerers) -> 
     let writer = thread::Builder::new().spawn(move || write(writing, &outgoing, &waiting))?;
     let id = answerers.next_id.fetch_add(1, Ordering::SeqCst);
     let page = Page { id, out, mailbox: Arc::default() };
-    answerers.orders.give(Order::Join(id, page.out.clone(), Arc::clone(&page.mailbox)));
-    read(ReadOnly(stream), &page, answerers);
-    answerers.orders.give(Order::Leave(id));
+    if answerers.orders.give(Order::Join(id, page.out.clone(), Arc::clone(&page.mailbox))) {
+        read(ReadOnly(stream), &page, answerers);
+        answerers.orders.give(Order::Leave(id));
+    } else {
+        page.out.end(FAILED);
+    }
     drop(page);
     let _ = writer.join(); // ends when the painter has let the page go
     Ok(())
@@ -96,6 +99,7 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
             Outgoing::Text(text) => Message::text(text),
             Outgoing::Picture(bytes) => Message::binary(bytes),
             Outgoing::Pong(bytes) => Message::Pong(Bytes::from(bytes)),
+            Outgoing::End => break,
         };
         if socket.send(message).is_err() {
             break;

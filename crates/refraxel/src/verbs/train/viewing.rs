@@ -205,7 +205,9 @@ impl Viewing {
         }
         let (step, run) = (session.state().step, self.run.display());
         let why = match stop {
-            Stop::Finished => format!("The training has finished after {step} steps. `refraxel view {run}` shows it from now on."),
+            Stop::Finished => format!(
+                "The training has finished after {step} steps. `refraxel view {run}` shows it from now on."
+            ),
             _ => format!(
                 "The training was stopped at step {step} and is saved in {run}. The same command with --resume goes on; \
                  `refraxel view {run}` shows it."
