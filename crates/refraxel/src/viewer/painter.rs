@@ -5,7 +5,7 @@ use super::client::Client;
 use super::contours::contours;
 use super::error::SceneError;
 use super::orders::{FAILED, Order, Orders};
-use super::outgoing::Out;
+use super::outgoing::{Out, Outgoing};
 use super::picture::PORTION;
 use super::protocol::{Ask, Look, Tell};
 use super::scene::Scene;
@@ -15,6 +15,7 @@ use refraxel_core::{Ray, Vec3};
 use refraxel_train::run::Run;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -43,6 +44,8 @@ pub struct Painter {
     renewal: Option<(Box<Run>, Sender<Duration>)>,
     /// Who waits until there is nothing to paint.
     idle: Vec<Sender<Vec<Out>>>,
+    /// The surfaces of regions that pages have asked for.
+    surfaces: BTreeMap<usize, Outgoing>,
     /// Portions painted.
     painted: u64,
     /// What was told of the training, for pages that open later.
@@ -66,6 +69,7 @@ impl Painter {
             share,
             renewal: None,
             idle: Vec::new(),
+            surfaces: BTreeMap::new(),
             painted: 0,
             history: Vec::new(),
             latest: None,
@@ -120,6 +124,7 @@ impl Painter {
         let Some((run, taken)) = self.renewal.take() else { return };
         let start = Instant::now();
         self.scene.renew(*run);
+        self.surfaces.clear();
         let _ = taken.send(start.elapsed()); // nobody may want to know
         let scene = Tell::Scene(self.scene.describe());
         for client in self.clients.values_mut() {
@@ -225,10 +230,17 @@ impl Painter {
                     Err(why) => client.refuse(&why),
                 }
             }
-            Ask::Surface { region } => match contours(&self.scene, region) {
-                Ok(pieces) => client.tell(&Tell::Surface { region, pieces }),
-                Err(why) => client.refuse(&why),
-            },
+            Ask::Surface { region } => {
+                let known = match self.surfaces.entry(region) {
+                    Entry::Occupied(known) => Ok(known.into_mut()),
+                    Entry::Vacant(place) => contours(&self.scene, region)
+                        .map(|pieces| place.insert(Outgoing::tell(&Tell::Surface { region, pieces }))),
+                };
+                match known {
+                    Ok(surface) => client.out().send(surface.clone()),
+                    Err(why) => client.refuse(&why),
+                }
+            }
             // Others answer these, or nobody has to.
             Ask::Look(_) | Ask::Got { .. } | Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
         }

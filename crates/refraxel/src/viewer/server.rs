@@ -21,6 +21,10 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// The whole head of a request arrives in so long.
 const HEAD_PATIENCE: Duration = Duration::from_secs(5);
+/// Connections that the system keeps until they are accepted. Of those beyond, it lets one try again after a second; the 128 of the
+/// standard library are soon there.
+#[cfg(unix)]
+const BACKLOG: nix::sys::socket::Backlog = nix::sys::socket::Backlog::MAXCONN;
 /// Requests that are answered at a time; more are refused.
 const MOST_ANSWERS: usize = 256;
 /// Pages at a time.
@@ -72,6 +76,8 @@ impl Server {
     pub fn bind(port: u16) -> Result<Self, ServerError> {
         let listen = |source| ServerError::Listen { port, source };
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(listen)?;
+        #[cfg(unix)]
+        nix::sys::socket::listen(&listener, BACKLOG).map_err(|error| listen(error.into()))?;
         let address = listener.local_addr().map_err(listen)?;
         let mut bytes = [0; TOKEN];
         getrandom::fill(&mut bytes).map_err(ServerError::Random)?;
