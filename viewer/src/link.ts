@@ -16,8 +16,8 @@ const SILENT =
   "No answer from the program: it has ended without a word, or the way to it is interrupted. Its terminal says more. " +
   "Trying again.";
 const OTHER =
-  "Another viewer answers at this address now. Open the address that it has printed in its terminal; this page stays as " +
-  "it is.";
+  "Another viewer answers at this address now. Open the address that it has printed in its terminal; this page " +
+  "stays as it is.";
 const BROKEN = "The program answers, but the connection does not stay open. Trying again.";
 
 export class Link {

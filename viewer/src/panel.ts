@@ -351,10 +351,10 @@ export class Panel {
       ["bytes", `${(bytes / 1000).toFixed(1)} kB`],
       ["frames", `${rate} / s`],
       ["link", `${this.linkRate(bytes).toFixed(0)} kB / s`],
-      ["step", String(header.step)],
     ];
     if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
     this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+    this.training.shows(header.step);
     const scaleBar = document.querySelector<HTMLElement>("#scale")!;
     scaleBar.hidden = !header.range;
     if (!header.range) return;

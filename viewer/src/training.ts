@@ -11,7 +11,13 @@ export class TrainingPanel {
   private readonly state = el("p", { class: "hint" });
   /** What is done beside steps, or instead. */
   private readonly task = el("p", { class: "hint" });
-  private readonly canvas = el("canvas", { width: String(SIZE[0]), height: String(SIZE[1]), role: "img", "aria-label": "PSNR of training rays over steps" });
+  private readonly shown = el("p", { class: "hint" });
+  private readonly canvas = el("canvas", {
+    width: String(SIZE[0]),
+    height: String(SIZE[1]),
+    role: "img",
+    "aria-label": "PSNR of training rays over steps",
+  });
   private readonly events = el("ol", { class: "events" });
   private readonly pause: HTMLButtonElement;
   private readonly wishes: HTMLElement;
@@ -19,12 +25,14 @@ export class TrainingPanel {
   private paused = false;
 
   constructor(ask: (wish: { ask: "pause"; paused: boolean } | { ask: "stop" }) => void) {
-    this.pause = button("Pause", "Training waits; the viewer has the whole machine", () => ask({ ask: "pause", paused: !this.paused }));
+    this.pause = button("Pause", "Training waits; the viewer has the whole machine", () =>
+      ask({ ask: "pause", paused: !this.paused }),
+    );
     const stop = button("Save and stop", "Ends the training; --resume goes on later", () => {
       if (confirm("Save the run and end its training?")) ask({ ask: "stop" });
     });
     this.wishes = el("div", { class: "row" }, this.pause, stop);
-    this.element = section("Training", this.state, this.task, this.canvas, this.wishes, this.events);
+    this.element = section("Training", this.state, this.task, this.shown, this.canvas, this.wishes, this.events);
     this.element.hidden = true;
   }
 
@@ -39,6 +47,11 @@ export class TrainingPanel {
   end(why: string): void {
     this.wishes.hidden = true;
     this.task.textContent = why;
+  }
+
+  /** The picture is of this step. */
+  shows(step: number): void {
+    this.shown.textContent = `The picture is of step ${step}.`;
   }
 
   tell(told: Training): void {
