@@ -251,6 +251,11 @@ impl Drop for Painter {
     fn drop(&mut self) {
         if thread::panicking() {
             self.clients.values().for_each(|client| client.out().end(FAILED));
+            let opened = self.orders.try_iter().filter_map(|order| match order {
+                Order::Join(_, out, _) => Some(out),
+                _ => None,
+            });
+            opened.for_each(|out| out.end(FAILED));
         }
     }
 }
