@@ -22,6 +22,12 @@ export function button(text: string, title: string, click: () => void): HTMLButt
   return made;
 }
 
+/** A control that does not need the program. */
+export function alone<T extends HTMLElement>(control: T): T {
+  control.dataset.alone = "true";
+  return control;
+}
+
 /** Buttons of which one is chosen. */
 export class Choice<T extends string> {
   readonly element = el("div", { class: "choice", role: "group" });

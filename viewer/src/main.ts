@@ -49,6 +49,8 @@ class Page {
   private plane: Vec3[] | null = null;
   /** Lines on the surface of each region, as far as they are known. */
   private readonly surfaces = new Map<number, Piece[]>();
+  /** The program answers. */
+  private isLive = false;
   /** The program does not know what is looked at: the connection is new. */
   private asksAgain = true;
   /** The media of the last look. */
@@ -79,12 +81,13 @@ class Page {
     });
     this.link = new Link({
       open: () => this.connected(),
-      closed: () => this.notice("No answer from the program. If it has ended, start it again and open the address that it prints."),
+      closed: (why) => this.disconnected(why),
       tell: (tell) => this.listen(tell),
       picture: (header, jpeg) => void this.receive(header, jpeg),
     });
     listen(this.stage.element, this.camera, {
       moved: () => {
+        if (!this.isLive) return;
         this.playing = 0;
         this.leavePhoto();
         this.changed(true);
@@ -99,9 +102,20 @@ class Page {
 
   private connected(): void {
     this.notice(null);
+    this.isLive = true;
+    this.panel.setLive(true);
     this.panel.training.clear();
     this.looks.clear();
     this.asksAgain = true;
+  }
+
+  /** The last picture stays; what needs the program is off. */
+  private disconnected(why: string): void {
+    this.notice(why);
+    this.isLive = false;
+    this.playing = 0;
+    this.panel.setLive(false);
+    this.panel.training.end("");
   }
 
   private notice(text: string | null): void {
@@ -115,6 +129,7 @@ class Page {
     else if (tell.tell === "training") this.panel.training.tell(tell);
     else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
     else if (tell.tell === "refused") this.panel.say(tell.why);
+    else if (tell.tell === "ended") this.panel.training.end(tell.why);
     else if (tell.id === 2) {
       if (!tell.ray.seen) return;
       this.leavePhoto();
@@ -143,8 +158,10 @@ class Page {
   }
 
   private askSurfaces(): void {
-    if (!this.state.surfaces || this.surfaces.size > 0) return;
-    this.scene?.regions.forEach((_, region) => this.link.send({ ask: "surface", region }));
+    if (!this.state.surfaces) return;
+    // One after the other: of several questions of a kind, the program answers the latest.
+    const region = this.scene?.regions.findIndex((_, k) => !this.surfaces.has(k)) ?? -1;
+    if (region >= 0) this.link.send({ ask: "surface", region });
   }
 
   private takeSurface(region: number, pieces: number[][]): void {
@@ -155,6 +172,7 @@ class Page {
       normal: p.slice(6).map((x) => x / NORMAL) as Vec3,
     });
     this.surfaces.set(region, pieces.map(piece));
+    this.askSurfaces();
     this.redraw();
   }
 
@@ -326,6 +344,7 @@ class Page {
 
   private key(event: KeyboardEvent): void {
     if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
+    if (!this.isLive && event.key !== "?" && !["KeyX", "KeyH", "Escape"].includes(event.code)) return;
     const digit = /^Digit([1-7])$/.exec(event.code)?.[1];
     if (digit) this.panel.chooseLayer(LAYERS[Number(digit) - 1]!);
     else if (event.key === "?") this.help.showModal();

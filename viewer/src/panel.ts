@@ -1,6 +1,6 @@
 // The controls beside the picture.
 
-import { button, checkbox, Choice, el, section, Slider } from "./dom";
+import { alone, button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
 import { describe } from "./rayview";
 import { FULL_ERROR, type Compare } from "./stage";
@@ -88,11 +88,19 @@ export class Panel {
   private readonly overlays: (() => void)[] = [];
   private surfaces: HTMLElement | null = null;
   private sliders: { index: Slider; absorption: Slider }[] = [];
+  /** Which region is cut, where there are several. */
+  private readonly cutRegion = el("div");
+  /** The region that is cut, and the one whose glass the buttons set; null for all. */
+  private chosen: { cut: number; glass: number | null } = { cut: 0, glass: null };
   /** Bytes received, and when. */
   private received: { time: number; bytes: number }[] = [];
   private messageTimer = 0;
 
-  constructor(root: HTMLElement, private readonly state: State, private readonly actions: Actions) {
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly state: State,
+    private readonly actions: Actions,
+  ) {
     const layers = LAYERS.map((l, k) => [l, l, `${LAYER_TITLES[l]} (${k + 1})`] as const);
     this.layers = new Choice("Layer", layers, (l) => this.chooseLayer(l));
     const [straight, box] = checkbox("straight rays", "As if nothing bent them (B)", (on) => {
@@ -112,7 +120,7 @@ export class Panel {
     this.photoSection = this.buildPhotos();
     this.sliceSection = this.buildSlice();
     this.ray.append(this.rayBody);
-    const header = el("header", {}, this.name, button("?", "Keys and gestures (?)", () => actions.help()));
+    const header = el("header", {}, this.name, alone(button("?", "Keys and gestures (?)", () => actions.help())));
     root.append(
       header,
       this.message,
@@ -140,7 +148,7 @@ export class Panel {
   private buildSlice(): HTMLElement {
     const axes = new Choice<string>("Axis across", [["0", "x", "Across the x axis"], ["1", "y", "Across the y axis"], ["2", "z", "Across the z axis"], ["none", "off", "No slice"]], (axis) => {
       const { slice } = this.state;
-      this.state.slice = axis === "none" ? null : { region: slice?.region ?? 0, at: slice?.at ?? 0.5, axis: Number(axis) };
+      this.state.slice = axis === "none" ? null : { region: this.chosen.cut, at: slice?.at ?? 0.5, axis: Number(axis) };
       axes.set(axis);
       this.sliceCanvas.hidden = axis === "none";
       this.actions.slice();
@@ -151,7 +159,31 @@ export class Panel {
       this.actions.slice();
     });
     place.set(0.5);
-    return section("Slice of the index", axes.element, place.element, this.sliceCanvas);
+    return section("Slice of the index", this.cutRegion, axes.element, place.element, this.sliceCanvas);
+  }
+
+  /** Buttons that choose a region, where there are several. */
+  private regionChoice(label: string, scene: Scene, others: [string, string, string][], choose: (k: number) => void): HTMLElement[] {
+    const count = scene.regions.length;
+    if (count < 2) return [];
+    const each = scene.regions.map((_, k): [string, string, string] => [String(k), String(k + 1), `Region ${k + 1}`]);
+    const choice = new Choice<string>(label, [...others, ...each], (value) => {
+      choice.set(value);
+      choose(Number(value));
+    });
+    choice.set([...others, ...each][0]![0]);
+    return [el("p", { class: "label" }, label.toLowerCase()), choice.element];
+  }
+
+  private takeRegions(scene: Scene): void {
+    this.chosen = { cut: 0, glass: null };
+    const cut = this.regionChoice("Region to cut", scene, [], (k) => {
+      this.chosen.cut = k;
+      if (this.state.slice) this.state.slice.region = k;
+      this.actions.slice();
+    });
+    this.cutRegion.replaceChildren(...cut);
+    if (this.state.slice) this.state.slice.region = 0;
   }
 
   private buildOverlays(): HTMLElement {
@@ -160,6 +192,7 @@ export class Panel {
         this.state[name] = on;
         this.actions.overlay();
       });
+      if (name !== "surfaces") alone(box);
       this.overlays.push(() => (box.checked = this.state[name]));
       return label;
     };
@@ -174,17 +207,19 @@ export class Panel {
     seconds.set(this.state.seconds);
     fps.set(this.state.fps);
     const { actions } = this;
-    const clear = button("Clear", "Forget the keyframes", () => {
-      this.state.keys.length = 0;
-      this.update();
-      actions.overlay();
-    });
+    const clear = alone(
+      button("Clear", "Forget the keyframes", () => {
+        this.state.keys.length = 0;
+        this.update();
+        actions.overlay();
+      }),
+    );
     const row = el(
       "div",
       { class: "row" },
       button("Add keyframe", "The camera as it is now (K)", () => actions.addKey()),
       button("Play", "Go along the path (Space)", () => actions.play()),
-      button("Save", "camera_path.json, for refraxel render --camera-path", () => actions.save()),
+      alone(button("Save", "camera_path.json, for refraxel render --camera-path", () => actions.save())),
       clear,
     );
     return section("Camera path", row, this.keys, seconds.element, fps.element);
@@ -197,7 +232,7 @@ export class Panel {
       this.actions.changed(false);
     });
     sizes.set(String(this.state.pixels));
-    const row = el("div", { class: "row" }, button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot()), button("Start view", "Back to the start (R)", () => this.actions.home()));
+    const row = el("div", { class: "row" }, alone(button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot())), button("Start view", "Back to the start (R)", () => this.actions.home()));
     return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row, el("p", { class: "label" }, "scene"), this.scene);
   }
 
@@ -231,6 +266,7 @@ export class Panel {
       this.sliders.forEach((s, k) => this.state.index[k] === null && s.index.set(scene.regions[k]!.index));
       return;
     }
+    this.takeRegions(scene);
     this.takeMedia(scene);
     const options = scene.views.map((v, k) => el("option", { value: String(k) }, `${v.name} (${v.split})`));
     this.photos.replaceChildren(el("option", { value: "" }, "free camera"), ...options);
@@ -276,18 +312,23 @@ export class Panel {
     state.index = scene.regions.map((_, k) => state.index[k] ?? null);
     state.absorption = scene.regions.map((_, k) => state.absorption[k] ?? null);
     const set = (n: number | null) => {
-      state.index = scene.regions.map(() => n);
-      if (n === null) state.absorption = scene.regions.map(() => null);
       this.sliders.forEach((s, k) => {
+        if (this.chosen.glass !== null && this.chosen.glass !== k) return;
+        state.index[k] = n;
         s.index.set(n ?? scene.regions[k]!.index);
-        if (n === null) s.absorption.set(scene.regions[k]!.absorption.every((a) => a === 0) ? 0 : 1);
+        if (n !== null) return;
+        state.absorption[k] = null;
+        s.absorption.set(scene.regions[k]!.absorption.every((a) => a === 0) ? 0 : 1);
       });
       actions.changed(false);
     };
+    const all: [string, string, string][] = [["NaN", "all", "Every region"]];
+    const target = this.regionChoice("Glass of region", scene, all, (k) => (this.chosen.glass = Number.isNaN(k) ? null : k));
     const materials = MATERIALS.map(([name, n]) => button(name, `n = ${n}`, () => set(n)));
     const learned = button("learned", "As the run has found it", () => set(null));
     const parts = this.sliders.flatMap((s) => [s.index.element, s.absorption.element]);
-    this.media.replaceChildren(this.media.firstElementChild!, ...parts, el("div", { class: "row" }, ...materials, learned));
+    const row = el("div", { class: "row" }, ...materials, learned);
+    this.media.replaceChildren(this.media.firstElementChild!, ...parts, ...target, row);
   }
 
   showRay(scene: Scene): void {
@@ -313,6 +354,7 @@ export class Panel {
     ];
     if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
     this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
+    this.training.shows(header.step);
     const scaleBar = document.querySelector<HTMLElement>("#scale")!;
     scaleBar.hidden = !header.range;
     if (!header.range) return;
@@ -330,6 +372,12 @@ export class Panel {
     this.received.push({ time: now, bytes });
     this.received = this.received.filter((r) => r.time > now - 1000);
     return this.received.reduce((sum, r) => sum + r.bytes, 0) / 1000;
+  }
+
+  /** Without the program, everything is off that needs its answer. */
+  setLive(isLive: boolean): void {
+    for (const control of this.root.querySelectorAll<HTMLButtonElement>("button, select, input"))
+      control.disabled = !isLive && !control.dataset.alone;
   }
 
   say(text: string): void {

@@ -79,6 +79,8 @@ export interface Training {
   kind: string;
   text?: string;
   step?: number;
+  /** Steps in all; absent or null where the time counts. */
+  steps?: number | null;
   progress?: number;
   seconds?: number;
   train_psnr?: number;
@@ -92,6 +94,7 @@ export type Tell =
   | { tell: "ray"; id: number; ray: BentRay }
   | { tell: "surface"; region: number; pieces: number[][] }
   | ({ tell: "training" } & Training)
+  | { tell: "ended"; why: string }
   | { tell: "refused"; why: string };
 
 export type Header =

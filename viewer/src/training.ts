@@ -8,19 +8,31 @@ const MOST_EVENTS = 200;
 
 export class TrainingPanel {
   readonly element: HTMLElement;
-  private readonly state = el("p", { class: "hint" }, "");
-  private readonly canvas = el("canvas", { width: String(SIZE[0]), height: String(SIZE[1]), role: "img", "aria-label": "PSNR of training rays over steps" });
+  private readonly state = el("p", { class: "hint" });
+  /** What is done beside steps, or instead. */
+  private readonly task = el("p", { class: "hint" });
+  private readonly shown = el("p", { class: "hint" });
+  private readonly canvas = el("canvas", {
+    width: String(SIZE[0]),
+    height: String(SIZE[1]),
+    role: "img",
+    "aria-label": "PSNR of training rays over steps",
+  });
   private readonly events = el("ol", { class: "events" });
   private readonly pause: HTMLButtonElement;
+  private readonly wishes: HTMLElement;
   private records: { step: number; psnr: number; val: number | undefined }[] = [];
   private paused = false;
 
   constructor(ask: (wish: { ask: "pause"; paused: boolean } | { ask: "stop" }) => void) {
-    this.pause = button("Pause", "Training waits; the viewer has the whole machine", () => ask({ ask: "pause", paused: !this.paused }));
+    this.pause = button("Pause", "Training waits; the viewer has the whole machine", () =>
+      ask({ ask: "pause", paused: !this.paused }),
+    );
     const stop = button("Save and stop", "Ends the training; --resume goes on later", () => {
       if (confirm("Save the run and end its training?")) ask({ ask: "stop" });
     });
-    this.element = section("Training", this.state, this.canvas, el("div", { class: "row" }, this.pause, stop), this.events);
+    this.wishes = el("div", { class: "row" }, this.pause, stop);
+    this.element = section("Training", this.state, this.task, this.shown, this.canvas, this.wishes, this.events);
     this.element.hidden = true;
   }
 
@@ -28,13 +40,27 @@ export class TrainingPanel {
   clear(): void {
     this.records = [];
     this.events.replaceChildren();
+    this.wishes.hidden = false;
+  }
+
+  /** Nothing is left to wish: the training has ended, which is said here, or nobody answers any more. */
+  end(why: string): void {
+    this.wishes.hidden = true;
+    this.task.textContent = why;
+  }
+
+  /** The picture is of this step. */
+  shows(step: number): void {
+    this.shown.textContent = `The picture is of step ${step}.`;
   }
 
   tell(told: Training): void {
     this.element.hidden = false;
     if (told.kind === "record" && told.step !== undefined && told.train_psnr !== undefined) {
       this.records.push({ step: told.step, psnr: told.train_psnr, val: told.val_psnr });
-      this.state.textContent = `${told.phase}, step ${told.step}, ${Math.round(100 * (told.progress ?? 0))} % done, ${told.train_psnr.toFixed(2)} dB`;
+      const step = told.steps ? `step ${told.step} of ${told.steps}` : `step ${told.step}`;
+      const share = Math.round(100 * (told.progress ?? 0));
+      this.state.textContent = `${told.phase}, ${step}, ${share} % done, ${told.train_psnr.toFixed(2)} dB`;
       this.draw();
     }
     if (told.kind === "event" && told.text) {
@@ -44,7 +70,7 @@ export class TrainingPanel {
     if (told.kind === "state") {
       this.paused = told.paused ?? false;
       this.pause.textContent = this.paused ? "Go on" : "Pause";
-      if (told.text) this.state.textContent = told.text;
+      this.task.textContent = told.text ?? "";
     }
   }
 

@@ -37,10 +37,13 @@ function slowLink() {
   return new Promise((resolve) => server.listen(0, "127.0.0.1", () => resolve(server)));
 }
 
+/** What a browser gets for the address, and sends from then on. */
+const cookie = (await fetch(address, { redirect: "manual" })).headers.get("set-cookie").split(";")[0];
+
 class Page {
   static async open(port) {
     const page = new Page();
-    page.socket = new WebSocket(`ws://127.0.0.1:${port}${url.pathname}socket`, { headers: { Host: url.host }, origin: url.origin });
+    page.socket = new WebSocket(`ws://127.0.0.1:${port}/socket`, { headers: { Host: url.host, Cookie: cookie }, origin: url.origin });
     page.waiting = [];
     page.socket.on("message", (data, isBinary) => {
       if (isBinary) {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use refraxel::viewer::{Painter, Scene, Server};
+use refraxel::viewer::{Orders, Painter, Scene, Server};
 use refraxel_core::{Camera, Ray, Vec3, vec3};
 use refraxel_data::Dataset;
 use refraxel_train::cancel::Cancel;
@@ -41,16 +41,21 @@ fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
 
 /// A server of the run in this process; its address.
 fn serve() -> String {
-    let (_, run, data) = glass_run();
+    serve_run(Run::load(&glass_run().1).unwrap()).0
+}
+
+/// A server of a run on the glass ball in this process: its address, and its painter's orders.
+fn serve_run(run: Run) -> (String, Orders) {
+    let (_, folder, data) = glass_run();
     let data = Dataset::open(data, &Default::default()).unwrap();
-    let scene = Scene::new("ball".to_owned(), Run::load(run).unwrap(), Some(&data));
+    let scene = Scene::new("ball".to_owned(), run, Some(&data));
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
-    let server = Server::bind(0).unwrap().with_evidence(run.join("evidence.png"));
+    let server = Server::bind(0).unwrap().with_evidence(folder.join("evidence.png"));
     let url = server.url();
-    server.start(orders, photographs, None);
+    server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
-    url
+    (url, orders)
 }
 
 /// A page without a browser.
@@ -75,7 +80,12 @@ impl Page {
     }
 
     fn knock(url: &str, origin: Option<&str>) -> Result<Self, String> {
-        let mut request = format!("{}socket", url.replace("http", "ws")).into_client_request().unwrap();
+        Self::knock_with(url, &cookie(url), origin)
+    }
+
+    fn knock_with(url: &str, cookie: &str, origin: Option<&str>) -> Result<Self, String> {
+        let mut request = format!("ws://{}/socket", host(url)).into_client_request().unwrap();
+        request.headers_mut().insert("Cookie", cookie.parse().unwrap());
         if let Some(origin) = origin {
             request.headers_mut().insert("Origin", origin.parse().unwrap());
         }
@@ -130,6 +140,26 @@ impl Page {
         }
     }
 
+    /// All that arrives until the program ends the connection: what is told, and the headers of pictures.
+    fn rest(mut self) -> (Vec<Value>, Vec<Value>) {
+        let (mut told, mut headers) = (Vec::new(), Vec::new());
+        while let Ok(message) = self.0.read() {
+            match message {
+                Message::Text(text) => told.push(serde_json::from_str(&text).unwrap()),
+                Message::Binary(bytes) => {
+                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+                    // The program may have ended meanwhile.
+                    let got = json!({ "ask": "got", "frame": header["frame"] });
+                    let _ = self.0.send(Message::text(got.to_string()));
+                    headers.push(header);
+                }
+                _ => {}
+            }
+        }
+        (told, headers)
+    }
+
     /// The best picture of a look.
     fn best(&mut self, look: Value) -> Picture {
         let id = look["id"].clone();
@@ -174,47 +204,127 @@ fn request(url: &str, lines: &[&str]) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
+fn token(url: &str) -> &str {
+    url.split('/').nth(3).unwrap()
+}
+
+/// What a browser gets for the address, and sends from then on.
+fn cookie(url: &str) -> String {
+    let path = format!("GET /{}/ HTTP/1.1", token(url));
+    let answer = request(url, &[&path, &format!("Host: {}", host(url))]);
+    let set = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: "));
+    set.unwrap_or_else(|| panic!("{answer}")).split(';').next().unwrap().to_owned()
+}
+
 #[test]
 fn only_the_page_with_the_token_is_let_in() {
     let url = serve();
-    let token = url.split('/').nth(3).unwrap().to_owned();
+    let (token, cookie) = (token(&url), cookie(&url));
     assert_eq!(token.len(), 32);
     let own = format!("Host: {}", host(&url));
-    let get =
-        |path: &str, more: &[&str]| request(&url, &[&[&format!("GET {path} HTTP/1.1")[..]], more].concat());
-    let page = get(&format!("/{token}/"), &[&own]);
+    let known = format!("Cookie: {cookie}");
+    let get = |path: &str, more: &[&str]| {
+        let first = format!("GET {path} HTTP/1.1");
+        request(&url, &[&[&first[..]], more].concat())
+    };
+    let page = get("/", &[&own, &known]);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("default-src 'none'"), "{page}");
+    assert!(page.contains(&format!("connect-src 'self' ws://{};", host(&url))), "{page}");
     for file in ["page.js", "page.css"] {
         assert!(page.contains(&format!("\"./{file}\"")), "the page names {file}");
-        assert!(get(&format!("/{token}/{file}"), &[&own]).starts_with("HTTP/1.1 200"), "{file}");
+        assert!(get(&format!("/{file}"), &[&own, &known]).starts_with("HTTP/1.1 200"), "{file}");
+        assert!(get(&format!("/{file}"), &[&own]).starts_with("HTTP/1.1 404"), "{file}");
     }
     // The picture that convinced is there once the run has one; no other file of its folder is.
-    let evidence = || get(&format!("/{token}/evidence.png"), &[&own]);
+    let evidence = || get("/evidence.png", &[&own, &known]);
     let there = glass_run().1.join("evidence.png");
     assert!(evidence().starts_with("HTTP/1.1 404"));
     std::fs::write(&there, "as drawn").unwrap();
     let shown = evidence();
     std::fs::remove_file(there).unwrap();
     assert!(shown.starts_with("HTTP/1.1 200") && shown.contains("image/png") && shown.ends_with("as drawn"));
-    assert!(get(&format!("/{token}/checkpoint.safetensors"), &[&own]).starts_with("HTTP/1.1 404"));
+    assert!(get("/checkpoint.safetensors", &[&own, &known]).starts_with("HTTP/1.1 404"));
     let wrong = token.replace(|c: char| c.is_ascii_digit(), "a");
+    let forged = format!("Cookie: {}", cookie.replace(token, &wrong));
     for path in
-        ["/", &format!("/{wrong}x/"), &format!("/{token}/../../etc/passwd"), &format!("/{token}/socket")]
+        ["/", &format!("/{wrong}x/"), &format!("/{token}/../../etc/passwd"), &format!("/{token}/page.js")]
     {
-        assert!(get(path, &[&own]).starts_with("HTTP/1.1 404"), "{path}");
+        for cookie in ["X: none", &forged] {
+            let refused = get(path, &[&own, cookie]);
+            assert!(
+                refused.starts_with("HTTP/1.1 404") && refused.contains("that `refraxel` has printed"),
+                "{path}"
+            );
+        }
     }
-    assert!(get(&format!("/{token}/"), &["Host: evil.example"]).starts_with("HTTP/1.1 403"));
-    assert!(get(&format!("/{token}/"), &[&own, "Origin: http://evil.example"]).starts_with("HTTP/1.1 403"));
-    for (address, origin) in [
-        (url.clone(), Some("http://evil.example".to_owned())),
-        (url.clone(), None),
-        (url.replace(&token, &wrong), Some(format!("http://{}", host(&url)))),
+    for (header, word) in [("Host: evil.example", "evil.example"), ("Host: evil.example:80", "ssh -L")] {
+        let refused = get(&format!("/{token}/"), &[header]);
+        assert!(refused.starts_with("HTTP/1.1 403") && refused.contains(word), "{refused}");
+        assert!(!refused.contains("Set-Cookie"), "{refused}");
+    }
+    let foreign = get("/", &[&own, &known, "Origin: http://evil.example"]);
+    assert!(foreign.starts_with("HTTP/1.1 403") && foreign.contains("another one"), "{foreign}");
+    for (cookie, origin) in [
+        (cookie.clone(), Some("http://evil.example".to_owned())),
+        (cookie.clone(), None),
+        (cookie.replace(token, &wrong), Some(format!("http://{}", host(&url)))),
     ] {
-        assert!(Page::knock(&address, origin.as_deref()).is_err(), "{address} {origin:?}");
+        assert!(Page::knock_with(&url, &cookie, origin.as_deref()).is_err(), "{cookie} {origin:?}");
     }
     // Another interface is not listened on.
     let port = host(&url).split(':').nth(1).unwrap().to_owned();
     assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
+}
+
+#[test]
+fn the_token_becomes_a_cookie_of_the_port_that_the_browser_sees() {
+    let url = serve();
+    let path = format!("GET /{}/ HTTP/1.1", token(&url));
+    for (name, port) in
+        [("127.0.0.1:9", "9"), ("localhost:8080", "8080"), ("localhost", "80"), ("[::1]:1", "1")]
+    {
+        let answer = request(&url, &[&path, &format!("Host: {name}")]);
+        assert!(answer.starts_with("HTTP/1.1 303") && answer.contains("\r\nLocation: /\r\n"), "{answer}");
+        let expected = format!("refraxel-{port}={}; HttpOnly; SameSite=Strict; Path=/\r\n", token(&url));
+        assert!(answer.contains(&expected), "{answer}");
+        let cookie = format!("Cookie: refraxel-{port}={}", token(&url));
+        let page = request(&url, &["GET / HTTP/1.1", &format!("Host: {name}"), &cookie]);
+        assert!(page.starts_with("HTTP/1.1 200") && page.contains(&format!("ws://{name};")), "{page}");
+    }
+    // Of two viewers on one host, each has its own.
+    let other = serve();
+    let both = format!("Cookie: {}; {}", cookie(&url), cookie(&other));
+    for url in [url, other] {
+        let page = request(&url, &["GET / HTTP/1.1", &format!("Host: {}", host(&url)), &both]);
+        assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    }
+}
+
+#[test]
+fn who_asks_for_a_socket_learns_what_is_missing() {
+    let url = serve();
+    let (own, known) = (format!("Host: {}", host(&url)), format!("Cookie: {}", cookie(&url)));
+    let origin = format!("Origin: http://{}", host(&url));
+    let ask =
+        |more: &[&str]| request(&url, &[&["GET /socket HTTP/1.1", &own, &known, &origin], more].concat());
+    let key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    for (headers, status, word) in [
+        (vec![], "426", "version 13"),
+        (
+            vec!["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 8", key],
+            "426",
+            "version 13",
+        ),
+        (
+            vec!["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13"],
+            "400",
+            "Sec-WebSocket-Key",
+        ),
+        (vec!["Upgrade: websocket", "Sec-WebSocket-Version: 13", key], "400", "Connection: Upgrade"),
+    ] {
+        let refused = ask(&headers);
+        assert!(refused.starts_with(&format!("HTTP/1.1 {status}")) && refused.contains(word), "{refused}");
+    }
 }
 
 #[test]
@@ -242,6 +352,77 @@ fn pictures_get_better_until_they_are_what_render_gives() {
     // JPEG of quality 92, and four rays instead of one where nothing turns.
     let off = difference(&last.pixels, &expected);
     assert!(off < 4.0, "{off}");
+}
+
+#[test]
+fn a_picture_is_of_one_state_of_the_training_and_says_of_which() {
+    const SIZE: [u32; 2] = [240, 240];
+    let (folder, bent, data) = glass_run();
+    let straight = folder.path().join("straight");
+    train(data, &straight, &["--refraction", "off"]).done();
+    let state = |folder: &Path, step: u64| {
+        let mut run = Run::load(folder).unwrap();
+        run.state.step = step;
+        run
+    };
+    let states = || [state(bent, 1), state(&straight, 2)];
+    // Pictures whose pixels all have a ray are the same whenever they are painted.
+    let whole = |picture: &Picture| picture.header["rays"] != 0;
+    let key = |picture: &Picture| (picture.header["step"].as_u64(), picture.header["rays"].as_u64());
+    let mut known = Vec::new();
+    for run in states() {
+        let (mut page, _) = Page::open(&serve_run(run).0);
+        page.ask(look(1, SIZE, json!({})));
+        loop {
+            let picture = page.picture();
+            let is_last = picture.header["last"] == true;
+            known.extend(Some(picture).filter(whole));
+            if is_last {
+                break;
+            }
+        }
+    }
+    assert_eq!(known.iter().map(key).map(|(step, _)| step).collect::<Vec<_>>(), [1, 1, 2, 2].map(Some));
+    assert!(difference(&known[1].pixels, &known[3].pixels) > 1.0, "the states look alike");
+    let [first, _] = states();
+    let (url, orders) = serve_run(first);
+    let (mut page, _) = Page::open(&url);
+    page.ask(look(1, SIZE, json!({})));
+    let mut seen = Vec::new();
+    for k in 0..6 {
+        seen.push(page.picture());
+        let [a, b] = states();
+        orders.renew(if k % 2 == 0 { b } else { a });
+    }
+    orders.renew(state(&straight, 2));
+    while seen.last().is_none_or(|p: &Picture| p.header["last"] != true || p.header["step"] != 2) {
+        seen.push(page.picture());
+    }
+    let mut compared = 0;
+    for picture in seen.iter().filter(|picture| whole(picture)) {
+        let same = known.iter().find(|known| key(known) == key(picture)).unwrap();
+        assert_eq!(picture.pixels, same.pixels, "{}", picture.header);
+        compared += 1;
+    }
+    assert!(compared >= 3, "{compared} pictures of {}", seen.len());
+}
+
+#[test]
+fn a_state_waits_for_no_page_that_takes_no_pictures() {
+    let (url, orders) = serve_run(Run::load(&glass_run().1).unwrap());
+    let (mut deaf, _) = Page::open(&url);
+    // It says of no picture that it has received it, and gets three.
+    deaf.ask(look(1, [2000, 2000], json!({})));
+    for _ in 0..3 {
+        while !deaf.0.read().unwrap().is_binary() {}
+    }
+    let mut run = Run::load(&glass_run().1).unwrap();
+    run.state.step += 1;
+    let step = run.state.step;
+    orders.renew(run).recv_timeout(PATIENCE).unwrap();
+    let (mut page, scene) = Page::open(&url);
+    assert_eq!(scene["step"], step);
+    assert_eq!(page.best(look(1, [32, 32], json!({}))).header["step"], step);
 }
 
 #[test]
@@ -355,7 +536,7 @@ fn lines_on_the_glass_lie_in_its_box_and_clear_glass_becomes_grey() {
     let sum = |p: &image::RgbImage| p.iter().map(|x| u64::from(*x)).sum::<u64>();
     assert!(sum(&grey) < sum(&clear), "{} {}", sum(&grey), sum(&clear));
     page.ask(json!({ "ask": "surface", "region": 7 }));
-    assert!(page.told_or_refused().contains("refractive region 7: the scene has 1"));
+    assert!(page.told_or_refused().contains("refractive region 8: the scene has 1"));
 }
 
 #[test]
@@ -388,15 +569,15 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
     let before = page.best(look(1, [32, 32], json!({}))).pixels;
     for (question, word) in [
         (json!({ "ask": "file", "path": "/etc/passwd" }), "not understood"),
-        (json!({ "ask": "photo", "view": 99 }), "photograph 99"),
-        (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 3"),
+        (json!({ "ask": "photo", "view": 8 }), "photograph 9: the scene has 8"),
+        (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 4: the scene has 1"),
         (json!({ "ask": "slice", "region": 0, "axis": 9, "at": 0.5 }), "axis 9"),
         (json!({ "ask": "stop" }), "nothing is trained"),
         (json!({ "ask": "follow", "id": 1, "origin": [0, 0, 0], "direction": [0, 0, 0] }), "direction"),
         (json!({ "ask": "ray", "id": 1, "u": 2.0, "v": 0.5 }), "no ray"),
         (look(2, [32, 32], json!({ "edits": { "index": [99.0] } })), "edits.index[0]"),
-        (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 1"),
-        (look(4, [32, 32], json!({ "photo": 77 })), "photograph 77"),
+        (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 2: the scene has 1"),
+        (look(4, [32, 32], json!({ "photo": 77 })), "photograph 78"),
         (look(5, [32, 3], json!({})), "camera.size"),
     ] {
         page.ask(question.clone());
@@ -445,7 +626,27 @@ fn view_prints_its_address_and_ends_when_interrupted() {
     let port = host(&url).split(':').nth(1).unwrap();
     refraxel(&["view", path(run), "--port", port]).refused(4, &["cannot listen", port]);
     program.interrupt();
+    let (told, _) = page.rest();
+    let why = told.last().unwrap();
+    assert_eq!(why["tell"], "ended");
+    assert!(why["why"].as_str().unwrap().contains("was ended in its terminal"), "{why}");
     assert_eq!(program.0.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn pages_learn_that_the_painter_has_failed() {
+    let (folder, bent, data) = glass_run();
+    let straight = folder.path().join("other");
+    train(data, &straight, &["--refraction", "off"]).done();
+    let (url, orders) = serve_run(Run::load(bent).unwrap());
+    let (page, _) = Page::open(&url);
+    // A state whose optimiser is that of another model is refused by a panic.
+    let Run { optimiser, .. } = Run::load(&straight).unwrap();
+    orders.renew(Run { optimiser, ..Run::load(bent).unwrap() });
+    let late = |told: &[Value]| told.last().unwrap()["why"].as_str().unwrap().contains("has a bug");
+    assert!(late(&page.rest().0));
+    let page = Page::knock(&url, Some(&format!("http://{}", host(&url)))).unwrap();
+    assert!(late(&page.rest().0));
 }
 
 #[test]
@@ -462,6 +663,64 @@ fn of_many_slices_the_last_is_shown_and_pictures_go_on() {
         slices += 1;
     }
     assert!(slices < 100, "{slices} slices are computed of which nobody wants but the last");
+}
+
+#[test]
+fn a_page_that_asks_without_end_makes_no_other_wait() {
+    let url = serve();
+    let (mut page, _) = Page::open(&url);
+    let (mut busy, _) = Page::open(&url);
+    for question in [
+        json!({ "ask": "slice", "region": 0, "axis": 2, "at": 0.5 }),
+        json!({ "ask": "surface", "region": 0 }),
+        json!({ "ask": "photo", "view": 0 }),
+        look(1, [640, 640], json!({})),
+        json!({ "ask": "ray", "id": 1, "u": 0.5, "v": 0.5 }),
+    ] {
+        for _ in 0..2000 {
+            busy.ask(question.clone());
+        }
+    }
+    busy.ask(json!({ "ask": "slice", "region": 9, "axis": 2, "at": 0.5 }));
+    // The picture of the other one comes while those questions are worked at, or after the few that are.
+    page.best(look(1, [32, 32], json!({})));
+    let mut answers = 0;
+    while !busy.0.read().unwrap().to_text().is_ok_and(|text| text.contains("refused")) {
+        answers += 1;
+        assert!(answers < 2000, "{answers} questions are answered of which nobody wants but the last");
+    }
+}
+
+#[test]
+fn silent_connections_keep_nobody_out() {
+    let url = serve();
+    let silent: Vec<TcpStream> = (0..500).map(|_| TcpStream::connect(host(&url)).unwrap()).collect();
+    let (mut page, _) = Page::open(&url);
+    page.best(look(1, [32, 32], json!({})));
+    // The oldest have made room for newer ones.
+    let mut oldest = &silent[0];
+    oldest.set_read_timeout(Some(PATIENCE)).unwrap();
+    assert!(matches!(oldest.read(&mut [0; 1]), Ok(0) | Err(_)));
+}
+
+#[test]
+fn sixteen_pages_are_open_at_once_and_the_next_one_learns_why_it_is_not() {
+    let url = serve();
+    let mut pages: Vec<Page> = (0..16).map(|_| Page::open(&url).0).collect();
+    for (k, page) in pages.iter_mut().enumerate() {
+        page.ask(look(k as u64, [24, 24], json!({})));
+    }
+    for (k, page) in pages.iter_mut().enumerate() {
+        while page.picture().header["last"] != true {}
+        assert_eq!(page.best(look(100 + k as u64, [16, 16], json!({}))).header["id"], 100 + k);
+    }
+    let refused = Page::knock(&url, Some(&format!("http://{}", host(&url)))).err().unwrap();
+    assert!(refused.contains("503"), "{refused}");
+    pages.pop();
+    // Its place is free once the server has noticed.
+    while Page::knock(&url, Some(&format!("http://{}", host(&url)))).is_err() {
+        thread::sleep(Duration::from_millis(20));
+    }
 }
 
 #[test]
@@ -521,6 +780,35 @@ fn a_training_is_seen_and_stopped_from_its_page() {
     assert_eq!(program.0.wait().unwrap().code(), Some(130));
     assert!(rest.join().unwrap().contains("saved; the same command with --resume"));
     assert!(Run::load(&run).unwrap().state.step > 0);
+}
+
+#[test]
+fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, run) = (ball(folder.path()), folder.path().join("finished"));
+    let options = ["--refraction", "off", "--view", "--set", "run.steps=300", "--set", "grid.resolution=16"];
+    let words = [&["train", path(&data), "--out", path(&run)], &options[..]].concat();
+    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
+    let mut errors = BufReader::new(program.0.stderr.take().unwrap());
+    let (mut page, _) = Page::open(&address(&mut errors));
+    let rest = thread::spawn(move || drop(errors.lines().map_while(Result::ok).collect::<Vec<_>>()));
+    page.ask(look(1, [64, 64], json!({})));
+    let (told, headers) = page.rest();
+    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    rest.join().unwrap();
+    let last = headers.last().unwrap();
+    assert_eq!((&last["step"], &last["last"], &last["rays"]), (&json!(300), &json!(true), &json!(4)));
+    let ended = told.iter().find(|told| told["tell"] == "ended").expect("a reason");
+    let why = ended["why"].as_str().unwrap();
+    assert!(why.contains("finished after 300 steps") && why.contains(path(&run)), "{why}");
+    // Steps are counted in steps.
+    let records: Vec<&Value> = told.iter().filter(|told| told["kind"] == "record").collect();
+    let last = records.last().unwrap();
+    assert_eq!((&last["step"], &last["steps"]), (&json!(300), &json!(300)));
+    assert!(
+        told.iter().all(|told| !told["text"].as_str().unwrap_or_default().contains("training ")),
+        "{told:?}"
+    );
 }
 
 #[test]

@@ -13,7 +13,8 @@ use super::renderer::RendererArgs;
   refraxel view run --port 8080 --threads 1
 
 Prints an address; open it in a browser on this machine. It is known to nobody else, changes with every start, and is served
-on loopback only. From another machine, forward the port: `ssh -L 8080:127.0.0.1:8080 HOST`, with --port 8080.
+on loopback only. From another machine, forward the port to any: `ssh -L 9000:127.0.0.1:8080 HOST`, with --port 8080, and
+open the address with 9000 in place of 8080.
 Ctrl-C ends the viewer. The run itself is not changed.")]
 pub struct ViewArgs {
     /// The run's folder

@@ -14,10 +14,12 @@ use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How often the program looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(100);
+/// Longest time that it waits for pages to learn why.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// The verb.
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {
@@ -38,7 +40,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
     let url = server.url();
-    server.start(orders, photographs, None);
+    server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
     let text =
         format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", args.run.display());
@@ -46,6 +48,12 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     while !interrupted() {
         thread::sleep(LOOK);
     }
+    let until = Instant::now() + LAST_WORDS;
+    orders.end(format!(
+        "The viewer was ended in its terminal. `refraxel view {}` starts it again and prints another address.",
+        args.run.display()
+    ));
+    orders.settle(|| orders.has_pages() && Instant::now() < until);
     Ok(())
 }
 

@@ -6,7 +6,9 @@ use super::outgoing::{Out, Outgoing};
 use super::photographs::encode;
 use super::picture::{Painted, Picture};
 use super::protocol::{Ask, Header, Look, Tell, message};
+use super::questions::{Mailbox, Questions};
 use super::scene::Scene;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Pictures on the way to a page; a page behind a slow link gets the next one when it has received an earlier one. Three of 15 kB
@@ -26,8 +28,8 @@ pub struct Client {
     /// A look that waits for the first pass of the one before.
     next: Option<Look>,
     picture: Option<Picture>,
-    /// The scene is another since the picture was begun: it is painted anew once it is finished.
-    is_stale: bool,
+    /// The picture was begun before the state of the training that is shown next; that one waits for it.
+    is_awaited: bool,
     /// The page shows a whole picture of the look that waits: coarse ones would be worse.
     is_shown: bool,
     /// Rays per second of the passes of late.
@@ -39,19 +41,20 @@ pub struct Client {
     received: u64,
     /// When it was painted last.
     served: u64,
-    /// What it asks for beside pictures: of each kind the latest.
-    questions: Vec<Ask>,
+    mailbox: Arc<Mailbox>,
+    /// What it asks for beside pictures.
+    questions: Questions,
 }
 
 impl Client {
-    /// A page that gets its messages here.
-    pub fn new(out: Out) -> Self {
+    /// A page that gets its messages here, and puts its questions there.
+    pub fn new(out: Out, mailbox: Arc<Mailbox>) -> Self {
         Self {
             out,
             look: None,
             next: None,
             picture: None,
-            is_stale: false,
+            is_awaited: false,
             is_shown: false,
             speed: FIRST_SPEED,
             pass: (0, Duration::ZERO),
@@ -59,14 +62,19 @@ impl Client {
             sent: 0,
             received: 0,
             served: 0,
-            questions: Vec::new(),
+            mailbox,
+            questions: Questions::default(),
         }
+    }
+
+    /// The way to the page.
+    pub fn out(&self) -> Out {
+        self.out.clone()
     }
 
     /// Tells the page something. Nobody may be there any more.
     pub fn tell(&self, tell: &Tell) {
-        let text = serde_json::to_string(tell).unwrap_or_default(); // names and numbers: cannot fail
-        self.out.send(Outgoing::Text(text));
+        self.out.send(Outgoing::tell(tell));
     }
 
     /// Sends the page a picture.
@@ -79,15 +87,20 @@ impl Client {
         self.tell(&Tell::Refused { why: why.to_string() });
     }
 
-    /// The page asks for something that takes as long as a piece of a picture. Who drags a slider wants the last place alone.
-    pub fn ask(&mut self, ask: Ask) {
-        self.questions.retain(|earlier| !earlier.is_replaced_by(&ask));
-        self.questions.push(ask);
+    /// Takes what the page asks for out of its mailbox.
+    pub fn empty_mailbox(&mut self) {
+        for ask in self.mailbox.empty() {
+            match ask {
+                Ask::Look(look) => self.look_at(look),
+                Ask::Got { frame } => self.has_received(frame),
+                ask => self.questions.put(ask),
+            }
+        }
     }
 
-    /// The question that waits longest.
+    /// The question that waits longest; it takes as long as a piece of a picture.
     pub fn question(&mut self, now: u64) -> Option<Ask> {
-        let question = (!self.questions.is_empty()).then(|| self.questions.remove(0))?;
+        let question = self.questions.take_first()?;
         self.served = now;
         Some(question)
     }
@@ -98,25 +111,43 @@ impl Client {
     }
 
     /// The page looks elsewhere. The coarse picture of a moving camera is finished before, else it would never be seen.
-    pub fn look_at(&mut self, look: Look) {
+    fn look_at(&mut self, look: Look) {
         self.next = Some(look);
-        (self.is_stale, self.is_shown) = (false, false);
+        (self.is_awaited, self.is_shown) = (false, false);
     }
 
     /// The page has received its pictures up to this one.
-    pub fn has_received(&mut self, frame: u64) {
+    fn has_received(&mut self, frame: u64) {
         self.received = self.received.max(frame.min(self.sent));
     }
 
-    /// The picture is to be painted anew, for the scene is another: at once where it is finished, else afterwards. A training
-    /// that goes on would never let it be finished otherwise.
+    /// Another state of the scene arrives: it waits for the picture that is being painted. A training that goes on would never
+    /// let a picture be whole otherwise.
+    pub fn is_overtaken(&mut self) {
+        self.is_awaited = true;
+    }
+
+    /// Whether another state of the scene has to wait for the picture. It does not wait for more than one ray per pixel, nor for a
+    /// page that does not take what is painted.
+    pub fn holds_scene(&self) -> bool {
+        let is_begun = self.picture.as_ref().is_some_and(|picture| !picture.is_whole());
+        self.is_awaited && is_begun && self.urgency().is_some()
+    }
+
+    /// The scene is another, and the picture is painted anew: no picture mixes two states.
     pub fn start_again(&mut self) {
-        if self.picture.as_ref().is_some_and(|p| !p.is_finished()) {
-            self.is_stale = true;
-        } else if self.next.is_none() {
+        let picture = self.picture.take();
+        self.is_awaited = false;
+        if self.next.is_none() {
             let rests = self.look.as_ref().is_some_and(|look| !look.moving);
-            (self.next, self.is_shown) = (self.look.clone(), rests && self.picture.is_some());
+            self.is_shown = rests && (self.is_shown || picture.is_some_and(|picture| picture.is_whole()));
+            self.next.clone_from(&self.look);
         }
+    }
+
+    /// When it was painted last.
+    pub fn served(&self) -> u64 {
+        self.served
     }
 
     /// The order in which pages are painted, the smallest first; `None` where nothing is to be done.
@@ -159,12 +190,8 @@ impl Client {
             let (rays, time) = std::mem::take(&mut self.pass);
             self.speed += NEW * (rays as f64 / time.as_secs_f64().max(1e-6) - self.speed);
         }
-        let is_over = picture.is_finished();
         if let Some(painted) = painted {
             self.show(&painted, scene.step());
-        }
-        if is_over && std::mem::take(&mut self.is_stale) {
-            self.start_again();
         }
     }
 

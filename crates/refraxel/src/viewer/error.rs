@@ -7,17 +7,17 @@ pub enum SceneError {
     #[error("{0}")]
     Look(String),
     /// There is no such photograph.
-    #[error("photograph {found}: the scene has {count}")]
+    #[error("photograph {}: the scene has {count}", .found + 1)]
     Photo {
-        /// The number that was asked for.
+        /// The number that was asked for, from 0; people are told it from 1.
         found: usize,
         /// How many there are.
         count: usize,
     },
     /// There is no such region.
-    #[error("refractive region {found}: the scene has {count}")]
+    #[error("refractive region {}: the scene has {count}", .found + 1)]
     Region {
-        /// The number that was asked for.
+        /// The number that was asked for, from 0; people are told it from 1.
         found: usize,
         /// How many there are.
         count: usize,

@@ -1,13 +1,20 @@
 //! What the painter can be asked for, from any thread.
 
 use super::outgoing::Out;
-use super::protocol::Ask;
+use super::questions::Mailbox;
 use refraxel_train::run::Run;
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::Duration;
+
+/// What pages are told where the painter is gone.
+pub(super) const FAILED: &str =
+    "The program has a bug and shows nothing any more; its terminal says which. Start it again.";
+/// How often somebody who waits for pages looks whether they have what they shall get.
+const LOOK: Duration = Duration::from_millis(10);
 
 /// Asks the painter for something, from any thread.
 #[derive(Clone, Debug)]
@@ -19,18 +26,22 @@ pub struct Orders {
 /// What the painter can be asked for.
 #[derive(Debug)]
 pub(super) enum Order {
-    /// A page opens.
-    Join(u64, Out),
-    /// A page asks for something that the painter answers.
-    Ask(u64, Ask),
+    /// A page opens: the way to it, and where its questions lie.
+    Join(u64, Out, Arc<Mailbox>),
+    /// A page has put questions into its mailbox, which was empty.
+    Look(u64),
     /// A page is gone.
     Leave(u64),
     /// Training has gone on; whoever sends it learns how long it took to take over.
     Renew(Box<Run>, Sender<Duration>),
     /// Something happened in the training. Pages that open later are told what is kept, and the last of what is not.
     Tell { what: Value, is_kept: bool },
+    /// Nothing changes any more, and why.
+    End(String),
     /// Share of the time that the painter may work.
     Share(f64),
+    /// Whoever sends it learns when there is nothing to paint, and gets the ways to all pages.
+    Idle(Sender<Vec<Out>>),
 }
 
 impl Orders {
@@ -39,9 +50,9 @@ impl Orders {
         Self { sender, pages }
     }
 
-    /// Gives an order; where the painter is gone, nothing happens.
-    pub(super) fn give(&self, order: Order) {
-        let _ = self.sender.send(order);
+    /// Gives an order; whether the painter is there to obey it.
+    pub(super) fn give(&self, order: Order) -> bool {
+        self.sender.send(order).is_ok()
     }
 
     /// Shows the run as it is now; how long the painter was busy with it is told when it has been.
@@ -61,9 +72,30 @@ impl Orders {
         self.give(Order::Tell { what, is_kept: false });
     }
 
+    /// Tells all pages that the program ends soon, and why, also those that open later.
+    pub fn end(&self, why: String) {
+        self.give(Order::End(why));
+    }
+
     /// Share of the time that the painter may work, in (0, 1].
     pub fn set_share(&self, share: f64) {
         self.give(Order::Share(share));
+    }
+
+    /// Waits until all pages have what there is to see, while `goes_on` says so.
+    pub fn settle(&self, goes_on: impl Fn() -> bool) {
+        let (sender, idle) = channel();
+        self.give(Order::Idle(sender));
+        let ways = loop {
+            match idle.recv_timeout(LOOK) {
+                Ok(ways) => break ways,
+                Err(RecvTimeoutError::Timeout) if goes_on() => {}
+                Err(_) => return,
+            }
+        };
+        while ways.iter().any(Out::is_waiting) && goes_on() {
+            thread::sleep(LOOK);
+        }
     }
 
     /// Whether any page is open.

@@ -1,5 +1,6 @@
 //! The way of messages to a page.
 
+use super::protocol::Tell;
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,14 +18,22 @@ pub enum Outgoing {
     Picture(Vec<u8>),
     /// The answer to a ping.
     Pong(Vec<u8>),
+    /// Nothing follows, and the connection ends.
+    End,
 }
 
 impl Outgoing {
+    /// What a page is told.
+    pub fn tell(tell: &Tell) -> Self {
+        Self::Text(serde_json::to_string(tell).unwrap_or_default()) // names and numbers: cannot fail
+    }
+
     /// Its size [byte], about.
     pub fn size(&self) -> usize {
         64 + match self {
             Self::Text(text) => text.len(),
             Self::Picture(bytes) | Self::Pong(bytes) => bytes.len(),
+            Self::End => 0,
         }
     }
 }
@@ -42,6 +51,17 @@ impl Out {
     /// The way by a channel whose other end writes to the stream; whoever does so takes off from what is `waiting`.
     pub fn new(sender: Sender<Outgoing>, waiting: Arc<AtomicUsize>, stream: TcpStream) -> Self {
         Self { sender, waiting, stream: Arc::new(stream) }
+    }
+
+    /// Whether something is still to be sent.
+    pub fn is_waiting(&self) -> bool {
+        self.waiting.load(Ordering::SeqCst) > 0
+    }
+
+    /// Says why nothing more is sent, and ends the connection.
+    pub fn end(&self, why: &str) {
+        self.send(Outgoing::tell(&Tell::Ended { why: why.to_owned() }));
+        self.send(Outgoing::End);
     }
 
     /// Sends something, if the page is there and takes what it gets.

@@ -4,22 +4,31 @@ use super::bend;
 use super::client::Client;
 use super::contours::contours;
 use super::error::SceneError;
-use super::orders::{Order, Orders};
+use super::orders::{FAILED, Order, Orders};
+use super::outgoing::{Out, Outgoing};
 use super::picture::PORTION;
 use super::protocol::{Ask, Look, Tell};
 use super::scene::Scene;
 use super::slice::slice;
 use rayon::ThreadPoolBuilder;
 use refraxel_core::{Ray, Vec3};
+use refraxel_train::run::Run;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time of the first, coarse pass of a picture: 15 frames per second with what else a frame takes.
 const FIRST_PASS: Duration = Duration::from_millis(55);
+
+/// Orders that are obeyed between two portions, at most.
+const ORDERS: usize = 64;
+/// One of so many portions goes to the page that waits longest; the others to questions and coarse pictures first.
+const FAIR: u64 = 4;
 
 /// Paints for all pages.
 pub struct Painter {
@@ -30,12 +39,21 @@ pub struct Painter {
     pages: Arc<AtomicUsize>,
     /// Share of the time that it may work.
     share: f64,
+    /// The next state of the training, shown once no picture of the present one has to be finished; whoever sent it learns how
+    /// long that took.
+    renewal: Option<(Box<Run>, Sender<Duration>)>,
+    /// Who waits until there is nothing to paint.
+    idle: Vec<Sender<Vec<Out>>>,
+    /// The surfaces of regions that pages have asked for.
+    surfaces: BTreeMap<usize, Outgoing>,
     /// Portions painted.
     painted: u64,
     /// What was told of the training, for pages that open later.
     history: Vec<Value>,
     /// The last that was told of what it does now.
     latest: Option<Value>,
+    /// Why the program ends soon.
+    ended: Option<String>,
 }
 
 impl Painter {
@@ -49,9 +67,13 @@ impl Painter {
             clients: BTreeMap::new(),
             pages: Arc::clone(&pages),
             share,
+            renewal: None,
+            idle: Vec::new(),
+            surfaces: BTreeMap::new(),
             painted: 0,
             history: Vec::new(),
             latest: None,
+            ended: None,
         };
         (painter, Orders::new(sender, pages))
     }
@@ -61,7 +83,7 @@ impl Painter {
         &self.scene
     }
 
-    /// Works until nobody can give orders any more: obeys all of them, paints a portion, rests.
+    /// Works until nobody can give orders any more: obeys those that are there, paints a portion, rests.
     ///
     /// Beside a training it has threads of its own: those of all work look at a job that comes from elsewhere when they have none
     /// left, and may begin a long one of the training while they wait for a part of a picture.
@@ -79,13 +101,43 @@ impl Painter {
             match self.next_order(rests_until) {
                 Err(RecvTimeoutError::Disconnected) => return,
                 Ok(order) => self.obey(order),
-                Err(RecvTimeoutError::Timeout) => {
-                    let start = Instant::now();
-                    self.paint();
-                    let end = Instant::now();
-                    rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
-                }
+                Err(RecvTimeoutError::Timeout) => {}
             }
+            let orders: Vec<Order> = self.orders.try_iter().take(ORDERS).collect();
+            orders.into_iter().for_each(|order| self.obey(order));
+            let start = Instant::now();
+            if start >= rests_until {
+                self.paint();
+                let end = Instant::now();
+                rests_until = end + (end - start).mul_f64(1.0 / self.share - 1.0);
+            }
+            self.renew();
+            self.tell_idle();
+        }
+    }
+
+    /// Takes the next state of the training over, unless a picture of the present one is to be finished before.
+    fn renew(&mut self) {
+        if self.clients.values().any(Client::holds_scene) {
+            return;
+        }
+        let Some((run, taken)) = self.renewal.take() else { return };
+        let start = Instant::now();
+        self.scene.renew(*run);
+        self.surfaces.clear();
+        let _ = taken.send(start.elapsed()); // nobody may want to know
+        let scene = Tell::Scene(self.scene.describe());
+        for client in self.clients.values_mut() {
+            client.tell(&scene);
+            client.start_again();
+        }
+    }
+
+    /// Tells who waits for it that all pages have been sent what there is to see.
+    fn tell_idle(&mut self) {
+        if self.clients.values().all(|c| c.urgency().is_none()) {
+            let ways = || self.clients.values().map(Client::out).collect();
+            self.idle.drain(..).for_each(|waiting| drop(waiting.send(ways())));
         }
     }
 
@@ -98,7 +150,10 @@ impl Painter {
     }
 
     fn paint(&mut self) {
-        let order = |(_, client): &(&u64, &mut Client)| client.urgency();
+        let is_fair = self.painted.is_multiple_of(FAIR);
+        let order = |(_, client): &(&u64, &mut Client)| {
+            if is_fair { Some((0, client.served())) } else { client.urgency() }
+        };
         let waiting = self.clients.iter_mut().filter(|(_, client)| client.urgency().is_some());
         let Some((&id, client)) = waiting.min_by_key(order) else { return };
         self.painted += 1;
@@ -116,35 +171,34 @@ impl Painter {
 
     fn follow(&mut self, order: Order) {
         match order {
-            Order::Join(id, out) => {
-                let client = Client::new(out);
+            Order::Join(id, out, mailbox) => {
+                let client = Client::new(out, mailbox);
                 client.tell(&Tell::Scene(self.scene.describe()));
                 self.history
                     .iter()
                     .chain(&self.latest)
                     .for_each(|what| client.tell(&Tell::Training(what.clone())));
+                self.ended.iter().for_each(|why| client.tell(&Tell::Ended { why: why.clone() }));
                 self.clients.insert(id, client);
             }
             Order::Leave(id) => drop(self.clients.remove(&id)),
-            Order::Ask(id, ask) => {
-                let Some(client) = self.clients.get_mut(&id) else { return };
-                match ask {
-                    Ask::Look(look) => client.look_at(look),
-                    Ask::Got { frame } => client.has_received(frame),
-                    ask => client.ask(ask),
+            Order::Look(id) => {
+                if let Some(client) = self.clients.get_mut(&id) {
+                    client.empty_mailbox();
                 }
             }
             Order::Share(share) => self.share = share,
+            Order::End(why) => {
+                self.clients.values().for_each(|client| client.tell(&Tell::Ended { why: why.clone() }));
+                self.ended = Some(why);
+            }
             Order::Renew(run, taken) => {
-                let start = Instant::now();
-                self.scene.renew(*run);
-                let _ = taken.send(start.elapsed()); // nobody may want to know
-                let scene = Tell::Scene(self.scene.describe());
-                for client in self.clients.values_mut() {
-                    client.tell(&scene);
-                    client.start_again();
+                // Where one waits already, this one takes its place and does not wait for longer.
+                if self.renewal.replace((run, taken)).is_none() {
+                    self.clients.values_mut().for_each(Client::is_overtaken);
                 }
             }
+            Order::Idle(waiting) => self.idle.push(waiting),
             Order::Tell { what, is_kept } => {
                 self.clients.values().for_each(|client| client.tell(&Tell::Training(what.clone())));
                 if is_kept {
@@ -176,12 +230,32 @@ impl Painter {
                     Err(why) => client.refuse(&why),
                 }
             }
-            Ask::Surface { region } => match contours(&self.scene, region) {
-                Ok(pieces) => client.tell(&Tell::Surface { region, pieces }),
-                Err(why) => client.refuse(&why),
-            },
+            Ask::Surface { region } => {
+                let known = match self.surfaces.entry(region) {
+                    Entry::Occupied(known) => Ok(known.into_mut()),
+                    Entry::Vacant(place) => contours(&self.scene, region)
+                        .map(|pieces| place.insert(Outgoing::tell(&Tell::Surface { region, pieces }))),
+                };
+                match known {
+                    Ok(surface) => client.out().send(surface.clone()),
+                    Err(why) => client.refuse(&why),
+                }
+            }
             // Others answer these, or nobody has to.
             Ask::Look(_) | Ask::Got { .. } | Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
+        }
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.clients.values().for_each(|client| client.out().end(FAILED));
+            let opened = self.orders.try_iter().filter_map(|order| match order {
+                Order::Join(_, out, _) => Some(out),
+                _ => None,
+            });
+            opened.for_each(|out| out.end(FAILED));
         }
     }
 }

@@ -63,6 +63,11 @@ impl Picture {
         self.pass >= self.passes_in_all()
     }
 
+    /// Every pixel has a ray, as far as it gets one.
+    pub fn is_whole(&self) -> bool {
+        self.pass >= self.sizes.len().min(self.passes_in_all())
+    }
+
     fn passes_in_all(&self) -> usize {
         match self.moving {
             true => 1,

@@ -7,7 +7,7 @@ use super::page_camera::PageCamera;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// What a page asks for.
+/// What a page asks for. Of each kind, the latest question is answered; earlier ones may not be.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
@@ -62,19 +62,6 @@ pub enum Ask {
     },
     /// Training saves and ends.
     Stop,
-}
-
-impl Ask {
-    /// Whether nobody wants the answer any more once the other is asked.
-    pub fn is_replaced_by(&self, later: &Self) -> bool {
-        match (self, later) {
-            (Self::Surface { region: a }, Self::Surface { region: b }) => a == b,
-            (Self::Ray { .. }, Self::Ray { .. })
-            | (Self::Follow { .. }, Self::Follow { .. })
-            | (Self::Slice { .. }, Self::Slice { .. }) => true,
-            _ => false,
-        }
-    }
 }
 
 /// How the scene is looked at.
@@ -157,6 +144,11 @@ pub enum Tell {
     },
     /// Something happened in the training that is shown.
     Training(Value),
+    /// Nothing changes any more, and the program ends soon.
+    Ended {
+        /// Why, and what to do next.
+        why: String,
+    },
     /// A question could not be answered.
     Refused {
         /// Why.

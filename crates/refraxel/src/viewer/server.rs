@@ -1,11 +1,14 @@
 //! The server of the page: loopback only, one thread per connection.
 
 use super::control::Control;
-use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, admit, parse};
+use super::doorstep::Doorstep;
+use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, VERSION, admit, parse};
 use super::orders::Orders;
 use super::page;
+use super::photograph_desk::PhotographDesk;
 use super::photographs::Photographs;
 use super::socket::{self, Answerers};
+use std::borrow::Cow;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
@@ -18,12 +21,15 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// The whole head of a request arrives in so long.
 const HEAD_PATIENCE: Duration = Duration::from_secs(5);
-/// Connections at a time; more are closed at once.
-const MOST_CONNECTIONS: usize = 256;
-/// Pages at a time, of those connections.
+/// Connections that the system keeps until they are accepted. Of those beyond, it lets one try again after a second; the 128 of the
+/// standard library are soon there.
+#[cfg(unix)]
+const BACKLOG: nix::sys::socket::Backlog = nix::sys::socket::Backlog::MAXCONN;
+/// Requests that are answered at a time; more are refused.
+const MOST_ANSWERS: usize = 256;
+/// Pages at a time.
 const MOST_PAGES: usize = 16;
 const TEXT: &str = "text/plain; charset=utf-8";
-const TOO_MANY: &[u8] = b"too many pages are open";
 /// Bytes of the token, each two hexadecimal digits of the address.
 const TOKEN: usize = 16;
 
@@ -56,11 +62,12 @@ pub struct Server {
 
 /// What all connections share.
 struct Shared {
-    address: SocketAddr,
+    port: u16,
     token: String,
     evidence: Option<PathBuf>,
     answerers: Answerers,
-    connections: AtomicUsize,
+    doorstep: Doorstep,
+    answers: AtomicUsize,
     pages: AtomicUsize,
 }
 
@@ -69,6 +76,8 @@ impl Server {
     pub fn bind(port: u16) -> Result<Self, ServerError> {
         let listen = |source| ServerError::Listen { port, source };
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(listen)?;
+        #[cfg(unix)]
+        nix::sys::socket::listen(&listener, BACKLOG).map_err(|error| listen(error.into()))?;
         let address = listener.local_addr().map_err(listen)?;
         let mut bytes = [0; TOKEN];
         getrandom::fill(&mut bytes).map_err(ServerError::Random)?;
@@ -90,35 +99,51 @@ impl Server {
     /// Serves in threads of its own until the program ends.
     pub fn start(self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
         let Self { listener, address, token, evidence } = self;
-        let answerers = Answerers { orders, photographs, control, next_id: AtomicU64::new(0) };
-        let [connections, pages] = [0; 2].map(AtomicUsize::new);
-        let shared = Arc::new(Shared { address, token, evidence, answerers, connections, pages });
+        let desk = Arc::new(PhotographDesk::default());
+        let asked = Arc::clone(&desk);
+        thread::spawn(move || desk.work(&photographs));
+        let answerers = Answerers { orders, photographs: asked, control, next_id: AtomicU64::new(0) };
+        let [answers, pages] = [0; 2].map(AtomicUsize::new);
+        let doorstep = Doorstep::default();
+        let shared =
+            Arc::new(Shared { port: address.port(), token, evidence, answerers, doorstep, answers, pages });
         thread::spawn(move || {
             for stream in listener.incoming() {
-                let Ok(stream) = stream else {
-                    thread::sleep(Duration::from_millis(50)); // no descriptors are left, for now
-                    continue;
-                };
-                accept(stream, &shared);
+                match stream {
+                    Ok(stream) => accept(Arc::new(stream), &shared),
+                    Err(_) => {
+                        // No descriptors are left, for now.
+                        shared.doorstep.make_room();
+                        thread::sleep(Duration::from_millis(5));
+                    }
+                }
             }
         });
     }
 }
 
 impl Shared {
-    /// The picture that convinced, under the name of its file; `None` while there is none.
-    fn evidence(&self, name: &str) -> Option<Vec<u8>> {
+    /// A file of the page, or the picture that convinced, under the name of its file; `None` while there is none.
+    fn file(&self, name: &str) -> Option<Answer> {
+        if let Some(page::File { kind, bytes }) = page::file(name) {
+            return Some(Answer::File(kind, bytes.into()));
+        }
         let file = self.evidence.as_ref().filter(|f| f.file_name().is_some_and(|own| own == name))?;
-        std::fs::read(file).ok()
+        Some(Answer::File("image/png", std::fs::read(file).ok()?.into()))
     }
 }
 
-fn accept(stream: TcpStream, shared: &Arc<Shared>) {
-    let Some(place) = Place::take(shared, |shared| &shared.connections, MOST_CONNECTIONS) else { return };
-    // Where the system has no thread left, the connection is closed; a training does not end by that.
-    let _ = thread::Builder::new().spawn(move || {
-        let _ = serve(stream, &place.shared); // a page that goes away is no failure
+fn accept(stream: Arc<TcpStream>, shared: &Arc<Shared>) {
+    shared.doorstep.enter(&stream);
+    let (accepted, serving) = (Arc::clone(&stream), Arc::clone(shared));
+    let thread = thread::Builder::new().spawn(move || {
+        let _ = serve(accepted, &serving); // a page that goes away is no failure
     });
+    if thread.is_err() {
+        // The system has none left. A training does not end by that.
+        shared.doorstep.leave(&stream);
+        shared.doorstep.make_room();
+    }
 }
 
 /// One of so many places, until it is dropped.
@@ -142,28 +167,48 @@ impl Drop for Place {
 }
 
 /// Answers one request; a WebSocket stays until its page goes.
-fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+fn serve(stream: Arc<TcpStream>, shared: &Arc<Shared>) -> io::Result<()> {
+    let request = read_head(&stream);
+    shared.doorstep.leave(&stream);
+    let request = request?;
+    let mut stream = stream.try_clone()?;
+    let Some(_place) = Place::take(shared, |shared| &shared.answers, MOST_ANSWERS) else { return Ok(()) };
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let entry = read_head(&mut stream)?.and_then(|request| admit(&request, shared.address, &shared.token));
-    match entry {
-        Ok(Entry::Socket(key)) => match Place::take(shared, |shared| &shared.pages, MOST_PAGES) {
-            Some(_place) => socket::serve(stream, &key, &shared.answerers),
-            None => respond(&mut stream, "503 Service Unavailable", TEXT, TOO_MANY, shared.address.port()),
-        },
-        Ok(Entry::File(name)) => match page::file(&name) {
-            Some(file) => respond(&mut stream, "200 OK", file.kind, file.bytes, shared.address.port()),
-            None => match shared.evidence(&name) {
-                Some(bytes) => respond(&mut stream, "200 OK", "image/png", &bytes, shared.address.port()),
-                None => refuse(&mut stream, Refusal::NotFound, shared),
-            },
-        },
-        Err(refusal) => refuse(&mut stream, refusal, shared),
+    let host = request.as_ref().ok().and_then(|request| request.host.clone()).unwrap_or_default();
+    let take_page =
+        || Place::take(shared, |shared| &shared.pages, MOST_PAGES).ok_or(Refusal::Full(MOST_PAGES));
+    let answer = request.and_then(|request| match admit(&request, &shared.token)? {
+        Entry::Cookie { name, is_from_elsewhere } => Ok(Answer::Cookie(name, is_from_elsewhere)),
+        Entry::Socket(key) => Ok(Answer::Socket(key, take_page()?)),
+        Entry::Probe => take_page().and(Err(Refusal::Version)),
+        Entry::File(name) => shared.file(&name).ok_or(Refusal::NotFound),
+    });
+    match answer {
+        Ok(Answer::Socket(key, _place)) => socket::serve(stream, &key, &shared.answerers),
+        Ok(Answer::Cookie(name, is_from_elsewhere)) => {
+            hand_out(&mut stream, &name, &shared.token, is_from_elsewhere)
+        }
+        Ok(Answer::File(kind, bytes)) => respond(&mut stream, "200 OK", kind, &bytes, &host),
+        Err(refusal) => {
+            let text = refusal.explanation(shared.port);
+            respond(&mut stream, refusal.status(), TEXT, text.as_bytes(), "")
+        }
     }
 }
 
+/// What a request gets.
+enum Answer {
+    /// The cookie of this name; a link of another site may have led here.
+    Cookie(String, bool),
+    /// A file of this kind.
+    File(&'static str, Cow<'static, [u8]>),
+    /// A WebSocket, for the key of its handshake, as long as it has a place among the pages.
+    Socket(String, Place),
+}
+
 /// Reads to the end of the head. Nothing may follow it before the answer.
-fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
+fn read_head(mut stream: &TcpStream) -> io::Result<Result<Request, Refusal>> {
     let mut head = Vec::new();
     let mut part = [0; 1024];
     let until = Instant::now() + HEAD_PATIENCE;
@@ -179,6 +224,10 @@ fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
             return Err(ErrorKind::UnexpectedEof.into());
         }
         head.extend(&part[..read]);
+        // Once a line: who sends a byte at a time shall cost no more.
+        if !part[..read].contains(&b'\n') && head.len() < LARGEST_HEAD {
+            continue;
+        }
         match parse(&head) {
             Ok(Some(request)) => return Ok(Ok(request)),
             Ok(None) => {}
@@ -187,18 +236,29 @@ fn read_head(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
     }
 }
 
-fn refuse(stream: &mut TcpStream, refusal: Refusal, shared: &Shared) -> io::Result<()> {
-    let (status, why) = refusal.status();
-    respond(stream, status, TEXT, why.as_bytes(), shared.address.port())
+/// Hands out the token as a cookie, and leads to the address without it. Other sites cannot make a browser send it, nor can scripts
+/// read it. Not even the redirection of their own link sends it; there, a page without content leads on.
+fn hand_out(stream: &mut TcpStream, name: &str, token: &str, is_from_elsewhere: bool) -> io::Result<()> {
+    let (status, lead) = match is_from_elsewhere {
+        true => ("200 OK", "Refresh: 0;url=/"),
+        false => ("303 See Other", "Location: /"),
+    };
+    let head = format!(
+        "HTTP/1.1 {status}\r\n{lead}\r\nSet-Cookie: {name}={token}; HttpOnly; SameSite=Strict; Path=/\r\n\
+         Content-Length: 0\r\nConnection: close\r\nCache-Control: no-store\r\nReferrer-Policy: no-referrer\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes())
 }
 
-fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], port: u16) -> io::Result<()> {
+/// A page of `host` may connect to it; where there is none, nothing may.
+fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8], host: &str) -> io::Result<()> {
+    let sockets = if host.is_empty() { String::new() } else { format!(" ws://{host}") };
     let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\
-         Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
-         Cross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: default-src 'none'; script-src 'self'; \
-         style-src 'self'; img-src 'self' blob: data:; connect-src ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; \
-         form-action 'none'; frame-ancestors 'none'\r\n\r\n",
+         Sec-WebSocket-Version: {VERSION}\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+         Referrer-Policy: no-referrer\r\nCross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n\
+         Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
+         connect-src 'self'{sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\r\n",
         body.len()
     );
     stream.write_all(head.as_bytes())?;

@@ -1,10 +1,11 @@
 //! The WebSocket of a page: one thread reads, another one writes.
 
 use super::control::{Control, Wish};
-use super::orders::{Order, Orders};
+use super::orders::{FAILED, Order, Orders};
 use super::outgoing::{Out, Outgoing};
-use super::photographs::Photographs;
-use super::protocol::{Ask, Header, Tell, message};
+use super::photograph_desk::PhotographDesk;
+use super::protocol::{Ask, Tell};
+use super::questions::Mailbox;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
@@ -41,11 +42,19 @@ impl Write for ReadOnly {
 pub(super) struct Answerers {
     /// The painter.
     pub orders: Orders,
-    pub photographs: Arc<Photographs>,
+    /// Who reads photographs.
+    pub photographs: Arc<PhotographDesk>,
     /// The training, where there is one.
     pub control: Option<Control>,
     /// Number of the next page.
     pub next_id: AtomicU64,
+}
+
+/// A page that is open.
+struct Page {
+    id: u64,
+    out: Out,
+    mailbox: Arc<Mailbox>,
 }
 
 /// Carries messages until the page goes.
@@ -62,10 +71,14 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, answerers: &Answerers) -> 
     let writing = stream.try_clone()?;
     let writer = thread::Builder::new().spawn(move || write(writing, &outgoing, &waiting))?;
     let id = answerers.next_id.fetch_add(1, Ordering::SeqCst);
-    answerers.orders.give(Order::Join(id, out.clone()));
-    read(ReadOnly(stream), id, &out, answerers);
-    answerers.orders.give(Order::Leave(id));
-    drop(out);
+    let page = Page { id, out, mailbox: Arc::default() };
+    if answerers.orders.give(Order::Join(id, page.out.clone(), Arc::clone(&page.mailbox))) {
+        read(ReadOnly(stream), &page, answerers);
+        answerers.orders.give(Order::Leave(id));
+    } else {
+        page.out.end(FAILED);
+    }
+    drop(page);
     let _ = writer.join(); // ends when the painter has let the page go
     Ok(())
 }
@@ -86,24 +99,26 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
             Outgoing::Text(text) => Message::text(text),
             Outgoing::Picture(bytes) => Message::binary(bytes),
             Outgoing::Pong(bytes) => Message::Pong(Bytes::from(bytes)),
+            Outgoing::End => break,
         };
         if socket.send(message).is_err() {
             break;
         }
         waiting.fetch_sub(size, Ordering::SeqCst);
     }
+    waiting.store(0, Ordering::SeqCst); // nothing more is sent
     let _ = socket.close(None);
     // Ends the reader, too.
     let _ = closing.map(|stream| stream.shutdown(Shutdown::Both));
 }
 
 /// Passes on what the page asks, until it goes or sends what no page sends.
-fn read(stream: ReadOnly, id: u64, out: &Out, answerers: &Answerers) {
+fn read(stream: ReadOnly, page: &Page, answerers: &Answerers) {
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
     while let Ok(message) = socket.read() {
         let answer = match message {
             Message::Text(text) => match serde_json::from_str(&text) {
-                Ok(ask) => pass_on(ask, id, answerers),
+                Ok(ask) => pass_on(ask, page, answerers),
                 Err(error) => Some(refused(format!("this question is not understood: {error}"))),
             },
             Message::Ping(bytes) => Some(Outgoing::Pong(bytes.to_vec())),
@@ -111,34 +126,27 @@ fn read(stream: ReadOnly, id: u64, out: &Out, answerers: &Answerers) {
             _ => None,
         };
         if let Some(answer) = answer {
-            out.send(answer);
+            page.out.send(answer);
         }
     }
 }
 
-/// Gives a question to whom it concerns. What takes long but needs no scene is answered here.
-fn pass_on(ask: Ask, id: u64, answerers: &Answerers) -> Option<Outgoing> {
+/// Gives a question to whom it concerns.
+fn pass_on(ask: Ask, page: &Page, answerers: &Answerers) -> Option<Outgoing> {
     match (ask, &answerers.control) {
-        (Ask::Photo { view }, _) => Some(match answerers.photographs.jpeg(view) {
-            Ok((jpeg, size)) => Outgoing::Picture(message(&Header::Photo { view, size }, &jpeg)),
-            Err(why) => refused(why),
-        }),
-        (Ask::Pause { .. } | Ask::Stop, None) => Some(refused("nothing is trained here".to_owned())),
-        (Ask::Pause { paused }, Some(control)) => {
-            control(Wish::Pause(paused));
-            None
-        }
-        (Ask::Stop, Some(control)) => {
-            control(Wish::Stop);
-            None
-        }
+        (Ask::Photo { view }, _) => answerers.photographs.ask(page.id, view, &page.out),
+        (Ask::Pause { .. } | Ask::Stop, None) => return Some(refused("nothing is trained here".to_owned())),
+        (Ask::Pause { paused }, Some(control)) => control(Wish::Pause(paused)),
+        (Ask::Stop, Some(control)) => control(Wish::Stop),
         (ask, _) => {
-            answerers.orders.give(Order::Ask(id, ask));
-            None
+            if page.mailbox.put(ask) {
+                answerers.orders.give(Order::Look(page.id));
+            }
         }
     }
+    None
 }
 
 fn refused(why: String) -> Outgoing {
-    Outgoing::Text(serde_json::to_string(&Tell::Refused { why }).unwrap_or_default()) // text: cannot fail
+    Outgoing::tell(&Tell::Refused { why })
 }

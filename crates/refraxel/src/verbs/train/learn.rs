@@ -85,7 +85,7 @@ pub(super) fn learn(
     warn(&mut watch, log.draw(out));
     watch.end(stop == Stop::Finished);
     if let Some(viewing) = viewing {
-        viewing.end(&session);
+        viewing.end(&session, stop);
     }
     if stop == Stop::Finished {
         return Ok(());

@@ -17,7 +17,7 @@ use crate::table::bytes;
 use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::{keeps, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
-use crate::verbs::{eval, evaluation, options, view};
+use crate::verbs::{eval, evaluation, options};
 use refraxel_train::communicator::Traffic;
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::Run;
@@ -126,8 +126,7 @@ pub(in crate::verbs) fn train_locked(
     session.name_device(device);
     create_folder(args.out())?;
     let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
-    let name = view::name(args.out());
-    let viewing = server.map(|server| Viewing::start(server, name, &session, show));
+    let viewing = server.map(|server| Viewing::start(server, args.out(), &session, show));
     learn(session, &folder, args.overwrite, watch, viewing)?;
     Ok((lock, held_out))
 }

@@ -5,12 +5,12 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::interrupted;
+use crate::verbs::view;
 use crate::viewer::{Orders, Painter, Scene, Server, Wish};
-use refraxel_train::events::Event;
-use refraxel_train::session::{Handle, Session};
+use refraxel_train::events::{Event, Task};
+use refraxel_train::session::{Handle, Session, Stop};
 use serde_json::{Value, json};
-use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -25,15 +25,26 @@ const REST: f64 = 25.0;
 const LINES: Duration = Duration::from_millis(500);
 /// How often a training that waits looks whether the program shall end.
 const LOOK: Duration = Duration::from_millis(100);
+/// Longest time that a program which ends waits for pages to have the last picture.
+const LAST_PICTURE: Duration = Duration::from_secs(10);
+/// Longest time that it waits for them to learn why it ends.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+const WAITS: &str = "waits at the next record";
 
 /// The page of a training.
 pub struct Viewing {
     orders: Orders,
     handle: Handle,
     wishes: Arc<Wishes>,
+    run: PathBuf,
+    /// Steps in all; `None` where the time counts.
+    steps: Option<u64>,
     /// The training was stopped so that it waits.
     stopped_to_wait: bool,
     last_line: Instant,
+    /// Pages know that the training has ended.
+    has_ended: bool,
 }
 
 /// What the training shall do.
@@ -51,8 +62,8 @@ enum Course {
 struct Wishes {
     course: Mutex<Course>,
     changed: Condvar,
-    /// The training has ended: no copies of it are made any more.
-    ended: AtomicBool,
+    /// The training has ended: no copies of it are shown any more.
+    ended: Mutex<bool>,
 }
 
 impl Wishes {
@@ -60,21 +71,27 @@ impl Wishes {
         self.course.lock().unwrap_or_else(|e| e.into_inner())
     }
 
-    /// Takes a wish, unless the training shall end already.
-    fn set(&self, wished: Course) {
+    fn ended(&self) -> MutexGuard<'_, bool> {
+        self.ended.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    /// Takes a wish, unless the training shall end already; whether that changes anything.
+    fn set(&self, wished: Course) -> bool {
         let mut course = self.course();
-        if *course != Course::End {
+        let is_new = *course != wished && *course != Course::End;
+        if is_new {
             *course = wished;
+            self.changed.notify_all();
         }
-        self.changed.notify_all();
+        is_new
     }
 }
 
 impl Viewing {
     /// Opens the page on a server that listens already, and says where.
-    pub fn start(server: Server, name: String, session: &Session, show: Show) -> Self {
+    pub fn start(server: Server, run: &Path, session: &Session, show: Show) -> Self {
         let (handle, wishes) = (session.handle(), Arc::new(Wishes::default()));
-        let scene = Scene::new(name, session.snapshot(), Some(session.data()));
+        let scene = Scene::new(view::name(run), session.snapshot(), Some(session.data()));
         let photographs = Arc::clone(scene.photographs());
         let (painter, orders) = Painter::new(scene, SHARE);
         show.say(&format!("live view: {}", server.url()));
@@ -85,16 +102,26 @@ impl Viewing {
                 by.cancel();
             }
             Wish::Pause(paused) => {
-                asked.set(if paused { Course::Wait } else { Course::GoOn });
-                let text = if paused { "waits at the next record" } else { "goes on" };
-                told.tell_now(state(paused, text));
+                if asked.set(if paused { Course::Wait } else { Course::GoOn }) {
+                    told.tell_now(state(paused, if paused { WAITS } else { "goes on" }));
+                }
             }
         };
         server.start(orders.clone(), photographs, Some(Arc::new(control)));
         thread::spawn(|| painter.work());
         let (copies, until, shown) = (handle.clone(), Arc::clone(&wishes), orders.clone());
         thread::spawn(move || renew(&copies, &until, &shown));
-        Self { orders, handle, wishes, stopped_to_wait: false, last_line: Instant::now() }
+        let length = &session.options().run;
+        Self {
+            orders,
+            handle,
+            wishes,
+            run: run.to_owned(),
+            steps: (length.minutes <= 0.0).then_some(length.steps),
+            stopped_to_wait: false,
+            last_line: Instant::now(),
+            has_ended: false,
+        }
     }
 
     /// Tells the page what happens. A wish to wait is fulfilled between two steps, so that no long phase is lost.
@@ -106,14 +133,18 @@ impl Viewing {
                     told.remove("events");
                     told.insert("kind".into(), "record".into());
                     told.insert("phase".into(), phase_name(record.phase).into());
+                    told.insert("steps".into(), self.steps.into());
                 }
                 self.orders.tell(told);
                 let course = *self.wishes.course();
+                self.tell_state(course, "");
                 if course != Course::GoOn {
                     self.stopped_to_wait = course == Course::Wait;
                     self.handle.cancel();
                 }
             }
+            // Thousandths of the training are no steps, and records count those.
+            Event::Progress { task: Task::Training, .. } => {}
             Event::Progress { task, done, total } => self.tell_progress(task_name(*task), *done, *total),
             event => {
                 if let Some(text) = sentence(event) {
@@ -128,9 +159,16 @@ impl Viewing {
             return;
         }
         self.last_line = Instant::now();
-        let waits = *self.wishes.course() == Course::Wait;
-        let then = if waits { "; waits at the next record" } else { "" };
-        self.orders.tell_now(state(waits, &format!("{task} {done}/{total}{then}")));
+        let course = *self.wishes.course();
+        self.tell_state(course, &format!("{task} {done}/{total}"));
+    }
+
+    fn tell_state(&self, course: Course, task: &str) {
+        self.orders.tell_now(match course {
+            Course::Wait if task.is_empty() => state(true, WAITS),
+            Course::Wait => state(true, &format!("{task}; {WAITS}")),
+            Course::GoOn | Course::End => state(false, task),
+        });
     }
 
     /// Somebody wishes that the training is saved and ends.
@@ -158,15 +196,42 @@ impl Viewing {
         goes_on
     }
 
-    /// The training has ended: its last state is shown until the program ends.
-    pub fn end(self, session: &Session) {
-        self.wishes.ended.store(true, Ordering::SeqCst);
-        if self.orders.has_pages() && !interrupted() {
+    /// The training has ended and is saved: its last state is shown, and pages are told why.
+    pub fn end(mut self, session: &Session, stop: Stop) {
+        *self.wishes.ended() = true;
+        self.orders.set_share(1.0);
+        if !interrupted() {
             drop(self.orders.renew(session.snapshot())); // nobody waits for it
         }
-        self.orders.set_share(1.0);
-        let end: Value = json!({ "kind": "event", "text": "training has ended; `refraxel view` shows the run from now on" });
-        self.orders.tell(end);
+        let (step, run) = (session.state().step, self.run.display());
+        let why = match stop {
+            Stop::Finished => format!(
+                "The training has finished after {step} steps. `refraxel view {run}` shows it from now on."
+            ),
+            _ => format!(
+                "The training was stopped at step {step} and is saved in {run}. The same command with --resume goes on; \
+                 `refraxel view {run}` shows it."
+            ),
+        };
+        self.say_goodbye(why, LAST_PICTURE);
+    }
+
+    fn say_goodbye(&mut self, why: String, most: Duration) {
+        self.has_ended = true;
+        self.orders.end(why);
+        let until = Instant::now() + most;
+        let until_interrupted = Instant::now() + LAST_WORDS;
+        let has_time = || Instant::now() < if interrupted() { until_interrupted } else { until };
+        self.orders.settle(|| self.orders.has_pages() && has_time());
+    }
+}
+
+impl Drop for Viewing {
+    fn drop(&mut self) {
+        if !self.has_ended {
+            *self.wishes.ended() = true;
+            self.say_goodbye("The training has failed; the terminal says why.".to_owned(), LAST_WORDS);
+        }
     }
 }
 
@@ -184,16 +249,20 @@ pub fn bind(port: Option<u16>, run: &Path) -> Result<Option<Server>, Failure> {
 /// Shows the run as it is, again and again while somebody looks.
 fn renew(handle: &Handle, wishes: &Wishes, orders: &Orders) {
     let mut pause = RENEW;
-    while !wishes.ended.load(Ordering::SeqCst) {
+    loop {
         thread::sleep(pause);
         if !orders.has_pages() {
             continue;
         }
         let Ok(run) = handle.snapshot().recv() else { return };
-        if wishes.ended.load(Ordering::SeqCst) {
-            return;
-        }
-        let taken = orders.renew(run).recv().unwrap_or_default();
-        pause = RENEW.max(taken.mul_f64(REST));
+        let taken = {
+            // The last state is not followed by an earlier one.
+            let ended = wishes.ended();
+            if *ended {
+                return;
+            }
+            orders.renew(run)
+        };
+        pause = RENEW.max(taken.recv().unwrap_or_default().mul_f64(REST));
     }
 }
