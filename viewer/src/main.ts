@@ -2,13 +2,16 @@
 
 import { Camera } from "./camera";
 import { fill } from "./help";
-import { isTyping, listen } from "./input";
+import { listen } from "./input";
+import { isTaken, letterOf } from "./keys";
+import { legendOf, type Compare } from "./legend";
 import { Link } from "./link";
+import { Messages } from "./messages";
 import { Panel, type State } from "./panel";
 import { at, file } from "./path";
 import { download } from "./dom";
 import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell } from "./protocol";
-import { Stage, type Compare } from "./stage";
+import { Stage } from "./stage";
 import { mix, sub, unit, type Vec3 } from "./vectors";
 
 /** A camera that rests for so long is shown in full [ms]. */
@@ -18,7 +21,8 @@ const COMPARES: Compare[] = ["off", "side", "wipe", "difference", "error"];
 const [STEPS, NORMAL] = [4095, 100];
 
 class Page {
-  private readonly stage = new Stage();
+  private readonly stage = new Stage(() => this.redraw());
+  private readonly messages = new Messages();
   private readonly camera = new Camera();
   private readonly panel: Panel;
   private readonly link: Link;
@@ -45,6 +49,10 @@ class Page {
   /** Cameras of looks whose pictures are on their way, and when they were asked for. */
   private readonly looks = new Map<number, { camera: PageCamera; time: number; moving: boolean }>();
   private shown: PageCamera | null = null;
+  /** Values of the first and of the last colour of the picture, where it shows numbers. */
+  private range: [number, number] | undefined;
+  /** The photograph that was looked at last. */
+  private lastPhoto = 0;
   private shownId = 0;
   private plane: Vec3[] | null = null;
   /** Lines on the surface of each region, as far as they are known. */
@@ -67,6 +75,8 @@ class Page {
         this.redraw();
       },
       photo: (view) => this.goTo(view),
+      step: (by) => this.step(by),
+      forgetRay: () => this.forgetRay(),
       compare: (how) => this.setCompare(how),
       slice: () => this.askSlice(),
       play: () => this.play(),
@@ -89,8 +99,8 @@ class Page {
         this.leavePhoto();
         this.changed(true);
       },
-      click: (u, v) => this.link.send({ ask: "ray", id: 1, u, v }),
-      center: (u, v) => this.link.send({ ask: "ray", id: 2, u, v }),
+      click: (u, v) => this.link.send({ ask: "ray", id: 1, u: this.stage.inView(u), v }),
+      center: (u, v) => this.link.send({ ask: "ray", id: 2, u: this.stage.inView(u), v }),
     });
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
@@ -114,7 +124,7 @@ class Page {
     if (tell.tell === "scene") this.takeScene(tell);
     else if (tell.tell === "training") this.panel.training.tell(tell);
     else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
-    else if (tell.tell === "refused") this.panel.say(tell.why);
+    else if (tell.tell === "refused") this.messages.say(tell.why);
     else if (tell.id === 2) {
       if (!tell.ray.seen) return;
       this.leavePhoto();
@@ -132,6 +142,7 @@ class Page {
     const isOther = scene.regions.length !== this.scene?.regions.length;
     this.scene = scene;
     this.camera.up = scene.up;
+    this.camera.stayNear(scene.min, scene.max, scene.start.eye);
     if (isFirst) this.camera.take(scene.start, this.middle());
     if (this.state.index.length > scene.regions.length) [this.state.index, this.state.absorption] = [[], []];
     this.panel.takeScene(scene, isFirst || isOther || this.asksAgain);
@@ -174,24 +185,45 @@ class Page {
     const count = this.scene.views.length;
     if (count === 0) return;
     const k = ((view % count) + count) % count;
-    this.state.photo = k;
+    this.state.photo = this.lastPhoto = k;
     this.camera.take(this.scene.views[k]!.camera, this.middle());
-    this.stage.showPhotograph(null, null);
+    this.stage.showPhotograph(null);
     this.link.send({ ask: "photo", view: k });
     this.panel.update();
     this.changed(false);
   }
 
+  /** The next photograph; after a look elsewhere, the one that was left. */
+  private step(by: number): void {
+    this.goTo(this.state.photo === null ? this.lastPhoto : this.state.photo + by);
+  }
+
+  private forgetRay(): void {
+    this.state.ray = null;
+    this.messages.clear();
+    this.panel.update();
+    this.redraw();
+  }
+
+  /** The camera is no longer that of a photograph, with which the picture can be compared no more. */
   private leavePhoto(): void {
-    if (this.state.photo === null) return;
+    const { photo, compare } = this.state;
+    if (photo === null) return;
     this.state.photo = null;
-    this.stage.showPhotograph(null, null);
+    this.stage.showPhotograph(null);
     this.setCompare("off");
+    if (compare === "off") return;
+    const back = () => {
+      this.goTo(photo);
+      this.setCompare(compare);
+    };
+    const text = `The camera has left ${this.scene!.views[photo]!.name}, so that the comparison has ended.`;
+    this.messages.say(text, { name: "Back to it", title: "The photograph and its comparison, as they were", go: back });
   }
 
   private setCompare(how: Compare): void {
     if (how !== "off" && this.state.photo === null) {
-      this.goTo(0);
+      this.goTo(this.lastPhoto);
       if (this.state.photo === null) return;
     }
     this.state.compare = how;
@@ -250,7 +282,9 @@ class Page {
     const bitmap = await createImageBitmap(jpeg);
     if (header.picture === "frame") return this.receiveFrame(header, bitmap, jpeg.size);
     if (header.picture === "photo") {
-      if (header.view === this.state.photo) this.stage.showPhotograph(bitmap, jpeg);
+      if (header.view !== this.state.photo) return;
+      this.stage.showPhotograph(bitmap);
+      this.redraw();
       return;
     }
     this.plane = header.corners;
@@ -266,6 +300,7 @@ class Page {
     this.shownId = header.id;
     for (const id of this.looks.keys()) if (id < header.id) this.looks.delete(id);
     this.shown = look.camera;
+    this.range = header.range;
     this.stage.showRendering(bitmap);
     this.redraw();
     const now = performance.now();
@@ -287,7 +322,9 @@ class Page {
     const { ray, boxes, cameras, keys } = this.state;
     const surfaces = this.state.surfaces ? [...this.surfaces.values()].flat() : [];
     const path = this.playing ? [] : keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
-    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, surfaces, plane: this.plane, path });
+    const legend = legendOf(this.state.layer, this.state.compare, this.range);
+    const photo = this.state.photo === null ? null : this.scene.views[this.state.photo]!.name;
+    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, surfaces, plane: this.plane, path }, legend, photo);
   }
 
   private addKey(): void {
@@ -298,7 +335,7 @@ class Page {
 
   private play(): void {
     const { keys, seconds } = this.state;
-    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
     const start = performance.now();
     const run = (this.playing = start);
     this.leavePhoto();
@@ -315,7 +352,7 @@ class Page {
 
   private savePath(): void {
     const { keys, seconds, fps } = this.state;
-    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
     download("camera_path.json", new Blob([file(keys, seconds, fps)], { type: "application/json" }));
   }
 
@@ -325,44 +362,40 @@ class Page {
   }
 
   private key(event: KeyboardEvent): void {
-    if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
+    if (isTaken(event)) return;
     const digit = /^Digit([1-7])$/.exec(event.code)?.[1];
     if (digit) this.panel.chooseLayer(LAYERS[Number(digit) - 1]!);
     else if (event.key === "?") this.help.showModal();
-    else if (event.code === "Space" && !(event.target instanceof HTMLButtonElement)) this.play();
-    else if (!this.letter(event.code)) return;
+    else if (event.code === "Space") this.play();
+    else if (!this.letter(letterOf(event))) return;
     event.preventDefault();
   }
 
-  private letter(code: string): boolean {
+  private letter(key: string): boolean {
     const { state } = this;
     const actions: Record<string, () => void> = {
-      KeyB: () => {
+      B: () => {
         state.straight = !state.straight;
         this.panel.update();
         this.changed(false);
       },
-      KeyN: () => this.goTo((state.photo ?? -1) + 1),
-      KeyP: () => this.goTo((state.photo ?? 0) - 1),
-      KeyC: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
-      KeyG: () => {
+      N: () => this.step(1),
+      P: () => this.step(-1),
+      C: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
+      G: () => {
         state.surfaces = !state.surfaces;
         this.panel.update();
         this.askSurfaces();
         this.redraw();
       },
-      KeyK: () => this.addKey(),
-      KeyR: () => this.home(),
-      KeyX: () => void this.screenshot(),
-      KeyH: () => document.body.classList.toggle("alone"),
-      Escape: () => {
-        state.ray = null;
-        this.panel.update();
-        this.redraw();
-      },
+      K: () => this.addKey(),
+      R: () => this.home(),
+      X: () => void this.screenshot(),
+      H: () => document.body.classList.toggle("alone"),
+      Escape: () => this.forgetRay(),
     };
-    actions[code]?.();
-    return code in actions;
+    actions[key]?.();
+    return key in actions;
   }
 }
 

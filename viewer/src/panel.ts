@@ -2,8 +2,8 @@
 
 import { button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
-import { describe } from "./rayview";
-import { FULL_ERROR, type Compare } from "./stage";
+import { FULL_ERROR, indexLegend, words, type Compare } from "./legend";
+import { describe, summary } from "./rayview";
 import { TrainingPanel } from "./training";
 
 export interface State {
@@ -31,6 +31,8 @@ export interface Actions {
   changed(moving: boolean): void;
   overlay(): void;
   photo(view: number | null): void;
+  step(by: number): void;
+  forgetRay(): void;
   compare(how: Compare): void;
   slice(): void;
   play(): void;
@@ -73,15 +75,17 @@ export class Panel {
   private readonly compare: Choice<Compare>;
   private readonly straight: HTMLInputElement;
   private readonly name = el("h1", {}, "refraxel");
-  private readonly message = el("p", { class: "message", role: "status" });
   private readonly verdict = section("Verdict");
   private readonly media = section("Index of refraction");
   private readonly ray = section("Ray");
   private readonly rayBody = el("div");
+  /** The same in short, over the picture. */
+  private readonly rayCard = document.querySelector<HTMLElement>("#ray")!;
   private readonly photos = el("select", { "aria-label": "Photograph" });
   private readonly photoSection: HTMLElement;
   private readonly sliceSection: HTMLElement;
   private readonly sliceCanvas = el("canvas", { width: "16", height: "16", hidden: true, role: "img", "aria-label": "Index in the plane" });
+  private readonly sliceScale = el("p", { class: "scale", hidden: true });
   private readonly keys = el("p", { class: "hint" });
   private readonly stats = el("dl", { class: "facts" });
   private readonly scene = el("dl", { class: "facts" });
@@ -90,7 +94,6 @@ export class Panel {
   private sliders: { index: Slider; absorption: Slider }[] = [];
   /** Bytes received, and when. */
   private received: { time: number; bytes: number }[] = [];
-  private messageTimer = 0;
 
   constructor(root: HTMLElement, private readonly state: State, private readonly actions: Actions) {
     const layers = LAYERS.map((l, k) => [l, l, `${LAYER_TITLES[l]} (${k + 1})`] as const);
@@ -115,7 +118,6 @@ export class Panel {
     const header = el("header", {}, this.name, button("?", "Keys and gestures (?)", () => actions.help()));
     root.append(
       header,
-      this.message,
       this.training.element,
       this.verdict,
       section("Layer", this.layers.element, straight),
@@ -132,7 +134,7 @@ export class Panel {
 
   private buildPhotos(): HTMLElement {
     this.photos.addEventListener("change", () => this.actions.photo(this.photos.value === "" ? null : Number(this.photos.value)));
-    const step = (by: number) => this.actions.photo((this.state.photo ?? (by > 0 ? -1 : 0)) + by);
+    const { step } = this.actions;
     const row = el("div", { class: "row" }, button("‹", "Previous photograph (P)", () => step(-1)), this.photos, button("›", "Next photograph (N)", () => step(1)));
     return section("Photographs", row, el("p", { class: "label" }, "compare"), this.compare.element);
   }
@@ -142,7 +144,7 @@ export class Panel {
       const { slice } = this.state;
       this.state.slice = axis === "none" ? null : { region: slice?.region ?? 0, at: slice?.at ?? 0.5, axis: Number(axis) };
       axes.set(axis);
-      this.sliceCanvas.hidden = axis === "none";
+      this.sliceCanvas.hidden = this.sliceScale.hidden = axis === "none";
       this.actions.slice();
     });
     axes.set("none");
@@ -151,7 +153,7 @@ export class Panel {
       this.actions.slice();
     });
     place.set(0.5);
-    return section("Slice of the index", axes.element, place.element, this.sliceCanvas);
+    return section("Slice of the index", axes.element, place.element, this.sliceCanvas, this.sliceScale);
   }
 
   private buildOverlays(): HTMLElement {
@@ -290,16 +292,27 @@ export class Panel {
     this.media.replaceChildren(this.media.firstElementChild!, ...parts, el("div", { class: "row" }, ...materials, learned));
   }
 
+  /** Shows the ray in numbers: in short over the picture, and all of them here, where they come into sight. */
   showRay(scene: Scene): void {
     const { ray } = this.state;
-    if (ray) this.rayBody.replaceChildren(describe(ray, scene), el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."));
-    else this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+    if (!ray) return this.update();
+    this.rayBody.replaceChildren(describe(ray, scene), el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."));
+    const close = button("×", "Forget the ray (Esc)", () => this.actions.forgetRay());
+    close.setAttribute("aria-label", "Forget the ray");
+    this.rayCard.replaceChildren(summary(ray), close);
+    this.rayCard.hidden = false;
+    this.ray.scrollIntoView({ block: "nearest" });
   }
 
-  showSlice(bitmap: ImageBitmap, [low, high]: [number, number]): void {
+  showSlice(bitmap: ImageBitmap, range: [number, number]): void {
     [this.sliceCanvas.width, this.sliceCanvas.height] = [bitmap.width, bitmap.height];
     this.sliceCanvas.getContext("2d")!.drawImage(bitmap, 0, 0);
-    this.sliceCanvas.title = `Violet: n = ${low.toFixed(3)}; yellow: n = ${high.toFixed(3)}`;
+    const legend = indexLegend(range);
+    this.sliceCanvas.setAttribute("aria-label", words(legend));
+    const bar = el("i");
+    bar.style.background = `linear-gradient(to right, ${legend.scale!.colours.join()})`;
+    const [low, high] = legend.scale!.ends;
+    this.sliceScale.replaceChildren(el("span", {}, legend.name), el("span", {}, low), bar, el("span", {}, high));
   }
 
   statistics({ header, bytes, latency, rate }: Measured): void {
@@ -313,15 +326,6 @@ export class Panel {
     ];
     if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
     this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
-    const scaleBar = document.querySelector<HTMLElement>("#scale")!;
-    scaleBar.hidden = !header.range;
-    if (!header.range) return;
-    const isDepth = this.state.layer === "depth";
-    const ends = isDepth ? [header.range[1], header.range[0]] : header.range;
-    scaleBar.className = this.state.layer === "opacity" ? "grey" : "";
-    const [from, to] = scaleBar.querySelectorAll("span");
-    from!.textContent = ends[0]!.toFixed(2);
-    to!.textContent = ends[1]!.toFixed(2);
   }
 
   /** Kilobytes per second of late. */
@@ -332,12 +336,6 @@ export class Panel {
     return this.received.reduce((sum, r) => sum + r.bytes, 0) / 1000;
   }
 
-  say(text: string): void {
-    this.message.textContent = text;
-    clearTimeout(this.messageTimer);
-    this.messageTimer = setTimeout(() => (this.message.textContent = ""), 8000);
-  }
-
   update(): void {
     const { state } = this;
     this.layers.set(state.layer);
@@ -346,6 +344,8 @@ export class Panel {
     this.overlays.forEach((update) => update());
     this.photos.value = state.photo === null ? "" : String(state.photo);
     this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
-    if (!state.ray) this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+    if (state.ray) return;
+    this.rayCard.hidden = true;
+    this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
   }
 }

@@ -9,10 +9,22 @@ const SIZE: [number, number] = [560, 280];
 
 const fixed = (x: number, digits: number) => x.toFixed(digits);
 
+/** The colour that a ray shows. */
+function swatch({ colour: [r, g, b] }: BentRay): HTMLElement {
+  const made = el("i", { class: "swatch", title: `red ${r}, green ${g}, blue ${b}` });
+  made.style.background = `rgb(${r} ${g} ${b})`;
+  return made;
+}
+
+/** The ray in a line. */
+export function summary(ray: BentRay): HTMLElement {
+  const surfaces = ray.bounces.length === 1 ? "1 surface" : `${ray.bounces.length} surfaces`;
+  const sees = ray.seen ? `sees ${fixed(ray.seen[0], 2)} along` : "sees the background";
+  const text = `Ray: ${surfaces}, turned by ${fixed(ray.turned, 1)}°, densest index ${fixed(ray.densest, 3)}, ${sees}`;
+  return el("span", {}, text, " ", swatch(ray));
+}
+
 export function describe(ray: BentRay, scene: Scene): HTMLElement {
-  const [r, g, b] = ray.colour;
-  const swatch = el("i", { class: "swatch", title: `red ${r}, green ${g}, blue ${b}` });
-  swatch.style.background = `rgb(${r} ${g} ${b})`;
   const facts: [string, string][] = [
     ["turned by", `${fixed(ray.turned, 2)}°`],
     ["densest index", fixed(ray.densest, 3)],
@@ -22,7 +34,7 @@ export function describe(ray: BentRay, scene: Scene): HTMLElement {
   ];
   const list = el("dl", { class: "facts" });
   facts.forEach(([name, value]) => list.append(el("dt", {}, name), el("dd", {}, value)));
-  list.querySelectorAll("dd")[3]!.append(" ", swatch);
+  list.querySelectorAll("dd")[3]!.append(" ", swatch(ray));
   const parts: HTMLElement[] = [side(ray, scene), list];
   if (ray.bounces.length > 0) parts.push(table(ray));
   else parts.push(el("p", { class: "hint" }, ray.turned > 0.01 ? "It meets no sharp surface: the index changes smoothly." : "It meets nothing refractive, and is straight."));

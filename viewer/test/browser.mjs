@@ -8,6 +8,7 @@ import { mkdtemp, mkdir, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import puppeteer from "puppeteer-core";
+import { use } from "./use.mjs";
 
 const [program, run, screenshots] = process.argv.slice(2);
 if (!program || !run) {
@@ -164,7 +165,7 @@ async function tests(browser, viewer) {
 
   await act(page, () => page.keyboard.press("n"));
   await page.keyboard.press("c");
-  await page.waitForFunction(() => document.querySelector("#photo").src.startsWith("blob:"));
+  await page.waitForFunction(() => document.querySelector("#lines").getAttribute("aria-label").startsWith("Photograph"));
   await best(page);
   await shoot(page, "side");
   await act(page, () => page.keyboard.press("c"));
@@ -181,7 +182,7 @@ async function tests(browser, viewer) {
   await act(page, () => page.keyboard.press("r"));
 
   await page.evaluate(() => document.querySelectorAll('[aria-label="Axis across"] button')[2].click());
-  await page.waitForFunction(() => document.querySelector('canvas[aria-label="Index in the plane"]').width > 16);
+  await page.waitForFunction(() => document.querySelector('canvas[aria-label^="Index in the plane"]').width > 16);
   check("a slice of the index is shown", true);
   await page.evaluate(() => document.querySelectorAll(".check input").forEach((box) => box.parentElement.textContent.match(/cameras|boxes/) && box.click()));
   await shoot(page, "overlays");
@@ -201,6 +202,7 @@ async function tests(browser, viewer) {
   check("two pages are open at once", difference(first, await picture(other.page)) < 0.5);
   await other.page.close();
 
+  await use(browser, url, { check, newPage, best, picture, difference, act, shoot, slide, press });
   await cameraPath(page);
   await refusals(browser, url);
   await comesBack(page, viewer, url);
