@@ -11,11 +11,17 @@ import { Panel, type State } from "./panel";
 import { at, file } from "./path";
 import { download } from "./dom";
 import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell } from "./protocol";
+import * as settings from "./settings";
+import { Sharpness } from "./sharpness";
 import { Stage } from "./stage";
 import { mix, sub, unit, type Vec3 } from "./vectors";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
+/** A picture is painted again if it becomes larger by this factor. */
+const SHARPER = 1.25;
+/** Bounds on the frames of films [pixel]. */
+const FILM = { edge: 1280, pixels: Infinity };
 const COMPARES: Compare[] = ["off", "side", "wipe", "difference", "error"];
 /** Steps of the places on surfaces from one end of a region's box to the other, and the length of normals. */
 const [STEPS, NORMAL] = [4095, 100];
@@ -23,26 +29,22 @@ const [STEPS, NORMAL] = [4095, 100];
 class Page {
   private readonly stage = new Stage(() => this.redraw());
   private readonly messages = new Messages();
+  private readonly sharpness = new Sharpness();
   private readonly camera = new Camera();
   private readonly panel: Panel;
   private readonly link: Link;
   private readonly help = document.querySelector<HTMLDialogElement>("#help")!;
   private scene: Scene | null = null;
   private readonly state: State = {
+    ...settings.load(),
     layer: "colour",
     straight: false,
     index: [],
     absorption: [],
     photo: null,
     compare: "off",
-    pixels: 640,
-    boxes: false,
-    surfaces: false,
-    cameras: false,
     slice: null,
     keys: [],
-    seconds: 6,
-    fps: 24,
     ray: null,
   };
   private nextId = 1;
@@ -105,6 +107,8 @@ class Page {
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
     addEventListener("keydown", (event) => this.key(event));
+    document.body.classList.toggle("alone", this.state.alone);
+    addEventListener("pagehide", () => settings.save(this.state));
   }
 
   private connected(): void {
@@ -248,8 +252,8 @@ class Page {
     const { photo, layer, straight, index, absorption } = this.state;
     const view = photo === null ? null : this.scene.views[photo]!;
     const aspect = view ? view.camera.size[0] / view.camera.size[1] : null;
-    const camera = this.camera.for(this.stage.fit(this.state.pixels, aspect));
-    this.stage.layOut();
+    const camera = this.camera.for(this.stage.fit(this.sharpness.bounds(this.state.pixels, moving), aspect));
+    this.stage.layOut(aspect);
     const id = this.nextId++;
     this.looks.set(id, { camera, time: performance.now(), moving });
     const edits = { index: [...index], absorption: [...absorption] };
@@ -301,6 +305,7 @@ class Page {
     for (const id of this.looks.keys()) if (id < header.id) this.looks.delete(id);
     this.shown = look.camera;
     this.range = header.range;
+    this.sharpness.learn(header, look.moving);
     this.stage.showRendering(bitmap);
     this.redraw();
     const now = performance.now();
@@ -314,7 +319,16 @@ class Page {
     });
     document.body.dataset.frame = String(header.frame);
     document.body.dataset.rays = String(header.rays);
-    document.body.dataset.last = String(header.last && !look.moving);
+    document.body.dataset.last = String(header.last && !look.moving && !this.sharpen(look.camera.size));
+  }
+
+  /** Asks for a picture that is larger than this one, if the program has turned out to be faster than was thought. */
+  private sharpen(size: [number, number]): boolean {
+    const { photo, pixels } = this.state;
+    const aspect = photo === null ? null : size[0] / size[1];
+    const isSharper = this.stage.fit(this.sharpness.bounds(pixels, false), aspect)[0] > SHARPER * size[0];
+    if (isSharper) this.changed(false);
+    return isSharper;
   }
 
   private redraw(): void {
@@ -328,7 +342,7 @@ class Page {
   }
 
   private addKey(): void {
-    this.state.keys.push(structuredClone(this.camera.for(this.stage.fit(this.state.pixels, null))));
+    this.state.keys.push(structuredClone(this.camera.for(this.stage.fit(FILM, null))));
     this.panel.update();
     this.redraw();
   }
@@ -391,7 +405,9 @@ class Page {
       K: () => this.addKey(),
       R: () => this.home(),
       X: () => void this.screenshot(),
-      H: () => document.body.classList.toggle("alone"),
+      H: () => {
+        state.alone = document.body.classList.toggle("alone");
+      },
       Escape: () => this.forgetRay(),
     };
     actions[key]?.();

@@ -4,9 +4,10 @@ import { button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
 import { FULL_ERROR, indexLegend, words, type Compare } from "./legend";
 import { describe, summary } from "./rayview";
+import type { Settings } from "./settings";
 import { TrainingPanel } from "./training";
 
-export interface State {
+export interface State extends Settings {
   layer: Layer;
   straight: boolean;
   /** Index per region; null as learned. */
@@ -15,15 +16,8 @@ export interface State {
   absorption: (number | null)[];
   photo: number | null;
   compare: Compare;
-  /** Longest edge of the picture [pixel]. */
-  pixels: number;
-  boxes: boolean;
-  cameras: boolean;
-  surfaces: boolean;
   slice: { region: number; axis: number; at: number } | null;
   keys: PageCamera[];
-  seconds: number;
-  fps: number;
   ray: BentRay | null;
 }
 
@@ -51,6 +45,8 @@ export interface Measured {
   rate: number;
 }
 
+/** Longest edges to choose from [pixel]; null: as the screen. */
+const SIZES = [null, 640, 1280, 2048];
 /** Indices of the slider, and those of known materials. */
 const INDICES: [number, number, number] = [1, 2.5, 0.005];
 const MATERIALS: [string, number][] = [
@@ -193,8 +189,9 @@ export class Panel {
   }
 
   private buildPicture(): HTMLElement {
-    const sizes = new Choice<string>("Longest edge", [400, 640, 960, 1440].map((n) => [String(n), String(n), `${n} pixels`] as const), (n) => {
-      this.state.pixels = Number(n);
+    const options = SIZES.map((n) => (n ? ([String(n), String(n), `${n} pixels`] as const) : (["null", "as the screen", "Every pixel of the screen; fewer while it moves, and where the program is slow"] as const)));
+    const sizes = new Choice<string>("Longest edge", options, (n) => {
+      this.state.pixels = n === "null" ? null : Number(n);
       sizes.set(n);
       this.actions.changed(false);
     });

@@ -3,6 +3,7 @@
 import { ERRORS, FULL_ERROR, GAIN, Labels, words, type Compare, type Legend } from "./legend";
 import { draw, type Overlay } from "./overlay";
 import type { PageCamera, Scene } from "./protocol";
+import type { Bounds } from "./sharpness";
 
 /** Steps of the wipe's boundary by the arrow keys, and by the page keys. */
 const STEPS: Record<string, number> = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02, PageDown: -0.1, PageUp: 0.1 };
@@ -91,16 +92,21 @@ export class Stage {
     return (u * this.halves) % 1;
   }
 
-  /** Size of the picture to ask for, at most `most` pixels long, with this aspect if there is one. */
-  fit(most: number, aspect: number | null): [number, number] {
-    let [width, height] = [this.element.clientWidth / this.halves, this.element.clientHeight];
-    if (aspect !== null) [width, height] = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
-    this.shown = [width, height];
-    const density = Math.min(devicePixelRatio, most / Math.max(width, height));
+  /** Size of a rendering of this aspect, if there is one, on the page [CSS pixel]. */
+  private room(aspect: number | null): [number, number] {
+    const [width, height] = [this.element.clientWidth / this.halves, this.element.clientHeight];
+    return aspect === null ? [width, height] : [Math.min(width, height * aspect), Math.min(height, width / aspect)];
+  }
+
+  /** Size of the picture to ask for: the pixels of the screen within some bounds. */
+  fit({ edge, pixels }: Bounds, aspect: number | null): [number, number] {
+    const [width, height] = this.room(aspect);
+    const density = Math.min(devicePixelRatio, edge / Math.max(width, height), Math.sqrt(pixels / (width * height)));
     return [Math.max(16, Math.round(width * density)), Math.max(16, Math.round(height * density))];
   }
 
-  layOut(): void {
+  layOut(aspect: number | null): void {
+    this.shown = this.room(aspect);
     const [width, height] = [this.shown[0] * this.halves, this.shown[1]];
     const ratio = devicePixelRatio;
     for (const element of [this.frame, this.picture, this.lines]) {

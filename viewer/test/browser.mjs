@@ -202,7 +202,7 @@ async function tests(browser, viewer) {
   check("two pages are open at once", difference(first, await picture(other.page)) < 0.5);
   await other.page.close();
 
-  await use(browser, url, { check, newPage, best, picture, difference, act, shoot, slide, press });
+  await use(browser, url, { check, newPage, best, picture, difference, act, shoot, slide, press, start });
   await cameraPath(page);
   await refusals(browser, url);
   await comesBack(page, viewer, url);

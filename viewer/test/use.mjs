@@ -30,6 +30,7 @@ export async function use(browser, url, tools) {
   await zoom(page, tools);
   check("the page has reported no errors while it was used", errors.length === 0, errors.join("; "));
   await page.close();
+  await sharpness(browser, url, tools);
   await phone(browser, url, tools);
 }
 
@@ -163,6 +164,53 @@ async function zoom(page, { check, act, best, picture, shoot }) {
   await best(page);
   check("nor near by", await page.evaluate(() => document.querySelector("#message").hidden));
   await act(page, () => page.keyboard.press("r"));
+}
+
+/** The size of the picture as the panel tells it [pixel]. */
+const sizeOf = (page) =>
+  page.evaluate(() => {
+    const row = [...document.querySelectorAll(".facts dt")].find((dt) => dt.textContent === "picture");
+    return /(\d+) × (\d+)/.exec(row.nextElementSibling.textContent).slice(1).map(Number);
+  });
+
+async function sharpness(browser, url, { check, newPage, best, act, press, start }) {
+  const { page } = await newPage(browser, url);
+  await page.setViewport({ width: 800, height: 360, deviceScaleFactor: 2 });
+  await page.reload();
+  await best(page);
+  const [width, height] = await page.evaluate(() => [2 * document.querySelector("#stage").clientWidth, 2 * document.querySelector("#stage").clientHeight]);
+  const size = await sizeOf(page);
+  check("a picture has the pixels of a dense screen", size[0] === width && size[1] === height, `${size} of ${[width, height]}`);
+  const [x, y] = await middleOf(page);
+  const moved = await act(page, async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let k = 0; k < 20; k++) await page.mouse.move(x + 4 * k, y);
+    await page.mouse.up();
+  });
+  check("also after it has moved", moved && (await sizeOf(page))[0] === width, String(await sizeOf(page)));
+
+  await act(page, () => press(page, "640"));
+  check("a size can be chosen", Math.max(...(await sizeOf(page))) === 640, String(await sizeOf(page)));
+  await page.keyboard.press("h");
+  await page.goto("about:blank");
+  const other = start();
+  try {
+    await page.goto(await other.url);
+    await best(page);
+    const kept = await page.evaluate(() => [document.querySelector('[aria-label="Longest edge"] [aria-pressed=true]').textContent, document.body.className].join());
+    check("another start of the viewer has the settings of the last", kept === "640,alone", kept);
+    await page.goto("about:blank");
+    await page.setCookie({ name: "refraxel_settings", value: "%7Bnonsense", domain: "127.0.0.1", path: "/" });
+    await page.goto(await other.url);
+    await best(page);
+    check("settings that make no sense are forgotten", (await page.evaluate(() => document.body.className)) === "");
+  } finally {
+    other.child.removeAllListeners("exit");
+    other.child.kill();
+  }
+  await page.deleteCookie(...(await page.cookies()));
+  await page.close();
 }
 
 async function phone(browser, url, { check, newPage, best, shoot }) {
