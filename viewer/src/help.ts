@@ -29,7 +29,9 @@ const KEYS: [string, string][] = [
 export function fill(dialog: HTMLDialogElement): void {
   const list = el("dl", { class: "keys" });
   for (const [key, meaning] of KEYS) list.append(el("dt", {}, key), el("dd", {}, meaning));
-  dialog.append(el("h2", {}, "Keys and gestures"), list, button("Close", "Close", () => dialog.close()));
+  // The title takes the focus, so that the list opens at its top.
+  const title = el("h2", { id: "help-title", tabindex: "-1", autofocus: true }, "Keys and gestures");
+  dialog.append(el("header", {}, title, button("Close", "Close (Esc)", () => dialog.close())), list);
   dialog.addEventListener("click", (event) => {
     if (event.target === dialog) dialog.close();
   });

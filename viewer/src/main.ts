@@ -18,6 +18,8 @@ import { mix, sub, unit, type Vec3 } from "./vectors";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
+/** Why a ray is asked for: to show it, to turn around what it sees, or as the medium of the one that is shown has changed. */
+const RAY = { click: 1, center: 2, follow: 3 };
 /** A picture is painted again if it becomes larger by this factor. */
 const SHARPER = 1.25;
 /** Bounds on the frames of films [pixel]. */
@@ -101,8 +103,8 @@ class Page {
         this.leavePhoto();
         this.changed(true);
       },
-      click: (u, v) => this.link.send({ ask: "ray", id: 1, u: this.stage.inView(u), v }),
-      center: (u, v) => this.link.send({ ask: "ray", id: 2, u: this.stage.inView(u), v }),
+      click: (u, v) => this.link.send({ ask: "ray", id: RAY.click, u: this.stage.inView(u), v }),
+      center: (u, v) => this.link.send({ ask: "ray", id: RAY.center, u: this.stage.inView(u), v }),
     });
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
@@ -129,7 +131,7 @@ class Page {
     else if (tell.tell === "training") this.panel.training.tell(tell);
     else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
     else if (tell.tell === "refused") this.messages.say(tell.why);
-    else if (tell.id === 2) {
+    else if (tell.id === RAY.center) {
       if (!tell.ray.seen) return;
       this.leavePhoto();
       this.camera.lookAt(tell.ray.seen[1]);
@@ -137,6 +139,7 @@ class Page {
     } else {
       this.state.ray = tell.ray;
       this.panel.showRay(this.scene!);
+      if (tell.id === RAY.click) this.panel.goToRay();
       this.redraw();
     }
   }
@@ -268,7 +271,7 @@ class Page {
     const { ray, slice } = this.state;
     if (ray) {
       const direction = unit(sub(ray.straight[1], ray.straight[0]));
-      this.link.send({ ask: "follow", id: 1, origin: ray.straight[0], direction });
+      this.link.send({ ask: "follow", id: RAY.follow, origin: ray.straight[0], direction });
     }
     if (slice) this.askSlice();
   }
@@ -353,10 +356,12 @@ class Page {
     const start = performance.now();
     const run = (this.playing = start);
     this.leavePhoto();
+    const cuts = matchMedia("(prefers-reduced-motion: reduce)").matches ? keys.length - 1 : Infinity;
     const step = (now: number) => {
       if (this.playing !== run) return;
       const t = (now - start) / (1000 * seconds);
-      this.camera.take(at(keys, t), this.middle());
+      // Who wants less motion sees the keyframes one after the other.
+      this.camera.take(at(keys, Number.isFinite(cuts) ? Math.floor(t * cuts) / cuts : t), this.middle());
       if (t >= 1) this.playing = 0;
       this.changed(t < 1);
       if (t < 1) requestAnimationFrame(step);
@@ -407,6 +412,7 @@ class Page {
       X: () => void this.screenshot(),
       H: () => {
         state.alone = document.body.classList.toggle("alone");
+        this.stage.element.focus({ preventScroll: true });
       },
       Escape: () => this.forgetRay(),
     };

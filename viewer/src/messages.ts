@@ -5,6 +5,12 @@ import { button } from "./dom";
 /** How long a message stays, and one with something to press [ms]. */
 const [STAYS, STAYS_TO_PRESS] = [8000, 20_000];
 
+/** Hides what is over the picture; the picture takes the focus if that was inside. */
+export function hide(element: HTMLElement): void {
+  if (element.contains(document.activeElement)) document.querySelector<HTMLElement>("#stage")!.focus({ preventScroll: true });
+  element.hidden = true;
+}
+
 export class Messages {
   private readonly element = document.querySelector<HTMLElement>("#message")!;
   private timer = 0;
@@ -32,6 +38,6 @@ export class Messages {
 
   clear(): void {
     clearTimeout(this.timer);
-    this.element.hidden = true;
+    hide(this.element);
   }
 }

@@ -3,6 +3,7 @@
 import { button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
 import { FULL_ERROR, indexLegend, words, type Compare } from "./legend";
+import { hide } from "./messages";
 import { describe, summary } from "./rayview";
 import type { Settings } from "./settings";
 import { TrainingPanel } from "./training";
@@ -289,15 +290,18 @@ export class Panel {
     this.media.replaceChildren(this.media.firstElementChild!, ...parts, el("div", { class: "row" }, ...materials, learned));
   }
 
-  /** Shows the ray in numbers: in short over the picture, and all of them here, where they come into sight. */
+  /** Shows the ray in numbers: in short over the picture, and all of them here. */
   showRay(scene: Scene): void {
     const { ray } = this.state;
     if (!ray) return this.update();
     this.rayBody.replaceChildren(describe(ray, scene), el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."));
-    const close = button("×", "Forget the ray (Esc)", () => this.actions.forgetRay());
-    close.setAttribute("aria-label", "Forget the ray");
+    const close = button("×", "Forget the ray", () => this.actions.forgetRay());
     this.rayCard.replaceChildren(summary(ray), close);
     this.rayCard.hidden = false;
+  }
+
+  /** Brings all numbers of the ray into sight. */
+  goToRay(): void {
     this.ray.scrollIntoView({ block: "nearest" });
   }
 
@@ -342,7 +346,7 @@ export class Panel {
     this.photos.value = state.photo === null ? "" : String(state.photo);
     this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
     if (state.ray) return;
-    this.rayCard.hidden = true;
+    hide(this.rayCard);
     this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
   }
 }

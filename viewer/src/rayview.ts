@@ -83,6 +83,7 @@ function side(ray: BentRay, scene: Scene): HTMLCanvasElement {
   };
   line(ray.straight, STRAIGHT, 2, [8, 6]);
   line(ray.points, BENT, 4, []);
+  const ink = getComputedStyle(document.body).color;
   ctx.font = "600 22px system-ui, sans-serif";
   marks.forEach((mark, k) => {
     const [x, y] = at(mark);
@@ -90,6 +91,7 @@ function side(ray: BentRay, scene: Scene): HTMLCanvasElement {
     ctx.arc(x, y, 7, 0, 2 * Math.PI);
     ctx.fillStyle = BENT;
     ctx.fill();
+    ctx.fillStyle = ink;
     ctx.fillText(String(k + 1), x + 8, y - 10);
   });
   return canvas;

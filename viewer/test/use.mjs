@@ -28,6 +28,9 @@ export async function use(browser, url, tools) {
   await answers(page, tools);
   await comparison(page, tools);
   await zoom(page, tools);
+  await keyboard(page, tools);
+  await contrast(page, tools);
+  await stillness(page, tools);
   check("the page has reported no errors while it was used", errors.length === 0, errors.join("; "));
   await page.close();
   await sharpness(browser, url, tools);
@@ -166,6 +169,120 @@ async function zoom(page, { check, act, best, picture, shoot }) {
   await act(page, () => page.keyboard.press("r"));
 }
 
+/** What has the focus, whether that is seen, and its name. */
+const focused = (page) =>
+  page.evaluate(() => {
+    const at = document.activeElement;
+    const styles = [at, ...(at.id === "wipe" ? ["::after"] : [])].map((e) => (typeof e === "string" ? getComputedStyle(at, e) : getComputedStyle(e)));
+    const isSeen = styles.some(({ outlineStyle, outlineWidth }) => outlineStyle !== "none" && parseFloat(outlineWidth) >= 2);
+    const name = at.getAttribute("aria-label") ?? (at.labels?.[0]?.textContent || at.textContent);
+    const { left, top } = at.getBoundingClientRect();
+    return { id: at.id || at.tagName.toLowerCase(), isSeen, name: name.trim(), left, top: top + document.querySelector("#panel").scrollTop };
+  });
+
+async function keyboard(page, { check, act, shoot }) {
+  await act(page, () => page.keyboard.press("n"));
+  await act(page, () => page.keyboard.press("c"));
+  await act(page, () => page.keyboard.press("c"));
+  await page.focus("#stage");
+  const found = [];
+  for (let k = 0; k < 90; k++) {
+    await page.keyboard.press("Tab");
+    const at = await focused(page);
+    if (at.id === "body" || found.some((f) => f.left === at.left && f.top === at.top && f.name === at.name)) break;
+    found.push(at);
+  }
+  check("Tab goes from the picture to the boundary of the wipe and through all controls", found[0].id === "wipe" && found.length > 30, `${found.length} stops`);
+  const hidden = found.filter((at) => !at.isSeen).map((at) => at.name || at.id);
+  check("the focus is seen everywhere", hidden.length === 0, hidden.join());
+  const nameless = found.filter((at) => !/[a-z0-9]/i.test(at.name)).map((at) => at.id);
+  check("everything has a name in words", nameless.length === 0, nameless.join());
+  const back = found.slice(1).filter((at, k, all) => k > 0 && at.top + 4 < all[k - 1].top).map((at) => at.name);
+  check("and nothing comes before what is above it", back.length === 0, back.join());
+
+  await page.focus("#wipe");
+  const value = () => page.evaluate(() => Number(document.querySelector("#wipe").getAttribute("aria-valuenow")));
+  const steps = [await value()];
+  for (const key of ["ArrowRight", "PageDown", "Home", "End"]) {
+    await page.keyboard.press(key);
+    steps.push(await value());
+  }
+  check("keys move the boundary of the wipe", steps.join() === "50,52,42,0,100", steps.join());
+  await shoot(page, "wipe_focus");
+  await page.focus("#stage");
+  await page.setViewport({ width: 700, height: 300 });
+  await page.keyboard.type("?");
+  const top = await page.evaluate(() => [document.querySelector("#help").scrollTop, document.activeElement.textContent].join());
+  check("help opens at its top", top === "0,Keys and gestures", top);
+  await shoot(page, "help");
+  await page.keyboard.press("Escape");
+  await page.setViewport({ width: 1200, height: 760 });
+  await act(page, () => page.keyboard.press("r"));
+}
+
+/** Texts and borders of controls that are too pale for WCAG 2.2 AA: 4.5 to 1 for texts, 3 to 1 for borders. */
+const pale = (page) =>
+  page.evaluate(() => {
+    const channels = (colour) => colour.match(/[\d.]+/g).map(Number);
+    const luminance = (colour) => {
+      const [r, g, b] = channels(colour).map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const contrast = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    const ground = (element) => {
+      const colour = getComputedStyle(element).backgroundColor;
+      return (channels(colour)[3] ?? 1) === 1 ? colour : ground(element.parentElement);
+    };
+    const found = [];
+    for (const element of document.querySelectorAll("#panel *, #answers *, #help *, #notice")) {
+      const style = getComputedStyle(element);
+      const owns = [...element.childNodes].some((n) => n.nodeType === Node.TEXT_NODE && n.textContent.trim());
+      const text = contrast(luminance(style.color), luminance(ground(element)));
+      if (owns && text < 4.5) found.push(`${element.textContent.trim()}: ${text.toFixed(2)}`);
+      const edge = contrast(luminance(style.borderTopColor), luminance(ground(element.parentElement)));
+      if (/^(BUTTON|SELECT)$/.test(element.tagName) && edge < 3) found.push(`border of ${element.textContent.trim().slice(0, 9)}: ${edge.toFixed(2)}`);
+    }
+    return found;
+  });
+
+async function contrast(page, { check, shoot }) {
+  for (const value of ["light", "dark"]) {
+    await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value }]);
+    const found = await pale(page);
+    check(`in ${value} colours all texts and borders have enough contrast`, found.length === 0, found.join("; "));
+    await shoot(page, `panel_${value}`);
+  }
+}
+
+/** Who wants less motion sees the keyframes of a path, and nothing in between. */
+async function stillness(page, { check, act, best, slide, press }) {
+  await page.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: "reduce" }]);
+  await slide(page, "seconds", 1);
+  await page.keyboard.press("k");
+  await act(page, async () => {
+    await page.keyboard.down("ArrowRight");
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    await page.keyboard.up("ArrowRight");
+  });
+  await page.keyboard.press("k");
+  await best(page);
+  await page.evaluate(() => {
+    const send = WebSocket.prototype.send;
+    window.eyes = new Set();
+    WebSocket.prototype.send = function (text) {
+      const ask = JSON.parse(text);
+      if (ask.ask === "look") window.eyes.add(ask.camera.eye.map((x) => x.toFixed(6)).join());
+      return send.call(this, text);
+    };
+  });
+  await act(page, () => page.keyboard.press("Space"));
+  const places = await page.evaluate(() => window.eyes.size);
+  check("a path is played without motion where that is asked for", places === 2, `${places} places`);
+  await press(page, "Clear");
+  await page.emulateMediaFeatures([]);
+  await act(page, () => page.keyboard.press("r"));
+}
+
 /** The size of the picture as the panel tells it [pixel]. */
 const sizeOf = (page) =>
   page.evaluate(() => {
@@ -213,6 +330,15 @@ async function sharpness(browser, url, { check, newPage, best, act, press, start
   await page.close();
 }
 
+/** Waits until the panel no longer scrolls from a swipe. */
+async function settled(page) {
+  const place = () => page.evaluate(() => document.querySelector("#panel").scrollTop);
+  for (let before = NaN, now = await place(); now !== before; ) {
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    [before, now] = [now, await place()];
+  }
+}
+
 async function phone(browser, url, { check, newPage, best, shoot }) {
   const { page } = await newPage(browser, url);
   await page.setViewport(PHONE);
@@ -225,5 +351,33 @@ async function phone(browser, url, { check, newPage, best, shoot }) {
   await shown(page, "#message");
   check("and so are messages", await inSight(page, "#message"));
   await shoot(page, "phone");
+
+  const slider = 'input[aria-label="n"]';
+  const value = () => page.evaluate((slider) => document.querySelector(slider).value, slider);
+  await page.evaluate((slider) => document.querySelector(slider).scrollIntoView({ block: "center" }), slider);
+  const [before, scrolled] = [await value(), await page.evaluate(() => document.querySelector("#panel").scrollTop)];
+  const box = await (await page.$(slider)).boundingBox();
+  const swipe = async (dx, dy) => {
+    const from = [box.x + 0.7 * box.width, box.y + box.height / 2];
+    await page.touchscreen.touchStart(...from);
+    for (let k = 1; k <= 10; k++) await page.touchscreen.touchMove(from[0] + (dx * k) / 10, from[1] + (dy * k) / 10);
+    await page.touchscreen.touchEnd();
+  };
+  await swipe(4, -70);
+  await page.waitForFunction((scrolled) => document.querySelector("#panel").scrollTop !== scrolled, {}, scrolled);
+  await settled(page);
+  check("a swipe over the slider of the index scrolls, and leaves the index alone", (await value()) === before, `${before}, then ${await value()}`);
+  await page.evaluate((slider) => document.querySelector(slider).scrollIntoView({ block: "center" }), slider);
+  const turned = await textOf(page, "#ray");
+  const place = async () => (await (await page.$(slider)).boundingBox()).y;
+  const at = await place();
+  await swipe(40, 0);
+  check("a finger along the slider moves it", (await value()) > before, `${before} to ${await value()}`);
+  const along = await value();
+  await page.waitForFunction((turned) => document.querySelector("#ray").textContent !== turned, {}, turned);
+  const moved = (await place()) - at;
+  check("the ray follows, and the slider stays under the finger", moved === 0, `${moved} pixels`);
+  await page.touchscreen.tap(box.x + 0.3 * box.width, box.y + box.height / 2);
+  check("and so does a tap", (await value()) < along, await value());
   await page.close();
 }
