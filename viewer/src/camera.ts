@@ -94,6 +94,13 @@ export class Camera {
     this.eye = sub(mix(min, max, 0.5), scale(this.axes[2], this.distance));
   }
 
+  /** Turns around the pivot until it looks in a direction. */
+  lookAlong(direction: Vec3): void {
+    const pivot = this.pivot;
+    this.axes = this.facing(unit(direction));
+    this.eye = sub(pivot, scale(this.axes[2], this.distance));
+  }
+
   /** Puts the horizon level. */
   level(): void {
     const pivot = this.pivot;
@@ -105,8 +112,15 @@ export class Camera {
 
   private facing(forward: Vec3): [Vec3, Vec3, Vec3] {
     const sideways = cross(forward, this.up);
-    const right = length(sideways) > 1e-6 ? unit(sideways) : this.axes[0];
+    const right = unit(length(sideways) > 1e-6 ? sideways : this.acrossOwn(forward));
     return [right, unit(cross(forward, right)), forward];
+  }
+
+  /** Across a direction along the vertical, which leaves that open: as near to the own right as can be. */
+  private acrossOwn(forward: Vec3): Vec3 {
+    const part = (axis: Vec3) => sub(axis, scale(forward, dot(axis, forward)));
+    const [right, down] = [part(this.axes[0]), part(this.axes[1])];
+    return length(right) > 0.5 ? right : down;
   }
 
   /** Around the pivot [rad]. */

@@ -14,7 +14,8 @@ import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell
 import * as settings from "./settings";
 import { Sharpness } from "./sharpness";
 import { Stage } from "./stage";
-import { mix, sub, unit, type Vec3 } from "./vectors";
+import { cross, dot, mix, scale, sub, unit, type Vec3 } from "./vectors";
+import { Views } from "./views";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
@@ -33,6 +34,7 @@ class Page {
   private readonly messages = new Messages();
   private readonly sharpness = new Sharpness();
   private readonly camera = new Camera();
+  private readonly views: Views;
   private readonly panel: Panel;
   private readonly link: Link;
   private readonly help = document.querySelector<HTMLDialogElement>("#help")!;
@@ -72,7 +74,12 @@ class Page {
 
   constructor() {
     fill(this.help);
-    this.panel = new Panel(document.querySelector("#panel")!, this.state, {
+    this.views = new Views(this.camera, this.state, {
+      moved: () => this.moved(),
+      home: () => this.home(),
+      frame: () => this.frame(),
+    });
+    this.panel = new Panel(document.querySelector("#panel")!, this.views, this.state, {
       changed: (moving) => this.changed(moving),
       overlay: () => {
         this.askSurfaces();
@@ -88,7 +95,6 @@ class Page {
       addKey: () => this.addKey(),
       screenshot: () => void this.screenshot(),
       help: () => this.help.showModal(),
-      home: () => this.home(),
       ask: (wish) => this.link.send(wish),
     });
     this.link = new Link({
@@ -98,11 +104,7 @@ class Page {
       picture: (header, jpeg) => void this.receive(header, jpeg),
     });
     listen(this.stage.element, this.camera, {
-      moved: () => {
-        this.playing = 0;
-        this.leavePhoto();
-        this.changed(true);
-      },
+      moved: () => this.moved(),
       click: (u, v) => this.link.send({ ask: "ray", id: RAY.click, u: this.stage.inView(u), v }),
       center: (u, v) => this.link.send({ ask: "ray", id: RAY.center, u: this.stage.inView(u), v }),
     });
@@ -111,6 +113,13 @@ class Page {
     addEventListener("keydown", (event) => this.key(event));
     document.body.classList.toggle("alone", this.state.alone);
     addEventListener("pagehide", () => settings.save(this.state));
+  }
+
+  /** A hand has moved the camera. */
+  private moved(): void {
+    this.playing = 0;
+    this.leavePhoto();
+    this.changed(true);
   }
 
   private connected(): void {
@@ -182,9 +191,33 @@ class Page {
   }
 
   private home(): void {
-    this.leavePhoto();
     this.camera.take(this.scene!.start, this.middle());
-    this.changed(true);
+    this.moved();
+    this.panel.update();
+  }
+
+  /** What the shown ray meets first fills the picture; without a ray all that refracts, or the scene. */
+  private frame(): void {
+    const { regions } = this.scene!;
+    const met = this.state.ray?.bounces[0]?.region;
+    const framed = met === undefined ? regions : [regions[met]!];
+    const boxes = framed.length > 0 ? framed : [this.scene!];
+    const end = (side: "min" | "max") => [0, 1, 2].map((k) => Math[side](...boxes.map((b) => b[side][k]!))) as Vec3;
+    this.camera.frame(end("min"), end("max"));
+    this.moved();
+  }
+
+  private frameScene(): void {
+    this.camera.frame(this.scene!.min, this.scene!.max);
+    this.moved();
+  }
+
+  /** Looks from the front, from the right or from above, as the start and the scene have them. */
+  private lookAlong(side: "front" | "right" | "above"): void {
+    const { up, start } = this.scene!;
+    const ahead = unit(sub(start.axes[2], scale(up, dot(start.axes[2], up))));
+    this.camera.lookAlong({ front: ahead, right: cross(up, ahead), above: scale(up, -1) }[side]);
+    this.moved();
   }
 
   private goTo(view: number | null): void {
@@ -382,8 +415,9 @@ class Page {
 
   private key(event: KeyboardEvent): void {
     if (isTaken(event)) return;
-    const digit = /^Digit([1-7])$/.exec(event.code)?.[1];
-    if (digit) this.panel.chooseLayer(LAYERS[Number(digit) - 1]!);
+    const digit = Number(/^Digit([1-9])$/.exec(event.code)?.[1]);
+    if (digit && event.shiftKey) this.views.go(digit - 1);
+    else if (digit) this.panel.chooseLayer(LAYERS[digit - 1] ?? this.state.layer);
     else if (event.key === "?") this.help.showModal();
     else if (event.code === "Space") this.play();
     else if (!this.letter(letterOf(event))) return;
@@ -409,6 +443,16 @@ class Page {
       },
       K: () => this.addKey(),
       R: () => this.home(),
+      F: () => this.frame(),
+      Home: () => this.frameScene(),
+      L: () => {
+        this.views.toggleLevel();
+        this.panel.update();
+      },
+      M: () => this.views.add(),
+      Numpad1: () => this.lookAlong("front"),
+      Numpad3: () => this.lookAlong("right"),
+      Numpad7: () => this.lookAlong("above"),
       X: () => void this.screenshot(),
       H: () => {
         state.alone = document.body.classList.toggle("alone");

@@ -6,6 +6,7 @@ import { FULL_ERROR, indexLegend, words, type Compare } from "./legend";
 import { hide } from "./messages";
 import { describe, summary } from "./rayview";
 import type { Settings } from "./settings";
+import type { Views } from "./views";
 import { TrainingPanel } from "./training";
 
 export interface State extends Settings {
@@ -35,7 +36,6 @@ export interface Actions {
   addKey(): void;
   screenshot(): void;
   help(): void;
-  home(): void;
   ask(wish: Ask): void;
 }
 
@@ -92,7 +92,7 @@ export class Panel {
   /** Bytes received, and when. */
   private received: { time: number; bytes: number }[] = [];
 
-  constructor(root: HTMLElement, private readonly state: State, private readonly actions: Actions) {
+  constructor(root: HTMLElement, private readonly views: Views, private readonly state: State, private readonly actions: Actions) {
     const layers = LAYERS.map((l, k) => [l, l, `${LAYER_TITLES[l]} (${k + 1})`] as const);
     this.layers = new Choice("Layer", layers, (l) => this.chooseLayer(l));
     const [straight, box] = checkbox("straight rays", "As if nothing bent them (B)", (on) => {
@@ -120,6 +120,7 @@ export class Panel {
       section("Layer", this.layers.element, straight),
       this.media,
       this.ray,
+      this.views.element,
       this.photoSection,
       this.sliceSection,
       this.buildOverlays(),
@@ -197,7 +198,7 @@ export class Panel {
       this.actions.changed(false);
     });
     sizes.set(String(this.state.pixels));
-    const row = el("div", { class: "row" }, button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot()), button("Start view", "Back to the start (R)", () => this.actions.home()));
+    const row = el("div", { class: "row" }, button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot()));
     return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row, el("p", { class: "label" }, "scene"), this.scene);
   }
 
@@ -342,6 +343,7 @@ export class Panel {
     this.layers.set(state.layer);
     this.compare.set(state.compare);
     this.straight.checked = state.straight;
+    this.views.update();
     this.overlays.forEach((update) => update());
     this.photos.value = state.photo === null ? "" : String(state.photo);
     this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;

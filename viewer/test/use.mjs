@@ -28,6 +28,7 @@ export async function use(browser, url, tools) {
   await answers(page, tools);
   await comparison(page, tools);
   await zoom(page, tools);
+  await views(page, tools);
   await keyboard(page, tools);
   await contrast(page, tools);
   await stillness(page, tools);
@@ -167,6 +168,32 @@ async function zoom(page, { check, act, best, picture, shoot }) {
   await best(page);
   check("nor near by", await page.evaluate(() => document.querySelector("#message").hidden));
   await act(page, () => page.keyboard.press("r"));
+}
+
+async function views(page, { check, act, best, picture, difference, slide, shoot }) {
+  const start = await picture(page);
+  const wide = await act(page, () => slide(page, "field of view", 90));
+  check("the field of view can be chosen", difference(start, wide) > 3, difference(start, wide).toFixed(2));
+  await page.keyboard.press("m");
+  const glass = await act(page, () => page.keyboard.press("f"));
+  check("F fills the picture with the glass", difference(wide, glass) > 3, difference(wide, glass).toFixed(2));
+  await shoot(page, "framed");
+  const scene = await act(page, () => page.keyboard.press("Home"));
+  check("and Home with the scene", difference(scene, glass) > 3, difference(scene, glass).toFixed(2));
+  const above = await act(page, () => page.keyboard.press("Numpad7"));
+  check("7 of the number pad looks from above", difference(scene, above) > 3, difference(scene, above).toFixed(2));
+  await shoot(page, "above");
+  await page.reload();
+  await best(page);
+  const back = await act(page, async () => {
+    await page.keyboard.down("Shift");
+    await page.keyboard.press("Digit1");
+    await page.keyboard.up("Shift");
+  });
+  check("a bookmark leads back to its view, also after the page was loaded again", difference(wide, back) < 0.5, difference(wide, back).toFixed(2));
+  await page.click('[aria-label="Forgets view 1"]');
+  const home = await act(page, () => page.keyboard.press("r"));
+  check("R goes back to the start, with its field of view", difference(home, start) < 0.5, difference(home, start).toFixed(2));
 }
 
 /** What has the focus, whether that is seen, and its name. */
