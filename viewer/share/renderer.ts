@@ -49,6 +49,9 @@ export class Renderer {
   private rows = 16;
   /** Pixels per millisecond of late. */
   speed = 200;
+  /** Why the device has gone; until then the promise is kept waiting. */
+  readonly lost: Promise<string>;
+  private isLost = false;
 
   private constructor(
     private readonly device: GPUDevice,
@@ -56,6 +59,10 @@ export class Renderer {
     private readonly scene: SharedScene,
     code: string,
   ) {
+    this.lost = device.lost.then(({ message, reason }) => {
+      this.isLost = true;
+      return message || reason;
+    });
     const { document: doc, bytes } = scene;
     const buffer = (data: ArrayBufferLike | ArrayBufferView<ArrayBuffer>, usage: number) => {
       const size = Math.max(16, Math.ceil(data.byteLength / 4) * 4);
@@ -72,7 +79,11 @@ export class Renderer {
     const reals = (of: Uint8Array) => new Float32Array(bytes, of.byteOffset, of.byteLength / 4);
     const numbers = [reals(part("scales")), reals(part("planes")), ...doc.splines.map((s) => unpack(bytes, s))];
     const joined = new Float32Array(numbers.reduce((sum, n) => sum + n.length, 0));
-    numbers.reduce((at, n) => (joined.set(n, at), at + n.length), 0);
+    let at = 0;
+    for (const n of numbers) {
+      joined.set(n, at);
+      at += n.length;
+    }
     const buffers = [
       this.view,
       buffer(part("scene"), UNIFORM),
@@ -123,7 +134,7 @@ export class Renderer {
     return renderer;
   }
 
-  /** Paints a picture of a camera and shows it; false where `isStale` has said that another one is wanted. */
+  /** Paints a picture of a camera and shows it; false where `isStale` has said that another one is wanted, or the device has gone. */
   async render(camera: PageCamera, edits: Edits, isStale: () => boolean): Promise<boolean> {
     const [width, height] = camera.size;
     this.tell(camera, edits);
@@ -149,7 +160,7 @@ export class Renderer {
       this.speed += 0.3 * ((rows * width) / time - this.speed);
       this.rows = Math.max(4, Math.min(4096, Math.round((this.speed * BAND) / width)));
       y += rows;
-      if (isStale()) return false;
+      if (this.isLost || isStale()) return false;
     }
     this.show();
     return true;

@@ -27,7 +27,9 @@ export interface Packed extends Part {
 export interface Document {
   name: string;
   up: Vec3;
-  middle: Vec3;
+  /** Corners of the scene's box. */
+  min: Vec3;
+  max: Vec3;
   start: PageCamera;
   /** Constants of the shaders. */
   constants: { u32: Record<string, number>; f32: Record<string, number> };

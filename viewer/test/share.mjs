@@ -35,7 +35,7 @@ if (!run.endsWith(".html")) {
 }
 
 /** Opens the page in a browser of its own. */
-async function open(flags, act) {
+async function open(flags, act, prepare = async () => {}) {
   const profile = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
   const options = { executablePath: CHROMIUM, headless: true, args: [...FLAGS, ...flags], userDataDir: profile, timeout: PATIENCE, protocolTimeout: PATIENCE };
   const browser = await puppeteer.launch(options);
@@ -46,7 +46,8 @@ async function open(flags, act) {
     page.on("pageerror", (error) => errors.push(String(error)));
     page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
     page.on("request", (request) => !/^(file|data|blob):/.test(request.url()) && errors.push(`asks for ${request.url()}`));
-    await page.setViewport({ width: 240, height: 240 });
+    await page.setViewport({ width: 240, height: 320 });
+    await prepare(page);
     await page.goto(`file://${file}`);
     await act(page);
     check("the page has reported no errors and asked for nothing", errors.length === 0, errors.join("; "));
@@ -76,10 +77,15 @@ const pixels = (page, what) =>
     }
     return [...ctx.getImageData(0, 0, 64, 64).data];
   }, what);
+/** The square in the middle of the stage, which shows what square photographs show. */
+const middle = (page) =>
+  page.evaluate(() => {
+    const { left, top, width, height } = document.querySelector("#stage").getBoundingClientRect();
+    const edge = Math.min(width, height);
+    return { x: left + (width - edge) / 2, y: top + (height - edge) / 2, width: edge, height: edge };
+  });
 async function shown(page) {
-  await page.evaluate(() => (document.querySelector("aside").style.display = "none"));
-  const png = await page.screenshot({ encoding: "base64" });
-  await page.evaluate(() => (document.querySelector("aside").style.display = ""));
+  const png = await page.screenshot({ encoding: "base64", clip: await middle(page) });
   return pixels(page, `data:image/png;base64,${png}`);
 }
 const difference = (a, b) => a.reduce((sum, x, k) => sum + Math.abs(x - b[k]), 0) / a.length;
@@ -120,12 +126,53 @@ await open(WEBGPU, async (page) => {
   await full(page, before);
   const turned = await shown(page);
   check("a drag turns the scene", difference(bent, turned) > 1, difference(bent, turned).toFixed(2));
+
+  for (const [width, height] of [[320, 480], [600, 500], [700, 500], [701, 500], [1000, 500]]) {
+    await page.setViewport({ width, height });
+    await page.evaluate(() => (document.querySelector("#panel").open = true));
+    const [stage, aside, scrolls] = await page.evaluate(() => [...["#stage", "aside"].map((s) => document.querySelector(s).getBoundingClientRect().toJSON()), document.documentElement.scrollWidth > innerWidth]);
+    const apart = aside.right <= stage.left || aside.top >= stage.bottom;
+    check(`in a window of ${width} pixels the controls lie beside the picture`, apart && stage.width > 250 && stage.height > 250 && !scrolls, `picture ${stage.width} × ${stage.height}`);
+  }
+  await page.setViewport({ width: 240, height: 320 });
+  await page.evaluate(() => (document.querySelector("#panel").open = false));
+  await shoot(page, "share_narrow");
 });
+
+/** Devices are remembered, so that the test can take them away. */
+const remember = (page) =>
+  page.evaluateOnNewDocument(() => {
+    const ask = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...words) {
+      return (window.device = await ask.apply(this, words));
+    };
+  });
+
+await open(
+  WEBGPU,
+  async (page) => {
+    await full(page);
+    const before = await shown(page);
+    await page.evaluate(() => window.device.destroy());
+    await page.waitForFunction(() => !document.querySelector("#note").hidden);
+    const note = await page.evaluate(() => document.querySelector("#note").textContent);
+    const isStill = await page.evaluate(() => !document.querySelector("#still").hidden);
+    check("a device that goes is told of, and leaves a picture", isStill && /device has gone/.test(note), note);
+    await shoot(page, "share_lost");
+    const last = await number(page);
+    await page.click("#note button");
+    await full(page, last);
+    const again = await shown(page);
+    check("and the scene goes on with another one", difference(before, again) < 0.5, difference(before, again).toFixed(2));
+  },
+  remember,
+);
 
 await open(["--disable-gpu"], async (page) => {
   await page.waitForFunction(() => document.body.dataset.failed);
   const note = await page.evaluate(() => document.querySelector("#note").textContent);
   check("without WebGPU it says why, and shows a picture", note.includes("WebGPU") && (await page.evaluate(() => document.querySelector("#still").naturalWidth > 0)), note);
+  check("and no controls that do nothing", await page.evaluate(() => document.querySelector("#panel").getClientRects().length === 0));
   await shoot(page, "share-still");
 });
 await rm(folder, { recursive: true, force: true });
