@@ -89,9 +89,16 @@ export class Camera {
 
   /** Looks in the same direction at a box, which fills the picture. */
   frame(min: Vec3, max: Vec3): void {
-    const radius = 0.5 * length(sub(max, min));
-    this.setDistance(radius / Math.sin(0.5 * Math.min(this.view, Math.PI / 2)));
-    this.eye = sub(mix(min, max, 0.5), scale(this.axes[2], this.distance));
+    const middle = mix(min, max, 0.5);
+    const [right, down, forward] = this.axes;
+    // From where a corner is at the edge of the picture.
+    const needed = (k: number) => {
+      const corner = sub([k & 1 ? max[0] : min[0], k & 2 ? max[1] : min[1], k & 4 ? max[2] : min[2]], middle);
+      const aside = Math.max(Math.abs(dot(corner, right)), Math.abs(dot(corner, down)));
+      return aside / Math.tan(0.5 * this.view) - dot(corner, forward);
+    };
+    this.setDistance(Math.max(...Array.from({ length: 8 }, (_, k) => needed(k))));
+    this.eye = sub(middle, scale(forward, this.distance));
   }
 
   /** Turns around the pivot until it looks in a direction. */
