@@ -105,7 +105,7 @@ export class Slider {
   ) {
     this.input = el("input", { type: "range", min: String(low), max: String(high), step: String(step), "aria-label": label });
     onSlide(this.input, () => {
-      this.shown.value = this.text(this.input.valueAsNumber);
+      this.show();
       change(this.input.valueAsNumber);
     });
     this.element = el("label", { class: "slider" }, el("span", {}, label), this.shown, this.input);
@@ -113,7 +113,12 @@ export class Slider {
 
   set(x: number): void {
     this.input.value = String(x);
-    this.shown.value = this.text(x);
+    this.show();
+  }
+
+  private show(): void {
+    this.shown.value = this.text(this.input.valueAsNumber);
+    this.input.setAttribute("aria-valuetext", this.shown.value);
   }
 }
 

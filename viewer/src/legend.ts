@@ -89,15 +89,19 @@ export class Labels {
     });
   }
 
-  /** A legend whose lower left corner is that of a picture [CSS pixel]. */
-  legend({ name, scale }: Legend, x: number, bottom: number): void {
+  /** A legend in the lower left corner of a picture that begins at `x`, on a canvas of this width [CSS pixel]. */
+  legend({ name, scale }: Legend, x: number, bottom: number, whole: number): void {
     this.inCssPixels(() => {
       const { ctx } = this;
       const widthOf = (text: string) => ctx.measureText(text).width;
       const ends = scale ? scale.ends.map(widthOf) : [];
       const row = scale ? ends[0]! + BAR[0] + ends[1]! + 2 * PAD : 0;
       const [width, height] = [Math.max(widthOf(name), row) + 2 * PAD, scale ? 2 * TALL - 2 : TALL];
-      const [left, top] = [x + EDGE, bottom - EDGE - height];
+      // On a narrow picture it is moved, and made smaller.
+      const fit = Math.min(1, (whole - 2 * EDGE) / width);
+      ctx.translate(Math.max(EDGE, Math.min(x + EDGE, whole - EDGE - width)), bottom - EDGE);
+      ctx.scale(fit, fit);
+      const [left, top] = [0, -height];
       this.box(left, top, width, height);
       ctx.fillText(name, left + PAD, top + TALL / 2);
       if (!scale) return;

@@ -371,10 +371,11 @@ class Page {
     if (!this.scene || !this.shown) return;
     const { ray, boxes, cameras, keys } = this.state;
     const surfaces = this.state.surfaces ? [...this.surfaces.values()].flat() : [];
-    const path = this.playing ? [] : keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
+    const path = this.playing || keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
+    const what = { ray, boxes, cameras, surfaces, plane: this.plane, path, keys: this.playing ? [] : keys };
     const legend = legendOf(this.state.layer, this.state.compare, this.range);
     const photo = this.state.photo === null ? null : this.scene.views[this.state.photo]!.name;
-    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, surfaces, plane: this.plane, path }, legend, photo);
+    this.stage.overlay(this.shown, this.scene, what, legend, photo);
   }
 
   private addKey(): void {
@@ -414,7 +415,8 @@ class Page {
   }
 
   private key(event: KeyboardEvent): void {
-    if (isTaken(event)) return;
+    // A key that is held goes on through photographs, and does nothing else twice.
+    if (isTaken(event) || (event.repeat && !/^[NP]$/.test(letterOf(event)))) return;
     const digit = Number(/^Digit([1-9])$/.exec(event.code)?.[1]);
     if (digit && event.shiftKey) this.views.go(digit - 1);
     else if (digit) this.panel.chooseLayer(LAYERS[digit - 1] ?? this.state.layer);

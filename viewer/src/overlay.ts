@@ -2,7 +2,7 @@
 
 import { projectLine, project } from "./camera";
 import type { BentRay, PageCamera, Piece, Scene } from "./protocol";
-import { add, dot, scale, sub, type Vec3 } from "./vectors";
+import { add, dot, length, scale, sub, type Vec3 } from "./vectors";
 
 export const BENT = "#e8590c";
 export const STRAIGHT = "#8b93a1";
@@ -18,6 +18,8 @@ export interface Overlay {
   plane: Vec3[] | null;
   surfaces: Piece[];
   path: Vec3[];
+  /** Keyframes of the path. */
+  keys: PageCamera[];
 }
 
 /** Draws everything as a camera sees it. `unit` is the pixels of the canvas per CSS pixel. */
@@ -27,13 +29,19 @@ export function draw(ctx: CanvasRenderingContext2D, camera: PageCamera, scene: S
     pen.box(scene.min, scene.max, STRAIGHT, 1);
     for (const region of scene.regions) pen.box(region.min, region.max, BOX, 1.5);
   }
+  const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
   if (what.cameras) {
-    const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
     scene.views.forEach((view) => pen.frustum(view.camera, size, view.split === "train" ? CAMERA : BENT));
   }
   pen.surface(what.surfaces);
   if (what.plane) pen.loop(what.plane, PLANE, 1.5);
   if (what.path.length > 1) pen.line(what.path, CAMERA, 2);
+  what.keys.forEach((key, k) => {
+    // That of where the camera is would be a line around the picture.
+    if (length(sub(key.eye, camera.eye)) < size) return;
+    pen.frustum(key, size, PLANE);
+    pen.dot(key.eye, PLANE, 4, String(k + 1));
+  });
   if (what.ray) pen.ray(what.ray);
 }
 

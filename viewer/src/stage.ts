@@ -201,7 +201,7 @@ export class Stage {
       parts.unshift(`Photograph ${name} on the left of the boundary`);
     }
     if (legend) {
-      labels.legend(legend, start, height);
+      labels.legend(legend, start, height, width * this.halves);
       parts.push(words(legend));
     }
     this.lines.setAttribute("aria-label", parts.join("; "));

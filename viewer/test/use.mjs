@@ -282,7 +282,7 @@ async function contrast(page, { check, shoot }) {
 }
 
 /** Who wants less motion sees the keyframes of a path, and nothing in between. */
-async function stillness(page, { check, act, best, slide, press }) {
+async function stillness(page, { check, act, best, slide, press, shoot }) {
   await page.emulateMediaFeatures([{ name: "prefers-reduced-motion", value: "reduce" }]);
   await slide(page, "seconds", 1);
   await page.keyboard.press("k");
@@ -305,8 +305,23 @@ async function stillness(page, { check, act, best, slide, press }) {
   await act(page, () => page.keyboard.press("Space"));
   const places = await page.evaluate(() => window.eyes.size);
   check("a path is played without motion where that is asked for", places === 2, `${places} places`);
-  await press(page, "Clear");
   await page.emulateMediaFeatures([]);
+  await act(page, async () => {
+    await page.keyboard.press("Numpad7");
+    await page.mouse.move(...(await middleOf(page)));
+    await page.mouse.wheel({ deltaY: 1000 });
+  });
+  const violet = await page.evaluate(() => {
+    const { width, height } = document.querySelector("#lines");
+    const data = document.querySelector("#lines").getContext("2d").getImageData(0, 0, width, height).data;
+    let count = 0;
+    for (let k = 0; k < data.length; k += 4)
+      if (Math.hypot(data[k] - 176, data[k + 1] - 71, data[k + 2] - 143) < 30 && data[k + 3] > 200) count++;
+    return count;
+  });
+  check("keyframes are drawn in the scene", violet > 50, `${violet} pixels`);
+  await shoot(page, "keyframes");
+  await press(page, "Clear");
   await act(page, () => page.keyboard.press("r"));
 }
 
@@ -378,6 +393,17 @@ async function phone(browser, url, { check, newPage, best, shoot }) {
   await shown(page, "#message");
   check("and so are messages", await inSight(page, "#message"));
   await shoot(page, "phone");
+
+  await page.keyboard.press("5");
+  await page.waitForFunction(() => document.querySelector("#lines").getAttribute("aria-label").includes("normal"));
+  const edge = await page.evaluate(() => {
+    const canvas = document.querySelector("#lines");
+    const { data } = canvas.getContext("2d").getImageData(canvas.width - 4, 0, 4, canvas.height);
+    return data.filter((a, k) => k % 4 === 3 && a > 0).length;
+  });
+  check("legends fit a narrow picture", edge === 0, `${edge} pixels at its edge`);
+  await shoot(page, "phone_legend");
+  await page.keyboard.press("1");
 
   const slider = 'input[aria-label="n"]';
   const value = () => page.evaluate((slider) => document.querySelector(slider).value, slider);
