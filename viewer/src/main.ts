@@ -111,7 +111,7 @@ class Page {
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
     addEventListener("keydown", (event) => this.key(event));
-    document.body.classList.toggle("alone", this.state.alone);
+    this.hidePanel(this.state.alone);
     addEventListener("pagehide", () => settings.save(this.state));
   }
 
@@ -120,6 +120,15 @@ class Page {
     this.playing = 0;
     this.leavePhoto();
     this.changed(true);
+  }
+
+  private hidePanel(isHidden: boolean): void {
+    this.state.alone = isHidden;
+    document.body.classList.toggle("alone", isHidden);
+    if (!isHidden) return this.messages.clear();
+    this.stage.element.focus({ preventScroll: true });
+    const show = { name: "Show it", title: "Brings the panel back", go: () => this.hidePanel(false) };
+    this.messages.say("The panel is hidden; H brings it back.", show);
   }
 
   private connected(): void {
@@ -396,7 +405,10 @@ class Page {
       const t = (now - start) / (1000 * seconds);
       // Who wants less motion sees the keyframes one after the other.
       this.camera.take(at(keys, Number.isFinite(cuts) ? Math.floor(t * cuts) / cuts : t), this.middle());
-      if (t >= 1) this.playing = 0;
+      if (t >= 1) {
+        this.playing = 0;
+        this.panel.update();
+      }
       this.changed(t < 1);
       if (t < 1) requestAnimationFrame(step);
     };
@@ -456,10 +468,7 @@ class Page {
       Numpad3: () => this.lookAlong("right"),
       Numpad7: () => this.lookAlong("above"),
       X: () => void this.screenshot(),
-      H: () => {
-        state.alone = document.body.classList.toggle("alone");
-        this.stage.element.focus({ preventScroll: true });
-      },
+      H: () => this.hidePanel(!state.alone),
       Escape: () => this.forgetRay(),
     };
     actions[key]?.();

@@ -243,7 +243,7 @@ async function keyboard(page, { check, act, shoot }) {
   check("help opens at its top", top === "0,Keys and gestures", top);
   await shoot(page, "help");
   await page.keyboard.press("Escape");
-  await page.setViewport({ width: 1200, height: 760 });
+  await page.setViewport({ width: 900, height: 560 });
   await act(page, () => page.keyboard.press("r"));
 }
 

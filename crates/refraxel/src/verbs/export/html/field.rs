@@ -13,8 +13,9 @@ use std::ops::Range;
 
 /// Share of the coefficients of colour that the 8 bits reach; the few beyond are cut.
 const REACHED: f64 = 0.999;
-/// Error of a voxel's colour by the rounding of its coefficients, in the root mean square over all directions: a step of a screen.
-const COLOUR_ERROR: f32 = 1.0 / 255.0;
+/// Error of a voxel's colour by the rounding of its coefficients, in the root mean square over all directions: two steps of a
+/// screen. Pixels err by less, since several voxels make one.
+const COLOUR_ERROR: f32 = 2.0 / 255.0;
 /// Bounds on the stretching of steps by the contraction: 4/m − 3/m² ≤ 4/3, and four times that where steps grow in groups.
 const STRETCH: [f32; 2] = [4.0 / 3.0, 16.0 / 3.0];
 
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_of_colours_err_by_a_step_of_a_screen_and_what_no_cell_reads_is_nothing() {
+    fn codes_of_colours_err_by_two_steps_of_a_screen_and_what_no_cell_reads_is_nothing() {
         let degree = ShDegree::new(2).unwrap();
         let cube = Aabb::new(Vec3::splat(-1.0_f32), Vec3::splat(1.0));
         let domain = Domain::with_longest(cube, Extent::Bounded, 8);
