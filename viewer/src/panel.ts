@@ -310,7 +310,7 @@ export class Panel {
     [this.sliceCanvas.width, this.sliceCanvas.height] = [bitmap.width, bitmap.height];
     this.sliceCanvas.getContext("2d")!.drawImage(bitmap, 0, 0);
     const legend = indexLegend(range);
-    this.sliceCanvas.setAttribute("aria-label", words(legend));
+    this.sliceCanvas.setAttribute("aria-label", `Index in the plane: ${words(legend)}`);
     const bar = el("i");
     bar.style.background = `linear-gradient(to right, ${legend.scale!.colours.join()})`;
     const [low, high] = legend.scale!.ends;
