@@ -368,7 +368,7 @@ async function sharpness(browser, url, { check, newPage, best, act, press, start
     other.child.removeAllListeners("exit");
     other.child.kill();
   }
-  await page.deleteCookie(...(await page.cookies()));
+  await page.deleteCookie({ name: "refraxel_settings", domain: "127.0.0.1", path: "/" });
   await page.close();
 }
 
