@@ -211,6 +211,7 @@ async function keyboard(page, { check, act, shoot }) {
   await act(page, () => page.keyboard.press("n"));
   await act(page, () => page.keyboard.press("c"));
   await act(page, () => page.keyboard.press("c"));
+  await page.evaluate(() => (document.querySelector("#panel").scrollTop = 0));
   await page.focus("#stage");
   const found = [];
   for (let k = 0; k < 90; k++) {
