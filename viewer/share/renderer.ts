@@ -31,7 +31,10 @@ export interface Edits {
 /** The declarations of constants, which are those of the program. */
 function constants({ constants: { u32, f32 } }: Document): string {
   const whole = Object.entries(u32).map(([name, value]) => `const ${name}: u32 = ${value}u;`);
-  const real = Object.entries(f32).map(([name, value]) => `const ${name}: f32 = ${Number.isInteger(value) && Math.abs(value) < 1e6 ? value.toFixed(1) : value}f;`);
+  const real = Object.entries(f32).map(
+    ([name, value]) =>
+      `const ${name}: f32 = ${Number.isInteger(value) && Math.abs(value) < 1e6 ? value.toFixed(1) : value}f;`,
+  );
   return [...whole, ...real].join("\n");
 }
 
@@ -49,6 +52,9 @@ export class Renderer {
   private rows = 16;
   /** Pixels per millisecond of late. */
   speed = 200;
+  /** Why the device has gone; until then the promise is kept waiting. */
+  readonly lost: Promise<string>;
+  private isLost = false;
 
   private constructor(
     private readonly device: GPUDevice,
@@ -56,6 +62,10 @@ export class Renderer {
     private readonly scene: SharedScene,
     code: string,
   ) {
+    this.lost = device.lost.then(({ message, reason }) => {
+      this.isLost = true;
+      return message || reason;
+    });
     const { document: doc, bytes } = scene;
     const buffer = (data: ArrayBufferLike | ArrayBufferView<ArrayBuffer>, usage: number) => {
       const size = Math.max(16, Math.ceil(data.byteLength / 4) * 4);
@@ -64,7 +74,8 @@ export class Renderer {
       return made;
     };
     // Parts begin at multiples of 4 bytes, and are written so.
-    const part = (name: keyof Document["parts"]) => new Uint8Array(bytes, doc.parts[name].at, 4 * Math.ceil(doc.parts[name].length / 4));
+    const part = (name: keyof Document["parts"]) =>
+      new Uint8Array(bytes, doc.parts[name].at, 4 * Math.ceil(doc.parts[name].length / 4));
     const { UNIFORM, STORAGE } = GPUBufferUsage;
     this.view = device.createBuffer({ size: 64, usage: UNIFORM | GPUBufferUsage.COPY_DST });
     this.media = new Uint8Array(part("regions")).buffer;
@@ -72,7 +83,11 @@ export class Renderer {
     const reals = (of: Uint8Array) => new Float32Array(bytes, of.byteOffset, of.byteLength / 4);
     const numbers = [reals(part("scales")), reals(part("planes")), ...doc.splines.map((s) => unpack(bytes, s))];
     const joined = new Float32Array(numbers.reduce((sum, n) => sum + n.length, 0));
-    numbers.reduce((at, n) => (joined.set(n, at), at + n.length), 0);
+    let at = 0;
+    for (const n of numbers) {
+      joined.set(n, at);
+      at += n.length;
+    }
     const buffers = [
       this.view,
       buffer(part("scene"), UNIFORM),
@@ -92,7 +107,10 @@ export class Renderer {
     const layout = device.createBindGroupLayout({
       entries: buffers.map((_, k) => ({ binding: k, visibility: GPUShaderStage.FRAGMENT, buffer: { type: kind(k) } })),
     });
-    this.group = device.createBindGroup({ layout, entries: buffers.map((b, binding) => ({ binding, resource: { buffer: b } })) });
+    this.group = device.createBindGroup({
+      layout,
+      entries: buffers.map((b, binding) => ({ binding, resource: { buffer: b } })),
+    });
     this.paint = device.createRenderPipeline({
       layout: device.createPipelineLayout({ bindGroupLayouts: [layout] }),
       vertex: { module },
@@ -100,7 +118,11 @@ export class Renderer {
     });
     const format = navigator.gpu.getPreferredCanvasFormat();
     const shown = device.createShaderModule({ code: show });
-    this.blit = device.createRenderPipeline({ layout: "auto", vertex: { module: shown }, fragment: { module: shown, targets: [{ format }] } });
+    this.blit = device.createRenderPipeline({
+      layout: "auto",
+      vertex: { module: shown },
+      fragment: { module: shown, targets: [{ format }] },
+    });
     this.sampler = device.createSampler({ magFilter: "linear", minFilter: "linear" });
     this.context = canvas.getContext("webgpu") as unknown as GPUCanvasContext;
     this.context.configure({ device, format, alphaMode: "opaque" });
@@ -113,7 +135,22 @@ export class Renderer {
     if (!adapter) throw new Error("WebGPU finds no graphics device here");
     const { maxStorageBufferBindingSize, maxBufferSize } = adapter.limits;
     const device = await adapter.requestDevice({ requiredLimits: { maxStorageBufferBindingSize, maxBufferSize } });
-    const code = [constants(scene.document), structs, own, domain, bricks, trilinear, sh, density, background, colour, march, spline, bend, picture].join("\n");
+    const code = [
+      constants(scene.document),
+      structs,
+      own,
+      domain,
+      bricks,
+      trilinear,
+      sh,
+      density,
+      background,
+      colour,
+      march,
+      spline,
+      bend,
+      picture,
+    ].join("\n");
     device.pushErrorScope("validation");
     device.pushErrorScope("out-of-memory");
     const renderer = new Renderer(device, canvas, scene, code);
@@ -123,7 +160,7 @@ export class Renderer {
     return renderer;
   }
 
-  /** Paints a picture of a camera and shows it; false where `isStale` has said that another one is wanted. */
+  /** Paints a picture of a camera and shows it; false where `isStale` has said that another one is wanted, or the device has gone. */
   async render(camera: PageCamera, edits: Edits, isStale: () => boolean): Promise<boolean> {
     const [width, height] = camera.size;
     this.tell(camera, edits);
@@ -149,7 +186,7 @@ export class Renderer {
       this.speed += 0.3 * ((rows * width) / time - this.speed);
       this.rows = Math.max(4, Math.min(4096, Math.round((this.speed * BAND) / width)));
       y += rows;
-      if (isStale()) return false;
+      if (this.isLost || isStale()) return false;
     }
     this.show();
     return true;
@@ -193,6 +230,7 @@ export class Renderer {
   }
 
   resize(width: number, height: number): void {
-    if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
+    if (this.canvas.width !== width || this.canvas.height !== height)
+      [this.canvas.width, this.canvas.height] = [width, height];
   }
 }

@@ -27,12 +27,27 @@ export interface Packed extends Part {
 export interface Document {
   name: string;
   up: Vec3;
-  middle: Vec3;
+  /** Corners of the scene's box. */
+  min: Vec3;
+  max: Vec3;
   start: PageCamera;
   /** Constants of the shaders. */
   constants: { u32: Record<string, number>; f32: Record<string, number> };
   regions: Region[];
-  parts: Record<"scene" | "task" | "regions" | "table" | "forward" | "occupied" | "colours" | "scales" | "planes" | "texels" | "clearances", Part>;
+  parts: Record<
+    | "scene"
+    | "task"
+    | "regions"
+    | "table"
+    | "forward"
+    | "occupied"
+    | "colours"
+    | "scales"
+    | "planes"
+    | "texels"
+    | "clearances",
+    Part
+  >;
   density: Packed;
   /** Coefficients of level sets and fields, in the order of the shader. */
   splines: Packed[];

@@ -18,6 +18,8 @@ export function el<K extends keyof HTMLElementTagNameMap>(
 
 export function button(text: string, title: string, click: () => void): HTMLButtonElement {
   const made = el("button", { type: "button", title }, text);
+  // A sign is read by its title, without the key.
+  if (!/[a-z]/i.test(text)) made.setAttribute("aria-label", title.replace(/ \(.\)$/, ""));
   made.addEventListener("click", () => click());
   return made;
 }
@@ -62,6 +64,39 @@ export function checkbox(text: string, title: string, change: (on: boolean) => v
   return [el("label", { class: "check", title }, box, text), box];
 }
 
+/** A finger that moves less than this has not begun to swipe [CSS pixel]. */
+const SWIPE = 8;
+
+/**
+ * Calls `change` when a slider is moved. A finger that swipes across it scrolls what is around it: by touch, the value changes once
+ * the finger moves along the slider, or is lifted where it was put down.
+ */
+function onSlide(input: HTMLInputElement, change: () => void): void {
+  let held: { x: number; y: number; before: string; wanted: string } | null = null;
+  const release = (keeps: boolean) => {
+    if (!held) return;
+    const { before, wanted } = held;
+    held = null;
+    input.value = keeps ? wanted : before;
+    if (keeps && wanted !== before) change();
+  };
+  input.addEventListener("pointerdown", ({ pointerType, clientX, clientY }) => {
+    if (pointerType === "touch") held = { x: clientX, y: clientY, before: input.value, wanted: input.value };
+  });
+  input.addEventListener("pointermove", ({ clientX, clientY }) => {
+    if (!held) return;
+    const [along, across] = [Math.abs(clientX - held.x), Math.abs(clientY - held.y)];
+    if (Math.max(along, across) > SWIPE) release(along > across);
+  });
+  input.addEventListener("pointerup", () => release(true));
+  input.addEventListener("pointercancel", () => release(false));
+  input.addEventListener("input", () => {
+    if (!held) return change();
+    held.wanted = input.value;
+    input.value = held.before;
+  });
+}
+
 /** A slider with its value. */
 export class Slider {
   readonly element: HTMLElement;
@@ -74,9 +109,15 @@ export class Slider {
     private readonly text: (x: number) => string,
     change: (x: number) => void,
   ) {
-    this.input = el("input", { type: "range", min: String(low), max: String(high), step: String(step), "aria-label": label });
-    this.input.addEventListener("input", () => {
-      this.shown.value = this.text(this.input.valueAsNumber);
+    this.input = el("input", {
+      type: "range",
+      min: String(low),
+      max: String(high),
+      step: String(step),
+      "aria-label": label,
+    });
+    onSlide(this.input, () => {
+      this.show();
       change(this.input.valueAsNumber);
     });
     this.element = el("label", { class: "slider" }, el("span", {}, label), this.shown, this.input);
@@ -84,7 +125,12 @@ export class Slider {
 
   set(x: number): void {
     this.input.value = String(x);
-    this.shown.value = this.text(x);
+    this.show();
+  }
+
+  private show(): void {
+    this.shown.value = this.text(this.input.valueAsNumber);
+    this.input.setAttribute("aria-valuetext", this.shown.value);
   }
 }
 

@@ -1,6 +1,7 @@
 // Mouse, touch and keyboard move the camera.
 
 import type { Camera } from "./camera";
+import { isTaken } from "./keys";
 
 /** Turn for a drag across the whole stage [rad]. */
 const TURN = Math.PI;
@@ -8,13 +9,18 @@ const TURN = Math.PI;
 const NOTCH = 0.0012;
 /** Flight [distances to the pivot per second]. */
 const SPEED = 0.7;
+/** Factor on the flight while Shift is down. */
+const FASTER = 4;
 /** Turn of the arrow keys [rad / s]. */
 const TURN_SPEED = 1.2;
 /** A press that moves less than this is a click [CSS pixel]. */
 const CLICK = 4;
+/** Buttons of a mouse that are down, in `PointerEvent.buttons`. */
+const [RIGHT, MIDDLE] = [2, 4];
 
 export interface Moves {
   moved(): void;
+  /** Follows the ray of a place of the picture. */
   click(u: number, v: number): void;
   /** Puts the middle of the turns at a place of the picture. */
   center(u: number, v: number): void;
@@ -54,7 +60,6 @@ function pointers(stage: HTMLElement, camera: Camera, moves: Moves): void {
   let travelled = 0;
   stage.addEventListener("contextmenu", (event) => event.preventDefault());
   stage.addEventListener("pointerdown", (event) => {
-    if (event.target instanceof HTMLElement && event.target.id === "wipe") return;
     stage.setPointerCapture(event.pointerId);
     stage.focus({ preventScroll: true });
     if (down.size === 0) travelled = 0;
@@ -73,7 +78,8 @@ function pointers(stage: HTMLElement, camera: Camera, moves: Moves): void {
       const spread = (x: number, y: number) => Math.max(10, Math.hypot(x - other.x, y - other.y));
       camera.dolly(spread(before.x, before.y) / spread(event.clientX, event.clientY));
       camera.pan(-dx / (2 * size), -dy / (2 * size));
-    } else if (event.buttons & 6 || event.shiftKey) camera.pan(-dx / size, -dy / size);
+    } else if (event.buttons & RIGHT || event.shiftKey) camera.pan(-dx / size, -dy / size);
+    else if (event.buttons & MIDDLE && event.ctrlKey) camera.dolly(Math.exp((2 * dy) / size));
     else if (event.ctrlKey || event.metaKey) camera.look((-TURN * dx) / size / 3, (-TURN * dy) / size / 3);
     else camera.orbit((-TURN * dx) / size, (TURN * dy) / size);
     down.set(event.pointerId, { x: event.clientX, y: event.clientY });
@@ -94,21 +100,22 @@ function pointers(stage: HTMLElement, camera: Camera, moves: Moves): void {
 
 function keys(camera: Camera, moves: Moves): void {
   const held = new Set<string>();
-  let last = 0;
+  let [last, speed] = [0, SPEED];
   const step = (now: number) => {
     if (held.size === 0) return;
     const dt = Math.min(0.1, (now - last) / 1000);
     last = now;
     for (const code of held) {
       const [right, down, forward, yaw, pitch] = FLIGHT[code]!;
-      camera.fly(SPEED * dt * right, SPEED * dt * down, SPEED * dt * forward);
+      camera.fly(speed * dt * right, speed * dt * down, speed * dt * forward);
       if (yaw || pitch) camera.orbit(-TURN_SPEED * dt * yaw, -TURN_SPEED * dt * pitch);
     }
     moves.moved();
     requestAnimationFrame(step);
   };
   addEventListener("keydown", (event) => {
-    if (!(event.code in FLIGHT) || isTyping(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+    speed = event.shiftKey ? SPEED * FASTER : SPEED;
+    if (!(event.code in FLIGHT) || isTaken(event)) return;
     event.preventDefault();
     if (held.size === 0) {
       last = performance.now();
@@ -116,12 +123,9 @@ function keys(camera: Camera, moves: Moves): void {
     }
     held.add(event.code);
   });
-  addEventListener("keyup", (event) => held.delete(event.code));
+  addEventListener("keyup", (event) => {
+    held.delete(event.code);
+    if (!event.shiftKey) speed = SPEED;
+  });
   addEventListener("blur", () => held.clear());
-}
-
-/** The key belongs to a control of the panel. */
-export function isTyping(event: KeyboardEvent): boolean {
-  const at = event.target;
-  return at instanceof HTMLInputElement || at instanceof HTMLSelectElement || at instanceof HTMLTextAreaElement;
 }

@@ -2,49 +2,63 @@
 
 import { Camera } from "./camera";
 import { fill } from "./help";
-import { isTyping, listen } from "./input";
+import { listen } from "./input";
+import { isTaken, letterOf } from "./keys";
+import { legendOf, type Compare } from "./legend";
 import { Link } from "./link";
+import { Messages } from "./messages";
 import { Panel, type State } from "./panel";
 import { at, file } from "./path";
 import { download } from "./dom";
 import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell } from "./protocol";
-import { Stage, type Compare } from "./stage";
-import { mix, sub, unit, type Vec3 } from "./vectors";
+import * as settings from "./settings";
+import { Sharpness } from "./sharpness";
+import { Stage } from "./stage";
+import { cross, dot, mix, scale, sub, unit, type Vec3 } from "./vectors";
+import { Views } from "./views";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
+/** Why a ray is asked for: to show it, to turn around what it sees, or as the medium of the one that is shown has changed. */
+const RAY = { click: 1, center: 2, follow: 3 };
+/** A picture is painted again if it becomes larger by this factor. */
+const SHARPER = 1.25;
+/** Bounds on the frames of films [pixel]. */
+const FILM = { edge: 1280, pixels: Infinity };
 const COMPARES: Compare[] = ["off", "side", "wipe", "difference", "error"];
 /** Steps of the places on surfaces from one end of a region's box to the other, and the length of normals. */
 const [STEPS, NORMAL] = [4095, 100];
 
 class Page {
-  private readonly stage = new Stage();
+  private readonly stage = new Stage(() => this.redraw());
+  private readonly messages = new Messages();
+  private readonly sharpness = new Sharpness();
   private readonly camera = new Camera();
+  private readonly views: Views;
   private readonly panel: Panel;
   private readonly link: Link;
   private readonly help = document.querySelector<HTMLDialogElement>("#help")!;
   private scene: Scene | null = null;
   private readonly state: State = {
+    ...settings.load(),
     layer: "colour",
     straight: false,
     index: [],
     absorption: [],
     photo: null,
     compare: "off",
-    pixels: 640,
-    boxes: false,
-    surfaces: false,
-    cameras: false,
     slice: null,
     keys: [],
-    seconds: 6,
-    fps: 24,
     ray: null,
   };
   private nextId = 1;
   /** Cameras of looks whose pictures are on their way, and when they were asked for. */
   private readonly looks = new Map<number, { camera: PageCamera; time: number; moving: boolean }>();
   private shown: PageCamera | null = null;
+  /** Values of the first and of the last colour of the picture, where it shows numbers. */
+  private range: [number, number] | undefined;
+  /** The photograph that was looked at last. */
+  private lastPhoto = 0;
   private shownId = 0;
   private plane: Vec3[] | null = null;
   /** Lines on the surface of each region, as far as they are known. */
@@ -62,13 +76,20 @@ class Page {
 
   constructor() {
     fill(this.help);
-    this.panel = new Panel(document.querySelector("#panel")!, this.state, {
+    this.views = new Views(this.camera, this.state, {
+      moved: () => this.moved(),
+      home: () => this.home(),
+      frame: () => this.frame(),
+    });
+    this.panel = new Panel(document.querySelector("#panel")!, this.views, this.state, {
       changed: (moving) => this.changed(moving),
       overlay: () => {
         this.askSurfaces();
         this.redraw();
       },
       photo: (view) => this.goTo(view),
+      step: (by) => this.step(by),
+      forgetRay: () => this.forgetRay(),
       compare: (how) => this.setCompare(how),
       slice: () => this.askSlice(),
       play: () => this.play(),
@@ -76,7 +97,6 @@ class Page {
       addKey: () => this.addKey(),
       screenshot: () => void this.screenshot(),
       help: () => this.help.showModal(),
-      home: () => this.home(),
       ask: (wish) => this.link.send(wish),
     });
     this.link = new Link({
@@ -86,18 +106,32 @@ class Page {
       picture: (header, jpeg) => void this.receive(header, jpeg),
     });
     listen(this.stage.element, this.camera, {
-      moved: () => {
-        if (!this.isLive) return;
-        this.playing = 0;
-        this.leavePhoto();
-        this.changed(true);
-      },
-      click: (u, v) => this.link.send({ ask: "ray", id: 1, u, v }),
-      center: (u, v) => this.link.send({ ask: "ray", id: 2, u, v }),
+      moved: () => this.moved(),
+      click: (u, v) => this.link.send({ ask: "ray", id: RAY.click, u: this.stage.inView(u), v }),
+      center: (u, v) => this.link.send({ ask: "ray", id: RAY.center, u: this.stage.inView(u), v }),
     });
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
     addEventListener("keydown", (event) => this.key(event));
+    this.hidePanel(this.state.alone);
+    addEventListener("pagehide", () => settings.save(this.state));
+  }
+
+  /** A hand has moved the camera. */
+  private moved(): void {
+    if (!this.isLive) return;
+    this.playing = 0;
+    this.leavePhoto();
+    this.changed(true);
+  }
+
+  private hidePanel(isHidden: boolean): void {
+    this.state.alone = isHidden;
+    document.body.classList.toggle("alone", isHidden);
+    if (!isHidden) return this.messages.clear();
+    this.stage.element.focus({ preventScroll: true });
+    const show = { name: "Show it", title: "Brings the panel back", go: () => this.hidePanel(false) };
+    this.messages.say("The panel is hidden; H brings it back.", show);
   }
 
   private connected(): void {
@@ -128,9 +162,9 @@ class Page {
     if (tell.tell === "scene") this.takeScene(tell);
     else if (tell.tell === "training") this.panel.training.tell(tell);
     else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
-    else if (tell.tell === "refused") this.panel.say(tell.why);
+    else if (tell.tell === "refused") this.messages.say(tell.why);
     else if (tell.tell === "ended") this.panel.training.end(tell.why);
-    else if (tell.id === 2) {
+    else if (tell.id === RAY.center) {
       if (!tell.ray.seen) return;
       this.leavePhoto();
       this.camera.lookAt(tell.ray.seen[1]);
@@ -138,6 +172,7 @@ class Page {
     } else {
       this.state.ray = tell.ray;
       this.panel.showRay(this.scene!);
+      if (tell.id === RAY.click) this.panel.goToRay();
       this.redraw();
     }
   }
@@ -147,6 +182,7 @@ class Page {
     const isOther = scene.regions.length !== this.scene?.regions.length;
     this.scene = scene;
     this.camera.up = scene.up;
+    this.camera.stayNear(scene.min, scene.max, scene.start.eye);
     if (isFirst) this.camera.take(scene.start, this.middle());
     if (this.state.index.length > scene.regions.length) [this.state.index, this.state.absorption] = [[], []];
     this.panel.takeScene(scene, isFirst || isOther || this.asksAgain);
@@ -166,7 +202,8 @@ class Page {
 
   private takeSurface(region: number, pieces: number[][]): void {
     const { min, max } = this.scene!.regions[region]!;
-    const place = (at: number[]): Vec3 => [0, 1, 2].map((k) => min[k]! + (at[k]! / STEPS) * (max[k]! - min[k]!)) as Vec3;
+    const place = (at: number[]): Vec3 =>
+      [0, 1, 2].map((k) => min[k]! + (at[k]! / STEPS) * (max[k]! - min[k]!)) as Vec3;
     const piece = (p: number[]): Piece => ({
       ends: [place(p.slice(0, 3)), place(p.slice(3, 6))],
       normal: p.slice(6).map((x) => x / NORMAL) as Vec3,
@@ -182,9 +219,33 @@ class Page {
   }
 
   private home(): void {
-    this.leavePhoto();
     this.camera.take(this.scene!.start, this.middle());
-    this.changed(true);
+    this.moved();
+    this.panel.update();
+  }
+
+  /** What the shown ray meets first fills the picture; without a ray all that refracts, or the scene. */
+  private frame(): void {
+    const { regions } = this.scene!;
+    const met = this.state.ray?.bounces[0]?.region;
+    const framed = met === undefined ? regions : [regions[met]!];
+    const boxes = framed.length > 0 ? framed : [this.scene!];
+    const end = (side: "min" | "max") => [0, 1, 2].map((k) => Math[side](...boxes.map((b) => b[side][k]!))) as Vec3;
+    this.camera.frame(end("min"), end("max"));
+    this.moved();
+  }
+
+  private frameScene(): void {
+    this.camera.frame(this.scene!.min, this.scene!.max);
+    this.moved();
+  }
+
+  /** Looks from the front, from the right or from above, as the start and the scene have them. */
+  private lookAlong(side: "front" | "right" | "above"): void {
+    const { up, start } = this.scene!;
+    const ahead = unit(sub(start.axes[2], scale(up, dot(start.axes[2], up))));
+    this.camera.lookAlong({ front: ahead, right: cross(up, ahead), above: scale(up, -1) }[side]);
+    this.moved();
   }
 
   private goTo(view: number | null): void {
@@ -192,24 +253,45 @@ class Page {
     const count = this.scene.views.length;
     if (count === 0) return;
     const k = ((view % count) + count) % count;
-    this.state.photo = k;
+    this.state.photo = this.lastPhoto = k;
     this.camera.take(this.scene.views[k]!.camera, this.middle());
-    this.stage.showPhotograph(null, null);
+    this.stage.showPhotograph(null);
     this.link.send({ ask: "photo", view: k });
     this.panel.update();
     this.changed(false);
   }
 
+  /** The next photograph; after a look elsewhere, the one that was left. */
+  private step(by: number): void {
+    this.goTo(this.state.photo === null ? this.lastPhoto : this.state.photo + by);
+  }
+
+  private forgetRay(): void {
+    this.state.ray = null;
+    this.messages.clear();
+    this.panel.update();
+    this.redraw();
+  }
+
+  /** The camera is no longer that of a photograph, with which the picture can be compared no more. */
   private leavePhoto(): void {
-    if (this.state.photo === null) return;
+    const { photo, compare } = this.state;
+    if (photo === null) return;
     this.state.photo = null;
-    this.stage.showPhotograph(null, null);
+    this.stage.showPhotograph(null);
     this.setCompare("off");
+    if (compare === "off") return;
+    const back = () => {
+      this.goTo(photo);
+      this.setCompare(compare);
+    };
+    const text = `The camera has left ${this.scene!.views[photo]!.name}, so that the comparison has ended.`;
+    this.messages.say(text, { name: "Back to it", title: "The photograph and its comparison, as they were", go: back });
   }
 
   private setCompare(how: Compare): void {
     if (how !== "off" && this.state.photo === null) {
-      this.goTo(0);
+      this.goTo(this.lastPhoto);
       if (this.state.photo === null) return;
     }
     this.state.compare = how;
@@ -234,8 +316,8 @@ class Page {
     const { photo, layer, straight, index, absorption } = this.state;
     const view = photo === null ? null : this.scene.views[photo]!;
     const aspect = view ? view.camera.size[0] / view.camera.size[1] : null;
-    const camera = this.camera.for(this.stage.fit(this.state.pixels, aspect));
-    this.stage.layOut();
+    const camera = this.camera.for(this.stage.fit(this.sharpness.bounds(this.state.pixels, moving), aspect));
+    this.stage.layOut(aspect);
     const id = this.nextId++;
     this.looks.set(id, { camera, time: performance.now(), moving });
     const edits = { index: [...index], absorption: [...absorption] };
@@ -250,7 +332,7 @@ class Page {
     const { ray, slice } = this.state;
     if (ray) {
       const direction = unit(sub(ray.straight[1], ray.straight[0]));
-      this.link.send({ ask: "follow", id: 1, origin: ray.straight[0], direction });
+      this.link.send({ ask: "follow", id: RAY.follow, origin: ray.straight[0], direction });
     }
     if (slice) this.askSlice();
   }
@@ -268,7 +350,9 @@ class Page {
     const bitmap = await createImageBitmap(jpeg);
     if (header.picture === "frame") return this.receiveFrame(header, bitmap, jpeg.size);
     if (header.picture === "photo") {
-      if (header.view === this.state.photo) this.stage.showPhotograph(bitmap, jpeg);
+      if (header.view !== this.state.photo) return;
+      this.stage.showPhotograph(bitmap);
+      this.redraw();
       return;
     }
     this.plane = header.corners;
@@ -284,6 +368,8 @@ class Page {
     this.shownId = header.id;
     for (const id of this.looks.keys()) if (id < header.id) this.looks.delete(id);
     this.shown = look.camera;
+    this.range = header.range;
+    this.sharpness.learn(header, look.moving);
     this.stage.showRendering(bitmap);
     this.redraw();
     const now = performance.now();
@@ -297,34 +383,51 @@ class Page {
     });
     document.body.dataset.frame = String(header.frame);
     document.body.dataset.rays = String(header.rays);
-    document.body.dataset.last = String(header.last && !look.moving);
+    document.body.dataset.last = String(header.last && !look.moving && !this.sharpen(look.camera.size));
+  }
+
+  /** Asks for a picture that is larger than this one, if the program has turned out to be faster than was thought. */
+  private sharpen(size: [number, number]): boolean {
+    const { photo, pixels } = this.state;
+    const aspect = photo === null ? null : size[0] / size[1];
+    const isSharper = this.stage.fit(this.sharpness.bounds(pixels, false), aspect)[0] > SHARPER * size[0];
+    if (isSharper) this.changed(false);
+    return isSharper;
   }
 
   private redraw(): void {
     if (!this.scene || !this.shown) return;
     const { ray, boxes, cameras, keys } = this.state;
     const surfaces = this.state.surfaces ? [...this.surfaces.values()].flat() : [];
-    const path = this.playing ? [] : keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
-    this.stage.overlay(this.shown, this.scene, { ray, boxes, cameras, surfaces, plane: this.plane, path });
+    const path = this.playing || keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
+    const what = { ray, boxes, cameras, surfaces, plane: this.plane, path, keys: this.playing ? [] : keys };
+    const legend = legendOf(this.state.layer, this.state.compare, this.range);
+    const photo = this.state.photo === null ? null : this.scene.views[this.state.photo]!.name;
+    this.stage.overlay(this.shown, this.scene, what, legend, photo);
   }
 
   private addKey(): void {
-    this.state.keys.push(structuredClone(this.camera.for(this.stage.fit(this.state.pixels, null))));
+    this.state.keys.push(structuredClone(this.camera.for(this.stage.fit(FILM, null))));
     this.panel.update();
     this.redraw();
   }
 
   private play(): void {
     const { keys, seconds } = this.state;
-    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
     const start = performance.now();
     const run = (this.playing = start);
     this.leavePhoto();
+    const cuts = matchMedia("(prefers-reduced-motion: reduce)").matches ? keys.length - 1 : Infinity;
     const step = (now: number) => {
       if (this.playing !== run) return;
       const t = (now - start) / (1000 * seconds);
-      this.camera.take(at(keys, t), this.middle());
-      if (t >= 1) this.playing = 0;
+      // Who wants less motion sees the keyframes one after the other.
+      this.camera.take(at(keys, Number.isFinite(cuts) ? Math.floor(t * cuts) / cuts : t), this.middle());
+      if (t >= 1) {
+        this.playing = 0;
+        this.panel.update();
+      }
       this.changed(t < 1);
       if (t < 1) requestAnimationFrame(step);
     };
@@ -333,7 +436,7 @@ class Page {
 
   private savePath(): void {
     const { keys, seconds, fps } = this.state;
-    if (keys.length < 2) return this.panel.say("A camera path needs two keyframes: press K at two places.");
+    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
     download("camera_path.json", new Blob([file(keys, seconds, fps)], { type: "application/json" }));
   }
 
@@ -343,45 +446,53 @@ class Page {
   }
 
   private key(event: KeyboardEvent): void {
-    if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
-    if (!this.isLive && event.key !== "?" && !["KeyX", "KeyH", "Escape"].includes(event.code)) return;
-    const digit = /^Digit([1-7])$/.exec(event.code)?.[1];
-    if (digit) this.panel.chooseLayer(LAYERS[Number(digit) - 1]!);
+    // A key that is held goes on through photographs, and does nothing else twice.
+    if (isTaken(event) || (event.repeat && !/^[NP]$/.test(letterOf(event)))) return;
+    if (!this.isLive && event.key !== "?" && !["X", "H"].includes(letterOf(event)) && event.code !== "Escape") return;
+    const digit = Number(/^Digit([1-9])$/.exec(event.code)?.[1]);
+    if (digit && event.shiftKey) this.views.go(digit - 1);
+    else if (digit) this.panel.chooseLayer(LAYERS[digit - 1] ?? this.state.layer);
     else if (event.key === "?") this.help.showModal();
-    else if (event.code === "Space" && !(event.target instanceof HTMLButtonElement)) this.play();
-    else if (!this.letter(event.code)) return;
+    else if (event.code === "Space") this.play();
+    else if (!this.letter(letterOf(event))) return;
     event.preventDefault();
   }
 
-  private letter(code: string): boolean {
+  private letter(key: string): boolean {
     const { state } = this;
     const actions: Record<string, () => void> = {
-      KeyB: () => {
+      B: () => {
         state.straight = !state.straight;
         this.panel.update();
         this.changed(false);
       },
-      KeyN: () => this.goTo((state.photo ?? -1) + 1),
-      KeyP: () => this.goTo((state.photo ?? 0) - 1),
-      KeyC: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
-      KeyG: () => {
+      N: () => this.step(1),
+      P: () => this.step(-1),
+      C: () => this.setCompare(COMPARES[(COMPARES.indexOf(state.compare) + 1) % COMPARES.length]!),
+      G: () => {
         state.surfaces = !state.surfaces;
         this.panel.update();
         this.askSurfaces();
         this.redraw();
       },
-      KeyK: () => this.addKey(),
-      KeyR: () => this.home(),
-      KeyX: () => void this.screenshot(),
-      KeyH: () => document.body.classList.toggle("alone"),
-      Escape: () => {
-        state.ray = null;
+      K: () => this.addKey(),
+      R: () => this.home(),
+      F: () => this.frame(),
+      Home: () => this.frameScene(),
+      L: () => {
+        this.views.toggleLevel();
         this.panel.update();
-        this.redraw();
       },
+      M: () => this.views.add(),
+      Numpad1: () => this.lookAlong("front"),
+      Numpad3: () => this.lookAlong("right"),
+      Numpad7: () => this.lookAlong("above"),
+      X: () => void this.screenshot(),
+      H: () => this.hidePanel(!state.alone),
+      Escape: () => this.forgetRay(),
     };
-    actions[code]?.();
-    return code in actions;
+    actions[key]?.();
+    return key in actions;
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { projectLine, project } from "./camera";
 import type { BentRay, PageCamera, Piece, Scene } from "./protocol";
-import { add, dot, scale, sub, type Vec3 } from "./vectors";
+import { add, dot, length, scale, sub, type Vec3 } from "./vectors";
 
 export const BENT = "#e8590c";
 export const STRAIGHT = "#8b93a1";
@@ -18,22 +18,36 @@ export interface Overlay {
   plane: Vec3[] | null;
   surfaces: Piece[];
   path: Vec3[];
+  /** Keyframes of the path. */
+  keys: PageCamera[];
 }
 
 /** Draws everything as a camera sees it. `unit` is the pixels of the canvas per CSS pixel. */
-export function draw(ctx: CanvasRenderingContext2D, camera: PageCamera, scene: Scene, what: Overlay, unit: number): void {
+export function draw(
+  ctx: CanvasRenderingContext2D,
+  camera: PageCamera,
+  scene: Scene,
+  what: Overlay,
+  unit: number,
+): void {
   const pen = new Pen(ctx, camera, unit);
   if (what.boxes) {
     pen.box(scene.min, scene.max, STRAIGHT, 1);
     for (const region of scene.regions) pen.box(region.min, region.max, BOX, 1.5);
   }
+  const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
   if (what.cameras) {
-    const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
     scene.views.forEach((view) => pen.frustum(view.camera, size, view.split === "train" ? CAMERA : BENT));
   }
   pen.surface(what.surfaces);
   if (what.plane) pen.loop(what.plane, PLANE, 1.5);
   if (what.path.length > 1) pen.line(what.path, CAMERA, 2);
+  what.keys.forEach((key, k) => {
+    // That of where the camera is would be a line around the picture.
+    if (length(sub(key.eye, camera.eye)) < size) return;
+    pen.frustum(key, size, PLANE);
+    pen.dot(key.eye, PLANE, 4, String(k + 1));
+  });
   if (what.ray) pen.ray(what.ray);
 }
 
@@ -55,7 +69,10 @@ class Pen {
     }
     ctx.setLineDash(dashed ? [6 * this.unit, 5 * this.unit] : []);
     ctx.lineCap = "round";
-    for (const [style, extra] of [["rgb(255 255 255 / 65%)", 2], [colour, 0]] as const) {
+    for (const [style, extra] of [
+      ["rgb(255 255 255 / 65%)", 2],
+      [colour, 0],
+    ] as const) {
       ctx.strokeStyle = style;
       ctx.lineWidth = (width + extra) * this.unit;
       ctx.stroke();

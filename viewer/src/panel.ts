@@ -2,11 +2,14 @@
 
 import { alone, button, checkbox, Choice, el, section, Slider } from "./dom";
 import { LAYERS, type Ask, type BentRay, type Header, type Layer, type PageCamera, type Scene } from "./protocol";
-import { describe } from "./rayview";
-import { FULL_ERROR, type Compare } from "./stage";
+import { FULL_ERROR, indexLegend, words, type Compare } from "./legend";
+import { hide } from "./messages";
+import { describe, summary } from "./rayview";
+import type { Settings } from "./settings";
+import type { Views } from "./views";
 import { TrainingPanel } from "./training";
 
-export interface State {
+export interface State extends Settings {
   layer: Layer;
   straight: boolean;
   /** Index per region; null as learned. */
@@ -15,15 +18,8 @@ export interface State {
   absorption: (number | null)[];
   photo: number | null;
   compare: Compare;
-  /** Longest edge of the picture [pixel]. */
-  pixels: number;
-  boxes: boolean;
-  cameras: boolean;
-  surfaces: boolean;
   slice: { region: number; axis: number; at: number } | null;
   keys: PageCamera[];
-  seconds: number;
-  fps: number;
   ray: BentRay | null;
 }
 
@@ -31,6 +27,8 @@ export interface Actions {
   changed(moving: boolean): void;
   overlay(): void;
   photo(view: number | null): void;
+  step(by: number): void;
+  forgetRay(): void;
   compare(how: Compare): void;
   slice(): void;
   play(): void;
@@ -38,7 +36,6 @@ export interface Actions {
   addKey(): void;
   screenshot(): void;
   help(): void;
-  home(): void;
   ask(wish: Ask): void;
 }
 
@@ -49,6 +46,8 @@ export interface Measured {
   rate: number;
 }
 
+/** Longest edges to choose from [pixel]; null: as the screen. */
+const SIZES = [null, 640, 1280, 2048];
 /** Indices of the slider, and those of known materials. */
 const INDICES: [number, number, number] = [1, 2.5, 0.005];
 const MATERIALS: [string, number][] = [
@@ -73,15 +72,23 @@ export class Panel {
   private readonly compare: Choice<Compare>;
   private readonly straight: HTMLInputElement;
   private readonly name = el("h1", {}, "refraxel");
-  private readonly message = el("p", { class: "message", role: "status" });
   private readonly verdict = section("Verdict");
   private readonly media = section("Index of refraction");
   private readonly ray = section("Ray");
   private readonly rayBody = el("div");
+  /** The same in short, over the picture. */
+  private readonly rayCard = document.querySelector<HTMLElement>("#ray")!;
   private readonly photos = el("select", { "aria-label": "Photograph" });
   private readonly photoSection: HTMLElement;
   private readonly sliceSection: HTMLElement;
-  private readonly sliceCanvas = el("canvas", { width: "16", height: "16", hidden: true, role: "img", "aria-label": "Index in the plane" });
+  private readonly sliceCanvas = el("canvas", {
+    width: "16",
+    height: "16",
+    hidden: true,
+    role: "img",
+    "aria-label": "Index in the plane",
+  });
+  private readonly sliceScale = el("p", { class: "scale", hidden: true });
   private readonly keys = el("p", { class: "hint" });
   private readonly stats = el("dl", { class: "facts" });
   private readonly scene = el("dl", { class: "facts" });
@@ -94,10 +101,10 @@ export class Panel {
   private chosen: { cut: number; glass: number | null } = { cut: 0, glass: null };
   /** Bytes received, and when. */
   private received: { time: number; bytes: number }[] = [];
-  private messageTimer = 0;
 
   constructor(
     private readonly root: HTMLElement,
+    private readonly views: Views,
     private readonly state: State,
     private readonly actions: Actions,
   ) {
@@ -113,7 +120,11 @@ export class Panel {
       ["side", "side", "Photograph beside the rendering"],
       ["wipe", "wipe", "Photograph on the left of a boundary to drag"],
       ["difference", "difference", "Four times the difference: black where both agree"],
-      ["error", "error", `Mean error of the three colours: black for none, pale yellow from ${FULL_ERROR} of 255 steps on`],
+      [
+        "error",
+        "error",
+        `Mean error of the three colours: black for none, pale yellow from ${FULL_ERROR} of 255 steps on`,
+      ],
     ] as const;
     this.compare = new Choice("Comparison", kinds, (how) => actions.compare(how));
     this.training = new TrainingPanel((wish) => actions.ask(wish));
@@ -123,12 +134,12 @@ export class Panel {
     const header = el("header", {}, this.name, alone(button("?", "Keys and gestures (?)", () => actions.help())));
     root.append(
       header,
-      this.message,
       this.training.element,
       this.verdict,
       section("Layer", this.layers.element, straight),
       this.media,
       this.ray,
+      this.views.element,
       this.photoSection,
       this.sliceSection,
       this.buildOverlays(),
@@ -139,31 +150,66 @@ export class Panel {
   }
 
   private buildPhotos(): HTMLElement {
-    this.photos.addEventListener("change", () => this.actions.photo(this.photos.value === "" ? null : Number(this.photos.value)));
-    const step = (by: number) => this.actions.photo((this.state.photo ?? (by > 0 ? -1 : 0)) + by);
-    const row = el("div", { class: "row" }, button("‹", "Previous photograph (P)", () => step(-1)), this.photos, button("›", "Next photograph (N)", () => step(1)));
+    this.photos.addEventListener("change", () =>
+      this.actions.photo(this.photos.value === "" ? null : Number(this.photos.value)),
+    );
+    const { step } = this.actions;
+    const row = el(
+      "div",
+      { class: "row" },
+      button("‹", "Previous photograph (P)", () => step(-1)),
+      this.photos,
+      button("›", "Next photograph (N)", () => step(1)),
+    );
     return section("Photographs", row, el("p", { class: "label" }, "compare"), this.compare.element);
   }
 
   private buildSlice(): HTMLElement {
-    const axes = new Choice<string>("Axis across", [["0", "x", "Across the x axis"], ["1", "y", "Across the y axis"], ["2", "z", "Across the z axis"], ["none", "off", "No slice"]], (axis) => {
-      const { slice } = this.state;
-      this.state.slice = axis === "none" ? null : { region: this.chosen.cut, at: slice?.at ?? 0.5, axis: Number(axis) };
-      axes.set(axis);
-      this.sliceCanvas.hidden = axis === "none";
-      this.actions.slice();
-    });
+    const axes = new Choice<string>(
+      "Axis across",
+      [
+        ["0", "x", "Across the x axis"],
+        ["1", "y", "Across the y axis"],
+        ["2", "z", "Across the z axis"],
+        ["none", "off", "No slice"],
+      ],
+      (axis) => {
+        const { slice } = this.state;
+        this.state.slice =
+          axis === "none" ? null : { region: this.chosen.cut, at: slice?.at ?? 0.5, axis: Number(axis) };
+        axes.set(axis);
+        this.sliceCanvas.hidden = this.sliceScale.hidden = axis === "none";
+        this.actions.slice();
+      },
+    );
     axes.set("none");
-    const place = new Slider("place", [0, 1, 0.01], (x) => x.toFixed(2), (x) => {
-      if (this.state.slice) this.state.slice.at = x;
-      this.actions.slice();
-    });
+    const place = new Slider(
+      "place",
+      [0, 1, 0.01],
+      (x) => x.toFixed(2),
+      (x) => {
+        if (this.state.slice) this.state.slice.at = x;
+        this.actions.slice();
+      },
+    );
     place.set(0.5);
-    return section("Slice of the index", this.cutRegion, axes.element, place.element, this.sliceCanvas);
+    return section(
+      "Slice of the index",
+      this.cutRegion,
+      axes.element,
+      place.element,
+      this.sliceCanvas,
+      this.sliceScale,
+    );
   }
 
   /** Buttons that choose a region, where there are several. */
-  private regionChoice(label: string, scene: Scene, others: [string, string, string][], choose: (k: number) => void): HTMLElement[] {
+  private regionChoice(
+    label: string,
+    scene: Scene,
+    others: [string, string, string][],
+    choose: (k: number) => void,
+  ): HTMLElement[] {
     const count = scene.regions.length;
     if (count < 2) return [];
     const each = scene.regions.map((_, k): [string, string, string] => [String(k), String(k + 1), `Region ${k + 1}`]);
@@ -196,13 +242,27 @@ export class Panel {
       this.overlays.push(() => (box.checked = this.state[name]));
       return label;
     };
-    const surfaces = of("surfaces", "surfaces", "Lines on the surface of each refractive region; those on the far side are faint (G)");
+    const surfaces = of(
+      "surfaces",
+      "surfaces",
+      "Lines on the surface of each refractive region; those on the far side are faint (G)",
+    );
     this.surfaces = surfaces;
-    return section("Overlays", surfaces, of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"), of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"));
+    return section(
+      "Overlays",
+      surfaces,
+      of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"),
+      of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"),
+    );
   }
 
   private buildPath(): HTMLElement {
-    const seconds = new Slider("seconds", [1, 60, 1], (x) => `${x} s`, (x) => (this.state.seconds = x));
+    const seconds = new Slider(
+      "seconds",
+      [1, 60, 1],
+      (x) => `${x} s`,
+      (x) => (this.state.seconds = x),
+    );
     const fps = new Slider("frames per second", [10, 60, 1], String, (x) => (this.state.fps = x));
     seconds.set(this.state.seconds);
     fps.set(this.state.fps);
@@ -226,14 +286,35 @@ export class Panel {
   }
 
   private buildPicture(): HTMLElement {
-    const sizes = new Choice<string>("Longest edge", [400, 640, 960, 1440].map((n) => [String(n), String(n), `${n} pixels`] as const), (n) => {
-      this.state.pixels = Number(n);
+    const options = SIZES.map((n) =>
+      n
+        ? ([String(n), String(n), `${n} pixels`] as const)
+        : ([
+            "null",
+            "as the screen",
+            "Every pixel of the screen; fewer while it moves, and where the program is slow",
+          ] as const),
+    );
+    const sizes = new Choice<string>("Longest edge", options, (n) => {
+      this.state.pixels = n === "null" ? null : Number(n);
       sizes.set(n);
       this.actions.changed(false);
     });
     sizes.set(String(this.state.pixels));
-    const row = el("div", { class: "row" }, alone(button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot())), button("Start view", "Back to the start (R)", () => this.actions.home()));
-    return section("Picture", el("p", { class: "label" }, "longest edge [pixel]"), sizes.element, this.stats, row, el("p", { class: "label" }, "scene"), this.scene);
+    const row = el(
+      "div",
+      { class: "row" },
+      alone(button("Screenshot", "Save picture and lines as PNG (X)", () => this.actions.screenshot())),
+    );
+    return section(
+      "Picture",
+      el("p", { class: "label" }, "longest edge [pixel]"),
+      sizes.element,
+      this.stats,
+      row,
+      el("p", { class: "label" }, "scene"),
+      this.scene,
+    );
   }
 
   chooseLayer(layer: Layer): void {
@@ -253,7 +334,10 @@ export class Panel {
       ["grid", scene.resolution.join(" × ")],
       ["voxels", scene.voxels.toLocaleString("en")],
       ["photographs", String(scene.views.length)],
-      ["refractive regions", scene.regions.map((r) => `n = ${r.index.toFixed(3)}${r.sharp ? "" : ", graded"}`).join("; ") || "none"],
+      [
+        "refractive regions",
+        scene.regions.map((r) => `n = ${r.index.toFixed(3)}${r.sharp ? "" : ", graded"}`).join("; ") || "none",
+      ],
     ];
     this.scene.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
     this.showVerdict(scene);
@@ -279,7 +363,11 @@ export class Panel {
   private showVerdict({ verdict, step }: Scene): void {
     this.verdict.hidden = !verdict;
     if (!verdict) return;
-    const picture = el("img", { class: "evidence", src: `evidence.png?${step}`, alt: "Photograph, straight through, and prediction" });
+    const picture = el("img", {
+      class: "evidence",
+      src: `evidence.png?${step}`,
+      alt: "Photograph, straight through, and prediction",
+    });
     const link = el("a", { href: picture.src, target: "_blank", title: "The whole picture" }, picture);
     link.hidden = true;
     picture.addEventListener("load", () => (link.hidden = false));
@@ -293,10 +381,15 @@ export class Panel {
     this.ray.hidden = false;
     this.sliders = scene.regions.map((region, k) => {
       const label = scene.regions.length > 1 ? `region ${k + 1}` : "n";
-      const index = new Slider(label, INDICES, (x) => x.toFixed(3), (x) => {
-        state.index[k] = x;
-        actions.changed(true);
-      });
+      const index = new Slider(
+        label,
+        INDICES,
+        (x) => x.toFixed(3),
+        (x) => {
+          state.index[k] = x;
+          actions.changed(true);
+        },
+      );
       const clear = region.absorption.every((a) => a === 0);
       // Of clear glass there is nothing to multiply: it becomes grey.
       const title = scene.regions.length > 1 ? `absorption ${k + 1}` : "absorption";
@@ -323,7 +416,12 @@ export class Panel {
       actions.changed(false);
     };
     const all: [string, string, string][] = [["NaN", "all", "Every region"]];
-    const target = this.regionChoice("Glass of region", scene, all, (k) => (this.chosen.glass = Number.isNaN(k) ? null : k));
+    const target = this.regionChoice(
+      "Glass of region",
+      scene,
+      all,
+      (k) => (this.chosen.glass = Number.isNaN(k) ? null : k),
+    );
     const materials = MATERIALS.map(([name, n]) => button(name, `n = ${n}`, () => set(n)));
     const learned = button("learned", "As the run has found it", () => set(null));
     const parts = this.sliders.flatMap((s) => [s.index.element, s.absorption.element]);
@@ -331,16 +429,33 @@ export class Panel {
     this.media.replaceChildren(this.media.firstElementChild!, ...parts, ...target, row);
   }
 
+  /** Shows the ray in numbers: in short over the picture, and all of them here. */
   showRay(scene: Scene): void {
     const { ray } = this.state;
-    if (ray) this.rayBody.replaceChildren(describe(ray, scene), el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."));
-    else this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+    if (!ray) return this.update();
+    this.rayBody.replaceChildren(
+      describe(ray, scene),
+      el("p", { class: "hint" }, "Turn the scene to see it in space. Orange: as rendered. Grey: if it were straight."),
+    );
+    const close = button("×", "Forget the ray", () => this.actions.forgetRay());
+    this.rayCard.replaceChildren(summary(ray), close);
+    this.rayCard.hidden = false;
   }
 
-  showSlice(bitmap: ImageBitmap, [low, high]: [number, number]): void {
+  /** Brings all numbers of the ray into sight. */
+  goToRay(): void {
+    this.ray.scrollIntoView({ block: "nearest" });
+  }
+
+  showSlice(bitmap: ImageBitmap, range: [number, number]): void {
     [this.sliceCanvas.width, this.sliceCanvas.height] = [bitmap.width, bitmap.height];
     this.sliceCanvas.getContext("2d")!.drawImage(bitmap, 0, 0);
-    this.sliceCanvas.title = `Violet: n = ${low.toFixed(3)}; yellow: n = ${high.toFixed(3)}`;
+    const legend = indexLegend(range);
+    this.sliceCanvas.setAttribute("aria-label", `Index in the plane: ${words(legend)}`);
+    const bar = el("i");
+    bar.style.background = `linear-gradient(to right, ${legend.scale!.colours.join()})`;
+    const [low, high] = legend.scale!.ends;
+    this.sliceScale.replaceChildren(el("span", {}, legend.name), el("span", {}, low), bar, el("span", {}, high));
   }
 
   statistics({ header, bytes, latency, rate }: Measured): void {
@@ -355,15 +470,6 @@ export class Panel {
     if (latency !== null) facts.push(["latency", `${latency.toFixed(0)} ms`]);
     this.stats.replaceChildren(...facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]));
     this.training.shows(header.step);
-    const scaleBar = document.querySelector<HTMLElement>("#scale")!;
-    scaleBar.hidden = !header.range;
-    if (!header.range) return;
-    const isDepth = this.state.layer === "depth";
-    const ends = isDepth ? [header.range[1], header.range[0]] : header.range;
-    scaleBar.className = this.state.layer === "opacity" ? "grey" : "";
-    const [from, to] = scaleBar.querySelectorAll("span");
-    from!.textContent = ends[0]!.toFixed(2);
-    to!.textContent = ends[1]!.toFixed(2);
   }
 
   /** Kilobytes per second of late. */
@@ -380,20 +486,20 @@ export class Panel {
       control.disabled = !isLive && !control.dataset.alone;
   }
 
-  say(text: string): void {
-    this.message.textContent = text;
-    clearTimeout(this.messageTimer);
-    this.messageTimer = setTimeout(() => (this.message.textContent = ""), 8000);
-  }
-
   update(): void {
     const { state } = this;
     this.layers.set(state.layer);
     this.compare.set(state.compare);
     this.straight.checked = state.straight;
+    this.views.update();
     this.overlays.forEach((update) => update());
     this.photos.value = state.photo === null ? "" : String(state.photo);
-    this.keys.textContent = state.keys.length === 0 ? "Press K at each place that the camera shall pass." : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
-    if (!state.ray) this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
+    this.keys.textContent =
+      state.keys.length === 0
+        ? "Press K at each place that the camera shall pass."
+        : `${state.keys.length} keyframe${state.keys.length > 1 ? "s" : ""}`;
+    if (state.ray) return;
+    hide(this.rayCard);
+    this.rayBody.replaceChildren(el("p", { class: "hint" }, "Click the picture to follow the ray of that pixel."));
   }
 }

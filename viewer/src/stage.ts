@@ -1,16 +1,19 @@
-// The picture, the photograph that it is compared with, and the lines over both.
+// The picture, the photograph that it is compared with, and the lines and legends over both.
 
+import { ERRORS, FULL_ERROR, GAIN, Labels, words, type Compare, type Legend } from "./legend";
 import { draw, type Overlay } from "./overlay";
 import type { PageCamera, Scene } from "./protocol";
+import type { Bounds } from "./sharpness";
 
-export type Compare = "off" | "side" | "wipe" | "difference" | "error";
-
-/** Factor on differences, which are dark otherwise. */
-const GAIN = 4;
-/** Mean error of the three colours, in 8-bit steps, that is shown palest. */
-export const FULL_ERROR = 64;
-/** From no error to the largest, as the pictures of `refraxel compare` show it. */
-const ERRORS = ["#000004", "#420a68", "#932667", "#dd513a", "#fca50a", "#fcffa4"];
+/** Steps of the wipe's boundary by the arrow keys, and by the page keys. */
+const STEPS: Record<string, number> = {
+  ArrowLeft: -0.02,
+  ArrowDown: -0.02,
+  ArrowRight: 0.02,
+  ArrowUp: 0.02,
+  PageDown: -0.1,
+  PageUp: 0.1,
+};
 
 /** 256 colours, four numbers each. */
 function errorColours(): Uint8ClampedArray {
@@ -34,13 +37,14 @@ function errorMap(rendering: ImageBitmap, photograph: ImageBitmap): HTMLCanvasEl
     ctx.drawImage(bitmap, 0, 0, width, height);
     return ctx.getImageData(0, 0, width, height);
   };
-  const [a, b, colours] = [pixels(rendering).data, pixels(photograph), errorColours()];
-  for (let k = 0; k < a.length; k += 4) {
-    const sum = [0, 1, 2].reduce((sum, c) => sum + Math.abs(a[k + c]! - b.data[k + c]!), 0);
+  const [a, image, colours] = [pixels(rendering).data, pixels(photograph), errorColours()];
+  const b = image.data;
+  for (let k = 0; k < b.length; k += 4) {
+    const sum = Math.abs(a[k]! - b[k]!) + Math.abs(a[k + 1]! - b[k + 1]!) + Math.abs(a[k + 2]! - b[k + 2]!);
     const colour = 4 * Math.min(255, Math.round((sum * 255) / (3 * FULL_ERROR)));
-    for (let c = 0; c < 3; c++) b.data[k + c] = colours[colour + c]!;
+    for (let c = 0; c < 3; c++) b[k + c] = colours[colour + c]!;
   }
-  ctx.putImageData(b, 0, 0);
+  ctx.putImageData(image, 0, 0);
   return canvas;
 }
 
@@ -50,16 +54,15 @@ export class Stage {
   private readonly frame = document.querySelector<HTMLElement>("#frame")!;
   private readonly lines = document.querySelector<HTMLCanvasElement>("#lines")!;
   private readonly handle = document.querySelector<HTMLElement>("#wipe")!;
-  private readonly side = document.querySelector<HTMLElement>("#side")!;
-  private readonly photo = document.querySelector<HTMLImageElement>("#photo")!;
   private rendering: ImageBitmap | null = null;
   private photograph: ImageBitmap | null = null;
   private compare: Compare = "off";
   private boundary = 0.5;
-  /** Size of the picture on the page [CSS pixel]. */
+  /** Size of the rendering on the page [CSS pixel]. */
   private shown: [number, number] = [16, 16];
 
-  constructor() {
+  /** `moved` is called when the boundary of the wipe has another place. */
+  constructor(private readonly moved: () => void) {
     this.handle.addEventListener("pointerdown", (event) => {
       event.stopPropagation();
       this.handle.setPointerCapture(event.pointerId);
@@ -67,41 +70,65 @@ export class Stage {
     this.handle.addEventListener("pointermove", (event) => {
       if (!this.handle.hasPointerCapture(event.pointerId)) return;
       const box = this.picture.getBoundingClientRect();
-      this.boundary = Math.max(0, Math.min(1, (event.clientX - box.left) / box.width));
-      this.paint();
+      this.wipeTo((event.clientX - box.left) / box.width);
+    });
+    for (const name of ["click", "dblclick"]) this.handle.addEventListener(name, (event) => event.stopPropagation());
+    this.handle.addEventListener("keydown", (event) => {
+      const ends: Record<string, number> = { Home: 0, End: 1 };
+      const step = STEPS[event.key];
+      const to = step === undefined ? ends[event.key] : this.boundary + step;
+      if (to === undefined) return;
+      event.preventDefault();
+      this.wipeTo(to);
     });
   }
 
-  /** Size of the picture to ask for, at most `most` pixels long, with this aspect if there is one. */
-  fit(most: number, aspect: number | null): [number, number] {
-    const halves = this.compare === "side" ? 2 : 1;
-    let [width, height] = [this.element.clientWidth / halves, this.element.clientHeight];
-    if (aspect !== null) [width, height] = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
-    this.shown = [width, height];
-    const shrink = Math.min(1, most / Math.max(width, height));
-    return [Math.max(16, Math.round(width * shrink)), Math.max(16, Math.round(height * shrink))];
+  private wipeTo(boundary: number): void {
+    this.boundary = Math.max(0, Math.min(1, boundary));
+    this.paint();
+    this.moved();
   }
 
-  layOut(): void {
-    const [width, height] = this.shown;
-    const ratio = Math.min(devicePixelRatio, 2);
-    this.frame.style.width = `${width * (this.compare === "side" ? 2 : 1)}px`;
-    this.frame.style.height = `${height}px`;
+  /** Parts of the stage side by side. */
+  private get halves(): number {
+    return this.compare === "side" ? 2 : 1;
+  }
+
+  /** Place in the rendering, in [0, 1], of a place in what is shown: the photograph on its left shows the same. */
+  inView(u: number): number {
+    return (u * this.halves) % 1;
+  }
+
+  /** Size of a rendering of this aspect, if there is one, on the page [CSS pixel]. */
+  private room(aspect: number | null): [number, number] {
+    const [width, height] = [this.element.clientWidth / this.halves, this.element.clientHeight];
+    return aspect === null ? [width, height] : [Math.min(width, height * aspect), Math.min(height, width / aspect)];
+  }
+
+  /** Size of the picture to ask for: the pixels of the screen within some bounds. */
+  fit({ edge, pixels }: Bounds, aspect: number | null): [number, number] {
+    const [width, height] = this.room(aspect);
+    const density = Math.min(devicePixelRatio, edge / Math.max(width, height), Math.sqrt(pixels / (width * height)));
+    return [Math.max(16, Math.round(width * density)), Math.max(16, Math.round(height * density))];
+  }
+
+  layOut(aspect: number | null): void {
+    this.shown = this.room(aspect);
+    const [width, height] = [this.shown[0] * this.halves, this.shown[1]];
+    const ratio = devicePixelRatio;
+    for (const element of [this.frame, this.picture, this.lines]) {
+      element.style.width = `${width}px`;
+      element.style.height = `${height}px`;
+    }
     for (const canvas of [this.picture, this.lines]) {
-      canvas.style.width = `${width}px`;
-      canvas.style.height = `${height}px`;
       const size = [Math.round(width * ratio), Math.round(height * ratio)] as const;
       if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     }
-    this.photo.style.width = `${width}px`;
-    this.photo.style.height = `${height}px`;
     this.paint();
   }
 
   setCompare(compare: Compare): void {
     this.compare = compare;
-    this.side.hidden = compare !== "side";
-    this.frame.classList.toggle("sides", compare === "side");
   }
 
   showRendering(bitmap: ImageBitmap): void {
@@ -110,53 +137,84 @@ export class Stage {
     this.paint();
   }
 
-  showPhotograph(bitmap: ImageBitmap | null, jpeg: Blob | null): void {
+  showPhotograph(bitmap: ImageBitmap | null): void {
     this.photograph?.close();
     this.photograph = bitmap;
-    if (this.photo.src) URL.revokeObjectURL(this.photo.src);
-    if (jpeg) this.photo.src = URL.createObjectURL(jpeg);
-    else this.photo.removeAttribute("src");
     this.paint();
   }
 
   paint(): void {
     const ctx = this.picture.getContext("2d")!;
-    const { width, height } = this.picture;
+    const { height } = this.picture;
+    const width = this.picture.width / this.halves;
     ctx.globalCompositeOperation = "source-over";
-    ctx.filter = "none";
-    if (this.rendering) ctx.drawImage(this.rendering, 0, 0, width, height);
-    this.handle.hidden = true;
+    const put = (image: CanvasImageSource | null, x: number) => image && ctx.drawImage(image, x, 0, width, height);
+    put(this.rendering, (this.halves - 1) * width);
+    this.handle.hidden = this.compare !== "wipe" || !this.photograph;
     if (!this.photograph) return;
-    if (this.compare === "wipe") {
-      const x = this.boundary * width;
-      ctx.save();
-      ctx.beginPath();
-      ctx.rect(0, 0, x, height);
-      ctx.clip();
-      ctx.drawImage(this.photograph, 0, 0, width, height);
-      ctx.restore();
-      this.handle.hidden = false;
-      this.handle.style.left = `${100 * this.boundary}%`;
-    }
-    if (this.compare === "error" && this.rendering) ctx.drawImage(errorMap(this.rendering, this.photograph), 0, 0, width, height);
+    if (this.compare === "side") put(this.photograph, 0);
+    if (this.compare === "wipe") this.paintWipe(ctx, width, height);
+    if (this.compare === "error" && this.rendering) put(errorMap(this.rendering, this.photograph), 0);
     if (this.compare === "difference") {
       ctx.globalCompositeOperation = "difference";
-      ctx.drawImage(this.photograph, 0, 0, width, height);
-      ctx.globalCompositeOperation = "source-over";
-      ctx.filter = `brightness(${GAIN})`;
-      ctx.drawImage(this.picture, 0, 0);
-      ctx.filter = "none";
+      put(this.photograph, 0);
+      // Twice itself, as often as the factor asks for.
+      ctx.globalCompositeOperation = "lighter";
+      for (let gain = 1; gain < GAIN; gain *= 2) put(this.picture, 0);
     }
   }
 
-  overlay(camera: PageCamera, scene: Scene, what: Overlay): void {
-    const ctx = this.lines.getContext("2d")!;
-    const { width, height } = this.lines;
-    ctx.clearRect(0, 0, width, height);
-    draw(ctx, { ...camera, size: [width, height] }, scene, what, Math.min(devicePixelRatio, 2));
+  private paintWipe(ctx: CanvasRenderingContext2D, width: number, height: number): void {
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(0, 0, this.boundary * width, height);
+    ctx.clip();
+    ctx.drawImage(this.photograph!, 0, 0, width, height);
+    ctx.restore();
+    const percent = `${Math.round(100 * this.boundary)}`;
+    this.handle.style.left = `${percent}%`;
+    this.handle.setAttribute("aria-valuenow", percent);
+    this.handle.setAttribute("aria-valuetext", `${percent} % photograph`);
   }
 
-  /** Picture and lines together as a PNG file. */
+  /** Draws what is over the picture; the photograph is called `name`. */
+  overlay(camera: PageCamera, scene: Scene, what: Overlay, legend: Legend | null, name: string | null): void {
+    const ctx = this.lines.getContext("2d")!;
+    const { width: whole, height } = this.lines;
+    const [unit, width] = [devicePixelRatio, whole / this.halves];
+    ctx.clearRect(0, 0, whole, height);
+    ctx.save();
+    ctx.translate(whole - width, 0);
+    ctx.beginPath();
+    ctx.rect(0, 0, width, height);
+    ctx.clip();
+    draw(ctx, { ...camera, size: [width, height] }, scene, what, unit);
+    ctx.restore();
+    this.drawLabels(new Labels(ctx, unit), legend, name ?? "photograph");
+  }
+
+  private drawLabels(labels: Labels, legend: Legend | null, name: string): void {
+    const [width, height] = this.shown;
+    const start = this.compare === "side" ? width : 0;
+    const parts = ["Rendering"];
+    if (this.photograph && this.halves === 2) {
+      labels.name(name, 0, "left");
+      labels.name("rendering", width, "left");
+      parts.unshift(`Photograph ${name} on the left`);
+    }
+    if (this.photograph && this.compare === "wipe") {
+      if (this.boundary > 0) labels.name(name, 0, "left");
+      if (this.boundary < 1) labels.name("rendering", width, "right");
+      parts.unshift(`Photograph ${name} on the left of the boundary`);
+    }
+    if (legend) {
+      labels.legend(legend, start, height, width * this.halves);
+      parts.push(words(legend));
+    }
+    this.lines.setAttribute("aria-label", parts.join("; "));
+  }
+
+  /** Picture, lines, labels and legend together as a PNG file. */
   screenshot(): Promise<Blob | null> {
     const both = document.createElement("canvas");
     [both.width, both.height] = [this.picture.width, this.picture.height];

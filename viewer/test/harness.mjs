@@ -55,7 +55,7 @@ export async function newPage(browser, url) {
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
-  await page.setViewport({ width: 1200, height: 760 });
+  await page.setViewport({ width: 900, height: 560 });
   await page.goto(url);
   return { page, errors };
 }

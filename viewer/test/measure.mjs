@@ -43,7 +43,10 @@ const cookie = (await fetch(address, { redirect: "manual" })).headers.get("set-c
 class Page {
   static async open(port) {
     const page = new Page();
-    page.socket = new WebSocket(`ws://127.0.0.1:${port}/socket`, { headers: { Host: url.host, Cookie: cookie }, origin: url.origin });
+    page.socket = new WebSocket(`ws://127.0.0.1:${port}/socket`, {
+      headers: { Host: url.host, Cookie: cookie },
+      origin: url.origin,
+    });
     page.waiting = [];
     page.socket.on("message", (data, isBinary) => {
       if (isBinary) {
@@ -73,7 +76,12 @@ class Page {
       const [c, s] = [Math.cos(angle), Math.sin(angle)];
       return v.map((x, k) => x * c + cross[k] * s + up[k] * along * (1 - c));
     };
-    const camera = { eye: turn(from).map((x, k) => x + middle[k]), axes: start.axes.map(turn), angle: start.angle, size };
+    const camera = {
+      eye: turn(from).map((x, k) => x + middle[k]),
+      axes: start.axes.map(turn),
+      angle: start.angle,
+      size,
+    };
     this.socket.send(JSON.stringify({ ask: "look", id, camera, moving }));
   }
 }
@@ -112,7 +120,9 @@ async function measure(name, port) {
   for (;;) {
     const { header, bytes: length } = await page.picture();
     if (header.id !== id) continue;
-    console.log(`${name}, still: ${header.size[0]} pixels wide, ${header.rays} rays per pixel after ${(performance.now() - before).toFixed(0)} ms, ${(length / 1000).toFixed(1)} kB`);
+    console.log(
+      `${name}, still: ${header.size[0]} pixels wide, ${header.rays} rays per pixel after ${(performance.now() - before).toFixed(0)} ms, ${(length / 1000).toFixed(1)} kB`,
+    );
     if (header.last) break;
   }
   page.socket.close();

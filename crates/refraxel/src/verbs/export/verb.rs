@@ -146,14 +146,16 @@ fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> 
 
 /// Writes a page to share.
 fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failure> {
-    let html::Page { voxels, bytes } = html::write(run, &args.run, &file)?;
+    let html::Page { voxels, bytes, colours } = html::write(run, &args.run, &file)?;
     let text = format!(
-        "page: {} ({} voxels, {:.1} MB); any browser opens it, one with WebGPU shows the scene itself",
+        "page: {} ({:.1} MB, {:.0} % of it the colours of {} voxels: a run with a smaller grid.resolution or field.sh_degree has a \
+         smaller page); any browser opens it, one with WebGPU shows the scene itself",
         file.display(),
+        bytes as f64 / 1e6,
+        100.0 * colours as f64 / bytes as f64,
         count(voxels as u64),
-        bytes as f64 / 1e6
     );
-    let report = json!({ "file": file, "format": "html", "voxels": voxels, "bytes": bytes });
+    let report = json!({ "file": file, "format": "html", "voxels": voxels, "bytes": bytes, "bytes_of_colours": colours });
     Console::new(args.json).result(&text, &report).or_exit(Exit::Io)
 }
 

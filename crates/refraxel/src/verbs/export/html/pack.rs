@@ -38,6 +38,11 @@ impl Pack {
         (at, bytes.len())
     }
 
+    /// The bytes of a part; none where there is none of this name.
+    pub fn part(&self, name: &str) -> &[u8] {
+        self.parts.get(name).map_or(&[], |part| &self.bytes[part.at..part.at + part.length])
+    }
+
     /// A part of this name.
     pub fn bytes(&mut self, name: &'static str, bytes: &[u8]) {
         let (at, length) = self.put(bytes);

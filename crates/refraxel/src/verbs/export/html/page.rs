@@ -24,6 +24,8 @@ pub struct Page {
     pub voxels: usize,
     /// Size of the file [byte].
     pub bytes: usize,
+    /// Those of colours [byte].
+    pub colours: usize,
 }
 
 /// Writes the page of a run.
@@ -38,10 +40,12 @@ pub fn write(run: &mut Loaded, folder: &Path, out: &Path) -> Result<Page, Failur
     let (field, voxels) = field::add(&snapshot.model, &snapshot.optimiser, &marching, &mut pack);
     let regions = regions::add(&snapshot.model, &mut pack)?;
     let up = data.as_ref().map_or(UP, |d| scene_region(d).up);
+    let bounds = run.plan.finest.bounds.cast::<f64>();
     let document = json!({
         "name": name(folder),
         "up": up.to_array(),
-        "middle": run.plan.finest.bounds.cast::<f64>().center().to_array(),
+        "min": bounds.min.to_array(),
+        "max": bounds.max.to_array(),
         "start": PageCamera::of(&camera),
         "constants": field.constants,
         "regions": regions,
@@ -49,10 +53,16 @@ pub fn write(run: &mut Loaded, folder: &Path, out: &Path) -> Result<Page, Failur
         "density": field.density,
         "splines": pack.splines,
     });
-    let mut packed = GzEncoder::new(Vec::new(), Compression::new(7));
-    packed.write_all(&pack.bytes).or_exit(Exit::Io)?;
+    let numbers = compressed(&pack.bytes)?;
+    let colours = compressed(pack.part("colours"))?.len().div_ceil(3) * 4;
     let verdict = run.state.verdict.as_ref().map(|verdict| evidence(verdict, folder)).unwrap_or_default();
-    let page = page(&name(folder), &document, &packed.finish().or_exit(Exit::Io)?, &still, &verdict);
+    let page = page(&name(folder), &document, &numbers, &still, &verdict);
     write_atomic(out, |f| f.write_all(page.as_bytes()))?;
-    Ok(Page { voxels, bytes: page.len() })
+    Ok(Page { voxels, bytes: page.len(), colours })
+}
+
+fn compressed(bytes: &[u8]) -> Result<Vec<u8>, Failure> {
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    packed.write_all(bytes).or_exit(Exit::Io)?;
+    packed.finish().or_exit(Exit::Io)
 }

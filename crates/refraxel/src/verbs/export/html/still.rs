@@ -26,7 +26,7 @@ pub(super) fn first_camera(run: &Loaded, data: Option<&Dataset>) -> Camera {
 /// A JPEG file of what a camera sees.
 pub(super) fn still(run: &Loaded, camera: &Camera) -> Result<Vec<u8>, Failure> {
     let (longest, quality) = PICTURE;
-    let factor = (f64::from(longest) / f64::from(camera.width.max(camera.height))).min(1.0);
+    let factor = f64::from(longest) / f64::from(camera.width.max(camera.height));
     let edge = |n: u32| ((f64::from(n) * factor).round() as u32).max(1);
     let camera = camera.resized(edge(camera.width), edge(camera.height));
     let marching = rendering_marching(&run.options, run.plan.near);

@@ -48,14 +48,15 @@ pub(super) fn page(name: &str, document: &Value, numbers: &[u8], still: &[u8], v
 <style>{STYLE}</style>
 </head>
 <body>
-<main id="stage" tabindex="0" aria-label="The scene. Drag to turn.">
-<canvas id="lines"></canvas>
+<main id="stage" tabindex="0" role="application" aria-label="The scene. Drag to turn.">
+<canvas id="lines" role="img" aria-label="Rendering"></canvas>
 <img id="still" alt="A view of {alt}" src="data:image/jpeg;base64,{still}">
 </main>
 <aside>
+<h1>{name}</h1>
 <p id="note" role="status">The scene is unpacked.</p>
-<details id="panel" open>
-<summary>{name}</summary>
+<details id="panel" hidden>
+<summary>Controls</summary>
 <div id="controls"></div>
 </details>
 {verdict}</aside>
