@@ -1,8 +1,6 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
