@@ -144,30 +144,34 @@ mod tests {
     #[test]
     fn derivatives_by_planes_match_central_differences() {
         let (body, middle, e) = (wedge(), wedge().domain().bounds.center(), 1e-6);
+        let moved = |which: usize, turned: Vec3<f64>, raised: f64| {
+            let mut planes = planes();
+            let (n, offset) = planes[which];
+            planes[which] = (n + turned, offset + turned.dot(middle) - raised);
+            body.clone().with_planes(planes)
+        };
+        // Each plane turned towards each axis, and raised: forth and back.
+        let differences: [[_; 4]; 5] = std::array::from_fn(|which| {
+            std::array::from_fn(|a| {
+                [e, -e].map(|by| {
+                    let mut d = [0.0; 4];
+                    d[a] = by;
+                    moved(which, vec3(d[0], d[1], d[2]), d[3])
+                })
+            })
+        });
         for k in 0..300 {
             let at = |m: usize| ((k * m % 1009) as f64 / 1009.0 - 0.5) * 1.6;
             let (x, v) = (vec3(at(17), at(91), at(331)), vec3(at(5), at(7), at(11)));
             let mut grad = vec![0.0; body.coefficients().len()];
             body.scatter(x, 0.7, v, &mut grad);
-            let loss = |which: usize, turned: Vec3<f64>, raised: f64| {
-                let moved = planes().into_iter().enumerate().map(|(p, (n, offset))| {
-                    let by = if p == which { 1.0 } else { 0.0 };
-                    (n + turned * by, offset + (turned.dot(middle) - raised) * by)
-                });
-                let (phi, gradient) = wedge().with_planes(moved).sample(x);
+            let loss = |body: &LevelSet<f64>| {
+                let (phi, gradient) = body.sample(x);
                 0.7 * phi + v.dot(gradient)
             };
-            for which in 0..5 {
-                let normal = |a: usize| {
-                    let mut d = Vec3::zero();
-                    d[a] = e;
-                    (loss(which, d, 0.0) - loss(which, -d, 0.0)) / (2.0 * e)
-                };
-                let height = (loss(which, Vec3::zero(), e) - loss(which, Vec3::zero(), -e)) / (2.0 * e);
-                for (a, fd) in [normal(0), normal(1), normal(2), height].into_iter().enumerate() {
-                    let found = grad[4 * which + a];
-                    assert!((found - fd).abs() < 1e-7, "plane {which}, {a}: {found} and {fd}");
-                }
+            for (p, [forth, back]) in differences.as_flattened().iter().enumerate() {
+                let (found, fd) = (grad[p], (loss(forth) - loss(back)) / (2.0 * e));
+                assert!((found - fd).abs() < 1e-7, "plane {}, {}: {found} and {fd}", p / 4, p % 4);
             }
             assert!(grad[20..].iter().all(|d| *d == 0.0));
         }

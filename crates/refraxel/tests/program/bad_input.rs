@@ -1,8 +1,6 @@
 //! Bad input ends in one clear message, the documented exit code, and without files under their final names.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_train::run::CHECKPOINT;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

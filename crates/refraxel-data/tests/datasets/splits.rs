@@ -1,8 +1,6 @@
 //! Which views are held out: every convention in use is obeyed, or said not to be.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{DataError, Dataset, OpenOptions, Severity};
 use serde_json::json;
 use std::path::Path;

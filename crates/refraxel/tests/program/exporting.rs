@@ -1,8 +1,6 @@
 //! Surfaces of reconstructions as meshes, and back.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel::verbs::loaded::load_run;
 use refraxel::verbs::reopen::reopen;
 use refraxel_core::{Camera, LevelSet, Vec3};

@@ -1,8 +1,6 @@
 //! Pictures of the index of refraction, and renderings with another one.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use serde_json::Value;
 use std::ops::ControlFlow;

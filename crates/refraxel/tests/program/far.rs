@@ -1,8 +1,6 @@
 //! A scene far from the origin of its world: what enters and what leaves is in the coordinates of the data.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_core::{Vec3, vec3};
 use refraxel_data::synth::Shape;
 use refraxel_data::{OpenOptions, open_cameras, read_mesh};

@@ -1,10 +1,8 @@
 //! What was trained is kept: saves, locks, and stops in the middle of things.
 #![cfg(unix)] // signals
 
-mod common;
-
-use common::running::*;
-use common::*;
+use crate::common::running::*;
+use crate::common::*;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;
 use std::path::Path;

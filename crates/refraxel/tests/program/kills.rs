@@ -1,10 +1,8 @@
 //! A training that is killed and interrupted again and again loses nothing, and ends with the bits of one that nobody disturbed.
 #![cfg(unix)] // signals
 
-mod common;
-
-use common::running::*;
-use common::*;
+use crate::common::running::*;
+use crate::common::*;
 use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::run::CHECKPOINT;
 use std::path::Path;

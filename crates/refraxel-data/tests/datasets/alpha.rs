@@ -1,8 +1,6 @@
 //! Alpha channels are cut-outs, masks or nothing, by the colours below alpha 0.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{
     AlphaMeaning, Backdrop, Dataset, MaskMeaning, OpenOptions, Pixels, Reduction, Severity, load_mask_of,
     load_photo,

@@ -1,8 +1,6 @@
 //! Masks from what somebody points at.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_data::{Dataset, OpenOptions, Photo, load_photo};
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,6 @@
 //! Files whose names are not those that are stated: what is meant beyond doubt is found and said, and nothing else is.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{DataError, Dataset, OpenOptions, Severity};
 use serde_json::{Value, json};
 use std::path::Path;

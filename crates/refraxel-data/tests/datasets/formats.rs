@@ -1,8 +1,6 @@
 //! The same cameras, written in every format, give the same rays; and what each format states beside them is read.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_core::{Camera, vec3};
 use refraxel_data::{Backdrop, DataError, Dataset, Format, OpenOptions, scene_region};
 use serde_json::json;

@@ -1,8 +1,6 @@
 //! Masks are found under the names that tools give them, read as they are stored, and mean what the photographs show.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use refraxel_core::Camera;
 use refraxel_data::{Dataset, MaskMeaning, Severity, load_photo};

@@ -1,8 +1,6 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
@@ -153,7 +151,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
     let folder = tempfile::tempdir().unwrap();
-    let data = refractive(folder.path(), "glass_ball", 30, 64);
+    let data = refractive(folder.path(), "glass_ball", 30, 48);
     let run = folder.path().join("run");
     let options = [
         "--set",
@@ -167,7 +165,7 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
         "--set",
         "judge.enabled=off",
         "--set",
-        "shape.faces=off", // 64 pixels tell little of a shape
+        "shape.faces=off", // 48 pixels tell little of a shape
     ];
     let trained = train(&data, &run, &[&options[..], &["--json"]].concat()).done().json();
     let index = trained["ior"]["mean_inside"].as_f64().unwrap();
@@ -189,10 +187,12 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
     let folder = tempfile::tempdir().unwrap();
     let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let options = ["steps=100", "grid.resolution=32", "straight_steps=20"];
+    let (scene, options) =
+        (data.join("scene.json"), ["steps=100", "grid.resolution=32", "straight_steps=20"]);
     for cache in ["learned", "baked"] {
         let cache = format!("reflection.cache={cache}");
-        let mut words = vec!["--refraction", "on", "--reflection", "on", "--set", &cache];
+        let mut words = vec!["--refraction", "on", "--index-from", path(&scene)];
+        words.extend(["--reflection", "on", "--set", &cache]);
         words.extend(options.iter().flat_map(|o| ["--set", o]));
         train(&data, &whole, &words).done();
         let stopped = train(&data, &run, &[&words[..], &["--set", "stop_after=70"]].concat());
@@ -214,9 +214,9 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
     let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
     let options = [
         "steps=600",
-        "straight_steps=150",
+        "straight_steps=50",
         "grid.resolution=72",
-        "batch=2048",
+        "batch=1024",
         "sh_degree=2",
         "search.enabled=off",
         "judge.enabled=off",
@@ -226,10 +226,10 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
         train(&data, out, &[&words[..], &["--set", stop], more].concat()).refused(130, &[]);
     };
     let solid = |run: &Path| content(run).1["regions"][0]["solid"].clone();
-    until(&whole, "stop_after=175", &[]);
-    until(&run, "stop_after=160", &[]);
+    until(&whole, "stop_after=75", &[]);
+    until(&run, "stop_after=60", &[]);
     let before = solid(&run);
-    until(&run, "stop_after=175", &["--resume"]);
+    until(&run, "stop_after=75", &["--resume"]);
     assert!(content(&run).0 == content(&whole).0);
     let after = solid(&whole);
     assert_eq!(after, solid(&run));
@@ -243,12 +243,9 @@ fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
 fn pictures_of_reflection_and_transmission_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run, out) = (glass(folder.path()), folder.path().join("run"), folder.path().join("views"));
-    train(
-        &data,
-        &run,
-        &["--refraction", "on", "--reflection", "on", "--set", "steps=80", "--set", "straight_steps=20"],
-    )
-    .done();
+    let scene = data.join("scene.json");
+    let known = ["--refraction", "on", "--index-from", path(&scene), "--reflection", "on"];
+    train(&data, &run, &[&known[..], &["--set", "steps=80", "--set", "straight_steps=20"]].concat()).done();
     let layers = "colour,reflection,transmission,normal";
     refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&out), "--outputs", layers]).done();
     let picture = |name: &str| image::open(out.join(name)).unwrap().into_rgb8();

@@ -1,8 +1,6 @@
 //! Photographs with an orientation tag (EXIF): poses that belong to the pixels as stored, and as the tag turns them.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use image::metadata::Orientation as Turn;
 use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
 use refraxel_core::{Camera, Vec3, vec3};

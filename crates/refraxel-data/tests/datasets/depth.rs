@@ -1,8 +1,6 @@
 //! Depth maps beside photographs.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{Dataset, load_photo};
 use serde_json::json;
 

@@ -1,8 +1,6 @@
 //! Cameras that other tools write give the same rays as `transforms.json` of the same cameras; and what is said about them.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_core::{Camera, Lens, vec3};
 use refraxel_data::{DataError, Dataset, Format, OpenOptions};
 use serde_json::{Value, json};

@@ -1,8 +1,6 @@
 //! The dialects of `transforms.json`, and everything that can be wrong with one.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_core::{Lens, vec3};
 use refraxel_data::{Backdrop, Dataset, MaskMeaning, OpenOptions};
 use serde_json::{Value, json};

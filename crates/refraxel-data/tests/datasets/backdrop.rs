@@ -1,8 +1,6 @@
 //! What lies behind the scene is decided by what the photographs show, and said.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{Backdrop, Dataset, OpenOptions, Severity, scene_region};
 use serde_json::json;
 use std::path::Path;

@@ -1,8 +1,6 @@
 //! Decoding: depth, alpha, orientation, linear images, masks, and files that are none.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
 use refraxel_core::{Camera, vec3};
 use refraxel_data::{

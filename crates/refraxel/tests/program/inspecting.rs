@@ -1,8 +1,6 @@
 //! `inspect` names the photographs and cameras that spoil a reconstruction, and draws all of them.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use image::{GrayImage, Luma, imageops};
 use refraxel_data::synth::{Elevations, cameras, opengl_matrix};
 use serde_json::{Value, json};

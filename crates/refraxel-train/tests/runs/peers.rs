@@ -157,7 +157,7 @@ fn messages_are_as_large_as_the_formula_says() {
 
 #[test]
 fn bent_rays_teach_processes_the_same_bits_as_one() {
-    let options = options(&[("refraction.bend", "on"), ("judge.straight", "off")]);
+    let options = options(&[("refraction.bend", "on"), ("search.enabled", "off"), ("judge.enabled", "off")]);
     let (bytes, seen) = alone(&options);
     let [two, three] = [2, 3].map(|count| {
         let (shared, pixels, traffic) = together(&options, count);
@@ -177,7 +177,8 @@ fn bent_rays_teach_processes_the_same_bits_as_one() {
 fn runs_that_bake_mirrors_and_whose_cameras_learn_have_the_same_bits() {
     let settings = [
         ("refraction.bend", "on"),
-        ("judge.straight", "off"),
+        ("search.enabled", "off"),
+        ("judge.enabled", "off"),
         ("reflection.cache", "baked"),
         ("pose.enabled", "on"),
         // Bodies with a surface have an interpolation of their own.
@@ -193,10 +194,10 @@ fn judged_runs_have_the_same_bits() {
     assert!(state.verdict.is_some(), "{state:?}");
 }
 
-/// How a run ends that two processes train as one does.
+/// How a run ends that three processes train as one does.
 fn same_bits(options: &Options) -> State {
     let (bytes, seen) = alone(options);
-    let (shared, pixels, _) = together(options, 2);
+    let (shared, pixels, _) = together(options, 3);
     assert!(shared == bytes);
     assert_eq!(pixels, seen);
     Run::read(&bytes[..]).unwrap().state

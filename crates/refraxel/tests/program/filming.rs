@@ -1,9 +1,7 @@
 //! Films and camera paths.
 #![cfg(unix)] // a script stands for ffmpeg
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
 use serde_json::{Value, json};

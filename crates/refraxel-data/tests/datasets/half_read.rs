@@ -1,8 +1,6 @@
 //! Files of which only a part can be used: the part is used, what is lost is counted and named, and half is too much.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use refraxel_data::{Dataset, Severity};
 use serde_json::{Value, json};
 use std::path::Path;

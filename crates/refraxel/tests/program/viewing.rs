@@ -1,8 +1,6 @@
 //! The live viewer: who is let in, what is painted, and that the ray shown is the ray computed.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use refraxel::viewer::{Orders, Painter, Scene, Server};
 use refraxel_core::{Camera, Ray, Vec3, vec3};
 use refraxel_data::Dataset;

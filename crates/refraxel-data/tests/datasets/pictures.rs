@@ -1,8 +1,6 @@
 //! Files of pictures: formats that are read and those that have to be converted, colour profiles, and sizes.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, GrayImage, ImageEncoder, Rgb, RgbImage};
 use refraxel_data::{DataError, Dataset, OpenOptions, Reduction, Severity, load_photo};

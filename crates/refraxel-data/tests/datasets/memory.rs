@@ -1,8 +1,6 @@
 //! Datasets of arrays: the same as from disk, and everything that can be wrong with them.
 
-mod fixture;
-
-use fixture::*;
+use crate::fixture::*;
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use refraxel_core::Lens;
 use refraxel_data::{

@@ -4,8 +4,8 @@ use clap::Parser;
 use refraxel::cli::Cli;
 use std::path::Path;
 
-const README: &str = include_str!("../../../README.md");
-const THEORY: &str = include_str!("../../../docs/theory.md");
+const README: &str = include_str!("../../../../README.md");
+const THEORY: &str = include_str!("../../../../docs/theory.md");
 
 /// The arguments of each command in the README's shell blocks and in its table of verbs.
 fn commands() -> Vec<String> {
@@ -39,7 +39,7 @@ fn sources(folder: &Path, found: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
         if entry.is_dir() {
             sources(&entry, found);
-        } else if entry.extension().is_some_and(|e| e == "rs") && !entry.ends_with("tests/docs.rs") {
+        } else if entry.extension().is_some_and(|e| e == "rs") && !entry.ends_with("program/docs.rs") {
             found.push(std::fs::read_to_string(entry).unwrap());
         }
     }
@@ -82,7 +82,7 @@ fn every_equation_that_the_code_cites_is_in_the_theory() {
 
 #[test]
 fn every_promise_of_the_security_page_has_its_test() {
-    const PAGE: &str = include_str!("../../../docs/security.md");
+    const PAGE: &str = include_str!("../../../../docs/security.md");
     let (_, table) = PAGE.split_once("## Promises and their tests").unwrap();
     let tests = table.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").nth(1));
     let quoted = tests.flat_map(|cell| cell.split('`').skip(1).step_by(2));

@@ -1,9 +1,7 @@
 //! `refraxel import` with stand-ins for COLMAP and ffmpeg, which write what the real ones would.
 #![cfg(unix)] // the stand-ins are shell scripts
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
