@@ -7,9 +7,11 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use refraxel_core::Vec3;
-use refraxel_data::{DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Reduction};
+use refraxel_data::{
+    DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Problem, Reduction, Severity,
+};
 use refraxel_train::run::Source;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -75,7 +77,8 @@ pub fn reduce(data: &mut Dataset, downscale: Option<u32>, path: &Path, show: Sho
     Ok(())
 }
 
-/// The same, and where nothing is asked for, photographs that are too large are reduced. Returns what a run has to store.
+/// The same, and where nothing is asked for, photographs that are too large are reduced, which the dataset's findings say. Returns what a run
+/// has to store.
 pub fn reduce_or_fit(
     data: &mut Dataset,
     downscale: Option<u32>,
@@ -85,11 +88,18 @@ pub fn reduce_or_fit(
     if downscale.is_some() {
         return reduce(data, downscale, path, show).map(|()| downscale);
     }
-    let fitted = data.fit();
-    if let Some(note) = fitted.and(data.problems.last()) {
-        show.say(&format!("note: {}", note.message));
+    Ok(data.fit().map(u32::from))
+}
+
+/// Says what was decided about a dataset and what is doubtful in it, before any work; warnings even where no progress is shown.
+pub fn say_findings(data: &Dataset, show: Show) {
+    for Problem { severity, message } in &data.problems {
+        let text = format!("{}: {message}", severity.name());
+        match severity {
+            Severity::Note => show.say(&text),
+            Severity::Warning => drop(writeln!(io::stderr(), "{text}")), // what nobody can read is no reason to stop
+        }
     }
-    Ok(fitted.map(u32::from))
 }
 
 /// The failure of a dataset: [`Exit::Io`] for files that cannot be read, [`Exit::BadInput`] for everything else.

@@ -470,3 +470,21 @@ fn scenes_that_cannot_be_made() {
     let words = ["synth", "glass_ball", "--out", path(theirs.path())];
     refraxel(&words).refused(3, &["did not make", "transforms_train.json"]);
 }
+
+#[test]
+fn training_says_what_is_doubtful_even_where_it_is_quiet_and_what_was_decided_where_it_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = ball(folder.path());
+    std::fs::remove_file(data.join("train/r_2.png")).unwrap();
+    let quiet = train(&data, &folder.path().join("quiet"), &["--refraction", "off"]).done();
+    assert!(quiet.err.starts_with("warning: 1 of 8 views are left out"), "{}", quiet.err);
+    assert!(!quiet.err.contains("note:"), "{}", quiet.err);
+    let out = folder.path().join("told");
+    let mut words = vec!["train", path(&data), "--out", path(&out), "--refraction", "off"];
+    words.extend(TINY);
+    let told = refraxel(&words).done();
+    let before = told.err.split("training started").next().unwrap();
+    for finding in ["warning: 1 of 8 views are left out", "note: 7 masks, white = refractive"] {
+        assert_eq!(before.matches(finding).count(), 1, "{}", told.err);
+    }
+}

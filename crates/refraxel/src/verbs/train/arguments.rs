@@ -3,7 +3,7 @@
 use crate::cli::{ReadingArgs, TrainArgs};
 use crate::exit::{Exit, Failure};
 use crate::progress::Show;
-use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, source_of};
+use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, say_findings, source_of};
 use crate::verbs::files::absolute;
 use anyhow::anyhow;
 use refraxel_data::{Dataset, OpenOptions, Orientation};
@@ -59,6 +59,7 @@ pub(super) fn read(args: &TrainArgs, saved: Option<&Run>, show: Show) -> Result<
         Some(_) => reduce(&mut data, downscale, args.data(), show).map(|()| downscale)?,
         None => reduce_or_fit(&mut data, downscale, args.data(), show)?,
     };
+    say_findings(&data, show);
     let held_out = if data.split.test.is_empty() { HeldOut::No } else { HeldOut::Yes };
     if held_out == HeldOut::No {
         let rule = &data.split.rule;
