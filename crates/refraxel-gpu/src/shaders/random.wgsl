@@ -21,13 +21,15 @@ fn random_below(n: u32, ray: u32, lane: u32) -> u32 {
     return wide_sum(upper, vec2<u32>(whole_product(bits.x, n).y, 0u)).y;
 }
 
-// The integer in 0..n whose turn it is for number k of `of`.
-fn turn(n: u32, k: u32, of: u32) -> u32 {
-    let share = n / of;
-    let rest = n % of;
-    let length = share + u32(k < rest);
-    let begins = mixed_bits(wide_sum(selection.beginnings, wide_product(vec2<u32>(k, 0u), WEYL))).x;
-    return min(k * share + min(k, rest) + whole_product(begins + selection.turned, length).y, n - 1u);
+// The integer in 0..n whose turn it is for number k of so many rays.
+fn turn(n: u32, k: u32, rays: u32) -> u32 {
+    let number = k % n;
+    let sharing = min(rays, n);
+    let share = n / sharing;
+    let rest = n % sharing;
+    let length = share + u32(number < rest);
+    let begins = mixed_bits(wide_sum(selection.beginnings, wide_product(vec2<u32>(number, 0u), WEYL))).x;
+    return number * share + min(number, rest) + whole_product(begins + selection.turned, length).y;
 }
 
 // A number in [0, 1]: the upper 53 bits as the nearest f32, the even one of two.
