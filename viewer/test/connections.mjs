@@ -168,13 +168,13 @@ async function regions(page) {
   const isOne = values[0] < 2 && values[1] === 2.42 && difference(before, second) > 0.05;
   check("one of two regions becomes diamond", isOne, values.join(", "));
   await act(page, () => press(page, "learned"));
-  const cut = () => page.$eval('canvas[aria-label="Index in the plane"]', (canvas) => canvas.toDataURL());
+  const cut = () => page.$eval('canvas[aria-label^="Index in the plane"]', (canvas) => canvas.toDataURL());
   await choose("Axis across", 2);
-  await page.waitForFunction(() => document.querySelector('canvas[aria-label="Index in the plane"]').width > 16);
+  await page.waitForFunction(() => document.querySelector('canvas[aria-label^="Index in the plane"]').width > 16);
   const first = await cut();
   await choose("Region to cut", 1);
   await page.waitForFunction(
-    (first) => document.querySelector('canvas[aria-label="Index in the plane"]').toDataURL() !== first,
+    (first) => document.querySelector('canvas[aria-label^="Index in the plane"]').toDataURL() !== first,
     {},
     first,
   );
