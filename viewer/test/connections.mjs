@@ -128,6 +128,8 @@ async function several(browser, viewer, page) {
     const second = await newPage(browser, await other.url);
     await best(second.page);
     for (const reloaded of [page, second.page]) {
+      // A tab in the background paints nothing, and asks for no picture.
+      await reloaded.bringToFront();
       await reloaded.reload();
       await best(reloaded);
     }
@@ -213,19 +215,19 @@ async function endings(browser, viewer, page) {
 async function training(browser) {
   const folder = await mkdtemp(join(tmpdir(), "refraxel-training-"));
   const words = ["train", data, "--out", join(folder, "run"), "--refraction", "off", "--view"];
-  const options = ["--set", "run.steps=300", "--set", "grid.resolution=48"];
+  const options = ["--set", "run.steps=1500", "--set", "grid.resolution=48"];
   const trained = start(program, [...words, ...options], "stderr");
   try {
     const { page } = await newPage(browser, await trained.url);
-    await page.waitForFunction(() => /step \d+ of 300/.test(document.querySelector("#panel").textContent));
+    await page.waitForFunction(() => /step \d+ of 1500/.test(document.querySelector("#panel").textContent));
     check("steps are counted in steps", true);
     check("a training can be paused", (await controls(page)).includes("Pause"));
     await shoot(page, "training");
-    const said = await noticed(page, "finished after 300 steps");
+    const said = await noticed(page, "finished after 1500 steps");
     check("a training that has finished says so", (await trained.ended) === 0, said);
     await isOff(page, "after the training");
     const step = await page.$eval("#panel", (panel) => /The picture is of step \d+/.exec(panel.textContent)[0]);
-    check("the last picture is of the finished scene", step.endsWith(" 300"), step);
+    check("the last picture is of the finished scene", step.endsWith(" 1500"), step);
     await shoot(page, "finished");
     await page.close();
   } finally {
