@@ -1,5 +1,6 @@
 //! What a run without masks may rely on: glass is found, nothing is found where nothing refracts, and looking leaves no trace.
 
+use crate::bits::bytes;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use refraxel_data::{Dataset, OpenOptions, PhotoSource};
 use refraxel_train::detection::{self, Hints};
@@ -74,15 +75,6 @@ fn run(session: &mut Session, until: Until) -> Vec<Event> {
     let mut events = Vec::new();
     session.run(until, &mut |event| events.push(event)).unwrap();
     events
-}
-
-/// The bits of a run, but for its clock.
-fn bytes(session: &Session) -> Vec<u8> {
-    let mut run = session.snapshot();
-    run.state.seconds = 0.0;
-    let mut bytes = Vec::new();
-    run.view().write(&mut bytes).unwrap();
-    bytes
 }
 
 /// Mean overlap of what was found with the true masks.

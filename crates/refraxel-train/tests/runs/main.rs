@@ -1,6 +1,7 @@
 //! Training, from one step of a backend to a whole session. One program, which is linked once and whose tests share the processors;
 //! only the damages of `damage.rs` limit the memory of a process of their own.
 
+mod bits;
 mod coordinates;
 mod cpu_backend;
 mod detection;

@@ -1,5 +1,6 @@
 //! What a library user may rely on: events, stops inside long phases, copies, and going on bit by bit.
 
+use crate::bits::bytes;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
@@ -62,14 +63,6 @@ fn finish(session: &mut Session) -> Vec<Event> {
     let mut events = Vec::new();
     assert_eq!(session.run(Until::finished(), &mut |e| events.push(e)).unwrap(), Stop::Finished);
     events
-}
-
-fn bytes(session: &Session) -> Vec<u8> {
-    let mut run = session.snapshot();
-    run.state.seconds = 0.0;
-    let mut bytes = Vec::new();
-    run.view().write(&mut bytes).unwrap();
-    bytes
 }
 
 #[test]

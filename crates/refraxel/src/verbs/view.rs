@@ -8,7 +8,7 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::train::evidence::EVIDENCE;
-use crate::viewer::{Painter, Scene, Server};
+use crate::viewer::{LAST_WORDS, Painter, Scene, Server};
 use refraxel_train::run::Run;
 use serde_json::json;
 use std::path::Path;
@@ -18,8 +18,6 @@ use std::time::{Duration, Instant};
 
 /// How often the program looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(100);
-/// Longest time that it waits for pages to learn why.
-const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// The verb.
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {
@@ -49,11 +47,11 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
         thread::sleep(LOOK);
     }
     let until = Instant::now() + LAST_WORDS;
-    orders.end(format!(
+    let why = format!(
         "The viewer was ended in its terminal. `refraxel view {}` starts it again and prints another address.",
         args.run.display()
-    ));
-    orders.settle(|| orders.has_pages() && Instant::now() < until);
+    );
+    orders.end(why, || Instant::now() < until);
     Ok(())
 }
 

@@ -28,7 +28,7 @@ mod socket;
 
 pub use control::{Control, Wish};
 pub use error::SceneError;
-pub use orders::Orders;
+pub use orders::{LAST_WORDS, Orders};
 pub use page_camera::PageCamera;
 pub use painter::Painter;
 pub use protocol::{Ask, BentRay, Bounce, Edits, Header, Look, Shown, Tell};

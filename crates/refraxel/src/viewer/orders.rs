@@ -13,6 +13,8 @@ use std::time::Duration;
 /// What pages are told where the painter is gone.
 pub(super) const FAILED: &str =
     "The program has a bug and shows nothing any more; its terminal says which. Start it again.";
+/// Longest time that a program which ends waits for pages to learn why.
+pub const LAST_WORDS: Duration = Duration::from_secs(1);
 /// How often somebody who waits for pages looks whether they have what they shall get.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -72,9 +74,11 @@ impl Orders {
         self.give(Order::Tell { what, is_kept: false });
     }
 
-    /// Tells all pages that the program ends soon, and why, also those that open later.
-    pub fn end(&self, why: String) {
+    /// Tells all pages that the program ends soon, and why, also those that open later; waits until they have that and what there
+    /// is to see, while `goes_on` says so and any are open.
+    pub fn end(&self, why: String, goes_on: impl Fn() -> bool) {
         self.give(Order::End(why));
+        self.settle(|| self.has_pages() && goes_on());
     }
 
     /// Share of the time that the painter may work, in (0, 1].
@@ -83,7 +87,7 @@ impl Orders {
     }
 
     /// Waits until all pages have what there is to see, while `goes_on` says so.
-    pub fn settle(&self, goes_on: impl Fn() -> bool) {
+    fn settle(&self, goes_on: impl Fn() -> bool) {
         let (sender, idle) = channel();
         self.give(Order::Idle(sender));
         let ways = loop {

@@ -6,7 +6,7 @@ use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::interrupted;
 use crate::verbs::view;
-use crate::viewer::{Orders, Painter, Scene, Server, Wish};
+use crate::viewer::{LAST_WORDS, Orders, Painter, Scene, Server, Wish};
 use refraxel_train::events::{Event, Task};
 use refraxel_train::session::{Handle, Session, Stop};
 use serde_json::{Value, json};
@@ -27,8 +27,6 @@ const LINES: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(100);
 /// Longest time that a program which ends waits for pages to have the last picture.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
-/// Longest time that it waits for them to learn why it ends.
-const LAST_WORDS: Duration = Duration::from_secs(1);
 
 const WAITS: &str = "waits at the next record";
 
@@ -218,11 +216,9 @@ impl Viewing {
 
     fn say_goodbye(&mut self, why: String, most: Duration) {
         self.has_ended = true;
-        self.orders.end(why);
         let until = Instant::now() + most;
         let until_interrupted = Instant::now() + LAST_WORDS;
-        let has_time = || Instant::now() < if interrupted() { until_interrupted } else { until };
-        self.orders.settle(|| self.orders.has_pages() && has_time());
+        self.orders.end(why, || Instant::now() < if interrupted() { until_interrupted } else { until });
     }
 }
 
