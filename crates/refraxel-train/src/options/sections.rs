@@ -60,13 +60,23 @@ pub struct Options {
 impl Options {
     /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
     /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
-    /// of a camera. Rays are long there, and most of their samples lie in haze, so they end sooner.
+    /// of a camera. Rays are long there, and most of their samples lie in haze, so they end sooner, and a coarser grid
+    /// clears it first. Cameras that all look one way see most voxels, so that more can be pruned.
     pub fn suited_to(extent: Extent) -> Self {
         let mut options = Self::default();
-        if extent == Extent::Contracted {
-            options.field.rate_density = 0.3;
+        match extent {
+            Extent::Bounded => {}
+            Extent::Contracted => {
+                options.grid.max_resolution = 320;
+                options.field.rate_density = 0.3;
+            }
+            Extent::Projective(_) => {
+                options.grid.max_resolution = 384;
+                options.grid.prune_weight = 0.05;
+            }
         }
         if extent.is_unbounded() {
+            options.grid.stages = 4;
             options.field.tv_density = 1e-4;
             options.field.tv_colour = 1e-4;
             options.march.min_transmittance = 0.01;

@@ -4,7 +4,7 @@ use super::error::TrainError;
 use super::start::Trainer;
 use crate::events::{Event, Observer, Task};
 use crate::plan::kept_bricks;
-use crate::schedule::{stage_domain, training_marching};
+use crate::schedule::{Progress, stage_domain, training_marching};
 use refraxel_core::BrickMap;
 
 /// Rays that decide what is pruned.
@@ -13,9 +13,17 @@ pub(crate) const PRUNING_RAYS: u64 = 600_000;
 const NOTHING: f32 = -1.0;
 
 impl Trainer {
+    /// The stage that this point belongs to. Where rays may bend in surroundings the coarsest grid is passed over: what will be seen
+    /// through glass is predicted from the first grids, and the coarsest shows too little of it.
+    pub(super) fn stage(&self, progress: Progress) -> u32 {
+        let passes_over = self.bends() && self.plan.finest.extent.is_unbounded();
+        let first = u32::from(passes_over).min(self.options.grid.stages - 1);
+        progress.stage(&self.options).max(first)
+    }
+
     /// Prune what no ray sees, if rays look where they will, and move to the next, finer grid.
     pub(super) fn next_stage(&mut self, observer: &mut Observer) -> Result<(), TrainError> {
-        let stage = self.scheduled().stage(&self.options);
+        let stage = self.stage(self.scheduled());
         let marching = training_marching(&self.options, self.plan.near);
         observer.progress(Task::Pruning, 0, 2)?;
         self.backend.refresh_occupancy(&marching);

@@ -26,7 +26,7 @@ impl Trainer {
         if self.changes(progress) && !self.settle(observer)? {
             return Ok(());
         }
-        if progress.stage(&self.options) > self.state.stage {
+        if self.stage(progress) > self.state.stage {
             self.next_stage(observer)?;
         }
         if self.is_about_to_bend(progress) {
@@ -79,7 +79,7 @@ impl Trainer {
 
     /// Whether the next step begins with more than drawing rays.
     fn changes(&self, progress: Progress) -> bool {
-        progress.stage(&self.options) > self.state.stage
+        self.stage(progress) > self.state.stage
             || self.is_about_to_bend(progress)
             || self.is_proof_due(progress)
             || self.is_clearcoat_due(progress)
