@@ -201,7 +201,8 @@ impl Device {
     /// Give the device up, as a driver does that is reset.
     pub(crate) fn lose(&self) {
         self.handle.destroy();
-        let _ = self.handle.poll(PollType::Poll); // who waits for it is told now
+        // Whoever wants to know is told once all work has ended.
+        let _ = self.handle.poll(PollType::wait_indefinitely());
     }
 
     pub(crate) fn fail(&self, error: GpuError) {

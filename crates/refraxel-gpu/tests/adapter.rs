@@ -239,7 +239,7 @@ fn what_does_not_fit_is_refused_before_the_work_and_is_no_fault() {
         let expected = GpuBackend::fits(&gpu, degree, voxels, false).unwrap_err().to_string();
         assert_eq!((refused, gpu.fault()), (expected, None));
     }
-    assert_eq!(GpuBackend::fits(&binds(8 * voxels), degree, voxels, false), Ok(()));
+    assert_eq!(GpuBackend::fits(&binds(16 * voxels), degree, voxels, false), Ok(()));
 }
 
 #[test]

@@ -149,7 +149,7 @@ impl Report {
         row("render, random rays", |t| t.forward_random_msamples_per_s);
         row("train, coherent rays", |t| t.train_coherent_msamples_per_s);
         row("train, random rays", |t| t.train_msamples_per_s);
-        let rays = both.map(|m| format!("{:.0}", m.throughput.train_rays_per_s / 1e3));
+        let rays = both.map(|m| format!("{:.1}", m.throughput.train_rays_per_s / 1e3));
         format!(
             "{}, {} stored, SH degree {DEGREE}, steps of one voxel, no empty space skipped; best of {}; {}\n{}\n\
              training: {} thousand rays per second, where rays bend {}\n{}{}copying reads and writes {:.0} GB/s\n{}",
@@ -195,7 +195,7 @@ impl Report {
 fn pictures(rays: &str, measured: &Measured) -> String {
     let line = |f: &FrameRate| {
         format!(
-            "pictures of {0} × {0}, {rays} rays: {1:.2} per second, {2:.0} thousand rays per second\n",
+            "pictures of {0} × {0}, {rays} rays: {1:.2} per second, {2:.1} thousand rays per second\n",
             f.size, f.frames_per_s, f.krays_per_s
         )
     };
