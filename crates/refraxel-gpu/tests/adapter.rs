@@ -465,8 +465,8 @@ fn gives_the_same_bits(model: &Model) {
     turned.rays.reverse();
     turned.target.reverse();
     turned.offset.reverse();
-    // Room for the paths of twenty rays.
-    let small = gpu().with_binding_limit(1 << 19);
+    // Room for the paths of forty rays.
+    let small = gpu().with_binding_limit(1 << 20);
     let [few, many] = [3, 32].map(|segments| gpu().with_replay(segments));
     let mut ends = Vec::new();
     for (gpu, b) in

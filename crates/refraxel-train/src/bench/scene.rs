@@ -3,7 +3,7 @@
 use super::options::BenchGrid;
 use crate::model::{Model, Refraction};
 use rayon::prelude::*;
-use refraxel_core::grid::BRICK;
+use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
     Aabb, Background, BrickMap, Domain, Extent, IndexGrid, LevelSet, Medium, Vec3, VoxelField, vec3,
@@ -30,7 +30,10 @@ pub fn model(grid: BenchGrid) -> Model {
 
 /// Voxels that the scene stores.
 pub fn voxels(grid: BenchGrid) -> usize {
-    map(grid).voxels()
+    match grid {
+        BenchGrid::Dense(nodes) => BRICK_VOXELS * (1 + (nodes.div_ceil(BRICK) as usize).pow(3)),
+        BenchGrid::Sparse => map(grid).voxels(),
+    }
 }
 
 fn map(grid: BenchGrid) -> BrickMap {
@@ -85,6 +88,7 @@ mod tests {
         let share = voxels(BenchGrid::Sparse) as f64 / f64::from(BenchGrid::Sparse.nodes()).powi(3);
         // 4π · 44² · 6 bricks of 128³.
         assert!((share - 0.0696).abs() < 0.001, "{share}");
-        assert_eq!(voxels(BenchGrid::Dense(16)), 16_usize.pow(3) + BRICK.pow(3) as usize);
+        let dense = BenchGrid::Dense(18);
+        assert_eq!(voxels(dense), map(dense).voxels());
     }
 }
