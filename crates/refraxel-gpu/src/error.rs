@@ -34,7 +34,8 @@ pub enum GpuError {
     },
     /// Something is larger than the adapter can bind.
     #[error(
-        "{what} needs {needed} byte, and {adapter} binds at most {most}; lower `grid.resolution` or `run.batch`, or use `--device cpu`"
+        "{what} needs {needed} byte, and {adapter} binds at most {most}; lower `grid.resolution` or `run.batch`, or use \
+         `--device cpu`"
     )]
     TooLarge {
         /// What is too large.
@@ -60,7 +61,8 @@ pub enum GpuError {
     },
     /// The device has less memory than a model needs.
     #[error(
-        "the model needs {needed} byte, and {adapter} has {found}; lower `grid.resolution` or `field.sh_degree`, or use `--device cpu`"
+        "the model needs {needed} byte, and {adapter} has {found}; lower `grid.resolution` or `field.sh_degree`, or use \
+         `--device cpu`"
     )]
     LittleMemory {
         /// Name of the adapter.
