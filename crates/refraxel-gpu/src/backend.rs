@@ -9,12 +9,13 @@ use crate::gradients::Gradients;
 use crate::learn::Room;
 use crate::loaded::{self, LoadedModel};
 use crate::memory::Buffers;
+use crate::shape::{Purpose, Shape};
 use crate::show::{Showing, show};
 use crate::step::{self, Step};
 use crate::task::{Given, Lesson, Seen};
 use crate::weights::weigh;
 use refraxel_core::radiance::{Pixel, clearcoat::Clearcoat};
-use refraxel_core::{BrickMap, Domain, Integrator, Ray};
+use refraxel_core::{BrickMap, Domain, Integrator, Ray, ShDegree};
 use refraxel_train::Options;
 use refraxel_train::backend::{
     Backend, Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient,
@@ -74,6 +75,11 @@ impl GpuBackend {
         loaded::supports(model)
     }
 
+    /// Whether a GPU can bind and hold a field of this degree and so many voxels that learns, of rays that bend or not.
+    pub fn fits(gpu: &Gpu, degree: ShDegree, voxels: usize, bends: bool) -> Result<(), GpuError> {
+        Shape::fitting(&gpu.device, Purpose::Learning, (degree, voxels), bends).map(drop)
+    }
+
     /// Whether the backend has everything that a run may come to need: what its options switch on, and, for a run that goes on,
     /// what it holds and has decided.
     pub fn supports_run(options: &Options, saved: Option<&Run>, has_depth: bool) -> Result<(), Unsupported> {
@@ -89,6 +95,10 @@ impl GpuBackend {
             return Err(Unsupported::Integrator);
         }
         Ok(())
+    }
+
+    pub(crate) fn model(&self) -> &LoadedModel {
+        &self.model
     }
 
     /// The device, and what went wrong there.

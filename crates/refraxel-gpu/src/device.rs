@@ -2,10 +2,12 @@
 
 use crate::adapters::{Adapter, AdapterKind, choose, describe, enumerate};
 use crate::error::GpuError;
+use crate::timing::{Clock, KernelTime};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use wgpu::{BufferUsages, MapMode, PollType};
 
 /// Arrays that the largest kernel binds besides its pools, and the least number of pools.
@@ -19,6 +21,8 @@ const SOFTWARE_ITERATIONS: u64 = 65_535;
 const REPLAY: usize = 32;
 /// The same on software adapters, so that their limit of iterations is not met.
 const SOFTWARE_REPLAY: usize = 8;
+/// Time in which hardware answers, however much work there is: dispatches are short, and some tens of them are sent at a time.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The device of an adapter that was opened. Clones are the same device.
 #[derive(Clone, Debug)]
@@ -28,8 +32,14 @@ pub(crate) struct Device {
     adapter: Adapter,
     /// Largest array that a kernel binds [byte].
     binding: u64,
+    /// Workgroups along each dimension of a dispatch.
+    workgroups: u32,
     /// Segments that one dispatch takes a path further.
     replay: usize,
+    /// How long the host waits for an answer; for ever where a program on the CPU gives it.
+    patience: Option<Duration>,
+    /// What takes the times of kernels, where somebody asks for them.
+    clock: Arc<Mutex<Option<Clock>>>,
     /// The first thing that went wrong.
     fault: Arc<Mutex<Option<GpuError>>>,
     traffic: Arc<Counts>,
@@ -86,15 +96,23 @@ impl Device {
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("refraxel"),
+            required_features: found.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: found.limits(),
             ..wgpu::DeviceDescriptor::default()
         };
         let (handle, queue) = pollster::block_on(found.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
         let (fault, traffic) = (Arc::default(), Arc::default());
-        let binding = adapter.max_binding;
-        let replay = if adapter.kind == AdapterKind::Software { SOFTWARE_REPLAY } else { REPLAY };
-        let device = Self { handle, queue, binding, replay, adapter, fault, traffic };
+        // A buffer is bound as a whole.
+        let binding = adapter.max_binding.min(adapter.max_buffer);
+        let workgroups = handle.limits().max_compute_workgroups_per_dimension;
+        let (replay, patience) = match adapter.kind {
+            AdapterKind::Software => (SOFTWARE_REPLAY, None),
+            _ => (REPLAY, Some(PATIENCE)),
+        };
+        let clock = Arc::default();
+        let device =
+            Self { handle, queue, adapter, binding, workgroups, replay, patience, clock, fault, traffic };
         let (name, fault) = (device.adapter.name.clone(), Arc::clone(&device.fault));
         device.handle.set_device_lost_callback(move |_, reason| {
             note(&fault, GpuError::Lost { adapter: name.clone(), reason });
@@ -116,6 +134,21 @@ impl Device {
         Self { binding: bytes.min(self.binding), ..self }
     }
 
+    /// The same device with fewer workgroups along each dimension of a dispatch, at least 1.
+    pub(crate) fn with_workgroup_limit(self, most: u32) -> Self {
+        Self { workgroups: most.clamp(1, self.workgroups), ..self }
+    }
+
+    /// The same device as if it had only so much memory.
+    pub(crate) fn with_memory(self, bytes: u64) -> Self {
+        Self { adapter: Adapter { memory: Some(bytes), ..self.adapter }, ..self }
+    }
+
+    /// The same device, which has to answer within this time.
+    pub(crate) fn with_patience(self, patience: Duration) -> Self {
+        Self { patience: Some(patience), ..self }
+    }
+
     /// The same device with another number of segments per dispatch, at least 1.
     pub(crate) fn with_replay(self, segments: usize) -> Self {
         Self { replay: segments.clamp(1, MAX_SEGMENTS), ..self }
@@ -131,6 +164,30 @@ impl Device {
         self.binding
     }
 
+    /// Workgroups along each dimension of a dispatch.
+    pub(crate) fn workgroup_limit(&self) -> u32 {
+        self.workgroups
+    }
+
+    /// Take the times of kernels from now on; false where the adapter has no clock.
+    pub(crate) fn start_clock(&self) -> bool {
+        let has_clock = self.handle.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        *locked(&self.clock) = has_clock.then(|| Clock::new(self));
+        has_clock
+    }
+
+    /// The times that were taken since.
+    pub(crate) fn stop_clock(&self) -> Result<Vec<KernelTime>, GpuError> {
+        let clock = locked(&self.clock).take();
+        let period = 1e-9 * f64::from(self.queue.get_timestamp_period());
+        clock.map_or(Ok(Vec::new()), |clock| clock.read(self, period))
+    }
+
+    /// Where the times of a pass of this kernel go, if they are taken.
+    pub(crate) fn times(&self, kernel: &'static str) -> Option<(wgpu::QuerySet, u32)> {
+        locked(&self.clock).as_mut()?.place(kernel)
+    }
+
     /// Iterations of all loops of an invocation, where a device bounds them.
     pub(crate) fn iteration_limit(&self) -> Option<u64> {
         (self.adapter.kind == AdapterKind::Software).then_some(SOFTWARE_ITERATIONS)
@@ -138,7 +195,14 @@ impl Device {
 
     /// The first thing that went wrong, after which nothing can be relied on.
     pub(crate) fn fault(&self) -> Option<GpuError> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.fault).clone()
+    }
+
+    /// Give the device up, as a driver does that is reset.
+    pub(crate) fn lose(&self) {
+        self.handle.destroy();
+        // Whoever wants to know is told once all work has ended.
+        let _ = self.handle.poll(PollType::wait_indefinitely());
     }
 
     pub(crate) fn fail(&self, error: GpuError) {
@@ -146,8 +210,8 @@ impl Device {
     }
 
     /// The error that something needs so many bytes, and so many can be bound at most.
-    pub(crate) fn too_large(&self, what: &'static str, needed: u64, most: u64) -> GpuError {
-        GpuError::TooLarge { what, adapter: self.adapter.name.clone(), needed, most }
+    pub(crate) fn too_large(&self, what: &str, needed: u64, most: u64) -> GpuError {
+        GpuError::TooLarge { what: what.to_owned(), adapter: self.adapter.name.clone(), needed, most }
     }
 
     /// The error that the device left loops before their end.
@@ -229,6 +293,9 @@ impl Device {
 
     /// The first bytes of a buffer, after everything that was submitted.
     pub(crate) fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        if let Some(fault) = self.fault() {
+            return Err(fault); // nobody waits again for a device that does not answer
+        }
         self.traffic.read.fetch_add(bytes, Ordering::Relaxed);
         let mut out = Vec::with_capacity(bytes as usize);
         let staging =
@@ -239,10 +306,15 @@ impl Device {
             encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, part.next_multiple_of(4));
             self.submit(encoder);
             self.traffic.waits.fetch_add(1, Ordering::Relaxed);
-            let failed = |reason: String| self.first_fault(reason);
+            let adapter = || self.adapter.name.clone();
+            let failed = |reason| self.first_fault(GpuError::Driver { adapter: adapter(), reason });
             let slice = staging.slice(..part.next_multiple_of(4));
             slice.map_async(MapMode::Read, |_| ()); // a failure shows in the mapped range
-            self.handle.poll(PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
+            let wait = PollType::Wait { submission_index: None, timeout: self.patience };
+            match self.handle.poll(wait) {
+                Err(wgpu::PollError::Timeout) => return Err(self.stalled()),
+                waited => waited.map_err(|e| failed(e.to_string()))?,
+            };
             let mapped = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
             out.extend_from_slice(&mapped[..part as usize]);
             drop(mapped);
@@ -251,13 +323,28 @@ impl Device {
         Ok(out)
     }
 
+    /// The error that the device has not answered.
+    fn stalled(&self) -> GpuError {
+        let seconds = self.patience.unwrap_or_default().as_secs();
+        self.first_fault(GpuError::Stalled { adapter: self.adapter.name.clone(), seconds })
+    }
+
     /// What went wrong first, or else this.
-    fn first_fault(&self, reason: String) -> GpuError {
-        self.fail(GpuError::Driver { adapter: self.adapter.name.clone(), reason });
+    fn first_fault(&self, error: GpuError) -> GpuError {
+        self.fail(error);
         self.fault().unwrap_or_else(|| unreachable!("a fault was noted"))
     }
 }
 
+/// Note what went wrong, unless something has before. That the device is gone explains what its driver reported meanwhile.
 fn note(fault: &Mutex<Option<GpuError>>, error: GpuError) {
-    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    let mut known = locked(fault);
+    let is_explained = matches!((&*known, &error), (Some(GpuError::Driver { .. }), GpuError::Lost { .. }));
+    if known.is_none() || is_explained {
+        *known = Some(error);
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

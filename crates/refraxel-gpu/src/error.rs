@@ -34,11 +34,12 @@ pub enum GpuError {
     },
     /// Something is larger than the adapter can bind.
     #[error(
-        "{what} needs {needed} byte, and {adapter} binds at most {most}; lower `grid.resolution`, or use `--device cpu`"
+        "{what} needs {needed} byte, and {adapter} binds at most {most}; lower `grid.resolution` or `run.batch`, or use \
+         `--device cpu`"
     )]
     TooLarge {
         /// What is too large.
-        what: &'static str,
+        what: String,
         /// Name of the adapter.
         adapter: String,
         /// Its size.
@@ -58,6 +59,19 @@ pub enum GpuError {
         /// Name of the adapter.
         adapter: String,
     },
+    /// The device has less memory than a model needs.
+    #[error(
+        "the model needs {needed} byte, and {adapter} has {found}; lower `grid.resolution` or `field.sh_degree`, or use \
+         `--device cpu`"
+    )]
+    LittleMemory {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the model and all that it learns by take.
+        needed: u64,
+        /// The memory of the adapter.
+        found: u64,
+    },
     /// The device is gone: a driver that was reset, a watchdog, a cable.
     #[error(
         "{adapter} was lost: {reason}; go on with the saved run, with `--device cpu` where it happens again"
@@ -67,6 +81,14 @@ pub enum GpuError {
         adapter: String,
         /// What the driver said.
         reason: String,
+    },
+    /// The device does not answer: a kernel that does not end, or a driver that waits for something.
+    #[error("{adapter} has not answered for {seconds} s; go on with the saved run by `--device cpu`")]
+    Stalled {
+        /// Name of the adapter.
+        adapter: String,
+        /// How long the host has waited.
+        seconds: u64,
     },
     /// The driver refused something that it should not refuse.
     #[error("{adapter} reported an error: {reason}; use `--device cpu`")]

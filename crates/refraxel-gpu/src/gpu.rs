@@ -7,6 +7,7 @@ use crate::kernels::Kernels;
 use crate::shape::Shape;
 use refraxel_train::device::DeviceChoice;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// An adapter that was opened. Shared by the backends that use it.
 #[derive(Clone, Debug)]
@@ -32,6 +33,29 @@ impl Gpu {
     #[must_use]
     pub fn with_binding_limit(self, bytes: u64) -> Self {
         Self { device: self.device.with_binding_limit(bytes), ..self }
+    }
+
+    /// The same device with fewer workgroups along each dimension of a dispatch, at least 1.
+    #[must_use]
+    pub fn with_workgroup_limit(self, most: u32) -> Self {
+        Self { device: self.device.with_workgroup_limit(most), ..self }
+    }
+
+    /// The same device, which fails where it does not answer within this time.
+    #[must_use]
+    pub fn with_patience(self, patience: Duration) -> Self {
+        Self { device: self.device.with_patience(patience), ..self }
+    }
+
+    /// The same device as if it had only so much memory [byte].
+    #[must_use]
+    pub fn with_memory(self, bytes: u64) -> Self {
+        Self { device: self.device.with_memory(bytes), ..self }
+    }
+
+    /// Gives the device up, as a driver does that is reset.
+    pub fn lose(&self) {
+        self.device.lose();
     }
 
     /// The same device with another number of segments per dispatch, at least 1: more than a software adapter takes, or as few as

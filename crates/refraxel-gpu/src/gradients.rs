@@ -69,6 +69,17 @@ impl Gradients {
     }
 }
 
+/// How many voxels a batch gives a gradient to.
+pub(crate) fn touched(model: &LoadedModel, batch: &Batch, objective: &Objective) -> Result<u64, GpuError> {
+    let (device, mut room) = (model.device(), Room::default());
+    room.rays.fill(device, &Lesson::of_batch(batch, &model.held.refraction), false)?;
+    let task = Task::learning(objective, &model.held, Given::of(batch));
+    Pass { model, task, objective }.learn(Adjoints::Clipped, &mut room)?;
+    let words: Vec<u64> = model.buffers.read(device, "touched", model.held.field.map.slots())?;
+    sums::clear(model);
+    Ok(words.iter().map(|bits| u64::from(bits.count_ones())).sum())
+}
+
 /// The gradient of a field that is not wanted.
 fn no_field() -> FieldGradient<f32> {
     FieldGradient { density: AlignedVec::from_slice(&[]), colour: AlignedVec::from_slice(&[]) }

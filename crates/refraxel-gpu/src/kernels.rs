@@ -16,6 +16,7 @@ use std::sync::OnceLock;
 /// A compiled kernel.
 #[derive(Debug)]
 pub(crate) struct Kernel {
+    entry: &'static str,
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     buffers: Vec<String>,
@@ -59,7 +60,8 @@ impl Kernel {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         });
-        Self { pipeline, layout, buffers: names.into_iter().map(|(name, _, _)| name).collect() }
+        let buffers = names.into_iter().map(|(name, _, _)| name).collect();
+        Self { entry: source.entry, pipeline, layout, buffers }
     }
 
     /// Run so many invocations on the buffers of these names, found in the first that has one.
@@ -106,10 +108,16 @@ impl Kernel {
             layout: &self.layout,
             entries: &entries,
         });
-        let most = device.handle.limits().max_compute_workgroups_per_dimension;
         let workgroups = invocations.div_ceil(WORKGROUP as usize) as u32;
-        let columns = workgroups.min(most);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        let columns = workgroups.min(device.workgroup_limit());
+        let places = device.times(self.entry);
+        let timestamp_writes = places.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: Some(*first),
+            end_of_pass_write_index: Some(first + 1),
+        });
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         for _ in 0..times {

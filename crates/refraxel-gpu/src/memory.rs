@@ -19,8 +19,12 @@ impl Buffers {
 
     /// Add an array of zeros.
     pub(crate) fn zeros(&mut self, device: &Device, name: &str, bytes: u64) -> Result<(), GpuError> {
+        let most = device.binding_limit();
         let uniform =
             matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches" | "selection");
+        if !uniform && bytes > most {
+            return Err(device.too_large(&format!("the array `{name}`"), bytes, most));
+        }
         let kind = if uniform { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
         let usage = kind | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         self.0.insert(name.to_owned(), device.buffer(name, bytes, usage)?);

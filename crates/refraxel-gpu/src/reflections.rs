@@ -74,12 +74,7 @@ impl Found {
             self.rays = rays;
         }
         if room > self.room {
-            let needed = (room * size_of::<Reflection>()) as u64;
-            let most = device.binding_limit();
-            if needed > most {
-                return Err(device.too_large("the list of reflections", needed, most));
-            }
-            self.buffers.zeros(device, "reflections", needed)?;
+            self.buffers.zeros(device, "reflections", (room * size_of::<Reflection>()) as u64)?;
             self.room = room;
         }
         Ok(())

@@ -10,9 +10,6 @@ use refraxel_train::Refraction;
 use refraxel_train::backend::{Layers, Marching};
 use refraxel_train::model::Model;
 
-/// Rays of one dispatch: short enough for a watchdog where rays bend.
-const PORTION: usize = 1 << 14;
-
 /// A model that is shown, with everything that [`GpuBackend`](crate::GpuBackend) shows, but without the memory that learning needs.
 ///
 /// Software adapters leave loops after 65 535 iterations of a ray: where a ray, or a few segments of its path, need more, that is an
@@ -41,7 +38,7 @@ impl GpuRenderer {
     /// What rays show, over the background.
     pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Result<Vec<Pixel<f32>>, GpuError> {
         let mut out = Vec::with_capacity(rays.len());
-        for portion in rays.chunks(PORTION) {
+        for portion in rays.chunks(self.model.portion()) {
             let seen = show(&self.model, portion, &self.marching, Showing::layers(layers))?;
             out.extend(seen.into_iter().map(Pixel::from));
         }

@@ -50,17 +50,27 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// The shape of a model, if a device can bind it.
+    /// The shape of a model, if a device can hold it.
     pub(crate) fn new(device: &Device, model: &Model, purpose: Purpose) -> Result<Self, GpuError> {
-        let (binding, voxels) = (device.binding_limit(), model.field.map.voxels());
-        let shape = Self::within(purpose, model.field.degree, voxels, binding);
-        let others = OTHER_BINDINGS[usize::from(!model.refraction.is_none())];
-        let (found, needed) = (device.adapter().max_bindings, others + 2);
+        let bends = !model.refraction.is_none();
+        Self::fitting(device, purpose, (model.field.degree, model.field.map.voxels()), bends)
+    }
+
+    /// The shape of a field of this degree and so many voxels, if a device can bind its arrays and has the memory.
+    pub(crate) fn fitting(
+        device: &Device,
+        purpose: Purpose,
+        (degree, voxels): (ShDegree, usize),
+        bends: bool,
+    ) -> Result<Self, GpuError> {
+        let (binding, adapter) = (device.binding_limit(), device.adapter());
+        let shape = Self::within(purpose, degree, voxels, binding);
+        let others = OTHER_BINDINGS[usize::from(bends)];
+        let (found, needed) = (adapter.max_bindings, others + 2);
         if found < needed {
-            return Err(GpuError::few_bindings(&device.adapter().name, found, needed));
+            return Err(GpuError::few_bindings(&adapter.name, found, needed));
         }
         let most = (found - others) as usize;
-        let too_large = |what, needed, most| device.too_large(what, needed, most);
         // The largest array in one piece, and those that are cut, with their bytes per voxel.
         let (colour, gradient) = (shape.colour_bytes(), shape.gradient_bytes());
         let ((whole, whole_bytes), (cut, cut_bytes)) = match purpose {
@@ -70,12 +80,18 @@ impl Shape {
             Purpose::Showing => (("density", 4), ("colour", colour)),
         };
         if whole_bytes * voxels as u64 > binding {
-            return Err(too_large(whole, whole_bytes * voxels as u64, binding));
+            return Err(device.too_large(whole, whole_bytes * voxels as u64, binding));
         }
         if shape.colour.pools + shape.gradient.pools > most {
-            return Err(too_large(cut, cut_bytes * voxels as u64, most as u64 * binding));
+            return Err(device.too_large(cut, cut_bytes * voxels as u64, most as u64 * binding));
         }
-        Ok(shape)
+        let needed = shape.field_bytes(voxels as u64);
+        match adapter.memory {
+            Some(found) if needed > found => {
+                Err(GpuError::LittleMemory { adapter: adapter.name.clone(), needed, found })
+            }
+            _ => Ok(shape),
+        }
     }
 
     /// The shape of so many voxels in bindings of so many bytes.

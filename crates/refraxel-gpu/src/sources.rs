@@ -366,6 +366,13 @@ pub(crate) const OCCUPANCY: Source = Source {
     ]],
 };
 
+/// Copy an array.
+pub(crate) const COPY: Source = Source {
+    entry: "copy",
+    files: &[shaders!["scene", "copy"]],
+    bindings: &[&[("original", Read), ("duplicate", Writes)]],
+};
+
 /// What sums up how much of each voxel rays see.
 const WEIGHTS: &[(&str, Access)] = &[("weights", Atomic)];
 
@@ -428,6 +435,7 @@ fn element(name: &str, shape: &Shape) -> &'static str {
         "passings" => "Passing",
         "ways" => "WayBack",
         "colour" => shape.colour_element(),
+        "original" | "duplicate" => "vec4<f32>",
         "density" | "texels" | "coefficients" | "probes" | "density_moment" | "colour_moment"
         | "texel_moment" => "f32",
         gradient => {
@@ -518,6 +526,7 @@ mod tests {
             &OCCUPANCY,
             &PEAK,
             &DRAW,
+            &COPY,
         ];
         let purposes = [Purpose::Learning, Purpose::Showing];
         for (degree, purpose) in

@@ -15,6 +15,7 @@ use refraxel_train::cancel::Cancel;
 use refraxel_train::model::{MirrorSource, ProbeLayout, Reflection};
 use refraxel_train::{Backend, CpuBackend, Model};
 use std::sync::OnceLock;
+use std::time::Duration;
 
 /// The first adapter.
 fn gpu() -> Gpu {
@@ -189,8 +190,7 @@ fn a_refusal_is_no_fault_of_the_device() {
 #[test]
 #[ignore = "needs a software adapter as the first one: hardware counts no steps"]
 fn a_software_adapter_with_a_fault_says_so_and_learns_nothing() {
-    // A device of its own: a fault stays.
-    let gpu = Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    let gpu = own_device();
     assert_eq!(gpu.adapter().kind, AdapterKind::Software);
     let mut backend = GpuBackend::new(gpu, straight_model(0, Extent::Bounded)).expect("a model that fits");
     let endless = Objective { marching: Marching::exhaustive(1e-3), ..objective() };
@@ -200,6 +200,103 @@ fn a_software_adapter_with_a_fault_says_so_and_learns_nothing() {
     assert!(outcomes.len() == 1 && outcomes[0].step == 7 && !outcomes[0].finite);
     let fault = backend.fault().expect("a fault");
     assert!(fault.contains("65535 iterations") && fault.contains("--device cpu"), "{fault}");
+}
+
+/// What several steps on straight and on bent rays make of the voxels.
+fn learned(gpu: &Gpu) -> Vec<(Vec<f32>, Vec<f32>)> {
+    let models = [
+        (straight_model(1, Extent::Bounded), all_priors()),
+        (sharp_model(Extent::Bounded), all_that_bends()),
+    ];
+    let learned = models.map(|(model, objective)| {
+        let mut backend = GpuBackend::new(gpu.clone(), model).expect("a model that fits");
+        (0..2).for_each(|k| backend.submit(&batch(200), &objective, k));
+        assert!(backend.outcomes(true).iter().all(|o| o.finite), "{:?}", backend.fault());
+        let field = &backend.snapshot().model.field;
+        (field.density.to_vec(), field.colour.to_vec())
+    });
+    learned.to_vec()
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn dispatches_of_more_workgroups_than_a_dimension_takes_learn_the_same_bits() {
+    assert!(learned(&gpu()) == learned(&gpu().with_workgroup_limit(3)));
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn what_does_not_fit_is_refused_before_the_work_and_is_no_fault() {
+    let model = straight_model(1, Extent::Bounded);
+    let (degree, voxels) = (model.field.degree, model.field.map.voxels());
+    let binds = |bytes: usize| gpu().with_binding_limit(bytes as u64);
+    for (gpu, what) in [
+        (binds(8 * voxels - 1), "the gradient of density"),
+        (gpu().with_memory(100 * voxels as u64), "the model needs"),
+    ] {
+        let refused = GpuBackend::new(gpu.clone(), model.clone()).map(drop).unwrap_err().to_string();
+        assert!(refused.contains(what) && refused.contains("--device cpu"), "{refused}");
+        let expected = GpuBackend::fits(&gpu, degree, voxels, false).unwrap_err().to_string();
+        assert_eq!((refused, gpu.fault()), (expected, None));
+    }
+    assert_eq!(GpuBackend::fits(&binds(16 * voxels), degree, voxels, false), Ok(()));
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_batch_that_no_binding_takes_is_a_fault_that_says_so() {
+    let small = own_device().with_binding_limit(1 << 19);
+    let mut backend = GpuBackend::new(small, straight_model(1, Extent::Bounded)).expect("a model that fits");
+    backend.submit(&batch(20_000), &objective(), 0);
+    assert!(backend.outcomes(true).iter().all(|o| !o.finite));
+    let fault = backend.fault().expect("a fault");
+    assert!(fault.contains("`lessons`") && fault.contains("run.batch"), "{fault}");
+}
+
+/// A device of its own: a fault stays.
+fn own_device() -> Gpu {
+    Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU")
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn a_device_that_is_lost_or_silent_says_so_and_learns_nothing() {
+    let lost = own_device();
+    let silent = own_device().with_patience(Duration::from_nanos(1));
+    for (gpu, what) in [(lost, "was lost"), (silent, "has not answered")] {
+        let mut backend =
+            GpuBackend::new(gpu.clone(), straight_model(1, Extent::Bounded)).expect("a model that fits");
+        if what == "was lost" {
+            gpu.lose();
+        }
+        backend.submit(&batch(2000), &objective(), 0);
+        let outcomes = backend.outcomes(true);
+        assert!(outcomes.len() == 1 && !outcomes[0].finite);
+        let fault = backend.fault().expect("a fault");
+        assert!(fault.contains(what) && fault.contains("--device cpu"), "{fault}");
+    }
+}
+
+#[test]
+#[ignore = "needs a Vulkan adapter"]
+fn kernels_are_timed_where_the_adapter_has_a_clock() {
+    let (gpu, b) = (own_device(), batch(500));
+    let mut backend =
+        GpuBackend::new(gpu.clone(), straight_model(1, Extent::Bounded)).expect("a model that fits");
+    let has_clock = gpu.start_clock();
+    (0..3).for_each(|k| backend.submit(&b, &objective(), k));
+    let samples = backend.outcomes(true)[0].samples;
+    let times = gpu.stop_clock().expect("times");
+    let of = |kernel: &str| times.iter().find(|t| t.kernel == kernel).map(|t| (t.passes, t.seconds > 0.0));
+    let expected = |passes| has_clock.then_some((passes, true));
+    assert_eq!((of("render"), of("learn"), of("occupancy")), (expected(3), expected(3), expected(1)));
+    assert!(gpu.stop_clock().expect("no times").is_empty());
+    assert!(gpu.copy_rate().expect("a rate") > 1e8);
+    // A sample touches eight voxels, and voxels are touched by many.
+    let moved = backend.moved(&b, &objective()).expect("voxels");
+    assert!((1..8 * samples).contains(&moved), "{moved} of {samples} samples");
+    assert!(backend.bytes_of("update", 0, moved) > backend.bytes_of("update", 0, 0));
+    assert_eq!(backend.bytes_of("render", 10, 0), Some(10 * 8 * (4 + 48)));
 }
 
 /// All bodies absorb, each otherwise.
@@ -368,8 +465,8 @@ fn gives_the_same_bits(model: &Model) {
     turned.rays.reverse();
     turned.target.reverse();
     turned.offset.reverse();
-    // Room for the paths of twenty rays.
-    let small = gpu().with_binding_limit(1 << 19);
+    // Room for the paths of forty rays.
+    let small = gpu().with_binding_limit(1 << 20);
     let [few, many] = [3, 32].map(|segments| gpu().with_replay(segments));
     let mut ends = Vec::new();
     for (gpu, b) in

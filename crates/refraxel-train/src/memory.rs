@@ -102,6 +102,12 @@ impl Stage {
     }
 }
 
+/// Voxels that the largest grid of a run is expected to store, where nobody knows the surface yet.
+pub fn most_voxels(options: &Options, finest: &Domain<f32>) -> u64 {
+    let voxels = |stage| Stage::of(options, finest, None, stage).voxels as u64;
+    (0..options.grid.stages).map(voxels).max().unwrap_or(0)
+}
+
 /// Gradients of the buckets whose turn of total variation it is: those of density and colour, and a byte, per voxel.
 fn variation_bytes(options: &Options, voxels: f64) -> u64 {
     let field = &options.field;

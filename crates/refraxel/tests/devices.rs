@@ -46,12 +46,14 @@ fn log(run: &Path) -> String {
 mod gpu {
     use super::*;
     use common::{path, refractive};
+    use refraxel::device::{Decided, Gpu, Opened};
     use refraxel::progress::Show;
     use refraxel::viewer::{Look, Scene};
     use refraxel_core::{Ray, vec3};
     use refraxel_train::Backend;
     use refraxel_train::backend::Layers;
-    use refraxel_train::device::DeviceChoice;
+    use refraxel_train::bench::{BenchGrid, model};
+    use refraxel_train::device::{Device, DeviceChoice};
     use refraxel_train::run::Run;
     use serde_json::{Value, json};
     use std::path::PathBuf;
@@ -176,6 +178,23 @@ mod gpu {
         assert!(!run.exists());
     }
 
+    #[test]
+    #[ignore = "needs a Vulkan adapter"]
+    fn a_gpu_without_room_gives_way_to_the_cpu_unless_it_was_asked_for() {
+        let gpu = Gpu::open(DeviceChoice::Adapter(0)).unwrap().unwrap().with_memory(1000);
+        let made = |choice| {
+            let device = Device { name: "a GPU".to_owned(), why: None };
+            let mut decided = Decided { opened: Opened::Gpu(gpu.clone()), device };
+            let made = decided.backend(choice, model(BenchGrid::Dense(8)), None, Show::Nothing);
+            (made.map(|backend| backend.may_fail()).map_err(|e| e.to_string()), decided.device)
+        };
+        let (found, device) = made(DeviceChoice::Auto);
+        assert_eq!((found, device.name.as_str()), (Ok(false), "cpu"));
+        assert!(device.why.is_some_and(|why| why.contains("has 1000")));
+        let refused = made(DeviceChoice::Gpu).0.unwrap_err();
+        assert!(refused.contains("has 1000") && refused.contains("--device cpu"), "{refused}");
+    }
+
     /// llvmpipe counts the steps of a ray: with this length of a step the coarse grid stays below its limit, the fine one
     /// does not.
     #[test]
@@ -298,7 +317,7 @@ mod gpu {
 
     #[test]
     #[ignore = "needs a software adapter as the first one: hardware counts no steps"]
-    fn where_a_gpu_fails_the_cpu_renders() {
+    fn where_a_software_adapter_fails_the_cpu_renders() {
         assert_eq!(adapters()[0]["kind"], "software");
         let folder = tempfile::tempdir().unwrap();
         let (data, run) = (ball(folder.path()), folder.path().join("run"));
@@ -324,9 +343,25 @@ mod gpu {
     #[ignore = "needs a Vulkan adapter"]
     fn a_gpu_is_measured() {
         let found = refraxel(&["bench", "--quick", "--device", "gpu:0", "--json"]).done().json();
-        for key in ["forward_msamples_per_s", "train_msamples_per_s", "train_rays_per_s"] {
-            assert!(found["straight"][key].as_f64().unwrap() > 0.0, "{found}");
+        for rays in ["straight", "sharp"] {
+            for key in ["forward_msamples_per_s", "train_msamples_per_s", "train_rays_per_s"] {
+                assert!(found[rays][key].as_f64().unwrap() > 0.0, "{found}");
+            }
         }
-        assert_eq!(found["device"]["number"], 0);
+        assert!(found["copy_gb_per_s"].as_f64().unwrap() > 0.0);
+        assert_eq!((&found["device"]["number"], &found["grid"]["dense"]), (&json!(0), &json!(128)));
+        let kernels = found["straight"]["kernels"].as_array().unwrap();
+        if !found["straight"]["busy"].is_null() {
+            let learn = kernels.iter().find(|k| k["kernel"] == "learn").unwrap();
+            assert!(learn["gb_per_s"].as_f64().unwrap() > 0.0, "{learn}");
+        }
+    }
+
+    #[test]
+    #[ignore = "needs a Vulkan adapter"]
+    fn a_grid_that_no_gpu_can_hold_is_not_measured() {
+        let large = ["bench", "--quick", "--device", "gpu:0", "--grid", "1024"];
+        refraxel(&large).refused(6, &["byte", "--device cpu"]);
+        refraxel(&["bench", "--grid", "round"]).refused(2, &["round", "or sparse"]);
     }
 }

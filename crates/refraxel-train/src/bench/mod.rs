@@ -1,7 +1,7 @@
 //! Throughput of this machine on a fixed, dense scene: every sample inside the box is evaluated, nothing is skipped.
 //!
-//! 128³ voxels with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays are 8 × 8 tiles of one
-//! picture; *random* rays come from all around and hit the box anywhere, as training batches do.
+//! A grid, of 128³ voxels where no other is asked for, with density and SH of degree 2 (28 channels), steps of one voxel. *Coherent* rays
+//! are 8 × 8 tiles of one picture; *random* rays come from all around and hit the box anywhere, as training batches do.
 
 mod objective;
 mod on_device;
@@ -13,8 +13,9 @@ mod simd;
 mod throughput;
 mod timing;
 
-pub use on_device::{DeviceThroughput, straight_on};
-pub use options::BenchOptions;
+pub use on_device::{DeviceBench, DeviceThroughput, FrameRate, Round};
+pub use options::{BenchGrid, BenchOptions, UnknownGrid};
 pub use refractive::{Refractive, refractive};
+pub use scene::{DEGREE, model, voxels};
 pub use simd::simd_level;
 pub use throughput::{Throughput, straight};

@@ -2,12 +2,13 @@
 
 use super::objective::index;
 use super::options::BenchOptions;
-use super::scene::scene;
+use super::scene::{BALL_NODES, ball, ball_bounds, model, refraction};
 use super::throughput::{Throughput, throughput};
 use crate::backend::Backend;
+use crate::cpu::CpuBackend;
 use crate::model::{MirrorSource, ProbeLayout, Reflection, Refraction};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Aabb, IndexGrid, Interpolation, LevelSet, Medium, Vec3};
+use refraxel_core::{IndexGrid, Interpolation, Vec3};
 use serde::Serialize;
 
 const PROBES: ProbeLayout = ProbeLayout { longest: 8, degree: ShDegree::MAX };
@@ -32,22 +33,20 @@ pub struct Refractive {
 
 /// Measure rays that pass a ball of glass of half the width of the box, on an index grid of 64³ nodes.
 pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
-    let bounds = Aabb::new(Vec3::splat(-0.6), Vec3::splat(0.6));
-    let surface = LevelSet::from_samples(bounds, [64; 3], |x: Vec3<f32>| x.length() - 0.5);
     let soft = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.5) / 0.02).tanh();
-    let smooth = IndexGrid::from_control_values(bounds, [64; 3], Interpolation::CubicBSpline, soft);
-    let measured = |grid: IndexGrid<f32>, layout: Option<ProbeLayout>| {
-        let mut backend = scene(options.resolution);
-        let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
-        backend.set_medium(Refraction { medium, ..Refraction::none() });
+    let smooth =
+        IndexGrid::from_control_values(ball_bounds(), [BALL_NODES; 3], Interpolation::CubicBSpline, soft);
+    let measured = |medium: Refraction, layout: Option<ProbeLayout>| {
+        let mut backend = CpuBackend::new(model(options.grid));
+        backend.set_medium(medium);
         if let Some(layout) = &layout {
             let reflection = Reflection::of(backend.medium(), MirrorSource::Learned, layout);
             backend.set_reflection(reflection);
         }
         throughput(backend, options, Some(index()))
     };
-    let (sharp, smooth) = (measured(IndexGrid::sharp(surface.clone(), 1.5), None), measured(smooth, None));
-    let mirrored = measured(IndexGrid::sharp(surface, 1.5), Some(PROBES));
+    let (sharp, smooth) = (measured(ball(), None), measured(refraction(smooth), None));
+    let mirrored = measured(ball(), Some(PROBES));
     let mirrored_cost = sharp.train_msamples_per_s_per_core / mirrored.train_msamples_per_s_per_core;
     let cost = |t: &Throughput| straight.train_msamples_per_s_per_core / t.train_msamples_per_s_per_core;
     Refractive {

@@ -3,7 +3,7 @@
 use super::objective::MARCHING;
 use super::options::BenchOptions;
 use super::rays::{coherent_batch, random_batch};
-use super::scene::scene;
+use super::scene::model;
 use super::timing::{best, learn, samples_of};
 use crate::backend::{Backend, Batch, IndexObjective, Layers};
 use crate::cpu::CpuBackend;
@@ -36,7 +36,7 @@ pub struct Throughput {
 
 /// Measure straight rays.
 pub fn straight(options: &BenchOptions) -> Throughput {
-    throughput(scene(options.resolution), options, None)
+    throughput(CpuBackend::new(model(options.grid)), options, None)
 }
 
 pub(super) fn throughput(

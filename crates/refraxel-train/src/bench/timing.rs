@@ -38,12 +38,21 @@ pub(super) fn samples_of(backend: &CpuBackend, batch: &Batch) -> u64 {
     backend.gradient_tapes(batch, &objective())
 }
 
-pub(super) fn best(n: usize, mut work: impl FnMut()) -> f64 {
-    (0..n.max(1))
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
+/// The seconds of the best of `n` repetitions, at least one.
+pub(super) fn best(n: usize, work: impl FnMut()) -> f64 {
+    best_within(f64::INFINITY, n, work)
+}
+
+/// The same of as many as begin within so many seconds.
+pub(super) fn best_within(patience: f64, n: usize, mut work: impl FnMut()) -> f64 {
+    let (begin, mut best) = (Instant::now(), f64::INFINITY);
+    for _ in 0..n.max(1) {
+        let start = Instant::now();
+        work();
+        best = best.min(start.elapsed().as_secs_f64());
+        if begin.elapsed().as_secs_f64() > patience {
+            break;
+        }
+    }
+    best
 }

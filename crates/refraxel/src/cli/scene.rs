@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use refraxel_data::synth::Imperfection;
+use refraxel_train::bench::BenchGrid;
 use refraxel_train::device::DeviceChoice;
 
 use super::values::index;
@@ -114,16 +115,20 @@ pub struct SynthArgs {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   refraxel bench
-  refraxel bench --quick --json")]
+  refraxel bench --quick --json
+  refraxel bench --device gpu --grid sparse")]
 pub struct BenchArgs {
     /// Measure for a few seconds instead of a minute, less exactly
     #[arg(long)]
     pub quick: bool,
     /// The device to measure: cpu, gpu, or gpu:N as inspect --devices lists them; auto: a GPU, if there is one
     ///
-    /// On a GPU, straight rays alone are measured.
+    /// On a GPU, whole pictures are rendered, too, and kernels are timed one by one.
     #[arg(long, value_name = "DEVICE", default_value = "cpu")]
     pub device: DeviceChoice,
+    /// The grid: a number of nodes along each axis, or sparse: a shell of one of 512
+    #[arg(long, value_name = "GRID", default_value = "128")]
+    pub grid: BenchGrid,
     /// Threads, progress, JSON.
     #[command(flatten)]
     pub work: WorkArgs,

@@ -4,8 +4,14 @@ use super::gpu::{Gpu, name};
 use super::opened::{Decided, Needs, Opened};
 use super::refusals::{only_train, unusable};
 use crate::exit::Failure;
-use refraxel_gpu::{AdapterKind, GpuBackend, adapters};
+use refraxel_gpu::{AdapterKind, GpuBackend, GpuError, adapters};
 use refraxel_train::device::{Device, DeviceChoice};
+
+/// Whether a GPU can hold what a run is expected to become.
+fn fits(gpu: &Gpu, needs: &Needs) -> Result<(), GpuError> {
+    let bends = needs.options.refraction.bend.is_on();
+    GpuBackend::fits(gpu, needs.degree(), needs.voxels as usize, bends)
+}
 
 /// The device that is asked for. `auto` is the CPU where a run needs what a GPU cannot do.
 pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failure> {
@@ -24,6 +30,11 @@ pub fn open(choice: DeviceChoice, needs: Option<Needs>) -> Result<Decided, Failu
         (_, Some(why)) => Err(unusable(why)),
         (_, None) => match Gpu::open(choice) {
             Ok(Some(gpu)) => {
+                // An estimate: who names a GPU may know better, and what was learned until it fails is saved.
+                let held = needs.map_or(Ok(()), |n| fits(&gpu, &n));
+                if let (DeviceChoice::Auto, Err(why)) = (choice, held) {
+                    return Ok(Decided::cpu(Some(why.to_string())));
+                }
                 let device = Device { name: name(gpu.adapter()), why: None };
                 Ok(Decided { opened: Opened::Gpu(gpu), device })
             }

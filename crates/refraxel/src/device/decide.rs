@@ -33,12 +33,6 @@ pub fn decide(
         });
     }
     let decided = open(choice, Some(needs))?;
-    match &decided.device {
-        Device { why: Some(why), .. } => show.say(&format!("note: on the CPU, since {why}")),
-        Device { name, .. } if matches!(decided.opened, Opened::Gpu(_)) => {
-            show.say(&format!("note: on {name}"));
-        }
-        _ => {}
-    }
+    decided.say(show);
     Ok(decided)
 }

@@ -1,17 +1,14 @@
-//! GPUs: a backend on one, the list of them, and how fast one is.
+//! GPUs: a backend on one, and the list of them.
 
-use super::refusals::unusable;
-use crate::cli::BenchArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::progress::{Progress, Show};
-use crate::table::{Table, bytes};
+use crate::table::bytes;
 use refraxel_gpu::{Adapter, AdapterKind, GpuBackend, adapters};
 use refraxel_train::backend::Backend;
-use refraxel_train::bench::{BenchOptions, DeviceThroughput, straight_on};
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::session::BackendError;
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// A GPU that was opened.
 pub use refraxel_gpu::Gpu;
@@ -19,13 +16,11 @@ pub use refraxel_gpu::Gpu;
 /// A backend with a model on a GPU, and with the state of an optimiser that goes on.
 pub fn gpu_backend(
     gpu: &Gpu,
-    model: Model,
-    state: Option<Optimiser>,
+    model: &Model,
+    state: Option<&Optimiser>,
 ) -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(match state {
-        Some(state) => GpuBackend::resumed(gpu.clone(), &model, &state)?,
-        None => GpuBackend::new(gpu.clone(), model)?,
-    }))
+    let state = state.map_or_else(|| Cow::Owned(Optimiser::new(model)), Cow::Borrowed);
+    Ok(Box::new(GpuBackend::resumed(gpu.clone(), model, &state)?))
 }
 
 /// "NVIDIA GeForce RTX 4090 (vulkan)".
@@ -88,54 +83,6 @@ fn described(a: &Adapter) -> String {
         a.max_bindings,
         bytes(a.max_buffer),
     )
-}
-
-#[derive(Serialize)]
-struct Bench {
-    straight: DeviceThroughput,
-    device: Adapter,
-    repetitions: usize,
-}
-
-/// `refraxel bench --device gpu`: straight rays.
-pub fn bench(gpu: Gpu, args: &BenchArgs) -> Result<(), Failure> {
-    let progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 1);
-    let options = BenchOptions::suited_to(args.quick);
-    let make = |model: Model| GpuBackend::new(gpu.clone(), model);
-    let measured = straight_on(&options, make).map_err(|e| unusable(anyhow::anyhow!("{e}")));
-    let straight = match measured {
-        Ok(measured) => measured,
-        Err(failure) => {
-            progress.abandon("");
-            return Err(failure);
-        }
-    };
-    progress.finish("");
-    let report = Bench { straight, device: gpu.adapter().clone(), repetitions: options.repetitions };
-    Console::new(args.work.json).result(&report.text(), &report).or_exit(Exit::Io)
-}
-
-impl Bench {
-    fn text(&self) -> String {
-        let s = &self.straight;
-        let mut speed = Table::new(&["million samples per second", "straight rays"]);
-        for (what, rate) in [
-            ("render, coherent rays", s.forward_msamples_per_s),
-            ("render, random rays", s.forward_random_msamples_per_s),
-            ("train, coherent rays", s.train_coherent_msamples_per_s),
-            ("train, random rays", s.train_msamples_per_s),
-        ] {
-            speed.row(vec![what.to_owned(), format!("{rate:.1}")]);
-        }
-        format!(
-            "128³ voxels, SH degree 2, steps of one voxel, no empty space skipped; best of {}; {}\n{}\ntraining: {:.0} thousand \
-             rays per second",
-            self.repetitions,
-            name(&self.device),
-            speed.text(),
-            s.train_rays_per_s / 1e3,
-        )
-    }
 }
 
 /// A model that a GPU shows.

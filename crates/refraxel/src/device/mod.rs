@@ -6,6 +6,8 @@ mod choice;
 mod decide;
 #[cfg(feature = "gpu")]
 mod gpu;
+#[cfg(feature = "gpu")]
+mod gpu_bench;
 #[cfg(feature = "mpi")]
 mod mpi;
 #[cfg(not(feature = "gpu"))]
@@ -23,7 +25,9 @@ mod viewer;
 pub use choice::open;
 pub use decide::decide;
 #[cfg(feature = "gpu")]
-pub use gpu::{Gpu, bench, devices};
+pub use gpu::{Gpu, devices};
+#[cfg(feature = "gpu")]
+pub use gpu_bench::bench;
 #[cfg(feature = "mpi")]
 pub use mpi::join;
 #[cfg(not(feature = "gpu"))]

@@ -18,7 +18,7 @@ pub fn devices(_: bool) -> Result<(), Failure> {
 }
 
 /// A backend on a GPU: there is none.
-pub fn gpu_backend(gpu: &Gpu, _: Model, _: Option<Optimiser>) -> Result<Box<dyn Backend>, BackendError> {
+pub fn gpu_backend(gpu: &Gpu, _: &Model, _: Option<&Optimiser>) -> Result<Box<dyn Backend>, BackendError> {
     match *gpu {}
 }
 

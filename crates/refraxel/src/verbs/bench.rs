@@ -10,7 +10,9 @@ use crate::table::Table;
 use anyhow::Context;
 use refraxel_core::ShDegree;
 use refraxel_data::synth::{DatasetOptions, SceneOptions, ViewCounts, render_dataset, scene};
-use refraxel_train::bench::{BenchOptions, Refractive, Throughput, refractive, simd_level, straight};
+use refraxel_train::bench::{
+    BenchGrid, BenchOptions, Refractive, Throughput, refractive, simd_level, straight,
+};
 use refraxel_train::plan::bytes_per_voxel;
 use serde::Serialize;
 
@@ -39,6 +41,7 @@ struct Memory {
 
 #[derive(Serialize)]
 struct Machine {
+    grid: BenchGrid,
     threads: usize,
     simd: String,
     architecture: &'static str,
@@ -57,7 +60,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
 fn cpu(args: &BenchArgs) -> Result<(), Failure> {
     let console = Console::new(args.work.json);
     let mut progress = Progress::new(Show::suited(args.work.quiet || args.work.json), "bench", 3);
-    let options = BenchOptions::suited_to(args.quick);
+    let options = BenchOptions { grid: args.grid, ..BenchOptions::suited_to(args.quick) };
     let straight = straight(&options);
     progress.set(1, "straight rays measured");
     let refractive = refractive(&options, &straight);
@@ -68,6 +71,7 @@ fn cpu(args: &BenchArgs) -> Result<(), Failure> {
         ShDegree::new(d).map(|degree| Memory { sh_degree: d, bytes_per_voxel: bytes_per_voxel(degree) })
     };
     let machine = Machine {
+        grid: options.grid,
         threads: straight.threads,
         simd: simd_level(),
         architecture: std::env::consts::ARCH,
@@ -122,12 +126,13 @@ impl Report {
         let memory: Vec<String> =
             self.memory.iter().map(|m| format!("{} (degree {})", m.bytes_per_voxel, m.sh_degree)).collect();
         format!(
-            "128³ voxels, SH degree 2, steps of one voxel, no empty space skipped; best of {}; {} on {}\n{}\n\
+            "{}, SH degree 2, steps of one voxel, no empty space skipped; best of {}; {} on {}\n{}\n\
              training: {:.0} thousand rays per second, {:.2}× one thread\n\
              a training sample costs {:.2}× that of straight rays with a sharp surface, and {:.2}× with a smooth transition\n\
              a mirroring surface makes a training step {:.2}× as long\n\
              exact tracer, glass ball: {:.2} million camera rays per second\n\
              bytes per stored voxel with its moments: {}",
+            m.grid,
             m.repetitions,
             m.simd,
             m.architecture,

@@ -45,7 +45,9 @@ impl Ran {
 }
 
 pub fn command(words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_refraxel"));
+    // On a machine that has not built it, somebody says where it is.
+    let built = || env!("CARGO_BIN_EXE_refraxel").into();
+    let mut command = Command::new(std::env::var_os("REFRAXEL").unwrap_or_else(built));
     command.args(words);
     // Without one, Mesa's Vulkan layer that chooses a device complains on standard error.
     command.env("XDG_RUNTIME_DIR", std::env::temp_dir());

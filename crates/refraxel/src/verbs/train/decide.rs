@@ -7,7 +7,9 @@ use crate::progress::Show;
 use crate::verbs::interrupts::cancel;
 use crate::verbs::{known_index, options};
 use refraxel_data::{Dataset, scene_region};
+use refraxel_train::memory::most_voxels;
 use refraxel_train::options::Switch;
+use refraxel_train::plan::Plan;
 use refraxel_train::run::{Run, Source};
 use refraxel_train::session::Setup;
 use refraxel_train::{Options, refraction_search};
@@ -28,9 +30,19 @@ pub(super) fn decide(
     let setup = Setup { data, options, index, source, cancel: cancel() };
     let views = &setup.data.views;
     let has_depth = setup.data.split.train.iter().any(|&k| views[k].depth.is_some());
-    let needs = Needs { options: &setup.options, saved, has_depth };
+    let voxels = expected_voxels(&setup, saved);
+    let needs = Needs { options: &setup.options, saved, has_depth, voxels };
     let decided = device::decide(args.device, group, needs, show)?;
     Ok((setup, decided))
+}
+
+/// Voxels that the largest grid of the run is expected to store.
+fn expected_voxels(setup: &Setup, saved: Option<&Run>) -> u64 {
+    let planned = || Plan::of_region(&setup.options, &setup.data, &scene_region(&setup.data));
+    match saved {
+        Some(run) => most_voxels(&run.options, &run.plan.finest),
+        None => most_voxels(&setup.options, &planned().finest),
+    }
 }
 
 /// The options of a run that begins. Rays bend as asked for, else where something says, or the detector finds, what is refractive.

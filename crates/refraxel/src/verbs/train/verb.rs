@@ -10,7 +10,7 @@ use super::viewing::{self, Viewing};
 use super::watch::ProgressDisplay;
 use crate::cli::{SplitName, TrainArgs};
 use crate::console::Console;
-use crate::device::{self, Decided, Joined, ProcessGroup};
+use crate::device::{self, Joined, ProcessGroup};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::table::bytes;
@@ -113,17 +113,16 @@ pub(in crate::verbs) fn train_locked(
     }
     let saved = if args.resume { Some(Run::load(args.out())?) } else { None };
     let Input { data, source, held_out } = arguments::read(args, saved.as_ref(), show)?;
-    let (setup, Decided { opened, device }) = decide(args, group, saved.as_ref(), (data, source), show)?;
+    let (setup, mut decided) = decide(args, group, saved.as_ref(), (data, source), show)?;
     let mut watch = ProgressDisplay::new(show);
     let mut load = |event| watch.load(&event);
+    let mut made = |model, state| decided.backend(args.device, model, state, show);
     let session = match saved {
-        Some(run) => {
-            Session::resume(setup, run, |model, state| opened.backend(model, Some(state)), &mut load)
-        }
-        None => Session::start(setup, |model| opened.backend(model, None), &mut load),
+        Some(run) => Session::resume(setup, run, |model, state| made(model, Some(state)), &mut load),
+        None => Session::start(setup, |model| made(model, None), &mut load),
     };
     let mut session = session.map_err(session_failure)?;
-    session.name_device(device);
+    session.name_device(decided.device);
     create_folder(args.out())?;
     let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
     let viewing = server.map(|server| Viewing::start(server, args.out(), &session, show));
