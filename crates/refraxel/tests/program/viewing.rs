@@ -686,7 +686,7 @@ fn a_page_that_takes_nothing_is_closed() {
 }
 
 #[test]
-fn view_needs_a_run() {
+fn view_refuses_a_run_that_is_not_there() {
     refraxel(&["view", "/no/run"]).refused(3, &["/no/run"]);
     refraxel(&["view", "/no/run", "--port", "0"]).refused(2, &["--port"]);
 }
