@@ -106,7 +106,7 @@ async function distance(page, { check, shoot }) {
   await page.mouse.click(x + 40, y + 60);
   await says(" scene units, from (");
   const text = await page.evaluate(
-    () => /[\d.e-]+ scene units, from \([^)]*\) to \([^)]*\)/.exec(document.body.textContent)[0],
+    () => /\d[\d.e-]* scene units, from \([^)]*\) to \([^)]*\)/.exec(document.body.textContent)[0],
   );
   const numbers = text.match(/-?[\d.]+(e-?\d+)?/g).map(Number);
   const [length, from, to] = [numbers[0], numbers.slice(1, 4), numbers.slice(4)];

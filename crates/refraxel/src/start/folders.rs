@@ -47,7 +47,7 @@ pub fn list(path: &str) -> Result<Folder, String> {
     for entry in entries.flatten() {
         let path = entry.path();
         let is_folder = path.is_dir();
-        if !is_folder && !(is_video(&path) && path.is_file()) {
+        if !(is_folder || is_video(&path) && path.is_file()) {
             continue;
         }
         let Some(place) = place(&path) else {

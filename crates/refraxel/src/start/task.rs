@@ -271,9 +271,8 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_refused_before_anything_begins() {
-        let refused = |task: Task| {
-            Work::begin(1, task, Path::new("/tmp"), Path::new("/p"), &[]).err().expect("refused")
-        };
+        let refused =
+            |task: Task| Work::begin(1, task, Path::new("/tmp"), Path::new("/p"), &[]).expect_err("refused");
         for (task, word) in [
             (train("photos", 1.0), "from the root"),
             (train("/tmp/../tmp", 1.0), "without \"..\""),
