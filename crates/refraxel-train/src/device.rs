@@ -88,6 +88,7 @@ mod tests {
             ("gpu:3", DeviceChoice::Adapter(3)),
         ] {
             assert_eq!(text.parse(), Ok(choice));
+            assert_eq!(choice.to_string(), text);
         }
         for text in ["", "GPU", "gpu:", "gpu:-1", "gpu:x", "cuda"] {
             let error = text.parse::<DeviceChoice>().unwrap_err().to_string();
