@@ -202,6 +202,14 @@ export class Camera {
   }
 }
 
+/** Whether what was kept elsewhere is a camera. */
+export function isCamera(found: PageCamera | null): boolean {
+  const isNumber = (x: unknown) => typeof x === "number" && Number.isFinite(x);
+  const isVector = (x: unknown, n: number) => Array.isArray(x) && x.length === n && x.every(isNumber);
+  if (found === null || !isVector(found.eye, 3) || !isVector(found.size, 2) || !isNumber(found.angle)) return false;
+  return Array.isArray(found.axes) && found.axes.length === 3 && found.axes.every((axis) => isVector(axis, 3));
+}
+
 function clamp(x: number, [low, high]: [number, number]): number {
   return Math.max(low, Math.min(high, x));
 }

@@ -17,6 +17,7 @@ const KEYS: [string, string][] = [
   ["N, P", "next, previous photograph"],
   ["C", "compare with the photograph; back to it after a look elsewhere"],
   ["G", "lines on the glass"],
+  ["T", "measure: the next clicks choose the ends of a distance"],
   ["K", "add a keyframe to the camera path"],
   ["Space", "play the camera path"],
   ["R", "back to the start"],
@@ -28,7 +29,7 @@ const KEYS: [string, string][] = [
   ["1, 3, 7 of the number pad", "from the front, from the right, from above"],
   ["X", "save a screenshot"],
   ["H", "hide the panel"],
-  ["Esc", "forget the ray"],
+  ["Esc", "forget the ray and the distance"],
   ["?", "this list"],
 ];
 

@@ -1,13 +1,13 @@
 // The connection to the program. It comes back by itself when the program does, unless that has said that it ends.
 
-import type { Ask, Header, Tell } from "./protocol";
+import type { Header } from "./protocol";
 
-export interface Listener {
+export interface Listener<Tell> {
   open(): void;
   /** There is no connection, and why. */
   closed(why: string): void;
   tell(tell: Tell): void;
-  picture(header: Header, jpeg: Blob): void;
+  picture?(header: Header, jpeg: Blob): void;
 }
 
 /** Time between two attempts to connect [ms]. */
@@ -20,12 +20,12 @@ const OTHER =
   "stays as it is.";
 const BROKEN = "The program answers, but the connection does not stay open. Trying again.";
 
-export class Link {
+export class Link<Ask, Tell extends { tell: string }> {
   private socket: WebSocket | null = null;
   /** Why the program ends, once it has said so. */
   private ended: string | null = null;
 
-  constructor(private readonly listener: Listener) {
+  constructor(private readonly listener: Listener<Tell>) {
     this.connect();
   }
 
@@ -66,7 +66,7 @@ export class Link {
   }
 
   private take(tell: Tell): void {
-    if (tell.tell === "ended") this.ended = tell.why;
+    if (tell.tell === "ended" && "why" in tell) this.ended = String(tell.why);
     this.listener.tell(tell);
   }
 
@@ -74,6 +74,6 @@ export class Link {
     const length = new DataView(bytes).getUint32(0, true);
     const text = new TextDecoder().decode(new Uint8Array(bytes, 4, length));
     const jpeg = new Blob([new Uint8Array(bytes, 4 + length)], { type: "image/jpeg" });
-    this.listener.picture(JSON.parse(text) as Header, jpeg);
+    this.listener.picture?.(JSON.parse(text) as Header, jpeg);
   }
 }

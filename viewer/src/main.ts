@@ -1,33 +1,45 @@
 // The page: what is looked at, and what is asked of the program when that changes.
 
 import { Camera } from "./camera";
+import { cropBox } from "./crop";
 import { fill } from "./help";
 import { listen } from "./input";
-import { isTaken, letterOf } from "./keys";
 import { legendOf, type Compare } from "./legend";
 import { Link } from "./link";
 import { Messages } from "./messages";
-import { Panel, type State } from "./panel";
+import { Panel } from "./panel";
 import { at, file } from "./path";
+import { Player } from "./player";
 import { download } from "./dom";
-import { LAYERS, type Header, type PageCamera, type Piece, type Scene, type Tell } from "./protocol";
+import {
+  LAYERS,
+  type Ask,
+  type BentRay,
+  type FilmFormat,
+  type Header,
+  type PageCamera,
+  type Scene,
+  type Tell,
+} from "./protocol";
 import * as settings from "./settings";
 import { Sharpness } from "./sharpness";
+import { listenToKeys } from "./shortcuts";
 import { Stage } from "./stage";
+import { initial, type State } from "./state";
+import { Surfaces } from "./surfaces";
 import { cross, dot, mix, scale, sub, unit, type Vec3 } from "./vectors";
 import { Views } from "./views";
 
 /** A camera that rests for so long is shown in full [ms]. */
 const REST = 160;
-/** Why a ray is asked for: to show it, to turn around what it sees, or as the medium of the one that is shown has changed. */
-const RAY = { click: 1, center: 2, follow: 3 };
+/** Why a ray is asked for: to show it, to turn around what it sees, as the medium of the one that is shown has changed, or to measure. */
+const RAY = { click: 1, center: 2, follow: 3, measure: 4 };
 /** A picture is painted again if it becomes larger by this factor. */
 const SHARPER = 1.25;
 /** Bounds on the frames of films [pixel]. */
 const FILM = { edge: 1280, pixels: Infinity };
 const COMPARES: Compare[] = ["off", "side", "wipe", "difference", "error"];
-/** Steps of the places on surfaces from one end of a region's box to the other, and the length of normals. */
-const [STEPS, NORMAL] = [4095, 100];
+const NO_PATH = "A camera path needs two keyframes: press K at two places.";
 
 class Page {
   private readonly stage = new Stage(() => this.redraw());
@@ -36,21 +48,10 @@ class Page {
   private readonly camera = new Camera();
   private readonly views: Views;
   private readonly panel: Panel;
-  private readonly link: Link;
+  private readonly link: Link<Ask, Tell>;
   private readonly help = document.querySelector<HTMLDialogElement>("#help")!;
   private scene: Scene | null = null;
-  private readonly state: State = {
-    ...settings.load(),
-    layer: "colour",
-    straight: false,
-    index: [],
-    absorption: [],
-    photo: null,
-    compare: "off",
-    slice: null,
-    keys: [],
-    ray: null,
-  };
+  private readonly state: State = initial(settings.load());
   private nextId = 1;
   /** Cameras of looks whose pictures are on their way, and when they were asked for. */
   private readonly looks = new Map<number, { camera: PageCamera; time: number; moving: boolean }>();
@@ -61,8 +62,8 @@ class Page {
   private lastPhoto = 0;
   private shownId = 0;
   private plane: Vec3[] | null = null;
-  /** Lines on the surface of each region, as far as they are known. */
-  private readonly surfaces = new Map<number, Piece[]>();
+  private readonly surfaces = new Surfaces((ask) => this.link.send(ask));
+  private readonly player = new Player((camera, isLast) => this.pass(camera, isLast));
   /** The program answers. */
   private isLive = false;
   /** The program does not know what is looked at: the connection is new. */
@@ -71,7 +72,6 @@ class Page {
   private medium = "";
   private pending = false;
   private rest = 0;
-  private playing = 0;
   private readonly times: number[] = [];
 
   constructor() {
@@ -94,6 +94,8 @@ class Page {
       slice: () => this.askSlice(),
       play: () => this.play(),
       save: () => this.savePath(),
+      film: (format) => this.film(format),
+      stopFilm: () => this.link.send({ ask: "stop_film" }),
       addKey: () => this.addKey(),
       screenshot: () => void this.screenshot(),
       help: () => this.help.showModal(),
@@ -107,12 +109,24 @@ class Page {
     });
     listen(this.stage.element, this.camera, {
       moved: () => this.moved(),
-      click: (u, v) => this.link.send({ ask: "ray", id: RAY.click, u: this.stage.inView(u), v }),
+      click: (u, v) => {
+        const id = this.state.measures ? RAY.measure : RAY.click;
+        this.link.send({ ask: "ray", id, u: this.stage.inView(u), v });
+      },
       center: (u, v) => this.link.send({ ask: "ray", id: RAY.center, u: this.stage.inView(u), v }),
     });
     addEventListener("resize", () => this.changed(false));
     new ResizeObserver(() => this.changed(false)).observe(this.stage.element);
-    addEventListener("keydown", (event) => this.key(event));
+    listenToKeys({
+      letters: this.letters(),
+      digit: (digit, isShifted) => {
+        if (isShifted) this.views.go(digit - 1);
+        else this.panel.chooseLayer(LAYERS[digit - 1] ?? this.state.layer);
+      },
+      help: () => this.help.showModal(),
+      play: () => this.play(),
+      isLive: () => this.isLive,
+    });
     this.hidePanel(this.state.alone);
     addEventListener("pagehide", () => settings.save(this.state));
   }
@@ -120,7 +134,7 @@ class Page {
   /** A hand has moved the camera. */
   private moved(): void {
     if (!this.isLive) return;
-    this.playing = 0;
+    this.player.stop();
     this.leavePhoto();
     this.changed(true);
   }
@@ -147,7 +161,7 @@ class Page {
   private disconnected(why: string): void {
     this.notice(why);
     this.isLive = false;
-    this.playing = 0;
+    this.player.stop();
     this.panel.setLive(false);
     this.panel.training.end("");
   }
@@ -162,17 +176,25 @@ class Page {
     if (tell.tell === "scene") this.takeScene(tell);
     else if (tell.tell === "training") this.panel.training.tell(tell);
     else if (tell.tell === "surface") this.takeSurface(tell.region, tell.pieces);
+    else if (tell.tell === "film") this.panel.path.tell(tell);
     else if (tell.tell === "refused") this.messages.say(tell.why);
     else if (tell.tell === "ended") this.panel.training.end(tell.why);
-    else if (tell.id === RAY.center) {
-      if (!tell.ray.seen) return;
+    else this.takeRay(tell.id, tell.ray);
+  }
+
+  private takeRay(id: number, ray: BentRay): void {
+    if (id === RAY.measure) {
+      if (ray.seen) this.panel.measure.take(ray.seen[1]);
+      else this.messages.say("Nothing solid is seen there, so that there is no place to measure from.");
+    } else if (id === RAY.center) {
+      if (!ray.seen) return;
       this.leavePhoto();
-      this.camera.lookAt(tell.ray.seen[1]);
+      this.camera.lookAt(ray.seen[1]);
       this.changed(true);
     } else {
-      this.state.ray = tell.ray;
+      this.state.ray = ray;
       this.panel.showRay(this.scene!);
-      if (tell.id === RAY.click) this.panel.goToRay();
+      if (id === RAY.click) this.panel.goToRay();
       this.redraw();
     }
   }
@@ -189,26 +211,16 @@ class Page {
     document.title = `${scene.name} – refraxel`;
     if (isFirst || isOther || this.asksAgain) this.changed(false);
     this.asksAgain = false;
-    this.surfaces.clear();
+    this.surfaces.forget();
     this.askSurfaces();
   }
 
   private askSurfaces(): void {
-    if (!this.state.surfaces) return;
-    // One after the other: of several questions of a kind, the program answers the latest.
-    const region = this.scene?.regions.findIndex((_, k) => !this.surfaces.has(k)) ?? -1;
-    if (region >= 0) this.link.send({ ask: "surface", region });
+    if (this.state.surfaces && this.scene) this.surfaces.ask(this.scene.regions);
   }
 
   private takeSurface(region: number, pieces: number[][]): void {
-    const { min, max } = this.scene!.regions[region]!;
-    const place = (at: number[]): Vec3 =>
-      [0, 1, 2].map((k) => min[k]! + (at[k]! / STEPS) * (max[k]! - min[k]!)) as Vec3;
-    const piece = (p: number[]): Piece => ({
-      ends: [place(p.slice(0, 3)), place(p.slice(3, 6))],
-      normal: p.slice(6).map((x) => x / NORMAL) as Vec3,
-    });
-    this.surfaces.set(region, pieces.map(piece));
+    this.surfaces.take(region, this.scene!.regions[region]!, pieces);
     this.askSurfaces();
     this.redraw();
   }
@@ -320,7 +332,7 @@ class Page {
     this.stage.layOut(aspect);
     const id = this.nextId++;
     this.looks.set(id, { camera, time: performance.now(), moving });
-    const edits = { index: [...index], absorption: [...absorption] };
+    const edits = { index: [...index], absorption: [...absorption], crop: cropBox(this.state, this.scene) };
     this.link.send({ ask: "look", id, camera, photo, shown: layer, straight, moving, edits });
     this.followMedium(JSON.stringify([straight, edits]));
   }
@@ -356,7 +368,7 @@ class Page {
       return;
     }
     this.plane = header.corners;
-    this.panel.showSlice(bitmap, header.range);
+    this.panel.slice.show(bitmap, header.range);
     this.redraw();
   }
 
@@ -397,10 +409,12 @@ class Page {
 
   private redraw(): void {
     if (!this.scene || !this.shown) return;
-    const { ray, boxes, cameras, keys } = this.state;
-    const surfaces = this.state.surfaces ? [...this.surfaces.values()].flat() : [];
-    const path = this.playing || keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
-    const what = { ray, boxes, cameras, surfaces, plane: this.plane, path, keys: this.playing ? [] : keys };
+    const { ray, boxes, cameras, ends } = this.state;
+    const surfaces = this.state.surfaces ? this.surfaces.pieces : [];
+    const keys = this.player.isPlaying ? [] : this.state.keys;
+    const path = keys.length < 2 ? [] : Array.from({ length: 60 }, (_, i) => at(keys, i / 59).eye);
+    const crop = cropBox(this.state, this.scene);
+    const what = { ray, boxes, cameras, surfaces, plane: this.plane, path, keys, ends, crop };
     const legend = legendOf(this.state.layer, this.state.compare, this.range);
     const photo = this.state.photo === null ? null : this.scene.views[this.state.photo]!.name;
     this.stage.overlay(this.shown, this.scene, what, legend, photo);
@@ -414,30 +428,37 @@ class Page {
 
   private play(): void {
     const { keys, seconds } = this.state;
-    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
-    const start = performance.now();
-    const run = (this.playing = start);
+    if (keys.length < 2) return this.messages.say(NO_PATH);
     this.leavePhoto();
-    const cuts = matchMedia("(prefers-reduced-motion: reduce)").matches ? keys.length - 1 : Infinity;
-    const step = (now: number) => {
-      if (this.playing !== run) return;
-      const t = (now - start) / (1000 * seconds);
-      // Who wants less motion sees the keyframes one after the other.
-      this.camera.take(at(keys, Number.isFinite(cuts) ? Math.floor(t * cuts) / cuts : t), this.middle());
-      if (t >= 1) {
-        this.playing = 0;
-        this.panel.update();
-      }
-      this.changed(t < 1);
-      if (t < 1) requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
+    this.player.play(keys, seconds);
+  }
+
+  /** The camera is here on its path. */
+  private pass(camera: PageCamera, isLast: boolean): void {
+    this.camera.take(camera, this.middle());
+    if (isLast) this.panel.update();
+    this.changed(!isLast);
   }
 
   private savePath(): void {
     const { keys, seconds, fps } = this.state;
-    if (keys.length < 2) return this.messages.say("A camera path needs two keyframes: press K at two places.");
+    if (keys.length < 2) return this.messages.say(NO_PATH);
     download("camera_path.json", new Blob([file(keys, seconds, fps)], { type: "application/json" }));
+  }
+
+  /** Asks for a film of what is shown, along the path. */
+  private film(format: FilmFormat): boolean {
+    const { keys, seconds, fps, layer, straight, index } = this.state;
+    if (keys.length < 2) {
+      this.messages.say(NO_PATH);
+      return false;
+    }
+    const set = index.filter((n) => n !== null);
+    const isOne = set.length === index.length && set.every((n) => n === set[0]);
+    if (set.length > 0 && !isOne) this.messages.say("A film has one index for all regions; it shows those as learned.");
+    const path = file(keys, seconds, fps);
+    this.link.send({ ask: "film", path, format, shown: layer, straight, index: (isOne && set[0]) || null });
+    return true;
   }
 
   private async screenshot(): Promise<void> {
@@ -445,22 +466,9 @@ class Page {
     if (png) download(`${this.scene?.name ?? "refraxel"}.png`, png);
   }
 
-  private key(event: KeyboardEvent): void {
-    // A key that is held goes on through photographs, and does nothing else twice.
-    if (isTaken(event) || (event.repeat && !/^[NP]$/.test(letterOf(event)))) return;
-    if (!this.isLive && event.key !== "?" && !["X", "H"].includes(letterOf(event)) && event.code !== "Escape") return;
-    const digit = Number(/^Digit([1-9])$/.exec(event.code)?.[1]);
-    if (digit && event.shiftKey) this.views.go(digit - 1);
-    else if (digit) this.panel.chooseLayer(LAYERS[digit - 1] ?? this.state.layer);
-    else if (event.key === "?") this.help.showModal();
-    else if (event.code === "Space") this.play();
-    else if (!this.letter(letterOf(event))) return;
-    event.preventDefault();
-  }
-
-  private letter(key: string): boolean {
+  private letters(): Record<string, () => void> {
     const { state } = this;
-    const actions: Record<string, () => void> = {
+    return {
       B: () => {
         state.straight = !state.straight;
         this.panel.update();
@@ -476,6 +484,7 @@ class Page {
         this.redraw();
       },
       K: () => this.addKey(),
+      T: () => this.panel.measure.toggle(),
       R: () => this.home(),
       F: () => this.frame(),
       Home: () => this.frameScene(),
@@ -489,10 +498,11 @@ class Page {
       Numpad7: () => this.lookAlong("above"),
       X: () => void this.screenshot(),
       H: () => this.hidePanel(!state.alone),
-      Escape: () => this.forgetRay(),
+      Escape: () => {
+        this.forgetRay();
+        this.panel.measure.clear();
+      },
     };
-    actions[key]?.();
-    return key in actions;
   }
 }
 

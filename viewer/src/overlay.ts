@@ -1,6 +1,7 @@
-// Lines over the picture: rays, boxes, cameras, the plane of a slice.
+// Lines over the picture: rays, boxes, cameras, the plane of a slice, a distance.
 
 import { projectLine, project } from "./camera";
+import { distanceOf } from "./measure";
 import type { BentRay, PageCamera, Piece, Scene } from "./protocol";
 import { add, dot, length, scale, sub, type Vec3 } from "./vectors";
 
@@ -9,6 +10,7 @@ export const STRAIGHT = "#8b93a1";
 const BOX = "#2f9e73";
 const CAMERA = "#3b82c4";
 const PLANE = "#b0478f";
+const MEASURE = "#6741d9";
 const SURFACE = ["rgb(13 116 110 / 28%)", "rgb(13 116 110 / 90%)"] as const;
 
 export interface Overlay {
@@ -20,6 +22,10 @@ export interface Overlay {
   path: Vec3[];
   /** Keyframes of the path. */
   keys: PageCamera[];
+  /** Ends of a distance. */
+  ends: Vec3[];
+  /** The box outside of which nothing opaque is shown. */
+  crop: [Vec3, Vec3] | null;
 }
 
 /** Draws everything as a camera sees it. `unit` is the pixels of the canvas per CSS pixel. */
@@ -35,6 +41,7 @@ export function draw(
     pen.box(scene.min, scene.max, STRAIGHT, 1);
     for (const region of scene.regions) pen.box(region.min, region.max, BOX, 1.5);
   }
+  if (what.crop) pen.box(...what.crop, PLANE, 1);
   const size = 0.05 * Math.hypot(...sub(scene.max, scene.min));
   if (what.cameras) {
     scene.views.forEach((view) => pen.frustum(view.camera, size, view.split === "train" ? CAMERA : BENT));
@@ -49,6 +56,7 @@ export function draw(
     pen.dot(key.eye, PLANE, 4, String(k + 1));
   });
   if (what.ray) pen.ray(what.ray);
+  pen.distance(what.ends);
 }
 
 class Pen {
@@ -105,6 +113,12 @@ class Pen {
     this.line(ray.points, BENT, 2.5);
     ray.bounces.forEach((bounce, k) => this.dot(bounce.place, BENT, 4, String(k + 1)));
     if (ray.seen) this.dot(ray.seen[1], `rgb(${ray.colour.join(" ")})`, 6);
+  }
+
+  /** The line between two places with its length. */
+  distance(ends: Vec3[]): void {
+    if (ends.length > 1) this.line(ends, MEASURE, 2);
+    ends.forEach((end, k) => this.dot(end, MEASURE, 4, (k === 1 && distanceOf(ends)) || undefined));
   }
 
   /** Lines on a surface: those on its far side are faint. */

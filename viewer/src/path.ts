@@ -43,5 +43,5 @@ export function file(keys: PageCamera[], seconds: number, fps: number): string {
     seconds,
     camera_path,
   };
-  return JSON.stringify(document, null, 1);
+  return JSON.stringify(document);
 }

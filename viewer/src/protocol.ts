@@ -89,12 +89,27 @@ export interface Training {
   paused?: boolean;
 }
 
+/** How far a verb of the program is. */
+export interface Pace {
+  task: string;
+  percent: number;
+  left: string | null;
+}
+
+export type FilmFormat = "mp4" | "webm" | "gif";
+export type FilmState =
+  | { film: "renders"; pace: Pace | null }
+  | { film: "ready"; file: string }
+  | { film: "stopped" }
+  | { film: "failed"; why: string };
+
 export type Tell =
   | ({ tell: "scene" } & Scene)
   | { tell: "ray"; id: number; ray: BentRay }
   | { tell: "surface"; region: number; pieces: number[][] }
   | ({ tell: "training" } & Training)
   | { tell: "ended"; why: string }
+  | ({ tell: "film" } & FilmState)
   | { tell: "refused"; why: string };
 
 export type Header =
@@ -115,6 +130,8 @@ export type Header =
 export interface Edits {
   index: (number | null)[];
   absorption: (number | null)[];
+  /** Opposite corners of a box, outside of which nothing opaque is shown. */
+  crop: [Vec3, Vec3] | null;
 }
 
 export interface Look {
@@ -136,4 +153,6 @@ export type Ask =
   | { ask: "slice"; region: number; axis: number; at: number }
   | { ask: "surface"; region: number }
   | { ask: "pause"; paused: boolean }
-  | { ask: "stop" };
+  | { ask: "stop" }
+  | { ask: "film"; path: string; format: FilmFormat; shown: Layer; straight: boolean; index: number | null }
+  | { ask: "stop_film" };

@@ -8,6 +8,7 @@ import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import {
+  POLL,
   act,
   best,
   check,
@@ -191,7 +192,7 @@ async function findGlass(page, box) {
   return null;
 }
 
-/** A path of two keyframes is saved, and rendered as a film. */
+/** A path of two keyframes is saved, and rendered as a film: by the program alone, and from the page, where it can be stopped. */
 async function cameraPath(page) {
   await page.evaluate(() => {
     const make = URL.createObjectURL;
@@ -221,6 +222,57 @@ async function cameraPath(page) {
     made.stderr.trim().split("\n").pop(),
   );
   await rm(folder, { recursive: true });
+  await paths(page);
+  await filmFromPage(page);
+}
+
+const pathNames = (page) => page.$$eval('[aria-label="Path"] option', (all) => all.map((o) => o.textContent).join());
+const keyframes = (page) => page.$eval("#panel", (panel) => /(\d+) keyframes?/.exec(panel.textContent)?.[1] ?? "0");
+
+/** Several paths have names, and are there when the page is loaded again. */
+async function paths(page) {
+  await page.$eval('[aria-label="Name of the path"]', (input) => {
+    input.value = "past the glass";
+    input.dispatchEvent(new Event("change"));
+  });
+  await press(page, "New");
+  check("a new path has no keyframes", (await keyframes(page)) === "0", await pathNames(page));
+  // Few pixels, so that its film is soon rendered.
+  await page.setViewport({ width: 360, height: 180 });
+  await act(page, () => page.keyboard.press("r"));
+  await page.keyboard.press("k");
+  await act(page, () => page.keyboard.press("Numpad7"));
+  await page.keyboard.press("k");
+  await page.reload();
+  await best(page);
+  check("paths are kept by their names", (await pathNames(page)) === "past the glass,path 2", await pathNames(page));
+  await page.select('[aria-label="Path"]', "1");
+  check("with their keyframes", (await keyframes(page)) === "2");
+}
+
+async function filmFromPage(page) {
+  const says = (text) =>
+    page.waitForFunction((text) => document.querySelector(".film").textContent.includes(text), POLL, text);
+  await press(page, "GIF");
+  await slide(page, "seconds", 1);
+  await slide(page, "frames per second", 10);
+  await press(page, "Render film");
+  await says("Save the film");
+  const film = await page.evaluate(async () => {
+    const link = document.querySelector(".film a");
+    const bytes = new Uint8Array(await (await fetch(link.href)).arrayBuffer());
+    return [link.download, bytes.length, String.fromCharCode(...bytes.slice(0, 6))];
+  });
+  check("a film is rendered from the page and fetched", film[0] === "path_2.gif" && film[2] === "GIF89a", film.join());
+  await slide(page, "seconds", 60);
+  await slide(page, "frames per second", 50); // a GIF has no more
+  await press(page, "Render film");
+  await page.waitForFunction(() => document.querySelector(".film progress").position >= 0, POLL);
+  await shoot(page, "film");
+  await press(page, "Stop film");
+  await says("was stopped");
+  check("and can be stopped", true);
+  await page.setViewport({ width: 900, height: 560 });
 }
 
 await runTests(async (browser) => {

@@ -34,7 +34,7 @@ const controls = (page) =>
       .map((c) => c.textContent || c.ariaLabel || c.parentElement.textContent),
   );
 /** What acts without the program. */
-const ALONE = ["?", "cameras", "boxes", "Save", "Clear", "Screenshot"];
+const ALONE = ["?", "cameras", "boxes", "path 1", "New", "×", "Name of the path", "Save", "Clear", "Screenshot"];
 
 async function isOff(page, when) {
   const on = await controls(page);

@@ -24,8 +24,8 @@ const PATIENCE = Number(process.env.PATIENCE ?? 60_000);
 export const POLL = { polling: 100 };
 
 /** Starts a program that prints the address of its page on one of its streams, and returns that. */
-export function start(program, words, stream = "stdout") {
-  const child = spawn(program, words, { stdio: ["ignore", "pipe", stream === "stderr" ? "pipe" : "inherit"] });
+export function start(program, words, stream = "stdout", cwd = undefined) {
+  const child = spawn(program, words, { stdio: ["ignore", "pipe", stream === "stderr" ? "pipe" : "inherit"], cwd });
   const url = new Promise((resolve, reject) => {
     let text = "";
     child[stream].on("data", (part) => {

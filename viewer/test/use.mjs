@@ -27,6 +27,8 @@ export async function use(browser, url, tools) {
   await best(page);
   await shortcuts(page, tools);
   await answers(page, tools);
+  await distance(page, tools);
+  await crop(page, tools);
   await comparison(page, tools);
   await zoom(page, tools);
   await views(page, tools);
@@ -75,6 +77,58 @@ async function answers(page, { check, shoot }) {
   await page.keyboard.press("Space");
   await shown(page, "#message");
   check("a message is in sight", await inSight(page, "#message"), await textOf(page, "#message"));
+}
+
+/** A box hides what is outside of it. */
+async function crop(page, { check, act, picture, difference, slide, shoot }) {
+  const before = await picture(page);
+  const toggle = () => page.evaluate(() => document.querySelector('label[title*="only inside a box"] input').click());
+  const whole = await act(page, toggle);
+  check(
+    "a box around the scene hides nothing of it",
+    difference(before, whole) < 0.5,
+    difference(before, whole).toFixed(2),
+  );
+  const half = await act(page, () => slide(page, "z from", 0.5));
+  check("half of it hides much", difference(before, half) > 3, difference(before, half).toFixed(2));
+  await shoot(page, "crop");
+  const again = await act(page, toggle);
+  check("and it can be taken back", difference(before, again) < 0.5, difference(before, again).toFixed(2));
+}
+
+/** Two clicks choose the ends of a distance. */
+async function distance(page, { check, shoot }) {
+  const says = (text) => page.waitForFunction((text) => document.body.textContent.includes(text), {}, text);
+  await page.keyboard.press("t");
+  const [x, y] = await middleOf(page);
+  await page.mouse.click(x, y);
+  await says("Click its other end.");
+  await page.mouse.click(x + 40, y + 60);
+  await says(" scene units, from (");
+  const text = await page.evaluate(
+    () => /\d[\d.e-]* scene units, from \([^)]*\) to \([^)]*\)/.exec(document.body.textContent)[0],
+  );
+  const numbers = text.match(/-?[\d.]+(e-?\d+)?/g).map(Number);
+  const [length, from, to] = [numbers[0], numbers.slice(1, 4), numbers.slice(4)];
+  const expected = Math.hypot(...from.map((a, k) => a - to[k]));
+  // The places are told with four digits.
+  check("a distance is that of its ends", Math.abs(length - expected) < 0.01 * length + 1e-3, text);
+  const ray = await page.evaluate(() => document.querySelector("#ray").hidden);
+  check("and no ray is shown meanwhile", ray);
+  const drawn = await page.evaluate(() => {
+    const { width, height } = document.querySelector("#lines");
+    const data = document.querySelector("#lines").getContext("2d").getImageData(0, 0, width, height).data;
+    let count = 0;
+    for (let k = 0; k < data.length; k += 4)
+      if (Math.hypot(data[k] - 103, data[k + 1] - 65, data[k + 2] - 217) < 30 && data[k + 3] > 200) count++;
+    return count;
+  });
+  check("its line is drawn", drawn > 40, `${drawn} pixels`);
+  await shoot(page, "distance");
+  await page.keyboard.press("t");
+  await page.keyboard.press("Escape");
+  const gone = await page.evaluate(() => !document.body.textContent.includes(" scene units, from ("));
+  check("Esc takes it away", gone);
 }
 
 async function comparison(page, { check, act, shoot }) {

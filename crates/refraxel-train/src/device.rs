@@ -1,6 +1,7 @@
 //! The device of a run: what is asked for, and what was taken.
 
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::str::FromStr;
 
 /// The device that somebody asks for.
@@ -17,6 +18,19 @@ pub enum DeviceChoice {
     Adapter(usize),
     /// The CPUs of the processes that MPI has started together.
     Mpi,
+}
+
+/// As it is read.
+impl fmt::Display for DeviceChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Cpu => f.write_str("cpu"),
+            Self::Gpu => f.write_str("gpu"),
+            Self::Adapter(number) => write!(f, "gpu:{number}"),
+            Self::Mpi => f.write_str("mpi"),
+        }
+    }
 }
 
 /// The name of a device was not understood.
@@ -74,6 +88,7 @@ mod tests {
             ("gpu:3", DeviceChoice::Adapter(3)),
         ] {
             assert_eq!(text.parse(), Ok(choice));
+            assert_eq!(choice.to_string(), text);
         }
         for text in ["", "GPU", "gpu:", "gpu:-1", "gpu:x", "cuda"] {
             let error = text.parse::<DeviceChoice>().unwrap_err().to_string();

@@ -12,6 +12,8 @@ pub mod plot;
 pub mod progress;
 pub mod sentences;
 pub mod shell;
+pub mod start;
 pub mod table;
 pub mod verbs;
 pub mod viewer;
+pub mod worker;

@@ -61,7 +61,7 @@ pub enum Verb {
     Eval(EvalArgs),
     /// Renders new views of a run
     Render(RenderArgs),
-    /// Shows a run live in the browser: look around, change the index, follow a ray
+    /// Shows a run live in the browser: look around, change the index, follow a ray; without a run, where to begin
     View(ViewArgs),
     /// Writes the surfaces of refractive objects as triangle meshes
     Export(ExportArgs),

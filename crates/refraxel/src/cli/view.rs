@@ -9,17 +9,18 @@ use super::renderer::RendererArgs;
 /// `refraxel view`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
+  refraxel view                          a page to begin with: choose photographs, train, look
   refraxel view run
   refraxel view run --port 8080 --threads 1
 
-Prints an address; open it in a browser on this machine. It is known to nobody else, changes with every start, and is served
-on loopback only. From another machine, forward the port to any: `ssh -L 9000:127.0.0.1:8080 HOST`, with --port 8080, and
-open the address with 9000 in place of 8080.
-Ctrl-C ends the viewer. The run itself is not changed.")]
+Prints an address; open it in a browser on this machine. The start page opens by itself, where there is a browser. The address is
+known to nobody else, changes with every start, and is served on loopback only. From another machine, forward the port to any:
+`ssh -L 9000:127.0.0.1:8080 HOST`, with --port 8080 and a RUN, and open the address with 9000 in place of 8080.
+Ctrl-C ends the viewer. The run itself is not changed. What the start page has begun is stopped, too; a training is saved.")]
 pub struct ViewArgs {
-    /// The run's folder
+    /// The run's folder; without it, a start page opens in the browser: recent runs, photographs of this machine, training
     #[arg(value_name = "RUN")]
-    pub run: PathBuf,
+    pub run: Option<PathBuf>,
     /// Port on 127.0.0.1 [default: any that is free]
     #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
@@ -29,7 +30,7 @@ pub struct ViewArgs {
     /// Threads to use, at most 1024 [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Print the address as JSON on standard output, and nothing else there
+    /// Print the address as JSON on standard output, and nothing else there; no browser is opened
     #[arg(long)]
     pub json: bool,
 }

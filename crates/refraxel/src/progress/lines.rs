@@ -1,11 +1,14 @@
 //! Progress as plain lines, for logs.
 
 use super::subtask::Subtask;
+use crate::worker::is_shown_elsewhere;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// Time between two plain lines.
 const LINE_EVERY: Duration = Duration::from_secs(10);
+/// The same where a page shows them.
+const LINE_EVERY_ON_PAGES: Duration = Duration::from_secs(1);
 
 /// Lines about one piece of work and its subtasks.
 pub struct Lines<W> {
@@ -17,6 +20,8 @@ pub struct Lines<W> {
     announced: Vec<String>,
     start: Instant,
     last: Instant,
+    /// Time between two lines.
+    every: Duration,
 }
 
 /// A piece of work as it stands.
@@ -36,7 +41,9 @@ impl<W: Write> Lines<W> {
     pub fn new(out: W, name: &str, total: u64, time: Option<Duration>) -> Self {
         let now = Instant::now();
         let work = Work { time, ..Work::new(name, Some(total), now) };
-        let mut lines = Self { out, work, subtask: None, announced: Vec::new(), start: now, last: now };
+        let every = if is_shown_elsewhere() { LINE_EVERY_ON_PAGES } else { LINE_EVERY };
+        let mut lines =
+            Self { out, work, subtask: None, announced: Vec::new(), start: now, last: now, every };
         lines.print(&format!("{name} started"));
         lines
     }
@@ -85,7 +92,7 @@ impl<W: Write> Lines<W> {
     }
 
     fn print_when_due(&mut self, now: Instant, note: &str) {
-        if now.duration_since(self.last) >= LINE_EVERY {
+        if now.duration_since(self.last) >= self.every {
             self.last = now;
             let state = self.subtask.as_ref().unwrap_or(&self.work).state(now);
             self.print(&format!("{state}  {note}"));

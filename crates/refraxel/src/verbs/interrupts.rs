@@ -1,6 +1,7 @@
 //! Ctrl-C and termination signals: the first one asks for a stop, the second one ends the program at once.
 
 use crate::exit::{Exit, Failure, OrExit, end_at_once};
+use crate::worker;
 use anyhow::Context;
 use refraxel_train::cancel::Cancel;
 use std::io::{self, Write};
@@ -33,8 +34,13 @@ pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
 
-/// Asks long work to stop on the first Ctrl-C or termination signal. The second one ends the program, and says what is kept.
+/// Asks long work to stop on the first Ctrl-C or termination signal, or when a program is gone that has started this one to show it. The
+/// second signal ends the program, and says what is kept.
 pub fn watch_for_interrupts() -> Result<(), Failure> {
+    worker::watch_starter(|| {
+        INTERRUPTED.store(true, Ordering::SeqCst);
+        cancel().cancel();
+    });
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             leave();

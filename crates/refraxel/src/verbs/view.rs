@@ -1,4 +1,4 @@
-//! `refraxel view`: a live page of a run.
+//! `refraxel view`: a live page of a run, or the start page.
 
 use super::interrupts::{interrupted, watch_for_interrupts};
 use super::reopen::reopen_source;
@@ -7,8 +7,10 @@ use crate::cli::ViewArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
+use crate::start;
 use crate::verbs::train::evidence::EVIDENCE;
-use crate::viewer::{LAST_WORDS, Painter, Scene, Server};
+use crate::viewer::{Films, LAST_WORDS, Painter, Scene, Server};
+use anyhow::Context;
 use refraxel_train::run::Run;
 use serde_json::json;
 use std::path::Path;
@@ -21,11 +23,19 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// The verb.
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {
+    match &args.run {
+        Some(folder) => view(folder, args),
+        None => start::run(args),
+    }
+}
+
+fn view(folder: &Path, args: &ViewArgs) -> Result<(), Failure> {
     set_thread_count(args.threads)?;
     watch_for_interrupts()?;
-    let run = Run::load(&args.run)?;
-    let server =
-        Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?.with_evidence(args.run.join(EVIDENCE));
+    let run = Run::load(folder)?;
+    let films = Films::of(folder).context("cannot make a folder for films").or_exit(Exit::Io)?;
+    let server = Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?;
+    let server = server.with_files([folder.join(EVIDENCE)]).with_films(films.clone());
     let show = Show::suited(args.json);
     let data = match reopen_source(&run.source, run.plan.origin) {
         Ok(data) => Some(data),
@@ -34,14 +44,14 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
             None
         }
     };
-    let scene = Scene::new(name(&args.run), run, data.as_ref()).on(args.renderer.device, show)?;
+    let scene = Scene::new(name(folder), run, data.as_ref()).on(args.renderer.device, show)?;
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
     let url = server.url();
     server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
     let text =
-        format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", args.run.display());
+        format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", folder.display());
     Console::new(args.json).result(&text, &json!({ "url": url })).or_exit(Exit::Io)?;
     while !interrupted() {
         thread::sleep(LOOK);
@@ -49,9 +59,10 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     let until = Instant::now() + LAST_WORDS;
     let why = format!(
         "The viewer was ended in its terminal. `refraxel view {}` starts it again and prints another address.",
-        args.run.display()
+        folder.display()
     );
     orders.end(why, || Instant::now() < until);
+    films.end();
     Ok(())
 }
 

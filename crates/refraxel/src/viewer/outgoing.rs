@@ -1,6 +1,7 @@
 //! The way of messages to a page.
 
 use super::protocol::Tell;
+use serde::Serialize;
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,7 +25,7 @@ pub enum Outgoing {
 
 impl Outgoing {
     /// What a page is told.
-    pub fn tell(tell: &Tell) -> Self {
+    pub fn tell(tell: &impl Serialize) -> Self {
         Self::Text(serde_json::to_string(tell).unwrap_or_default()) // names and numbers: cannot fail
     }
 

@@ -4,6 +4,7 @@ use super::bend;
 use super::client::Client;
 use super::contours::contours;
 use super::error::SceneError;
+use super::history::History;
 use super::orders::{FAILED, Order, Orders};
 use super::outgoing::{Out, Outgoing};
 use super::picture::PORTION;
@@ -49,7 +50,7 @@ pub struct Painter {
     /// Portions painted.
     painted: u64,
     /// What was told of the training, for pages that open later.
-    history: Vec<Value>,
+    history: History,
     /// The last that was told of what it does now.
     latest: Option<Value>,
     /// Why the program ends soon.
@@ -71,7 +72,7 @@ impl Painter {
             idle: Vec::new(),
             surfaces: BTreeMap::new(),
             painted: 0,
-            history: Vec::new(),
+            history: History::default(),
             latest: None,
             ended: None,
         };
@@ -175,7 +176,7 @@ impl Painter {
                 let client = Client::new(out, mailbox);
                 client.tell(&Tell::Scene(self.scene.describe()));
                 self.history
-                    .iter()
+                    .told()
                     .chain(&self.latest)
                     .for_each(|what| client.tell(&Tell::Training(what.clone())));
                 self.ended.iter().for_each(|why| client.tell(&Tell::Ended { why: why.clone() }));
@@ -202,7 +203,7 @@ impl Painter {
             Order::Tell { what, is_kept } => {
                 self.clients.values().for_each(|client| client.tell(&Tell::Training(what.clone())));
                 if is_kept {
-                    self.history.push(what);
+                    self.history.keep(what);
                 } else {
                     self.latest = Some(what);
                 }
@@ -242,7 +243,13 @@ impl Painter {
                 }
             }
             // Others answer these, or nobody has to.
-            Ask::Look(_) | Ask::Got { .. } | Ask::Photo { .. } | Ask::Pause { .. } | Ask::Stop => {}
+            Ask::Look(_)
+            | Ask::Got { .. }
+            | Ask::Photo { .. }
+            | Ask::Pause { .. }
+            | Ask::Stop
+            | Ask::Film(_)
+            | Ask::StopFilm => {}
         }
     }
 }

@@ -5,6 +5,8 @@ use super::photographs::Photographs;
 use super::protocol::{Header, Tell, message};
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Where pages ask for photographs.
 #[derive(Debug, Default)]
@@ -31,14 +33,22 @@ impl PhotographDesk {
         self.changed.notify_one();
     }
 
-    /// Answers until the program ends.
+    /// Answers until the program ends. Rests as long as it has worked before it serves the same page again: of one that asks without
+    /// end, others notice little.
     pub fn work(&self, photographs: &Photographs) {
+        let (mut last, mut took) = (None, Duration::ZERO);
         loop {
-            let Wish { view, out, .. } = self.next();
+            let Wish { page, mut view, out } = self.next();
+            if last.replace(page) == Some(page) {
+                thread::sleep(took);
+                view = self.later(page).unwrap_or(view);
+            }
+            let start = Instant::now();
             out.send(match photographs.jpeg(view) {
                 Ok((jpeg, size)) => Outgoing::Picture(message(&Header::Photo { view, size }, &jpeg)),
                 Err(why) => Outgoing::tell(&Tell::Refused { why }),
             });
+            took = start.elapsed();
         }
     }
 
@@ -50,6 +60,13 @@ impl PhotographDesk {
             }
             waiting = self.changed.wait(waiting).unwrap_or_else(PoisonError::into_inner);
         }
+    }
+
+    /// The photograph that a page has come to want meanwhile.
+    fn later(&self, page: u64) -> Option<usize> {
+        let mut waiting = self.waiting();
+        let place = waiting.iter().position(|wish| wish.page == page)?;
+        waiting.remove(place).map(|wish| wish.view)
     }
 
     fn waiting(&self) -> MutexGuard<'_, VecDeque<Wish>> {

@@ -4,6 +4,7 @@
 //! length of a JSON header as four bytes, least significant first, the header, and a JPEG file.
 
 use super::page_camera::PageCamera;
+use crate::worker::Pace;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -62,6 +63,38 @@ pub enum Ask {
     },
     /// Training saves and ends.
     Stop,
+    /// A film of the run along a camera path.
+    Film(FilmWish),
+    /// The film that is rendered is not wanted any more.
+    StopFilm,
+}
+
+/// A film that a page wishes.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilmWish {
+    /// The path: the text of a `camera_path.json`.
+    pub path: String,
+    /// What encodes the film.
+    pub format: FilmFormat,
+    /// What is shown.
+    pub shown: Shown,
+    /// Rays are straight.
+    pub straight: bool,
+    /// The index of all regions; absent where it is the learned one.
+    pub index: Option<f64>,
+}
+
+/// The files that a film may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FilmFormat {
+    /// H.264, by ffmpeg.
+    Mp4,
+    /// VP9, by ffmpeg.
+    Webm,
+    /// By this program alone.
+    Gif,
 }
 
 /// How the scene is looked at.
@@ -120,6 +153,9 @@ pub struct Edits {
     /// Factor on the absorption; for a clear body, the grey optical thickness over the shortest edge of its box.
     #[serde(default)]
     pub absorption: Vec<Option<f32>>,
+    /// Opposite corners of a box [scene unit]: of what is opaque, only that inside is shown.
+    #[serde(default)]
+    pub crop: Option<[[f64; 3]; 2]>,
 }
 
 /// What the program tells a page.
@@ -149,9 +185,34 @@ pub enum Tell {
         /// Why, and what to do next.
         why: String,
     },
+    /// How far the film is that the page wishes.
+    Film(FilmState),
     /// A question could not be answered.
     Refused {
         /// Why.
+        why: String,
+    },
+}
+
+/// How far a film is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "film", rename_all = "snake_case")]
+pub enum FilmState {
+    /// It is rendered.
+    Renders {
+        /// How far that is.
+        pace: Option<Pace>,
+    },
+    /// It can be fetched.
+    Ready {
+        /// The name of its file on this server.
+        file: String,
+    },
+    /// It was stopped.
+    Stopped,
+    /// It cannot be made.
+    Failed {
+        /// Why, in full.
         why: String,
     },
 }

@@ -1,5 +1,6 @@
 //! The scene that is painted: a run with its backend, and the media as a page wishes them.
 
+use super::crop::{self, Crop};
 use super::error::SceneError;
 use super::page_camera::PageCamera;
 use super::photographs::Photographs;
@@ -43,6 +44,7 @@ pub struct Scene {
     learned: Refraction,
     /// The edits that the medium of the backend has.
     worn: Worn,
+    crop: Crop,
     photographs: Arc<Photographs>,
     up: Vec3<f64>,
 }
@@ -74,6 +76,7 @@ impl Scene {
             viewer: ModelViewer::default(),
             learned,
             worn: Worn::default(),
+            crop: Crop::default(),
             photographs: Arc::new(photographs),
             up,
         }
@@ -94,11 +97,14 @@ impl Scene {
         self.backend.refresh_occupancy(&self.marching);
         self.viewer = ModelViewer::default();
         self.learned = self.backend.medium().clone();
-        self.worn = Worn::default();
+        (self.worn, self.crop) = (Worn::default(), Crop::default());
     }
 
     /// What rays show, bent by the medium of the last [`Self::wear`].
     pub fn render(&self, rays: &[Ray<f32>], layers: Layers) -> Vec<Pixel<f32>> {
+        if self.crop.is_on() {
+            return self.backend.render(rays, &self.marching, layers); // a GPU holds all of the field
+        }
         self.viewer.render(&self.backend, rays, &self.marching, layers)
     }
 
@@ -145,7 +151,9 @@ impl Scene {
     pub fn wear(&mut self, look: &Look) -> Result<(), SceneError> {
         let wish = Worn { edits: look.edits.clone(), straight: look.straight };
         if wish != self.worn {
+            let bounds = crop::checked(wish.edits.crop, self.origin())?;
             let medium = self.medium(&wish)?;
+            self.crop.set(bounds, &mut self.backend, &self.marching);
             self.viewer.set_medium(&medium);
             self.backend.set_medium(medium);
             self.worn = wish;
@@ -156,7 +164,7 @@ impl Scene {
     fn medium(&self, wish: &Worn) -> Result<Refraction, SceneError> {
         let mut medium = self.learned.clone();
         let count = medium.medium.regions().len();
-        let Edits { index, absorption } = &wish.edits;
+        let Edits { index, absorption, .. } = &wish.edits;
         if index.len().max(absorption.len()) > count {
             return Err(SceneError::Region { found: index.len().max(absorption.len()) - 1, count });
         }

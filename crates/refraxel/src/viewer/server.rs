@@ -1,13 +1,15 @@
 //! The server of the page: loopback only, one thread per connection.
 
+use super::answers::SceneAnswers;
 use super::control::Control;
 use super::doorstep::Doorstep;
+use super::films::Films;
 use super::gate::{Entry, LARGEST_HEAD, Refusal, Request, VERSION, admit, parse};
 use super::orders::Orders;
-use super::page;
+use super::page::{self, Page, kind_of};
 use super::photograph_desk::PhotographDesk;
 use super::photographs::Photographs;
-use super::socket::{self, Answerers};
+use super::socket::{self, Answerer};
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -57,15 +59,19 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     token: String,
-    evidence: Option<PathBuf>,
+    files: Vec<PathBuf>,
+    films: Option<Films>,
 }
 
 /// What all connections share.
 struct Shared {
     port: u16,
     token: String,
-    evidence: Option<PathBuf>,
-    answerers: Answerers,
+    page: Page,
+    /// Pictures and films that are served under their own names.
+    files: Vec<PathBuf>,
+    answerer: Arc<dyn Answerer>,
+    next_page: AtomicU64,
     doorstep: Doorstep,
     answers: AtomicUsize,
     pages: AtomicUsize,
@@ -82,13 +88,21 @@ impl Server {
         let mut bytes = [0; TOKEN];
         getrandom::fill(&mut bytes).map_err(ServerError::Random)?;
         let token = bytes.iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Self { listener, address, token, evidence: None })
+        Ok(Self { listener, address, token, files: Vec::new(), films: None })
     }
 
-    /// The same server, which shows this PNG file as the evidence of the verdict once it is there.
+    /// The same server, which also serves these pictures under their own names, once they are there.
     #[must_use]
-    pub fn with_evidence(self, file: PathBuf) -> Self {
-        Self { evidence: Some(file), ..self }
+    pub fn with_files(mut self, files: impl IntoIterator<Item = PathBuf>) -> Self {
+        self.files.extend(files);
+        self
+    }
+
+    /// The same server, whose pages may ask for films of the run.
+    #[must_use]
+    pub fn with_films(self, films: Films) -> Self {
+        let files = films.files();
+        Self { films: Some(films), ..self }.with_files(files)
     }
 
     /// The address of the page, which nobody else can guess.
@@ -96,17 +110,30 @@ impl Server {
         format!("http://{}/{}/", self.address, self.token)
     }
 
-    /// Serves in threads of its own until the program ends.
-    pub fn start(self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
-        let Self { listener, address, token, evidence } = self;
+    /// Serves the page of a scene in threads of its own until the program ends.
+    pub fn start(mut self, orders: Orders, photographs: Arc<Photographs>, control: Option<Control>) {
         let desk = Arc::new(PhotographDesk::default());
         let asked = Arc::clone(&desk);
         thread::spawn(move || desk.work(&photographs));
-        let answerers = Answerers { orders, photographs: asked, control, next_id: AtomicU64::new(0) };
+        let films = self.films.take();
+        self.serve(Page::Scene, Arc::new(SceneAnswers { orders, photographs: asked, control, films }));
+    }
+
+    /// Serves a page in threads of its own until the program ends.
+    pub(crate) fn serve(self, page: Page, answerer: Arc<dyn Answerer>) {
+        let Self { listener, address, token, files, .. } = self;
         let [answers, pages] = [0; 2].map(AtomicUsize::new);
-        let doorstep = Doorstep::default();
-        let shared =
-            Arc::new(Shared { port: address.port(), token, evidence, answerers, doorstep, answers, pages });
+        let shared = Arc::new(Shared {
+            port: address.port(),
+            token,
+            page,
+            files,
+            answerer,
+            next_page: AtomicU64::new(0),
+            doorstep: Doorstep::default(),
+            answers,
+            pages,
+        });
         thread::spawn(move || {
             for stream in listener.incoming() {
                 match stream {
@@ -123,13 +150,13 @@ impl Server {
 }
 
 impl Shared {
-    /// A file of the page, or the picture that convinced, under the name of its file; `None` while there is none.
+    /// A file of the page, or one of the pictures under its own name; `None` while there is none.
     fn file(&self, name: &str) -> Option<Answer> {
-        if let Some(page::File { kind, bytes }) = page::file(name) {
+        if let Some(page::File { kind, bytes }) = page::file(self.page, name) {
             return Some(Answer::File(kind, bytes.into()));
         }
-        let file = self.evidence.as_ref().filter(|f| f.file_name().is_some_and(|own| own == name))?;
-        Some(Answer::File("image/png", std::fs::read(file).ok()?.into()))
+        let file = self.files.iter().find(|f| f.file_name().is_some_and(|own| own == name))?;
+        Some(Answer::File(kind_of(name), std::fs::read(file).ok()?.into()))
     }
 }
 
@@ -185,7 +212,10 @@ fn serve(stream: Arc<TcpStream>, shared: &Arc<Shared>) -> io::Result<()> {
         Entry::File(name) => shared.file(&name).ok_or(Refusal::NotFound),
     });
     match answer {
-        Ok(Answer::Socket(key, _place)) => socket::serve(stream, &key, &shared.answerers),
+        Ok(Answer::Socket(key, _place)) => {
+            let id = shared.next_page.fetch_add(1, Ordering::SeqCst);
+            socket::serve(stream, &key, id, &*shared.answerer)
+        }
         Ok(Answer::Cookie(name, is_from_elsewhere)) => {
             hand_out(&mut stream, &name, &shared.token, is_from_elsewhere)
         }

@@ -1,23 +1,46 @@
 //! The WebSocket of a page: one thread reads, another one writes.
 
-use super::control::{Control, Wish};
-use super::orders::{FAILED, Order, Orders};
+use super::orders::FAILED;
 use super::outgoing::{Out, Outgoing};
-use super::photograph_desk::PhotographDesk;
-use super::protocol::{Ask, Tell};
 use super::questions::Mailbox;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
+use std::time::{Duration, Instant};
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Bytes, Message, WebSocket};
 
-/// Largest message of a page [byte].
-const LARGEST_MESSAGE: usize = 64 * 1024;
+/// Largest message of a page [byte]: a camera path of 3600 frames has half as much.
+const LARGEST_MESSAGE: usize = 2 << 20;
+
+/// Questions that a page may ask at once, and per second from then on. The reader of one that asks more waits, and so does the page: what
+/// nobody can answer is not even read, which would take half of two processors from those who paint. A hand asks some hundred a second.
+const AT_ONCE: f64 = 1000.0;
+const PER_SECOND: f64 = 5000.0;
+
+/// How many questions a page may ask now.
+struct Allowance {
+    left: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    fn new(now: Instant) -> Self {
+        Self { left: AT_ONCE, at: now }
+    }
+
+    /// Takes a question; how long its page has to wait for the next one.
+    fn take(&mut self, now: Instant) -> Duration {
+        let earned = PER_SECOND * now.saturating_duration_since(self.at).as_secs_f64();
+        self.left = (self.left + earned).min(AT_ONCE) - 1.0;
+        self.at = now;
+        Duration::from_secs_f64((-self.left / PER_SECOND).max(0.0))
+    }
+}
 
 /// A stream that is only read: what the protocol wants to write, the writer's thread does.
 struct ReadOnly(TcpStream);
@@ -39,26 +62,28 @@ impl Write for ReadOnly {
 }
 
 /// Who answers the questions of pages.
-pub(super) struct Answerers {
-    /// The painter.
-    pub orders: Orders,
-    /// Who reads photographs.
-    pub photographs: Arc<PhotographDesk>,
-    /// The training, where there is one.
-    pub control: Option<Control>,
-    /// Number of the next page.
-    pub next_id: AtomicU64,
+pub(crate) trait Answerer: Send + Sync {
+    /// A page opens; whether anybody is there to answer it.
+    fn join(&self, page: &Visitor) -> bool;
+    /// A page asks; what it is told at once.
+    fn take(&self, page: &Visitor, text: &str) -> Option<Outgoing>;
+    /// A page is gone.
+    fn leave(&self, page: &Visitor);
 }
 
 /// A page that is open.
-struct Page {
-    id: u64,
-    out: Out,
-    mailbox: Arc<Mailbox>,
+#[derive(Debug)]
+pub(crate) struct Visitor {
+    /// Its number.
+    pub id: u64,
+    /// The way to it.
+    pub out: Out,
+    /// Where its questions wait for the painter.
+    pub mailbox: Arc<Mailbox>,
 }
 
 /// Carries messages until the page goes.
-pub(super) fn serve(mut stream: TcpStream, key: &str, answerers: &Answerers) -> io::Result<()> {
+pub(super) fn serve(mut stream: TcpStream, key: &str, id: u64, answerer: &dyn Answerer) -> io::Result<()> {
     let accept = derive_accept_key(key.as_bytes());
     let head = format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
@@ -70,16 +95,15 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, answerers: &Answerers) -> 
     let out = Out::new(sender, Arc::clone(&waiting), stream.try_clone()?);
     let writing = stream.try_clone()?;
     let writer = thread::Builder::new().spawn(move || write(writing, &outgoing, &waiting))?;
-    let id = answerers.next_id.fetch_add(1, Ordering::SeqCst);
-    let page = Page { id, out, mailbox: Arc::default() };
-    if answerers.orders.give(Order::Join(id, page.out.clone(), Arc::clone(&page.mailbox))) {
-        read(ReadOnly(stream), &page, answerers);
-        answerers.orders.give(Order::Leave(id));
+    let page = Visitor { id, out, mailbox: Arc::default() };
+    if answerer.join(&page) {
+        read(ReadOnly(stream), &page, answerer);
+        answerer.leave(&page);
     } else {
         page.out.end(FAILED);
     }
     drop(page);
-    let _ = writer.join(); // ends when the painter has let the page go
+    let _ = writer.join(); // ends when whoever answers has let the page go
     Ok(())
 }
 
@@ -113,14 +137,15 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
 }
 
 /// Passes on what the page asks, until it goes or sends what no page sends.
-fn read(stream: ReadOnly, page: &Page, answerers: &Answerers) {
+fn read(stream: ReadOnly, page: &Visitor, answerer: &dyn Answerer) {
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
+    let mut allowance = Allowance::new(Instant::now());
     while let Ok(message) = socket.read() {
         let answer = match message {
-            Message::Text(text) => match serde_json::from_str(&text) {
-                Ok(ask) => pass_on(ask, page, answerers),
-                Err(error) => Some(refused(format!("this question is not understood: {error}"))),
-            },
+            Message::Text(text) => {
+                thread::sleep(allowance.take(Instant::now()));
+                answerer.take(page, &text)
+            }
             Message::Ping(bytes) => Some(Outgoing::Pong(bytes.to_vec())),
             Message::Close(_) => return,
             _ => None,
@@ -131,22 +156,30 @@ fn read(stream: ReadOnly, page: &Page, answerers: &Answerers) {
     }
 }
 
-/// Gives a question to whom it concerns.
-fn pass_on(ask: Ask, page: &Page, answerers: &Answerers) -> Option<Outgoing> {
-    match (ask, &answerers.control) {
-        (Ask::Photo { view }, _) => answerers.photographs.ask(page.id, view, &page.out),
-        (Ask::Pause { .. } | Ask::Stop, None) => return Some(refused("nothing is trained here".to_owned())),
-        (Ask::Pause { paused }, Some(control)) => control(Wish::Pause(paused)),
-        (Ask::Stop, Some(control)) => control(Wish::Stop),
-        (ask, _) => {
-            if page.mailbox.put(ask) {
-                answerers.orders.give(Order::Look(page.id));
-            }
-        }
-    }
-    None
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn refused(why: String) -> Outgoing {
-    Outgoing::tell(&Tell::Refused { why })
+    #[test]
+    fn who_asks_more_than_can_be_answered_waits_and_nobody_else_does() {
+        let start = Instant::now();
+        let mut allowance = Allowance::new(start);
+        let waited = |allowance: &mut Allowance, k: u32, now: Instant| {
+            (0..k).map(|_| allowance.take(now)).sum::<Duration>()
+        };
+        assert_eq!(waited(&mut allowance, AT_ONCE as u32, start), Duration::ZERO);
+        assert_eq!(allowance.take(start), Duration::from_micros(200));
+        // A second later it is as at the start, and never more.
+        let later = start + Duration::from_secs(1);
+        assert_eq!(waited(&mut allowance, AT_ONCE as u32, later), Duration::ZERO);
+        // Questions of a hand wait for nothing.
+        let mut hand = Allowance::new(start);
+        let step = Duration::from_millis(5);
+        assert!((1..10_000).all(|k| hand.take(start + step * k).is_zero()));
+        // Without end, it is so many per second.
+        let (mut now, mut endless) = (start, Allowance::new(start));
+        (0..200_000).for_each(|_| now += endless.take(now));
+        let seconds = (now - start).as_secs_f64();
+        assert!((39.0..40.0).contains(&seconds), "{seconds}");
+    }
 }

@@ -59,12 +59,12 @@ echo "frame=   12 fps=0.0"
 const FFPROBE: &str = "#!/bin/sh\necho avg_frame_rate=30/1\necho duration=2.0\n";
 
 /// A folder with four photographs in `photos`, and stand-ins in `bin`.
-struct Place {
-    folder: TempDir,
+pub struct Place {
+    pub folder: TempDir,
 }
 
 impl Place {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         for folder in ["photos", "bin"] {
             fs::create_dir(place.at(folder)).unwrap();
@@ -76,7 +76,7 @@ impl Place {
         place
     }
 
-    fn at(&self, name: &str) -> PathBuf {
+    pub fn at(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
@@ -86,7 +86,7 @@ impl Place {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    fn command(&self, words: &[&str]) -> Command {
+    pub fn command(&self, words: &[&str]) -> Command {
         let mut command = command(words);
         let path = format!("{}:/usr/bin:/bin", self.at("bin").display());
         command.current_dir(self.folder.path()).env("PATH", path);

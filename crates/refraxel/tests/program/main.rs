@@ -15,6 +15,8 @@ mod keeping;
 mod kills;
 mod manual;
 mod masking;
+mod pages;
 mod seeing;
+mod starting;
 mod verbs;
 mod viewing;

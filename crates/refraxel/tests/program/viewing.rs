@@ -1,5 +1,6 @@
 //! The live viewer: who is let in, what is painted, and that the ray shown is the ray computed.
 
+use super::pages::*;
 use crate::common::*;
 use refraxel::viewer::{Orders, Painter, Scene, Server};
 use refraxel_core::{Camera, Ray, Vec3, vec3};
@@ -13,16 +14,12 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::Stdio;
 use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 use tempfile::TempDir;
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
-
-/// Nothing takes so long; a test that waits in vain fails.
-const PATIENCE: Duration = Duration::from_secs(120);
+use tungstenite::Message;
 
 /// A run on a glass ball whose index and shape were given, made once.
 fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
@@ -49,126 +46,11 @@ fn serve_run(run: Run) -> (String, Orders) {
     let scene = Scene::new("ball".to_owned(), run, Some(&data));
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
-    let server = Server::bind(0).unwrap().with_evidence(folder.join("evidence.png"));
+    let server = Server::bind(0).unwrap().with_files([folder.join("evidence.png")]);
     let url = server.url();
     server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
     (url, orders)
-}
-
-/// A page without a browser.
-struct Page(WebSocket<TcpStream>);
-
-/// A picture that a page receives.
-struct Picture {
-    header: Value,
-    pixels: image::RgbImage,
-}
-
-fn host(url: &str) -> &str {
-    url.strip_prefix("http://").unwrap().split('/').next().unwrap()
-}
-
-impl Page {
-    /// A page of this address; its first message is the scene.
-    fn open(url: &str) -> (Self, Value) {
-        let mut page = Self::knock(url, Some(&format!("http://{}", host(url)))).unwrap();
-        let scene = page.told("scene");
-        (page, scene)
-    }
-
-    fn knock(url: &str, origin: Option<&str>) -> Result<Self, String> {
-        Self::knock_with(url, &cookie(url), origin)
-    }
-
-    fn knock_with(url: &str, cookie: &str, origin: Option<&str>) -> Result<Self, String> {
-        let mut request = format!("ws://{}/socket", host(url)).into_client_request().unwrap();
-        request.headers_mut().insert("Cookie", cookie.parse().unwrap());
-        if let Some(origin) = origin {
-            request.headers_mut().insert("Origin", origin.parse().unwrap());
-        }
-        let stream = TcpStream::connect(host(url)).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let (socket, _) = tungstenite::client::client(request, stream).map_err(|e| e.to_string())?;
-        Ok(Self(socket))
-    }
-
-    fn ask(&mut self, question: Value) {
-        self.0.send(Message::text(question.to_string())).unwrap();
-    }
-
-    /// The next message of this kind; others are left out.
-    fn told(&mut self, kind: &str) -> Value {
-        loop {
-            if let Message::Text(text) = self.0.read().unwrap() {
-                let told: Value = serde_json::from_str(&text).unwrap();
-                if told["tell"] == kind {
-                    return told;
-                }
-                assert_ne!(told["tell"], "refused", "{told}");
-            }
-        }
-    }
-
-    /// The text of the next message.
-    fn told_or_refused(&mut self) -> String {
-        loop {
-            if let Message::Text(text) = self.0.read().unwrap() {
-                return text.to_string();
-            }
-        }
-    }
-
-    /// The next picture of any kind, acknowledged.
-    fn picture(&mut self) -> Picture {
-        loop {
-            match self.0.read().unwrap() {
-                Message::Binary(bytes) => {
-                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
-                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
-                    let pixels = image::load_from_memory(&bytes[4 + length..]).unwrap().into_rgb8();
-                    if header["picture"] == "frame" {
-                        self.ask(json!({ "ask": "got", "frame": header["frame"] }));
-                    }
-                    return Picture { header, pixels };
-                }
-                Message::Text(text) => assert!(!text.contains("refused"), "{text}"),
-                _ => {}
-            }
-        }
-    }
-
-    /// All that arrives until the program ends the connection: what is told, and the headers of pictures.
-    fn rest(mut self) -> (Vec<Value>, Vec<Value>) {
-        let (mut told, mut headers) = (Vec::new(), Vec::new());
-        while let Ok(message) = self.0.read() {
-            match message {
-                Message::Text(text) => told.push(serde_json::from_str(&text).unwrap()),
-                Message::Binary(bytes) => {
-                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
-                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
-                    // The program may have ended meanwhile.
-                    let got = json!({ "ask": "got", "frame": header["frame"] });
-                    let _ = self.0.send(Message::text(got.to_string()));
-                    headers.push(header);
-                }
-                _ => {}
-            }
-        }
-        (told, headers)
-    }
-
-    /// The best picture of a look.
-    fn best(&mut self, look: Value) -> Picture {
-        let id = look["id"].clone();
-        self.ask(look);
-        loop {
-            let picture = self.picture();
-            if picture.header["id"] == id && picture.header["last"] == true {
-                return picture;
-            }
-        }
-    }
 }
 
 fn camera(size: [u32; 2]) -> Camera {
@@ -190,28 +72,6 @@ fn difference(a: &image::RgbImage, b: &image::RgbImage) -> f64 {
     assert_eq!(a.dimensions(), b.dimensions());
     let sum: f64 = a.iter().zip(b.iter()).map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs()).sum();
     sum / a.len() as f64
-}
-
-/// The answer to a request with these lines.
-fn request(url: &str, lines: &[&str]) -> String {
-    let mut stream = TcpStream::connect(host(url)).unwrap();
-    stream.set_read_timeout(Some(PATIENCE)).unwrap();
-    stream.write_all(format!("{}\r\n\r\n", lines.join("\r\n")).as_bytes()).unwrap();
-    let mut answer = Vec::new();
-    stream.read_to_end(&mut answer).unwrap();
-    String::from_utf8_lossy(&answer).into_owned()
-}
-
-fn token(url: &str) -> &str {
-    url.split('/').nth(3).unwrap()
-}
-
-/// What a browser gets for the address, and sends from then on.
-fn cookie(url: &str) -> String {
-    let path = format!("GET /{}/ HTTP/1.1", token(url));
-    let answer = request(url, &[&path, &format!("Host: {}", host(url))]);
-    let set = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: "));
-    set.unwrap_or_else(|| panic!("{answer}")).split(';').next().unwrap().to_owned()
 }
 
 #[test]
@@ -462,6 +322,37 @@ fn the_index_slider_changes_the_picture_and_can_be_taken_back() {
 }
 
 #[test]
+fn a_crop_hides_what_lies_outside_of_its_box_and_can_be_taken_back() {
+    let (mut page, scene) = Page::open(&serve());
+    let corner = |side: &str| [0, 1, 2].map(|k| scene[side][k].as_f64().unwrap());
+    let (low, high) = (corner("min"), corner("max"));
+    let shown = |page: &mut Page, id: u64, crop: Value| {
+        page.best(look(
+            id,
+            [48, 48],
+            json!({ "shown": "opacity", "straight": true, "edits": { "crop": crop } }),
+        ))
+        .pixels
+    };
+    let whole = shown(&mut page, 1, Value::Null);
+    // Nothing is where nothing is left; and all of it where the box is larger than the scene.
+    let nothing = shown(&mut page, 2, json!([high, high.map(|x| x + 1.0)]));
+    let all = shown(&mut page, 3, json!([low.map(|x| x - 1.0), high.map(|x| x + 1.0)]));
+    let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    let half = shown(&mut page, 4, json!([low, [high[0], middle[1], high[2]]]));
+    let again = shown(&mut page, 5, Value::Null);
+    let sum = |p: &image::RgbImage| p.iter().map(|x| u64::from(*x)).sum::<u64>();
+    assert!(sum(&nothing) < sum(&whole) / 100, "{} of {}", sum(&nothing), sum(&whole));
+    assert!(
+        (sum(&whole) / 10..sum(&whole) * 9 / 10).contains(&sum(&half)),
+        "{} of {}",
+        sum(&half),
+        sum(&whole)
+    );
+    assert_eq!((&all, &again), (&whole, &whole));
+}
+
+#[test]
 fn the_ray_shown_is_the_ray_computed() {
     let (_, run, _) = glass_run();
     let (mut page, _) = Page::open(&serve());
@@ -571,10 +462,16 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
         (json!({ "ask": "slice", "region": 3, "axis": 0, "at": 0.5 }), "region 4: the scene has 1"),
         (json!({ "ask": "slice", "region": 0, "axis": 9, "at": 0.5 }), "axis 9"),
         (json!({ "ask": "stop" }), "nothing is trained"),
+        (film("{}", json!({})), "once the training has ended"),
+        (film("{}", json!({ "format": "mov" })), "not understood"),
+        (film("{}", json!({ "out": "/tmp/film.gif" })), "not understood"),
+        (json!({ "ask": "stop_film" }), "once the training has ended"),
         (json!({ "ask": "follow", "id": 1, "origin": [0, 0, 0], "direction": [0, 0, 0] }), "direction"),
         (json!({ "ask": "ray", "id": 1, "u": 2.0, "v": 0.5 }), "no ray"),
         (look(2, [32, 32], json!({ "edits": { "index": [99.0] } })), "edits.index[0]"),
         (look(3, [32, 32], json!({ "edits": { "index": [1.3, 1.3] } })), "region 2: the scene has 1"),
+        (look(3, [32, 32], json!({ "edits": { "crop": [[0, 0, 0], [1, -1, 1]] } })), "edits.crop"),
+        (look(3, [32, 32], json!({ "edits": { "crop": [[0, 0, 0]] } })), "not understood"),
         (look(4, [32, 32], json!({ "photo": 77 })), "photograph 78"),
         (look(5, [32, 3], json!({})), "camera.size"),
     ] {
@@ -591,34 +488,13 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
     assert_eq!(page.best(look(6, [32, 32], json!({}))).pixels, before);
 }
 
-/// A program that serves a page, and the page's address, which it prints on one of its streams.
-struct Program(Child);
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-    }
-}
-
-impl Program {
-    fn interrupt(&self) {
-        let kill = std::process::Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
-        assert!(kill.unwrap().success());
-    }
-}
-
 #[cfg(unix)]
 #[test]
 fn view_prints_its_address_and_ends_when_interrupted() {
     let (_, run, _) = glass_run();
     let child = command(&["view", path(run), "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut program = Program(child);
-    let mut text = String::new();
-    let mut out = BufReader::new(program.0.stdout.take().unwrap());
-    while !text.contains('}') {
-        assert!(out.read_line(&mut text).unwrap() > 0, "{text}");
-    }
-    let url = serde_json::from_str::<Value>(&text).unwrap()["url"].as_str().unwrap().to_owned();
+    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
     let (mut page, _) = Page::open(&url);
     page.best(look(1, [32, 32], json!({})));
     let port = host(&url).split(':').nth(1).unwrap();
@@ -629,6 +505,64 @@ fn view_prints_its_address_and_ends_when_interrupted() {
     assert_eq!(why["tell"], "ended");
     assert!(why["why"].as_str().unwrap().contains("was ended in its terminal"), "{why}");
     assert_eq!(program.0.wait().unwrap().code(), Some(0));
+}
+
+/// The wish for a film along a path.
+fn film(path: &str, more: Value) -> Value {
+    let mut wish = json!({ "ask": "film", "path": path, "format": "gif", "shown": "colour", "straight": false, "index": null });
+    wish.as_object_mut().unwrap().extend(more.as_object().cloned().unwrap());
+    wish
+}
+
+#[cfg(unix)]
+#[test]
+fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
+    let (_, run, _) = glass_run();
+    let temporary = tempfile::tempdir().unwrap();
+    let mut command = command(&["view", path(run), "--json"]);
+    let child = command.env("TMPDIR", temporary.path()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut program = Program(child);
+    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
+    let (mut page, _) = Page::open(&url);
+    let frame = json!({ "camera_to_world": [1, 0, 0, 0, 0, 0, -1, -3, 0, 1, 0, 0, 0, 0, 0, 1], "fov": 40 });
+    let along = |frames: usize, size: u32| {
+        let frames = vec![frame.clone(); frames];
+        json!({ "render_width": size, "render_height": size, "fps": 10, "camera_path": frames }).to_string()
+    };
+    let end = |page: &mut Page| loop {
+        let told = page.told("film");
+        if told["film"] != "renders" {
+            return told;
+        }
+    };
+    page.ask(film(&along(3, 24), json!({ "index": 1.3 })));
+    assert_eq!(end(&mut page), json!({ "tell": "film", "film": "ready", "file": "film.gif" }));
+    let (own, known) = (format!("Host: {}", host(&url)), format!("Cookie: {}", cookie(&url)));
+    let fetched = request(&url, &["GET /film.gif?1 HTTP/1.1", &own, &known]);
+    assert!(
+        fetched.starts_with("HTTP/1.1 200")
+            && fetched.contains("image/gif\r\n")
+            && fetched.contains("GIF89a")
+    );
+    assert!(request(&url, &["GET /film.gif HTTP/1.1", &own]).starts_with("HTTP/1.1 404"));
+
+    page.ask(film("{}", json!({})));
+    let failed = end(&mut page);
+    let why = failed["why"].as_str().unwrap();
+    assert!(why.contains("error: ") && why.contains("render_width"), "{failed}");
+
+    page.ask(film(&along(3000, 200), json!({ "straight": true })));
+    while page.told("film")["pace"].is_null() {}
+    page.ask(film(&along(3, 24), json!({})));
+    while !page.told_or_refused().contains("a film is rendered already") {}
+    page.ask(json!({ "ask": "stop_film" }));
+    assert_eq!(end(&mut page)["film"], "stopped");
+
+    page.ask(film(&along(3000, 200), json!({})));
+    while page.told("film")["pace"].is_null() {}
+    program.interrupt();
+    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    assert!(is_without_files(temporary.path()), "what was made for films is removed");
 }
 
 #[test]
@@ -752,7 +686,7 @@ fn a_page_that_takes_nothing_is_closed() {
 }
 
 #[test]
-fn view_needs_a_run() {
+fn view_refuses_a_run_that_is_not_there() {
     refraxel(&["view", "/no/run"]).refused(3, &["/no/run"]);
     refraxel(&["view", "/no/run", "--port", "0"]).refused(2, &["--port"]);
 }
@@ -845,16 +779,4 @@ fn endless(data: &Path, run: &Path) -> (Program, Page, thread::JoinHandle<String
     let (mut page, _) = Page::open(&url);
     while page.told("training")["kind"] != "record" {}
     (program, page, rest)
-}
-
-/// The address in the first line that has one.
-fn address(lines: &mut impl BufRead) -> String {
-    let mut line = String::new();
-    loop {
-        line.clear();
-        assert!(lines.read_line(&mut line).unwrap() > 0, "no address");
-        if let Some((_, url)) = line.split_once("live view: ") {
-            return url.trim().to_owned();
-        }
-    }
 }

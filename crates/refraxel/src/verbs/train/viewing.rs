@@ -239,7 +239,7 @@ fn state(paused: bool, text: &str) -> Value {
 /// A server for the page, where one is asked for; before any work is done.
 pub fn bind(port: Option<u16>, run: &Path) -> Result<Option<Server>, Failure> {
     let server = port.map(Server::bind).transpose().or_exit(Exit::Io)?;
-    Ok(server.map(|server| server.with_evidence(run.join(EVIDENCE))))
+    Ok(server.map(|server| server.with_files([run.join(EVIDENCE)])))
 }
 
 /// Shows the run as it is, again and again while somebody looks.

@@ -1,0 +1,104 @@
+//! What the start page and the program say to each other, as JSON text.
+
+use super::folders::{Folder, Place};
+use super::runs::Recent;
+use super::task::Work;
+use serde::{Deserialize, Serialize};
+
+/// What the page asks for.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Ask {
+    /// The runs that are there.
+    Runs,
+    /// What is in a folder.
+    Folder {
+        /// From the root.
+        path: String,
+    },
+    /// A verb at work on a path.
+    Begin(Task),
+    /// The verb that is at work shall stop.
+    Stop,
+    /// What is shown of the last verb is not wanted any more.
+    Forget,
+    /// A run in the viewer.
+    Open {
+        /// Its folder.
+        path: String,
+    },
+}
+
+/// A verb and its choices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "verb", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Task {
+    /// Says what is in photographs with poses.
+    Inspect {
+        /// A folder or a file.
+        path: String,
+    },
+    /// Computes the poses of photographs, or of those of a video.
+    Import {
+        /// A folder or a video.
+        path: String,
+    },
+    /// Trains.
+    Train {
+        /// A folder or a file with poses.
+        path: String,
+        /// How long.
+        minutes: f64,
+        /// Whether rays bend.
+        refraction: Refraction,
+    },
+}
+
+/// Whether rays bend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Refraction {
+    /// As the program finds.
+    Auto,
+    /// In any case.
+    On,
+    /// In none.
+    Off,
+}
+
+/// What the page is told.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "tell", rename_all = "snake_case")]
+pub enum Tell {
+    /// Where the program is at work, and the runs that it finds there.
+    Home {
+        /// The folder in which everything is written.
+        folder: String,
+        /// The latest first.
+        runs: Vec<Recent>,
+        /// Where to begin to look for photographs.
+        places: Vec<Place>,
+    },
+    /// What is in a folder.
+    Folder(Folder),
+    /// The verb that is at work, or was last; null where there is none.
+    Work {
+        /// It.
+        work: Option<Work>,
+    },
+    /// A run can be looked at.
+    Opened {
+        /// Its address.
+        url: String,
+    },
+    /// Something cannot be done.
+    Refused {
+        /// Why, in full.
+        why: String,
+    },
+    /// The program ends.
+    Ended {
+        /// Why, and what to do next.
+        why: String,
+    },
+}
