@@ -6,8 +6,8 @@ use crate::options::{FieldOptions, Options};
 use refraxel_core::{Domain, Extent};
 use serde::{Deserialize, Serialize};
 
-/// Each stage before the last takes this share of the part of a run that is then left.
-const STAGE_SHARE: f64 = 0.15;
+/// Share of a run before the finest grid. Each stage before the last takes the same share of the part of a run that is then left.
+const COARSE_SHARE: f64 = 0.2775;
 /// Share of a run during which the learning rates rise from a tenth of their value: the first batches must not throw the field about.
 const WARM_UP: f32 = 0.01;
 /// Factor on all learning rates that is reached at the end of a run.
@@ -91,7 +91,8 @@ impl Progress {
 
     /// The stage (from 0) that this point belongs to.
     pub fn stage(self, options: &Options) -> u32 {
-        (0..options.grid.stages).rev().find(|&s| self.0 >= stage_start(s)).unwrap_or(0)
+        let stages = options.grid.stages;
+        (0..stages).rev().find(|&s| self.0 >= stage_start(s, stages)).unwrap_or(0)
     }
 }
 
@@ -147,9 +148,9 @@ pub fn is_time_to_bend(options: &Options, step: u64, progress: Progress) -> bool
     step >= options.refraction.straight_steps || progress.0 >= MOST_STRAIGHT
 }
 
-/// Where a stage starts, theory (4.9): each before the last takes [`STAGE_SHARE`] of what is left.
-fn stage_start(stage: u32) -> f64 {
-    1.0 - (1.0 - STAGE_SHARE).powi(stage as i32)
+/// Where one of so many stages starts, theory (4.9).
+fn stage_start(stage: u32, stages: u32) -> f64 {
+    1.0 - (1.0 - COARSE_SHARE).powf(f64::from(stage) / f64::from((stages - 1).max(1)))
 }
 
 /// The domain of a stage: the final one coarsened by 2 per stage that is still to come.

@@ -17,7 +17,7 @@ const fn gone(name: &'static str, was: &'static [&'static str], now: &'static st
 #[rustfmt::skip] // one line each
 pub(super) const GONE: &[Gone] = &[
     gone("grid.voxels_per_pixel", &["1.35", "1"], "the constant VOXELS_PER_PIXEL of plan.rs"),
-    gone("grid.stage_share", &["0.15"], "the constant STAGE_SHARE of schedule.rs"),
+    gone("grid.stage_share", &["0.15"], "the constant COARSE_SHARE of schedule.rs"),
     gone("march.min_optical_depth", &["1e-3"], "the constant MIN_OPTICAL_DEPTH of schedule.rs"),
     gone("field.initial_density", &["-5"], "the constant INITIAL_DENSITY of plan.rs"),
     gone("field.rate_background", &["0.01"], "the constant RATE_BACKGROUND of schedule.rs"),
