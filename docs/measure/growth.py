@@ -368,7 +368,7 @@ def traffic(rows: dict) -> str:
         "" if share <= 1 else f", and memory would bound them at {n / share:.0f}"
     )
     model = (
-        f"**A model, not measured:** what {n} threads would ask of the memory. A sample reads {SAMPLE_BYTES:,} bytes of colour "
+        f"**A model, not measured:** the memory traffic of {n} threads. A sample reads {SAMPLE_BYTES:,} bytes of colour "
         f"([speed.md](speed.md)). In a step total variation also moves one in {TV_PERIOD} stored voxels, which is read and written, "
         f"{VOXEL_BYTES} bytes: {r['voxels'] / TV_PERIOD / samples:.1f} voxels for each sample here. That makes {per_sample:,.0f} bytes per sample "
         f"if nothing is found in a cache. One thread makes {rate / 1e6:.1f} million samples per second, and others are taken to be as fast:"
@@ -418,7 +418,7 @@ def page(rows: dict) -> str:
     )
     return f"""# How time and memory grow
 
-How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and what bounds them. Machine of all
+How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and their bounds. Machine of all
 figures: {large["machine"]}, *shared with other work*, so that wall-clock times mean nothing. Times are processor time of the process
 (user and system), memory is the largest resident size of training and scoring. One run each, field of degree 2.
 
@@ -442,7 +442,7 @@ precision. Runs of more than a minute were saved once, and a save may lie within
 {table(rows, "voxels", "nodes")}
 
 A grid of {asked} nodes {fit}. The voxels stored grow with the power {growth(rows, "voxels", False, lambda r: r["voxels"], 3):.2f} of the resolution over the last
-three points (bent rays: {growth(rows, "voxels", True, lambda r: r["voxels"], 3):.2f}), not 3: what survives pruning lies around surfaces. Memory is
+three points (bent rays: {growth(rows, "voxels", True, lambda r: r["voxels"], 3):.2f}), not 3: voxels that survive pruning lie around surfaces. Memory is
 {per_further:.0f} bytes for each further voxel: twice its parameters and moments, because training keeps a copy to return to, and the
 gradients of total variation. So memory bounds the resolution{within}. A checkpoint takes {per_voxel(large):.0f} bytes per voxel.
 
@@ -458,8 +458,8 @@ this axis and the next, a step costs {sample:.0f} ns per sample and {voxel:.1f} 
 {table(rows, "rays", "rays")}
 
 From {AXES["rays"][0]:,} to {AXES["rays"][-1]:,} rays a step takes {seconds(most) / seconds(least):.1f} times as long, for {AXES["rays"][-1] // AXES["rays"][0]} times as many rays (bent:
-{seconds(at(rows, "rays", AXES["rays"][-1], True)) / seconds(at(rows, "rays", AXES["rays"][0], True)):.1f} times). Small batches are bound by what a step does to
-voxels whatever its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A ray more takes
+{seconds(at(rows, "rays", AXES["rays"][-1], True)) / seconds(at(rows, "rays", AXES["rays"][0], True)):.1f} times). Small batches are bound by the work of a step on
+voxels, which does not depend on its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A ray more takes
 {ray_slope / 1024:.1f} KiB of memory.
 
 ## Pixels
@@ -472,7 +472,7 @@ voxels whatever its rays; over the last two points the time grows with the power
 `--downscale`), and a grid of {PIXEL_RESOLUTION} nodes. A step of the largest photographs takes
 {seconds(big) / seconds(little):.2f} times the processor time of one of the smallest, for {(AXES["pixels"][-1] // AXES["pixels"][0]) ** 2} times as many pixels.
 Memory grows by {(big["peak"] - little["peak"]) / (AXES["pixels"][-1] ** 2 - AXES["pixels"][0] ** 2):.0f} bytes for each further pixel of a format: {PIXEL_VIEWS} photographs to
-learn from and one that validates take 3 each, and the forecast takes the rest for what scoring a view needs. Few views leave haze between
+learn from and one that validates take 3 each, and the forecast attributes the rest to the scoring of a view. Few views leave haze between
 the surfaces, and {big["filled"]:.0%} of the voxels stored.
 
 ## Views
