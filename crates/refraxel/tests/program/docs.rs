@@ -30,7 +30,11 @@ fn commands(page: &str) -> Vec<String> {
             in_shell = line == "```sh";
         }
         let table = line.strip_prefix("| `refraxel ").and_then(|l| l.split_once("` |"));
-        let command = if in_shell { line.trim_start().strip_prefix("refraxel ") } else { table.map(|(command, _)| command) };
+        let command = if in_shell {
+            line.trim_start().strip_prefix("refraxel ")
+        } else {
+            table.map(|(command, _)| command)
+        };
         let bare = command.and_then(|c| c.split(" #").next()?.split(" & ").next());
         found.extend(bare.filter(|c| !c.contains('…')).map(|c| c.replace("...", "").replace('\'', "")));
     }

@@ -104,7 +104,10 @@ fn a_save_that_fails_on_the_way_is_tried_again_and_the_last_one_must_succeed() {
     send(&child, &["INT"]);
     child.ended();
     let told = fs::read_to_string(&told).unwrap();
-    assert!(told.contains("training continues and saves again later") && told.contains("and saved"), "{told}");
+    assert!(
+        told.contains("training continues and saves again later") && told.contains("and saved"),
+        "{told}"
+    );
     assert!(step(&run) > 0 && !has_leftovers(&run));
 }
 

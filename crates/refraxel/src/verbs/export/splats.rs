@@ -76,10 +76,7 @@ impl Splats {
             ));
         }
         if !model.refraction.is_none() {
-            notes.push(
-                "glass is left out: Gaussians neither bend nor reflect light"
-                    .to_owned(),
-            );
+            notes.push("glass is left out: Gaussians neither bend nor reflect light".to_owned());
         }
         match &model.background {
             Background::Environment(_) => notes.push("what lies beyond the grid is left out".to_owned()),

@@ -71,7 +71,9 @@ pub(super) fn learn(
         match saving.time(|| session.save(out)) {
             Ok(()) => keeps(as_saved(out, session.state().step)),
             // What was learned is still in memory, and there may be room for it next time.
-            Err(error) if goes_on => watch.warn(&format!("{error}; training continues and saves again later")),
+            Err(error) if goes_on => {
+                watch.warn(&format!("{error}; training continues and saves again later"))
+            }
             Err(error) => return Err(error.into()),
         }
         warn(&mut watch, log.complete());
