@@ -19,6 +19,12 @@ from measure import compared, curves, demo, growth, pages, results, scenes, verd
 MEASURES = {module.__name__.rpartition(".")[2]: module for module in (demo, results, scenes, verdicts, compared, growth, curves)}
 
 
+def partition(words: list[str], at: str) -> tuple[list[str], list[str]]:
+    """The words before and after the first such word."""
+    where = words.index(at) if at in words else len(words)
+    return words[:where], words[where + 1 :]
+
+
 def blocks() -> dict[str, str]:
     """The generated text of every block, from the stored figures."""
     found: dict[str, str] = {}
@@ -38,21 +44,25 @@ def main() -> int:
         pages.write(blocks())
         return 0
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, usage=argparse.SUPPRESS)
-    names = parser.add_subparsers(dest="name", required=True)
+    names = parser.add_subparsers(dest="figure", required=True)
     for name, module in MEASURES.items():
         sub = names.add_parser(name, description=module.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
         sub.add_argument("out", metavar="OUT", help="folder for data, runs and the figures OUT/NAME.json")
         sub.add_argument("--publish", action="store_true", help="store the figures below docs/figures and write them into the pages")
         module.arguments(sub)
-    given = parser.parse_args()
-    module = MEASURES[given.name]
-    stored = pages.STORE / f"{given.name}.json"
+    # Words after `--` are for the program that is measured.
+    words, given_on = partition(sys.argv[1:], "--")
+    given = parser.parse_args(words, argparse.Namespace(words=given_on))
+    if given_on and given.figure != "curves":
+        parser.error(f"{given.figure} has no use for words after --")
+    module = MEASURES[given.figure]
+    stored = pages.STORE / f"{given.figure}.json"
     before = json.loads(stored.read_text()) if stored.exists() else {}
     found, pictures = module.measure(given, before)
-    pages.store(given.name, found, pages.folder(given.out))
+    pages.store(given.figure, found, pages.folder(given.out))
     print("\n\n".join(module.blocks(found).values()))
     if given.publish:
-        pages.publish(given.name, found, pictures)
+        pages.publish(given.figure, found, pictures)
         pages.write(blocks())
     return 0
 

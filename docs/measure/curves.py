@@ -27,6 +27,7 @@ PUBLISHED: dict[str, list[tuple[str, float, float | None, str]]] = {
 }
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"]
 GREY = "#686c76"
+STYLES = ["--", ":", "-."]
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +36,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--minutes", default="1,2,5,10,20,40", help="times of training, with commas")
     parser.add_argument("--refraction", default="auto", choices=["off", "on", "auto"])
     parser.add_argument("--seeds", default="0", help="seeds, with commas; the table has their mean, and their range where there are several")
-    parser.add_argument("words", nargs="*", metavar="OPTION", help="after --: further arguments of `refraxel train`")
 
 
 def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, str]]:
@@ -77,24 +77,21 @@ def draw(figures: dict, path: Path) -> None:
     figure, sides = pyplot.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
     times = sorted({p["minutes"] for scene in figures["scenes"].values() for p in scene["points"]})
     for side, key, title in zip(sides, ("psnr", "ssim"), ("PSNR on held-out views [dB]", "SSIM on held-out views"), strict=True):
-        drawn = set()
+        drawn: list[tuple] = []
         for colour, (name, scene) in zip(COLOURS * 9, figures["scenes"].items(), strict=False):
             shown = [(p["minutes"], [run[key] for run in p["runs"]]) for p in scene["points"]]
             side.plot([m for m, _ in shown], [mean(v) for _, v in shown], "o-", color=colour, label=f"refraxel, {name}", markersize=4)
             side.vlines([m for m, _ in shown], [min(v) for _, v in shown], [max(v) for _, v in shown], color=colour, linewidth=1)
-            for method, psnr, ssim, source in published(name):
-                value = psnr if key == "psnr" else ssim
-                if value is not None and (method, value) not in drawn:
-                    drawn.add((method, value))
-                    side.axhline(value, color=colour, linestyle="--", linewidth=0.8)
-                    place = source.partition(",")[0]
-                    side.annotate(f"{method} ({place})", (1, value), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=7)
+            others = [(method, psnr if key == "psnr" else ssim, source) for method, psnr, ssim, source in published(name)]
+            for style, (method, value, source) in zip(STYLES * 9, [o for o in others if o[1] is not None and o not in drawn], strict=False):
+                drawn.append((method, value, source))
+                side.axhline(value, color=colour, linestyle=style, linewidth=0.9, label=f"{method}, {source}")
         side.set_title(title, loc="left", fontsize=9, fontweight="bold")
         side.set_xscale("log")
         side.set_xlabel("wall-clock time of training [min]")
         side.set_xticks(times, [f"{t:g}" for t in times])
         side.xaxis.set_minor_formatter(NullFormatter())
-        side.legend(frameon=False, fontsize=8, loc="lower right")
+        side.legend(frameon=False, fontsize=7, loc="lower right")
     figure.savefig(path, metadata={"Date": None, "Creator": None})
     pyplot.close(figure)
 
