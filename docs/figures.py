@@ -5,9 +5,9 @@ usage: docs/figures.py NAME OUT […] [--publish]    measures into the folder OU
        docs/figures.py --check                     fails where a page differs from the stored figures (part of CI)
        docs/figures.py --write                     writes the stored figures into the pages again
 
-Names: demo, results, scenes, verdicts, compared, growth, curves. Without --publish nothing changes outside OUT. A second call keeps the runs
-that OUT holds, so figures can be looked at before they are published. The environment variable REFRAXEL names a program to use instead of
-building one. Needs Python 3.10 or later; plots need matplotlib, pictures Pillow and numpy.
+Names: demo, results, scenes, verdicts, compared, growth, curves. Without --publish nothing changes outside OUT. A second call keeps the
+runs that OUT holds, so figures can be looked at before they are published. The environment variable REFRAXEL names a program to use instead
+of building one. Needs Python 3.10 or later; plots need matplotlib, pictures Pillow and numpy.
 """
 
 import argparse

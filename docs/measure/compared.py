@@ -107,7 +107,10 @@ def compare(python: Path, name: str, scene: Path, out: Path, seconds: float, eve
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA", type=Path, help="folder of scenes in NeRF-synthetic layout, each with scene.json")
     parser.add_argument(
-        "--seconds", type=float, default=60, help="about the CPU time of our trainings: it sets their steps; others get as much as the longer took"
+        "--seconds",
+        type=float,
+        default=60,
+        help="about the CPU time of our trainings, which sets their steps; the others get as much as the longer of them took",
     )
     parser.add_argument("--every", type=int, default=8, help="of the test views each EVERY-th is rendered and scored")
     parser.add_argument("--scenes", default=",".join(STEPS))

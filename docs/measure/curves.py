@@ -32,7 +32,7 @@ STYLES = ["--", ":", "-."]
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA", type=Path, help="the dataset")
-    parser.add_argument("--name", required=True, help="name of the scene in the table: 'fern', 'chair' and 'lego' have published figures")
+    parser.add_argument("--name", required=True, help="name of the scene; 'fern', 'chair' and 'lego' have published figures")
     parser.add_argument("--minutes", default="1,2,5,10,20,40", help="times of training, with commas")
     parser.add_argument("--refraction", default="auto", choices=["off", "on", "auto"])
     parser.add_argument("--seeds", default="0", help="seeds, with commas; the table has their mean, and their range where there are several")

@@ -1,4 +1,6 @@
-"""How time and memory of training grow with voxels, rays, pixels, views and threads. Needs Linux: processor time and memory come from /proc."""
+"""How time and memory of training grow with voxels, rays, pixels, views and threads.
+
+Needs Linux: processor time and memory come from /proc."""
 
 import argparse
 import json

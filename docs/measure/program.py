@@ -22,7 +22,7 @@ def program() -> str:
 
 def call(*words: str, cwd: Path | None = None) -> str:
     """Standard output of a call that must succeed."""
-    done = subprocess.run([program(), *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd)
+    done = subprocess.run([program(), *words], capture_output=True, text=True, cwd=cwd)
     if done.returncode:
         sys.exit(f"figures.py: exit code {done.returncode} of refraxel {' '.join(words)}\n{done.stderr}")
     return done.stdout

@@ -55,7 +55,8 @@ def index(row: dict) -> str:
 def blocks(figures: dict) -> dict[str, str]:
     rows = figures["rows"]
     short = ["| scene | straight rays | bent rays | index found (true) |", "|---|---|---|---|"]
-    long = ["| scene | rays | minutes | PSNR [dB] | index found (true) | grid, longest edge | revision |", "|---|---|---|---|---|---|---|"]
+    long = ["| scene | rays | minutes | PSNR [dB] | index found (true) | grid, longest edge | revision |"]
+    long.append("|---" * 7 + "|")
     for name in dict.fromkeys(row["scene"] for row in rows):
         of = [row for row in rows if row["scene"] == name]
         straight = next(row for row in of if row["rays"] == "straight")
@@ -64,8 +65,7 @@ def blocks(figures: dict) -> dict[str, str]:
         cells += [f"**{score(bent)}** ({bent['minutes']} min)", index(bent)] if bent else ["–", "–"]
         short.append(f"| {' | '.join(cells)} |")
     for row in rows:
-        command = row["rays"] if row["rays"] == "bent" else "straight"
-        cells = [row["title"], command, str(row["minutes"]), score(row), index(row), str(row.get("grid", "–")), row["revision"]]
+        cells = [row["title"], row["rays"], str(row["minutes"]), score(row), index(row), str(row.get("grid", "–")), row["revision"]]
         long.append(f"| {' | '.join(cells)} |")
     return {
         "results": "PSNR on held-out views [dB]; where two figures stand, inside / outside the masks of the refractive body. Training time in\n"

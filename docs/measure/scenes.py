@@ -1,4 +1,4 @@
-"""Every refractive scene of `refraxel synth --list`, trained three times with the same budget: straight rays, bent rays, true index held."""
+"""Every refractive scene of `synth --list`, trained three times with the same budget: straight rays, bent rays, true index held."""
 
 import argparse
 import sys

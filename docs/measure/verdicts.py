@@ -127,6 +127,7 @@ def blocks(figures: dict) -> dict[str, str]:
     lines += [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for r in figures["rows"]:
         pairs = [" / ".join(show(v, ".2f") for v in r[key]) for key in ("straight", "auto")]
-        cells = [r["scene"], r["masks"], *pairs, *(show(v, "+.2f") for v in r["change"]), r["verdict"], r["evidence"], show(r["seconds"], ".0f")]
+        changes = [show(v, "+.2f") for v in r["change"]]
+        cells = [r["scene"], r["masks"], *pairs, *changes, r["verdict"], r["evidence"], show(r["seconds"], ".0f")]
         lines.append(f"| {' | '.join(cells)} |")
     return {"verdicts": "\n".join(lines)}
