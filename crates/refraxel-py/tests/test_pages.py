@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 import refraxel
 
 ROOT = Path(__file__).parent.parent.parent.parent
