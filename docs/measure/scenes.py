@@ -34,18 +34,20 @@ def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, s
     chosen = given.scenes.split(",") if given.scenes else every
     if unknown := set(chosen) - set(every):
         sys.exit(f"figures.py: there is no refractive scene '{unknown.pop()}'; choose among {', '.join(every)}")
-    kept = {row["scene"]: row for row in before.get(table, {}).get("rows", [])}
+    size = ["--size", str(given.size), "--views", str(given.views), "--spp", "4", "--detail-spp", "0"]
+    same = {"budget": " ".join([*budget, "--seed", given.seed]), "size": size}
+    stored = before.get(table, {})
+    # Rows of another budget or of other pictures do not belong in one table.
+    kept = {row["scene"]: row for row in stored.get("rows", [])} if {key: stored.get(key) for key in same} == same else {}
     for name in chosen:
         data = out / "data" / name
-        size = ["--size", str(given.size), "--views", str(given.views), "--spp", "4", "--detail-spp", "0"]
         call("synth", name, "--out", str(data), *size, "--quiet")
         scores = {}
         for run, words in RUNS.items():
             options = ["--index-from", str(data / "scene.json")] if words is None else words
             scores[run] = train(data, out / "runs" / name / run, *budget, "--seed", given.seed, *options)
         kept[name] = row(name, scores) | {"revision": stamp()["revision"]}
-    found = {**stamp(), "budget": " ".join([*budget, "--seed", given.seed]), "size": size, "rows": [kept[n] for n in every if n in kept]}
-    return {**before, table: found}, {}
+    return {**before, table: {**stamp(), **same, "rows": [kept[name] for name in every if name in kept]}}, {}
 
 
 def row(name: str, scores: dict[str, dict]) -> dict:
@@ -94,6 +96,7 @@ def table(figures: dict) -> str:
 def blocks(figures: dict) -> dict[str, str]:
     found = {}
     for name, of in figures.items():
-        where = f"Budget: `{of['budget']}` per run. Revision {of['revision']}. {of['machine']}{of.get('beside', '')}."
+        revisions = ", ".join(dict.fromkeys(row.get("revision", of["revision"]) for row in of["rows"]))
+        where = f"Budget: `{of['budget']}` per run. Revision {revisions}. {of['machine']}{of.get('beside', '')}."
         found[f"scenes-{name}"] = f"{where}\n\n{table(of)}"
     return found
