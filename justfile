@@ -33,6 +33,14 @@ damage cases="1000":
 page:
     cd viewer && npm ci && npm run build
 
+# The site of the pages, with links checked, in target/site/html
+site:
+    .ci/site
+
+# Whether the pages show the stored figures
+figures:
+    docs/figures.py --check
+
 # Everything that CI checks
 ci:
     .ci/run

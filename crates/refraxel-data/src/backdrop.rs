@@ -127,7 +127,7 @@ impl Borders {
             let odd = named(self.each.iter().filter(|b| b.same < LITTLE));
             let problem = match odd {
                 Some(odd) => Problem::warning(format!(
-                    "{reason}, but hardly any of {odd}; --backdrop surroundings says otherwise"
+                    "{reason}, but hardly any of {odd}; --backdrop surroundings overrides this"
                 )),
                 None => Problem::note(reason),
             };
@@ -140,7 +140,7 @@ impl Borders {
         };
         let message = format!(
             "the layout is that of renderings before one colour, but {found}: they are taken for photographs with surroundings; \
-             --backdrop '#ffffff' or another colour says otherwise"
+             --backdrop '#ffffff' or another colour overrides this"
         );
         (Backdrop::Surroundings, Some(Problem::warning(message)))
     }
@@ -151,14 +151,14 @@ impl Borders {
         let (plain_ones, count) = (self.each.iter().filter(plain).count(), self.each.len());
         if self.same >= PHOTOGRAPHED && plain_ones == count {
             let reason = format!(
-                "backdrop {}: {}; --backdrop surroundings says otherwise",
+                "backdrop {}: {}; --backdrop surroundings overrides this",
                 self.colour(),
                 self.share()
             );
             return (self.colour(), Some(Problem::note(reason)));
         }
         let otherwise = format!(
-            "they are taken for photographs with surroundings; --backdrop '{}' says otherwise",
+            "they are taken for photographs with surroundings; --backdrop '{}' overrides this",
             self.colour()
         );
         let problem = if 2 * plain_ones > count && plain_ones < count {
@@ -199,7 +199,7 @@ impl Borders {
             return None;
         };
         Some(Problem::warning(format!(
-            "the backdrop is stated to be {stated}, but {found}; --backdrop says otherwise"
+            "the backdrop is stated to be {stated}, but {found}; --backdrop decides"
         )))
     }
 }

@@ -128,10 +128,10 @@ fn problem(format: Format, [tagged, all]: [usize; 2], taken: Orientation, ground
             "because {samples} points of the scene then have the colours of their pixels (correlation {taken:.2}, otherwise \
              {other:.2})"
         ),
-        Ground::Format => format!("because {writes}; nothing else tells"),
+        Ground::Format => format!("because {writes}; nothing else decides it"),
     };
     let message = format!(
-        "{tagged} of {all} images have an EXIF orientation; they are {done}, {why} (--orientation {} says otherwise)",
+        "{tagged} of {all} images have an EXIF orientation; they are {done}, {why} (--orientation {} overrides this)",
         taken.other().name()
     );
     let is_sure = match ground {

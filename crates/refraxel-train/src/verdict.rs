@@ -221,41 +221,42 @@ pub enum StayReason {
     NotFound(#[from] LocateError),
     /// No masks, and straight rays explain the photographs.
     #[error(
-        "no masks show what is refractive, and nothing was found that straight rays do not explain; if there is glass or water, \
-         mark it by masks, or say where it is with --refraction-box"
+        "no masks mark refractive regions, and straight rays explain all photographs; if there is glass or water, mark it by masks, or \
+         state its place with --refraction-box"
     )]
     Unnoticed,
     /// No masks, and a run whose detection would take too large a part of it.
     #[error(
-        "no masks show what is refractive, and the run is too short to find out; give it more time or steps, or masks"
+        "no masks mark refractive regions, and the run is too short to search for them; give it more time or steps, or masks"
     )]
     TooShortToLook,
     /// All photographs are taken from one place.
     #[error(
-        "all photographs are taken from one point, where no shape can be told from its outlines; take some from elsewhere, or \
+        "all photographs are taken from one point, from which outlines determine no shape; take some from elsewhere, or \
          name a known shape with --index-from"
     )]
     OnePlace,
     /// A box was given, and nothing says what is in it.
     #[error(
-        "the box says where to look, but without masks nothing says what stands there; give masks, or choose a shape that \
+        "the box says where to look, but without masks the shape in it is unknown; give masks, or choose a shape that \
          fills the box with --set shape.start=ball or --set shape.start=block"
     )]
     OnlyABox,
     /// Bent rays explain views that they have not learned from worse than straight ones did before.
     #[error(
-        "halfway to the end, bent rays explain views that were kept aside worse than straight ones did when they began to bend \
-         (--refraction on bends them all the same)"
+        "halfway to the end, bent rays explain the views kept aside worse than straight rays did at the decision \
+         (--refraction on forces bent rays)"
     )]
     FellBehind,
     /// Straight rays explain the views that were kept aside better, or as well.
     #[error(
-        "straight rays explain the views that were kept aside as well as bent ones (--refraction on bends them all the same)"
+        "straight rays explain the views kept aside as well as bent rays do (--refraction on forces bent rays)"
     )]
     Judged,
     /// The run is too short for a race, and no hypothesis fits clearly better than straight rays do.
     #[error(
-        "the run is too short for hypotheses to race, and none of them explains what is seen better than straight rays do;          give it more time or steps, or bend rays all the same with --refraction on"
+        "the run is too short for hypotheses to race, and none of them explains the photographs better than straight rays; \
+         give it more time or steps, or force bent rays with --refraction on"
     )]
     TooShort,
 }

@@ -31,13 +31,13 @@ pub fn sentence(event: &Event) -> Option<String> {
             )
         }
         Event::MasksCompleted { stated, views, is_completed: true, pixels, .. } => format!(
-            "{stated} of {views} training views have masks: the hull of these shows where the others see the same things \
+            "{stated} of {views} training views have masks: their visual hull completes the masks of the other views \
              ({:.1} % of the pixels in all)",
             100.0 * pixels
         ),
         Event::MasksCompleted { stated, views, needed, .. } => format!(
-            "{stated} of {views} training views have masks, which {}: the other views count as if they showed nothing \
-             refractive; `refraxel mask DATA` makes the masks that are missing",
+            "{stated} of {views} training views have masks, which {}: the other views are used as if they showed nothing \
+             refractive; `refraxel mask DATA` makes the missing masks",
             if stated < needed {
                 format!("is too few ({needed} are needed)")
             } else {
@@ -45,25 +45,24 @@ pub fn sentence(event: &Event) -> Option<String> {
             }
         ),
         Event::MasksShifted { by, inside, outside } => format!(
-            "masks are too {} by {:.1} pixels, since straight rays fail that far {} (misfit {inside:.2} on one side, {outside:.2} on the \
-             other): they are taken as that much {}",
+            "masks are too {} by {:.1} pixels: straight rays begin to fail that far {} their borders (misfit {inside:.2} inside of there, \
+             {outside:.2} outside); the borders are moved",
             if *by > 0.0 { "narrow" } else { "wide" },
             by.abs(),
-            if *by > 0.0 { "beyond them" } else { "short of them" },
-            if *by > 0.0 { "wider" } else { "narrower" }
+            if *by > 0.0 { "beyond" } else { "within" },
         ),
         Event::Outlined { before, now, pixels } => format!(
-            "outlines of what was found were drawn anew, where straight rays begin to fail: they explain {:.0} % of the misfit beside \
+            "the outlines of the regions were drawn anew where straight rays begin to fail: they explain {:.0} % of the misfit beside \
              them instead of {:.0} % ({:.1} % of the pixels lie inside)",
             100.0 * now,
             100.0 * before,
             100.0 * pixels
         ),
         Event::NothingDetected { separation, needed } => format!(
-            "no masks: straight rays explain what is seen (separation {separation:.3}, needed {needed})"
+            "no masks: straight rays explain the photographs (separation {separation:.3}, needed {needed})"
         ),
         Event::Detected { separation, pixels } => format!(
-            "no masks: straight rays do not explain something on {:.1} % of the pixels (separation {separation:.2})",
+            "no masks: straight rays cannot explain {:.1} % of the pixels (separation {separation:.2})",
             100.0 * pixels
         ),
         Event::MasksIgnored { views, usual_overlap } => ignored(views, *usual_overlap),
@@ -76,7 +75,7 @@ pub fn sentence(event: &Event) -> Option<String> {
             )
         }
         Event::IndexGuessed { region, index } => {
-            format!("region {}: no prediction shows what stands there; index {index} is a guess", region + 1)
+            format!("region {}: prediction cannot tell its content; the index {index} is a guess", region + 1)
         }
         Event::Judged { verdict, .. } => verdict_text(verdict),
         Event::RaysBend { hypotheses } => {
@@ -106,7 +105,7 @@ fn numbers(found: &[Found]) -> String {
         "wall" => format!("wall {:.0} % of the depth", 100.0 * f.value),
         "filling" => format!("filled with index {:.2}", f.value),
         "water" => format!("water up to {:.0} % of the height", 100.0 * f.value),
-        "level" => format!("level at {:.0} % of what the masks allow", 100.0 * f.value),
+        "level" => format!("level at {:.0} % of the height that the masks allow", 100.0 * f.value),
         "offset" => format!("offset {:.1} voxels", f.value),
         name => format!("{name} {:.3}", f.value),
     };
@@ -123,8 +122,8 @@ fn ignored(views: &[IgnoredMask], usual_overlap: f32) -> String {
         names.push(format!("{} more", views.len() - NAMED));
     }
     format!(
-        "masks that contradict the others are left out of the shape: {}; they overlap with what the other views show by the \
-         percentage given, masks usually do by {:.0} %; check whether they are missing or belong to another view",
+        "masks that contradict the others are left out of the shape: {}; the percentage is their overlap with the hull \
+         of the other views, {:.0} % is usual; check whether they are missing or belong to another view",
         names.join(", "),
         100.0 * usual_overlap
     )
@@ -156,8 +155,7 @@ pub fn verdict_text(verdict: &Verdict) -> String {
 fn proof_text(proof: &Proof) -> String {
     let gain = |gain: Option<f64>| gain.map_or("unknown".to_owned(), |g| format!("{g:+.2} dB"));
     format!(
-        "after {:.0} % of the run, bent rays against what straight ones had learned by the decision, on views kept aside: {} inside, {} \
-         outside{}",
+        "after {:.0} % of the run, bent rays against straight rays at the decision, on views kept aside: {} inside, {} outside{}",
         100.0 * proof.progress,
         gain(proof.inside),
         gain(proof.outside),
@@ -202,7 +200,7 @@ pub fn task_name(task: Task) -> &'static str {
         Task::Carving => "carving shapes",
         Task::SearchingIndex => "index search",
         Task::RefiningSurface => "refining the surface",
-        Task::Judging => "weighing straight rays",
+        Task::Judging => "comparing with straight rays",
         Task::Baking => "baking reflections",
         Task::Pruning => "finer grid",
         Task::Evaluating => "rendering",
@@ -223,7 +221,7 @@ mod tests {
             said.contains("r_0.png (0 %), r_1.png (1 %)") && said.contains("r_7.png (7 %), 2 more"),
             "{said}"
         );
-        assert!(said.contains("usually do by 93 %"), "{said}");
+        assert!(said.contains("93 % is usual"), "{said}");
     }
 
     #[test]

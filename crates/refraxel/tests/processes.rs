@@ -127,7 +127,7 @@ mod mpi {
         let saved = step(&run);
         let until = format!("stop_after={}", saved + 5);
         train(&data, &run, &[&endless[..2], &["--set", &until, "--resume"]].concat())
-            .refused(130, &["--resume goes on"]);
+            .refused(130, &["--resume continues"]);
         assert_eq!(step(&run), saved + 5);
     }
 }

@@ -57,8 +57,8 @@ pub(super) fn conclude(prior: Prior, seen: &[Seen]) -> (MaskMeaning, Option<Prob
     let plain = [true, false].map(|side| is_plain(seen, side));
     if plain == [Some(true), Some(false)] {
         let message = format!(
-            "nothing says what the white of the masks means; {covered} and only a plain backdrop, and what the photographs show is \
-             black: they are taken for inverted, white = ignore (--mask-meaning keep or refractive says otherwise)"
+            "the meaning of white in the masks is not stated; {covered} and only a plain backdrop, and what the photographs show is \
+             black: they are taken for inverted, white = ignore (--mask-meaning keep or refractive overrides this)"
         );
         return (MaskMeaning::Ignore, Some(Problem::warning(message)));
     }
@@ -89,7 +89,7 @@ fn by_rigidity(inside: Score, outside: Score) -> Option<MaskMeaning> {
 
 fn still(covered: &str, outside: f64) -> Problem {
     Problem::note(format!(
-        "nothing says what the white of the masks means; {covered}, and what is black stays where it is in the photographs although the \
+        "the meaning of white in the masks is not stated; {covered}, and what is black stays where it is in the photographs although the \
          cameras move, as behind a turntable (correlation {outside:.2}): they say which pixels to use (--mask-meaning refractive says \
          otherwise)"
     ))
@@ -99,12 +99,12 @@ fn sides_differ(meaning: MaskMeaning, covered: &str, inside: Score, outside: Sco
     let scores = format!("gain of correlation {:.2} inside, {:.2} outside", inside.mean, outside.mean);
     Problem::note(match meaning {
         MaskMeaning::Refractive => format!(
-            "nothing says what the white of the masks means; what is black is found again in neighbouring photographs, what is white is \
-             less so ({scores}): it marks something refractive (--mask-meaning keep or ignore says otherwise)"
+            "the meaning of white in the masks is not stated; neighbouring photographs agree on black pixels, and less on white \
+             ones ({scores}): white marks something refractive (--mask-meaning keep or ignore overrides this)"
         ),
         _ => format!(
-            "nothing says what the white of the masks means; {covered}, and that is found again in neighbouring photographs, what is black \
-             is not ({scores}): they say which pixels to use (--mask-meaning refractive says otherwise)"
+            "the meaning of white in the masks is not stated; {covered}, and neighbouring photographs agree there, but not on black \
+             pixels ({scores}): the masks say which pixels to use (--mask-meaning refractive overrides this)"
         ),
     })
 }
@@ -116,7 +116,7 @@ fn by_prior(prior: Prior, covered: &str, meaning: MaskMeaning, is_black_plain: b
         _ => ("say which pixels to use", "refractive"),
     };
     let text = format!(
-        "nothing says what the white of the masks means; {covered}, so they are taken to {taken} (--mask-meaning {other} says otherwise)"
+        "the meaning of white in the masks is not stated; {covered}, so they are taken to {taken} (--mask-meaning {other} overrides this)"
     );
     // Pixels of a plain backdrop teach the same either way, and the search finds out whether rays bend.
     let is_doubtful = prior == Prior::Coverage && meaning == MaskMeaning::Refractive && !is_black_plain;

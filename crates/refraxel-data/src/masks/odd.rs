@@ -71,7 +71,7 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
 fn named(masks: &[Odd], is_odd: impl Fn(&Odd) -> bool, what: &str) -> Option<Problem> {
     let names: Vec<&str> = masks.iter().filter(|m| is_odd(m)).map(|m| m.view.name.as_str()).collect();
     let (of, first) = (masks.len(), first_few(names.iter().copied()));
-    let message = format!("of {of} masks that were looked at, {} {what}: {first}", names.len());
+    let message = format!("of {of} inspected masks, {} {what}: {first}", names.len());
     (!names.is_empty()).then(|| Problem::warning(message))
 }
 

@@ -71,7 +71,7 @@ pub enum SynthError {
         source: rayon::ThreadPoolBuildError,
     },
     /// The progress callback asked to stop; finished pictures are kept and a second run goes on from there.
-    #[error("stopped after {done} of {total} pictures; run the same command again to go on")]
+    #[error("stopped after {done} of {total} pictures; run the same command again to continue")]
     Stopped {
         /// Pictures finished, including those of earlier runs.
         done: usize,

@@ -75,7 +75,7 @@ pub(super) const GONE: &[Gone] = &[
     gone("clearcoat.start", &["0.15"], "the constant CLEARCOAT_START of trainer/bending.rs"),
     gone("clearcoat.probes", &["16"], "the constant CLEARCOAT_PROBES of trainer/bending.rs"),
     gone("clearcoat.rate", &["0.02"], "the constant RATE_CLEARCOAT of schedule.rs"),
-    gone("absorption.enabled", &["on"], "bodies always learn what they absorb"),
+    gone("absorption.enabled", &["on"], "the absorption of bodies always learns"),
     gone("absorption.rate", &["0.03"], "the constant RATE_ABSORPTION of schedule.rs"),
     gone("index.variation_penalty", &["l1"], "`index.penalty` is that of variation and deviation"),
     gone("index.deviation_penalty", &["l1"], "`index.penalty` is that of variation and deviation"),
@@ -89,5 +89,5 @@ pub(super) const GONE: &[Gone] = &[
     gone("search.usual_spread", &[], "indices are found by prediction, not by squared error"),
     gone("search.usual_offset", &[], "indices are found by prediction, not by squared error"),
     gone("search.unusual", &[], "indices are found by prediction, not by squared error"),
-    gone("judge.rivals", &[], "prediction says what races"),
+    gone("judge.rivals", &[], "prediction chooses the contestants of a race"),
 ];

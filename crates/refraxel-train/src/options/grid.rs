@@ -6,9 +6,9 @@ use super::section::section;
 section! {
     /// The grid of the radiance field, and how it grows during a run.
     pub struct GridOptions "grid" {
-        /// Nodes along the longest edge of the final grid; 0: as many as `voxels_per_pixel` asks for.
+        /// Nodes along the longest edge of the final grid; 0: about one voxel per pixel, theory (4.10).
         resolution: u32 = 0, in Allowed::AutoOrWithin(8.0, 1024.0), "nodes";
-        /// Largest resolution that `voxels_per_pixel` may ask for.
+        /// Largest resolution that is chosen automatically.
         max_resolution: u32 = 256, in 16..=1024, "nodes";
         /// Number of coarse-to-fine stages, theory (4.9). Each doubles the resolution.
         stages: u32 = 3, in 1..=6;

@@ -5,7 +5,7 @@ use super::section::section;
 
 section! {
     /// How the poses of the photographs learn. Gauss–Newton steps on the error of the rays move each camera; what all cameras do
-    /// together is left out, for photographs cannot tell it from the scene doing the opposite.
+    /// together is left out, because photographs cannot distinguish it from the opposite movement of the scene.
     pub struct PoseOptions "pose" {
         /// Whether poses learn. Otherwise they are taken as exact.
         enabled: Switch = Switch::Off;

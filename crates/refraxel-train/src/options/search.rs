@@ -19,7 +19,7 @@ choice! {
 }
 
 section! {
-    /// The search for what stands in each region, its index and its measures, by prediction without training.
+    /// The search for the body in each region, with its index and its dimensions, by prediction without training.
     pub struct SearchOptions "search" {
         /// Whether the first index is searched. Otherwise it is `guess`.
         enabled: Switch = Switch::On;

@@ -30,7 +30,7 @@ section! {
         /// Whether planes cut off the bulges of a hull that no silhouette shows, and hulls that are round about an upright axis are
         /// made so.
         faces: Switch = Switch::On;
-        /// Nodes along the longest edge of a refractive region; 0: as many as `voxels_per_pixel` asks for.
+        /// Nodes along the longest edge of a refractive region; 0: by the pixels that it covers.
         resolution: u32 = 0, in Allowed::AutoOrWithin(16.0, 512.0), "nodes";
     }
 }

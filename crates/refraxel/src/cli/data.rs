@@ -16,21 +16,21 @@ pub struct ReadingArgs {
     /// Hold out every N-th image, by file name, for testing [default: the dataset's own split, else 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     pub holdout: Option<u32>,
-    /// What lies behind everything: surroundings, transparent or a colour such as '#ffffff' [default: what the files and the borders of
-    /// the photographs say]
+    /// The backdrop of the scene: surroundings, transparent or a colour such as '#ffffff' [default: as the files or the borders of
+    /// the photographs show]
     #[arg(long, value_name = "BACKDROP")]
     pub backdrop: Option<Backdrop>,
-    /// What the alpha channels of photographs mean: backdrop (nothing is where alpha is 0), mask (of a whole photograph), or ignore
+    /// The meaning of the alpha channels of photographs: backdrop (nothing is where alpha is 0), mask (of a whole photograph), or ignore
     /// [default: by the colours below alpha 0]
     #[arg(long, value_name = "MEANING")]
     pub alpha: Option<AlphaMeaning>,
-    /// What white means in the masks [default: by their names, and by what the photographs show]
+    /// The meaning of white in the masks [default: by their names, else by comparing neighbouring photographs]
     #[arg(long, value_name = "MEANING")]
     pub mask_meaning: Option<WhiteMeans>,
     /// Also read files that the dataset names outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
-    /// Cut so many pixels off each photograph and mask: on the left, on top, on the right, at the bottom
+    /// Numbers of pixels to cut off each photograph and mask: on the left, on top, on the right, at the bottom
     #[arg(long, value_name = "L,T,R,B")]
     pub crop: Option<Crop>,
     /// Which pixels of photographs with an orientation tag (EXIF) the poses belong to [default: by their shapes, by the colours
@@ -165,7 +165,7 @@ pub enum Learning {
   refraxel train glass --out run --config quick.toml --set run.steps=2000 --set field.sh_degree=1
   refraxel train --options
 
-Ctrl-C saves a checkpoint; the same command with --resume goes on from it.")]
+Ctrl-C saves a checkpoint; the same command with --resume continues from it.")]
 pub struct TrainArgs {
     /// The dataset's folder or file
     #[arg(value_name = "DATA", required_unless_present = "options")]
@@ -208,7 +208,7 @@ pub struct TrainArgs {
     pub exposure: Option<Learning>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
-    /// What a scene.json tells is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.
+    /// A scene.json is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.
     #[arg(long, value_name = "FILE")]
     pub index_from: Option<PathBuf>,
     /// Change one training option (--options lists them); may be repeated, the last one counts
@@ -217,7 +217,7 @@ pub struct TrainArgs {
     /// Read training options from a TOML file; --set overrides it
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Go on from the checkpoint in RUN, with its options
+    /// Continue from the checkpoint in RUN, with its options
     #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
     /// Replace the run that RUN holds, with its scores and curves
@@ -238,8 +238,8 @@ pub struct TrainArgs {
     pub view: Option<u16>,
     /// The device to train on: auto, cpu, gpu, or gpu:N as inspect --devices lists them
     ///
-    /// auto is the CPU unless the program was built for GPUs, there is one, and it can do what the run needs. A run may go on on
-    /// another device.
+    /// auto is the CPU unless the program was built for GPUs, there is one, and it can do what the run needs. A run may continue
+    /// on another device.
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     pub device: DeviceChoice,
     /// Start of the random numbers [default: 0]

@@ -39,7 +39,7 @@ pub struct ImportArgs {
     /// [default: glass_masks or masks in the folder of the photographs or beside it, if there is one]
     #[arg(long, value_name = "FOLDER")]
     pub masks: Option<PathBuf>,
-    /// What white means in the masks [default: by the name of their folder, else by what they show]
+    /// The meaning of white in the masks [default: by the name of their folder, else by comparing neighbouring photographs]
     #[arg(long, value_name = "MEANING")]
     pub mask_meaning: Option<WhiteMeans>,
     /// Photographs to take from a video, evenly spread, the sharpest of neighbours [default: 80]

@@ -74,7 +74,7 @@ pub enum Layer {
     Colour,
     /// Length of the ray to the point where half of the opacity is reached
     Depth,
-    /// Share of the backdrop that is hidden
+    /// The share of the backdrop that the scene hides
     Opacity,
     /// Only the light that surfaces mirror
     Reflection,

@@ -20,7 +20,7 @@ use super::work::WorkArgs;
 
 Examples:
   refraxel sweep plan.toml --out sweep --list          the runs, and which of them are done
-  refraxel sweep plan.toml --out sweep                 trains what is not done; the same command goes on
+  refraxel sweep plan.toml --out sweep                 trains the runs that are not done; the same command continues
   refraxel sweep plan.toml --out sweep --slurm a.sh    writes an array script for Slurm
   sbatch a.sh                                       runs them on a cluster
 
@@ -41,7 +41,7 @@ pub struct SweepArgs {
     /// Write a Slurm array script that trains all runs, and do nothing else
     #[arg(long, value_name = "FILE")]
     pub slurm: Option<PathBuf>,
-    /// Train so many runs at the same time, each with its share of the threads
+    /// Number of runs that train at the same time, each with its share of the threads
     #[arg(long, value_name = "N", default_value_t = NonZeroU16::MIN)]
     pub jobs: NonZeroU16,
     /// Threads, progress, JSON.

@@ -49,11 +49,11 @@ impl Cli {
 pub enum Verb {
     /// Makes a glass scene, trains on it and compares the result with the truth
     Demo(DemoArgs),
-    /// Poses plain photographs or a video with COLMAP, and makes a dataset of them
+    /// Computes the camera poses of photographs or of a video with COLMAP, and writes a dataset
     Import(ImportArgs),
     /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),
-    /// Makes masks of glass and water: from a click, a box or an outline in some photographs, or from nothing
+    /// Makes masks of glass and water: from clicks, boxes or outlines in some photographs, or from nothing
     Mask(MaskArgs),
     /// Trains on a dataset and evaluates the held-out images
     Train(TrainArgs),
@@ -63,7 +63,7 @@ pub enum Verb {
     Render(RenderArgs),
     /// Shows a run live in the browser: look around, change the index, follow a ray; without a run, where to begin
     View(ViewArgs),
-    /// Writes the surfaces of refractive objects as triangle meshes
+    /// Writes meshes, points, Gaussians, a page to share, or cameras
     Export(ExportArgs),
     /// Compares runs in a table and in side-by-side pictures
     Compare(CompareArgs),

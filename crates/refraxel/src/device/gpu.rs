@@ -78,7 +78,7 @@ fn described(a: &Adapter) -> String {
         a.name,
         a.driver,
         a.api,
-        a.memory.map_or_else(|| "not told".to_owned(), bytes),
+        a.memory.map_or_else(|| "unknown".to_owned(), bytes),
         bytes(a.max_binding),
         a.max_bindings,
         bytes(a.max_buffer),

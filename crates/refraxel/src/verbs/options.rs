@@ -104,7 +104,7 @@ pub fn resumed(args: &TrainArgs, stored: Options) -> Result<Options, Failure> {
     let Some(changed) = changed else { return Ok(options) };
     let (out, free) = (args.out().display(), FREE.join("` and `"));
     let error = anyhow!(
-        "option `{}` is {}, but {out} was trained with {}; --resume goes on with the same options (only `{free}` may \
+        "option `{}` is {}, but {out} was trained with {}; --resume continues with the same options (only `{free}` may \
          change), so leave it out or start a new run",
         changed.name,
         changed.here,

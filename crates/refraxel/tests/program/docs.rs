@@ -2,23 +2,41 @@
 
 use clap::Parser;
 use refraxel::cli::Cli;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-const README: &str = include_str!("../../../../README.md");
 const THEORY: &str = include_str!("../../../../docs/theory.md");
 
-/// The arguments of each command in the README's shell blocks and in its table of verbs.
-fn commands() -> Vec<String> {
+/// The folder of the repository.
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// README.md and the pages below docs: their names and texts.
+fn pages() -> Vec<(String, String)> {
+    let folder = std::fs::read_dir(repository().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = folder.filter(|path| path.extension().is_some_and(|e| e == "md"));
+    pages
+        .chain([repository().join("README.md")])
+        .map(|path| (path.display().to_string(), std::fs::read_to_string(&path).unwrap()))
+        .collect()
+}
+
+/// The arguments of each command in a page's shell blocks and in its tables of verbs. Those with … are left out.
+fn commands(page: &str) -> Vec<String> {
     let mut in_shell = false;
     let mut found = Vec::new();
-    for line in README.lines() {
+    for line in page.replace("\\\n", " ").lines() {
         if line.starts_with("```") {
             in_shell = line == "```sh";
         }
-        let shell = line.strip_prefix("refraxel ").or_else(|| line.strip_prefix("cargo run --release -- "));
         let table = line.strip_prefix("| `refraxel ").and_then(|l| l.split_once("` |"));
-        let command = if in_shell { shell } else { table.map(|(command, _)| command) };
-        found.extend(command.map(|c| c.split("  ").next().unwrap_or(c).replace("...", "")));
+        let command = if in_shell {
+            line.trim_start().strip_prefix("refraxel ")
+        } else {
+            table.map(|(command, _)| command)
+        };
+        let bare = command.and_then(|c| c.split(" #").next()?.split(" & ").next());
+        found.extend(bare.filter(|c| !c.contains('…')).map(|c| c.replace("...", "").replace('\'', "")));
     }
     found
 }
@@ -46,24 +64,26 @@ fn sources(folder: &Path, found: &mut Vec<String>) {
 }
 
 #[test]
-fn every_command_of_the_readme_is_accepted() {
-    let commands = commands();
-    assert!(commands.len() >= 15, "{commands:?}");
-    for command in commands {
-        let words = command.split_whitespace().map(|word| match word {
-            "N" => "5",
-            "SHELL" => "bash",
-            other => other,
-        });
-        let parsed = Cli::try_parse_from(std::iter::once("refraxel").chain(words));
-        assert!(parsed.is_ok(), "{command}: {}", parsed.unwrap_err());
+fn every_command_of_the_pages_is_accepted() {
+    let mut count = 0;
+    for (page, text) in pages() {
+        for command in commands(&text) {
+            let words = command.split_whitespace().map(|word| match word {
+                "N" | "M" => "5",
+                "SHELL" => "bash",
+                other => other,
+            });
+            let parsed = Cli::try_parse_from(std::iter::once("refraxel").chain(words));
+            assert!(parsed.is_ok(), "{page}: {command}: {}", parsed.unwrap_err());
+            count += 1;
+        }
     }
+    assert!(count >= 60, "{count}");
 }
 
 #[test]
 fn the_page_of_options_is_the_list_of_the_program() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/options.md");
-    let page = std::fs::read_to_string(path).unwrap_or_default();
+    let page = std::fs::read_to_string(repository().join("docs/options.md")).unwrap_or_default();
     let renew = "cargo run --release -- train --options --markdown > docs/options.md";
     assert!(page == refraxel_train::options::list_as_markdown(), "docs/options.md is out of date: {renew}");
 }

@@ -241,14 +241,14 @@ fn a_tool_that_fails_shows_its_last_lines_and_the_same_command_goes_on() {
         "colmap failed at the poses",
         "| no overlap at all",
         "scene.importing/import.log",
-        "goes on from there",
+        "continues from there",
     ];
     place.run(&import).refused(3, &words);
     assert_eq!(place.names("."), ["bin", "photos", "scene.importing"]);
     fs::remove_file(place.at("bin/mapper.fails")).unwrap();
     let before = fs::read(place.at("scene.importing/features.db")).unwrap().len();
     let ran = place.run(&[&import[..], &["--threads", "1"]].concat()).done();
-    assert!(ran.err.contains("going on from what scene.importing holds"), "{}", ran.err);
+    assert!(ran.err.contains("continuing from the finished steps in scene.importing"), "{}", ran.err);
     assert!(before > 0);
     assert_eq!(place.names("."), ["bin", "photos", "scene"]);
 }

@@ -69,7 +69,7 @@ fn a_second_signal_ends_the_program_at_once_and_says_what_is_kept() {
     endless(&data, &run, &stop).ended().refused(130, &["stopped at step 3 and saved"]);
     let second =
         stopped_twice(endless(&data, &run, &[&slow[..], &["--resume"]].concat()), Some(SystemTime::now()));
-    assert!(second.err.contains("is as saved at step 3, and --resume goes on"), "{}", second.err);
+    assert!(second.err.contains("is as saved at step 3, and --resume continues"), "{}", second.err);
     assert_eq!((step(&run), has_leftovers(&run)), (3, false));
 }
 
@@ -104,7 +104,10 @@ fn a_save_that_fails_on_the_way_is_tried_again_and_the_last_one_must_succeed() {
     send(&child, &["INT"]);
     child.ended();
     let told = fs::read_to_string(&told).unwrap();
-    assert!(told.contains("training goes on and saves again later") && told.contains("and saved"), "{told}");
+    assert!(
+        told.contains("training continues and saves again later") && told.contains("and saved"),
+        "{told}"
+    );
     assert!(step(&run) > 0 && !has_leftovers(&run));
 }
 

@@ -76,15 +76,12 @@ impl Splats {
             ));
         }
         if !model.refraction.is_none() {
-            notes.push(
-                "glass is left out: what Gaussians show does not bend light, and nothing is mirrored"
-                    .to_owned(),
-            );
+            notes.push("glass is left out: Gaussians neither bend nor reflect light".to_owned());
         }
         match &model.background {
             Background::Environment(_) => notes.push("what lies beyond the grid is left out".to_owned()),
             Background::Constant(colour) => notes.push(format!(
-                "the background of the run has the sRGB colour ({}), which viewers have to be told",
+                "the background of the run has the sRGB colour ({}), which has to be set in the viewer",
                 bytes(*colour).map(|c| c.to_string()).join(", ")
             )),
         }

@@ -91,10 +91,12 @@ impl Solids {
         let opaque = self.opaque.is_none().then(|| "nothing in it is opaque".to_owned());
         let far = self.is_contracted && self.opaque.is_some();
         let far = far.then(|| {
-            format!("of opaque things, what lies beyond {MESH_REACH} times the box is left out; points and splats have it")
+            format!(
+                "opaque things beyond {MESH_REACH} times the box are left out; points and splats have them"
+            )
         });
         let blind = self.blind.as_ref().map(|why| {
-            format!("the photographs cannot be asked what they show, so colours are means over all directions: {why}")
+            format!("the photographs cannot be read, so colours are means over all directions: {why}")
         });
         glass.into_iter().chain(opaque).chain(far).chain(blind).collect()
     }

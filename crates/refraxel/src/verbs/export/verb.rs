@@ -125,7 +125,7 @@ fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> 
     }
     if let Err(failure) = &data {
         notes.push(format!(
-            "the photographs cannot be asked what they show, so the most opaque voxels come first: {}",
+            "the photographs cannot be read, so the most opaque voxels come first: {}",
             failure.error
         ));
     }

@@ -27,7 +27,7 @@ impl Plan {
     pub(super) fn make(&self, work: WorkFolder, out: &Path, show: Show) -> Result<Report, Failure> {
         let mut progress = Progress::new(show, "import", self.colmap.len() as u64 + 1);
         if work.goes_on {
-            progress.say(&format!("going on from what {} holds", self.root.display()));
+            progress.say(&format!("continuing from the finished steps in {}", self.root.display()));
         }
         let mut done = Done::default();
         let stages = self.photographs(&work, &mut done, &mut progress);

@@ -53,6 +53,7 @@ fn kept(failure: Failure, root: &Path) -> Failure {
     let report = failure.report();
     let text = report.strip_prefix("error: ").unwrap_or(&report);
     let root = root.display();
-    let text = format!("{text}\nwhat is done is kept in {root}, and the same command goes on from there");
+    let text =
+        format!("{text}\nthe finished steps are kept in {root}, and the same command continues from there");
     Failure::new(failure.exit, anyhow!(text))
 }

@@ -41,7 +41,7 @@ impl Kind {
             Self::Blurred => "are blurred",
             Self::Exposed => "are darker or brighter than their neighbours",
             Self::Clipped => "are overexposed",
-            Self::Same => "show what another one shows",
+            Self::Same => "are duplicates of others",
             Self::SamePose => "have the pose of another one",
             Self::LooksAway => "look away from the scene",
             Self::FarAway => "stand far away",

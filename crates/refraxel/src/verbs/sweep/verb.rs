@@ -54,7 +54,7 @@ pub fn run(args: &SweepArgs) -> Result<(), Failure> {
     console.result(&text, &rows).or_exit(Exit::Io)?;
     let open = rows.iter().filter(|row| row.state != State::Done).count();
     if interrupted() {
-        let note = anyhow!("stopped with {open} runs left; the same command goes on");
+        let note = anyhow!("stopped with {open} runs left; the same command continues");
         return Err(Failure::new(Exit::Interrupted, note));
     }
     match failed.first() {

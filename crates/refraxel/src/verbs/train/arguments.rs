@@ -86,7 +86,7 @@ fn as_before<T: Copy + PartialEq>(
     }
     let was = stored.map_or_else(|| format!("without {flag}"), |v| format!("with {flag} {}", text(v)));
     let error = anyhow!(
-        "{} was trained {was}; --resume goes on so: leave {flag} out, or start a new run",
+        "{} was trained {was}; --resume continues so: leave {flag} out, or start a new run",
         args.out().display()
     );
     Err(Failure::new(Exit::BadInput, error))

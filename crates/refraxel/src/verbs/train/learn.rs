@@ -71,7 +71,9 @@ pub(super) fn learn(
         match saving.time(|| session.save(out)) {
             Ok(()) => keeps(as_saved(out, session.state().step)),
             // What was learned is still in memory, and there may be room for it next time.
-            Err(error) if goes_on => watch.warn(&format!("{error}; training goes on and saves again later")),
+            Err(error) if goes_on => {
+                watch.warn(&format!("{error}; training continues and saves again later"))
+            }
             Err(error) => return Err(error.into()),
         }
         warn(&mut watch, log.complete());
@@ -91,7 +93,7 @@ pub(super) fn learn(
         return Ok(());
     }
     let step = session.state().step;
-    let note = anyhow!("stopped at step {step} and saved; the same command with --resume goes on");
+    let note = anyhow!("stopped at step {step} and saved; the same command with --resume continues");
     Err(Failure::new(Exit::Interrupted, note))
 }
 
@@ -101,7 +103,7 @@ fn device_failed(session: &mut Session, out: &Path, fault: &str) -> Failure {
     let kept = match session.saved_step() {
         0 => "nothing was learned before".to_owned(),
         step => format!(
-            "{} is saved as it was at step {step}: the same command with --resume goes on from there, also with --device cpu",
+            "{} is saved as it was at step {step}: the same command with --resume continues from there, also with --device cpu",
             out.display()
         ),
     };
@@ -123,7 +125,7 @@ fn kept_before(folder: &RunFolder, step: u64) -> String {
 
 /// What a program that ends after a save has kept.
 fn as_saved(out: &Path, step: u64) -> String {
-    format!("{} is as saved at step {step}, and --resume goes on from there", out.display())
+    format!("{} is as saved at step {step}, and --resume continues from there", out.display())
 }
 
 /// What a run can do without must not end it.

@@ -1,21 +1,18 @@
-#!/usr/bin/env python3
-"""The tables of docs/compared.md: this program and others that run on a CPU, on the same photographs, with the same CPU time.
+"""This program and others that run on a CPU, on the same photographs, with the same CPU time.
 
-usage: docs/compared.py OUT DATA [seconds=60] [every=8] [scenes=NAME,NAME…] [programs=NAME,NAME…]
-  OUT       folder for the environment of the others (OUT/env), pictures and scores (OUT/SCENE/PROGRAM) and the table (OUT/table.md)
-  DATA      folder of scenes in NeRF-synthetic layout, each with scene.json
-  seconds   about the CPU time of our trainings: it sets their steps; the others get what the longer of ours took, or if there is none this
-  every     of the test views each EVERY-th is rendered and scored
-A second call keeps what has its scores. REFRAXEL names a program to use instead of building one. Needs Python 3.10 or later with venv,
-PyPI, Rust, and for Mitsuba LLVM 16 or later (Debian: apt-get install libllvm19); DRJIT_LIBLLVM_PATH names its library.
-"""
+Needs Python 3.10 or later with venv, PyPI, Rust, and for Mitsuba LLVM 16 or later (Debian: apt-get install libllvm19); DRJIT_LIBLLVM_PATH
+names its library. The environment of the others is OUT/env."""
 
+import argparse
 import json
 import os
 import subprocess
 import sys
 import venv
 from pathlib import Path
+
+from .pages import folder, put
+from .program import program, stamp
 
 HERE = Path(__file__).resolve().parent
 PACKAGES = ["torch==2.15.0", "mitsuba==3.9.1", "numpy", "scipy", "scikit-image", "pillow"]
@@ -39,7 +36,7 @@ def run(command: list[str], **options) -> tuple[float, str]:
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        sys.exit(f"compared.py: exit code {process.returncode} of {' '.join(command)}")
+        sys.exit(f"figures.py: exit code {process.returncode} of {' '.join(command)}")
     return usage.ru_utime + usage.ru_stime, output
 
 
@@ -52,20 +49,13 @@ def environment(out: Path) -> Path:
     return python
 
 
-def program() -> str:
-    if "REFRAXEL" in os.environ:
-        return str(Path(os.environ["REFRAXEL"]).resolve())
-    subprocess.run(["cargo", "build", "--release", "--quiet"], cwd=HERE.parent, check=True)
-    return str(Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target")).resolve() / "release" / "refraxel")
-
-
-def refraxel(binary: str, scene: Path, out: Path, seconds: float, bent: bool) -> dict:
+def refraxel(scene: Path, out: Path, seconds: float, bent: bool) -> dict:
     """A run of as many steps as fit the time. It also renders all test views, which is measured apart and taken off."""
     steps = round(STEPS[scene.name][bent] * seconds / 60)
     options = [] if bent else ["--refraction", "off"]
-    train = [binary, "train", str(scene), "--out", str(out / "run"), "--set", f"run.steps={steps}", "--threads", "1"]
+    train = [program(), "train", str(scene), "--out", str(out / "run"), "--set", f"run.steps={steps}", "--threads", "1"]
     total, _ = run([*train, "--seed", "0", "--overwrite", "--quiet", "--json", *options])
-    rendering, output = run([binary, "eval", str(out / "run"), "--threads", "1", "--json", "--quiet"])
+    rendering, output = run([program(), "eval", str(out / "run"), "--threads", "1", "--json", "--quiet"])
     scores = json.loads(output)
     for score in scores["per_image"]:
         (out / score["name"]).unlink(missing_ok=True)
@@ -93,57 +83,59 @@ def possible(name: str, scene: Path) -> bool:
     return {"bent": bool(shapes), "bent_field": bool(shapes) and shapes <= BODIES, "field": not shapes}.get(name, True)
 
 
-def compare(python: Path, binary: str, name: str, scene: Path, out: Path, seconds: float, every: int) -> dict:
+def compare(python: Path, name: str, scene: Path, out: Path, seconds: float, every: int) -> dict:
     """Trains, renders and scores one program on one scene, unless that is done."""
     done = out / "result.json"
     if not done.exists():
         out.mkdir(parents=True, exist_ok=True)
         print(f"{scene.name}: {NAMES[name]}", file=sys.stderr, flush=True)
         if name in ("straight", "bent"):
-            result = refraxel(binary, scene, out, seconds, bent=name == "bent")
+            result = refraxel(scene, out, seconds, bent=name == "bent")
         else:
             ours = [json.loads(path.read_text())["train_cpu_s"] for path in map(out.parent.joinpath, OURS) if path.exists()]
             result = peer(python, name, scene, out, max(ours, default=seconds), every)
         _, output = run([str(python), str(HERE / "peers" / "scores.py"), str(scene), str(out), str(every)])
         scores = json.loads(output)
         result["render_cpu_s"] /= result.pop("rendered", scores["pictures"])
-        done.write_text(json.dumps({"seconds": seconds, "every": every, **result, **scores}, indent=1))
+        put(done, json.dumps({"seconds": seconds, "every": every, **result, **scores}, indent=1))
     result = json.loads(done.read_text())
     if (result["seconds"], result["every"]) != (seconds, every):
-        sys.exit(f"compared.py: {done} is of seconds={result['seconds']} every={result['every']}; choose another folder")
+        sys.exit(f"figures.py: {done} is of seconds={result['seconds']} every={result['every']}; choose another folder")
     return result
 
 
-def row(scene: str, name: str, result: dict) -> str:
-    def cell(key: str, digits: int) -> str:
-        return f"{result[key]:.{digits}f}" if key in result else "–"
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("data", metavar="DATA", type=Path, help="folder of scenes in NeRF-synthetic layout, each with scene.json")
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        default=60,
+        help="about the CPU time of our trainings, which sets their steps; the others get as much as the longer of them took",
+    )
+    parser.add_argument("--every", type=int, default=8, help="of the test views each EVERY-th is rendered and scored")
+    parser.add_argument("--scenes", default=",".join(STEPS))
+    parser.add_argument("--programs", default=",".join(NAMES))
 
-    cells = [cell("psnr_inside", 2), cell("psnr_outside", 2), cell("psnr", 2), cell("ssim", 4), cell("index_error", 3)]
-    times = [str(result["steps"]), cell("train_cpu_s", 0), cell("render_cpu_s", 2)]
-    return f"| {' | '.join([scene, NAMES[name], *cells, *times])} |"
+
+def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, str]]:
+    del before
+    out, rows = folder(given.out), []
+    python = environment(out)
+    for scene in given.scenes.split(","):
+        for name in given.programs.split(","):
+            if possible(name, given.data / scene):
+                result = compare(python, name, given.data / scene, out / scene / name, given.seconds, given.every)
+                rows.append({"scene": scene, "program": name, **result})
+    return {**stamp(), "rows": rows}, {}
 
 
-def main() -> None:
-    words = dict(word.split("=", 1) for word in sys.argv[3:])
-    if len(sys.argv) < 3 or not words.keys() <= {"seconds", "every", "scenes", "programs"}:
-        sys.exit(__doc__)
-    out, data = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-    seconds, every = float(words.get("seconds", 60)), int(words.get("every", 8))
-    scenes = words.get("scenes", ",".join(STEPS)).split(",")
-    names = words.get("programs", ",".join(NAMES)).split(",")
-    python, binary = environment(out), program()
+def blocks(figures: dict) -> dict[str, str]:
     lines = [
         "| scene | program | inside [dB] | outside [dB] | all [dB] | SSIM | error of n | steps | training [CPU s] | a view [CPU s] |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for scene in scenes:
-        for name in names:
-            if possible(name, data / scene):
-                result = compare(python, binary, name, data / scene, out / scene / name, seconds, every)
-                lines.append(row(scene, name, result))
-                (out / "table.md").write_text("\n".join(lines) + "\n")
-    print("\n".join(lines))
-
-
-if __name__ == "__main__":
-    main()
+    digits = {"psnr_inside": 2, "psnr_outside": 2, "psnr": 2, "ssim": 4, "index_error": 3, "steps": 0, "train_cpu_s": 0, "render_cpu_s": 2}
+    for r in figures["rows"]:
+        cells = [f"{r[key]:.{count}f}" if key in r else "–" for key, count in digits.items()]
+        lines.append(f"| {' | '.join([r['scene'], NAMES[r['program']], *cells])} |")
+    return {"compared": "\n".join(lines)}

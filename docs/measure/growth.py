@@ -1,19 +1,11 @@
-#!/usr/bin/env python3
-"""The page docs/growth.md and its pictures: how time and memory of training grow with voxels, rays, pixels, views and threads.
+"""How time and memory of training grow with voxels, rays, pixels, views and threads.
 
-usage: docs/growth.py OUT [axes=NAME,NAME…] [again=NAME,NAME…] [forecast=keep]
-  OUT       folder for scenes (OUT/data), rows (OUT/rows.json), the page (OUT/growth.md) and its plots (OUT/pictures/growth_*.svg)
-  axes      measure only these: voxels, rays, pixels, views, threads; the page is written when all have been measured
-  again     measure these axes anew
-  forecast  keep: leave the forecasts as they are in the rows, instead of asking the program again
-A second call keeps rows that are measured. REFRAXEL names a program to use instead of building one. Needs Python 3.10 or later with
-matplotlib, and Linux: processor time and memory come from /proc.
-"""
+Needs Linux: processor time and memory come from /proc."""
 
+import argparse
 import json
 import math
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -22,7 +14,9 @@ import threading
 import time
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
+from .pages import folder, put
+from .program import machine, program
+
 MIB, GIB = 2**20, 2**30
 TICK = os.sysconf("SC_CLK_TCK")
 
@@ -50,13 +44,6 @@ MOST_VIEWS = max(AXES["views"])
 
 def points(axis: str, bent: bool) -> list[int]:
     return BENT.get(axis, []) if bent else AXES[axis]
-
-
-def program() -> str:
-    if "REFRAXEL" in os.environ:
-        return str(Path(os.environ["REFRAXEL"]).resolve())
-    subprocess.run(["cargo", "build", "--release", "--quiet"], cwd=HERE.parent, check=True)
-    return str(Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target")).resolve() / "release" / "refraxel")
 
 
 # Scenes
@@ -186,24 +173,24 @@ class Watched:
         return before[1] + share * (after[1] - before[1])
 
 
-def measure(binary: str, axis: str, point: int, bent: bool, data: Path, run: Path) -> dict:
+def measure_one(binary: str, axis: str, point: int, bent: bool, data: Path, run: Path) -> dict:
     """One run that is stopped on its finest grid, and its scoring."""
     threads = point if axis == "threads" else 2
     command = [binary, "train", str(data), "--out", str(run), "--seed", "0", "--threads", str(threads), "--overwrite"]
     trained = Watched(command + options(axis, point, bent, data))
     if trained.code not in (0, 130) or trained.begun is None:
-        sys.exit(f"growth.py: exit code {trained.code} of {' '.join(command)}\n{''.join(trained.lines)}")
+        sys.exit(f"figures.py: exit code {trained.code} of {' '.join(command)}\n{''.join(trained.lines)}")
     records = [json.loads(line) for line in (run / "log.jsonl").read_text().splitlines()]
     at = {r["step"]: r for r in records}
     last, plain = records[-1], [at[step] for steps in PLAIN for step in steps]
     if any(r["resolution"] != last["resolution"] for r in plain):
-        sys.exit(f"growth.py: some of the steps {PLAIN} of {run} are not on the finest grid")
+        sys.exit(f"figures.py: some of the steps {PLAIN} of {run} are not on the finest grid")
     count = sum(end - start for start, end in PLAIN)
     cpu = sum(trained.cpu_at(trained.begun + at[end]["seconds"]) - trained.cpu_at(trained.begun + at[start]["seconds"]) for start, end in PLAIN)
     checkpoint = (run / "checkpoint.safetensors").stat().st_size
     scored = Watched([binary, "eval", str(run), "--threads", str(threads), "--json", "--quiet"])
     if scored.code:
-        sys.exit(f"growth.py: exit code {scored.code} of eval {run}\n{''.join(scored.lines)}")
+        sys.exit(f"figures.py: exit code {scored.code} of eval {run}\n{''.join(scored.lines)}")
     return {
         "cpu_s_per_step": cpu / count,
         "wall_s_per_step": sum(at[end]["seconds"] - at[start]["seconds"] for start, end in PLAIN) / count,
@@ -211,12 +198,9 @@ def measure(binary: str, axis: str, point: int, bent: bool, data: Path, run: Pat
         "batch": point if axis == "rays" else BATCH,
         "voxels": last["voxels"],
         "resolution": last["resolution"],
-        "nodes": json.loads(scored.output)["run"]["resolution"],
-        "train_peak": trained.peak,
-        "score_peak": scored.peak,
-        "score_wall_s": scored.wall,
+        "filled": last["voxels"] / math.prod(json.loads(scored.output)["run"]["resolution"]),
+        "peak": max(trained.peak, scored.peak),
         "checkpoint": checkpoint,
-        "wall_s": trained.wall,
     }
 
 
@@ -225,33 +209,25 @@ def forecast(binary: str, axis: str, point: int, bent: bool, data: Path) -> dict
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["forecast"]
 
 
-def measured(binary: str, out: Path, words: dict) -> dict:
+def measured(binary: str, out: Path, given: argparse.Namespace, rows: dict) -> dict:
     """All rows, measured where they are missing."""
-    path = out / "rows.json"
-    rows = json.loads(path.read_text()) if path.exists() else {}
-    for axis in words.get("axes", ",".join(AXES)).split(","):
+    path, again = out / "rows.json", given.again.split(",")
+    rows = json.loads(path.read_text()) if path.exists() else rows
+    rows = {name: row for name, row in rows.items() if name.partition("/")[0] not in again}
+    for axis in given.axes.split(","):
         for bent in (False, True) if axis in BENT else (False,):
             for point in points(axis, bent):
                 name = f"{axis}/{'bent' if bent else 'straight'}/{point}"
-                if axis in words.get("again", "").split(","):
-                    rows.pop(name, None)
                 if same := next((n for n in rows if n != name and run_of(n) == run_of(name)), None):
                     rows.setdefault(name, dict(rows[same]))
-                is_new = name not in rows
-                if not is_new and words.get("forecast") == "keep":
+                if name in rows and not given.forecast:
                     continue
                 data = scene(binary, out / "data", axis, point, bent)
-                if is_new:
+                if name not in rows:
                     print(name, file=sys.stderr, flush=True)
-                    rows[name] = measure(binary, axis, point, bent, data, out / "run")
-                    rows[name]["machine"] = processor()
-                rows[name]["forecast"] = forecast(binary, axis, point, bent, data)
-                path.write_text(json.dumps(rows, indent=1))
-                if is_new:
-                    r = rows[name]
-                    peak = max(r["train_peak"], r["score_peak"])
-                    print(f"  {r['wall_s']:.0f} s, {1e3 * r['cpu_s_per_step']:.0f} ms/step, {r['voxels']} voxels, peak {peak / MIB:.0f} MiB "
-                          f"(score {r['score_peak'] / MIB:.0f}), forecast {r['forecast']['peak'] / MIB:.0f}", file=sys.stderr, flush=True)
+                    rows[name] = measure_one(binary, axis, point, bent, data, out / "run") | {"machine": machine()}
+                rows[name]["forecast"] = {"peak": forecast(binary, axis, point, bent, data)["peak"]}
+                put(path, json.dumps(rows, indent=1))
     shutil.rmtree(out / "run", ignore_errors=True)
     return rows
 
@@ -262,11 +238,6 @@ def run_of(name: str) -> tuple:
     scene_of_its_own = (axis, point) if axis in ("pixels", "views") else ("", "")
     threads = int(point) if axis == "threads" else 2
     return *scene_of_its_own, threads, *options(axis, int(point), kind == "bent", Path(kind))
-
-
-def processor() -> str:
-    names = [line.partition(":")[2].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    return f"{names[0] if names else platform.machine()}, {len(names)} virtual cores"
 
 
 # Plots
@@ -286,11 +257,6 @@ def series(rows: dict, axis: str, bent: bool) -> list[tuple[int, dict]]:
     return [(point, rows[f"{axis}/{kind}/{point}"]) for point in points(axis, bent)]
 
 
-def peak(row: dict) -> int:
-    """Of training and scoring."""
-    return max(row["train_peak"], row["score_peak"])
-
-
 def plot(rows: dict, axis: str, out: Path) -> None:
     """Time of a step and memory over one axis, both axes logarithmic: a straight line of slope 1 is proportional."""
     import matplotlib
@@ -306,7 +272,7 @@ def plot(rows: dict, axis: str, out: Path) -> None:
         shown = series(rows, axis, bent)
         x, name, colour = [p for p, _ in shown], "bent rays" if bent else "straight rays", ORANGE if bent else BLUE
         left.plot(x, [1e3 * r["cpu_s_per_step"] for _, r in shown], "o-", color=colour, label=name, markersize=4)
-        right.plot(x, [peak(r) / MIB for _, r in shown], "o-", color=colour, label=f"{name}, measured", markersize=4)
+        right.plot(x, [r["peak"] / MIB for _, r in shown], "o-", color=colour, label=f"{name}, measured", markersize=4)
         forecasts = [r["forecast"]["peak"] / MIB for _, r in shown]
         right.plot(x, forecasts, "x:", color=colour, label=f"{name}, forecast", markersize=5)
     left.set_title("Processor time of a step [ms]", loc="left", fontsize=9, fontweight="bold")
@@ -342,9 +308,9 @@ def table(rows: dict, axis: str, head: str) -> str:
                 f"{1e3 * step:.0f}",
                 f"{1e9 * step / (r['batch'] * r['samples_per_ray']):.0f}",
                 f"{r['batch'] / step:,.0f}",
-                f"{peak(r) / MIB:,.0f}",
+                f"{r['peak'] / MIB:,.0f}",
                 f"{r['forecast']['peak'] / MIB:,.0f}",
-                f"{r['forecast']['peak'] / peak(r):.2f}",
+                f"{r['forecast']['peak'] / r['peak']:.2f}",
                 f"{r['checkpoint'] / MIB:,.0f}",
             ]
             lines.append(f"| {' | '.join(cells)} |")
@@ -385,7 +351,7 @@ def at(rows: dict, axis: str, point: int, bent: bool = False) -> dict:
 
 def errors(rows: dict) -> tuple[str, str]:
     """The range of forecast / peak, and the points where it is off by more than 15 %."""
-    ratios = {name: r["forecast"]["peak"] / peak(r) for name, r in rows.items()}
+    ratios = {name: r["forecast"]["peak"] / r["peak"] for name, r in rows.items()}
     far = [f"{name.split('/')[0]} {name.split('/')[2]} ({ratio:.2f})" for name, ratio in ratios.items() if abs(ratio - 1) > 0.15]
     return f"{min(ratios.values()):.2f} to {max(ratios.values()):.2f}", ", ".join(far)
 
@@ -404,7 +370,7 @@ def traffic(rows: dict) -> str:
         "" if share <= 1 else f", and memory would bound them at {n / share:.0f}"
     )
     model = (
-        f"**A model, not measured:** what {n} threads would ask of the memory. A sample reads {SAMPLE_BYTES:,} bytes of colour "
+        f"**A model, not measured:** the memory traffic of {n} threads. A sample reads {SAMPLE_BYTES:,} bytes of colour "
         f"([speed.md](speed.md)). In a step total variation also moves one in {TV_PERIOD} stored voxels, which is read and written, "
         f"{VOXEL_BYTES} bytes: {r['voxels'] / TV_PERIOD / samples:.1f} voxels for each sample here. That makes {per_sample:,.0f} bytes per sample "
         f"if nothing is found in a cache. One thread makes {rate / 1e6:.1f} million samples per second, and others are taken to be as fast:"
@@ -428,7 +394,7 @@ refraxel train glass_ball --out run --seed 0 --threads 2 --index-from glass_ball
   {word(BENDING)}
 refraxel eval run --threads 2
 refraxel inspect opaque --json …                         # the options of the run
-docs/growth.py OUT                                       # all of this page
+docs/figures.py growth OUT --publish                     # all of this page
 ```"""
 
 
@@ -444,17 +410,17 @@ def page(rows: dict) -> str:
     limit = large["voxels"] * 140 / GIB
     within = f", and the largest grid, of {limit:.1f} GiB with its moments, is within `run.memory` ({RUN_MEMORY} GiB):\nno resolution was lowered" if limit <= RUN_MEMORY else ""
     asked = AXES["voxels"][-1]
-    per_further = (peak(large) - peak(small)) / (large["voxels"] - small["voxels"])
+    per_further = (large["peak"] - small["peak"]) / (large["voxels"] - small["voxels"])
     per_voxel = lambda r: r["checkpoint"] / r["voxels"]
-    ray_slope = (peak(most) - peak(least)) / (most["batch"] - least["batch"])
+    ray_slope = (most["peak"] - least["peak"]) / (most["batch"] - least["batch"])
     fit = (
-        f"stores {large['voxels'] / math.prod(large['nodes']):.0%} of its voxels and needs {peak(large) / GIB:.1f} GiB"
+        f"stores {large['filled']:.0%} of its voxels and needs {large['peak'] / GIB:.1f} GiB"
         if large["resolution"] == asked
         else f"is lowered to {large['resolution']} nodes to fit `run.memory`"
     )
     return f"""# How time and memory grow
 
-How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and what bounds them. Machine of all
+How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and their bounds. Machine of all
 figures: {large["machine"]}, *shared with other work*, so that wall-clock times mean nothing. Times are processor time of the process
 (user and system), memory is the largest resident size of training and scoring. One run each, field of degree 2.
 
@@ -478,7 +444,7 @@ precision. Runs of more than a minute were saved once, and a save may lie within
 {table(rows, "voxels", "nodes")}
 
 A grid of {asked} nodes {fit}. The voxels stored grow with the power {growth(rows, "voxels", False, lambda r: r["voxels"], 3):.2f} of the resolution over the last
-three points (bent rays: {growth(rows, "voxels", True, lambda r: r["voxels"], 3):.2f}), not 3: what survives pruning lies around surfaces. Memory is
+three points (bent rays: {growth(rows, "voxels", True, lambda r: r["voxels"], 3):.2f}), not 3: voxels that survive pruning lie around surfaces. Memory is
 {per_further:.0f} bytes for each further voxel: twice its parameters and moments, because training keeps a copy to return to, and the
 gradients of total variation. So memory bounds the resolution{within}. A checkpoint takes {per_voxel(large):.0f} bytes per voxel.
 
@@ -494,8 +460,8 @@ this axis and the next, a step costs {sample:.0f} ns per sample and {voxel:.1f} 
 {table(rows, "rays", "rays")}
 
 From {AXES["rays"][0]:,} to {AXES["rays"][-1]:,} rays a step takes {seconds(most) / seconds(least):.1f} times as long, for {AXES["rays"][-1] // AXES["rays"][0]} times as many rays (bent:
-{seconds(at(rows, "rays", AXES["rays"][-1], True)) / seconds(at(rows, "rays", AXES["rays"][0], True)):.1f} times). Small batches are bound by what a step does to
-voxels whatever its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A ray more takes
+{seconds(at(rows, "rays", AXES["rays"][-1], True)) / seconds(at(rows, "rays", AXES["rays"][0], True)):.1f} times). Small batches are bound by the work of a step on
+voxels, which does not depend on its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A ray more takes
 {ray_slope / 1024:.1f} KiB of memory.
 
 ## Pixels
@@ -507,9 +473,9 @@ voxels whatever its rays; over the last two points the time grows with the power
 {PIXEL_VIEWS} photographs, rendered by `synth` with one sample per pixel (above {LARGEST_SYNTH} pixels enlarged from half the edge), read as they are (no
 `--downscale`), and a grid of {PIXEL_RESOLUTION} nodes. A step of the largest photographs takes
 {seconds(big) / seconds(little):.2f} times the processor time of one of the smallest, for {(AXES["pixels"][-1] // AXES["pixels"][0]) ** 2} times as many pixels.
-Memory grows by {(peak(big) - peak(little)) / (AXES["pixels"][-1] ** 2 - AXES["pixels"][0] ** 2):.0f} bytes for each further pixel of a format: {PIXEL_VIEWS} photographs to
-learn from and one that validates take 3 each, and the forecast takes the rest for what scoring a view needs. Few views leave haze between
-the surfaces, and {big["voxels"] / math.prod(big["nodes"]):.0%} of the voxels stored.
+Memory grows by {(big["peak"] - little["peak"]) / (AXES["pixels"][-1] ** 2 - AXES["pixels"][0] ** 2):.0f} bytes for each further pixel of a format: {PIXEL_VIEWS} photographs to
+learn from and one that validates take 3 each, and the forecast attributes the rest to the scoring of a view. Few views leave haze between
+the surfaces, and {big["filled"]:.0%} of the voxels stored.
 
 ## Views
 
@@ -519,7 +485,7 @@ the surfaces, and {big["voxels"] / math.prod(big["nodes"]):.0%} of the voxels st
 
 A step takes the same time: {1e3 * seconds(few):.0f} ms with {AXES["views"][0]} photographs, {1e3 * seconds(many):.0f} ms with {AXES["views"][-1]:,}. Without the voxels,
 which are taken off by the bytes per voxel above, memory grows by
-{(peak(many) - peak(few) - per_further * (many["voxels"] - few["voxels"])) / (AXES["views"][-1] - AXES["views"][0]) / SIZE**2:.1f} bytes per pixel of a photograph; decoded, it has 3.
+{(many["peak"] - few["peak"] - per_further * (many["voxels"] - few["voxels"])) / (AXES["views"][-1] - AXES["views"][0]) / SIZE**2:.1f} bytes per pixel of a photograph; decoded, it has 3.
 
 ## Threads
 
@@ -532,19 +498,23 @@ Two threads use {seconds(two) / seconds(one):.2f} times the processor time of on
 {traffic(rows)}"""
 
 
-def main() -> None:
-    words = dict(word.split("=", 1) for word in sys.argv[2:] if "=" in word)
-    if len(sys.argv) < 2 or len(words) != len(sys.argv) - 2 or not words.keys() <= {"axes", "again", "forecast"}:
-        sys.exit(__doc__)
-    out = Path(sys.argv[1]).resolve()
-    (out / "data").mkdir(parents=True, exist_ok=True)
-    rows = measured(program(), out, words)
-    if set(words.get("axes", ",".join(AXES)).split(",")) == set(AXES):
-        (out / "pictures").mkdir(exist_ok=True)
-        for axis in AXES:
-            plot(rows, axis, out / "pictures" / f"growth_{axis}.svg")
-        (out / "growth.md").write_text(page(rows))
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--axes", default=",".join(AXES), help="measure these axes where they are missing")
+    parser.add_argument("--again", default="", help="measure these axes anew, with commas")
+    parser.add_argument("--forecast", action="store_true", help="ask the program for all forecasts anew")
 
 
-if __name__ == "__main__":
-    main()
+def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, str]]:
+    out = folder(given.out)
+    rows = measured(program(), out, given, before.get("rows", {}))
+    missing = [axis for axis in AXES if any(f"{axis}/straight/{point}" not in rows for point in AXES[axis])]
+    if missing:
+        sys.exit(f"figures.py: {out}/rows.json has no figures yet of {', '.join(missing)}")
+    pictures = {folder(out / "pictures") / f"growth_{axis}.svg": f"pictures/growth_{axis}.svg" for axis in AXES}
+    for axis, path in zip(AXES, pictures, strict=True):
+        plot(rows, axis, path)
+    return {"rows": rows}, pictures
+
+
+def blocks(figures: dict) -> dict[str, str]:
+    return {"growth": page(figures["rows"]).partition("\n\n")[2].rstrip("\n")}
