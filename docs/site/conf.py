@@ -17,7 +17,7 @@ project = "refraxel"
 copyright = "the refraxel authors"
 version = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)[1]
 root_doc = "README"
-include_patterns = ["*.md", "docs/*.md", "crates/refraxel-gpu/README.md"]
+include_patterns = ["*.md", "docs/*.md", "crates/refraxel-gpu/README.md", "scripts/README.md"]
 exclude_patterns = ["target", "**/node_modules", ".git", "crates/refraxel-py", "viewer"]
 extensions = ["myst_parser", "sphinx.ext.mathjax"]
 
