@@ -144,7 +144,7 @@ fn the_importer_takes_them_for_photographs_with_surroundings_and_masks_of_glass(
     let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
     assert_eq!(data.backdrop, Backdrop::Surroundings);
     // So few and small pictures do not tell what masks mean: their coverage does, and a warning says so.
-    let is_expected = |message: &str| message.contains("the white of the masks");
+    let is_expected = |message: &str| message.contains("white in the masks");
     let others = data.problems.iter().filter(|p| !is_expected(&p.message));
     assert!(others.clone().all(|p| p.severity == Severity::Note), "{:?}", data.problems);
     let report = report(&data);

@@ -9,38 +9,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::{Duration, Instant};
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Bytes, Message, WebSocket};
 
 /// Largest message of a page [byte]: a camera path of 3600 frames has half as much.
 const LARGEST_MESSAGE: usize = 2 << 20;
-
-/// Questions that a page may ask at once, and per second from then on. The reader of one that asks more waits, and so does the page: what
-/// nobody can answer is not even read, which would take half of two processors from those who paint. A hand asks some hundred a second.
-const AT_ONCE: f64 = 1000.0;
-const PER_SECOND: f64 = 5000.0;
-
-/// How many questions a page may ask now.
-struct Allowance {
-    left: f64,
-    at: Instant,
-}
-
-impl Allowance {
-    fn new(now: Instant) -> Self {
-        Self { left: AT_ONCE, at: now }
-    }
-
-    /// Takes a question; how long its page has to wait for the next one.
-    fn take(&mut self, now: Instant) -> Duration {
-        let earned = PER_SECOND * now.saturating_duration_since(self.at).as_secs_f64();
-        self.left = (self.left + earned).min(AT_ONCE) - 1.0;
-        self.at = now;
-        Duration::from_secs_f64((-self.left / PER_SECOND).max(0.0))
-    }
-}
 
 /// A stream that is only read: what the protocol wants to write, the writer's thread does.
 struct ReadOnly(TcpStream);
@@ -139,13 +113,9 @@ fn write(stream: TcpStream, outgoing: &Receiver<Outgoing>, waiting: &AtomicUsize
 /// Passes on what the page asks, until it goes or sends what no page sends.
 fn read(stream: ReadOnly, page: &Visitor, answerer: &dyn Answerer) {
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config()));
-    let mut allowance = Allowance::new(Instant::now());
     while let Ok(message) = socket.read() {
         let answer = match message {
-            Message::Text(text) => {
-                thread::sleep(allowance.take(Instant::now()));
-                answerer.take(page, &text)
-            }
+            Message::Text(text) => answerer.take(page, &text),
             Message::Ping(bytes) => Some(Outgoing::Pong(bytes.to_vec())),
             Message::Close(_) => return,
             _ => None,
@@ -153,33 +123,5 @@ fn read(stream: ReadOnly, page: &Visitor, answerer: &dyn Answerer) {
         if let Some(answer) = answer {
             page.out.send(answer);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn who_asks_more_than_can_be_answered_waits_and_nobody_else_does() {
-        let start = Instant::now();
-        let mut allowance = Allowance::new(start);
-        let waited = |allowance: &mut Allowance, k: u32, now: Instant| {
-            (0..k).map(|_| allowance.take(now)).sum::<Duration>()
-        };
-        assert_eq!(waited(&mut allowance, AT_ONCE as u32, start), Duration::ZERO);
-        assert_eq!(allowance.take(start), Duration::from_micros(200));
-        // A second later it is as at the start, and never more.
-        let later = start + Duration::from_secs(1);
-        assert_eq!(waited(&mut allowance, AT_ONCE as u32, later), Duration::ZERO);
-        // Questions of a hand wait for nothing.
-        let mut hand = Allowance::new(start);
-        let step = Duration::from_millis(5);
-        assert!((1..10_000).all(|k| hand.take(start + step * k).is_zero()));
-        // Without end, it is so many per second.
-        let (mut now, mut endless) = (start, Allowance::new(start));
-        (0..200_000).for_each(|_| now += endless.take(now));
-        let seconds = (now - start).as_secs_f64();
-        assert!((39.0..40.0).contains(&seconds), "{seconds}");
     }
 }

@@ -238,7 +238,7 @@ fn photographs_without_poses_are_imported_first_and_errors_are_told_in_full() {
     let failed = page.end();
     let why = failed["why"].as_str().unwrap();
     assert!(why.starts_with("error: ") && why.contains("no overlap at all"), "{why}");
-    assert!(why.contains("the same command goes on from there"), "the last line, too: {why}");
+    assert!(why.contains("the same command continues from there"), "the last line, too: {why}");
 
     std::fs::remove_file(place.at("bin/mapper.fails")).unwrap();
     page.ask(begin("import"));
