@@ -235,8 +235,8 @@ fn a_camera_in_the_glass_sees_the_scene_around() {
 fn nothing_is_pruned_before_rays_look_inside() {
     let voxels = |bend: bool| {
         let mut options = options(bend);
-        (options.run.steps, options.refraction.straight_steps, options.grid.stages) = (200, 100, 2);
-        options.grid.prune_weight = 0.05;
+        (options.run.steps, options.refraction.straight_steps, options.grid.stages) = (200, 100, 3);
+        (options.grid.resolution, options.grid.prune_weight) = (96, 0.05);
         let setup = Setup::new(glass_ball(), options);
         let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
         let mut stages = 0;
