@@ -20,7 +20,7 @@ use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
 use refraxel_train::run::Source;
 use refraxel_train::session::{Handle, Session as Inner, Setup, Stop, Until};
-use refraxel_train::{CpuBackend, Options};
+use refraxel_train::{CpuBackend, Options, refraction_search};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
@@ -128,7 +128,10 @@ impl Session {
         index_from: Option<PathBuf>,
         on_event: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let mut all = Options::suited_to(scene_region(&data.data).extent());
+        let mut all = Options::suited_to(
+            scene_region(&data.data).extent(),
+            index_from.is_some() || refraction_search::has_masks(&data.data),
+        );
         if let Some(file) = &index_from {
             known_index::suit(&mut all, file);
             known_index::held(&mut all);

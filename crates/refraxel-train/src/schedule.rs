@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn surroundings_learn_faster_until_it_is_decided_whether_what_was_detected_bends() {
-        let c = Options::suited_to(Extent::Contracted);
+        let c = Options::suited_to(Extent::Contracted, false);
         let rates = |p, since, is_detected| {
             let o = objective(&c, 0.0, Moment { is_detected, extent: Extent::Contracted, ..at(p, since) });
             (o.rate_density, o.tv_colour)

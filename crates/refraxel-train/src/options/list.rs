@@ -36,7 +36,7 @@ pub fn list() -> Vec<OptionInfo> {
 
 /// Names, meanings and options of all sections.
 fn sections() -> Vec<(&'static str, &'static str, Vec<OptionInfo>)> {
-    let (usual, unbounded) = (Options::default(), Options::suited_to(Extent::Contracted));
+    let (usual, unbounded) = (Options::default(), Options::suited_to(Extent::Contracted, false));
     let both = usual.sections().into_iter().zip(unbounded.sections());
     both.map(|(usual, unbounded)| (usual.name(), usual.about().trim(), of_section(usual, unbounded)))
         .collect()

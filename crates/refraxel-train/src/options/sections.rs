@@ -62,14 +62,19 @@ impl Options {
     /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
     /// of a camera. Rays are long there, and most of their samples lie in haze, so they end sooner, and a coarser grid
     /// clears it first. Cameras that all look one way see most voxels, so that more can be pruned.
-    pub fn suited_to(extent: Extent) -> Self {
+    ///
+    /// `is_told`: masks or a file say that something refracts. Few pixels see what is behind it, and a finer grid learns that later.
+    pub fn suited_to(extent: Extent, is_told: bool) -> Self {
         let mut options = Self::default();
         match extent {
             Extent::Bounded => {}
             Extent::Contracted => {
-                options.grid.max_resolution = 320;
                 options.field.rate_density = 0.3;
+                if !is_told {
+                    options.grid.max_resolution = 320;
+                }
             }
+            Extent::Projective(_) if is_told => {}
             Extent::Projective(_) => {
                 options.grid.max_resolution = 384;
                 options.grid.prune_weight = 0.05;

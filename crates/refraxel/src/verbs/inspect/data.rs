@@ -2,7 +2,7 @@
 
 use super::pictures::{self, Pictures};
 use super::views::{ViewReport, Views};
-use crate::cli::{ForecastArgs, InspectArgs};
+use crate::cli::{ForecastArgs, InspectArgs, Refraction};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
@@ -67,8 +67,8 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
 
 /// The options with which training would begin.
 fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region) -> Result<Options, Failure> {
-    let mut usual = Options::suited_to(region.extent());
     let is_told = args.index_from.is_some() || has_masks(data);
+    let mut usual = Options::suited_to(region.extent(), is_told && args.refraction != Refraction::Off);
     usual.refraction.bend = if is_told { Switch::On } else { Switch::Off };
     if let Some(file) = &args.index_from {
         known_index::suit(&mut usual, file);

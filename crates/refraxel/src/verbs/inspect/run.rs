@@ -142,7 +142,9 @@ impl Report {
 
 /// The options that are not the defaults.
 fn changed_options(options: &Options, extent: Extent) -> String {
-    let differences = options.differences(&Options::suited_to(extent));
+    // The defaults for surroundings depend on whether the data said that something refracts, which a run does not keep.
+    let either = [false, true].map(|is_told| options.differences(&Options::suited_to(extent, is_told)));
+    let differences = either.into_iter().min_by_key(Vec::len).unwrap_or_default();
     let changed: Vec<String> = differences.iter().map(|d| format!("{}={}", d.name, d.here)).collect();
     if changed.is_empty() { "the defaults".to_owned() } else { changed.join(" ") }
 }

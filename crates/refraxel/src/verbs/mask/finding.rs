@@ -17,7 +17,7 @@ use refraxel_train::{Options, refraction_search};
 
 /// Options of a detector that is sent alone.
 pub(super) fn options(args: &MaskArgs, data: &Dataset) -> Result<Options, Failure> {
-    let mut options = Options::suited_to(scene_region(data).extent());
+    let mut options = Options::suited_to(scene_region(data).extent(), false);
     set_all(&args.settings, &mut options)?;
     (options.refraction.bend, options.detection.enabled) = (Switch::On, Switch::On);
     options.checked().or_exit(Exit::Usage)

@@ -47,9 +47,10 @@ fn expected_voxels(setup: &Setup, saved: Option<&Run>) -> u64 {
 
 /// The options of a run that begins. Rays bend as asked for, else where something says, or the detector finds, what is refractive.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset) -> Result<Options, Failure> {
-    let mut usual = Options::suited_to(scene_region(data).extent());
     let is_told =
         args.refraction_box.is_some() || args.index_from.is_some() || refraction_search::has_masks(data);
+    let may_bend = is_told && args.refraction != Refraction::Off;
+    let mut usual = Options::suited_to(scene_region(data).extent(), may_bend);
     usual.refraction.bend = match args.refraction {
         Refraction::On => Switch::On,
         Refraction::Auto if is_told => Switch::On,
