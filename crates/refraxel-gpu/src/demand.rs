@@ -25,7 +25,7 @@ impl Shape {
 
     /// Bytes that a kernel reads and writes of the field where so many samples are taken, and so many voxels move; caches may answer for
     /// memory. `None` for kernels that ask for other things.
-    fn bytes_of(&self, kernel: &str, (samples, moved, voxels): (u64, u64, u64)) -> Option<u64> {
+    fn bytes_of(&self, kernel: &str, samples: u64, moved: u64, voxels: u64) -> Option<u64> {
         let colour = 16 * u64::from(self.blocks());
         let read = CORNERS * (4 + colour);
         let added = CORNERS * ADDED * (1 + self.lanes() as u64);
@@ -49,7 +49,7 @@ impl GpuBackend {
     /// Bytes that a kernel reads and writes of the field where rays take so many samples, and so many voxels move; those that caches
     /// answer for are among them. `None` for kernels that ask for other things than the field.
     pub fn bytes_of(&self, kernel: &str, samples: u64, moved: u64) -> Option<u64> {
-        let slots = self.model().held.field.map.slots();
-        self.model().kernels.shape.bytes_of(kernel, (samples, moved, (slots * BRICK_VOXELS) as u64))
+        let voxels = self.model().held.field.map.slots() * BRICK_VOXELS;
+        self.model().kernels.shape.bytes_of(kernel, samples, moved, voxels as u64)
     }
 }
