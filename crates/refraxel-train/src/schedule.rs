@@ -18,6 +18,8 @@ const FIELD_RATE_DECAY: f32 = 0.1;
 const VARIATION_DECAY: f32 = 0.1;
 /// In one step total variation visits one in this many voxels.
 pub(crate) const VARIATION_PERIOD: u32 = 16;
+/// Colour feels it in one of so many of their rounds: it is 27 of a voxel's 28 parameters, and waits for memory.
+const COLOUR_ROUNDS: u64 = 4;
 /// Factor on the total variation of density where rays bend: views through a refractive medium show the scene from few sides.
 const VARIATION_BENT: f32 = 2.0;
 /// Learning rate of the background at the start of a run.
@@ -225,6 +227,17 @@ pub fn picture_objective(marching: Marching) -> Objective {
     }
 }
 
+/// An objective in a step of the run: total variation of colour takes one in [`COLOUR_ROUNDS`] rounds of the buckets, with as many
+/// times the weight. Rays that bend take most of the time themselves, and keep all rounds.
+pub(crate) fn in_step(objective: Objective, moment: Moment, step: u64) -> Objective {
+    if moment.bends {
+        return objective;
+    }
+    let round = step / u64::from(VARIATION_PERIOD);
+    let weight = if round.is_multiple_of(COLOUR_ROUNDS) { COLOUR_ROUNDS as f32 } else { 0.0 };
+    Objective { tv_colour: weight * objective.tv_colour, ..objective }
+}
+
 /// How the field learns now. Slow and smooth, surroundings stand in fog for long. Masks show what stands in front of it; where none does, too
 /// little can be predicted in fog, and until it is decided whether rays bend, surroundings learn as fast and as sharply as what lies in a box.
 fn field_options(options: &Options, moment: Moment) -> FieldOptions {
@@ -373,6 +386,21 @@ mod tests {
         assert_eq!(view_share(straight(0.0)), 1.0, "straight");
         let unbounded = |p, since| view_share(Moment { extent: Extent::Contracted, ..at(p, since) });
         assert_eq!([unbounded(0.1, None), unbounded(0.2, Some(0.2))], [1.0; 2]);
+    }
+
+    #[test]
+    fn all_buckets_feel_total_variation_of_colour_as_much_as_that_of_density() {
+        let straight = Moment { bends: false, ..at(0.0, None) };
+        let usual = objective(&Options::default(), 0.0, straight);
+        let period = u64::from(usual.tv_period);
+        assert!((0..period * COLOUR_ROUNDS).all(|s| in_step(usual, at(0.0, None), s) == usual));
+        for bucket in [0, 5, period - 1] {
+            let turns = (0..2 * COLOUR_ROUNDS * period).filter(|s| (s + bucket).is_multiple_of(period));
+            let felt: Vec<f32> =
+                turns.map(|s| in_step(usual, straight, s).tv_colour / usual.tv_colour).collect();
+            assert_eq!(felt.iter().sum::<f32>(), felt.len() as f32);
+            assert_eq!(felt.iter().filter(|f| **f > 0.0).count() as u64, 2);
+        }
     }
 
     #[test]

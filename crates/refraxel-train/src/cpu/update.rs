@@ -19,8 +19,17 @@ const AHEAD: usize = 8;
 pub(super) struct BucketGradient {
     pub density: AlignedVec<f32>,
     pub colour: AlignedVec<f32>,
-    /// Per slot, which voxels received a gradient. Bytes, not bits: neighbours in one word would wait for each other.
-    pub touched: Vec<[bool; BRICK_VOXELS]>,
+    /// Per slot, what of its voxels received a gradient. Bytes, not bits: neighbours in one word would wait for each other.
+    pub touched: Vec<[Touched; BRICK_VOXELS]>,
+}
+
+/// What of a voxel received a gradient.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Touched {
+    Nothing,
+    /// Total variation of density alone: its colour waits in memory.
+    Density,
+    All,
 }
 
 impl BucketGradient {
@@ -28,7 +37,7 @@ impl BucketGradient {
         Self {
             density: AlignedVec::filled(BUCKET_VOXELS, 0.0),
             colour: AlignedVec::filled(BUCKET_VOXELS * stride, 0.0),
-            touched: vec![[false; BRICK_VOXELS]; BUCKET_SLOTS],
+            touched: vec![[Touched::Nothing; BRICK_VOXELS]; BUCKET_SLOTS],
         }
     }
 
@@ -36,7 +45,7 @@ impl BucketGradient {
     pub(super) fn touched_voxels(&self) -> Vec<u16> {
         let mut voxels = Vec::with_capacity(BUCKET_VOXELS);
         for (voxel, touched) in (0..).zip(self.touched.as_flattened()) {
-            if *touched {
+            if *touched != Touched::Nothing {
                 voxels.push(voxel);
             }
         }
@@ -45,11 +54,15 @@ impl BucketGradient {
 
     /// Back to zero, touching only what was touched.
     fn clear(&mut self, stride: usize) {
-        for (slot, touched) in self.touched.iter_mut().enumerate().filter(|(_, t)| t.contains(&true)) {
-            touched.fill(false);
+        for (slot, touched) in self.touched.iter_mut().enumerate() {
             let voxels = slot * BRICK_VOXELS..(slot + 1) * BRICK_VOXELS;
-            self.density[voxels.clone()].fill(0.0);
-            self.colour[voxels.start * stride..voxels.end * stride].fill(0.0);
+            if touched.contains(&Touched::All) {
+                self.colour[voxels.start * stride..voxels.end * stride].fill(0.0);
+            } else if !touched.contains(&Touched::Density) {
+                continue;
+            }
+            touched.fill(Touched::Nothing);
+            self.density[voxels].fill(0.0);
         }
     }
 }
@@ -114,7 +127,7 @@ pub(super) fn accumulate<S: Simd, const BLOCKS: usize>(
             }
             for &(voxel, weight) in &own[..n] {
                 density[voxel % BUCKET_VOXELS] += weight * r.d_theta;
-                touched[voxel % BUCKET_VOXELS] = true;
+                touched[voxel % BUCKET_VOXELS] = Touched::All;
             }
             if of_gradient {
                 continue;
@@ -193,6 +206,10 @@ pub(super) fn descend<S: Simd, const BLOCKS: usize>(
         let moment = &mut p.density_moment[voxel];
         p.density[voxel] += RULE.step(grad.density[voxel], moment, objective.rate_density);
         finite &= p.density[voxel].is_finite();
+        if grad.touched.as_flattened()[voxel] == Touched::Density {
+            RULE.scale(0.0, &mut p.colour_moment[voxel], objective.rate_colour);
+            continue;
+        }
         let g = &gradients[voxel];
         let mut square = f32x16::splat(simd, 0.0);
         for b in 0..BLOCKS {

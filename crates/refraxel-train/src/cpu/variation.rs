@@ -1,7 +1,7 @@
 //! Total variation, theory (4.3): what neighbouring voxels owe each other.
 
 use super::layout::{voxels, voxels_mut};
-use super::update::BucketGradient;
+use super::update::{BucketGradient, Touched};
 use crate::backend::{BUCKET_SLOTS, Objective, TV_EPSILON};
 use fearless_simd::{Simd, f32x16, prelude::*};
 use fearless_simd_macros::simd;
@@ -25,7 +25,11 @@ pub(super) fn total_variation<S: Simd, const BLOCKS: usize>(
     let own = |slot: u32| slots.contains(&(slot as usize));
     for slot in slots.clone() {
         let around = neighbour_slots(field, slot as u32);
-        grad.touched[slot - first].fill(true);
+        grad.touched[slot - first].fill(if objective.tv_colour > 0.0 {
+            Touched::All
+        } else {
+            Touched::Density
+        });
         for (axis, &[below, above]) in around.iter().enumerate() {
             let edges = Edges { first: first * BRICK_VOXELS, slot: slot as u32, axis, weights };
             edges.inside::<S, BLOCKS>(simd, field, grad);

@@ -5,7 +5,7 @@ use super::start::Trainer;
 use crate::backend::StepOutcome;
 use crate::events::{Event, Observer, Task};
 use crate::rays::Draw;
-use crate::schedule::{Moment, Phase, Progress, objective};
+use crate::schedule::{Moment, Phase, Progress, in_step, objective};
 
 /// Steps between two records of the training error.
 const RECORD_EVERY: u64 = 25;
@@ -44,7 +44,8 @@ impl Trainer {
         self.add_clearcoat_if_due(progress, observer)?;
         self.bake_if_due(observer)?;
         self.align_if_due(moment);
-        let mut objective = objective(&self.options, self.plan.near, moment);
+        let usual = objective(&self.options, self.plan.near, moment);
+        let mut objective = in_step(usual, moment, self.state.step);
         objective.scale_rates(self.state.rate_scale);
         let size = self.options.run.batch as usize;
         let (number, selection, reach) = (self.state.step, self.selection(moment), self.reach(moment));
