@@ -66,7 +66,7 @@ pub(super) const GONE: &[Gone] = &[
     gone("surface.events", "the constant SURFACE_EVENTS of schedule.rs"),
     gone("reflection.weight", "surfaces mirror Fresnel's reflectance"),
     gone("reflection.degree", "the constant PROBE_DEGREE of model/reflection.rs"),
-    gone("reflection.bake_period", "the constant BAKE_PERIOD of trainer/bending.rs"),
+    gone("reflection.bake_period", "probes learn from the training images instead of sampling the field again"),
     gone("reflection.rate", "the constant RATE_PROBES of schedule.rs"),
     gone("reflection.rate_strength", "the constant RATE_STRENGTH of schedule.rs"),
     gone("clearcoat.index", "the constant CLEARCOAT_INDEX of trainer/bending.rs"),

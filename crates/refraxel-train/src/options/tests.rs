@@ -70,7 +70,7 @@ fn mistakes_are_named() {
             "soft",
             "`search.profile` is `soft`, expected one of `auto`, `sharp`, `smooth`, `graded`",
         ),
-        ("reflection.cache", "black", "`black`, expected one of `learned`, `baked`, `exact`"),
+        ("reflection.cache", "black", "`black`, expected one of `learned`, `exact`"),
         ("refraction.bounds", "0,0,0,1,1", "expected x0,y0,z0,x1,y1,z1 with x0 < x1"),
     ] {
         let refusal = refusal(key, value);
