@@ -6,9 +6,6 @@ use crate::{DataError, IndexVolume, OutOfScale, read_mesh};
 use refraxel_core::Aabb;
 use std::path::{Path, PathBuf};
 
-/// Indices of refraction that matter has. One below 1 is relative to what is around: air in water has 0.75.
-pub const INDICES: [f64; 2] = [0.25, 5.0];
-
 /// A refractive index, or the shape of a body, that is known before training.
 ///
 /// [`IndexSource::read`] reads one from a file; `From` makes one of a value in memory. Coordinates are those of the

@@ -2,9 +2,12 @@
 
 use crate::formats::{npy, npz};
 use crate::origin::Placed;
-use crate::{DataError, INDICES, limits};
+use crate::{DataError, limits};
 use refraxel_core::{Aabb, Vec3};
 use std::path::Path;
+
+/// Indices of refraction that matter has. One below 1 is relative to what is around: air in water has 0.75.
+pub const INDICES: [f64; 2] = [0.25, 5.0];
 
 /// The refractive index in the cells of a box.
 #[derive(Clone, Debug, PartialEq)]

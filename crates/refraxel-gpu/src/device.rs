@@ -1,8 +1,8 @@
 //! The device of an adapter: buffers, transfers, and what goes wrong.
 
 use crate::adapters::{Adapter, AdapterKind, choose, describe, enumerate};
+use crate::clock::{Clock, KernelTime};
 use crate::error::GpuError;
-use crate::timing::{Clock, KernelTime};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -172,15 +172,22 @@ impl Device {
     /// Take the times of kernels from now on; false where the adapter has no clock.
     pub(crate) fn start_clock(&self) -> bool {
         let has_clock = self.handle.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        *locked(&self.clock) = has_clock.then(|| Clock::new(self));
+        *locked(&self.clock) = has_clock.then(|| Clock::new(&self.handle));
         has_clock
     }
 
     /// The times that were taken since.
     pub(crate) fn stop_clock(&self) -> Result<Vec<KernelTime>, GpuError> {
-        let clock = locked(&self.clock).take();
-        let period = 1e-9 * f64::from(self.queue.get_timestamp_period());
-        clock.map_or(Ok(Vec::new()), |clock| clock.read(self, period))
+        let Some(clock) = locked(&self.clock).take().filter(|clock| clock.bytes() > 0) else {
+            return Ok(Vec::new());
+        };
+        let resolved =
+            self.buffer("times", clock.bytes(), BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC)?;
+        let mut encoder = self.encoder();
+        clock.resolve(&mut encoder, &resolved);
+        self.submit(encoder);
+        let times = self.read(&resolved, clock.bytes())?;
+        Ok(clock.sums(&times, 1e-9 * f64::from(self.queue.get_timestamp_period())))
     }
 
     /// Where the times of a pass of this kernel go, if they are taken.

@@ -16,6 +16,7 @@ mod backend;
 mod bending;
 mod bodies;
 mod caches;
+mod clock;
 mod coats;
 mod constants;
 mod demand;
@@ -46,9 +47,9 @@ mod weights;
 
 pub use adapters::{Adapter, AdapterKind, adapters};
 pub use backend::GpuBackend;
+pub use clock::KernelTime;
 pub use device::Traffic;
 pub use error::{GpuError, Unsupported};
 pub use gpu::Gpu;
 pub use refraxel_train::device::DeviceChoice;
 pub use renderer::GpuRenderer;
-pub use timing::KernelTime;

@@ -1,7 +1,6 @@
 //! What changes during training: resolution, learning rates, priors.
 
 use crate::backend::{AbsorptionObjective, IndexObjective, Marching, Objective, ReflectionObjective};
-use crate::model::MirrorSource;
 use crate::options::{FieldOptions, Options};
 use refraxel_core::{Domain, Extent};
 use serde::{Deserialize, Serialize};
@@ -183,7 +182,7 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
     let straight = straight_objective(options, near, moment);
     let learns = |o: &IndexObjective| o.rate > 0.0 || o.surface_rate > 0.0;
     let index = Some(index_objective(options, moment.bent_share())).filter(learns);
-    let mirrors = reflection_objective(options, moment);
+    let mirrors = reflection_objective(moment);
     let absorption = Some(absorption_objective(moment));
     match moment.phase() {
         Phase::Straight => {
@@ -293,12 +292,11 @@ pub fn mask_ray_fraction(options: &Options, moment: Moment) -> f64 {
 }
 
 /// How mirrors and clearcoats learn. Mirrors have been there since rays bend, clearcoats for most of the run.
-fn reflection_objective(options: &Options, moment: Moment) -> ReflectionObjective {
+fn reflection_objective(moment: Moment) -> ReflectionObjective {
     let over = if moment.bends_since.is_some() { moment.bent_share() } else { 0.0 };
     let decay = RATE_DECAY.powf(over);
-    let learned = options.reflection.cache == MirrorSource::Learned;
     ReflectionObjective {
-        rate: if learned { RATE_PROBES * decay } else { 0.0 },
+        rate: RATE_PROBES * decay,
         rate_strength: RATE_STRENGTH * decay,
         rate_clearcoat: RATE_CLEARCOAT * RATE_DECAY.powf(moment.progress.0 as f32),
     }

@@ -32,7 +32,8 @@ fn the_device_of_a_run_is_in_its_scores() {
 fn without_gpus_the_program_says_how_to_get_them_before_it_works() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
-    straight(&data, &run, &["--device", "gpu"]).refused(6, &["--features gpu", "--device cpu"]);
+    straight(&data, &run, &["--device", "gpu"])
+        .refused(6, &["--locked --path crates/refraxel --features gpu", "--device cpu"]);
     assert!(!run.exists());
     refraxel(&["inspect", "--devices"]).refused(6, &["--features gpu"]);
     refraxel(&["bench", "--quick", "--device", "gpu:0"]).refused(6, &["--features gpu"]);

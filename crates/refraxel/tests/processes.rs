@@ -9,7 +9,8 @@ fn without_mpi_the_program_says_how_to_get_it_before_it_works() {
     use common::{ball, refraxel, train};
     let folder = tempfile::tempdir().unwrap();
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
-    train(&data, &run, &["--device", "mpi"]).refused(6, &["--features mpi", "--device cpu"]);
+    train(&data, &run, &["--device", "mpi"])
+        .refused(6, &["--locked --path crates/refraxel --features mpi", "--device cpu"]);
     assert!(!run.exists());
     refraxel(&["bench", "--quick", "--device", "mpi"]).refused(6, &["share one training"]);
 }

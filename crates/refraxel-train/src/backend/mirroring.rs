@@ -1,6 +1,6 @@
 //! What mirrors, and where its light is kept.
 
-use crate::model::{MirrorSource, Model};
+use crate::model::Model;
 
 /// Which radiance caches look at the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,8 +14,6 @@ pub enum Caches {
 /// What a model mirrors, without the values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mirroring {
-    /// Where mirrored light comes from.
-    pub source: MirrorSource,
     /// Refractive regions whose surfaces mirror.
     pub regions: usize,
     /// Opaque things have a clearcoat.
@@ -26,6 +24,6 @@ impl Mirroring {
     /// What a model mirrors.
     pub fn of(model: &Model) -> Self {
         let Model { reflection, clearcoat, .. } = model;
-        Self { source: reflection.source, regions: reflection.mirrors.len(), clearcoat: clearcoat.is_some() }
+        Self { regions: reflection.mirrors.len(), clearcoat: clearcoat.is_some() }
     }
 }

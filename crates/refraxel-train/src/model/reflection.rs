@@ -20,12 +20,10 @@ pub struct Reflection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MirrorSource {
-    /// Probes that learn from the pictures, and begin with what the field shows them.
+    /// Probes that begin with what the field shows them, and learn from the pictures.
     #[default]
     Learned,
-    /// Probes that look at the field now and then.
-    Baked,
-    /// A second ray through the field. Slow: it judges the others. The field does not learn from it.
+    /// A second ray through the field. Slow: it judges the probes. The field does not learn from it.
     Exact,
     /// Nothing: surfaces mirror blackness. For pictures of what is transmitted alone.
     Black,
@@ -35,7 +33,7 @@ impl MirrorSource {
     /// True where radiance caches say what is mirrored.
     #[inline(always)]
     pub fn reads_caches(self) -> bool {
-        matches!(self, Self::Learned | Self::Baked)
+        self == Self::Learned
     }
 }
 

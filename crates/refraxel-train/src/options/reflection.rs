@@ -9,14 +9,12 @@ impl OptionValue for MirrorSource {
     /// Without "black": no run trains with mirrors that show nothing.
     const ALL: Allowed = Allowed::Words(&[
         Word { word: "learned", meaning: "Probes that learn from the training images." },
-        Word { word: "baked", meaning: "Probes that sample the field once in a while." },
         Word { word: "exact", meaning: "A second ray through the field. Slow; for reference." },
     ]);
 
     fn parse(text: &str) -> Option<Self> {
         match text {
             "learned" => Some(Self::Learned),
-            "baked" => Some(Self::Baked),
             "exact" => Some(Self::Exact),
             _ => None,
         }
@@ -25,7 +23,6 @@ impl OptionValue for MirrorSource {
     fn text(&self) -> String {
         let word = match self {
             Self::Learned => "learned",
-            Self::Baked => "baked",
             Self::Exact => "exact",
             Self::Black => "black",
         };

@@ -57,6 +57,33 @@ pub struct Options {
     pub clearcoat: ClearcoatOptions,
 }
 
+/// References to all sections of borrowed options.
+macro_rules! in_order {
+    ($options:ident) => {{
+        let Self {
+            run,
+            grid,
+            march,
+            field,
+            refraction,
+            shape,
+            search,
+            detection,
+            judge,
+            pose,
+            exposure,
+            index,
+            surface,
+            reflection,
+            clearcoat,
+        } = $options;
+        [
+            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
+            surface, reflection, clearcoat,
+        ]
+    }};
+}
+
 impl Options {
     /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
     /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
@@ -91,51 +118,11 @@ impl Options {
 
     /// All sections, in the order in which they are listed.
     pub fn sections(&self) -> [&dyn Section; 15] {
-        let Self {
-            run,
-            grid,
-            march,
-            field,
-            refraction,
-            shape,
-            search,
-            detection,
-            judge,
-            pose,
-            exposure,
-            index,
-            surface,
-            reflection,
-            clearcoat,
-        } = self;
-        [
-            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
-            surface, reflection, clearcoat,
-        ]
+        in_order!(self)
     }
 
     pub(super) fn sections_mut(&mut self) -> [&mut dyn Section; 15] {
-        let Self {
-            run,
-            grid,
-            march,
-            field,
-            refraction,
-            shape,
-            search,
-            detection,
-            judge,
-            pose,
-            exposure,
-            index,
-            surface,
-            reflection,
-            clearcoat,
-        } = self;
-        [
-            run, grid, march, field, refraction, shape, search, detection, judge, pose, exposure, index,
-            surface, reflection, clearcoat,
-        ]
+        in_order!(self)
     }
 
     /// What there is to know of each option, but its value.

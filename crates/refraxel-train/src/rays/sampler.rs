@@ -439,11 +439,6 @@ impl RaySampler {
         &self.photographs
     }
 
-    /// Whether depth was measured along some rays.
-    pub fn measures_depth(&self) -> bool {
-        self.measures
-    }
-
     /// Whether what lies behind the photographs is random.
     pub fn is_transparent(&self) -> bool {
         self.transparent

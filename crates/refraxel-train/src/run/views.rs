@@ -13,11 +13,10 @@ const EXPOSURES: &str = "exposures";
 const LENSES: &str = "lenses";
 
 /// What learns.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub(super) struct StoredViews {
     poses: bool,
     exposures: bool,
-    #[serde(default)]
     lenses: bool,
 }
 

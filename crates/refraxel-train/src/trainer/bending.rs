@@ -2,7 +2,7 @@
 
 use super::error::TrainError;
 use super::start::Trainer;
-use crate::backend::Caches;
+use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
 use crate::events::{Event, Observer, Task};
 use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
@@ -14,8 +14,6 @@ use refraxel_core::ShDegree;
 use refraxel_core::grid::BrickMap;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 
-/// Steps after which baked probes sample the field again.
-const BAKE_PERIOD: u64 = 250;
 /// The clearcoat of opaque things: its index, the share of the run after which it is there (surfaces must be known before they can mirror),
 /// and its probes along the longest edge of the scene.
 const CLEARCOAT_INDEX: f32 = 1.5;
@@ -96,8 +94,9 @@ impl Trainer {
         if self.plan.finest.extent.is_unbounded() {
             return None;
         }
-        let found = self.detected.as_ref().filter(|_| self.sampler.traces_found())?;
-        let Outline { gate, explained } = refraction_search::outline(&*self.backend, &self.known(), found)?;
+        let (backend, known) = self.backend_and_context();
+        let found = known.found.filter(|_| known.sampler.traces_found())?;
+        let Outline { gate, explained } = refraction_search::outline(backend, &known, found)?;
         self.go_on_with(Some(gate));
         let pixels = self.sampler.mask_share();
         let told = Event::Outlined { before: explained[0], now: explained[1], pixels };
@@ -107,8 +106,9 @@ impl Trainer {
 
     /// Masks end where what straight rays cannot explain does, if that can be seen.
     fn shift_masks(&mut self, observer: &mut Observer) -> Option<Event> {
-        let is_unknown = self.index.is_none();
-        let found = is_unknown.then(|| refraction_search::border(&*self.backend, &self.known())).flatten()?;
+        let (backend, known) = self.backend_and_context();
+        let is_unknown = known.index.is_none();
+        let found = is_unknown.then(|| refraction_search::border(backend, &known)).flatten()?;
         self.state.mask_shift = found.shift;
         self.sampler.shift_masks(found.shift);
         let told = Event::MasksShifted { by: found.shift, inside: found.misfit[0], outside: found.misfit[1] };
@@ -116,10 +116,13 @@ impl Trainer {
         Some(told)
     }
 
-    fn known(&self) -> Context<'_> {
+    /// Both at once: the search changes the backend.
+    fn backend_and_context(&mut self) -> (&mut dyn Backend, Context<'_>) {
         let Plan { near, origin, .. } = self.plan;
         let (index, found, progress) = (self.index.as_ref(), self.detected.as_ref(), self.progress());
-        Context { sampler: &self.sampler, options: &self.options, near, origin, index, found, progress }
+        let context =
+            Context { sampler: &self.sampler, options: &self.options, near, origin, index, found, progress };
+        (&mut *self.backend, context)
     }
 
     /// Notes what happens in `events`, and tells it too.
@@ -131,7 +134,6 @@ impl Trainer {
         self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
         events.extend(self.outline_found(observer));
         events.extend(self.shift_masks(observer));
-        let (options, &Plan { near, origin, .. }) = (&self.options, &self.plan);
         let cancel = observer.cancel();
         let mut report = |event: Event| {
             if !matches!(event, Event::Progress { .. }) {
@@ -139,18 +141,8 @@ impl Trainer {
             }
             observer.tell(event);
         };
-        let (sampler, index, progress) = (&self.sampler, self.index.as_ref(), self.progress());
-        let found = self.detected.as_ref();
-        let known = Context { sampler, options, near, origin, index, found, progress };
-        refraction_search::begin(&mut *self.backend, &known, &mut Observer::new(cancel, &mut report))
-    }
-
-    fn bake(&mut self, caches: Caches, observer: &mut Observer) -> Result<(), Cancelled> {
-        observer.progress(Task::Baking, 0, 1)?;
-        let marching = training_marching(&self.options, self.plan.near);
-        self.backend.bake(caches, &marching, observer.cancel())?;
-        observer.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
-        Ok(())
+        let (backend, known) = self.backend_and_context();
+        refraction_search::begin(backend, &known, &mut Observer::new(cancel, &mut report))
     }
 
     /// Give opaque things a clearcoat once it is time, which mirrors what the field shows by now.
@@ -192,21 +184,11 @@ impl Trainer {
         }
         self.backend.set_clearcoat(clearcoat);
         if source != MirrorSource::Exact {
-            self.bake(Caches::Clearcoat, observer)?;
+            observer.progress(Task::Baking, 0, 1)?;
+            let marching = training_marching(&self.options, self.plan.near);
+            self.backend.bake(Caches::Clearcoat, &marching, observer.cancel())?;
+            observer.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
         }
         Ok(())
-    }
-
-    /// Baked probes look at the field again.
-    pub(super) fn bake_if_due(&mut self, observer: &mut Observer) -> Result<(), Cancelled> {
-        if self.is_bake_due() {
-            self.bake(Caches::Clearcoat, observer)?;
-            self.bake(Caches::Reflection, observer)?;
-        }
-        Ok(())
-    }
-
-    pub(super) fn is_bake_due(&self) -> bool {
-        self.state.step.is_multiple_of(BAKE_PERIOD) && self.backend.mirroring().source == MirrorSource::Baked
     }
 }

@@ -42,7 +42,6 @@ impl Trainer {
         let moment = Moment { progress, bends_since, bends, is_detected, extent: self.plan.finest.extent };
         self.enter(moment.phase(), observer);
         self.add_clearcoat_if_due(progress, observer)?;
-        self.bake_if_due(observer)?;
         self.align_if_due(moment);
         let usual = objective(&self.options, self.plan.near, moment);
         let mut objective = in_step(usual, moment, self.state.step);
@@ -84,7 +83,6 @@ impl Trainer {
             || self.is_about_to_bend(progress)
             || self.is_proof_due(progress)
             || self.is_clearcoat_due(progress)
-            || self.is_bake_due()
     }
 
     /// Waits for the outcomes of all steps; false when one failed and the run went back.

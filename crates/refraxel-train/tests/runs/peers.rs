@@ -174,12 +174,11 @@ fn bent_rays_teach_processes_the_same_bits_as_one() {
 }
 
 #[test]
-fn runs_that_bake_mirrors_and_whose_cameras_learn_have_the_same_bits() {
+fn runs_that_mirror_and_whose_cameras_learn_have_the_same_bits() {
     let settings = [
         ("refraction.bend", "on"),
         ("search.enabled", "off"),
         ("judge.enabled", "off"),
-        ("reflection.cache", "baked"),
         ("pose.enabled", "on"),
         // Bodies with a surface have an interpolation of their own.
         ("index.interpolation", "differences"),

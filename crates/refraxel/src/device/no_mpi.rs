@@ -10,8 +10,8 @@ use refraxel_train::device::DeviceChoice;
 pub fn join(choice: DeviceChoice) -> Result<Joined, Failure> {
     match choice {
         DeviceChoice::Mpi => Err(unusable(anyhow!(
-            "this program was built without MPI; build it with it by `cargo install --path crates/refraxel --features mpi`, or use \
-             `--device cpu`"
+            "this program was built without MPI; `cargo install --locked --path crates/refraxel --features mpi` builds one that has it, or \
+             use `--device cpu`"
         ))),
         _ => Ok(Joined::Alone),
     }

@@ -29,8 +29,8 @@ pub fn bench(gpu: Gpu, _: &BenchArgs) -> Result<(), Failure> {
 
 pub(super) fn missing() -> Failure {
     unusable(anyhow!(
-        "this program was built without GPUs; build it with them by `cargo install --path crates/refraxel --features gpu`, or use \
-         `--device cpu`"
+        "this program was built without GPUs; `cargo install --locked --path crates/refraxel --features gpu` builds one that has them, \
+         or use `--device cpu`"
     ))
 }
 

@@ -102,7 +102,7 @@ fn furnace<B: Backend>(suite: &Suite<B>, source: MirrorSource, behind: f32) -> B
 pub fn between_equal_lights_a_clearcoat_is_invisible_and_in_the_dark_it_is_not<B: Backend>(suite: &Suite<B>) {
     let marching = objective().marching;
     let rays = batch(200).rays;
-    for source in [MirrorSource::Baked, MirrorSource::Exact, MirrorSource::Black] {
+    for source in [MirrorSource::Learned, MirrorSource::Exact, MirrorSource::Black] {
         let mut backend = furnace(suite, source, 0.5);
         backend.bake(Caches::Clearcoat, &marching, &Cancel::new()).unwrap();
         let pixels = backend.render(&rays, &marching, Layers::All);

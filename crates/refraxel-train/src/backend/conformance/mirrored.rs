@@ -335,17 +335,17 @@ pub fn without_strength_a_picture_is_that_of_transmission<B: Backend>(suite: &Su
     }
 }
 
-/// A field of nothing before a background of one colour, around one body and around bodies in bodies: also baked probes
+/// A field of nothing before a background of one colour, around one body and around bodies in bodies: also probes
 /// that lie in another medium than the one that they show hold its light.
 pub fn a_furnace_shows_one_colour_whatever_is_mirrored<B: Backend>(suite: &Suite<B>) {
     for make in [sharp_ball, nested_balls] {
-        for source in [MirrorSource::Baked, MirrorSource::Exact] {
+        for source in [MirrorSource::Learned, MirrorSource::Exact] {
             let mut model = make();
             model.field.density.fill(-40.0);
             model.background = Background::Constant([0.3, 0.6, 0.9]);
             model.reflection.source = source;
             let (mut backend, marching) = (suite.backend(model), objective().marching);
-            if source == MirrorSource::Baked {
+            if source == MirrorSource::Learned {
                 backend.bake(Caches::Reflection, &marching, &Cancel::new()).unwrap();
             }
             for pixel in backend.render(&batch(200).rays, &marching, Layers::All) {

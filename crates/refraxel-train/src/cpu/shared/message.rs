@@ -77,7 +77,6 @@ impl Wire for Layers {
             Self::Mirroring(MirrorSource::Black) => 2,
             Self::Mirroring(MirrorSource::Exact) => 3,
             Self::Mirroring(MirrorSource::Learned) => 4,
-            Self::Mirroring(MirrorSource::Baked) => 5,
         };
         number.put(to);
     }
@@ -87,8 +86,7 @@ impl Wire for Layers {
             1 => Self::Transmitted,
             2 => Self::Mirroring(MirrorSource::Black),
             3 => Self::Mirroring(MirrorSource::Exact),
-            4 => Self::Mirroring(MirrorSource::Learned),
-            _ => Self::Mirroring(MirrorSource::Baked),
+            _ => Self::Mirroring(MirrorSource::Learned),
         }
     }
 }
