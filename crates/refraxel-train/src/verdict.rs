@@ -88,11 +88,12 @@ pub struct RegionVerdict {
     #[serde(with = "or_null")]
     pub error: f64,
     /// The same outside the masks [dB].
-    #[serde(with = "or_null")]
+    #[serde(with = "or_null", default = "unknown")]
     pub gain_outside: f64,
     /// What `gain_inside` had to reach [dB].
     pub margin: f64,
     /// Everything that raced, the best first.
+    #[serde(default)]
     pub contestants: Vec<Contestant>,
     /// The numbers that rays bend by at first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

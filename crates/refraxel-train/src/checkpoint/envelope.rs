@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file layout described in [its module](super).
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 2;
 /// The one metadata key.
 pub const KEY: &str = "refraxel";
 /// First bytes of the safetensors header; the eight hexadecimal digits of its CRC-32 follow.

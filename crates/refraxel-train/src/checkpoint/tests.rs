@@ -138,7 +138,7 @@ fn appended_bytes_are_detected() {
 
 #[test]
 fn other_schema_is_named() {
-    let bytes = forged(&saved(&example()), r#"\"schema\":3"#, r#"\"schema\":7"#);
+    let bytes = forged(&saved(&example()), r#"\"schema\":2"#, r#"\"schema\":7"#);
     let error = load_bytes(&bytes).unwrap_err();
     assert!(matches!(error, CheckpointError::Schema { found: 7, .. }), "{error}");
     assert!(error.to_string().contains("schema 7"), "{error}");

@@ -1,6 +1,7 @@
 //! Options as trees of tables: TOML files, and the headers of checkpoints.
 
 use super::OptionError;
+use super::gone::GONE;
 use super::sections::Options;
 use serde_json::{Map, Value};
 
@@ -13,19 +14,34 @@ struct Entry {
 impl Options {
     /// Changes the options that a tree names: tables of sections (`{"surface": {"blur": 1.5}}`), or full names.
     pub fn set_tree(&mut self, tree: &Value) -> Result<(), OptionError> {
-        entries(tree)?.into_iter().try_for_each(|Entry { key, text }| self.set(&key, &text))
+        self.set_entries(entries(tree)?)
+    }
+
+    fn set_entries(&mut self, entries: Vec<Entry>) -> Result<(), OptionError> {
+        entries.into_iter().try_for_each(|Entry { key, text }| self.set(&key, &text))
     }
 }
 
-/// The options of a stored run. What it does not mention has its default.
+/// The options of a stored run. What it does not mention has its default; what is gone must have had the value that is a constant now.
 impl TryFrom<Value> for Options {
     type Error = OptionError;
 
     fn try_from(tree: Value) -> Result<Self, OptionError> {
+        let mut entries = entries(&tree)?;
+        entries.retain(|entry| !is_idle(entry));
         let mut options = Self::default();
-        options.set_tree(&tree)?;
+        options.set_entries(entries)?;
         Ok(options)
     }
+}
+
+/// An option that is gone, with a value that is a constant now, or that says nothing of a run that has begun.
+fn is_idle(entry: &Entry) -> bool {
+    // A stored f32 has more digits than the text that said it.
+    let number = |text: &str| text.parse::<f32>().ok();
+    let is_same =
+        |was: &&str| *was == entry.text || number(was).is_some_and(|was| number(&entry.text) == Some(was));
+    GONE.iter().any(|gone| gone.name == entry.key && (gone.was.is_empty() || gone.was.iter().any(is_same)))
 }
 
 fn entries(tree: &Value) -> Result<Vec<Entry>, OptionError> {

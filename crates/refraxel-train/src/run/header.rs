@@ -37,8 +37,10 @@ pub(super) struct Header {
     pub backdrop: StoredBackdrop,
     pub background: StoredBackground,
     /// Refractive regions; their tensors are called `index.K`, K from 0.
+    #[serde(default)]
     pub regions: Vec<StoredRegion>,
     /// What their surfaces mirror; tensors `reflection.K.outer` and `.inner`, K as in the regions.
+    #[serde(default)]
     pub reflection: StoredReflection,
     /// The clearcoat of opaque things; tensors `clearcoat.strength` and `clearcoat.radiance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -47,6 +49,7 @@ pub(super) struct Header {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detected: Option<StoredDetection>,
     /// What the photographs themselves have learned; tensors `poses` and `exposures`.
+    #[serde(default)]
     pub views: StoredViews,
     /// "identity", parameters are in the coordinates of the user's data, or "origin", relative to that point of them.
     pub world_from_model: String,

@@ -7,7 +7,7 @@ use refraxel_core::IndexGrid;
 use refraxel_core::radiance::ProbeGrid;
 use serde::{Deserialize, Serialize};
 
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct StoredReflection {
     source: MirrorSource,
     mirrors: Vec<StoredMirror>,

@@ -18,22 +18,26 @@ pub(super) struct StoredRegion {
     /// The index that a search found.
     searched: Option<f32>,
     /// Its index does not learn.
+    #[serde(default)]
     fixed_index: bool,
     /// Its surface does not learn.
+    #[serde(default)]
     fixed_surface: bool,
     /// The planes of its faces, where all are flat.
+    #[serde(default)]
     solid: Option<Polyhedron>,
     /// The planes that cut it, where it has other faces, too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     cuts: Vec<Plane>,
     /// Steps that the moments of its index and of its surface saw.
     moment_steps: [u32; 2],
-    /// What it absorbs.
+    /// What it absorbs; absent in files of earlier versions, whose bodies are clear.
+    #[serde(default)]
     absorption: StoredAbsorption,
 }
 
 /// The absorption coefficients of a region [1 / scene unit], and their moments.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 struct StoredAbsorption {
     coefficients: [f32; 3],
     first_moment: [f32; 3],
@@ -227,9 +231,10 @@ impl RegionFile<'_> {
     }
 
     /// Which cells rays march, as they did when the run was saved: they are found again every few steps only, so that a run
-    /// that goes on would else differ in its last bits.
+    /// that goes on would else differ in its last bits. Checkpoints of earlier versions do not tell.
     fn restore_marched(&mut self, grid: &mut IndexGrid<f32>) -> Result<(), CheckpointError> {
-        if self.stored.surface_resolution.is_some() {
+        let name = format!("index.{}.marched", self.k);
+        if self.stored.surface_resolution.is_some() || !self.file.contains(&name) {
             return Ok(());
         }
         let marched: Vec<bool> = self.bytes(".marched")?.into_iter().map(|m| m > 0).collect();
@@ -276,12 +281,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn amplified_light_is_refused() {
-        let mut absorption = StoredAbsorption::of([0.0; 3], &AdamMoments::zero(3));
-        assert!(absorption.is_valid());
+    fn a_region_of_an_earlier_version_is_clear_and_amplified_light_is_refused() {
+        let earlier = r#"{"bounds": [[0, 0, 0], [1, 1, 1]], "resolution": [7, 7, 7], "surface_resolution": null,
+            "searched": 1.5, "moment_steps": [3, 0]}"#;
+        let mut region: StoredRegion = serde_json::from_str(earlier).unwrap();
+        assert_eq!(region.absorption.coefficients, [0.0; 3]);
+        assert_eq!(region.absorption.moments(), AdamMoments::zero(3));
+        assert!(region.absorption.is_valid());
         for wrong in [-0.1, f32::NAN, f32::INFINITY] {
-            absorption.coefficients[1] = wrong;
-            assert!(!absorption.is_valid(), "{wrong}");
+            region.absorption.coefficients[1] = wrong;
+            assert!(!region.absorption.is_valid(), "{wrong}");
         }
     }
 }

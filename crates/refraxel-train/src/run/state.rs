@@ -14,18 +14,22 @@ pub struct State {
     /// Stage of the schedule.
     pub stage: u32,
     /// What the run is busy with.
+    #[serde(default)]
     pub phase: Phase,
     /// Where the schedule was held for the last time, and until when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paused: Option<PausedSchedule>,
     /// Share of the schedule after which rays bent, once they do: it is held while that is decided.
+    #[serde(default)]
     pub bends_since: Option<f64>,
     /// Refractive things were sought that no mask shows.
+    #[serde(default)]
     pub detection_done: bool,
     /// By how much the borders of refractive masks were moved outwards when rays were to bend [pixel].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub mask_shift: f32,
     /// Rays were to bend, but nothing refractive was found: they stay straight.
+    #[serde(default)]
     pub stays_straight: bool,
     /// What the judge decided about refractive regions, where hypotheses raced.
     #[serde(default, skip_serializing_if = "Option::is_none")]

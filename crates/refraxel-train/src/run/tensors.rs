@@ -59,7 +59,7 @@ impl Tensors {
         self.f32s(name, len).map(|v| AlignedVec::from_slice(&v))
     }
 
-    /// `rows` rows of `kept` real numbers, padded with zeros to `stride`.
+    /// `rows` rows of `kept` real numbers, padded with zeros to `stride`. Former files hold the padding too.
     pub(super) fn rows(
         &mut self,
         name: &str,
@@ -69,6 +69,7 @@ impl Tensors {
     ) -> Result<AlignedVec<f32>, CheckpointError> {
         let mut padded = AlignedVec::filled(rows * stride, 0.0);
         match self.take(name)? {
+            TensorData::F32(v) if v.len() == rows * stride => padded.copy_from_slice(&v),
             TensorData::F32(v) if v.len() == rows * kept => {
                 padded.chunks_mut(stride).zip(v.chunks(kept)).for_each(|(p, v)| p[..kept].copy_from_slice(v));
             }
@@ -125,6 +126,11 @@ impl Tensors {
             TensorData::U64(v) => Ok(v),
             _ => Err(self.wrong(&format!("tensor `{name}` is not of type U64"))),
         }
+    }
+
+    /// Whether there is a tensor of this name.
+    pub(super) fn contains(&self, name: &str) -> bool {
+        self.file.tensors.contains_key(name)
     }
 }
 

@@ -13,10 +13,11 @@ const EXPOSURES: &str = "exposures";
 const LENSES: &str = "lenses";
 
 /// What learns.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct StoredViews {
     poses: bool,
     exposures: bool,
+    #[serde(default)]
     lenses: bool,
 }
 
