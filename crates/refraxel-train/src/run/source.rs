@@ -2,7 +2,7 @@
 
 use refraxel_core::Vec3;
 use refraxel_data::{
-    AlphaMeaning, Backdrop, Crop, Dataset, MaskMeaning, OpenOptions, Orientation, PhotoSource, Pixels, report,
+    AlphaMeaning, Backdrop, Crop, Dataset, MaskMeaning, OpenOptions, Orientation, PhotoSource, Pixels,
 };
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -69,14 +69,14 @@ pub struct Read {
 
 impl Read {
     fn of(data: &Dataset) -> Self {
-        let found = report(data);
-        let findings = found.problems.into_iter().map(|p| [p.severity.to_owned(), p.message]).collect();
+        let findings = data.problems.iter().map(|p| [p.severity.name().to_owned(), p.message.clone()]);
+        let masked = data.views.iter().find(|view| view.has_mask());
         Self {
-            format: found.format.to_owned(),
-            split: found.split_rule,
-            backdrop: found.backdrop,
-            masks: found.masks.map(|masks| masks.meaning.to_owned()),
-            findings,
+            format: data.format.name().to_owned(),
+            split: data.split.rule.clone(),
+            backdrop: data.backdrop.to_string(),
+            masks: masked.map(|view| view.mask_meaning.name().to_owned()),
+            findings: findings.collect(),
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::verbs::interrupts::{cancel, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
 use anyhow::anyhow;
 use refraxel_data::{Dataset, MaskMeaning, OpenOptions, Photo, PhotoSource, load_photo};
+use refraxel_train::run::Source;
 use refraxel_train::session::Setup;
 use serde::Serialize;
 use std::path::PathBuf;
