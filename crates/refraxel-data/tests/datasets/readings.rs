@@ -104,7 +104,7 @@ fn scaled(folder: &Path, [fx, cx, cy]: [f64; 3]) -> (Dataset, [f64; 2]) {
     write_balls(folder, &cameras, "png", in_room);
     write_transforms(folder, &cameras, "png", |t| {
         let file = t.as_object_mut().unwrap();
-        ["w", "h"].map(|key| file.remove(key));
+        ["w", "h"].iter().for_each(|key| drop(file.remove(*key)));
         file.extend(
             [("fl_x", fx), ("fl_y", fx), ("cx", cx), ("cy", cy)].map(|(k, v)| (k.to_owned(), json!(v))),
         );
