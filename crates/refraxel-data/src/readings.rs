@@ -9,6 +9,8 @@ use crate::{Format, PhotoSource, Problem, View};
 use refraxel_core::{Camera, Mat3, Pose};
 use std::collections::BTreeMap;
 
+/// Shorter edge of pictures whose patches say something [pixel].
+const LEAST_EDGE: u32 = 48;
 /// By how many standard errors another reading has to be better.
 const ERRORS: f64 = 4.0;
 /// Fewest views of which that can be said: neighbours stand close to each other.
@@ -23,6 +25,9 @@ struct Reading {
 
 /// A warning where poses contradict the photographs that were looked at. Where these have masks, what is left out may well move.
 pub(crate) fn doubt(format: Format, views: &[View], looks: &[Look], are_masked: bool) -> Option<Problem> {
+    if looks.iter().any(|look| look.small.width.min(look.small.height) < LEAST_EDGE) {
+        return None;
+    }
     let as_read = rigid::score(&looks.iter().map(Look::posed).collect::<Vec<_>>())?;
     if as_read.is_rigid() {
         return None;

@@ -236,35 +236,6 @@ fn what_nothing_tells_is_doubted_aloud_and_can_be_said() {
 }
 
 #[test]
-fn neighbouring_photographs_tell_which_pixels_are_meant() {
-    for (tag, meant) in [
-        (3, Orientation::Stored),
-        (3, Orientation::Upright),
-        (6, Orientation::Upright),
-        (5, Orientation::Stored),
-    ] {
-        let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(10));
-        write_balls(folder.path(), &cameras, "png", |p, ball| ball.map_or(wall(p.camera, p.x, p.y), texture));
-        for k in 0..cameras.len() {
-            let name = folder.path().join(format!("images/{}.png", stem(k)));
-            let upright = image::open(&name).unwrap().into_rgb8();
-            let image = if meant == Orientation::Stored { upright } else { stored(upright, tag) };
-            std::fs::remove_file(name).unwrap();
-            write_file(folder.path(), &format!("images/{}.jpg", stem(k)), jpeg(&image, tag));
-        }
-        write_transforms(folder.path(), &cameras, "jpg", |_| {});
-        let data = open(folder.path(), None);
-        let (severity, message) = said(&data);
-        let done = if meant == Orientation::Stored { "taken as they are stored" } else { "turned upright" };
-        assert!(
-            message.contains(done) && message.contains("neighbouring photographs"),
-            "tag {tag}: {message}"
-        );
-        assert_eq!(severity, Severity::Note);
-    }
-}
-
-#[test]
 fn images_without_a_tag_among_others_stay() {
     let folder = colmap(3, Orientation::Stored, Points::None);
     let cameras = around(SQUARE);
