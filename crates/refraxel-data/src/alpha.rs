@@ -9,6 +9,8 @@ use std::str::FromStr;
 
 /// Alpha from which a pixel counts as opaque: exporters round.
 const OPAQUE: f32 = 0.98;
+/// Alpha up to which nothing is there: 1 of 255, where a 1 was meant to be all.
+const NONE: f32 = 1.01 / 255.0;
 /// One colour has at least this share of the pixels below alpha 0 of a cut-out.
 const PLAIN: f64 = 0.9;
 /// A photograph changes less than this from pixel to pixel, compared with pixels that are far apart; noise changes as much.
@@ -71,8 +73,8 @@ fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
     if alpha().all(|a| a >= OPAQUE) {
         return (AlphaMeaning::Ignore, None);
     }
-    if alpha().all(|a| a <= 0.0) {
-        let message = "the alpha of all photographs that were looked at is 0 everywhere, as a faulty export leaves it: it is \
+    if alpha().all(|a| a <= NONE) {
+        let message = "the alpha of all photographs that were looked at is 0 or 1 of 255 everywhere, as a faulty export leaves it: it is \
                        left out (--alpha backdrop says that nothing is to be seen)";
         return (AlphaMeaning::Ignore, Some(Problem::warning(message)));
     }

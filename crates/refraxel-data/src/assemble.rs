@@ -4,13 +4,13 @@
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
 use crate::decoding::Header;
 use crate::orientation::{self, Picture};
-use crate::parsed::{Frame, Origin, ParsedDataset};
+use crate::parsed::{Frame, Intrinsics, Origin, ParsedDataset};
 use crate::size::Size;
 use crate::synth::IndexTruth;
 use crate::{
     AlphaMeaning, AlphaUse, Backdrop, DataError, Dataset, LocalOrigin, MaskMeaning, NamedCamera, OpenOptions,
-    Orientation, PhotoSource, Problem, View, alpha, backdrop, depth, json, looks, losses, masks, pose,
-    repetitions, split,
+    Orientation, PhotoSource, Problem, View, alpha, backdrop, bars, camera, depth, json, looks, losses,
+    masks, pose, readings, repetitions, split,
 };
 use refraxel_core::Camera;
 use serde_json::Value;
@@ -73,7 +73,7 @@ fn cameras(
     orientations: &[Orientation],
 ) -> Result<Vec<Camera>, DataError> {
     let mut cameras = Vec::with_capacity(headers.len());
-    let (mut repaired, mut resized) = (Vec::new(), Vec::new());
+    let (mut repaired, mut resized, mut implied) = (Vec::new(), Vec::new(), Vec::new());
     for ((frame, header), orientation) in parsed.frames.iter().zip(headers).zip(orientations) {
         let Origin { path, key } = &frame.origin;
         let checked = pose::check(&frame.pose).map_err(|fault| DataError::Pose {
@@ -85,10 +85,15 @@ fn cameras(
         repaired.extend(checked.repaired);
         let stated = frame.intrinsics.size.filter(|stated| differs(*stated, real));
         resized.extend(stated.map(|stated| Resized { stated, real }));
-        cameras.push(frame.intrinsics.camera(real, checked.pose, &frame.origin)?);
+        let other = frame.intrinsics.implied_size(real);
+        implied.extend(other.map(|stated| Resized { stated, real }));
+        let intrinsics = Intrinsics { size: frame.intrinsics.size.or(other), ..frame.intrinsics };
+        cameras.push(intrinsics.camera(real, checked.pose, &frame.origin)?);
     }
     parsed.problems.extend(repairs(&repaired));
     parsed.problems.extend(resizes(&resized));
+    parsed.problems.extend(of_other_pictures(&implied));
+    parsed.problems.extend(camera::doubts(&cameras));
     Ok(cameras)
 }
 
@@ -119,7 +124,13 @@ fn look(
         |is_wanted: &dyn Fn(usize) -> bool| (0..views.len()).filter(|k| is_wanted(*k)).collect::<Vec<_>>();
     let groups = [of(&|k| headers[k].alpha), of(&|k| stated.masks[k].is_some()), of(&|_| true)];
     let among = groups.iter().find(|group| !group.is_empty()).map_or(&[][..], |group| group);
-    let looks = looks::look(views, among);
+    let mut looks = looks::look(views, among);
+    parsed.problems.extend(readings::doubt(
+        parsed.format,
+        views,
+        &looks,
+        stated.masks.iter().any(Option::is_some),
+    ));
     let alpha = alpha::decide(headers, &looks, options);
     parsed.problems.extend(alpha.problems);
     if alpha.meaning == Some(AlphaMeaning::Mask) {
@@ -141,8 +152,15 @@ fn look(
             *path = mask.map(|m| m.path);
         }
     }
-    let evidence =
-        backdrop::Evidence { parsed, truth, views, looks: &looks, masks: &masks.looks, is_cut_out };
+    let mut on_border = masks.looks;
+    if let Some(bars) = bars::bars(&looks).filter(|_| !is_cut_out) {
+        looks.iter_mut().for_each(|look| look.border = bars.inner_border(look));
+        on_border.fill_with(|| None);
+        parsed.problems.push(bars.problem);
+    } else if !is_cut_out && on_border.iter().all(Option::is_none) {
+        parsed.problems.extend(bars::corners(&looks));
+    }
+    let evidence = backdrop::Evidence { parsed, truth, views, looks: &looks, masks: &on_border, is_cut_out };
     let (backdrop, problem) = backdrop::decide(&evidence, options);
     parsed.problems.extend(problem);
     Ok(backdrop)
@@ -256,6 +274,16 @@ fn resizes(resized: &[Resized]) -> Option<Problem> {
     } else {
         Problem::warning(format!("{message}; the shape differs too"))
     })
+}
+
+/// A warning about cameras that state no size and whose principal point is the middle of larger or smaller pictures.
+fn of_other_pictures(implied: &[Resized]) -> Option<Problem> {
+    let Resized { stated: [w, h], real } = implied.first()?;
+    Some(Problem::warning(format!(
+        "{} cameras state no size of their pictures, and their principal point is the middle of pictures of {w:.0}x{h:.0}, not of {real}: \
+         focal length and principal point were scaled to the image",
+        implied.len()
+    )))
 }
 
 fn check_distinct_poses(path: &Path, data: &mut Dataset) -> Result<(), DataError> {

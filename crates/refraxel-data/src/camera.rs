@@ -100,6 +100,51 @@ fn has_lens(camera: &Camera) -> bool {
     }
 }
 
+/// Full field of view of a lens without a fisheye model beyond which its focal length is doubted [rad].
+const WIDEST: f64 = 2.6;
+/// Share of the picture that a circular fisheye fills.
+const CIRCLE: f64 = 0.5;
+
+/// Warnings about cameras that can take pictures and are probably not those that did.
+pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
+    let count = |is_odd: &dyn Fn(&Camera) -> bool| cameras.iter().filter(|c| is_odd(c)).count();
+    let flat = |c: &Camera| {
+        !matches!(
+            c.lens,
+            Lens::Equirectangular | Lens::Fisheye { .. } | Lens::ThinPrismFisheye { .. } | Lens::Fov { .. }
+        )
+    };
+    let field = |c: &Camera| {
+        (c.center[0] / c.focal[0]).atan() + ((f64::from(c.width) - c.center[0]) / c.focal[0]).atan()
+    };
+    let is_wide = |c: &Camera| flat(c) && field(c) > WIDEST;
+    let size = |c: &Camera| [f64::from(c.width), f64::from(c.height)];
+    let is_off = |c: &Camera| {
+        c.lens != Lens::Equirectangular && (0..2).any(|a| !(0.0..=size(c)[a]).contains(&c.center[a]))
+    };
+    let is_blind = |c: &Camera| shown(c) < CIRCLE;
+    let found: [(usize, &str); 3] = [
+        (
+            count(&is_wide),
+            "see more than 150 degrees although their lens is no fisheye: focal lengths may be those of smaller pictures, or parts of a \
+                           width",
+        ),
+        (
+            count(&is_off),
+            "have their principal point outside of their picture, as crops may: where they are none, it is that of another picture",
+        ),
+        (
+            count(&is_blind),
+            "have no ray on more than half of their picture: coefficients of distortion may be those of another lens model",
+        ),
+    ];
+    let of = cameras.len();
+    let problem = |(count, what): (usize, &str)| {
+        (count > 0).then(|| Problem::warning(format!("{count} of {of} cameras {what}")))
+    };
+    found.into_iter().filter_map(problem).collect()
+}
+
 /// What all cameras have in common so that depth cannot be reconstructed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coincidence {

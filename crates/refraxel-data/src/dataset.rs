@@ -181,6 +181,25 @@ pub enum MaskMeaning {
     Ignore,
 }
 
+impl MaskMeaning {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Refractive, Self::Keep, Self::Ignore];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Refractive => "refractive",
+            Self::Keep => "keep",
+            Self::Ignore => "ignore",
+        }
+    }
+
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|meaning| meaning.name() == name)
+    }
+}
+
 /// What the alpha channels of photographs mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlphaMeaning {

@@ -2,7 +2,7 @@
 
 use crate::region::quantile;
 use crate::synth::IndexTruth;
-use crate::{Dataset, Format, MaskMeaning, Region, Severity, scene_region};
+use crate::{Dataset, Format, Region, Severity, scene_region};
 use refraxel_core::{Aabb, Camera, Lens};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -218,10 +218,6 @@ fn lens_name(lens: &Lens) -> &'static str {
 /// The meaning of the first mask stands for all; mixed meanings are a problem note of their own.
 fn masks(data: &Dataset) -> Option<MaskSummary> {
     let masked = || data.views.iter().filter(|v| v.has_mask());
-    let meaning = match masked().next()?.mask_meaning {
-        MaskMeaning::Refractive => "refractive",
-        MaskMeaning::Keep => "keep",
-        MaskMeaning::Ignore => "ignore",
-    };
+    let meaning = masked().next()?.mask_meaning.name();
     Some(MaskSummary { meaning, count: masked().count() })
 }

@@ -116,8 +116,8 @@ impl<'a> Object<'a> {
     }
 
     /// Keys and values, without those of an outer object.
-    pub fn map(&self) -> impl Iterator<Item = (&'a String, &'a Value)> + use<'a> {
-        self.map.iter()
+    pub fn map(&self) -> &'a Map<String, Value> {
+        self.map
     }
 
     /// Full name of a key for messages: `frames[3].fl_x`.

@@ -1,9 +1,10 @@
 //! Photographs that are looked at while a dataset is opened, for what its descriptions do not say: few of them, and small.
 
 use crate::reduce::means;
+use crate::rigid::Posed;
 use crate::{Image, Mask, Photo, Pixels, View, load_photo};
 use rayon::prelude::*;
-use refraxel_core::Camera;
+use refraxel_core::{Camera, Vec3};
 use std::collections::BTreeSet;
 
 /// Photographs that are looked at, at most.
@@ -23,6 +24,8 @@ const DEPTHS: [f64; 3] = [0.0, 0.02, 0.04];
 pub(crate) struct Look {
     /// The index of the view.
     pub view: usize,
+    /// Columns and rows of the photograph.
+    pub size: [u32; 2],
     /// The photograph without alpha, small, and its camera.
     pub small: Image,
     pub camera: Camera,
@@ -46,7 +49,11 @@ pub(crate) struct MaskLook {
 /// Looks at a few views out of `among`, spread evenly, with the nearest neighbours of some of them. What cannot be decoded is left out:
 /// who needs it will say so.
 pub(crate) fn look(views: &[View], among: &[usize]) -> Vec<Look> {
-    let chosen = chosen(views, among);
+    look_at(views, &chosen(|view| views[view].camera.world_from_camera.translation, among))
+}
+
+/// Looks at these views.
+pub(crate) fn look_at(views: &[View], chosen: &[usize]) -> Vec<Look> {
     let looks = chosen.chunks(AT_ONCE).flat_map(|some| -> Vec<Look> {
         some.par_iter()
             .filter_map(|&view| Some(Look::at(view, &views[view], &load_photo(&views[view]).ok()?)))
@@ -55,8 +62,8 @@ pub(crate) fn look(views: &[View], among: &[usize]) -> Vec<Look> {
     looks.collect()
 }
 
-fn chosen(views: &[View], among: &[usize]) -> Vec<usize> {
-    let place = |view: usize| views[view].camera.world_from_camera.translation;
+/// A few out of `among`, spread evenly, with the nearest neighbours of some of them, by the places of their cameras.
+pub(crate) fn chosen(place: impl Fn(usize) -> Vec3<f64>, among: &[usize]) -> Vec<usize> {
     let spread = |count: usize| {
         (0..count.min(among.len())).map(move |k| among[k * among.len() / count.min(among.len())])
     };
@@ -78,17 +85,22 @@ fn chosen(views: &[View], among: &[usize]) -> Vec<usize> {
 }
 
 impl Look {
+    /// The small photograph and its camera.
+    pub fn posed(&self) -> Posed<'_> {
+        Posed { image: &self.small, camera: &self.camera }
+    }
+
     fn at(view: usize, of: &View, photo: &Photo) -> Self {
         let image = &*photo.image;
         let size = [image.width, image.height];
         let samples =
             sampled(size).into_iter().map(|[at, next]| [image.rgba(at), image.rgba(next)]).collect();
         let border = along_border(size).into_iter().map(|at| image.rgba(at)).collect();
-        let small = small_size(size);
-        let camera = of.camera.resized(small[0], small[1]);
-        let pixels = means(size, small, 3, |pixel, channel| image.rgba(pixel)[channel]);
-        let small = Image { width: small[0], height: small[1], channels: 3, pixels: Pixels::F32(pixels) };
-        Self { view, small, camera, samples, border }
+        let [width, height] = small_size(size);
+        let camera = of.camera.resized(width, height);
+        let pixels = means(size, [width, height], 3, |pixel, channel| image.rgba(pixel)[channel]);
+        let small = Image { width, height, channels: 3, pixels: Pixels::F32(pixels) };
+        Self { view, size, small, camera, samples, border }
     }
 }
 

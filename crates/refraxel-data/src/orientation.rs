@@ -4,6 +4,7 @@
 use crate::colours::{self, Agreement};
 use crate::decoding::Header;
 use crate::parsed::{Frame, ParsedDataset};
+use crate::turns::{self, Scores};
 use crate::{DataError, Format, Problem};
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +49,9 @@ enum Ground {
     },
     /// Points of the scene have the colours of the pixels where they are seen.
     Colours(Agreement),
-    /// Neither tells; programs that write the format do so.
+    /// Neighbouring photographs show the same things where their poses say.
+    Neighbours(Scores),
+    /// Nothing tells; programs that write the format do so.
     Format,
 }
 
@@ -82,10 +85,15 @@ fn ground(
     let most = if stored >= upright { Orientation::Stored } else { Orientation::Upright };
     match stored.min(upright) {
         0 if stored.max(upright) > 0 => Ok((most, Ground::Shape)),
-        0 => Ok(match colours::agreement(parsed, tagged)? {
-            Some((taken, agreement)) => (taken, Ground::Colours(agreement)),
-            None => (Orientation::Stored, Ground::Format),
-        }),
+        0 => {
+            if let Some((taken, agreement)) = colours::agreement(parsed, tagged)? {
+                return Ok((taken, Ground::Colours(agreement)));
+            }
+            let by_neighbours = turns::agreement(tagged)?;
+            Ok(by_neighbours.map_or((Orientation::Stored, Ground::Format), |(taken, scores)| {
+                (taken, Ground::Neighbours(scores))
+            }))
+        }
         against => Ok((most, Ground::Shapes { against })),
     }
 }
@@ -128,6 +136,11 @@ fn problem(format: Format, [tagged, all]: [usize; 2], taken: Orientation, ground
             "because {samples} points of the scene then have the colours of their pixels (correlation {taken:.2}, otherwise \
              {other:.2})"
         ),
+        Ground::Neighbours(Scores { taken, other }) => format!(
+            "because neighbouring photographs then show the same things where their poses say (gain of correlation {:.2}, otherwise \
+             {:.2})",
+            taken.mean, other.mean
+        ),
         Ground::Format => format!("because {writes}; nothing else decides it"),
     };
     let message = format!(
@@ -135,7 +148,7 @@ fn problem(format: Format, [tagged, all]: [usize; 2], taken: Orientation, ground
         taken.other().name()
     );
     let is_sure = match ground {
-        Ground::Asked | Ground::Shape | Ground::Colours(_) => true,
+        Ground::Asked | Ground::Shape | Ground::Colours(_) | Ground::Neighbours(_) => true,
         Ground::Shapes { .. } => false,
         Ground::Format => format == Format::Colmap,
     };

@@ -195,6 +195,20 @@ pub(crate) struct Intrinsics {
 }
 
 impl Intrinsics {
+    /// The size of pictures of which the stated principal point is the middle, where no size is stated and the image has the same shape
+    /// and clearly another size.
+    pub fn implied_size(&self, real: Size) -> Option<[f64; 2]> {
+        /// Sizes within this factor are one, whose principal point is off.
+        const CLEAR: f64 = 1.4;
+        /// Shapes within this factor are one.
+        const SHAPE: f64 = 1.05;
+        let is_open = self.size.is_none() && matches!(self.focal, Focal::Pixels(_));
+        let size = self.center.filter(|_| is_open)?.map(|c| 2.0 * c);
+        let [x, y] = [size[0] / f64::from(real.width), size[1] / f64::from(real.height)];
+        let is_shape = x > 0.0 && y > 0.0 && (x / y).max(y / x) < SHAPE;
+        (is_shape && x.max(1.0 / x) > CLEAR).then_some(size)
+    }
+
     /// The camera of an image that really has `size`; the stated values are scaled to it.
     pub fn camera(&self, size: Size, pose: Pose, origin: &Origin) -> Result<Camera, DataError> {
         let real = [f64::from(size.width), f64::from(size.height)];

@@ -5,7 +5,7 @@ use crate::camera::Camera;
 use crate::errors::{of_data, refused};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use refraxel::verbs::dataset::source_of;
+use refraxel::verbs::files::absolute;
 use refraxel_core::Vec3;
 use refraxel_data::{
     Backdrop, Crop, Image, Mask, MaskMeaning, OpenOptions, Orientation, Photo, Pixels, PosedPhoto, Reduction,
@@ -40,12 +40,8 @@ impl Dataset {
 
 /// What the white of masks means.
 pub fn meaning(name: &str) -> PyResult<MaskMeaning> {
-    match name {
-        "refractive" => Ok(MaskMeaning::Refractive),
-        "keep" => Ok(MaskMeaning::Keep),
-        "ignore" => Ok(MaskMeaning::Ignore),
-        _ => Err(refused(format!("mask_meaning is {name:?}; expected one of refractive, keep, ignore"))),
-    }
+    let expected = || refused(format!("mask_meaning is {name:?}; expected one of refractive, keep, ignore"));
+    MaskMeaning::named(name).ok_or_else(expected)
 }
 
 /// Which pixels of images with an orientation tag are posed.
@@ -190,7 +186,10 @@ impl Dataset {
             Ok(None) => data.fit(),
             Err(none) => return Err(refused(format!("downscale: {none}"))),
         };
-        let source = Source { downscale: reduction.map(u32::from), ..source_of(&path, &options, &data) };
+        let source = Source {
+            downscale: reduction.map(u32::from),
+            ..Source::of_files(absolute(&path), &options, &data)
+        };
         Ok(Self { source, data })
     }
 

@@ -130,7 +130,7 @@ impl Session {
     ) -> PyResult<Self> {
         let mut all = Options::suited_to(
             scene_region(&data.data).extent(),
-            index_from.is_some() || refraction_search::has_masks(&data.data),
+            refraction_search::is_told(index_from.is_some(), &data.data),
         );
         if let Some(file) = &index_from {
             known_index::suit(&mut all, file);

@@ -1,10 +1,14 @@
 //! Photographs beside a description: where they lie, and views of them.
 
+use crate::DepthFile;
+use crate::extensions::is_picture;
 use crate::folder::{folder_in, names};
-use crate::naming::key;
+use crate::masks::names_beside;
+use crate::naming::{key, picture_stem};
 use crate::parsed::{Frame, Intrinsics, Origin};
 use crate::root::Root;
 use refraxel_core::Pose;
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 /// A view of a photograph whose description says nothing of masks, depth and parts; `image` is `None` where the file does not exist.
@@ -17,6 +21,25 @@ pub(super) fn frame(
 ) -> Frame {
     let (file, mask, depth, part, lost) = (file.into(), None, None, None, None);
     Frame { origin, file, image, mask, depth, part, intrinsics, pose, lost }
+}
+
+/// The images among these names that are no masks beside others.
+pub(super) fn photographs(mut names: Vec<String>) -> Vec<String> {
+    names.retain(|name| is_picture(name));
+    let masks: HashSet<String> = names.iter().flat_map(|name| names_beside(picture_stem(name))).collect();
+    names.retain(|name| !masks.contains(name));
+    names
+}
+
+/// Gives photographs the maps of depth that lie in the folder `depth` of the dataset under their names, with `unit` scene units a step.
+pub(super) fn add_depth(root: &Root, frames: &mut [Frame], extension: &str, unit: f64) {
+    let folder = root.folder().join("depth");
+    for frame in frames.iter_mut().filter(|frame| frame.depth.is_none()) {
+        let stem = frame.image.as_ref().and_then(|image| image.file_stem());
+        let path = stem.map(|stem| folder.join(stem).with_added_extension(extension));
+        frame.depth =
+            path.filter(|path| path.is_file() && root.contains(path)).map(|path| DepthFile { path, unit });
+    }
 }
 
 /// Folders that are looked into.

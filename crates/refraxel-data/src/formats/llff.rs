@@ -1,8 +1,8 @@
 //! LLFF `poses_bounds.npy`: one row per image of `images/` or a reduced copy of it, sorted by name.
 
 use super::beside::frame;
+use super::beside::photographs;
 use super::npy::{self, Matrix};
-use super::photographs::photographs;
 use crate::folder::{file_in, names};
 use crate::naming::key;
 use crate::parsed::{Focal, Frame, Intrinsics, Loss, Origin, ParsedDataset};

@@ -11,7 +11,6 @@ pub(crate) mod npy;
 pub(crate) mod npz;
 pub(crate) mod nsvf;
 pub(crate) mod opensfm;
-mod photographs;
 pub(crate) mod ply;
 pub(crate) mod polycam;
 pub(crate) mod realitycapture;

@@ -1,9 +1,9 @@
 //! Record3D: `metadata` (JSON) beside `rgb/` or `rgbd/`, as the app exports or as an unpacked `.r3d` holds.
 //!
-//! `poses` are quaternions (x, y, z, w) and positions of the camera in the world, with camera axes right, up and backwards and the y
+//! Where the app has exported EXR, `depth/` holds depth in metres. `poses` are quaternions (x, y, z, w) and positions of the camera in the world, with camera axes right, up and backwards and the y
 //! axis of the world upwards (ARKit). `K` is a 3x3 matrix column by column; `perFrameIntrinsicCoeffs` (fx, fy, cx, cy) is of each photograph.
 
-use super::beside::frame;
+use super::beside::{add_depth, frame};
 use super::gravity::state_up;
 use crate::extensions::is_picture;
 use crate::folder::names;
@@ -55,8 +55,23 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
         let (file, pose) = (format!("{images}/{name}"), pose_of(pose, &origin)?);
         parsed.frames.push(frame(origin, file, image, intrinsics, pose));
     }
+    add_depth(&parsed.root, &mut parsed.frames, "exr", METRE);
+    let compressed = names_of(&parsed.root.folder().join(images), ".depth");
+    if compressed > 0 && parsed.frames.iter().all(|frame| frame.depth.is_none()) {
+        parsed.problems.push(Problem::note(format!(
+            "{compressed} depth maps of Record3D (.depth) are compressed by LZFSE and are not read; export EXR + RGB from the app for depth"
+        )));
+    }
     state_up(&mut parsed, vec3(0.0, 1.0, 0.0));
     Ok(parsed)
+}
+
+/// Poses of ARKit and depth in EXR are in metres.
+const METRE: f64 = 1.0;
+
+/// How many names in a folder end so.
+fn names_of(folder: &Path, end: &str) -> usize {
+    names(folder).unwrap_or_default().iter().filter(|name| name.ends_with(end)).count()
 }
 
 /// The folder of photographs and their names by number.

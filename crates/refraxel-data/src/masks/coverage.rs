@@ -3,6 +3,7 @@
 use crate::Mask;
 use crate::size::Size;
 use ::image::{DynamicImage, ImageFormat};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// How a file says what is covered.
@@ -22,7 +23,8 @@ pub(crate) struct Coverage {
     pub reading: Reading,
 }
 
-/// Largest value of a mask that is all dark and yet not black, of 255 or 65535, that is a number of a label.
+/// Largest value of a mask that is all dark and yet not black, of 255 or 65535, that is a number of a label; and most values of one that
+/// has no white, as labels have few.
 const MOST_LABELS: u16 = 31;
 /// Alpha from which a pixel is there.
 const HALF: u8 = 128;
@@ -30,7 +32,8 @@ const HALF: u8 = 128;
 /// The coverage of the mask that was read from `path`.
 ///
 /// Colours count by their brightest channel. Where alpha varies, it says what is covered. Where nothing is brighter than
-/// [`MOST_LABELS`], all but 0 is covered, except in JPEG, whose black is not exact.
+/// [`MOST_LABELS`], or nothing is white and there are no more values than that, all but 0 is covered, except in JPEG, whose black is
+/// not exact.
 pub(crate) fn of_mask(decoded: DynamicImage, path: &Path) -> Coverage {
     let size = [decoded.width(), decoded.height()];
     let is_exact = !matches!(ImageFormat::from_path(path), Ok(ImageFormat::Jpeg));
@@ -43,7 +46,9 @@ pub(crate) fn of_mask(decoded: DynamicImage, path: &Path) -> Coverage {
     let values = brightness(decoded);
     let most = values.iter().copied().max().unwrap_or(0);
     let is_deep = most > u16::from(u8::MAX);
-    if is_exact && (1..=MOST_LABELS).contains(&most) {
+    let are_few = || values.iter().collect::<HashSet<_>>().len() <= usize::from(MOST_LABELS);
+    let is_dark = most < if is_deep { 1 << 15 } else { 1 << 7 };
+    if is_exact && ((1..=MOST_LABELS).contains(&most) || most > 0 && is_dark && are_few()) {
         let covered = values.iter().map(|v| if *v > 0 { u8::MAX } else { 0 }).collect();
         return Coverage { mask: mask(size, covered), reading: Reading::Labels(most) };
     }
@@ -143,6 +148,11 @@ mod tests {
         let of = |values: &[u8]| GrayImage::from_raw(values.len() as u32, 1, values.to_vec()).unwrap();
         assert_eq!(read(of(&[0, 1, 1]), "a.png"), (vec![0, 255, 255], Reading::Labels(1)));
         assert_eq!(read(of(&[0, 7, 2]), "a.png"), (vec![0, 255, 255], Reading::Labels(7)));
+        assert_eq!(
+            read(of(&[0, 50, 100]), "a.png"),
+            (vec![0, 255, 255], Reading::Labels(100)),
+            "grey labels"
+        );
         assert_eq!(read(of(&[0, 1, 200]), "a.png"), (vec![0, 1, 200], Reading::White));
         assert_eq!(read(of(&[0, 0, 0]), "a.png"), (vec![0; 3], Reading::White));
         assert_eq!(read(of(&[0, 3, 2]), "a.jpg"), (vec![0, 3, 2], Reading::White), "noise of JPEG");

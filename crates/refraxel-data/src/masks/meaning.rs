@@ -1,8 +1,9 @@
 //! What the white of masks means where nothing says it: what stands on its two sides in the photographs.
 
-use super::rigid::{self, Score};
+use super::sides;
 use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, rgb};
 use crate::region::quantile;
+use crate::rigid::Score;
 use crate::{DataError, MaskMeaning, Problem, photo};
 use rayon::prelude::*;
 use std::path::Path;
@@ -15,9 +16,7 @@ const LOOKED_AT: usize = 12;
 const PLAIN: f64 = 0.9;
 /// Least pixels of a side that is called plain.
 const FEWEST: usize = 50;
-/// A side with a [`Score`] above this shows a rigid scene.
-const RIGID: f64 = 0.06;
-/// The other side shows none where its score is below this part of that: what refracts is found again here and there, what changes from
+/// A side shows no rigid scene where its [`Score`] is below this part of that of the other one, which does: what refracts is found again here and there, what changes from
 /// view to view is not.
 const REFRACTS: f64 = 0.5;
 const CHANGES: f64 = 0.2;
@@ -62,13 +61,13 @@ pub(super) fn conclude(prior: Prior, seen: &[Seen]) -> (MaskMeaning, Option<Prob
         );
         return (MaskMeaning::Ignore, Some(Problem::warning(message)));
     }
-    if let Some([inside, outside]) = rigid::stillness(seen)
+    if let Some([inside, outside]) = sides::stillness(seen)
         && outside > STILL
         && inside < outside - MOVES
     {
         return (MaskMeaning::Keep, Some(still(&covered, outside)));
     }
-    let [inside, outside] = rigid::sides(seen);
+    let [inside, outside] = sides::sides(seen);
     if let (Some(inside), Some(outside)) = (inside, outside)
         && let Some(meaning) = by_rigidity(inside, outside)
     {
@@ -79,12 +78,11 @@ pub(super) fn conclude(prior: Prior, seen: &[Seen]) -> (MaskMeaning, Option<Prob
 
 /// Where one side shows a rigid scene and the other does not, that says what the masks are for.
 fn by_rigidity(inside: Score, outside: Score) -> Option<MaskMeaning> {
-    let is_rigid = |s: Score| s.mean - 2.0 * s.error > RIGID;
     let is_below = |s: Score, part: f64, of: Score| s.mean + 2.0 * s.error < part * of.mean;
-    if is_rigid(inside) && is_below(outside, CHANGES, inside) {
+    if inside.is_rigid() && is_below(outside, CHANGES, inside) {
         return Some(MaskMeaning::Keep);
     }
-    (is_rigid(outside) && is_below(inside, REFRACTS, outside)).then_some(MaskMeaning::Refractive)
+    (outside.is_rigid() && is_below(inside, REFRACTS, outside)).then_some(MaskMeaning::Refractive)
 }
 
 fn still(covered: &str, outside: f64) -> Problem {

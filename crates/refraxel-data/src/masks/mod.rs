@@ -5,7 +5,7 @@ mod decide;
 mod meaning;
 mod odd;
 mod places;
-mod rigid;
+mod sides;
 mod summary;
 
 pub(crate) use decide::{Stated, decide, find};

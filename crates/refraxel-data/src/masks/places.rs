@@ -1,8 +1,9 @@
 //! Where masks are: in the folders and under the names that tools give them.
 
+use super::coverage;
 use crate::extensions::{READ, conversion};
 use crate::parsed::{Frame, ParsedDataset, StatedMask};
-use crate::{MaskMeaning, Problem};
+use crate::{MaskMeaning, Problem, decoding, folder};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,13 @@ const ARRAYS: [&str; 2] = ["npy", "npz"];
 /// Folders below a folder of masks that are looked into.
 const DEEPEST: usize = 4;
 
+/// What the name of a photograph's mask has behind its own.
+const TAILS: [&str; 7] = ["_mask", ".mask", "-mask", "_masks", "_matte", "_alpha", "_seg"];
+
 /// Names of the mask of a photograph, in a folder of masks.
 fn names(stem: &str, name: &str) -> impl Iterator<Item = String> {
-    let of_stem = ["", "_mask", ".mask"].map(|tail| format!("{stem}{tail}"));
-    let stems = of_stem.into_iter().chain([name.to_owned(), format!("{name}.mask"), format!("mask_{stem}")]);
+    let of_stem = std::iter::once("").chain(TAILS).map(|tail| format!("{stem}{tail}"));
+    let stems = of_stem.chain([name.to_owned(), format!("{name}.mask"), format!("mask_{stem}")]);
     let all: Vec<String> = stems.flat_map(|s| READ.map(|extension| format!("{s}.{extension}"))).collect();
     all.into_iter().chain([name.to_owned()])
 }
@@ -30,11 +34,65 @@ pub(crate) fn names_in_folder(photograph: &Path) -> Vec<PathBuf> {
 
 /// Names of masks beside a photograph.
 pub(crate) fn names_beside(stem: &str) -> Vec<String> {
-    ["_mask", ".mask"]
-        .iter()
-        .flat_map(|tail| READ.map(|extension| format!("{stem}{tail}.{extension}")))
-        .collect()
+    TAILS.iter().flat_map(|tail| READ.map(|extension| format!("{stem}{tail}.{extension}"))).collect()
 }
+
+/// Words of the names of folders that hold masks.
+const OF_MASKS: [&str; 14] = [
+    "mask",
+    "masks",
+    "segmentation",
+    "segmentations",
+    "seg",
+    "segs",
+    "silhouette",
+    "silhouettes",
+    "matte",
+    "mattes",
+    "alpha",
+    "alphas",
+    "label",
+    "labels",
+];
+/// Words beside them that say that white marks something refractive, and that white is to be ignored.
+const OF_GLASS: [&str; 4] = ["glass", "refractive", "transparent", "refraction"];
+const IGNORED: [&str; 10] = [
+    "dynamic",
+    "ignore",
+    "ignored",
+    "invalid",
+    "transient",
+    "transients",
+    "moving",
+    "motion",
+    "distractor",
+    "distractors",
+];
+/// Words beside them that say nothing.
+const PLAIN: [&str; 22] = [
+    "object",
+    "objects",
+    "foreground",
+    "fg",
+    "image",
+    "images",
+    "img",
+    "imgs",
+    "rgb",
+    "sam",
+    "train",
+    "test",
+    "val",
+    "input",
+    "binary",
+    "undistorted",
+    "resized",
+    "final",
+    "output",
+    "pred",
+    "gt",
+    "png",
+];
 
 /// What a folder of this name holds: the order in which such folders are asked, what white means, and the number of reduced
 /// photographs, as in `masks_2` beside `images_2`.
@@ -43,16 +101,19 @@ fn known(name: &str) -> Option<(usize, StatedMask, Option<String>)> {
     let reduced =
         name.rsplit_once('_').filter(|(_, n)| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
     let (stem, number) = reduced.map_or((name.as_str(), None), |(stem, n)| (stem, Some(n.to_owned())));
-    let (order, stated) = match stem {
-        "glass_masks" | "glass_mask" | "refractive_masks" | "refractive_mask" => {
-            (0, StatedMask::Context(MaskMeaning::Refractive))
-        }
-        "masks" | "mask" => (1, StatedMask::Open),
-        "object_masks" | "object_mask" | "foreground_masks" | "foreground_mask" | "segmentations"
-        | "segmentation" | "seg" | "segs" | "silhouettes" | "silhouette" | "mattes" | "matte" | "alphas"
-        | "alpha" | "labels" | "label" => (2, StatedMask::Open),
-        "dynamic_masks" | "dynamic_mask" => (3, StatedMask::Context(MaskMeaning::Ignore)),
-        _ => return None,
+    let words: Vec<&str> = stem.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty()).collect();
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
+    let others = words.iter().filter(|word| !OF_MASKS.contains(word));
+    let is_known = |word: &&&str| OF_GLASS.contains(word) || IGNORED.contains(word) || PLAIN.contains(word);
+    if !has(&OF_MASKS) || !others.clone().all(|word| is_known(&word)) {
+        return None;
+    }
+    let (order, stated) = match (has(&OF_GLASS), has(&IGNORED)) {
+        (true, false) => (0, StatedMask::Context(MaskMeaning::Refractive)),
+        (false, true) => (3, StatedMask::Context(MaskMeaning::Ignore)),
+        (true, true) => return None,
+        _ if matches!(stem, "masks" | "mask") => (1, StatedMask::Open),
+        _ => (2, StatedMask::Open),
     };
     Some((order, stated, number))
 }
@@ -135,8 +196,52 @@ impl Places {
         }
         let is_unused = |f: &&Folder| !used.iter().flatten().any(|path| path.starts_with(&f.path));
         let folders = self.folders.values().flatten().filter(is_unused);
-        folders.filter_map(|f| f.warning(images(frames).next()?)).collect()
+        let mut problems: Vec<Problem> = folders.filter_map(|f| f.warning(images(frames).next()?)).collect();
+        if used.iter().all(Option::is_none) {
+            problems.extend(self.folders.keys().flat_map(|base| unnamed(base, frames)));
+        }
+        problems
     }
+}
+
+/// Warnings about pictures of black and white that may be masks and have no name of such: in folders of other names, under the names of
+/// photographs, and one for all of them.
+fn unnamed(base: &Path, frames: &[Frame]) -> Vec<Problem> {
+    let photographs: BTreeSet<&Path> = images(frames).filter_map(Path::parent).collect();
+    let Some(image) = images(frames).find(|image| image.starts_with(base)) else { return Vec::new() };
+    let relative = image.strip_prefix(base).unwrap_or(image);
+    let names = folder::names(base).unwrap_or_default();
+    let in_folder = |name: &String| {
+        let path = base.join(name);
+        if known(name).is_some() || !path.is_dir() || photographs.iter().any(|p| p.starts_with(&path)) {
+            return None;
+        }
+        let folder = Folder::of(path, 0, StatedMask::Open, None);
+        folder.file_of(relative).filter(|file| is_black_and_white(file)).map(|file| {
+            Problem::warning(format!(
+                "{} holds pictures of black and white under the names of photographs ({}), and they are not used; if they are masks, \
+                 call the folder masks (or glass_masks, where white marks glass)",
+                folder.path.display(),
+                file.display()
+            ))
+        })
+    };
+    let is_single = |name: &&String| READ.iter().any(|e| name.eq_ignore_ascii_case(&format!("mask.{e}")));
+    let single = names.iter().find(is_single).map(|name| {
+        Problem::warning(format!(
+            "{} seems to be a mask for all photographs, and it is not used: write a copy of it for each into a folder masks",
+            base.join(name).display()
+        ))
+    });
+    names.iter().filter_map(in_folder).chain(single).collect()
+}
+
+/// Whether a picture shows black and white, and hardly anything between.
+fn is_black_and_white(path: &Path) -> bool {
+    const BETWEEN: f64 = 0.01;
+    let Ok(decoded) = decoding::decode(path) else { return false };
+    let mask = coverage::of_mask(decoded.image, path).mask;
+    mask.grey_share() < BETWEEN && (BETWEEN..1.0 - BETWEEN).contains(&mask.white_share())
 }
 
 /// Folders of masks in a folder, those that mark glass first.
@@ -164,9 +269,7 @@ fn folders_in(base: &Path, photographs: &BTreeSet<&Path>) -> Vec<Folder> {
         if !path.is_dir() || photographs.iter().any(|p| p.starts_with(&path)) {
             return None;
         }
-        let (mut files, mut unread) = (HashMap::new(), 0);
-        list(&path, "", DEEPEST, &mut files, &mut unread);
-        Some(Folder { path, order, stated, number, files, unread })
+        Some(Folder::of(path, order, stated, number))
     };
     let mut folders: Vec<Folder> = entries.filter_map(folder).collect();
     folders.sort_by(|a, b| a.path.cmp(&b.path));
@@ -193,6 +296,13 @@ fn list(folder: &Path, prefix: &str, depth: usize, files: &mut HashMap<String, P
 }
 
 impl Folder {
+    /// Lists what it holds.
+    fn of(path: PathBuf, order: usize, stated: StatedMask, number: Option<String>) -> Self {
+        let (mut files, mut unread) = (HashMap::new(), 0);
+        list(&path, "", DEEPEST, &mut files, &mut unread);
+        Self { path, order, stated, number, files, unread }
+    }
+
     /// The mask of the photograph that has this path beside the folder.
     fn file_of(&self, relative: &Path) -> Option<PathBuf> {
         let below_first: PathBuf = relative.components().skip(1).collect();

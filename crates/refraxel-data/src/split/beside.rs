@@ -11,21 +11,26 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The lists in a dataset's folder and in those of its COLMAP models: `{train,val,test}_list.txt`, `test.txt`, `split.json`,
-/// others named so, and tables with a column `split`. What cannot be read is a warning.
+/// The lists in a dataset's folder, in its folder `splits` and in those of its COLMAP models: `{train,val,test}_list.txt`,
+/// `test.txt`, `split.json`, others named so, and tables with a column `split`. What cannot be read is a warning.
 pub(super) fn lists(root: &Root, problems: &mut Vec<Problem>) -> Vec<Lists> {
     let sparse = |folder: &Path| folder_in(folder, "sparse");
     let colmap = folder_in(root.folder(), "colmap");
     let models = [sparse(root.folder()), colmap.as_deref().and_then(sparse)];
     let inner = models.iter().flatten().flat_map(|model| [model.join("0"), model.clone()]);
-    let folders = std::iter::once(root.folder().to_owned()).chain(inner).chain(colmap.clone());
+    let own = ["splits", "split"].into_iter().filter_map(|name| folder_in(root.folder(), name));
+    let folders = std::iter::once(root.folder().to_owned()).chain(own).chain(inner).chain(colmap.clone());
     let mut found = Vec::new();
     for folder in folders {
         let mut files = names(&folder).unwrap_or_default();
+        problems.extend(files.iter().filter(|name| is_unread_list(name)).map(|name| {
+            ignored(&format!("{}: lists are read as .txt, .json, .tsv or .csv", folder.join(name).display()))
+        }));
         files.retain(|name| ["txt", "json", "tsv", "csv"].contains(&extension(name).as_str()));
         let files = files.iter().map(|name| folder.join(name));
         let files: Vec<PathBuf> = files.filter(|file| file.is_file() && root.contains(file)).collect();
         found.extend(of_text(root, &files, problems));
+        found.extend(files.iter().filter_map(|file| of_pairs(root, file)));
         found.extend(files.iter().filter_map(|file| of_json(root, file, problems)));
         found.extend(files.iter().filter_map(|file| of_table(root, file)));
     }
@@ -56,6 +61,25 @@ fn of_text(root: &Root, files: &[PathBuf], problems: &mut Vec<Problem>) -> Vec<L
         family.parts.push((part, lines.map(str::to_owned).collect()));
     }
     families.into_values().collect()
+}
+
+/// Lines of a name and its part, as in `train_test_split.txt`.
+fn of_pairs(root: &Root, file: &Path) -> Option<Lists> {
+    stem_with(file, "txt").filter(|stem| part_of_list(stem).is_none() && is_of_lists(stem))?;
+    let text = limits::read_text(file).ok()?;
+    let pair = |line: &str| {
+        let (name, part) = line.trim().rsplit_once([' ', '\t', ',', ';', ':'])?;
+        Some((Part::named(part)?, vec![name.trim_end_matches([' ', '\t', ',', ';', ':']).to_owned()]))
+    };
+    let parts: Vec<_> = text.lines().filter_map(pair).collect();
+    (!parts.is_empty()).then(|| Lists { source: shown(root, file), parts, are_surely_lists: false })
+}
+
+/// Whether a file is named as a list of views and has a format that is not read.
+fn is_unread_list(name: &str) -> bool {
+    let Some((stem, extension)) = name.rsplit_once('.') else { return false };
+    let is_unread = ["yaml", "yml", "toml", "npy", "npz", "pkl"].contains(&extension.to_lowercase().as_str());
+    is_unread && (part_of_list(stem).is_some() || is_of_lists(stem))
 }
 
 /// The word of a name that means this part.
@@ -92,8 +116,8 @@ fn of_json(root: &Root, file: &Path, problems: &mut Vec<Problem>) -> Option<List
     Some(Lists { source: shown(root, file), parts, are_surely_lists: false })
 }
 
-/// Lists by part, or parts by name.
-fn parts_of(map: &Map<String, Value>) -> Vec<(Part, Vec<String>)> {
+/// Lists by part, or parts by name, as far as an object holds some.
+pub(crate) fn parts_of(map: &Map<String, Value>) -> Vec<(Part, Vec<String>)> {
     let lists = lists_of(map);
     let named =
         map.iter().filter_map(|(name, part)| Some((Part::named(part.as_str()?)?, vec![name.clone()])));

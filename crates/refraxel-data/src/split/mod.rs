@@ -6,5 +6,6 @@ mod decide;
 mod lists;
 mod words;
 
-pub(crate) use beside::lists_of;
+pub(crate) use beside::{lists_of, parts_of};
 pub(crate) use decide::{assign, decide};
+pub(crate) use words::{is_of_lists, part_of_view};

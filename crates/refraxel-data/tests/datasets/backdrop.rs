@@ -18,6 +18,20 @@ fn balls(rendered: bool, extension: &str, colour: impl Fn(&Pixel) -> [u8; 3]) ->
     (folder, data)
 }
 
+/// Balls in a room, whose photographs were changed.
+fn balls_in(rendered: bool, change: impl Fn(&Pixel, [u8; 3]) -> [u8; 3]) -> (TempDir, Dataset) {
+    let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(10));
+    write_balls(folder.path(), &cameras, "png", |pixel, ball| {
+        change(pixel, ball.map_or(wall(pixel.camera, pixel.x, pixel.y), texture))
+    });
+    match rendered {
+        true => write_blender(folder.path(), &cameras, "png"),
+        false => write_transforms(folder.path(), &cameras, "png", |_| {}),
+    }
+    let data = open(&folder).unwrap();
+    (folder, data)
+}
+
 fn warns(data: &Dataset, text: &str) -> bool {
     data.problems.iter().any(|p| p.severity == Severity::Warning && p.message.contains(text))
 }
@@ -99,6 +113,29 @@ fn a_narrow_black_frame_is_no_backdrop() {
     let frame = |p: &Pixel| p.x == 0 || p.y == 0 || p.x == EDGE - 1 || p.y == EDGE - 1;
     let (_folder, data) = balls(false, "png", |p| if frame(p) { [0; 3] } else { wall(p.camera, p.x, p.y) });
     assert_eq!(data.backdrop, Backdrop::Surroundings);
+}
+
+#[test]
+fn bars_around_photographs_are_named_with_the_crop_that_cuts_them_off() {
+    let wide: fn(&Pixel) -> bool = |p| p.x < 4 || p.y < 4 || p.x >= EDGE - 4 || p.y >= EDGE - 4;
+    let letterbox: fn(&Pixel) -> bool = |p| p.y < 5 || p.y >= EDGE - 6;
+    for (is_bar, crop) in [(wide, "--crop 4,4,4,4"), (letterbox, "--crop 0,5,0,6")] {
+        for rendered in [true, false] {
+            let (_folder, data) = balls_in(rendered, |p, shown| if is_bar(p) { [0; 3] } else { shown });
+            assert_eq!(data.backdrop, Backdrop::Surroundings, "{crop}: {:?}", data.problems);
+            assert!(warns(&data, crop), "{crop}: {:?}", data.problems);
+        }
+    }
+    let (_folder, before_black) = balls(true, "png", |_| [0; 3]);
+    assert!(!reports(&before_black, "--crop"), "a backdrop is no bar: {:?}", before_black.problems);
+}
+
+#[test]
+fn corners_beyond_an_image_circle_are_said() {
+    let half = EDGE as f32 / 2.0;
+    let is_beyond = |p: &Pixel| (p.x as f32 + 0.5 - half).hypot(p.y as f32 + 0.5 - half) > half;
+    let (_folder, data) = balls_in(false, |p, shown| if is_beyond(p) { [0; 3] } else { shown });
+    assert!(warns(&data, "the corners of all photographs"), "{:?}", data.problems);
 }
 
 #[test]

@@ -55,3 +55,39 @@ fn maps_without_any_depth_are_left_out_with_a_word() {
     assert!(reports(&data, "which are not used: they hold no depth above 0"), "{:?}", data.problems);
     assert!(data.views.iter().all(|v| v.depth.is_none()));
 }
+
+#[test]
+fn record3d_has_depth_in_metres_as_exr_and_names_what_is_compressed() {
+    let folder = tempfile::tempdir().unwrap();
+    write_file(folder.path(), "metadata", record3d(&cameras(4)).to_string());
+    (0..4).for_each(|k| write_image(folder.path(), &format!("rgb/{k}.jpg"), WIDTH, HEIGHT));
+    write_file(folder.path(), "rgb/0.depth", "bvx2");
+    let data = open(&folder).unwrap();
+    assert!(data.views.iter().all(|v| v.depth.is_none()));
+    assert!(
+        reports(&data, "1 depth maps of Record3D (.depth)") && reports(&data, "LZFSE"),
+        "{:?}",
+        data.problems
+    );
+    std::fs::create_dir(folder.path().join("depth")).unwrap();
+    let map = image::Rgb32FImage::from_pixel(12, 8, image::Rgb([1.25; 3]));
+    (0..4).for_each(|k| map.save(folder.path().join(format!("depth/{k}.exr"))).unwrap());
+    let data = open(&folder).unwrap();
+    assert!(reports(&data, "4 of 4 views have a depth map, 1 scene units a step"), "{:?}", data.problems);
+    assert_eq!(depth_of(&data, [0.5, 0.5]), 1.25);
+}
+
+#[test]
+fn phone_captures_of_scannetpp_have_depth_in_millimetres() {
+    let folder = tempfile::tempdir().unwrap();
+    write_colmap(folder.path(), "colmap", "txt", colmap_text(&cameras(4)));
+    (0..4).for_each(|k| write_image(folder.path(), &format!("rgb/{}.png", stem(k)), WIDTH, HEIGHT));
+    std::fs::create_dir(folder.path().join("depth")).unwrap();
+    let map = image::ImageBuffer::from_pixel(12, 8, image::Luma([1250_u16]));
+    (0..4).for_each(|k| map.save(folder.path().join(format!("depth/{}.png", stem(k)))).unwrap());
+    assert!(open(&folder).unwrap().views.iter().all(|v| v.depth.is_none()), "the unit is unknown");
+    write_file(folder.path(), "pose_intrinsic_imu.json", "{}");
+    let data = open(&folder).unwrap();
+    assert!(reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step"), "{:?}", data.problems);
+    assert_eq!(depth_of(&data, [0.5, 0.5]), 1.25);
+}

@@ -77,6 +77,21 @@ fn a_head_that_states_another_number_of_images_is_a_warning() {
 }
 
 #[test]
+fn images_of_a_model_whose_position_is_no_number_are_left_out() {
+    let folder = colmap(6, |[_, images, _]| {
+        let mut lines: Vec<String> = images.lines().map(str::to_owned).collect();
+        let line = lines.iter_mut().find(|line| line.ends_with("r_2.png")).unwrap();
+        let mut fields: Vec<&str> = line.split(' ').collect();
+        fields[6] = "nan";
+        *line = fields.join(" ");
+        *images = lines.join("\n");
+    });
+    let data = open(&folder).unwrap();
+    assert_eq!(data.views.len(), 5);
+    assert!(warns(&data, "1 of 6 views are left out") && warns(&data, "r_2.png"), "{:?}", data.problems);
+}
+
+#[test]
 fn only_cameras_that_images_use_have_to_make_sense() {
     for unused in
         ["8 NEW_MODEL 24 16 1 2 3", "8 PINHOLE 24 16 nan nan nan nan", "8 PINHOLE 24 sixteen 30 30", "what?"]

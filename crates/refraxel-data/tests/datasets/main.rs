@@ -15,6 +15,7 @@ mod memory;
 mod names;
 mod orientation;
 mod pictures;
+mod readings;
 mod shared_scenes;
 mod splits;
 mod synth_independent;

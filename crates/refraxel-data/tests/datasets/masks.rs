@@ -94,7 +94,7 @@ fn white_over_a_plain_backdrop_and_black_over_the_thing_are_inverted_masks() {
 
 #[test]
 fn masks_are_found_under_the_names_of_many_tools() {
-    let names: [fn(&str) -> String; 12] = [
+    let names: [fn(&str) -> String; 17] = [
         |s| format!("masks/{s}.jpg"),
         |s| format!("masks/{s}.PNG"),
         |s| format!("masks/{}.png", s.to_uppercase()),
@@ -107,6 +107,11 @@ fn masks_are_found_under_the_names_of_many_tools() {
         |s| format!("object_mask/{s}.png"),
         |s| format!("images/{s}_mask.png"),
         |s| format!("images/{s}.mask.jpg"),
+        |s| format!("sam_masks/{s}.png"),
+        |s| format!("masks-sam2/{s}.png"),
+        |s| format!("images_mask/{s}.png"),
+        |s| format!("images/{s}-mask.png"),
+        |s| format!("images/{s}_alpha.png"),
     ];
     for name in names {
         let (folder, cameras) = glass_balls();
@@ -117,6 +122,29 @@ fn masks_are_found_under_the_names_of_many_tools() {
     let (folder, cameras) = glass_balls();
     write_masks(folder.path(), &cameras, |s| format!("dynamic_masks/{s}.png"));
     assert_eq!(open(&folder).unwrap().views[3].mask_meaning, MaskMeaning::Ignore);
+    let (folder, cameras) = glass_balls();
+    write_masks(folder.path(), &cameras, |s| format!("invalid-mask/{s}.png"));
+    assert_eq!(open(&folder).unwrap().views[3].mask_meaning, MaskMeaning::Ignore);
+}
+
+#[test]
+fn pictures_of_black_and_white_that_may_be_masks_under_other_names_are_said() {
+    let names: [(fn(&str) -> String, &str); 3] = [
+        (|s| format!("people/{s}.png"), "call the folder masks"),
+        (|s| format!("sky_masks/{s}.png"), "call the folder masks"),
+        (|_| "mask.png".to_owned(), "a mask for all photographs"),
+    ];
+    for (name, says) in names {
+        let (folder, cameras) = glass_balls();
+        write_masks(folder.path(), &cameras, name);
+        let data = open(&folder).unwrap();
+        assert_eq!(masked(&data), 0);
+        assert!(warns(&data, says), "{}: {:?}", name("r_0"), data.problems);
+    }
+    let (folder, cameras) = glass_balls();
+    write_balls(&folder.path().join("other"), &cameras, "png", |p, _| p.noise());
+    std::fs::rename(folder.path().join("other/images"), folder.path().join("renderings")).unwrap();
+    assert!(!warns(&open(&folder).unwrap(), "renderings"), "pictures of something are no masks");
 }
 
 #[test]

@@ -51,6 +51,8 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
             "scene.tsv",
             "filename\tid\tsplit\tdataset\nr_5.png\t1\ttest\ts\nr_0.png\t2\ttrain\ts\nr_7.png\t3\ttest\ts\n",
         ),
+        ("train_test_split.txt", "r_5.png test\nr_0.png train\nr_7.png, test\n"),
+        ("splits/test.txt", "r_5.png\nr_7.png\n"),
         ("data_split.json", r#"{"r_5.png": "test", "r_7.png": "test", "r_0.png": "train"}"#),
     ] {
         let folder = beside(file, content);
@@ -58,7 +60,10 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         let [train, val, test] = parts(&data);
         let held_out = [val, test].concat();
         assert_eq!(held_out, ["r_5.png", "r_7.png"], "{file} {content}: {:?}", data.problems);
-        assert!(["data_split.json", "scene.tsv"].contains(&file) || train.len() == 6, "{file}");
+        assert!(
+            ["data_split.json", "scene.tsv", "train_test_split.txt"].contains(&file) || train.len() == 6,
+            "{file}"
+        );
         assert!(data.split.rule.contains(file), "{}", data.split.rule);
     }
 }
@@ -109,6 +114,18 @@ fn the_key_split_of_frames_is_obeyed() {
     });
     let data = open(&folder).unwrap();
     assert_eq!(parts(&data).map(|names| names.len()), [3, 1, 2]);
+    for (key, train, test) in [
+        ("subset", json!("train"), json!("test")),
+        ("is_test", json!(false), json!(true)),
+        ("train", json!(true), json!(false)),
+    ] {
+        let folder = transforms_folder(6, |t| {
+            (0..6).for_each(|i| t["frames"][i][key] = if i == 4 { test.clone() } else { train.clone() });
+        });
+        let data = open(&folder).unwrap();
+        assert_eq!((parts(&data)[2].clone(), data.split.train.len()), (vec!["r_4.png"], 5), "{key}");
+        assert!(data.split.rule.contains(key), "{}", data.split.rule);
+    }
     let odd = transforms_folder(4, |t| t["frames"][2]["split"] = json!("later"));
     assert!(warns(&open(&odd).unwrap(), "frames[2].split names no part of a split"));
 }
@@ -122,8 +139,15 @@ fn lists_of_held_out_frames_and_numbers_in_the_description_are_obeyed() {
     });
     let data = open(&lists).unwrap();
     assert_eq!((data.split.train.len(), parts(&data)[2].clone()), (4, vec!["r_4.png", "r_5.png"]));
-    let numbers = transforms_folder(6, |t| t["test_ids"] = json!([1, 3]));
-    assert_eq!(parts(&open(&numbers).unwrap())[2], ["r_1.png", "r_3.png"]);
+    for (key, value) in [
+        ("test_ids", json!([1, 3])),
+        ("i_test", json!([1, 3])),
+        ("splits", json!({"train": ["r_0", "r_2", "r_4", "r_5"], "test": ["r_1", "r_3"]})),
+        ("train_test_split", json!({"test": ["images/r_1.png", "images/r_3.png"]})),
+    ] {
+        let folder = transforms_folder(6, |t| t[key] = value.clone());
+        assert_eq!(parts(&open(&folder).unwrap())[2], ["r_1.png", "r_3.png"], "{key}");
+    }
 }
 
 #[test]
@@ -230,6 +254,12 @@ fn lists_that_name_no_view_are_a_warning_and_not_obeyed() {
     assert!(warns(&data, "it holds no lists of views"), "{:?}", data.problems);
     let data = open(&beside("notes_on_tests.txt", "r_5.png")).unwrap();
     assert!(data.problems.is_empty(), "{:?}", data.problems);
+}
+
+#[test]
+fn lists_in_formats_that_are_not_read_are_a_warning() {
+    let data = open(&beside("split.yaml", "test:\n- r_5.png\n")).unwrap();
+    assert!(warns(&data, "split.yaml: lists are read as .txt"), "{:?}", data.problems);
 }
 
 #[test]

@@ -17,6 +17,11 @@ pub fn check(options: &Options, masked: bool, index: Option<&IndexSource>) -> Re
     if named || masked || seeks { Ok(()) } else { Err(SearchError::Nowhere) }
 }
 
+/// Whether a file of the index or a mask says what is refractive.
+pub fn is_told(has_index: bool, data: &Dataset) -> bool {
+    has_index || has_masks(data)
+}
+
 /// Whether some training view has a mask of what is refractive.
 pub fn has_masks(data: &Dataset) -> bool {
     let mut views = data.split.train.iter().map(|&i| &data.views[i]);

@@ -46,7 +46,7 @@ mod trials;
 pub(crate) use baseline::{baseline, proof};
 pub use begin::begin;
 pub(crate) use border::{MASK_MARGIN, border};
-pub use check::{check, has_masks};
+pub use check::{check, has_masks, is_told};
 pub use completing::LEAST as LEAST_MASKS;
 pub(crate) use completing::hulls;
 pub use context::{Context, Decision, SearchError};

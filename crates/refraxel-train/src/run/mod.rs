@@ -20,6 +20,6 @@ mod views;
 
 pub use contents::{Run, RunRef};
 pub use save::CHECKPOINT;
-pub use source::{PathNotText, Source, check_path};
+pub use source::{PathNotText, Read, Source, check_path};
 pub use state::State;
 pub use tensors::nearest_half;

@@ -1,6 +1,9 @@
 //! The data of a run, and how to know them again.
 
-use refraxel_data::{AlphaMeaning, Backdrop, Crop, Dataset, Orientation, PhotoSource, Pixels};
+use refraxel_core::Vec3;
+use refraxel_data::{
+    AlphaMeaning, Backdrop, Crop, Dataset, MaskMeaning, OpenOptions, Orientation, PhotoSource, Pixels,
+};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -43,6 +46,39 @@ pub struct Source {
     /// Checksum of the cameras trained on, of what their masks mean, and of photographs and masks that are in memory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub train_crc32: Option<String>,
+    /// What reading the data decided and found; absent from runs of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub read: Option<Read>,
+}
+
+/// What reading a dataset decided and found, as `refraxel inspect` says it of the dataset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Read {
+    /// The format of its files.
+    pub format: String,
+    /// The rule that made the split.
+    pub split: String,
+    /// What lies behind the scene.
+    pub backdrop: String,
+    /// What white means in the masks, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub masks: Option<String>,
+    /// Severity and sentence of each note and warning, in the order found.
+    pub findings: Vec<[String; 2]>,
+}
+
+impl Read {
+    fn of(data: &Dataset) -> Self {
+        let findings = data.problems.iter().map(|p| [p.severity.name().to_owned(), p.message.clone()]);
+        let masked = data.views.iter().find(|view| view.has_mask());
+        Self {
+            format: data.format.name().to_owned(),
+            split: data.split.rule.clone(),
+            backdrop: data.backdrop.to_string(),
+            masks: masked.map(|view| view.mask_meaning.name().to_owned()),
+            findings: findings.collect(),
+        }
+    }
 }
 
 /// A path that checkpoints cannot name.
@@ -67,7 +103,38 @@ impl Source {
     pub fn of(data: &Dataset) -> Self {
         let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.clone()).collect();
         let (train, test) = (names(&data.split.train), names(&data.split.test));
-        Self { train, test, train_crc32: Some(checksum(data)), ..Self::default() }
+        Self { train, test, train_crc32: Some(checksum(data)), read: Some(Read::of(data)), ..Self::default() }
+    }
+
+    /// The data of a folder or file, and how they were read. `path` is absolute.
+    pub fn of_files(path: PathBuf, options: &OpenOptions, data: &Dataset) -> Self {
+        Self {
+            path: Some(path),
+            holdout: options.holdout,
+            backdrop: options.backdrop.map(|b| b.to_string()),
+            alpha: options.alpha.map(|a| a.to_string()),
+            mask_meaning: options.mask_meaning.map(|m| m.name().to_owned()),
+            allow_outside: options.allow_outside,
+            orientation: options.orientation,
+            crop: Some(options.crop).filter(|crop| !crop.is_none()),
+            up: options.up.map(Vec3::to_array),
+            ..Self::of(data)
+        }
+    }
+
+    /// The options by which the data are read again in the same way, but for the origin.
+    pub fn open_options(&self) -> OpenOptions {
+        OpenOptions {
+            holdout: self.holdout,
+            allow_outside: self.allow_outside,
+            backdrop: self.backdrop(),
+            alpha: self.alpha(),
+            mask_meaning: self.mask_meaning.as_deref().and_then(MaskMeaning::named),
+            orientation: self.orientation,
+            crop: self.crop.unwrap_or_default(),
+            up: self.up.map(Vec3::from),
+            origin: None,
+        }
     }
 
     /// Whether the data show, under the same names, other training views than those of the run.

@@ -1,6 +1,5 @@
 //! How a dataset is opened as the command line says, what a run stores of that, and what is said where it fails.
 
-use super::files::absolute;
 use crate::cli::ReadingArgs;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
@@ -10,7 +9,6 @@ use refraxel_core::Vec3;
 use refraxel_data::{
     DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Problem, Reduction, Severity,
 };
-use refraxel_train::run::Source;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -27,31 +25,6 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
         crop: reading.crop.unwrap_or_default(),
         up: reading.up.map(Vec3::from),
         origin: None,
-    }
-}
-
-/// The description of a dataset that a run stores, so that the dataset can be read again in the same way.
-pub fn source_of(path: &Path, options: &OpenOptions, data: &Dataset) -> Source {
-    Source {
-        path: Some(absolute(path)),
-        holdout: options.holdout,
-        backdrop: options.backdrop.map(|b| b.to_string()),
-        alpha: options.alpha.map(|a| a.to_string()),
-        mask_meaning: options.mask_meaning.map(|m| meaning_name(m).to_owned()),
-        allow_outside: options.allow_outside,
-        orientation: options.orientation,
-        crop: Some(options.crop).filter(|crop| !crop.is_none()),
-        up: options.up.map(Vec3::to_array),
-        ..Source::of(data)
-    }
-}
-
-/// The name of a mask's meaning on the command line.
-pub fn meaning_name(meaning: MaskMeaning) -> &'static str {
-    match meaning {
-        MaskMeaning::Refractive => "refractive",
-        MaskMeaning::Keep => "keep",
-        MaskMeaning::Ignore => "ignore",
     }
 }
 

@@ -5,8 +5,7 @@ use super::loaded::Loaded;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use anyhow::{Context, anyhow};
-use refraxel_core::Vec3;
-use refraxel_data::{Dataset, LocalOrigin, MaskMeaning, OpenOptions};
+use refraxel_data::{Dataset, LocalOrigin, OpenOptions};
 use refraxel_train::run::Source;
 use refraxel_train::session::SessionError;
 use std::path::Path;
@@ -35,23 +34,7 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
 
 /// Opens the dataset that a run was trained on, with the options of the training and the origin of its coordinates.
 pub fn reopen_source(source: &Source, origin: LocalOrigin) -> Result<Dataset, Failure> {
-    let mask_meaning = match source.mask_meaning.as_deref() {
-        Some("refractive") => Some(MaskMeaning::Refractive),
-        Some("keep") => Some(MaskMeaning::Keep),
-        Some("ignore") => Some(MaskMeaning::Ignore),
-        _ => None,
-    };
-    let options = OpenOptions {
-        holdout: source.holdout,
-        allow_outside: source.allow_outside,
-        backdrop: source.backdrop(),
-        alpha: source.alpha(),
-        mask_meaning,
-        orientation: source.orientation,
-        crop: source.crop.unwrap_or_default(),
-        up: source.up.map(Vec3::from),
-        origin: Some(origin),
-    };
+    let options = OpenOptions { origin: Some(origin), ..source.open_options() };
     let nowhere = "the run was trained on data in memory, which no file holds; evaluate it in the program that trained it";
     let path = source.path.as_ref().context(nowhere).or_exit(Exit::BadInput)?;
     let mut data = Dataset::open(path, &options).map_err(data_failure)?;

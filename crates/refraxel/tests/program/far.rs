@@ -82,6 +82,10 @@ fn a_run_far_from_the_origin_gives_what_one_near_it_gives_in_the_coordinates_of_
         let [a, b] = scores.each_ref().map(|s| s.get(key).unwrap_or(&s["ior"][key]).as_f64().unwrap());
         assert!((a - b).abs() < 0.01 * a.abs() + 1e-6, "{key}: {a} {b}");
     }
+    let read_as = refraxel(&["inspect", path(&runs[1])]).done().out;
+    for said in ["far from the origin", "split      ", "backdrop   "] {
+        assert!(read_as.contains(said), "the run keeps what was found in its data: {said} in {read_as}");
+    }
     let boxes =
         runs.each_ref().map(|run| places(&refraxel(&["inspect", path(run), "--json"]).done().json()["box"]));
     assert_shifted(&boxes[0], &boxes[1], 1e-4);

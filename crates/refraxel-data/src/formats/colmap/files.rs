@@ -7,11 +7,12 @@ use crate::{DataError, limits};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The folder's model, if there is one: in `sparse/0`, `colmap/sparse/0`, `sparse` or the folder itself.
+/// The folder's model, if there is one: in `sparse/0`, `colmap/sparse/0`, `sparse`, `colmap` or the folder itself.
 pub(crate) fn find_models(folder: &Path) -> Vec<PathBuf> {
     let sparse = |folder: &Path| folder_in(folder, "sparse");
-    let inner = folder_in(folder, "colmap").and_then(|colmap| sparse(&colmap));
-    let bases = [sparse(folder), inner, Some(folder.to_owned())];
+    let colmap = folder_in(folder, "colmap");
+    let inner = colmap.as_deref().and_then(sparse);
+    let bases = [sparse(folder), inner, colmap, Some(folder.to_owned())];
     let found = bases.into_iter().flatten().map(|base| models_in(&base));
     found.into_iter().find(|found| !found.is_empty()).unwrap_or_default()
 }

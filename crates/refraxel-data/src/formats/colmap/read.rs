@@ -3,9 +3,8 @@
 use super::files::{cameras, file, has_both, images, most_sensors, points};
 use super::records::{Calibrations, Image, Images};
 use crate::extensions::is_picture;
-use crate::folder::{folder_in, names};
-use crate::formats::beside::{self, image_folder};
-use crate::formats::photographs::photographs;
+use crate::folder::{file_in, folder_in, names};
+use crate::formats::beside::{self, image_folder, photographs};
 use crate::naming::key;
 use crate::parsed::{Coloured, Frame, Loss, Origin, ParsedDataset};
 use crate::pose::PoseFault;
@@ -15,6 +14,10 @@ use refraxel_core::{Pose, Vec3};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// A file of the phone's captures of ScanNet++, whose models are in metres and whose depth maps are in millimetres.
+const OF_IPHONE: &str = "pose_intrinsic_imu.json";
+const MILLIMETRE: f64 = 1e-3;
 
 /// Reads the model with the most images.
 pub(crate) fn read(
@@ -37,6 +40,9 @@ pub(crate) fn read(
     for image in &images {
         let origin = Origin { path: path.clone(), key: image.key.clone() };
         parsed.frames.push(frame(&parsed.root, &image_folder, image, &calibrations, origin)?);
+    }
+    if file_in(parsed.root.folder(), OF_IPHONE).is_some() {
+        beside::add_depth(&parsed.root, &mut parsed.frames, "png", MILLIMETRE);
     }
     parsed.problems.push(registered(&parsed.root, &image_folder, images.len()));
     parsed.problems.extend(rigs(&model));
@@ -114,7 +120,8 @@ fn frame(
     calibrations: &Calibrations,
     origin: Origin,
 ) -> Result<Frame, DataError> {
-    if image.quaternion.iter().all(|v| *v == 0.0 || v.is_nan()) {
+    let is_known = image.quaternion.iter().chain(&image.translation).all(|v| v.is_finite());
+    if !is_known || image.quaternion == [0.0; 4] {
         return Ok(Frame::lost(origin, image.name.clone(), Loss::NoPose));
     }
     let in_pose =

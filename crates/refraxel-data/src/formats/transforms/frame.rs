@@ -2,9 +2,9 @@
 
 use super::camera;
 use crate::json::Object;
-use crate::parsed::{Frame, Loss, Origin, Part, StatedMask};
+use crate::parsed::{Frame, Loss, Origin, StatedMask};
 use crate::root::{Root, Statement};
-use crate::{DataError, DepthFile, pose};
+use crate::{DataError, DepthFile, pose, split};
 use refraxel_core::Pose;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -35,7 +35,7 @@ pub(super) fn read_frame(
     layout: &Layout,
     origin: Origin,
 ) -> Result<Read, DataError> {
-    let part = frame.alone().get("split").and_then(Value::as_str).and_then(Part::named);
+    let part = split::part_of_view(frame.map()).map(|(part, _)| part);
     let lost = |origin, file, loss| {
         Ok(Read { frame: Frame { part, ..Frame::lost(origin, file, loss) }, disagreement: None })
     };

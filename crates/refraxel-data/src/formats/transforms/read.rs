@@ -124,22 +124,23 @@ fn add_frames(
     limits::frames(file, parsed.frames.len() + frames.len())?;
     let path = Arc::new(file.to_owned());
     let mut unused = Unused::default();
-    let (mut disagreements, mut has_parts, mut other_parts) = (Vec::new(), false, Vec::new());
+    let (mut disagreements, mut of_parts, mut other_parts) = (Vec::new(), None, Vec::new());
     for (i, frame) in frames.iter().enumerate() {
         let key = format!("{list}[{i}]");
         let object = Object::new(file, &key, frame)?.within(top);
         if !unused.look(&object)? {
             continue;
         }
+        let stated = || frame.as_object().and_then(split::part_of_view);
+        of_parts = of_parts.or_else(|| stated().map(|(_, key)| key));
         let origin = Origin { path: path.clone(), key: key.clone() };
         let Read { frame, disagreement } = read_frame(&parsed.root, object, layout, origin)?;
         disagreements.extend(disagreement);
-        has_parts |= frame.part.is_some();
         other_parts.extend(object.alone().get("split").filter(|_| frame.part.is_none()).map(|_| key.clone()));
         parsed.frames.push(Frame { part: part.or(frame.part), ..frame });
     }
-    if has_parts && part.is_none() {
-        parsed.split_rule = Some("the key \"split\" of the frames".to_owned());
+    if let Some(key) = of_parts.filter(|_| part.is_none()) {
+        parsed.split_rule = Some(format!("the key \"{key}\" of the frames"));
     }
     parsed.problems.extend(unused.problems(&path));
     let file = file.display();
@@ -174,7 +175,13 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
     }
     // The same under other names, such as train_ids, as far as they are lists of names or numbers.
     let is_new = |key: &str| !key.ends_with("_filenames");
-    parsed.split_lists.extend(split::lists_of(top.map().filter(|(key, _)| is_new(key))));
+    parsed.split_lists.extend(split::lists_of(top.map().iter().filter(|(key, _)| is_new(key))));
+    let objects = top
+        .map()
+        .iter()
+        .filter(|(key, _)| split::is_of_lists(key))
+        .filter_map(|(_, value)| value.as_object());
+    parsed.split_lists.extend(objects.flat_map(split::parts_of));
     read_points(parsed, top)?;
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \

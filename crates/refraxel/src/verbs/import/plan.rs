@@ -4,8 +4,8 @@ use super::calls::{self, Call, Dialect, Pairs, Program, Settings, Shared};
 use super::source::Source;
 use super::tools::Colmap;
 use crate::cli::{ImportArgs, Matching};
-use crate::verbs::dataset::meaning_name;
 use crate::verbs::files::absolute;
+use refraxel_data::MaskMeaning;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -69,7 +69,7 @@ impl Plan {
             "source": absolute(&args.source),
             "colmap": colmap.version,
             "commands": calls,
-            "mask_meaning": meaning.map(meaning_name),
+            "mask_meaning": meaning.map(MaskMeaning::name),
             "files": files,
         })
     }

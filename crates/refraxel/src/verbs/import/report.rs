@@ -6,7 +6,6 @@ use super::work::LOG;
 use crate::progress::clock;
 use crate::shell::quoted;
 use crate::table::count;
-use crate::verbs::dataset::meaning_name;
 use refraxel_data::{Dataset, MaskMeaning, report};
 use serde::Serialize;
 use std::path::Path;
@@ -86,7 +85,7 @@ impl Report {
             lenses: inspection.cameras.lenses,
             focal: inspection.cameras.focal,
             masks: inspection.masks.map_or(0, |masks| masks.count),
-            mask_meaning: made.meaning.map(meaning_name),
+            mask_meaning: made.meaning.map(MaskMeaning::name),
             left_out: made.left_out,
             warnings: made.done.warnings.clone(),
             seconds: made.done.times.iter().map(time).collect(),

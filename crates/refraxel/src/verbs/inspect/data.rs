@@ -15,7 +15,7 @@ use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
 use refraxel_train::options::Switch;
 use refraxel_train::plan::{Plan, finest_domain};
-use refraxel_train::refraction_search::has_masks;
+use refraxel_train::refraction_search;
 use serde::Serialize;
 
 /// Photographs that are decoded to find the box; training uses as many.
@@ -67,7 +67,7 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
 
 /// The options with which training would begin.
 fn options_of(args: &ForecastArgs, data: &Dataset, region: &Region) -> Result<Options, Failure> {
-    let is_told = args.index_from.is_some() || has_masks(data);
+    let is_told = refraction_search::is_told(args.index_from.is_some(), data);
     let mut usual = Options::suited_to(region.extent(), is_told && args.refraction != Refraction::Off);
     usual.refraction.bend = if is_told { Switch::On } else { Switch::Off };
     if let Some(file) = &args.index_from {
@@ -189,12 +189,16 @@ fn cameras(i: &Inspection) -> String {
 
 fn masks(i: &Inspection) -> String {
     let Some(m) = &i.masks else { return "none".to_owned() };
-    let meaning = match m.meaning {
+    format!("{} of {} views; white: {}", m.count, i.views.total, white_means(m.meaning))
+}
+
+/// What white means in masks of this meaning.
+pub(super) fn white_means(meaning: &str) -> &'static str {
+    match meaning {
         "refractive" => "the refractive object is seen first",
         "keep" => "the pixel is used",
         _ => "the pixel is ignored",
-    };
-    format!("{} of {} views; white: {meaning}", m.count, i.views.total)
+    }
 }
 
 /// "[-1 1] × [-1 1] × [0 2]".

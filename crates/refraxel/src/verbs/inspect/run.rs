@@ -1,5 +1,6 @@
 //! A run: where it stands and how good it was when it was last evaluated.
 
+use super::data::white_means;
 use crate::cli::SplitName;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
@@ -10,7 +11,7 @@ use crate::verbs::loaded::load_run;
 use crate::verbs::train::evidence::EVIDENCE;
 use anyhow::Context;
 use refraxel_core::Extent;
-use refraxel_train::run::{CHECKPOINT, Source};
+use refraxel_train::run::{CHECKPOINT, Read, Source};
 use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, Options};
 use serde::Serialize;
@@ -102,6 +103,9 @@ impl Report {
             format!("{}: a run", self.run.display()),
             format!("trained    {} steps{of}, {:.1} minutes", self.step, self.seconds / 60.0),
             format!("data       {}: {} views", self.source.name(), self.source.train.len()),
+        ];
+        lines.extend(self.source.read.iter().flat_map(decided));
+        lines.extend([
             format!(
                 "grid       {}, {x}×{y}×{z}, {} voxels; file of {}",
                 self.extent,
@@ -109,7 +113,7 @@ impl Report {
                 bytes(self.file_bytes)
             ),
             format!("options    {}", self.changed),
-        ];
+        ]);
         if !self.reflection_strengths.is_empty() {
             let strengths: Vec<String> =
                 self.reflection_strengths.iter().map(|s| format!("{:.0} %", 100.0 * s)).collect();
@@ -136,8 +140,21 @@ impl Report {
             }
             Some(e) => format!("scores     {}", e.text(SplitName::Test)),
         });
+        let findings = self.source.read.iter().flat_map(|read| &read.findings);
+        lines.extend(findings.map(|[severity, message]| format!("{severity:<9}  {message}")));
         lines.join("\n")
     }
+}
+
+/// What was decided about the data when they were read.
+fn decided(read: &Read) -> Vec<String> {
+    let masks = read.masks.as_deref().map(|meaning| format!("masks      white: {}", white_means(meaning)));
+    let read = [
+        format!("read as    {}", read.format),
+        format!("split      {}", read.split),
+        format!("backdrop   {}", read.backdrop),
+    ];
+    read.into_iter().chain(masks).collect()
 }
 
 /// The options that are not the defaults.

@@ -9,11 +9,13 @@ use crate::cli::MaskArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use crate::verbs::dataset::{data_failure, open_options, source_of};
+use crate::verbs::dataset::{data_failure, open_options};
+use crate::verbs::files::absolute;
 use crate::verbs::interrupts::{cancel, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
 use anyhow::anyhow;
 use refraxel_data::{Dataset, MaskMeaning, OpenOptions, Photo, PhotoSource, load_photo};
+use refraxel_train::run::Source;
 use refraxel_train::session::Setup;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -63,7 +65,7 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
         of.source = PhotoSource::Memory(Photo { mask: Some(Arc::clone(mask)), ..photo });
         of.mask_meaning = MaskMeaning::Refractive;
     }
-    let source = source_of(&args.data, &reading, &data);
+    let source = Source::of_files(absolute(&args.data), &reading, &data);
     let data_kept = data.clone();
     let setup = Setup { data, options, index: None, source, cancel: cancel() };
     let (gate, separation) = found(&setup, &pointed.hints, show)?;

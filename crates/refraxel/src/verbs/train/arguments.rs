@@ -3,7 +3,7 @@
 use crate::cli::{ReadingArgs, TrainArgs};
 use crate::exit::{Exit, Failure};
 use crate::progress::Show;
-use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, say_findings, source_of};
+use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, say_findings};
 use crate::verbs::files::absolute;
 use anyhow::anyhow;
 use refraxel_data::{Dataset, OpenOptions, Orientation};
@@ -65,7 +65,7 @@ pub(super) fn read(args: &TrainArgs, saved: Option<&Run>, show: Show) -> Result<
         let rule = &data.split.rule;
         show.say(&format!("note: {NOT_SCORED} ({rule}); name some for testing to learn how good it is"));
     }
-    let mut source = source_of(args.data(), &reading, &data);
+    let mut source = Source::of_files(absolute(args.data()), &reading, &data);
     source.downscale = downscale;
     let earlier = saved.and_then(|run| run.source.index_from.clone());
     source.index_from = args.index_from.as_deref().map(absolute).or(earlier);

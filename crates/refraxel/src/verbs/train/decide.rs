@@ -48,7 +48,7 @@ fn expected_voxels(setup: &Setup, saved: Option<&Run>) -> u64 {
 /// The options of a run that begins. Rays bend as asked for, else where something says, or the detector finds, what is refractive.
 fn options_of_new_run(args: &TrainArgs, data: &Dataset) -> Result<Options, Failure> {
     let is_told =
-        args.refraction_box.is_some() || args.index_from.is_some() || refraction_search::has_masks(data);
+        args.refraction_box.is_some() || refraction_search::is_told(args.index_from.is_some(), data);
     let may_bend = is_told && args.refraction != Refraction::Off;
     let mut usual = Options::suited_to(scene_region(data).extent(), may_bend);
     usual.refraction.bend = match args.refraction {

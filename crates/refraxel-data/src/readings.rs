@@ -1,0 +1,207 @@
+//! Whether poses are meant as they are read: in a rigid scene, neighbouring photographs show the same things where poses say.
+//!
+//! Files state poses in many conventions, and a pose in a wrong one is a pose as well. Where photographs contradict their poses and
+//! another convention makes them agree, a warning names it.
+
+use crate::looks::{Look, chosen, look_at};
+use crate::rigid::{self, Posed, RIGID, Score};
+use crate::{Format, PhotoSource, Problem, View};
+use refraxel_core::{Camera, Mat3, Pose};
+use std::collections::BTreeMap;
+
+/// Shorter edge of pictures whose patches say something [pixel].
+const LEAST_EDGE: u32 = 48;
+/// By how many standard errors another reading has to be better.
+const ERRORS: f64 = 4.0;
+/// Fewest views of which that can be said: neighbours stand close to each other.
+const FEWEST_VIEWS: usize = 12;
+
+/// Another way to read a camera.
+struct Reading {
+    /// What is meant then: "the poses are …".
+    says: &'static str,
+    camera: fn(&Camera) -> Camera,
+}
+
+/// A warning where poses contradict the photographs that were looked at. Where these have masks, what is left out may well move.
+pub(crate) fn doubt(format: Format, views: &[View], looks: &[Look], are_masked: bool) -> Option<Problem> {
+    if looks.iter().any(|look| look.small.width.min(look.small.height) < LEAST_EDGE) {
+        return None;
+    }
+    let as_read = rigid::score(&looks.iter().map(Look::posed).collect::<Vec<_>>())?;
+    if as_read.is_rigid() {
+        return None;
+    }
+    let mut known = BTreeMap::new();
+    let other = |reading: Reading| Some((score(&reading, views, looks, &mut known)?, reading));
+    let others = readings(format).into_iter().filter_map(other);
+    let best = others.max_by(|(a, _), (b, _)| a.mean.total_cmp(&b.mean));
+    let agreement = |s: Score| format!("gain of correlation {:.2} ± {:.2}", s.mean, s.error);
+    if let Some((score, reading)) = best.filter(|(s, _)| s.is_rigid() && s.is_above(as_read, ERRORS)) {
+        return Some(Problem::warning(format!(
+            "the photographs contradict their cameras, and agree if {} ({}, as stated {:.2}): export the cameras again, or convert them",
+            reading.says,
+            agreement(score),
+            as_read.mean
+        )));
+    }
+    // No better than by chance, and surely not as a rigid scene.
+    let agree = as_read.mean > 2.0 * as_read.error || as_read.mean + 2.0 * as_read.error >= RIGID;
+    (!agree && !are_masked && views.len() >= FEWEST_VIEWS).then(|| {
+        Problem::warning(format!(
+            "neighbouring photographs do not show the same things where their cameras say ({}): their poses may be those of other \
+             photographs, or the background may move with the camera, as behind a turntable; compare names and poses, or give masks",
+            agreement(as_read)
+        ))
+    })
+}
+
+/// The score of a reading, by photographs that were looked at and, where others are neighbours then, by those.
+fn score(
+    reading: &Reading,
+    views: &[View],
+    looks: &[Look],
+    known: &mut BTreeMap<usize, Option<Look>>,
+) -> Option<Score> {
+    let files: Vec<usize> =
+        (0..views.len()).filter(|&k| matches!(views[k].source, PhotoSource::Files { .. })).collect();
+    let cameras: Vec<Camera> = views.iter().map(|view| (reading.camera)(&view.camera)).collect();
+    let chosen = chosen(|k| cameras[k].world_from_camera.translation, &files);
+    let first = |k: &usize| looks.iter().find(|look| look.view == *k);
+    let missing: Vec<usize> =
+        chosen.iter().copied().filter(|k| first(k).is_none() && !known.contains_key(k)).collect();
+    known.extend(missing.iter().map(|&k| (k, None)));
+    known.extend(look_at(views, &missing).into_iter().map(|look| (look.view, Some(look))));
+    let looks: Vec<&Look> =
+        chosen.iter().filter_map(|k| first(k).or_else(|| known.get(k)?.as_ref())).collect();
+    let small = |look: &&Look| cameras[look.view].resized(look.small.width, look.small.height);
+    let cameras: Vec<Camera> = looks.iter().map(small).collect();
+    let posed = looks.iter().zip(&cameras).map(|(look, camera)| Posed { image: &look.small, camera });
+    rigid::score(&posed.collect::<Vec<_>>())
+}
+
+/// Readings that differ by more than a motion of the whole scene.
+fn readings(format: Format) -> Vec<Reading> {
+    let is_colmap = format == Format::Colmap;
+    let reading = |says, camera| Reading { says, camera };
+    let mut all = vec![
+        reading(
+            "the other camera axes are meant (right, down, forward of OpenCV, or right, up, back of OpenGL)",
+            |c| posed(c, |p| turned(p, [1.0, -1.0, -1.0])),
+        ),
+        reading("the pictures are turned by half a turn", |c| posed(c, |p| turned(p, [-1.0, -1.0, 1.0]))),
+        reading("the focal length is half of what is stated, or the pictures are twice as large", |c| {
+            focal(c, 0.5)
+        }),
+        reading("the focal length is twice what is stated, or the pictures are half as large", |c| {
+            focal(c, 2.0)
+        }),
+        reading(
+            "rotations are those from camera to world, and positions from world to camera, or the other way round",
+            |c| posed(c, |p| Pose { translation: -(p.rotation * p.translation), ..p }),
+        ),
+    ];
+    let (same_axes, other_axes) = if is_colmap {
+        (
+            "the poses lead from camera to world",
+            "the poses lead from camera to world, with the axes of OpenGL",
+        )
+    } else {
+        (
+            "the poses lead from world to camera, with the axes of OpenCV",
+            "the poses lead from world to camera",
+        )
+    };
+    all.push(reading(same_axes, |c| posed(c, inverse)));
+    all.push(reading(other_axes, |c| posed(c, |p| turned(inverse(p), [1.0, -1.0, -1.0]))));
+    if is_colmap {
+        all.push(reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)));
+    }
+    all
+}
+
+fn posed(camera: &Camera, pose: impl Fn(Pose) -> Pose) -> Camera {
+    Camera { world_from_camera: pose(camera.world_from_camera), ..*camera }
+}
+
+fn focal(camera: &Camera, factor: f64) -> Camera {
+    Camera { focal: camera.focal.map(|f| f * factor), ..*camera }
+}
+
+fn inverse(pose: Pose) -> Pose {
+    let rotation = pose.rotation.transpose();
+    Pose { rotation, translation: -(rotation * pose.translation) }
+}
+
+/// With axes of the camera that point along or against its own.
+fn turned(pose: Pose, [x, y, z]: [f64; 3]) -> Pose {
+    let [right, down, forward] = pose.rotation.columns;
+    Pose { rotation: Mat3 { columns: [right * x, down * y, forward * z] }, ..pose }
+}
+
+/// The pose of a COLMAP file whose quaternion was taken for (w, x, y, z).
+fn scalar_last(pose: Pose) -> Pose {
+    let Pose { rotation, translation } = inverse(pose);
+    let [w, x, y, z] = quaternion(&rotation);
+    let meant = crate::pose::rotation_of_quaternion([z, w, x, y]).unwrap_or(rotation);
+    inverse(Pose { rotation: meant, translation })
+}
+
+/// (w, x, y, z) of a rotation, by the largest of them.
+fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
+    let [[a, b, c], [d, e, f], [g, h, i]] = rotation.rows();
+    // Each row is the quaternion times four times one of its numbers.
+    let rows = [
+        [1.0 + a + e + i, h - f, c - g, d - b],
+        [h - f, 1.0 + a - e - i, b + d, c + g],
+        [c - g, b + d, 1.0 - a + e - i, f + h],
+        [d - b, c + g, f + h, 1.0 - a - e + i],
+    ];
+    let (_, row) =
+        rows.iter().enumerate().max_by(|(j, p), (k, q)| p[*j].total_cmp(&q[*k])).unwrap_or((0, &rows[0]));
+    let length = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+    row.map(|v| v / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::rotation_of_quaternion;
+    use refraxel_core::Vec3;
+
+    fn some() -> Pose {
+        let length = (0.09_f64 + 0.25 + 0.04 + 0.49).sqrt();
+        let rotation = rotation_of_quaternion([0.3, -0.5, 0.2, 0.7].map(|v| v / length)).unwrap();
+        Pose { rotation, translation: Vec3::new(0.4, -2.0, 3.0) }
+    }
+
+    fn is_same(a: Pose, b: Pose) -> bool {
+        let columns = (0..3).map(|c| (a.rotation.columns[c] - b.rotation.columns[c]).length()).sum::<f64>();
+        columns + (a.translation - b.translation).length() < 1e-12
+    }
+
+    #[test]
+    fn a_rotation_gives_its_quaternion() {
+        for q in [[0.5, 0.5, -0.5, 0.5], [0.1, 0.7, 0.1, 0.7], [0.0, 0.0, 0.6, 0.8], [1.0, 0.0, 0.0, 0.0]] {
+            let rotation = rotation_of_quaternion(q).unwrap();
+            let again = rotation_of_quaternion(quaternion(&rotation)).unwrap();
+            let posed = |rotation| Pose { rotation, translation: Vec3::splat(0.0) };
+            assert!(is_same(posed(rotation), posed(again)), "{q:?}");
+        }
+    }
+
+    #[test]
+    fn a_quaternion_with_its_scalar_last_is_read_as_it_was_meant() {
+        let meant = some();
+        let file = inverse(meant);
+        let [w, x, y, z] = quaternion(&file.rotation);
+        let misread = Pose { rotation: rotation_of_quaternion([x, y, z, w]).unwrap(), ..file };
+        assert!(is_same(scalar_last(inverse(misread)), meant));
+    }
+
+    #[test]
+    fn readings_that_undo_themselves_do() {
+        assert!(is_same(inverse(inverse(some())), some()));
+        assert!(is_same(turned(turned(some(), [1.0, -1.0, -1.0]), [1.0, -1.0, -1.0]), some()));
+    }
+}
