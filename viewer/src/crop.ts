@@ -1,12 +1,12 @@
 // A box outside of which nothing opaque is shown.
 
 import { checkbox, el, section, Slider } from "./dom";
-import type { Scene } from "./protocol";
+import type { SceneFacts } from "./protocol";
 import type { State } from "./state";
 import { mix, type Vec3 } from "./vectors";
 
 /** The box of a crop in the scene; null where there is none. */
-export function cropBox({ crop }: State, { min, max }: Scene): [Vec3, Vec3] | null {
+export function cropBox({ crop }: State, { min, max }: SceneFacts): [Vec3, Vec3] | null {
   if (!crop.on) return null;
   const at = (side: number) => [0, 1, 2].map((k) => mix(min, max, crop.sides[k]![side]!)[k]!) as Vec3;
   return [at(0), at(1)];

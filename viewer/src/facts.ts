@@ -1,7 +1,7 @@
 // The picture and the scene in numbers.
 
 import { alone, button, Choice, el, section } from "./dom";
-import type { Header, Scene } from "./protocol";
+import type { Header, SceneFacts } from "./protocol";
 import type { State } from "./state";
 
 export interface Measured {
@@ -38,7 +38,7 @@ export class PicturePanel {
     this.element = section("Picture", ...parts);
   }
 
-  take(scene: Scene): void {
+  take(scene: SceneFacts): void {
     const regions = scene.regions.map((r) => `n = ${r.index.toFixed(3)}${r.sharp ? "" : ", graded"}`);
     list(this.scene, [
       ["steps learned", String(scene.step)],

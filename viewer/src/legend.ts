@@ -1,6 +1,6 @@
 // What the colours of a picture mean: a name, and a scale where they stand for numbers.
 
-import type { Layer } from "./protocol";
+import type { Shown } from "./protocol";
 
 export type Compare = "off" | "side" | "wipe" | "difference" | "error";
 
@@ -20,7 +20,7 @@ export interface Legend {
 }
 
 /** The legend of a layer whose colours reach over a range, or of a comparison with a photograph. */
-export function legendOf(layer: Layer, compare: Compare, range: [number, number] | undefined): Legend | null {
+export function legendOf(layer: Shown, compare: Compare, range: [number, number] | undefined): Legend | null {
   if (compare === "error") {
     const name = "mean error of red, green and blue [of 255]";
     return { name, scale: { colours: ERRORS, ends: ["0", `≥ ${FULL_ERROR}`] } };

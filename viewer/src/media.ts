@@ -1,7 +1,7 @@
 // What refracts: the index and the absorption of each region, and glass that it can be made of.
 
 import { button, el, section, Slider } from "./dom";
-import type { Region, Scene } from "./protocol";
+import type { RegionFacts, SceneFacts } from "./protocol";
 import { regionChoice } from "./regions";
 import type { State } from "./state";
 
@@ -14,7 +14,7 @@ const MATERIALS: [string, number][] = [
   ["diamond", 2.42],
 ];
 
-const isClear = (region: Region) => region.absorption.every((a) => a === 0);
+const isClear = (region: RegionFacts) => region.absorption.every((a) => a === 0);
 
 export class MediaPanel {
   readonly element = section("Index of refraction");
@@ -29,11 +29,11 @@ export class MediaPanel {
   ) {}
 
   /** The training has gone on. Sliders stay as they are where a hand may have been on them. */
-  follow(scene: Scene): void {
+  follow(scene: SceneFacts): void {
     this.sliders.forEach((s, k) => this.state.index[k] === null && s.index.set(scene.regions[k]!.index));
   }
 
-  take(scene: Scene): void {
+  take(scene: SceneFacts): void {
     const { state } = this;
     this.chosen = null;
     this.element.hidden = scene.regions.length === 0;
@@ -50,7 +50,7 @@ export class MediaPanel {
     this.element.replaceChildren(this.element.firstElementChild!, ...parts, ...target, row);
   }
 
-  private slidersOf(scene: Scene, k: number): { index: Slider; absorption: Slider } {
+  private slidersOf(scene: SceneFacts, k: number): { index: Slider; absorption: Slider } {
     const { state } = this;
     const [region, isOne] = [scene.regions[k]!, scene.regions.length === 1];
     const index = new Slider(
@@ -75,7 +75,7 @@ export class MediaPanel {
   }
 
   /** Makes the chosen region of this index, or of the learned one. */
-  private set(scene: Scene, n: number | null): void {
+  private set(scene: SceneFacts, n: number | null): void {
     const { state } = this;
     this.sliders.forEach((s, k) => {
       if (this.chosen !== null && this.chosen !== k) return;

@@ -2,7 +2,8 @@
 
 import { projectLine, project } from "./camera";
 import { distanceOf } from "./measure";
-import type { BentRay, PageCamera, Piece, Scene } from "./protocol";
+import type { Piece } from "./drawings";
+import type { BentRay, PageCamera, SceneFacts } from "./protocol";
 import { add, dot, length, scale, sub, type Vec3 } from "./vectors";
 
 export const BENT = "#e8590c";
@@ -11,7 +12,10 @@ const BOX = "#2f9e73";
 const CAMERA = "#3b82c4";
 const PLANE = "#b0478f";
 const MEASURE = "#6741d9";
+/** Colours of lines on the far side of something, and on its near side. */
 const SURFACE = ["rgb(13 116 110 / 28%)", "rgb(13 116 110 / 90%)"] as const;
+const HULL = ["rgb(224 49 49 / 25%)", "rgb(224 49 49 / 80%)"] as const;
+const BRICKS = "rgb(59 130 196 / 55%)";
 
 export interface Overlay {
   ray: BentRay | null;
@@ -19,6 +23,9 @@ export interface Overlay {
   cameras: boolean;
   plane: Vec3[] | null;
   surfaces: Piece[];
+  hull: Piece[];
+  /** Lines around what the grid stores. */
+  bricks: [Vec3, Vec3][];
   path: Vec3[];
   /** Keyframes of the path. */
   keys: PageCamera[];
@@ -32,7 +39,7 @@ export interface Overlay {
 export function draw(
   ctx: CanvasRenderingContext2D,
   camera: PageCamera,
-  scene: Scene,
+  scene: SceneFacts,
   what: Overlay,
   unit: number,
 ): void {
@@ -46,7 +53,9 @@ export function draw(
   if (what.cameras) {
     scene.views.forEach((view) => pen.frustum(view.camera, size, view.split === "train" ? CAMERA : BENT));
   }
-  pen.surface(what.surfaces);
+  pen.lines(what.bricks, BRICKS);
+  pen.surface(what.hull, HULL);
+  pen.surface(what.surfaces, SURFACE);
   if (what.plane) pen.loop(what.plane, PLANE, 1.5);
   if (what.path.length > 1) pen.line(what.path, CAMERA, 2);
   what.keys.forEach((key, k) => {
@@ -122,21 +131,26 @@ class Pen {
   }
 
   /** Lines on a surface: those on its far side are faint. */
-  surface(pieces: Piece[]): void {
-    const { ctx, camera } = this;
-    for (const isNear of [false, true]) {
-      ctx.beginPath();
-      for (const { ends, normal } of pieces) {
-        if (dot(normal, sub(camera.eye, ends[0])) > 0 !== isNear) continue;
-        const line = projectLine(camera, ...ends);
-        if (!line) continue;
-        ctx.moveTo(...line[0]);
-        ctx.lineTo(...line[1]);
-      }
-      ctx.strokeStyle = SURFACE[isNear ? 1 : 0];
-      ctx.lineWidth = this.unit;
-      ctx.stroke();
+  surface(pieces: Piece[], [far, near]: readonly [string, string]): void {
+    const isNear = ({ ends, normal }: Piece) => dot(normal, sub(this.camera.eye, ends[0])) > 0;
+    const ends = (some: Piece[]) => some.map((piece) => piece.ends);
+    this.lines(ends(pieces.filter((piece) => !isNear(piece))), far);
+    this.lines(ends(pieces.filter(isNear)), near);
+  }
+
+  /** Many thin lines. */
+  lines(lines: [Vec3, Vec3][], colour: string): void {
+    const { ctx } = this;
+    ctx.beginPath();
+    for (const ends of lines) {
+      const line = projectLine(this.camera, ...ends);
+      if (!line) continue;
+      ctx.moveTo(...line[0]);
+      ctx.lineTo(...line[1]);
     }
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = this.unit;
+    ctx.stroke();
   }
 
   dot(place: Vec3, colour: string, radius: number, label?: string): void {

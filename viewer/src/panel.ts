@@ -3,12 +3,13 @@
 import { CropPanel } from "./crop";
 import { alone, button, checkbox, Choice, el, section } from "./dom";
 import { PicturePanel, type Measured } from "./facts";
+import { LAYER_TITLES, LAYERS } from "./layers";
 import { FULL_ERROR, type Compare } from "./legend";
 import { MeasurePanel } from "./measure";
 import { MediaPanel } from "./media";
 import { hide } from "./messages";
 import { PathPanel, type PathActions } from "./paths";
-import { LAYERS, type Ask, type Layer, type Scene } from "./protocol";
+import type { Ask, SceneFacts, Shown } from "./protocol";
 import { describe, summary } from "./rayview";
 import { SlicePanel } from "./slice";
 import type { State } from "./state";
@@ -27,22 +28,21 @@ export interface Actions extends PathActions {
   ask(wish: Ask): void;
 }
 
-const LAYER_TITLES: Record<Layer, string> = {
-  colour: "What the camera sees",
-  depth: "Distance along the ray to what is seen: near is yellow",
-  opacity: "How much of the background is hidden",
-  index: "The index of refraction on the way that differs most from 1",
-  normal: "Normals of the first refractive surface",
-  reflection: "The light that surfaces mirror, alone",
-  transmission: "Everything but the light that surfaces mirror",
-};
+type Overlay = "surfaces" | "hull" | "bricks" | "cameras" | "boxes";
+const OVERLAYS: [Overlay, string, string][] = [
+  ["surfaces", "surfaces", "Lines on the surface of each refractive region; those on the far side are faint (G)"],
+  ["hull", "hull", "The hull of what was found to be refractive, or given by masks: rays that miss it stay straight"],
+  ["bricks", "grid", "The outline of the blocks of voxels that the grid stores; the rest is empty"],
+  ["cameras", "cameras", "Where the photographs were taken; held-out ones are orange"],
+  ["boxes", "boxes", "The box of the scene, and those of refractive regions in green"],
+];
 
 export class Panel {
   readonly training: TrainingPanel;
   readonly measure: MeasurePanel;
   readonly path: PathPanel;
   readonly slice: SlicePanel;
-  private readonly layers: Choice<Layer>;
+  private readonly layers: Choice<Shown>;
   private readonly compare: Choice<Compare>;
   private readonly straight: HTMLInputElement;
   private readonly name = el("h1", {}, "refraxel");
@@ -55,8 +55,7 @@ export class Panel {
   private readonly photos = el("select", { "aria-label": "Photograph" });
   private readonly photoSection: HTMLElement;
   private readonly picture: PicturePanel;
-  private readonly overlays: (() => void)[] = [];
-  private surfaces: HTMLElement | null = null;
+  private readonly overlays = new Map<Overlay, { label: HTMLElement; box: HTMLInputElement }>();
 
   constructor(
     private readonly root: HTMLElement,
@@ -127,30 +126,20 @@ export class Panel {
   }
 
   private buildOverlays(): HTMLElement {
-    const of = (name: "boxes" | "cameras" | "surfaces", text: string, title: string) => {
+    const all = OVERLAYS.map(([name, text, title]) => {
       const [label, box] = checkbox(text, title, (on) => {
         this.state[name] = on;
         this.actions.overlay();
       });
-      if (name !== "surfaces") alone(box);
-      this.overlays.push(() => (box.checked = this.state[name]));
+      this.overlays.set(name, { label, box });
       return label;
-    };
-    const surfaces = of(
-      "surfaces",
-      "surfaces",
-      "Lines on the surface of each refractive region; those on the far side are faint (G)",
-    );
-    this.surfaces = surfaces;
-    return section(
-      "Overlays",
-      surfaces,
-      of("cameras", "cameras", "Where the photographs were taken; held-out ones are orange"),
-      of("boxes", "boxes", "The box of the scene, and those of refractive regions in green"),
-    );
+    });
+    // What these show is here already.
+    for (const name of ["cameras", "boxes"] as const) alone(this.overlays.get(name)!.box);
+    return section("Overlays", ...all);
   }
 
-  chooseLayer(layer: Layer): void {
+  chooseLayer(layer: Shown): void {
     if (!this.layers.has(layer)) return;
     this.state.layer = layer;
     this.update();
@@ -158,16 +147,17 @@ export class Panel {
   }
 
   /** Takes over what a scene has; `isOther` if its media or photographs may be others than before. */
-  takeScene(scene: Scene, isOther: boolean): void {
+  takeScene(scene: SceneFacts, isOther: boolean): void {
     this.name.textContent = scene.name;
     this.name.title = `${scene.step} steps, grid of ${scene.resolution.join(" × ")} nodes, ${scene.voxels} voxels`;
     const bends = scene.regions.length > 0;
     this.picture.take(scene);
     this.showVerdict(scene);
-    this.surfaces!.hidden = !bends;
+    this.overlays.get("surfaces")!.label.hidden = !bends;
+    this.overlays.get("hull")!.label.hidden = !scene.has_hull;
     const hidden = { index: !bends, normal: !bends, reflection: !scene.reflects, transmission: !scene.reflects };
     this.straight.parentElement!.hidden = !bends;
-    this.layers.limit((layer) => !(hidden as Partial<Record<Layer, boolean>>)[layer]);
+    this.layers.limit((layer) => !(hidden as Partial<Record<Shown, boolean>>)[layer]);
     if (!isOther) return this.media.follow(scene);
     this.ray.hidden = false;
     this.slice.take(scene);
@@ -179,7 +169,7 @@ export class Panel {
   }
 
   /** What was decided, and the picture that convinced; a run that raced instead has no such picture. */
-  private showVerdict({ verdict, step }: Scene): void {
+  private showVerdict({ verdict, step }: SceneFacts): void {
     this.verdict.hidden = !verdict;
     if (!verdict) return;
     const picture = el("img", {
@@ -195,7 +185,7 @@ export class Panel {
   }
 
   /** Shows the ray in numbers: in short over the picture, and all of them here. */
-  showRay(scene: Scene): void {
+  showRay(scene: SceneFacts): void {
     const { ray } = this.state;
     if (!ray) return this.update();
     this.rayBody.replaceChildren(
@@ -230,7 +220,7 @@ export class Panel {
     this.compare.set(state.compare);
     this.straight.checked = state.straight;
     this.views.update();
-    this.overlays.forEach((update) => update());
+    this.overlays.forEach(({ box }, name) => (box.checked = state[name]));
     this.photos.value = state.photo === null ? "" : String(state.photo);
     this.path.update();
     this.measure.update();

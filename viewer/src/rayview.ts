@@ -2,7 +2,7 @@
 
 import { el } from "./dom";
 import { BENT, STRAIGHT } from "./overlay";
-import type { BentRay, Scene } from "./protocol";
+import type { BentRay, SceneFacts } from "./protocol";
 import { add, cross, dot, length, scale, sub, unit, type Vec3 } from "./vectors";
 
 const SIZE: [number, number] = [560, 280];
@@ -24,7 +24,7 @@ export function summary(ray: BentRay): HTMLElement {
   return el("span", {}, text, " ", swatch(ray));
 }
 
-export function describe(ray: BentRay, scene: Scene): HTMLElement {
+export function describe(ray: BentRay, scene: SceneFacts): HTMLElement {
   const facts: [string, string][] = [
     ["turned by", `${fixed(ray.turned, 2)}°`],
     ["densest index", fixed(ray.densest, 3)],
@@ -67,7 +67,7 @@ function table(ray: BentRay): HTMLElement {
 }
 
 /** The ray in the plane in which it bends most: the camera is on the left. */
-function side(ray: BentRay, scene: Scene): HTMLCanvasElement {
+function side(ray: BentRay, scene: SceneFacts): HTMLCanvasElement {
   const canvas = el("canvas", {
     width: String(SIZE[0]),
     height: String(SIZE[1]),

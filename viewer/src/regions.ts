@@ -1,11 +1,11 @@
 // Buttons that choose a refractive region, where there are several.
 
 import { Choice, el } from "./dom";
-import type { Scene } from "./protocol";
+import type { SceneFacts } from "./protocol";
 
 export function regionChoice(
   label: string,
-  scene: Scene,
+  scene: SceneFacts,
   others: [string, string, string][],
   choose: (k: number) => void,
 ): HTMLElement[] {

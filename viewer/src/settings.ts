@@ -10,6 +10,8 @@ const DEFAULTS = {
   boxes: false,
   cameras: false,
   surfaces: false,
+  hull: false,
+  bricks: false,
   /** The panel is hidden. */
   alone: false,
   /** The horizon stays level. */

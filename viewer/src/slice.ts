@@ -2,7 +2,7 @@
 
 import { Choice, el, section, Slider } from "./dom";
 import { indexLegend, words } from "./legend";
-import type { Scene } from "./protocol";
+import type { SceneFacts } from "./protocol";
 import { regionChoice } from "./regions";
 import type { State } from "./state";
 
@@ -55,7 +55,7 @@ export class SlicePanel {
     this.element = section("Slice of the index", ...parts);
   }
 
-  take(scene: Scene): void {
+  take(scene: SceneFacts): void {
     this.region = 0;
     this.element.hidden = scene.regions.length === 0;
     const choice = regionChoice("Region to cut", scene, [], (k) => {

@@ -2,7 +2,7 @@
 
 import { ERRORS, FULL_ERROR, GAIN, Labels, words, type Compare, type Legend } from "./legend";
 import { draw, type Overlay } from "./overlay";
-import type { PageCamera, Scene } from "./protocol";
+import type { PageCamera, SceneFacts } from "./protocol";
 import type { Bounds } from "./sharpness";
 
 /** Steps of the wipe's boundary by the arrow keys, and by the page keys. */
@@ -178,7 +178,7 @@ export class Stage {
   }
 
   /** Draws what is over the picture; the photograph is called `name`. */
-  overlay(camera: PageCamera, scene: Scene, what: Overlay, legend: Legend | null, name: string | null): void {
+  overlay(camera: PageCamera, scene: SceneFacts, what: Overlay, legend: Legend | null, name: string | null): void {
     const ctx = this.lines.getContext("2d")!;
     const { width: whole, height } = this.lines;
     const [unit, width] = [devicePixelRatio, whole / this.halves];

@@ -1,12 +1,12 @@
 // What the page shows, as the controls beside the picture set it.
 
 import type { Compare } from "./legend";
-import type { BentRay, Layer, PageCamera } from "./protocol";
+import type { BentRay, PageCamera, Shown } from "./protocol";
 import type { Settings } from "./settings";
 import type { Vec3 } from "./vectors";
 
 export interface State extends Settings {
-  layer: Layer;
+  layer: Shown;
   straight: boolean;
   /** Index per region; null as learned. */
   index: (number | null)[];

@@ -21,7 +21,7 @@ export class TrainingPanel {
   private readonly events = el("ol", { class: "events" });
   private readonly pause: HTMLButtonElement;
   private readonly wishes: HTMLElement;
-  private records: { step: number; psnr: number; val: number | undefined }[] = [];
+  private records: { step: number; psnr: number; val: number | null }[] = [];
   private paused = false;
 
   constructor(ask: (wish: { ask: "pause"; paused: boolean } | { ask: "stop" }) => void) {
@@ -56,33 +56,43 @@ export class TrainingPanel {
 
   tell(told: Training): void {
     this.element.hidden = false;
-    if (told.kind === "record" && told.step !== undefined && told.train_psnr !== undefined) {
-      this.records.push({ step: told.step, psnr: told.train_psnr, val: told.val_psnr });
-      const step = told.steps ? `step ${told.step} of ${told.steps}` : `step ${told.step}`;
-      const share = Math.round(100 * (told.progress ?? 0));
-      this.state.textContent = `${told.phase}, ${step}, ${share} % done, ${told.train_psnr.toFixed(2)} dB`;
-      this.draw();
-    }
-    if (told.kind === "event" && told.text) {
+    if (told.kind === "record") this.record(told);
+    if (told.kind === "event") {
       this.events.prepend(el("li", {}, told.text));
       while (this.events.childElementCount > MOST_EVENTS) this.events.lastChild!.remove();
     }
     if (told.kind === "state") {
-      this.paused = told.paused ?? false;
+      this.paused = told.paused;
       this.pause.textContent = this.paused ? "Go on" : "Pause";
-      this.task.textContent = told.text ?? "";
+      this.task.textContent = told.text;
     }
+  }
+
+  private record({
+    step,
+    steps,
+    progress,
+    phase,
+    train_psnr: psnr,
+    val_psnr: val,
+  }: Training & { kind: "record" }): void {
+    const at = steps ? `step ${step} of ${steps}` : `step ${step}`;
+    const score = psnr === null ? "" : `, ${psnr.toFixed(2)} dB`;
+    this.state.textContent = `${phase}, ${at}, ${Math.round(100 * progress)} % done${score}`;
+    if (psnr === null) return;
+    this.records.push({ step, psnr, val });
+    this.draw();
   }
 
   private draw(): void {
     const ctx = this.canvas.getContext("2d")!;
     const [width, height] = SIZE;
     ctx.clearRect(0, 0, width, height);
-    const finite = this.records.filter((r) => Number.isFinite(r.psnr));
-    if (finite.length < 2) return;
-    const values = finite.flatMap((r) => (r.val === undefined ? [r.psnr] : [r.psnr, r.val]));
+    const { records } = this;
+    if (records.length < 2) return;
+    const values = records.flatMap((r) => (r.val === null ? [r.psnr] : [r.psnr, r.val]));
     const [low, high] = [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values))];
-    const last = finite[finite.length - 1]!.step;
+    const last = records[records.length - 1]!.step;
     const x = (step: number) => 52 + ((width - 62) * step) / last;
     const y = (psnr: number) => height - 12 - ((height - 24) * (psnr - low)) / Math.max(high - low, 1);
     ctx.font = "20px system-ui, sans-serif";
@@ -92,9 +102,9 @@ export class TrainingPanel {
     ctx.strokeStyle = "#3b82c4";
     ctx.lineWidth = 3;
     ctx.beginPath();
-    finite.forEach((r, k) => (k ? ctx.lineTo(x(r.step), y(r.psnr)) : ctx.moveTo(x(r.step), y(r.psnr))));
+    records.forEach((r, k) => (k ? ctx.lineTo(x(r.step), y(r.psnr)) : ctx.moveTo(x(r.step), y(r.psnr))));
     ctx.stroke();
     ctx.fillStyle = "#e8590c";
-    for (const r of finite) if (r.val !== undefined) ctx.fillRect(x(r.step) - 4, y(r.val) - 4, 8, 8);
+    for (const r of records) if (r.val !== null) ctx.fillRect(x(r.step) - 4, y(r.val) - 4, 8, 8);
   }
 }

@@ -3,8 +3,10 @@
 import { button, el } from "../src/dom";
 import { Link } from "../src/link";
 import { Chooser } from "./chooser";
-import type { Ask, Home, Recent, Tell, Work } from "./protocol";
+import type { Ask, Recent, Tell, Work } from "./protocol";
 import { WorkView } from "./work";
+
+type Home = Omit<Tell & { tell: "home" }, "tell">;
 
 class Page {
   private readonly root = document.querySelector<HTMLElement>("#page")!;

@@ -49,13 +49,13 @@ export function check(claim, holds, found) {
 }
 
 /** A page of this address, and the errors that it reports. */
-export async function newPage(browser, url) {
+export async function newPage(browser, url, viewport = { width: 900, height: 560 }) {
   const page = await browser.newPage();
   page.setDefaultTimeout(PATIENCE);
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
-  await page.setViewport({ width: 900, height: 560 });
+  if (viewport) await page.setViewport(viewport);
   await page.goto(url);
   return { page, errors };
 }
@@ -102,11 +102,10 @@ export async function shoot(page, folder, name) {
 export const press = (page, text) =>
   page.evaluate((text) => [...document.querySelectorAll("button")].find((b) => b.textContent === text).click(), text);
 
-/** Runs tests in a browser, and ends this program with what came of them. */
-export async function run(tests) {
+/** Runs tests in Chromium, or as `options` say, and ends this program with what came of them. */
+export async function run(tests, options = { executablePath: CHROMIUM, args: FLAGS }) {
   const profile = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
-  const launch = { executablePath: CHROMIUM, headless: true, args: FLAGS, userDataDir: profile };
-  const browser = await puppeteer.launch(launch);
+  const browser = await puppeteer.launch({ headless: true, userDataDir: profile, ...options });
   let failed = false;
   try {
     await tests(browser);

@@ -29,6 +29,7 @@ export async function use(browser, url, tools) {
   await answers(page, tools);
   await distance(page, tools);
   await crop(page, tools);
+  await overlays(page, tools);
   await comparison(page, tools);
   await zoom(page, tools);
   await views(page, tools);
@@ -77,6 +78,32 @@ async function answers(page, { check, shoot }) {
   await page.keyboard.press("Space");
   await shown(page, "#message");
   check("a message is in sight", await inSight(page, "#message"), await textOf(page, "#message"));
+}
+
+/** Pixels that are drawn over the picture. */
+const drawn = () => {
+  const canvas = document.querySelector("#lines");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.filter((a, k) => k % 4 === 3 && a > 0).length;
+};
+
+/** Lines around what the grid stores, and on the hull of what refracts, where there is one. */
+export async function overlays(page, { check, shoot }) {
+  const before = await page.evaluate(drawn);
+  for (const name of ["grid", "hull"]) {
+    const [label] = await page.$$(`xpath/.//label[.="${name}" and not(@hidden)]`);
+    if (!label) {
+      console.log(`not shown: this scene has no ${name}`);
+      continue;
+    }
+    await label.click();
+    await page.waitForFunction(`(${drawn})() > ${before + 500}`);
+    check(`the ${name} is drawn`, true, `${(await page.evaluate(drawn)) - before} pixels more`);
+    await shoot(page, `overlay_${name}`);
+    await label.click();
+    const after = await page.evaluate(drawn);
+    check("and taken away", after === before, `${after} pixels, before ${before}`);
+  }
 }
 
 /** A box hides what is outside of it. */

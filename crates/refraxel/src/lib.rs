@@ -14,6 +14,8 @@ pub mod sentences;
 pub mod shell;
 pub mod start;
 pub mod table;
+#[cfg(test)]
+mod typescript;
 pub mod verbs;
 pub mod viewer;
 pub mod worker;

@@ -147,6 +147,7 @@ pub fn typed(words: &[String]) -> String {
 
 /// How far a verb is, from a line of its progress.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Pace {
     /// What it does.
     pub task: String,

@@ -1,20 +1,35 @@
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
+use rayon::prelude::*;
 use safetensors::tensor::{Metadata, TensorInfo};
 
 use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, MAX_HEADER, SCHEMA, Version, header_crc};
 use super::error::CheckpointError;
 use super::{Tensor, TensorData, TensorFile};
 
+/// Bytes that a thread reads and sums up at once.
+const PART: usize = 4 << 20;
+
 impl TensorFile {
     /// Reads and verifies the checkpoint at `path`: layout, length, schema and every checksum.
     ///
     /// Any file gives either exactly what was saved or an error; memory stays within a small multiple of the file's length.
     pub fn load(path: &Path) -> Result<Self, CheckpointError> {
-        Self::from_reader(open(path)?)
+        Self::load_without(path, &[])
+    }
+
+    /// The same without some tensors, which are neither read nor verified.
+    pub fn load_without(path: &Path, left_out: &[&str]) -> Result<Self, CheckpointError> {
+        open(path)?.file(left_out)
+    }
+
+    /// Reads and verifies the caller's header alone.
+    pub fn load_header(path: &Path) -> Result<serde_json::Value, CheckpointError> {
+        let reader = open(path)?;
+        Ok(reader.parse(&reader.header()?)?.1.header)
     }
 
     /// Reads and verifies a checkpoint from anywhere, to the end of the stream; `name` stands for its path in messages.
@@ -22,38 +37,57 @@ impl TensorFile {
         let mut bytes = Vec::new();
         let failed = |source| CheckpointError::Read { path: name.to_owned(), source };
         from.read_to_end(&mut bytes).map_err(failed)?;
-        Self::from_reader(Reader { path: name, length: bytes.len() as u64, from: &bytes[..] })
-    }
-
-    fn from_reader(mut reader: Reader<impl Read>) -> Result<Self, CheckpointError> {
-        let text = reader.header()?;
-        let (layout, envelope) = reader.parse(&text)?;
-        let end = 8 + text.len() as u64 + layout.data_len() as u64;
-        if reader.length != end {
-            let found = format!("it is {} bytes long instead of {end}", reader.length);
-            return Err(reader.damaged(found));
-        }
-        let mut tensors = BTreeMap::new();
-        for name in layout.offset_keys() {
-            let (Some(info), Some(&sum)) = (layout.info(&name), envelope.tensors_crc32.get(&name)) else {
-                return Err(reader.damaged(format!("the tensor '{name}' has no checksum")));
-            };
-            let tensor = reader.tensor(&name, info, sum)?;
-            tensors.insert(name, tensor);
-        }
-        Ok(Self { header: envelope.header, tensors })
+        Reader { path: name, length: bytes.len() as u64, from: Place::Memory(bytes) }.file(&[])
     }
 }
 
-/// A checkpoint that is being read front to back.
-struct Reader<'a, R> {
+/// Where a checkpoint is.
+enum Place {
+    File(File),
+    Memory(Vec<u8>),
+}
+
+impl Place {
+    /// Fills `bytes` with those from `at` on.
+    fn read(&self, bytes: &mut [u8], at: u64) -> io::Result<()> {
+        match self {
+            Self::File(file) => read_at(file, bytes, at),
+            Self::Memory(all) => {
+                let from = all.get(at as usize..).and_then(|rest| rest.get(..bytes.len()));
+                bytes.copy_from_slice(from.ok_or(io::ErrorKind::UnexpectedEof)?);
+                Ok(())
+            }
+        }
+    }
+}
+
+#[cfg(unix)]
+fn read_at(file: &File, bytes: &mut [u8], at: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, bytes, at)
+}
+
+#[cfg(not(unix))]
+fn read_at(file: &File, mut bytes: &mut [u8], mut at: u64) -> io::Result<()> {
+    while !bytes.is_empty() {
+        let read = std::os::windows::fs::FileExt::seek_read(file, bytes, at)?;
+        if read == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        bytes = &mut bytes[read..];
+        at += read as u64;
+    }
+    Ok(())
+}
+
+/// A checkpoint that is being read.
+struct Reader<'a> {
     path: &'a Path,
-    from: R,
+    from: Place,
     /// Of all there is to read [byte].
     length: u64,
 }
 
-fn open(path: &Path) -> Result<Reader<'_, File>, CheckpointError> {
+fn open(path: &Path) -> Result<Reader<'_>, CheckpointError> {
     let failed = |source| CheckpointError::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(failed)?;
     let metadata = file.metadata().map_err(failed)?;
@@ -61,21 +95,44 @@ fn open(path: &Path) -> Result<Reader<'_, File>, CheckpointError> {
         let found = "it is not a regular file".to_owned();
         return Err(CheckpointError::Foreign { path: path.to_owned(), found });
     }
-    Ok(Reader { path, from: file, length: metadata.len() })
+    Ok(Reader { path, from: Place::File(file), length: metadata.len() })
 }
 
-impl<R: Read> Reader<'_, R> {
+impl Reader<'_> {
+    /// All of it but some tensors.
+    fn file(&self, left_out: &[&str]) -> Result<TensorFile, CheckpointError> {
+        let text = self.header()?;
+        let (layout, envelope) = self.parse(&text)?;
+        let start = 8 + text.len() as u64;
+        let end = start + layout.data_len() as u64;
+        if self.length != end {
+            let found = format!("it is {} bytes long instead of {end}", self.length);
+            return Err(self.damaged(found));
+        }
+        let mut tensors = BTreeMap::new();
+        for name in layout.offset_keys() {
+            let (Some(info), Some(&sum)) = (layout.info(&name), envelope.tensors_crc32.get(&name)) else {
+                return Err(self.damaged(format!("the tensor '{name}' has no checksum")));
+            };
+            if !left_out.contains(&name.as_str()) {
+                let tensor = self.tensor(&name, info, start, sum)?;
+                tensors.insert(name, tensor);
+            }
+        }
+        Ok(TensorFile { header: envelope.header, tensors })
+    }
+
     /// The safetensors header, its checksum verified.
-    fn header(&mut self) -> Result<Vec<u8>, CheckpointError> {
+    fn header(&self) -> Result<Vec<u8>, CheckpointError> {
         if self.length < 8 {
             return Err(self.foreign("it is too short"));
         }
         let mut prefix = [0; 8];
-        self.fill(&mut prefix)?;
+        self.fill(&mut prefix, 0)?;
         let announced = u64::from_le_bytes(prefix);
         let present = announced.min(MAX_HEADER).min(self.length - 8);
         let mut text = vec![0; present as usize];
-        self.fill(&mut text)?;
+        self.fill(&mut text, 8)?;
         if text.len() < MAGIC.len() + BLANK_CRC.len() || !text.starts_with(MAGIC) {
             return Err(self.foreign("it does not start like one"));
         }
@@ -102,21 +159,32 @@ impl<R: Read> Reader<'_, R> {
         Ok((layout, envelope))
     }
 
-    fn tensor(&mut self, name: &str, info: &TensorInfo, sum: u32) -> Result<Tensor, CheckpointError> {
+    fn tensor(&self, name: &str, info: &TensorInfo, start: u64, sum: u32) -> Result<Tensor, CheckpointError> {
         let values = info.shape.iter().product(); // checked against the file's length by the layout
         let Some(mut data) = TensorData::zeros(info.dtype, values) else {
             return Err(self.damaged(format!("the tensor '{name}' has the unknown type {}", info.dtype)));
         };
-        self.fill(data.bytes_mut())?;
-        if crc32fast::hash(data.bytes_mut()) != sum {
+        let first = start + info.data_offsets.0 as u64;
+        let parts = data.bytes_mut().par_chunks_mut(PART).enumerate().map(
+            |(k, part)| -> Result<_, CheckpointError> {
+                self.fill(part, first + (k * PART) as u64)?;
+                let mut sum = crc32fast::Hasher::new();
+                sum.update(part);
+                Ok(sum)
+            },
+        );
+        let parts: Vec<crc32fast::Hasher> = parts.collect::<Result<_, _>>()?;
+        let mut found = crc32fast::Hasher::new();
+        parts.iter().for_each(|part| found.combine(part));
+        if found.finalize() != sum {
             return Err(self.damaged(format!("the tensor '{name}' does not match its checksum")));
         }
         Ok(Tensor { shape: info.shape.clone(), data })
     }
 
-    fn fill(&mut self, bytes: &mut [u8]) -> Result<(), CheckpointError> {
+    fn fill(&self, bytes: &mut [u8], at: u64) -> Result<(), CheckpointError> {
         let failed = |source| CheckpointError::Read { path: self.path.to_owned(), source };
-        self.from.read_exact(bytes).map_err(failed)
+        self.from.read(bytes, at).map_err(failed)
     }
 
     fn damaged(&self, found: String) -> CheckpointError {

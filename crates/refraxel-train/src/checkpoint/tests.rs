@@ -56,6 +56,27 @@ fn load_returns_what_was_saved() {
 }
 
 #[test]
+fn a_tensor_of_several_parts_is_whole_or_refused_and_may_be_left_out() {
+    let values: Vec<f32> = (0..3 << 20).map(|k| k as f32).collect();
+    let (large, small) =
+        (TensorView::new(&[3 << 20], DataView::F32(&values)), TensorView::new(&[1], DataView::U8(&[7])));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.safetensors");
+    save(&path, &json!({"step": 3}), &[("large", large), ("small", small)]).unwrap();
+    let read = TensorFile::load(&path).unwrap();
+    assert!(read.tensors["large"].data == TensorData::F32(values));
+    let mut bytes = std::fs::read(&path).unwrap();
+    assert!(load_bytes(&bytes).unwrap() == read);
+    let last = bytes.len() - 5;
+    bytes[last] ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    assert!(matches!(TensorFile::load(&path), Err(CheckpointError::Damaged { .. })));
+    let rest = TensorFile::load_without(&path, &["large"]).unwrap();
+    assert_eq!((rest.tensors.len(), &rest.tensors["small"]), (1, &read.tensors["small"]));
+    assert_eq!(TensorFile::load_header(&path).unwrap(), json!({"step": 3}));
+}
+
+#[test]
 fn nan_payloads_survive() {
     let bits = 0x7fc0_1234;
     let data = [f32::from_bits(bits)];

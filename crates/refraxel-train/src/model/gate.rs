@@ -61,12 +61,14 @@ impl Gate {
 
     /// Whether the trilinear share at a point is at least ½.
     pub fn is_inside(&self, x: Vec3<f32>) -> bool {
-        let n = self.domain.resolution;
-        self.domain.bounds.contains(x) && {
-            let g = self.domain.node(x);
-            let cell = std::array::from_fn(|a| (g[a].max(0.0) as usize).min(n[a] as usize - 2));
-            self.share(cell, g) >= HALF
-        }
+        self.domain.bounds.contains(x) && self.share_at(x) >= HALF
+    }
+
+    /// The trilinear share at a point of the grid, 0 to 255.
+    pub fn share_at(&self, x: Vec3<f32>) -> f32 {
+        let (n, g) = (self.domain.resolution, self.domain.node(x));
+        let cell = std::array::from_fn(|a| (g[a].max(0.0) as usize).min(n[a] as usize - 2));
+        self.share(cell, g)
     }
 
     /// Whether a straight ray meets the object: the trilinear share is at least ½ at one of the points along it that lie

@@ -3,28 +3,53 @@
 use super::contents::Run;
 use super::header::Header;
 use super::save::CHECKPOINT;
+use super::source::Source;
 use super::tensors::Tensors;
 use super::{clearcoat, detected, field, reflection, refraction, views};
 use crate::checkpoint::{CheckpointError, TensorFile};
 use crate::model::{Model, Optimiser};
 use crate::refraction_search::MASK_MARGIN;
+use refraxel_core::AlignedVec;
+use refraxel_data::LocalOrigin;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// Moments of the voxels: as large as their densities, and needed for training alone.
+const MOMENTS: [&str; 2] = ["density_moment", "colour_moment"];
 
 impl Run {
     /// Read a run back from its folder.
     pub fn load(folder: &Path) -> Result<Self, CheckpointError> {
         let path = folder.join(CHECKPOINT);
-        Self::restore(Tensors::new(TensorFile::load(&path)?, path))
+        Self::restore(Tensors::new(TensorFile::load(&path)?, path), &[])
+    }
+
+    /// The same with moments of voxels that are zero, for whoever renders the run and neither trains nor saves it.
+    pub fn load_to_render(folder: &Path) -> Result<Self, CheckpointError> {
+        let path = folder.join(CHECKPOINT);
+        Self::restore(Tensors::new(TensorFile::load_without(&path, &MOMENTS)?, path), &MOMENTS)
+    }
+
+    /// What a run was trained on, and where its coordinates begin; its parameters are not read.
+    pub fn source_of(folder: &Path) -> Result<(Source, LocalOrigin), CheckpointError> {
+        let path = folder.join(CHECKPOINT);
+        let wrong = |e: serde_json::Error| CheckpointError::Foreign {
+            path: path.clone(),
+            found: format!("its header does not fit: {e}"),
+        };
+        let header: Header = serde_json::from_value(TensorFile::load_header(&path)?).map_err(wrong)?;
+        let origin = header.plan().origin;
+        Ok((header.source, origin))
     }
 
     /// Read a run back from anywhere; the stream is read to its end.
     pub fn read(from: impl Read) -> Result<Self, CheckpointError> {
         let path = PathBuf::from("(a stream)");
-        Self::restore(Tensors::new(TensorFile::read(from, &path)?, path))
+        Self::restore(Tensors::new(TensorFile::read(from, &path)?, path), &[])
     }
 
-    fn restore(mut file: Tensors) -> Result<Self, CheckpointError> {
+    /// A run from its tensors, without some moments.
+    fn restore(mut file: Tensors, left_out: &[&str]) -> Result<Self, CheckpointError> {
         let header: Header = serde_json::from_value(file.header())
             .map_err(|e| file.wrong(&format!("its header does not fit: {e}")))?;
         let options = header.options.clone().checked();
@@ -53,9 +78,13 @@ impl Run {
         let (clearcoat, clearcoat_moments) =
             clearcoat::restore(header.clearcoat.as_ref(), field.domain.bounds, &mut file)?;
         let voxels = field.map.voxels();
+        let mut moments = |name| match left_out.contains(&name) {
+            true => Ok(AlignedVec::filled(voxels, 0.0)),
+            false => file.mean_squares(name, voxels),
+        };
         let optimiser = Optimiser {
-            density: file.mean_squares("density_moment", voxels)?,
-            colour: file.mean_squares("colour_moment", voxels)?,
+            density: moments(MOMENTS[0])?,
+            colour: moments(MOMENTS[1])?,
             background: texel_moments,
             index,
             reflection: mirrors,

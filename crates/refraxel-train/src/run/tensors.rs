@@ -3,6 +3,7 @@
 use crate::checkpoint::{CheckpointError, Tensor, TensorData, TensorFile};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
 use refraxel_core::{AlignedVec, ShDegree};
 use std::path::PathBuf;
 
@@ -16,6 +17,11 @@ fn within_half(value: f32) -> f32 {
     let most = f32::from(f16::MAX);
     value.clamp(-most, most)
 }
+
+/// Rows that a thread converts at once.
+const ROWS: usize = 4096;
+/// Values that a thread checks at once.
+const VALUES: usize = 1 << 16;
 
 /// The tensors of a checkpoint that are still to be read, and how it is called in messages.
 pub(super) struct Tensors {
@@ -71,12 +77,17 @@ impl Tensors {
         match self.take(name)? {
             TensorData::F32(v) if v.len() == rows * stride => padded.copy_from_slice(&v),
             TensorData::F32(v) if v.len() == rows * kept => {
-                padded.chunks_mut(stride).zip(v.chunks(kept)).for_each(|(p, v)| p[..kept].copy_from_slice(v));
+                let parts = padded.par_chunks_mut(ROWS * stride).zip(v.par_chunks(ROWS * kept));
+                parts.for_each(|(padded, v)| spread(v, kept, padded, stride));
             }
             TensorData::F16(v) if v.len() == rows * kept => {
-                let pairs = padded.chunks_mut(stride).zip(v.chunks(kept));
-                pairs.for_each(|(p, v)| v.convert_to_f32_slice(&mut p[..kept]));
-                padded.iter_mut().for_each(|v| *v = within_half(*v));
+                let parts = padded.par_chunks_mut(ROWS * stride).zip(v.par_chunks(ROWS * kept));
+                parts.for_each_init(Vec::new, |wide, (padded, v)| {
+                    wide.resize(v.len(), 0.0);
+                    v.convert_to_f32_slice(wide);
+                    wide.iter_mut().for_each(|v| *v = within_half(*v));
+                    spread(wide, kept, padded, stride);
+                });
             }
             _ => return Err(self.wrong(&format!("tensor `{name}` is not {rows} × {kept} of F32 or F16"))),
         }
@@ -90,7 +101,9 @@ impl Tensors {
         values: V,
     ) -> Result<V, CheckpointError> {
         let wrong = || self.wrong(&format!("tensor `{name}` has values that are not finite"));
-        values.iter().all(|v| v.is_finite()).then_some(values).ok_or_else(wrong)
+        // Without a branch for each value.
+        let are_finite = |part: &[f32]| part.iter().fold(true, |are, v| are & v.is_finite());
+        values.par_chunks(VALUES).all(are_finite).then_some(values).ok_or_else(wrong)
     }
 
     /// Mean squares of gradients, aligned for SIMD. One that has become infinite holds its voxel.
@@ -132,6 +145,11 @@ impl Tensors {
     pub(super) fn contains(&self, name: &str) -> bool {
         self.file.tensors.contains_key(name)
     }
+}
+
+/// Rows of `kept` values at the beginning of rows of `stride` values.
+fn spread(values: &[f32], kept: usize, padded: &mut [f32], stride: usize) {
+    padded.chunks_mut(stride).zip(values.chunks(kept)).for_each(|(p, v)| p[..kept].copy_from_slice(v));
 }
 
 /// A named tensor of real numbers in one row.

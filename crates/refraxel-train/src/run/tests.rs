@@ -61,6 +61,25 @@ fn a_save_that_fails_anywhere_leaves_a_whole_checkpoint_and_nothing_else() {
 }
 
 #[test]
+fn a_run_to_render_is_the_saved_one_without_moments_of_voxels() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut saved = run(7);
+    saved.optimiser.density.fill(0.5);
+    saved.optimiser.colour.fill(0.25);
+    saved.view().save(folder.path()).unwrap();
+    let (whole, shown) = (Run::load(folder.path()).unwrap(), Run::load_to_render(folder.path()).unwrap());
+    assert!(whole.optimiser.density.iter().all(|m| *m == 0.5));
+    assert!(shown.optimiser.density.iter().chain(shown.optimiser.colour.iter()).all(|m| *m == 0.0));
+    assert!(shown.optimiser.fits(&shown.model) && shown.optimiser.occupied == whole.optimiser.occupied);
+    assert!(
+        shown.model.field.density == whole.model.field.density
+            && shown.model.field.colour == whole.model.field.colour
+    );
+    let (source, origin) = Run::source_of(folder.path()).unwrap();
+    assert_eq!((source, origin), (whole.source, whole.plan.origin));
+}
+
+#[test]
 fn masks_that_are_moved_further_than_a_run_moves_them_are_refused() {
     let read = |mask_shift: f32| {
         let folder = tempfile::tempdir().unwrap();

@@ -15,6 +15,7 @@ const DISKS: [&str; 3] = ["/media", "/Volumes", "/mnt"];
 
 /// A folder or a video.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Place {
     pub name: String,
     pub path: String,
@@ -22,6 +23,7 @@ pub struct Place {
 
 /// What is told of a folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Folder {
     pub path: String,
     /// The folder above.

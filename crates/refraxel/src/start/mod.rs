@@ -7,7 +7,7 @@
 mod browser;
 mod desk;
 mod folders;
-mod protocol;
+pub(crate) mod protocol;
 mod runs;
 mod task;
 mod verb;

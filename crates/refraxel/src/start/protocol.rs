@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the page asks for.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
     /// The runs that are there.
@@ -31,6 +32,7 @@ pub enum Ask {
 
 /// A verb and its choices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(tag = "verb", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Task {
     /// Says what is in photographs with poses.
@@ -56,6 +58,7 @@ pub enum Task {
 
 /// Whether rays bend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Refraction {
     /// As the program finds.
@@ -68,6 +71,7 @@ pub enum Refraction {
 
 /// What the page is told.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(tag = "tell", rename_all = "snake_case")]
 pub enum Tell {
     /// Where the program is at work, and the runs that it finds there.

@@ -15,6 +15,7 @@ const DEEPEST: usize = 3;
 
 /// A run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Recent {
     /// Its folder, as seen from the one that is searched.
     pub name: String,

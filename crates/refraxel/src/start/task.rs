@@ -20,6 +20,7 @@ const NEEDS_POSES: &str = "refraxel import ";
 
 /// Where a verb stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// It is at work.
@@ -36,6 +37,7 @@ pub enum Stage {
 
 /// A verb that is at work, or was last, as the page shows it.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Work {
     /// Counts those of this start of the program.
     pub number: u64,
@@ -50,6 +52,7 @@ pub struct Work {
     /// How far it is.
     pub pace: Option<Pace>,
     /// Its last lines, without those of its progress.
+    #[cfg_attr(test, ts(as = "Vec<String>"))]
     pub lines: VecDeque<String>,
     /// Why it has failed or stopped, in full.
     pub why: Option<String>,

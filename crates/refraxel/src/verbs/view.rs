@@ -32,12 +32,15 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
 fn view(folder: &Path, args: &ViewArgs) -> Result<(), Failure> {
     set_thread_count(args.threads)?;
     watch_for_interrupts()?;
-    let run = Run::load(folder)?;
+    let show = Show::suited(args.json);
+    let (source, origin) = Run::source_of(folder)?;
+    // Both read much; each waits for the disk, too.
+    let (run, data) = rayon::join(|| Run::load_to_render(folder), || reopen_source(&source, origin));
+    let run = run?;
     let films = Films::of(folder).context("cannot make a folder for films").or_exit(Exit::Io)?;
     let server = Server::bind(args.port.unwrap_or(0)).or_exit(Exit::Io)?;
     let server = server.with_files([folder.join(EVIDENCE)]).with_films(films.clone());
-    let show = Show::suited(args.json);
-    let data = match reopen_source(&run.source, run.plan.origin) {
+    let data = match data {
         Ok(data) => Some(data),
         Err(failure) => {
             show.say(&format!("note: without photographs: {}", failure.error));

@@ -1,9 +1,10 @@
-//! The surface of a region as lines: where planes across the axes cut its mesh.
+//! The surface of a region, or a hull, as lines: where planes across the axes cut its mesh.
 
 use super::error::SceneError;
-use super::protocol::Piece;
+use super::protocol::{HullPart, Piece};
 use super::scene::Scene;
-use refraxel_core::{Aabb, Mesh, Vec3};
+use refraxel_core::{Aabb, Domain, Mesh, Vec3};
+use refraxel_train::model::Gate;
 use refraxel_train::model::surface::Surface;
 
 /// Planes across each axis.
@@ -25,6 +26,38 @@ pub fn contours(scene: &Scene, region: usize) -> Result<Vec<Piece>, SceneError> 
     }
     let bounds = grid.domain().bounds.cast();
     Ok(Surface::of(grid, 1).map_or_else(Vec::new, |surface| of_mesh(&surface.mesh, bounds)))
+}
+
+/// A hull as pieces of lines, in the coordinates of the renderer.
+pub fn hull(gate: &Gate) -> (Aabb<f64>, Vec<Piece>) {
+    let domain = gate.domain().cast::<f64>();
+    // A voxel more on each side, which is empty: the mesh of a hull that reaches the end of its grid is closed there.
+    let voxel =
+        domain.bounds.extent().zip(Vec3::from(domain.resolution.map(f64::from)), |e, n| e / (n - 1.0));
+    let bounds = Aabb::new(domain.bounds.min - voxel, domain.bounds.max + voxel);
+    let wider = Domain { bounds, resolution: domain.resolution.map(|n| n + 2), ..domain };
+    let level = |x: Vec3<f64>| {
+        let inside = x.zip(domain.bounds.min, f64::max).zip(domain.bounds.max, f64::min);
+        let is_near = (x - inside).zip(voxel, |off, voxel| off.abs() / voxel).max_element() < 0.5;
+        0.5 - if is_near { f64::from(gate.share_at(inside.cast())) / 255.0 } else { 0.0 }
+    };
+    let slope = |x: Vec3<f64>, axis: usize| {
+        let mut step = Vec3::zero();
+        step[axis] = voxel[axis];
+        (level(x + step) - level(x - step)) / (2.0 * voxel[axis])
+    };
+    let mesh = Mesh::of_level(&wider, 1, |x| (level(x), Vec3::from([0, 1, 2].map(|axis| slope(x, axis)))));
+    (bounds, of_mesh(&mesh, bounds))
+}
+
+/// All hulls of a scene in the user's world.
+pub fn hulls(scene: &Scene) -> Vec<HullPart> {
+    let part = |gate| {
+        let (bounds, pieces) = hull(gate);
+        let bounds = scene.origin().to_world(bounds);
+        HullPart { min: bounds.min.to_array(), max: bounds.max.to_array(), pieces }
+    };
+    scene.hulls().map(part).collect()
 }
 
 fn of_mesh(mesh: &Mesh, bounds: Aabb<f64>) -> Vec<Piece> {
@@ -66,6 +99,33 @@ fn piece(a: Vec3<f64>, b: Vec3<f64>, normal: Vec3<f64>, bounds: Aabb<f64>) -> Pi
 mod tests {
     use super::*;
     use refraxel_core::{Domain, Extent};
+
+    #[test]
+    fn a_hull_is_drawn_where_its_voxels_are_half_full_also_at_the_end_of_its_grid() {
+        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let domain = Domain { bounds, extent: Extent::Bounded, resolution: [33; 3] };
+        // A ball of which a part lies outside of the grid.
+        let middle = Vec3::new(0.6, 0.0, 0.0);
+        let share = |node| {
+            (0.5 - ((domain.position(domain.coordinates(node)) - middle).length() - 0.6) * 16.0f32)
+                .clamp(0.0, 1.0)
+        };
+        let gate = Gate::new(domain, &(0..33 * 33 * 33).map(share).collect::<Vec<f32>>());
+        let (wider, pieces) = hull(&gate);
+        assert!(pieces.len() > 500, "{}", pieces.len());
+        let place = |ends: &[i16]| {
+            wider.min + Vec3::from([0, 1, 2].map(|k: usize| f64::from(ends[k]) / STEPS * wider.extent()[k]))
+        };
+        let mut at_end = 0;
+        for piece in &pieces {
+            let a = place(&piece[..3]);
+            let off = ((a - middle.cast()).length() - 0.6).abs();
+            let is_end = a.x > 1.0 - 2.0 / 32.0;
+            assert!(off < 0.02 || is_end, "{a:?}: {off}");
+            at_end += usize::from(is_end);
+        }
+        assert!(at_end > 50, "{at_end}");
+    }
 
     #[test]
     fn lines_lie_on_the_surface_and_their_normals_point_outwards() {

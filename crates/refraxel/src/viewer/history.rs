@@ -1,6 +1,6 @@
 //! What was told of a training, for pages that open later: its curve thinned out, and its latest events.
 
-use serde_json::Value;
+use super::protocol::Training;
 use std::collections::VecDeque;
 
 /// Records of the curve that are kept at most; where there are more, every second one is left out.
@@ -11,21 +11,21 @@ const MOST_EVENTS: usize = 200;
 /// What was told, in its order.
 #[derive(Debug, Default)]
 pub struct History {
-    records: Vec<(u64, Value)>,
-    events: VecDeque<(u64, Value)>,
+    records: Vec<(u64, Training)>,
+    events: VecDeque<(u64, Training)>,
     told: u64,
     /// Of so many records one is kept.
     every: u64,
     recorded: u64,
     /// The last record, which is kept in any case.
-    last: Option<(u64, Value)>,
+    last: Option<(u64, Training)>,
 }
 
 impl History {
-    /// Keeps what was told. A record is known by its kind.
-    pub fn keep(&mut self, what: Value) {
+    /// Keeps what was told.
+    pub fn keep(&mut self, what: Training) {
         self.told += 1;
-        if what["kind"] != "record" {
+        if !matches!(what, Training::Record { .. }) {
             self.events.push_back((self.told, what));
             if self.events.len() > MOST_EVENTS {
                 self.events.pop_front();
@@ -49,9 +49,9 @@ impl History {
     }
 
     /// What is kept, in the order in which it was told.
-    pub fn told(&self) -> impl Iterator<Item = &Value> {
+    pub fn told(&self) -> impl Iterator<Item = &Training> {
         let last = self.last.iter().filter(|(n, _)| self.records.last().is_none_or(|(kept, _)| kept < n));
-        let mut all: Vec<&(u64, Value)> = self.records.iter().chain(&self.events).chain(last).collect();
+        let mut all: Vec<&(u64, Training)> = self.records.iter().chain(&self.events).chain(last).collect();
         all.sort_by_key(|(n, _)| *n);
         all.into_iter().map(|(_, what)| what)
     }
@@ -60,30 +60,39 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+
+    fn record(step: u64) -> Training {
+        let (steps, progress) = (Some(100_000), step as f64 / 100_000.0);
+        Training::Record { step, steps, progress, train_psnr: Some(20.0), val_psnr: None, phase: "straight" }
+    }
+
+    fn event(step: u64) -> Training {
+        Training::Event { text: format!("at {step}") }
+    }
 
     #[test]
     fn a_long_training_is_told_in_bounded_space_from_its_first_record_to_its_last() {
         let mut history = History::default();
         for step in 0..100_000 {
-            history.keep(json!({ "kind": "record", "step": step }));
-            history.keep(json!({ "kind": "event", "text": format!("at {step}") }));
+            history.keep(record(step));
+            history.keep(event(step));
         }
-        let told: Vec<&Value> = history.told().collect();
-        let steps: Vec<i64> = told.iter().filter_map(|what| what["step"].as_i64()).collect();
+        let told: Vec<&Training> = history.told().collect();
+        let step =
+            |what: &&Training| if let Training::Record { step, .. } = what { Some(*step) } else { None };
+        let steps: Vec<u64> = told.iter().filter_map(step).collect();
         assert!((MOST_RECORDS / 2..=MOST_RECORDS + 1).contains(&steps.len()), "{}", steps.len());
         assert_eq!((steps[0], *steps.last().unwrap()), (0, 99_999));
-        let gaps: Vec<i64> = steps.windows(2).map(|two| two[1] - two[0]).collect();
+        let gaps: Vec<u64> = steps.windows(2).map(|two| two[1] - two[0]).collect();
         assert!(gaps[..gaps.len() - 1].iter().all(|gap| *gap == gaps[0]), "{gaps:?}");
-        let events = told.iter().filter(|what| what["kind"] == "event").count();
-        assert_eq!((events, &told.last().unwrap()["text"]), (MOST_EVENTS, &json!("at 99999")));
+        let events = told.iter().filter(|what| matches!(what, Training::Event { .. })).count();
+        assert_eq!((events, *told.last().unwrap()), (MOST_EVENTS, &event(99_999)));
     }
 
     #[test]
     fn a_short_training_is_told_as_it_was() {
         let mut history = History::default();
-        let all: Vec<Value> =
-            (0..9).map(|k| json!({ "kind": if k % 3 == 0 { "event" } else { "record" }, "k": k })).collect();
+        let all: Vec<Training> = (0..9).map(|k| if k % 3 == 0 { event(k) } else { record(k) }).collect();
         all.iter().for_each(|what| history.keep(what.clone()));
         assert!(history.told().eq(&all));
     }

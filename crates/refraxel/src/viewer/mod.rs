@@ -6,6 +6,7 @@
 
 mod answers;
 mod bend;
+mod bricks;
 mod client;
 mod contours;
 mod control;
@@ -39,7 +40,9 @@ pub(crate) use outgoing::{Out, Outgoing};
 pub(crate) use page::Page;
 pub use page_camera::PageCamera;
 pub use painter::Painter;
-pub use protocol::{Ask, BentRay, Bounce, Edits, FilmFormat, FilmState, FilmWish, Header, Look, Shown, Tell};
+pub use protocol::{
+    Ask, BentRay, Bounce, Edits, FilmFormat, FilmState, FilmWish, Header, Look, Shown, Tell, Training,
+};
 pub use scene::{Scene, UP, start};
 pub use server::{Server, ServerError};
 pub(crate) use socket::{Answerer, Visitor};

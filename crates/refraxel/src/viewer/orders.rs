@@ -1,9 +1,9 @@
 //! What the painter can be asked for, from any thread.
 
 use super::outgoing::Out;
+use super::protocol::Training;
 use super::questions::Mailbox;
 use refraxel_train::run::Run;
-use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -37,7 +37,7 @@ pub(super) enum Order {
     /// Training has gone on; whoever sends it learns how long it took to take over.
     Renew(Box<Run>, Sender<Duration>),
     /// Something happened in the training. Pages that open later are told what is kept, and the last of what is not.
-    Tell { what: Value, is_kept: bool },
+    Tell { what: Training, is_kept: bool },
     /// Nothing changes any more, and why.
     End(String),
     /// Share of the time that the painter may work.
@@ -65,12 +65,12 @@ impl Orders {
     }
 
     /// Tells all pages what happens in the training, also those that open later.
-    pub fn tell(&self, what: Value) {
+    pub fn tell(&self, what: Training) {
         self.give(Order::Tell { what, is_kept: true });
     }
 
     /// Tells all pages what the training does now; pages that open later are told the last of it.
-    pub fn tell_now(&self, what: Value) {
+    pub fn tell_now(&self, what: Training) {
         self.give(Order::Tell { what, is_kept: false });
     }
 

@@ -12,6 +12,7 @@ const ANGLES: [f64; 2] = [0.01, 2.8];
 
 /// A camera of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 pub struct PageCamera {
     /// Where it is [scene unit].

@@ -1,20 +1,20 @@
 //! The thread that paints for all pages: the coarsest picture first, a portion of rays at a time.
 
 use super::bend;
+use super::bricks::bricks;
 use super::client::Client;
-use super::contours::contours;
+use super::contours::{contours, hulls};
 use super::error::SceneError;
 use super::history::History;
 use super::orders::{FAILED, Order, Orders};
 use super::outgoing::{Out, Outgoing};
 use super::picture::PORTION;
-use super::protocol::{Ask, Look, Tell};
+use super::protocol::{Ask, Look, Tell, Training};
 use super::scene::Scene;
 use super::slice::slice;
 use rayon::ThreadPoolBuilder;
 use refraxel_core::{Ray, Vec3};
 use refraxel_train::run::Run;
-use serde_json::Value;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
@@ -45,14 +45,14 @@ pub struct Painter {
     renewal: Option<(Box<Run>, Sender<Duration>)>,
     /// Who waits until there is nothing to paint.
     idle: Vec<Sender<Vec<Out>>>,
-    /// The surfaces of regions that pages have asked for.
-    surfaces: BTreeMap<usize, Outgoing>,
+    /// What pages have asked for to draw over pictures.
+    drawings: BTreeMap<Drawing, Outgoing>,
     /// Portions painted.
     painted: u64,
     /// What was told of the training, for pages that open later.
     history: History,
     /// The last that was told of what it does now.
-    latest: Option<Value>,
+    latest: Option<Training>,
     /// Why the program ends soon.
     ended: Option<String>,
 }
@@ -70,7 +70,7 @@ impl Painter {
             share,
             renewal: None,
             idle: Vec::new(),
-            surfaces: BTreeMap::new(),
+            drawings: BTreeMap::new(),
             painted: 0,
             history: History::default(),
             latest: None,
@@ -125,9 +125,9 @@ impl Painter {
         let Some((run, taken)) = self.renewal.take() else { return };
         let start = Instant::now();
         self.scene.renew(*run);
-        self.surfaces.clear();
+        self.drawings.clear();
         let _ = taken.send(start.elapsed()); // nobody may want to know
-        let scene = Tell::Scene(self.scene.describe());
+        let scene = Tell::Scene(Box::new(self.scene.describe()));
         for client in self.clients.values_mut() {
             client.tell(&scene);
             client.start_again();
@@ -174,7 +174,7 @@ impl Painter {
         match order {
             Order::Join(id, out, mailbox) => {
                 let client = Client::new(out, mailbox);
-                client.tell(&Tell::Scene(self.scene.describe()));
+                client.tell(&Tell::Scene(Box::new(self.scene.describe())));
                 self.history
                     .told()
                     .chain(&self.latest)
@@ -211,6 +211,19 @@ impl Painter {
         }
     }
 
+    /// Sends a page something to draw, which is made once for all of them.
+    fn draw(&mut self, id: u64, drawing: Drawing) {
+        let Some(client) = self.clients.get(&id) else { return };
+        let known = match self.drawings.entry(drawing) {
+            Entry::Occupied(known) => Ok(known.into_mut()),
+            Entry::Vacant(place) => drawing.of(&self.scene).map(|drawn| place.insert(Outgoing::tell(&drawn))),
+        };
+        match known {
+            Ok(drawn) => client.out().send(drawn.clone()),
+            Err(why) => client.refuse(&why),
+        }
+    }
+
     fn answer(&mut self, id: u64, ask: Ask) {
         let Some(client) = self.clients.get_mut(&id) else { return };
         match ask {
@@ -231,17 +244,9 @@ impl Painter {
                     Err(why) => client.refuse(&why),
                 }
             }
-            Ask::Surface { region } => {
-                let known = match self.surfaces.entry(region) {
-                    Entry::Occupied(known) => Ok(known.into_mut()),
-                    Entry::Vacant(place) => contours(&self.scene, region)
-                        .map(|pieces| place.insert(Outgoing::tell(&Tell::Surface { region, pieces }))),
-                };
-                match known {
-                    Ok(surface) => client.out().send(surface.clone()),
-                    Err(why) => client.refuse(&why),
-                }
-            }
+            Ask::Surface { region } => self.draw(id, Drawing::Surface(region)),
+            Ask::Hull => self.draw(id, Drawing::Hull),
+            Ask::Bricks => self.draw(id, Drawing::Bricks),
             // Others answer these, or nobody has to.
             Ask::Look(_)
             | Ask::Got { .. }
@@ -250,6 +255,25 @@ impl Painter {
             | Ask::Stop
             | Ask::Film(_)
             | Ask::StopFilm => {}
+        }
+    }
+}
+
+/// What is drawn over pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Drawing {
+    /// The surface of a region.
+    Surface(usize),
+    Hull,
+    Bricks,
+}
+
+impl Drawing {
+    fn of(self, scene: &Scene) -> Result<Tell, SceneError> {
+        match self {
+            Self::Surface(region) => contours(scene, region).map(|pieces| Tell::Surface { region, pieces }),
+            Self::Hull => Ok(Tell::Hull { parts: hulls(scene) }),
+            Self::Bricks => Ok(bricks(scene)),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::error::SceneError;
 use super::page_camera::{LARGEST, PageCamera};
+use super::protocol::ViewFacts;
 use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb, RgbImage};
@@ -9,7 +10,6 @@ use refraxel_core::Camera;
 use refraxel_data::{Backdrop, Dataset, LocalOrigin, View, load_photo};
 use refraxel_train::alignment::Alignment;
 use refraxel_train::evaluation::truth;
-use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
 /// Quality of photographs, 1 to 100: their blocks must not be taken for errors of a rendering.
@@ -64,10 +64,11 @@ impl Photographs {
     }
 
     /// Names and cameras for the page, in the user's world.
-    pub fn describe(&self) -> Vec<Value> {
-        let entry = |v: &Photograph| {
-            let camera = PageCamera::of(&self.origin.to_world(v.camera));
-            json!({ "name": v.view.name, "split": v.split, "camera": camera })
+    pub fn describe(&self) -> Vec<ViewFacts> {
+        let entry = |v: &Photograph| ViewFacts {
+            name: v.view.name.clone(),
+            split: v.split,
+            camera: PageCamera::of(&self.origin.to_world(v.camera)),
         };
         self.views.iter().map(entry).collect()
     }

@@ -4,7 +4,7 @@ use super::crop::{self, Crop};
 use super::error::SceneError;
 use super::page_camera::PageCamera;
 use super::photographs::Photographs;
-use super::protocol::{Edits, Look};
+use super::protocol::{Edits, Look, RegionFacts, SceneFacts};
 use crate::device::ModelViewer;
 use crate::exit::Failure;
 use crate::progress::Show;
@@ -15,12 +15,12 @@ use refraxel_core::{Aabb, Camera, Vec3};
 use refraxel_data::{Dataset, LocalOrigin, scene_region};
 use refraxel_train::backend::{Layers, Marching};
 use refraxel_train::device::DeviceChoice;
-use refraxel_train::model::index_edit::{IndexEdit, index_range, typical_index};
+use refraxel_train::model::Gate;
+use refraxel_train::model::index_edit::{IndexEdit, typical_index};
 use refraxel_train::run::Run;
 use refraxel_train::schedule::rendering_marching;
 use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, CpuBackend, Refraction, plan::Plan};
-use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// The upward direction where no photographs say it.
@@ -42,6 +42,8 @@ pub struct Scene {
     backend: CpuBackend,
     viewer: ModelViewer,
     learned: Refraction,
+    /// What was found to be refractive without masks.
+    detected: Option<Gate>,
     /// The edits that the medium of the backend has.
     worn: Worn,
     crop: Crop,
@@ -61,7 +63,7 @@ impl Scene {
     pub fn new(name: String, run: Run, data: Option<&Dataset>) -> Self {
         let photographs = data.map_or_else(Photographs::default, |d| Photographs::new(d, &run.alignment));
         let up = data.map_or(UP, |d| scene_region(d).up);
-        let Run { options, plan, state, model, optimiser, .. } = run;
+        let Run { options, plan, state, model, optimiser, detected, .. } = run;
         let marching = rendering_marching(&options, plan.near);
         let mut backend = CpuBackend::resumed(model, optimiser);
         backend.refresh_occupancy(&marching);
@@ -75,6 +77,7 @@ impl Scene {
             backend,
             viewer: ModelViewer::default(),
             learned,
+            detected,
             worn: Worn::default(),
             crop: Crop::default(),
             photographs: Arc::new(photographs),
@@ -90,9 +93,9 @@ impl Scene {
 
     /// The same scene after more training, rendered by the CPU.
     pub fn renew(&mut self, run: Run) {
-        let Run { options, plan, state, model, optimiser, .. } = run;
+        let Run { options, plan, state, model, optimiser, detected, .. } = run;
         self.marching = rendering_marching(&options, plan.near);
-        (self.plan, self.step, self.verdict) = (plan, state.step, state.verdict);
+        (self.plan, self.step, self.verdict, self.detected) = (plan, state.step, state.verdict, detected);
         self.backend.load(model, Some(optimiser));
         self.backend.refresh_occupancy(&self.marching);
         self.viewer = ModelViewer::default();
@@ -121,6 +124,12 @@ impl Scene {
     /// The medium as it was learned.
     pub fn learned(&self) -> &Refraction {
         &self.learned
+    }
+
+    /// Hulls outside of which no ray bends: that of the detection, and those of regions whose index changes smoothly.
+    pub fn hulls(&self) -> impl Iterator<Item = &Gate> {
+        let of_regions = self.learned.states.iter().filter_map(|state| state.gate.as_ref());
+        self.detected.iter().chain(of_regions)
     }
 
     /// Where the coordinates of the renderer begin. Those of pages are the user's.
@@ -194,34 +203,33 @@ impl Scene {
     }
 
     /// What a page needs to know.
-    pub fn describe(&self) -> Value {
+    pub fn describe(&self) -> SceneFacts {
         let bounds = self.bounds();
         let regions = self.learned.medium.regions().iter().map(|region| {
             let bounds = self.origin().to_world(region.domain().bounds.cast::<f64>());
-            json!({
-                "index": typical_index(region).unwrap_or(1.0),
-                "absorption": region.absorption(),
-                "sharp": region.level_set().is_some(),
-                "min": bounds.min.to_array(),
-                "max": bounds.max.to_array(),
-            })
+            RegionFacts {
+                index: typical_index(region).unwrap_or(1.0),
+                absorption: region.absorption(),
+                sharp: region.level_set().is_some(),
+                min: bounds.min.to_array(),
+                max: bounds.max.to_array(),
+            }
         });
-        let field = self.backend.domain();
-        json!({
-            "name": self.name,
-            "step": self.step,
-            "verdict": self.verdict.as_ref().map(verdict_text),
-            "min": bounds.min.to_array(),
-            "max": bounds.max.to_array(),
-            "up": self.up.to_array(),
-            "start": self.start(),
-            "regions": regions.collect::<Vec<_>>(),
-            "index_range": index_range(&self.learned),
-            "reflects": self.backend.mirroring().regions > 0 || self.backend.mirroring().clearcoat,
-            "resolution": field.resolution,
-            "voxels": self.backend.map().voxels(),
-            "views": self.photographs.describe(),
-        })
+        SceneFacts {
+            name: self.name.clone(),
+            step: self.step,
+            verdict: self.verdict.as_ref().map(verdict_text),
+            min: bounds.min.to_array(),
+            max: bounds.max.to_array(),
+            up: self.up.to_array(),
+            start: self.start(),
+            regions: regions.collect(),
+            has_hull: self.hulls().next().is_some(),
+            reflects: self.backend.mirroring().regions > 0 || self.backend.mirroring().clearcoat,
+            resolution: self.backend.domain().resolution,
+            voxels: self.backend.map().voxels(),
+            views: self.photographs.describe(),
+        }
     }
 
     /// Where a page begins: at the first held-out photograph, if there is one.

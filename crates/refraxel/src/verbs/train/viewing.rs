@@ -6,10 +6,9 @@ use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::interrupted;
 use crate::verbs::view;
-use crate::viewer::{LAST_WORDS, Orders, Painter, Scene, Server, Wish};
+use crate::viewer::{LAST_WORDS, Orders, Painter, Scene, Server, Training, Wish};
 use refraxel_train::events::{Event, Task};
 use refraxel_train::session::{Handle, Session, Stop};
-use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
@@ -126,14 +125,14 @@ impl Viewing {
     pub fn tell(&mut self, event: &Event) {
         match event {
             Event::Record(record) => {
-                let mut told = serde_json::to_value(record).unwrap_or_default(); // numbers: cannot fail
-                if let Some(told) = told.as_object_mut() {
-                    told.remove("events");
-                    told.insert("kind".into(), "record".into());
-                    told.insert("phase".into(), phase_name(record.phase).into());
-                    told.insert("steps".into(), self.steps.into());
-                }
-                self.orders.tell(told);
+                self.orders.tell(Training::Record {
+                    step: record.step,
+                    steps: self.steps,
+                    progress: record.progress,
+                    train_psnr: Some(record.train_psnr).filter(|psnr| psnr.is_finite()),
+                    val_psnr: record.val_psnr,
+                    phase: phase_name(record.phase),
+                });
                 let course = *self.wishes.course();
                 self.tell_state(course, "");
                 if course != Course::GoOn {
@@ -146,7 +145,7 @@ impl Viewing {
             Event::Progress { task, done, total } => self.tell_progress(task_name(*task), *done, *total),
             event => {
                 if let Some(text) = sentence(event) {
-                    self.orders.tell(json!({ "kind": "event", "text": text }));
+                    self.orders.tell(Training::Event { text });
                 }
             }
         }
@@ -232,8 +231,8 @@ impl Drop for Viewing {
 }
 
 /// What the training does now, for the page.
-fn state(paused: bool, text: &str) -> Value {
-    json!({ "kind": "state", "paused": paused, "text": text })
+fn state(paused: bool, text: &str) -> Training {
+    Training::State { paused, text: text.to_owned() }
 }
 
 /// A server for the page, where one is asked for; before any work is done.

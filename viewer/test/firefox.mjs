@@ -1,0 +1,95 @@
+// The page and the exported page in Firefox, in short: `node test/firefox.mjs REFRAXEL RUN [SCREENSHOTS]`.
+//
+// REFRAXEL is the program, RUN a run with at least one refractive region. What Chromium shows in `browser.mjs` is not shown again.
+
+import { spawnSync } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import {
+  POLL,
+  act,
+  best,
+  check,
+  difference,
+  newPage,
+  picture,
+  press,
+  run as runTests,
+  shoot,
+  view,
+} from "./harness.mjs";
+
+const [program, run, screenshots] = process.argv.slice(2);
+if (!run) {
+  console.error("usage: node test/firefox.mjs REFRAXEL RUN [SCREENSHOTS]");
+  process.exit(2);
+}
+/** Its versions with long-term support cannot be given the size of a page: that is the window's. */
+const FIREFOX = {
+  browser: "firefox",
+  executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
+  args: ["--width=900", "--height=640"],
+  defaultViewport: null,
+  timeout: 180_000,
+};
+
+async function live(browser, url) {
+  const { page, errors } = await newPage(browser, url, null);
+  await best(page);
+  const first = await picture(page);
+  check("the page shows the scene", new Set(first).size > 20, `${new Set(first).size} levels`);
+  const [x, y] = await page.$eval("#stage", (stage) => {
+    const { left, top, width, height } = stage.getBoundingClientRect();
+    return [left + width / 2, top + height / 2];
+  });
+  const turned = await act(page, async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 160, y + 30, { steps: 8 });
+    await page.mouse.up();
+  });
+  check("a drag turns the scene", difference(first, turned) > 1, difference(first, turned).toFixed(2));
+  const back = await act(page, () => page.keyboard.press("r"));
+  check("R goes back", difference(first, back) < 0.5, difference(first, back).toFixed(2));
+  const water = await act(page, () => press(page, "water"));
+  check("another index shows another picture", difference(back, water) > 0.3, difference(back, water).toFixed(2));
+  await page.mouse.click(x, y);
+  await page.waitForFunction(() => !document.querySelector("#ray").hidden, POLL);
+  await page.keyboard.press("g");
+  await shoot(page, screenshots, "firefox");
+  check("a click shows the ray of that pixel", true, await page.$eval("#ray", (ray) => ray.textContent));
+  check("the page has reported no errors", errors.length === 0, errors.join("; "));
+  await page.close();
+}
+
+/** Firefox for Linux has no WebGPU yet: the page says so, and shows a picture. */
+async function exported(browser, folder) {
+  const file = join(folder, "scene.html");
+  const made = spawnSync(program, ["export", run, "--format", "html", "--out", file], { encoding: "utf8" });
+  if (made.status !== 0) throw new Error(made.stderr);
+  const { page, errors } = await newPage(browser, `file://${file}`, null);
+  await page.waitForFunction(() => document.body.dataset.failed || document.body.dataset.full === "true", POLL);
+  const [why, note] = await page.evaluate(() => [
+    document.body.dataset.failed,
+    document.querySelector("#note").textContent,
+  ]);
+  const still = await page.evaluate(() => document.querySelector("#still").naturalWidth);
+  await shoot(page, screenshots, "firefox_share");
+  if (why) check("the exported page says why it is a picture", note.includes("WebGPU") && still > 0, note);
+  else check("the exported page renders the scene", true);
+  check("it has reported no errors", errors.length === 0, errors.join("; "));
+}
+
+await runTests(async (browser) => {
+  const folder = await mkdtemp(join(tmpdir(), "refraxel-firefox-"));
+  const viewer = view(program, run);
+  try {
+    console.log(await browser.version());
+    await live(browser, await viewer.url);
+    await exported(browser, folder);
+  } finally {
+    viewer.child.kill();
+    await rm(folder, { recursive: true });
+  }
+}, FIREFOX);
