@@ -85,7 +85,7 @@ fn plain(looks: &[Look], side: usize) -> Option<Plain> {
 /// Whether something else begins behind it all along, between what is plain along the other sides. One row more is a mixture.
 fn ends(looks: &[Look], side: usize, bar: &Plain, all: &[Option<Plain>; 4]) -> bool {
     let width = |side: usize| all[side].as_ref().map_or(0, |bar| bar.width + EVEN);
-    let [before, after] = if side % 2 == 0 { [1, 3] } else { [0, 2] }.map(width);
+    let [before, after] = if side.is_multiple_of(2) { [1, 3] } else { [0, 2] }.map(width);
     let behind = |look: &Look| {
         let line = line(&look.small, side, bar.width + EVEN);
         line.get(before..line.len() - after).map_or(1.0, |between| share(between, bar.colour))

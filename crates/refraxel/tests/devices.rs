@@ -291,7 +291,7 @@ mod gpu {
             Ray { origin: from, direction: (to - from).normalized() }
         };
         let rays: Vec<Ray<f32>> = (0..400).map(ray).collect();
-        let camera = cpu.describe()["start"].clone();
+        let camera = cpu.describe().start;
         let mut seen = Vec::new();
         for look in [
             json!({ "id": 0, "camera": camera }),

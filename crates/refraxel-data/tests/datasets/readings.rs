@@ -2,7 +2,7 @@
 
 use crate::fixture::*;
 use refraxel_core::Vec3;
-use refraxel_data::{Dataset, Severity};
+use refraxel_data::{Dataset, OpenOptions, Problem, Severity};
 use serde_json::json;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn in_room(pixel: &Pixel, ball: Option<Vec3<f64>>) -> [u8; 3] {
 }
 
 fn warning<'a>(data: &'a Dataset, text: &str) -> Option<&'a str> {
-    let of = |p: &&refraxel_data::Problem| p.severity == Severity::Warning && p.message.contains(text);
+    let of = |p: &&Problem| p.severity == Severity::Warning && p.message.contains(text);
     data.problems.iter().find(of).map(|p| p.message.as_str())
 }
 
@@ -28,7 +28,7 @@ fn scaled(folder: &Path, [fx, cx, cy]: [f64; 3]) -> (Dataset, [f64; 2]) {
             [("fl_x", fx), ("fl_y", fx), ("cx", cx), ("cy", cy)].map(|(k, v)| (k.to_owned(), json!(v))),
         );
     });
-    let data = refraxel_data::Dataset::open(folder, &refraxel_data::OpenOptions::default()).unwrap();
+    let data = Dataset::open(folder, &OpenOptions::default()).unwrap();
     let camera = data.views[0].camera;
     (data, [camera.focal[0], camera.center[0]])
 }
