@@ -215,19 +215,19 @@ async function endings(browser, viewer, page) {
 async function training(browser) {
   const folder = await mkdtemp(join(tmpdir(), "refraxel-training-"));
   const words = ["train", data, "--out", join(folder, "run"), "--refraction", "off", "--view"];
-  const options = ["--set", "run.steps=1500", "--set", "grid.resolution=48"];
+  const options = ["--set", "run.steps=800", "--set", "grid.resolution=48"];
   const trained = start(program, [...words, ...options], "stderr");
   try {
     const { page } = await newPage(browser, await trained.url);
-    await page.waitForFunction(() => /step \d+ of 1500/.test(document.querySelector("#panel").textContent));
+    await page.waitForFunction(() => /step \d+ of 800/.test(document.querySelector("#panel").textContent));
     check("steps are counted in steps", true);
     check("a training can be paused", (await controls(page)).includes("Pause"));
     await shoot(page, "training");
-    const said = await noticed(page, "finished after 1500 steps");
+    const said = await noticed(page, "finished after 800 steps");
     check("a training that has finished says so", (await trained.ended) === 0, said);
     await isOff(page, "after the training");
     const step = await page.$eval("#panel", (panel) => /The picture is of step \d+/.exec(panel.textContent)[0]);
-    check("the last picture is of the finished scene", step.endsWith(" 1500"), step);
+    check("the last picture is of the finished scene", step.endsWith(" 800"), step);
     await shoot(page, "finished");
     await page.close();
   } finally {

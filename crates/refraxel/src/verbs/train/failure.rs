@@ -5,6 +5,17 @@ use crate::verbs::dataset::data_failure;
 use anyhow::anyhow;
 use refraxel_train::TrainError;
 use refraxel_train::session::SessionError;
+use std::path::Path;
+
+/// The failure of a session that starts or goes on in a run's folder.
+pub(super) fn start_failure(error: SessionError, run: &Path) -> Failure {
+    match error {
+        SessionError::OtherViews { .. } | SessionError::OtherPhotographs => {
+            Failure::new(Exit::BadInput, anyhow!("{}: {error}", run.display()))
+        }
+        error => session_failure(error),
+    }
+}
 
 /// The failure of a session: diverged, interrupted, or refused.
 pub fn session_failure(error: SessionError) -> Failure {

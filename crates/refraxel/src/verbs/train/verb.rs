@@ -2,7 +2,7 @@
 
 use super::arguments::{self, HeldOut, Input, NOT_SCORED};
 use super::decide::decide;
-use super::failure::session_failure;
+use super::failure::start_failure;
 use super::folder::RunFolder;
 use super::learn::learn;
 use super::lock::Lock;
@@ -121,7 +121,7 @@ pub(in crate::verbs) fn train_locked(
         Some(run) => Session::resume(setup, run, |model, state| made(model, Some(state)), &mut load),
         None => Session::start(setup, |model| made(model, None), &mut load),
     };
-    let mut session = session.map_err(session_failure)?;
+    let mut session = session.map_err(|error| start_failure(error, args.out()))?;
     session.name_device(decided.device);
     create_folder(args.out())?;
     let lock = lock.map_or_else(|| Lock::take(folder.path(), show), Ok)?;
