@@ -7,7 +7,6 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import {
-  POLL,
   act,
   best,
   check,
@@ -17,6 +16,7 @@ import {
   press,
   run as runTests,
   shoot,
+  until,
   view,
 } from "./harness.mjs";
 
@@ -55,7 +55,7 @@ async function live(browser, url) {
   const water = await act(page, () => press(page, "water"));
   check("another index shows another picture", difference(back, water) > 0.3, difference(back, water).toFixed(2));
   await page.mouse.click(x, y);
-  await page.waitForFunction(() => !document.querySelector("#ray").hidden, POLL);
+  await until(page, () => !document.querySelector("#ray").hidden);
   await page.keyboard.press("g");
   await shoot(page, screenshots, "firefox");
   check("a click shows the ray of that pixel", true, await page.$eval("#ray", (ray) => ray.textContent));
@@ -69,7 +69,7 @@ async function exported(browser, folder) {
   const made = spawnSync(program, ["export", run, "--format", "html", "--out", file], { encoding: "utf8" });
   if (made.status !== 0) throw new Error(made.stderr);
   const { page, errors } = await newPage(browser, `file://${file}`, null);
-  await page.waitForFunction(() => document.body.dataset.failed || document.body.dataset.full === "true", POLL);
+  await until(page, () => document.body.dataset.failed || document.body.dataset.full === "true");
   const [why, note] = await page.evaluate(() => [
     document.body.dataset.failed,
     document.querySelector("#note").textContent,

@@ -60,14 +60,22 @@ export async function newPage(browser, url, viewport = { width: 900, height: 560
   return { page, errors };
 }
 
+/** Waits until a function of the page says so. The page's CSP forbids Firefox the function that `waitForFunction` makes from a text. */
+export async function until(page, holds, ...values) {
+  for (const end = Date.now() + PATIENCE; !(await page.evaluate(holds, ...values)); ) {
+    if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${holds}`);
+    await new Promise((resolve) => setTimeout(resolve, POLL.polling));
+  }
+}
+
 /** Waits for the best picture of a look that begins after `frame`. */
 export const best = (page, frame = 0) =>
-  page.waitForFunction(
+  until(
+    page,
     (frame) => {
       const shown = document.body.dataset;
       return Number(shown.frame) > frame && shown.last === "true" && shown.rays !== "0";
     },
-    POLL,
     frame,
   );
 export const frame = (page) => page.evaluate(() => Number(document.body.dataset.frame ?? 0));
