@@ -83,7 +83,7 @@ pub use options::OpenOptions;
 pub use orientation::Orientation;
 pub use origin::{LocalOrigin, Placed};
 pub use photo::{load_mask_of, load_photo};
-pub use pose::PoseFault;
+pub use pose::{PoseFault, quaternion_of_rotation};
 pub use reduce::Reduction;
 pub use region::{OutOfScale, Region, check_scale, scene_region};
 pub use size::Size;

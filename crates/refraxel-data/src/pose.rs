@@ -104,6 +104,22 @@ pub(crate) fn rotation_of_quaternion([w, x, y, z]: [f64; 4]) -> Result<Mat3<f64>
     ]))
 }
 
+/// The unit quaternion (w, x, y, z) of a rotation, from its largest component for the sake of digits.
+pub fn quaternion_of_rotation(rotation: &Mat3<f64>) -> [f64; 4] {
+    let r = rotation.rows();
+    // Four times the products of the components with each other.
+    let products = [
+        [1.0 + r[0][0] + r[1][1] + r[2][2], r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]],
+        [r[2][1] - r[1][2], 1.0 + r[0][0] - r[1][1] - r[2][2], r[0][1] + r[1][0], r[0][2] + r[2][0]],
+        [r[0][2] - r[2][0], r[0][1] + r[1][0], 1.0 - r[0][0] + r[1][1] - r[2][2], r[1][2] + r[2][1]],
+        [r[1][0] - r[0][1], r[0][2] + r[2][0], r[1][2] + r[2][1], 1.0 - r[0][0] - r[1][1] + r[2][2]],
+    ];
+    let largest = (0..4).fold(0, |best, k| if products[k][k] > products[best][best] { k } else { best });
+    let row = products[largest];
+    let norm = row.iter().map(|q| q * q).sum::<f64>().sqrt();
+    row.map(|q| q / norm)
+}
+
 /// The rotation about a vector by as many radians as it is long.
 pub(crate) fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
     let angle = v.length();

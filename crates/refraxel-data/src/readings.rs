@@ -4,6 +4,7 @@
 //! another convention makes them agree, a warning names it.
 
 use crate::looks::{Look, chosen, look_at};
+use crate::pose::{quaternion_of_rotation, rotation_of_quaternion};
 use crate::rigid::{self, Posed, RIGID, Score};
 use crate::{Format, PhotoSource, Problem, View};
 use refraxel_core::{Camera, Mat3, Pose};
@@ -142,31 +143,14 @@ fn turned(pose: Pose, [x, y, z]: [f64; 3]) -> Pose {
 /// The pose of a COLMAP file whose quaternion was taken for (w, x, y, z).
 fn scalar_last(pose: Pose) -> Pose {
     let Pose { rotation, translation } = inverse(pose);
-    let [w, x, y, z] = quaternion(&rotation);
-    let meant = crate::pose::rotation_of_quaternion([z, w, x, y]).unwrap_or(rotation);
+    let [w, x, y, z] = quaternion_of_rotation(&rotation);
+    let meant = rotation_of_quaternion([z, w, x, y]).unwrap_or(rotation);
     inverse(Pose { rotation: meant, translation })
-}
-
-/// (w, x, y, z) of a rotation, by the largest of them.
-fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
-    let [[a, b, c], [d, e, f], [g, h, i]] = rotation.rows();
-    // Each row is the quaternion times four times one of its numbers.
-    let rows = [
-        [1.0 + a + e + i, h - f, c - g, d - b],
-        [h - f, 1.0 + a - e - i, b + d, c + g],
-        [c - g, b + d, 1.0 - a + e - i, f + h],
-        [d - b, c + g, f + h, 1.0 - a - e + i],
-    ];
-    let (_, row) =
-        rows.iter().enumerate().max_by(|(j, p), (k, q)| p[*j].total_cmp(&q[*k])).unwrap_or((0, &rows[0]));
-    let length = row.iter().map(|v| v * v).sum::<f64>().sqrt();
-    row.map(|v| v / length)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::rotation_of_quaternion;
     use refraxel_core::Vec3;
 
     fn some() -> Pose {
@@ -184,7 +168,7 @@ mod tests {
     fn a_rotation_gives_its_quaternion() {
         for q in [[0.5, 0.5, -0.5, 0.5], [0.1, 0.7, 0.1, 0.7], [0.0, 0.0, 0.6, 0.8], [1.0, 0.0, 0.0, 0.0]] {
             let rotation = rotation_of_quaternion(q).unwrap();
-            let again = rotation_of_quaternion(quaternion(&rotation)).unwrap();
+            let again = rotation_of_quaternion(quaternion_of_rotation(&rotation)).unwrap();
             let posed = |rotation| Pose { rotation, translation: Vec3::splat(0.0) };
             assert!(is_same(posed(rotation), posed(again)), "{q:?}");
         }
@@ -194,7 +178,7 @@ mod tests {
     fn a_quaternion_with_its_scalar_last_is_read_as_it_was_meant() {
         let meant = some();
         let file = inverse(meant);
-        let [w, x, y, z] = quaternion(&file.rotation);
+        let [w, x, y, z] = quaternion_of_rotation(&file.rotation);
         let misread = Pose { rotation: rotation_of_quaternion([x, y, z, w]).unwrap(), ..file };
         assert!(is_same(scalar_last(inverse(misread)), meant));
     }

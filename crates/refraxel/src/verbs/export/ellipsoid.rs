@@ -1,6 +1,7 @@
 //! The ellipsoid of all points that a linear map takes into the unit ball, as radii and a rotation.
 
 use refraxel_core::{Mat3, Vec3};
+use refraxel_data::quaternion_of_rotation;
 
 /// Sweeps of the Jacobi method; it has converged to f64 after six.
 const SWEEPS: usize = 8;
@@ -26,7 +27,7 @@ impl Ellipsoid {
             }
         }
         let radii = [0, 1, 2].map(|k| product.columns[k][k].sqrt().recip());
-        Self { radii, rotation: quaternion(&axes) }
+        Self { radii, rotation: quaternion_of_rotation(&axes) }
     }
 }
 
@@ -44,22 +45,6 @@ fn annihilating(m: &Mat3<f64>, p: usize, q: usize) -> Mat3<f64> {
     (turn.columns[p][p], turn.columns[q][q]) = (cosine, cosine);
     (turn.columns[q][p], turn.columns[p][q]) = (sine, -sine);
     turn
-}
-
-/// The unit quaternion (w, x, y, z) of a rotation, from its largest component for the sake of digits.
-fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
-    let r = rotation.rows();
-    // Four times the products of the components with each other.
-    let products = [
-        [1.0 + r[0][0] + r[1][1] + r[2][2], r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]],
-        [r[2][1] - r[1][2], 1.0 + r[0][0] - r[1][1] - r[2][2], r[0][1] + r[1][0], r[0][2] + r[2][0]],
-        [r[0][2] - r[2][0], r[0][1] + r[1][0], 1.0 - r[0][0] + r[1][1] - r[2][2], r[1][2] + r[2][1]],
-        [r[1][0] - r[0][1], r[0][2] + r[2][0], r[1][2] + r[2][1], 1.0 - r[0][0] - r[1][1] + r[2][2]],
-    ];
-    let largest = (0..4).fold(0, |best, k| if products[k][k] > products[best][best] { k } else { best });
-    let row = products[largest];
-    let norm = row.iter().map(|q| q * q).sum::<f64>().sqrt();
-    row.map(|q| q / norm)
 }
 
 #[cfg(test)]
