@@ -60,9 +60,20 @@ export async function newPage(browser, url, viewport = { width: 900, height: 560
   return { page, errors };
 }
 
+/** What an evaluation ends with where the page goes to another address meanwhile. */
+const GONE = /context was destroyed|Cannot find context|frame was detached|Inspected target navigated/;
+
 /** Waits until a function of the page says so. The page's CSP forbids Firefox the function that `waitForFunction` makes from a text. */
 export async function until(page, holds, ...values) {
-  for (const end = Date.now() + PATIENCE; !(await page.evaluate(holds, ...values)); ) {
+  const says = async () => {
+    try {
+      return await page.evaluate(holds, ...values);
+    } catch (error) {
+      if (GONE.test(error.message)) return false; // the next page is asked anew
+      throw error;
+    }
+  };
+  for (const end = Date.now() + PATIENCE; !(await says()); ) {
     if (Date.now() > end) throw new Error(`not within ${PATIENCE} ms: ${holds}`);
     await new Promise((resolve) => setTimeout(resolve, POLL.polling));
   }
@@ -110,10 +121,15 @@ export async function shoot(page, folder, name) {
 export const press = (page, text) =>
   page.evaluate((text) => [...document.querySelectorAll("button")].find((b) => b.textContent === text).click(), text);
 
-/** Runs tests in Chromium, or as `options` say, and ends this program with what came of them. */
-export async function run(tests, options = { executablePath: CHROMIUM, args: FLAGS }) {
+/** Runs tests in Chromium, and ends this program with what came of them. */
+export async function run(tests) {
   const profile = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
-  const browser = await puppeteer.launch({ headless: true, userDataDir: profile, ...options });
+  const browser = await puppeteer.launch({
+    headless: true,
+    userDataDir: profile,
+    executablePath: CHROMIUM,
+    args: FLAGS,
+  });
   let failed = false;
   try {
     await tests(browser);
