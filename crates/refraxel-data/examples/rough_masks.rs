@@ -11,6 +11,7 @@
 #![allow(clippy::print_stdout)]
 
 use image::{GrayImage, Luma};
+use refraxel_data::photographs::stored_pixels;
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -63,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for split in sorted(&masks)? {
         let files = sorted(&split)?;
         for file in &files {
-            let mask = image::open(file)?.into_luma8();
+            let mask = stored_pixels(file)?.into_luma8();
             spread(&mask, damage.dilate - damage.erode).save(file)?;
         }
         if split.ends_with(LEARNED) {
@@ -80,8 +81,8 @@ fn damage_views(files: &[PathBuf], damage: &Damage) -> Result<(), Box<dyn Error>
     order.sort_by_key(|&k| mixed(damage.seed, k as u64));
     let (missing, rest) = order.split_at(share(damage.missing).min(files.len()));
     for &k in missing {
-        let (width, height) = image::image_dimensions(&files[k])?;
-        GrayImage::new(width, height).save(&files[k])?;
+        let mask = stored_pixels(&files[k])?;
+        GrayImage::new(mask.width(), mask.height()).save(&files[k])?;
         println!("missing {}", files[k].display());
     }
     let swapped = share(damage.swap).next_multiple_of(2);

@@ -6,7 +6,8 @@ use crate::size::Size;
 use crate::{DataError, jpeg, limits, profile};
 use ::image::metadata::Orientation as Turn;
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, guess_format};
-use std::io::{self, BufRead, Cursor, Read, Seek};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 /// What an image file says about itself before it is decoded.
@@ -23,7 +24,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    fn of(decoder: &mut impl ImageDecoder) -> Self {
+    fn of(decoder: &mut dyn ImageDecoder) -> Self {
         let (width, height) = decoder.dimensions();
         // A damaged tag is no reason to refuse the pixels.
         let orientation = decoder.orientation().unwrap_or(Turn::NoTransforms);
@@ -69,27 +70,24 @@ pub(crate) struct Decoded {
 
 /// Reads what a file says of itself without decoding it.
 pub(crate) fn header(path: &Path) -> Result<Header, DataError> {
-    open(path).map(|mut decoder| Header::of(&mut decoder))
+    open(path).map(|mut decoder| Header::of(&mut *decoder))
 }
 
 /// The file's decoder, checked against the limits.
-pub(crate) fn open(path: &Path) -> Result<impl ImageDecoder, DataError> {
+pub(crate) fn open(path: &Path) -> Result<Box<dyn ImageDecoder>, DataError> {
     let mut start = Vec::new();
     let file = limits::open_regular(path).map_err(unreadable(path))?;
     file.take(START).read_to_end(&mut start).map_err(unreadable(path))?;
-    decoder(path, &start, ImageReader::open(path).map_err(unreadable(path))?)
+    let file = File::open(path).map_err(unreadable(path))?;
+    decoder(path, &start, Box::new(BufReader::new(file)))
 }
 
 /// Decodes a file. There is room for few large pictures at once.
 pub(crate) fn decode(path: &Path) -> Result<Decoded, DataError> {
     let content = limits::read(path, limits::BINARY_BYTES)?;
-    let mut reader = ImageReader::new(Cursor::new(&content[..]));
-    if let Ok(format) = ImageFormat::from_path(path) {
-        reader.set_format(format); // what the content does not show
-    }
-    let mut decoder = decoder(path, &content, reader)?;
+    let mut decoder = decoder(path, &content, Box::new(Cursor::new(&content[..])))?;
     jpeg::check(&content).map_err(|fault| DataError::Jpeg { path: path.to_owned(), fault })?;
-    let header = Header::of(&mut decoder);
+    let header = Header::of(&mut *decoder);
     let is_deep = decoder.color_type().bytes_per_pixel() > decoder.color_type().channel_count();
     // More than 8 bits become 32.
     let room = Room::take(decoder.total_bytes() * if is_deep { 3 } else { 1 });
@@ -110,13 +108,21 @@ fn broken(path: &Path) -> impl FnOnce(ImageError) -> DataError {
     move |source| DataError::Decode { path, source }
 }
 
+/// Where the bytes of a picture come from. One type for all: each reader that decoders are made for compiles every one of them anew.
+trait Bytes: BufRead + Seek {}
+impl<R: BufRead + Seek> Bytes for R {}
+
 /// The decoder of what is read from the file at `path`, which begins so.
-fn decoder<'a, R: BufRead + Seek + 'a>(
+fn decoder<'a>(
     path: &Path,
     start: &[u8],
-    reader: ImageReader<R>,
-) -> Result<impl ImageDecoder + use<'a, R>, DataError> {
+    bytes: Box<dyn Bytes + 'a>,
+) -> Result<Box<dyn ImageDecoder + 'a>, DataError> {
     refuse_unread(path, start)?;
+    let mut reader = ImageReader::new(bytes);
+    if let Ok(format) = ImageFormat::from_path(path) {
+        reader.set_format(format); // what the content does not show
+    }
     let mut reader = reader.with_guessed_format().map_err(unreadable(path))?;
     let mut allowed = Limits::default();
     allowed.max_alloc = Some(limits::IMAGE_BYTES + (64 << 20)); // the decoder's own tables
@@ -132,7 +138,7 @@ fn decoder<'a, R: BufRead + Seek + 'a>(
             return Err(DataError::TooLarge { path: path.to_owned(), what, found, limit });
         }
     }
-    Ok(decoder)
+    Ok(Box::new(decoder))
 }
 
 /// Refuses what has to be converted first, by name or content. Raw files are TIFF with a small preview, which would be

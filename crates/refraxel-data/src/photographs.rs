@@ -4,6 +4,7 @@ use crate::extensions::is_photograph;
 use crate::image::Mask;
 use crate::size::Size;
 use crate::{DataError, MaskMeaning, Orientation, decoding, folder, masks, photo, upright};
+use ::image::DynamicImage;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -91,6 +92,11 @@ pub fn upright_size(path: &Path) -> Result<[u32; 2], DataError> {
 /// as the focal length, are kept.
 pub fn turned_upright(path: &Path) -> Result<Option<Vec<u8>>, DataError> {
     upright::turned_upright(path)
+}
+
+/// The pixels of a picture as its file holds them.
+pub fn stored_pixels(path: impl AsRef<Path>) -> Result<DynamicImage, DataError> {
+    Ok(decoding::decode(path.as_ref())?.image)
 }
 
 /// The mask of a photograph, turned as the photograph has to be turned.

@@ -1,7 +1,7 @@
 //! Photographs that are turned upright before programs pose them.
 
 use crate::{DataError, decoding};
-use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
+use ::image::codecs::{jpeg::JpegEncoder, png::PngEncoder, tiff::TiffEncoder, webp::WebPEncoder};
 use ::image::metadata::Orientation as Turn;
 use ::image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat};
 use std::io::Cursor;
@@ -27,11 +27,17 @@ pub(crate) fn turned_upright(path: &Path) -> Result<Option<Vec<u8>>, DataError> 
             let encoder = with_tags(PngEncoder::new(&mut bytes), exif, profile);
             image.write_with_encoder(encoder).map_err(broken)?;
         }
-        Ok(ImageFormat::Jpeg) | Err(_) => {
+        Ok(ImageFormat::Tiff) => {
+            image.write_with_encoder(TiffEncoder::new(Cursor::new(&mut bytes))).map_err(broken)?;
+        }
+        Ok(ImageFormat::WebP) => {
+            let encoder = with_tags(WebPEncoder::new_lossless(&mut bytes), exif, profile);
+            image.write_with_encoder(encoder).map_err(broken)?;
+        }
+        _ => {
             let encoder = with_tags(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY), exif, profile);
             image.into_rgb8().write_with_encoder(encoder).map_err(broken)?;
         }
-        Ok(other) => image.write_to(&mut Cursor::new(&mut bytes), other).map_err(broken)?,
     }
     Ok(Some(bytes))
 }

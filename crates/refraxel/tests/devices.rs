@@ -4,6 +4,7 @@
 mod common;
 
 use common::{Ran, ball, refraxel, train};
+use refraxel_data::photographs::stored_pixels;
 use std::path::Path;
 
 const STRAIGHT: [&str; 2] = ["--refraction", "off"];
@@ -251,7 +252,7 @@ mod gpu {
             pictures(&cpu).iter().flat_map(|name| layers.map(|of| format!("{of}{name}"))).collect();
         assert_eq!(names.len(), 8, "{names:?}");
         for name in names {
-            let [a, b] = [&cpu, &gpu].map(|out| image::open(out.join(&name)).unwrap().to_rgb8().into_raw());
+            let [a, b] = [&cpu, &gpu].map(|out| stored_pixels(out.join(&name)).unwrap().to_rgb8().into_raw());
             let apart: u64 = a.iter().zip(&b).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
             let mean = apart as f64 / a.len() as f64;
             assert!(mean < TOL && a.iter().any(|v| *v != a[0]), "{name}: {mean}");

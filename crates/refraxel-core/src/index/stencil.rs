@@ -77,8 +77,6 @@ pub(super) struct Stencil<T> {
     base: usize,
     /// Coefficients per row and per slice of the grid.
     strides: [usize; 2],
-    /// Taps that can have a weight: all four, or the two of the trilinear interpolation.
-    taps: [usize; 2],
     /// D = V′: the force is the gradient of w.
     is_gradient: bool,
     axes: [AxisWeights<T>; 3],
@@ -92,9 +90,8 @@ impl<T: Real> Stencil<T> {
         let base = (cell[0] - 1) + strides[0] * (cell[1] - 1) + strides[1] * (cell[2] - 1);
         let weights = |f| AxisWeights::new(interpolation, f);
         let axes = [weights(f.x), weights(f.y), weights(f.z)];
-        let taps = if interpolation == Interpolation::Trilinear { [1, 3] } else { [0, TAPS] };
         let is_gradient = interpolation != Interpolation::TrilinearOfDifferences;
-        Self { cell, base, strides, taps, is_gradient, axes }
+        Self { cell, base, strides, is_gradient, axes }
     }
 
     /// The same stencil without the weights of the border, whose coefficients are no parameters. `nodes` is the number of
@@ -116,14 +113,14 @@ impl<T: Real> Stencil<T> {
     }
 
     /// M contractions of the coefficients `c` (x fastest) over z with these weights; each leaves one number per tap of y and
-    /// x. One axis after the other: a third of the arithmetic of 4³ products of weights.
+    /// x. One axis after the other: a third of the arithmetic of 4³ products of weights. All taps, also those whose weight is always 0:
+    /// loops of a known length are unrolled, and a row is one register.
     #[inline(always)]
     fn along_z<const M: usize>(&self, c: &[T], weights: [&[T; TAPS]; M]) -> [[[T; TAPS]; TAPS]; M] {
-        let [first, end] = self.taps;
         let mut sums = [[[T::zero(); TAPS]; TAPS]; M];
-        for k in first..end {
-            for j in first..end {
-                let row = &c[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];
+        for k in 0..TAPS {
+            for j in 0..TAPS {
+                let row: &[T; TAPS] = c[self.base + j * self.strides[0] + k * self.strides[1]..].first_chunk().expect("a row");
                 for (sum, w) in sums.iter_mut().zip(weights) {
                     for i in 0..TAPS {
                         sum[j][i] += w[k] * row[i];
@@ -185,13 +182,12 @@ impl<T: Real> Stencil<T> {
     #[inline(always)]
     pub fn scatter(&self, d_value: T, d_force: Vec3<T>, grad: &mut [T]) {
         let [x, y, z] = &self.axes;
-        let [first, end] = self.taps;
-        for k in first..end {
+        for k in 0..TAPS {
             // forward: w = Σ V V V c, force = (Σ D V V c, Σ V D V c, Σ V V D c)
             let (of_value, of_slope) =
                 (d_value * z.value[k] + d_force.z * z.force[k], d_force.y * z.value[k]);
             let of_force = d_force.x * z.value[k];
-            for j in first..end {
+            for j in 0..TAPS {
                 let by_value = y.value[j] * of_value + y.force[j] * of_slope;
                 let by_force = y.value[j] * of_force;
                 let row = &mut grad[self.base + j * self.strides[0] + k * self.strides[1]..][..TAPS];

@@ -1,6 +1,7 @@
 //! Decoding: depth, alpha, orientation, linear images, masks, and files that are none.
 
 use crate::fixture::*;
+use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageBuffer, Rgba, RgbaImage};
 use refraxel_core::{Camera, vec3};
 use refraxel_data::{
@@ -80,9 +81,7 @@ fn a_linear_pixel_that_is_no_colour_is_refused_with_its_file() {
 fn turned_jpeg(orientation: u8) -> Vec<u8> {
     let picture = image::GrayImage::from_fn(16, 8, |x, _| image::Luma([if x < 8 { 0 } else { 255 }]));
     let mut jpeg = Vec::new();
-    DynamicImage::from(picture)
-        .write_to(&mut std::io::Cursor::new(&mut jpeg), image::ImageFormat::Jpeg)
-        .unwrap();
+    picture.write_with_encoder(JpegEncoder::new(&mut jpeg)).unwrap();
     let tiff =
         [b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".as_slice(), &[orientation, 0, 0, 0, 0, 0, 0, 0]]
             .concat();

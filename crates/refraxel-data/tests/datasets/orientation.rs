@@ -1,8 +1,9 @@
 //! Photographs with an orientation tag (EXIF): poses that belong to the pixels as stored, and as the tag turns them.
 
 use crate::fixture::*;
+use image::codecs::jpeg::JpegEncoder;
 use image::metadata::Orientation as Turn;
-use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
+use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage};
 use refraxel_core::{Camera, Vec3, vec3};
 use refraxel_data::{
     Crop, DataError, Dataset, OpenOptions, Orientation, Photo, Reduction, Severity, load_mask_of, load_photo,
@@ -54,9 +55,7 @@ fn stored(upright: RgbImage, tag: u8) -> RgbImage {
 /// A JPEG with this orientation tag; 0: without tags.
 fn jpeg(image: &RgbImage, tag: u8) -> Vec<u8> {
     let mut jpeg = Vec::new();
-    DynamicImage::from(image.clone())
-        .write_to(&mut std::io::Cursor::new(&mut jpeg), ImageFormat::Jpeg)
-        .unwrap();
+    image.write_with_encoder(JpegEncoder::new(&mut jpeg)).unwrap();
     if tag == 0 {
         return jpeg;
     }

@@ -4,6 +4,7 @@
 
 use refraxel_core::Camera;
 use refraxel_data::Pixels;
+use refraxel_data::photographs::stored_pixels;
 use refraxel_data::synth::{
     Body, Elevations, Environment, IndexTruth, Medium, Picture, Rectangle, Sampling, Scene, Shape, Texture,
     from_opengl_matrix, render_view,
@@ -56,7 +57,7 @@ fn ground(texture: Texture) -> Body {
 }
 
 fn ground_picture(folder: &Path) -> Texture {
-    let picture = image::open(folder.join("ground.png")).unwrap().to_rgb8();
+    let picture = stored_pixels(folder.join("ground.png")).unwrap().to_rgb8();
     let linear = |c: u8| {
         let v = f64::from(c) / 255.0;
         if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
@@ -85,8 +86,8 @@ fn differences(folder: &Path, ior: f64) -> Vec<u8> {
         else {
             panic!("8-bit picture")
         };
-        let theirs = image::open(folder.join(format!("test/r_{i}.png"))).unwrap().to_rgb8();
-        let mask = image::open(folder.join(format!("masks/test/r_{i}.png"))).unwrap().to_luma8();
+        let theirs = stored_pixels(folder.join(format!("test/r_{i}.png"))).unwrap().to_rgb8();
+        let mask = stored_pixels(folder.join(format!("masks/test/r_{i}.png"))).unwrap().to_luma8();
         let interior = |p: usize| {
             let (x, y) = ((p % 200) as i64, (p / 200) as i64);
             (-2..=2).all(|dx| (-2..=2).all(|dy| mask.get_pixel((x + dx) as u32, (y + dy) as u32).0[0] == 255))
@@ -121,7 +122,7 @@ fn synth_glass_ball_agrees_with_the_path_tracer() {
 /// outline are thinner than such a block.
 fn foreground(folder: &Path, view: usize, ours: &[u8], theirs: &[u8]) -> Vec<bool> {
     let read =
-        |kind: &str| image::open(folder.join(format!("{kind}/r_{view}.png"))).unwrap().to_rgb8().into_raw();
+        |kind: &str| stored_pixels(folder.join(format!("{kind}/r_{view}.png"))).unwrap().to_rgb8().into_raw();
     let (with, without) = (read("test"), read("test_bg"));
     let alike = |p: usize| {
         let (a, b) = (&with[3 * p..3 * p + 3], &without[3 * p..3 * p + 3]);
@@ -145,7 +146,8 @@ fn outlines(folder: &Path, scene: &Scene) -> Vec<f64> {
     let cameras = test_cameras(folder);
     let each = |(i, camera): (usize, &Camera)| {
         let ours = render_view(scene, camera, i as u64, &Sampling::default()).mask().coverage;
-        let theirs = image::open(folder.join(format!("masks/test/r_{i}.png"))).unwrap().to_luma8().into_raw();
+        let theirs =
+            stored_pixels(folder.join(format!("masks/test/r_{i}.png"))).unwrap().to_luma8().into_raw();
         let left_out = foreground(folder, i, &ours, &theirs);
         let (mut both, mut either) = (0u64, 0u64);
         for p in (0..ours.len()).filter(|&p| !left_out[p]) {

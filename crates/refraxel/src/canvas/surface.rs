@@ -109,6 +109,7 @@ impl Canvas {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use refraxel_data::photographs::stored_pixels;
 
     #[test]
     fn drawing_outside_the_surface_is_dropped() {
@@ -127,7 +128,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.png");
         canvas.save_png(&path).unwrap();
-        let read = image::open(&path).unwrap().into_rgb8();
+        let read = stored_pixels(&path).unwrap().into_rgb8();
         assert_eq!(read.as_raw(), canvas.pixels.as_flattened());
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use refraxel_core::{Vec3, vec3};
+use refraxel_data::photographs::stored_pixels;
 use refraxel_data::synth::Shape;
 use refraxel_data::{OpenOptions, open_cameras, read_mesh};
 use serde_json::{Value, json};
@@ -118,7 +119,7 @@ fn a_run_far_from_the_origin_gives_what_one_near_it_gives_in_the_coordinates_of_
     }
     for (near, far) in written[0].iter().zip(&written[1]) {
         let picture = |k: usize, name: &str| {
-            image::open(views[k].join(format!("{name}.png"))).unwrap().into_rgb8().into_raw()
+            stored_pixels(views[k].join(format!("{name}.png"))).unwrap().into_rgb8().into_raw()
         };
         let pictures = [picture(0, &near.name), picture(1, &far.name)];
         let differences = pictures[0].iter().zip(&pictures[1]).map(|(a, b)| u64::from(a.abs_diff(*b)));

@@ -4,6 +4,7 @@
 use crate::common::*;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
+use refraxel_data::photographs::stored_pixels;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufReader;
@@ -125,7 +126,7 @@ fn camera_paths_are_rendered_where_they_lead() {
     std::fs::write(&written, document.to_string()).unwrap();
     let one = folder.path().join("one");
     render(&one, &["--camera-path", path(&written)]).done();
-    let pixels = |file: PathBuf| image::open(file).unwrap().into_rgb8();
+    let pixels = |file: PathBuf| stored_pixels(file).unwrap().into_rgb8();
     assert_eq!(pixels(one.join("0000.png")), pixels(views.join("0000.png")));
     let film = folder.path().join("path.gif");
     let report = render(&film, &["--camera-path", path(&written)]).done().json();

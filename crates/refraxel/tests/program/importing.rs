@@ -2,6 +2,7 @@
 #![cfg(unix)] // the stand-ins are shell scripts
 
 use crate::common::*;
+use refraxel_data::photographs::stored_pixels;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -160,7 +161,7 @@ fn features_on_glass_are_hidden_from_colmap_and_the_dataset_keeps_the_masks() {
     assert_eq!((&result["masks"], &result["mask_meaning"]), (&2.into(), &"refractive".into()));
     assert_eq!(place.names("scene/glass_masks"), ["p0.png.png", "p1.png.png", "p2.png.png"]);
     assert_eq!(place.names("bin/seen_masks"), ["p0.png.png", "p1.png.png", "p2.png.png", "p3.png.png"]);
-    let seen = |name: &str| image::open(place.at("bin/seen_masks").join(name)).unwrap().into_luma8();
+    let seen = |name: &str| stored_pixels(place.at("bin/seen_masks").join(name)).unwrap().into_luma8();
     assert_eq!((seen("p0.png.png").get_pixel(0, 0).0, seen("p0.png.png").get_pixel(9, 0).0), ([0], [255]));
     assert_eq!(seen("p3.png.png").get_pixel(0, 0).0, [255]);
     let found = place.run(&["inspect", "scene", "--json"]).done().json();
@@ -179,9 +180,9 @@ fn masks_of_what_to_ignore_become_masks_of_what_to_use() {
         ["import", "photos", "--out", "scene", "--masks", "people", "--mask-meaning", "ignore", "--json"];
     let result = place.run(&words).done().json();
     assert!(result["next"].as_str().unwrap().contains("--mask-meaning keep"), "{result}");
-    let stored = image::open(place.at("scene/masks/p1.png.png")).unwrap().into_luma8();
+    let stored = stored_pixels(place.at("scene/masks/p1.png.png")).unwrap().into_luma8();
     assert_eq!((stored.get_pixel(0, 0).0, stored.get_pixel(9, 0).0), ([0], [255]));
-    let seen = image::open(place.at("bin/seen_masks/p1.png.png")).unwrap().into_luma8();
+    let seen = stored_pixels(place.at("bin/seen_masks/p1.png.png")).unwrap().into_luma8();
     assert_eq!(seen, stored);
 }
 
@@ -317,7 +318,7 @@ fn a_video_gives_the_sharpest_of_its_frames() {
     place.program("ffmpeg", FFMPEG);
     place.program("ffprobe", FFPROBE);
     write_image(&place.at("bin/frame.png"), 16, 16);
-    image::open(place.at("bin/frame.png")).unwrap().save(place.at("bin/frame.jpg")).unwrap();
+    stored_pixels(place.at("bin/frame.png")).unwrap().save(place.at("bin/frame.jpg")).unwrap();
     fs::write(place.at("walk.mp4"), "x").unwrap();
     let words = ["import", "walk.mp4", "--out", "scene", "--photographs", "4", "--json"];
     let result = place.run(&words).done().json();
@@ -370,7 +371,7 @@ fn photographs_with_an_orientation_tag_are_copied_upright() {
         write_turned(&place.at(&format!("photos/p{i}.jpg")));
     }
     place.run(&["import", "photos", "--out", "scene"]).done();
-    let copy = image::open(place.at("scene/images/p1.jpg")).unwrap().into_rgb8();
+    let copy = stored_pixels(place.at("scene/images/p1.jpg")).unwrap().into_rgb8();
     assert_eq!(copy.dimensions(), (16, 24));
     // The stored left edge is red; turned by a quarter to the right it is the upper edge.
     let [red, _, blue] = copy.get_pixel(8, 1).0;

@@ -1,6 +1,7 @@
 //! Pictures of the index of refraction, and renderings with another one.
 
 use crate::common::*;
+use refraxel_data::photographs::stored_pixels;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use serde_json::Value;
 use std::ops::ControlFlow;
@@ -52,7 +53,7 @@ fn render(run: &Path, out: &Path, more: &[&str]) -> Ran {
 }
 
 fn pixels(file: &Path) -> image::RgbImage {
-    image::open(file).unwrap().into_rgb8()
+    stored_pixels(file).unwrap().into_rgb8()
 }
 
 #[test]
@@ -68,18 +69,18 @@ fn a_bent_run_shows_its_index() {
     for file in ["r_0.png", "index_preview/r_0.png", "index_slices.png", "paths.png", "transforms.json"] {
         assert!(out.join(file).is_file(), "{file}");
     }
-    let index = image::open(out.join("index/r_0.png")).unwrap();
+    let index = stored_pixels(out.join("index/r_0.png")).unwrap();
     assert_eq!(index.color(), image::ColorType::L16);
     let largest = index.into_luma16().pixels().map(|p| p.0[0]).max().unwrap();
     assert!(largest.abs_diff(15_000) < 20, "{largest}");
-    let normal = image::open(out.join("normal/r_0.png")).unwrap().into_rgba8();
+    let normal = stored_pixels(out.join("normal/r_0.png")).unwrap().into_rgba8();
     let met = |p: &&image::Rgba<u8>| p.0[3] == 255;
     assert!(normal.pixels().any(|p| p.0 == [0; 4]));
     assert!(normal.pixels().filter(met).count() > 4 && normal.pixels().filter(met).all(|p| p.0[2] >= 127));
     let notes: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("transforms.json")).unwrap()).unwrap();
     assert!(out.join("surface_depth_preview/r_0.png").is_file());
-    let depth = image::open(out.join("surface_depth/r_0.png")).unwrap();
+    let depth = stored_pixels(out.join("surface_depth/r_0.png")).unwrap();
     assert_eq!(depth.color(), image::ColorType::L16);
     // The nearest point of the ball as the camera sees it.
     let scene: Value =
@@ -186,7 +187,7 @@ fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
         let of_view = |k: usize| {
             let (a, b) =
                 (pixels(&out.join(format!("r_{k}.png"))), pixels(&thin.join(format!("test/r_{k}.png"))));
-            let mask = image::open(thin.join(format!("masks/test/r_{k}.png"))).unwrap().into_luma8();
+            let mask = stored_pixels(thin.join(format!("masks/test/r_{k}.png"))).unwrap().into_luma8();
             let inside = a.pixels().zip(b.pixels()).zip(mask.pixels()).filter(|(_, m)| m.0[0] > 127);
             inside
                 .map(|((a, b), _)| (0..3).map(|c| f64::from(a.0[c].abs_diff(b.0[c])).powi(2)).sum::<f64>())

@@ -1,6 +1,7 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
 use crate::common::*;
+use refraxel_data::photographs::stored_pixels;
 use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
@@ -55,7 +56,7 @@ fn train_eval_compare_render_and_inspect_work_together() {
     {
         assert!(views.join(file).is_file(), "{file}");
     }
-    assert_eq!(image::open(views.join("depth/0000.png")).unwrap().color(), image::ColorType::L16);
+    assert_eq!(stored_pixels(views.join("depth/0000.png")).unwrap().color(), image::ColorType::L16);
 
     let inspected = refraxel(&["inspect", path(&run), "--json"]).done().json();
     assert_eq!((&inspected["kind"], &inspected["step"]), (&"run".into(), &40.into()));
@@ -70,7 +71,7 @@ fn rendering_the_cameras_of_the_test_split_gives_the_pictures_of_eval() {
     train(&data, &run, &[]).done();
     let cameras = data.join("transforms_test.json");
     refraxel(&["render", path(&run), "--cameras", path(&cameras), "--out", path(&views)]).done();
-    let pixels = |p: &Path| image::open(p).unwrap().into_rgb8();
+    let pixels = |p: &Path| stored_pixels(p).unwrap().into_rgb8();
     assert_eq!(pixels(&views.join("r_1.png")), pixels(&run.join("eval/test/r_1.png")));
 }
 
@@ -242,7 +243,7 @@ fn pictures_of_reflection_and_transmission_are_written() {
     train(&data, &run, &[&known[..], &["--set", "steps=80", "--set", "straight_steps=20"]].concat()).done();
     let layers = "colour,reflection,transmission,normal";
     refraxel(&["render", path(&run), "--orbit", "1", "--out", path(&out), "--outputs", layers]).done();
-    let picture = |name: &str| image::open(out.join(name)).unwrap().into_rgb8();
+    let picture = |name: &str| stored_pixels(out.join(name)).unwrap().into_rgb8();
     let (colour, transmitted) = (picture("0000.png"), picture("transmission/0000.png"));
     let mirrored = picture("reflection/0000.png");
     let changed = colour.pixels().zip(transmitted.pixels()).zip(mirrored.pixels());
@@ -393,7 +394,7 @@ fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption(
     let other = [&length[..], &["--up", "0,0,2"]].concat();
     train(&data, &run, &other).refused(3, &["with --up 0,-0.1,2", "leave --up out"]);
     train(&data, &run, &length).done();
-    let picture = image::open(run.join("eval/test/r_0.png")).unwrap();
+    let picture = stored_pixels(run.join("eval/test/r_0.png")).unwrap();
     assert_eq!((picture.width(), picture.height()), (8, 5));
     refraxel(&["eval", path(&run), "--quiet"]).done();
     let new = folder.path().join("other");

@@ -6,7 +6,8 @@
 use super::super::error::SynthError;
 use super::super::render::Frame;
 use crate::image::{Image, Mask, Pixels};
-use image::{ColorType, ExtendedColorType, ImageEncoder, ImageFormat};
+use image::codecs::openexr::OpenExrEncoder;
+use image::{ColorType, ExtendedColorType, ImageEncoder};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -70,7 +71,7 @@ pub(super) fn linear_exr(path: &Path, frame: &Frame) -> Result<Vec<u8>, SynthErr
     let picture = image::Rgb32FImage::from_raw(frame.size[0], frame.size[1], samples).unwrap_or_default();
     let mut out = Cursor::new(Vec::new());
     image::DynamicImage::from(picture)
-        .write_to(&mut out, ImageFormat::OpenExr)
+        .write_with_encoder(OpenExrEncoder::new(&mut out))
         .map_err(|source| SynthError::Picture { action: "encode", path: path.into(), source })?;
     Ok(out.into_inner())
 }

@@ -9,6 +9,7 @@ use crate::verbs::reopen::reopen;
 use crate::verbs::sheet::{ROWS, Row, Scored, chosen, png_path};
 use anyhow::{Context, anyhow};
 use refraxel_data::load_photo;
+use refraxel_data::photographs::stored_pixels;
 use refraxel_train::evaluation::truth;
 use std::path::{Path, PathBuf};
 
@@ -86,7 +87,7 @@ fn truth_images(run: &Path, count: usize, shown: &[usize]) -> Result<Vec<Vec<[u8
 }
 
 fn read_rendering(path: &Path, run: &Path) -> Result<(Vec<[u8; 3]>, [usize; 2]), Failure> {
-    let image = image::open(path)
+    let image = stored_pixels(path)
         .with_context(|| {
             format!("cannot read {}; run `refraxel eval {}` again", path.display(), run.display())
         })

@@ -4,6 +4,7 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::detail::detail;
 use anyhow::Context;
 use rayon::prelude::*;
+use refraxel_data::photographs::stored_pixels;
 use std::path::{Path, PathBuf};
 
 /// Of every `group` files in the order given, the one that shows most detail.
@@ -18,7 +19,7 @@ pub fn sharpest(files: &[PathBuf], group: usize) -> Result<Vec<PathBuf>, Failure
 
 fn score(file: &Path) -> Result<f64, Failure> {
     let cannot = || format!("cannot decode the frame {}", file.display());
-    Ok(detail(&image::open(file).with_context(cannot).or_exit(Exit::Io)?.into_luma8()))
+    Ok(detail(&stored_pixels(file).with_context(cannot).or_exit(Exit::Io)?.into_luma8()))
 }
 
 #[cfg(test)]
