@@ -120,7 +120,8 @@ impl<T: Real> Stencil<T> {
         let mut sums = [[[T::zero(); TAPS]; TAPS]; M];
         for k in 0..TAPS {
             for j in 0..TAPS {
-                let row: &[T; TAPS] = c[self.base + j * self.strides[0] + k * self.strides[1]..].first_chunk().expect("a row");
+                let row: &[T; TAPS] =
+                    c[self.base + j * self.strides[0] + k * self.strides[1]..].first_chunk().expect("a row");
                 for (sum, w) in sums.iter_mut().zip(weights) {
                     for i in 0..TAPS {
                         sum[j][i] += w[k] * row[i];

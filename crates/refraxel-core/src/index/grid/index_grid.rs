@@ -25,6 +25,8 @@ pub struct IndexGrid<T: Copy> {
     largest_index: T,
     /// True where all cells are flat and none is free.
     is_uniform: bool,
+    /// True where all coefficients are one number, as of the last time that somebody looked: no stencil is needed then.
+    pub(super) is_constant: bool,
     pub(super) level_set: Option<LevelSet<T>>,
     absorption: [T; 3],
 }
@@ -43,6 +45,7 @@ impl<T: Real> IndexGrid<T> {
             coefficients,
             largest_index: T::one(),
             is_uniform: true,
+            is_constant: true,
             level_set: None,
             absorption: [T::zero(); 3],
         }
@@ -56,6 +59,7 @@ impl<T: Real> IndexGrid<T> {
             coefficients: self.coefficients.iter().map(|c| U::of(c.f64())).collect(),
             largest_index: U::of(self.largest_index.f64()),
             is_uniform: self.is_uniform,
+            is_constant: self.is_constant,
             level_set: self.level_set.as_ref().map(LevelSet::cast),
             absorption: self.absorption.map(|a| U::of(a.f64())),
         }
@@ -118,6 +122,7 @@ impl<T: Real> IndexGrid<T> {
     /// The coefficients, to be changed. Leave the border as it is ([`Self::is_parameter`]), and call
     /// [`Self::find_flat_cells`] afterwards: until then rays still hop where the field used to be flat.
     pub fn coefficients_mut(&mut self) -> &mut [T] {
+        self.is_constant = false;
         &mut self.coefficients
     }
 
@@ -130,6 +135,7 @@ impl<T: Real> IndexGrid<T> {
     pub fn find_flat_cells(&mut self, free: Option<&[bool]>) {
         self.lattice.clearance = flat::clearance(&self.coefficients, self.lattice.nodes(), free);
         self.is_uniform = self.lattice.clearance.iter().all(|&d| d == flat::FAR);
+        self.is_constant = self.is_uniform && self.coefficients.iter().all(|c| *c == self.coefficients[0]);
         let largest = self.coefficients.iter().copied().fold(T::of(VACUUM), T::max);
         self.largest_index = (largest + largest).sqrt();
     }
@@ -153,6 +159,8 @@ impl<T: Real> IndexGrid<T> {
         if fits && is_bound {
             self.lattice.clearance = flat::distance_to(marched, self.lattice.nodes());
             self.is_uniform = !marched.contains(&true);
+            self.is_constant =
+                self.is_uniform && self.coefficients.iter().all(|c| *c == self.coefficients[0]);
             self.largest_index = largest_index;
         }
         fits && is_bound

@@ -39,6 +39,9 @@ impl<T: Real> IndexGrid<T> {
     }
     /// (w, ∇w) from one stencil.
     pub fn sample(&self, x: Vec3<T>) -> (T, Vec3<T>) {
+        if self.is_constant && self.lattice.cell(self.lattice.node(x)).is_some() {
+            return (self.coefficients[0], Vec3::zero());
+        }
         let Some(s) = self.stencil(x) else { return (T::of(VACUUM), Vec3::zero()) };
         let (w, g) = s.value_and_force(&self.coefficients);
         (w, g.hadamard(self.lattice.scale))
