@@ -44,8 +44,13 @@ fn glass_ball() -> Dataset {
 
 fn options(bend: bool) -> Options {
     let mut options = Options::default();
-    let short =
-        [("run.steps", "40"), ("run.batch", "256"), ("grid.resolution", "32"), ("straight_steps", "10")];
+    let short = [
+        ("run.steps", "40"),
+        ("run.batch", "256"),
+        ("grid.resolution", "32"),
+        ("straight_steps", "10"),
+        ("search.profile", "sharp"), // graded indices take as long as all else, and are searched in unit tests
+    ];
     for (key, value) in short {
         options.set(key, value).unwrap();
     }
@@ -119,21 +124,22 @@ fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (tempfile::TempDir, Da
     (folder, data)
 }
 
-/// A run that is long enough for a race.
-fn judged(data: Dataset, change: fn(&mut Options)) -> (Session, Vec<Event>) {
+/// A run that is long enough for a race, or its beginning.
+fn judged(data: Dataset, until: Until, change: fn(&mut Options)) -> (Session, Vec<Event>) {
     let mut options = options(true);
     (options.run.steps, options.run.batch) = (200, 512);
     options.judge.straight = Switch::On;
     change(&mut options);
     let mut session = Session::start(Setup::new(data, options), CpuBackend::new, &mut |_| {}).unwrap();
-    let events = finish(&mut session);
+    let mut events = Vec::new();
+    session.run(until, &mut |e| events.push(e)).unwrap();
     (session, events)
 }
 
 #[test]
 fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
     let (_folder, data) = scene_data("glass_ball", 40, Some(1.01));
-    let (session, events) = judged(data.clone(), |_| {});
+    let (session, events) = judged(data.clone(), Until::finished(), |_| {});
     let verdict = session.state().verdict.as_ref().unwrap();
     assert_eq!((verdict.regions[0].hypothesis, verdict.views), (Hypothesis::Straight, 5), "15 % of 30 views");
     assert!(session.state().stays_straight && session.backend().medium().is_none());
@@ -144,7 +150,7 @@ fn glass_that_hardly_bends_is_judged_straight_unless_rays_must_bend() {
     assert_eq!(stages, [0, 1, 2], "straight rays learn what is inside from coarse to fine");
     let stored = Run::read(&bytes(&session)[..]).unwrap();
     assert_eq!(stored.state.verdict.as_ref(), Some(verdict), "the checkpoint keeps the verdict");
-    let (forced, _) = judged(data, |o| o.judge.straight = Switch::Off);
+    let (forced, _) = judged(data, Until::step(20), |o| o.judge.straight = Switch::Off);
     assert!(!forced.backend().medium().is_none());
 }
 
@@ -190,7 +196,7 @@ fn glass_that_bends_is_judged_so() {
 #[test]
 fn bodies_of_different_index_are_found_judged_and_learned_each_by_itself() {
     let (_folder, data) = scene_data("two_indices", 64, None);
-    let (run, events) = judged(data, |o| {
+    let (run, events) = judged(data, Until::step(110), |o| {
         (o.run.steps, o.run.batch, o.refraction.straight_steps) = (400, 1024, 100);
         o.run.seed = LUCK;
     });
@@ -259,7 +265,7 @@ fn nothing_is_pruned_before_rays_look_inside() {
 #[test]
 fn a_box_without_masks_stays_straight_and_says_so() {
     let (_folder, data) = scene_data("opaque", 40, None);
-    let (session, events) = judged(data, |o| {
+    let (session, events) = judged(data, Until::finished(), |o| {
         o.set("refraction.bounds", "-0.5,-0.5,-0.5,0.5,0.5,0.5").unwrap();
     });
     assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { why: StayReason::OnlyABox })));
