@@ -98,7 +98,7 @@ impl Look {
         let border = along_border(size).into_iter().map(|at| image.rgba(at)).collect();
         let [width, height] = small_size(size);
         let camera = of.camera.resized(width, height);
-        let pixels = means(size, [width, height], 3, |pixel, channel| image.rgba(pixel)[channel]);
+        let pixels = means::<3>(size, [width, height], |y, row| image.row(y, row));
         let small = Image { width, height, channels: 3, pixels: Pixels::F32(pixels) };
         Self { view, size, small, camera, samples, border }
     }

@@ -172,14 +172,17 @@ impl Photo {
 impl Image {
     /// As [`Photo::reduced`].
     fn reduced(&self, size: [u32; 2]) -> Self {
-        let channels = self.channels as usize;
-        let value = |pixel: usize, channel: usize| match channel {
-            3 => self.rgba(pixel)[3],
-            _ if channels == 4 => self.rgba(pixel)[channel] * self.rgba(pixel)[3],
-            _ => self.rgba(pixel)[channel],
+        let from = [self.width, self.height];
+        let has_alpha = self.channels == 4;
+        let mut means = if has_alpha {
+            means::<4>(from, size, |y, row| {
+                self.row(y, row);
+                row.iter_mut().for_each(|[r, g, b, alpha]| [r, g, b].into_iter().for_each(|c| *c *= *alpha));
+            })
+        } else {
+            means::<3>(from, size, |y, row| self.row(y, row))
         };
-        let mut means = means([self.width, self.height], size, channels, value);
-        if channels == 4 {
+        if has_alpha {
             for pixel in means.chunks_exact_mut(4).filter(|pixel| pixel[3] > 0.0) {
                 (0..3).for_each(|c| pixel[c] /= pixel[3]);
             }
@@ -190,44 +193,62 @@ impl Image {
         };
         Self { width: size[0], height: size[1], channels: self.channels, pixels }
     }
+
+    /// The first C channels of a row.
+    pub(crate) fn row<const C: usize>(&self, y: usize, row: &mut [[f32; C]]) {
+        let (width, channels) = (self.width as usize, self.channels as usize);
+        let at = y * width * channels..(y + 1) * width * channels;
+        match &self.pixels {
+            Pixels::U8(v) => {
+                for (out, pixel) in row.iter_mut().zip(v[at].chunks_exact(channels)) {
+                    (0..C).for_each(|c| out[c] = f32::from(pixel[c]) / 255.0);
+                }
+            }
+            Pixels::F32(v) => {
+                for (out, pixel) in row.iter_mut().zip(v[at].chunks_exact(channels)) {
+                    out.copy_from_slice(&pixel[..C]);
+                }
+            }
+        }
+    }
 }
 
 impl Mask {
     /// As [`Photo::reduced`].
     pub(crate) fn reduced(&self, size: [u32; 2]) -> Self {
-        let value = |pixel: usize, _| f32::from(self.coverage[pixel]);
-        let means = means([self.width, self.height], size, 1, value);
+        let width = self.width as usize;
+        let means = means::<1>([self.width, self.height], size, |y, row| {
+            let coverage = &self.coverage[y * width..(y + 1) * width];
+            row.iter_mut().zip(coverage).for_each(|(out, v)| *out = [f32::from(*v)]);
+        });
         let coverage = means.iter().map(|v| v.round() as u8).collect();
         Self { width: size[0], height: size[1], coverage }
     }
 }
 
 /// Means over areas of `to` pixels that cover the `from` pixels evenly: first along rows, then across them. A pixel that lies in
-/// two areas counts in both, by its parts.
-pub(crate) fn means(
+/// two areas counts in both, by its parts. `fill` writes the pixels of a row.
+pub(crate) fn means<const C: usize>(
     from: [u32; 2],
     to: [u32; 2],
-    channels: usize,
-    value: impl Fn(usize, usize) -> f32,
+    fill: impl Fn(usize, &mut [[f32; C]]),
 ) -> Vec<f32> {
     let ([width, height], [across, down]) = (from.map(|n| n as usize), to.map(|n| n as usize));
     assert!(across > 0 && down > 0 && across <= width && down <= height, "{from:?} to {to:?}");
     let (columns, rows) = (shares(width, across), shares(height, down));
-    let mut means = vec![0.0_f32; across * down * channels];
-    let mut row = vec![0.0_f32; across * channels];
+    let mut means = vec![0.0_f32; across * down * C];
+    let (mut pixels, mut row) = (vec![[0.0_f32; C]; width], vec![[0.0_f32; C]; across]);
     for (y, parts) in rows.iter().enumerate() {
-        row.fill(0.0);
-        for (x, parts) in columns.iter().enumerate() {
-            for channel in 0..channels {
-                let v = value(y * width + x, channel);
-                for &(at, share) in parts.iter() {
-                    row[at * channels + channel] += share * v;
-                }
+        fill(y, &mut pixels);
+        row.fill([0.0; C]);
+        for (pixel, parts) in pixels.iter().zip(&columns) {
+            for &(at, share) in parts.iter().filter(|(_, share)| *share > 0.0) {
+                (0..C).for_each(|c| row[at][c] += share * pixel[c]);
             }
         }
-        for &(at, share) in parts.iter() {
-            let out = &mut means[at * across * channels..(at + 1) * across * channels];
-            out.iter_mut().zip(&row).for_each(|(mean, v)| *mean += share * v);
+        for &(at, share) in parts.iter().filter(|(_, share)| *share > 0.0) {
+            let out = &mut means[at * across * C..(at + 1) * across * C];
+            out.iter_mut().zip(row.as_flattened()).for_each(|(mean, v)| *mean += share * v);
         }
     }
     means
@@ -305,7 +326,7 @@ mod tests {
         let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
         let Pixels::F32(before) = &image.pixels else { panic!("floats") };
         for size in [[97, 53], [41, 20], [96, 1], [1, 52]] {
-            let after = means([97, 53], size, 1, |k, _| before[k]);
+            let after = means::<1>([97, 53], size, |y, row| image.row(y, row));
             assert!((mean(&after) - mean(before)).abs() < 1e-5, "{size:?}"); // sums of 5000 f32
         }
     }
