@@ -4,7 +4,6 @@
 mod common;
 
 use common::{Ran, ball, refraxel, train};
-use refraxel_data::photographs::stored_pixels;
 use std::path::Path;
 
 const STRAIGHT: [&str; 2] = ["--refraction", "off"];
@@ -52,6 +51,7 @@ mod gpu {
     use refraxel::progress::Show;
     use refraxel::viewer::{Look, Scene};
     use refraxel_core::{Ray, vec3};
+    use refraxel_data::photographs::stored_pixels;
     use refraxel_train::Backend;
     use refraxel_train::backend::Layers;
     use refraxel_train::bench::{BenchGrid, model};
