@@ -18,6 +18,7 @@ import {
   press,
   run as runTests,
   shoot as shootInto,
+  turnAndReturn,
   view,
 } from "./harness.mjs";
 import { use } from "./use.mjs";
@@ -50,15 +51,7 @@ async function tests(browser, viewer) {
 
   const box = await (await page.$("#stage")).boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-  const turned = await act(page, async () => {
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x + 160, y + 30, { steps: 8 });
-    await page.mouse.up();
-  });
-  check("a drag turns the scene", difference(first, turned) > 1, difference(first, turned).toFixed(2));
-  const back = await act(page, () => page.keyboard.press("r"));
-  check("R goes back", difference(first, back) < 0.5, difference(first, back).toFixed(2));
+  const back = await turnAndReturn(page, first, [x, y]);
 
   const water = await act(page, () => slide(page, "n", 1.33));
   check("the index slider changes the picture", difference(back, water) > 0.3, difference(back, water).toFixed(2));

@@ -121,15 +121,27 @@ export async function shoot(page, folder, name) {
 export const press = (page, text) =>
   page.evaluate((text) => [...document.querySelectorAll("button")].find((b) => b.textContent === text).click(), text);
 
-/** Runs tests in Chromium, and ends this program with what came of them. */
-export async function run(tests) {
-  const profile = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
-  const browser = await puppeteer.launch({
-    headless: true,
-    userDataDir: profile,
-    executablePath: CHROMIUM,
-    args: FLAGS,
+/** A drag from a place turns the scene that `first` shows, and R goes back to it: the picture after that. */
+export async function turnAndReturn(page, first, [x, y]) {
+  const turned = await act(page, async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 160, y + 30, { steps: 8 });
+    await page.mouse.up();
   });
+  check("a drag turns the scene", difference(first, turned) > 1, difference(first, turned).toFixed(2));
+  const back = await act(page, () => page.keyboard.press("r"));
+  check("R goes back", difference(first, back) < 0.5, difference(first, back).toFixed(2));
+  return back;
+}
+
+const chromium = (profile) =>
+  puppeteer.launch({ headless: true, userDataDir: profile, executablePath: CHROMIUM, args: FLAGS });
+
+/** Runs tests in the browser that is launched so, with a folder for its profile, and ends this program with what came of them. */
+export async function run(tests, launch = chromium) {
+  const profile = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
+  const browser = await launch(profile);
   let failed = false;
   try {
     await tests(browser);

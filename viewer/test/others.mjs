@@ -7,7 +7,20 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import puppeteer from "puppeteer-core";
-import { act, best, check, difference, newPage, picture, press, shoot, until, view } from "./harness.mjs";
+import {
+  act,
+  best,
+  check,
+  difference,
+  newPage,
+  picture,
+  press,
+  run as runTests,
+  shoot,
+  turnAndReturn,
+  until,
+  view,
+} from "./harness.mjs";
 import { webkit } from "./webkit.mjs";
 
 const [name, program, run, screenshots] = process.argv.slice(2);
@@ -48,15 +61,7 @@ async function live({ page, errors }) {
     const { left, top, width, height } = stage.getBoundingClientRect();
     return [left + width / 2, top + height / 2];
   });
-  const turned = await act(page, async () => {
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x + 160, y + 30, { steps: 8 });
-    await page.mouse.up();
-  });
-  check("a drag turns the scene", difference(first, turned) > 1, difference(first, turned).toFixed(2));
-  const back = await act(page, () => page.keyboard.press("r"));
-  check("R goes back", difference(first, back) < 0.5, difference(first, back).toFixed(2));
+  const back = await turnAndReturn(page, first, [x, y]);
   const water = await act(page, () => press(page, "water"));
   check("another index shows another picture", difference(back, water) > 0.3, difference(back, water).toFixed(2));
   await page.mouse.click(x, y);
@@ -85,23 +90,18 @@ if (!run || !BROWSERS[name]) {
   console.error("usage: node test/others.mjs firefox|webkit REFRAXEL RUN [SCREENSHOTS]");
   process.exit(2);
 }
-const folder = await mkdtemp(join(tmpdir(), "refraxel-browser-"));
-const file = join(folder, "scene.html");
-const made = spawnSync(program, ["export", run, "--format", "html", "--out", file], { encoding: "utf8" });
-if (made.status !== 0) throw new Error(made.stderr);
-const viewer = view(program, run);
-const browser = await BROWSERS[name](join(folder, "profile"));
-let failed = false;
-try {
-  console.log(browser.version);
-  await live(await browser.open(await viewer.url));
-  await exported(await browser.open(`file://${file}`));
-} catch (error) {
-  console.error(error);
-  failed = true;
-} finally {
-  await browser.close();
-  viewer.child.kill();
-  await rm(folder, { recursive: true, force: true });
-}
-process.exit(failed ? 1 : 0);
+await runTests(async (browser) => {
+  const folder = await mkdtemp(join(tmpdir(), "refraxel-page-"));
+  const viewer = view(program, run);
+  try {
+    const file = join(folder, "scene.html");
+    const made = spawnSync(program, ["export", run, "--format", "html", "--out", file], { encoding: "utf8" });
+    if (made.status !== 0) throw new Error(made.stderr);
+    console.log(browser.version);
+    await live(await browser.open(await viewer.url));
+    await exported(await browser.open(`file://${file}`));
+  } finally {
+    viewer.child.kill();
+    await rm(folder, { recursive: true });
+  }
+}, BROWSERS[name]);
