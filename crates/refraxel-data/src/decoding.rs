@@ -6,7 +6,6 @@ use crate::size::Size;
 use crate::{DataError, jpeg, limits, profile};
 use ::image::metadata::Orientation as Turn;
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, guess_format};
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -76,10 +75,10 @@ pub(crate) fn header(path: &Path) -> Result<Header, DataError> {
 /// The file's decoder, checked against the limits.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn ImageDecoder>, DataError> {
     let mut start = Vec::new();
-    let file = limits::open_regular(path).map_err(unreadable(path))?;
-    file.take(START).read_to_end(&mut start).map_err(unreadable(path))?;
-    let file = File::open(path).map_err(unreadable(path))?;
-    decoder(path, &start, Box::new(BufReader::new(file)))
+    let mut file = BufReader::new(limits::open_regular(path).map_err(unreadable(path))?);
+    file.by_ref().take(START).read_to_end(&mut start).map_err(unreadable(path))?;
+    file.rewind().map_err(unreadable(path))?;
+    decoder(path, &start, Box::new(file))
 }
 
 /// Decodes a file. There is room for few large pictures at once.
