@@ -25,7 +25,8 @@ pub struct IndexGrid<T: Copy> {
     largest_index: T,
     /// True where all cells are flat and none is free.
     is_uniform: bool,
-    /// True where all coefficients are one number, as of the last time that somebody looked: no stencil is needed then.
+    /// True where all coefficients are one number, as of the last [`IndexGrid::find_flat_cells`], and nobody could have changed them since:
+    /// no stencil is needed then.
     pub(super) is_constant: bool,
     pub(super) level_set: Option<LevelSet<T>>,
     absorption: [T; 3],
@@ -134,10 +135,14 @@ impl<T: Real> IndexGrid<T> {
     /// [`Self::from_control_values`] are flat 2 voxels away.
     pub fn find_flat_cells(&mut self, free: Option<&[bool]>) {
         self.lattice.clearance = flat::clearance(&self.coefficients, self.lattice.nodes(), free);
-        self.is_uniform = self.lattice.clearance.iter().all(|&d| d == flat::FAR);
-        self.is_constant = self.is_uniform && self.coefficients.iter().all(|c| *c == self.coefficients[0]);
+        self.find_uniformity(self.lattice.clearance.iter().all(|&d| d == flat::FAR));
         let largest = self.coefficients.iter().copied().fold(T::of(VACUUM), T::max);
         self.largest_index = (largest + largest).sqrt();
+    }
+
+    fn find_uniformity(&mut self, is_uniform: bool) {
+        self.is_uniform = is_uniform;
+        self.is_constant = is_uniform && self.coefficients.iter().all(|c| *c == self.coefficients[0]);
     }
 
     /// Per cell (n − 1 per axis, x fastest) the Chebyshev distance [cell] to the nearest one that rays march, which is 0 for those.
@@ -158,9 +163,7 @@ impl<T: Real> IndexGrid<T> {
         let is_bound = largest_index >= T::one() && largest_index.is_finite();
         if fits && is_bound {
             self.lattice.clearance = flat::distance_to(marched, self.lattice.nodes());
-            self.is_uniform = !marched.contains(&true);
-            self.is_constant =
-                self.is_uniform && self.coefficients.iter().all(|c| *c == self.coefficients[0]);
+            self.find_uniformity(!marched.contains(&true));
             self.largest_index = largest_index;
         }
         fits && is_bound
