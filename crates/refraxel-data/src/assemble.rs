@@ -125,6 +125,7 @@ fn look(
     let groups = [of(&|k| headers[k].alpha), of(&|k| stated.masks[k].is_some()), of(&|_| true)];
     let among = groups.iter().find(|group| !group.is_empty()).map_or(&[][..], |group| group);
     let mut looks = looks::look(views, among);
+    parsed.problems.extend(looks::darkness(&looks));
     parsed.problems.extend(readings::doubt(
         parsed.format,
         views,

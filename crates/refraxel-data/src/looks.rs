@@ -2,7 +2,7 @@
 
 use crate::reduce::means;
 use crate::rigid::Posed;
-use crate::{Image, Mask, Photo, Pixels, View, load_photo};
+use crate::{Image, Mask, Photo, Pixels, Problem, View, load_photo};
 use rayon::prelude::*;
 use refraxel_core::{Camera, Vec3};
 use std::collections::BTreeSet;
@@ -19,6 +19,9 @@ const SAMPLES: u32 = 96;
 const RING: usize = 512;
 /// Depths of the rings in the shorter edge. Narrow frames are no backdrop: behind them is another colour.
 const DEPTHS: [f64; 3] = [0.0, 0.02, 0.04];
+
+/// Photographs without any value above this are dark: 14 bits in 16 reach a quarter.
+const DARK: f32 = 0.26;
 
 /// What a photograph shows, in few numbers. Colours are sRGB-encoded with straight alpha, 1 = white.
 pub(crate) struct Look {
@@ -49,7 +52,21 @@ pub(crate) struct MaskLook {
 /// Looks at a few views out of `among`, spread evenly, with the nearest neighbours of some of them. What cannot be decoded is left out:
 /// who needs it will say so.
 pub(crate) fn look(views: &[View], among: &[usize]) -> Vec<Look> {
-    look_at(views, &chosen(|view| views[view].camera.world_from_camera.translation, among))
+    look_at(views, &chosen(|view| views[view].camera.world_from_camera.translation, among, 0.0))
+}
+
+/// A warning where no photograph has anything bright, as where the 10, 12 or 14 bits of a sensor are stored in 16.
+pub(crate) fn darkness(looks: &[Look]) -> Option<Problem> {
+    let values = looks.iter().flat_map(|l| &l.samples).flatten().flat_map(|p| [p[0], p[1], p[2]]);
+    let most = values.fold(0.0, f32::max);
+    (0.0 < most && most < DARK).then(|| {
+        Problem::warning(format!(
+            "the photographs are dark: of {} that were looked at none has a value above {:.1} % of full brightness, as where 12 bits of a \
+             sensor are stored in 16; multiply all of them by the same number",
+            looks.len(),
+            100.0 * most
+        ))
+    })
 }
 
 /// Looks at these views.
@@ -62,15 +79,16 @@ pub(crate) fn look_at(views: &[View], chosen: &[usize]) -> Vec<Look> {
     looks.collect()
 }
 
-/// A few out of `among`, spread evenly, with the nearest neighbours of some of them, by the places of their cameras.
-pub(crate) fn chosen(place: impl Fn(usize) -> Vec3<f64>, among: &[usize]) -> Vec<usize> {
+/// A few out of `among`, spread evenly, with the nearest neighbours of some of them that are more than `least` away, by the places
+/// of their cameras.
+pub(crate) fn chosen(place: impl Fn(usize) -> Vec3<f64>, among: &[usize], least: f64) -> Vec<usize> {
     let spread = |count: usize| {
         (0..count.min(among.len())).map(move |k| among[k * among.len() / count.min(among.len())])
     };
     let mut chosen: BTreeSet<usize> = spread(MOST / 2).collect();
     let nearest = |of: usize, taken: &BTreeSet<usize>| {
         let others = among.iter().copied().filter(|k| !taken.contains(k));
-        let far = others.map(|k| (k, (place(k) - place(of)).length())).filter(|(_, away)| *away > 0.0);
+        let far = others.map(|k| (k, (place(k) - place(of)).length())).filter(|(_, away)| *away > least);
         far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
     };
     for of in chosen.clone() {

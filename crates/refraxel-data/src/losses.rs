@@ -27,6 +27,7 @@ struct Lost {
 pub(crate) fn leave_out(path: &Path, parsed: &mut ParsedDataset) -> Result<Vec<Header>, DataError> {
     parsed.root.refuse_outside()?;
     parsed.problems.extend(unposed(parsed));
+    parsed.problems.extend(twins(parsed));
     let looked_at: Vec<Result<Header, Lost>> =
         parsed.frames.par_iter().map(look_at).collect::<Result<_, DataError>>()?;
     let (mut headers, mut lost, mut frames) = (Vec::new(), Vec::new(), Vec::new());
@@ -141,6 +142,30 @@ fn unposed(parsed: &ParsedDataset) -> Option<Problem> {
     let more = if found.len() > 1 { format!(" and {} more", found.len() - 1) } else { String::new() };
     let first = found.first()?.display();
     Some(Problem::note(format!("{} photographs have no pose and are not used: {first}{more}", found.len())))
+}
+
+/// A warning about photographs that are stated without an extension and lie there with several.
+fn twins(parsed: &ParsedDataset) -> Option<Problem> {
+    let masks: HashSet<&Path> =
+        parsed.frames.iter().filter_map(|f| Some(f.mask.as_ref()?.0.as_path())).collect();
+    let twin = |frame: &Frame| -> Option<(PathBuf, PathBuf)> {
+        let image = frame.image.clone()?;
+        let stated = frame.file.rsplit(['/', '\\']).next()?;
+        let (folder, name) = (image.parent()?, image.file_name()?.to_str()?);
+        let listing = parsed.root.listing(folder);
+        let is_twin = |other: &&str| *other != name && picture_stem(other) == stated;
+        let other = listing.images().filter(is_twin).map(|other| folder.join(other));
+        let other = other.into_iter().find(|path| !masks.contains(path.as_path()))?;
+        (picture_stem(stated) == stated).then_some((image, other))
+    };
+    let found: Vec<(PathBuf, PathBuf)> = parsed.frames.iter().filter_map(twin).collect();
+    let (taken, other) = found.first()?;
+    Some(Problem::warning(format!(
+        "{} photographs are stated without an extension and lie there with several: {} is used, not {}; move away those that are not meant",
+        found.len(),
+        taken.display(),
+        other.display()
+    )))
 }
 
 /// Whether a name is one of these, or one with something added (`r_0_depth`, `r_0.mask`), as what belongs to it is named.

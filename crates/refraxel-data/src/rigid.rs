@@ -60,22 +60,22 @@ impl Score {
     }
 }
 
-/// The score of whole photographs.
-pub(crate) fn score(posed: &[Posed]) -> Option<Score> {
+/// The score of whole photographs, of pairs whose cameras are at least this share of their [`distance`] apart.
+pub(crate) fn score(posed: &[Posed], least: f64) -> Option<Score> {
     let distance = distance(posed);
     let of_pair = |(k, other): (usize, usize)| {
         let [from, to] = [posed[k], posed[other]];
         gains(from, to, &centres([from.image.width, from.image.height], |_| true), distance)
     };
-    let found: Vec<Vec<f64>> = pairs(posed).into_par_iter().map(of_pair).collect();
+    let found: Vec<Vec<f64>> = pairs(posed, least * distance).into_par_iter().map(of_pair).collect();
     Score::of(&found.concat())
 }
 
-/// Each photograph and the one whose camera is nearest to its own, where there is one at another place.
-pub(crate) fn pairs(posed: &[Posed]) -> Vec<(usize, usize)> {
+/// Each photograph and the one whose camera is nearest to its own, but more than `least` away, where there is one.
+pub(crate) fn pairs(posed: &[Posed], least: f64) -> Vec<(usize, usize)> {
     let away = |a: usize, b: usize| (place(posed[a]) - place(posed[b])).length();
     let nearest = |of: usize| {
-        let others = (0..posed.len()).filter(|&k| k != of && away(k, of) > 0.0);
+        let others = (0..posed.len()).filter(|&k| k != of && away(k, of) > least);
         others.min_by(|&a, &b| away(a, of).total_cmp(&away(b, of)))
     };
     (0..posed.len()).filter_map(|k| Some((k, nearest(k)?))).collect()
@@ -87,8 +87,14 @@ fn place(posed: Posed) -> Vec3<f64> {
 
 /// How far away the cameras stand from what they look at, roughly: half of the width of where they stand will do.
 pub(crate) fn distance(posed: &[Posed]) -> f64 {
-    let mean = posed.iter().fold(Vec3::zero(), |sum, p| sum + place(*p)) / posed.len().max(1) as f64;
-    quantile(posed.iter().map(|p| (place(*p) - mean).length()), 0.5)
+    distance_of(posed.iter().map(|p| place(*p)))
+}
+
+/// [`distance`] by the places of the cameras.
+pub(crate) fn distance_of(places: impl ExactSizeIterator<Item = Vec3<f64>> + Clone) -> f64 {
+    let count = places.len().max(1) as f64;
+    let mean = places.clone().fold(Vec3::zero(), |sum, p| sum + p) / count;
+    quantile(places.map(|p| (p - mean).length()), 0.5)
 }
 
 /// Centres of patches of a picture of this size all of whose pixels are wanted.

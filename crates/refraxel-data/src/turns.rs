@@ -25,7 +25,7 @@ pub(crate) struct Scores {
 pub(crate) fn agreement(tagged: &[&Picture]) -> Result<Option<(Orientation, Scores)>, DataError> {
     let posed: Vec<usize> = (0..tagged.len()).filter(|&k| pose::check(&tagged[k].0.pose).is_ok()).collect();
     let [mut stored, mut upright] = [Vec::new(), Vec::new()];
-    for k in chosen(|k| tagged[k].0.pose.translation, &posed) {
+    for k in chosen(|k| tagged[k].0.pose.translation, &posed, 0.0) {
         let (frame, header) = tagged[k];
         let (Some(image), Ok(checked)) = (&frame.image, pose::check(&frame.pose)) else { continue };
         let unturned = decoding::decode(image)?.image;
@@ -43,7 +43,7 @@ pub(crate) fn agreement(tagged: &[&Picture]) -> Result<Option<(Orientation, Scor
         }
     }
     let [as_stored, as_upright] = [&stored, &upright].map(|all: &Vec<(Image, Camera)>| {
-        rigid::score(&all.iter().map(|(image, camera)| Posed { image, camera }).collect::<Vec<_>>())
+        rigid::score(&all.iter().map(|(image, camera)| Posed { image, camera }).collect::<Vec<_>>(), 0.0)
     });
     Ok(as_stored.zip(as_upright).and_then(|(stored, upright)| better(stored, upright)))
 }

@@ -11,7 +11,7 @@ pub(super) fn sides(seen: &[Seen]) -> [Option<Score>; 2] {
     let of_pair = |(k, other): (usize, usize)| {
         [true, false].map(|white| rigid::gains(posed[k], posed[other], &centres(&seen[k], white), distance))
     };
-    let found: Vec<[Vec<f64>; 2]> = rigid::pairs(&posed).into_par_iter().map(of_pair).collect();
+    let found: Vec<[Vec<f64>; 2]> = rigid::pairs(&posed, 0.0).into_par_iter().map(of_pair).collect();
     [0, 1].map(|side| Score::of(&found.iter().flat_map(|of| of[side].iter().copied()).collect::<Vec<f64>>()))
 }
 
@@ -20,7 +20,7 @@ pub(super) fn sides(seen: &[Seen]) -> [Option<Score>; 2] {
 pub(super) fn stillness(seen: &[Seen]) -> Option<[f64; 2]> {
     let posed: Vec<Posed> = seen.iter().map(|s| s.look.posed()).collect();
     let size = |p: Posed| [p.image.width, p.image.height];
-    let pairs = rigid::pairs(&posed);
+    let pairs = rigid::pairs(&posed, 0.0);
     let of = |white: bool| {
         let comparable = pairs.iter().filter(|(k, other)| size(posed[*k]) == size(posed[*other]));
         let correlations = comparable.flat_map(|&(k, other)| {

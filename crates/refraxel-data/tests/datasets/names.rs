@@ -70,6 +70,20 @@ fn reduced_copies_are_used_where_the_images_themselves_are_missing() {
 }
 
 #[test]
+fn photographs_that_lie_there_with_two_extensions_are_said_where_none_is_stated() {
+    let two = |stated: fn(usize) -> String| {
+        let folder = named(stated, |i| format!("images/v{i}.png"));
+        (0..4).for_each(|i| write_picture(folder.path(), &format!("images/v{i}.jpg")));
+        open(&folder).unwrap()
+    };
+    let data = two(|i| format!("images/v{i}"));
+    let said = warnings(&data);
+    assert!(said.len() == 1 && said[0].starts_with("4 photographs are stated without"), "{said:?}");
+    assert!(said[0].contains("v0.png is used, not"), "{said:?}");
+    assert!(warnings(&two(|i| format!("images/v{i}.jpg"))).is_empty());
+}
+
+#[test]
 fn an_absolute_path_into_the_dataset_itself_is_no_difference() {
     let folder = transforms_folder(4, |_| {});
     let real = folder.path().canonicalize().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::fixture::*;
 use image::codecs::jpeg::JpegEncoder;
-use image::{DynamicImage, GrayImage, ImageEncoder, Rgb, RgbImage};
+use image::{DynamicImage, GrayImage, ImageBuffer, ImageEncoder, Rgb, RgbImage};
 use refraxel_data::{DataError, Dataset, OpenOptions, Reduction, Severity, load_photo};
 use serde_json::json;
 use std::path::Path;
@@ -197,4 +197,20 @@ fn photographs_that_are_too_large_are_read_smaller_and_with_a_word() {
     assert!(data.views[1].camera == whole.views[1].camera);
     png_of_size(&folder.path().join("a.png"), [20000, 14000]);
     assert!(matches!(open(folder.path()), Err(DataError::TooLarge { .. })));
+}
+
+#[test]
+fn the_bits_of_a_sensor_that_are_stored_in_more_are_said() {
+    let names = ["a.png", "b.png", "c.png", "d.png"];
+    let dark = |scale: u16| {
+        let folder = naming(&names);
+        let value = |v: u8| u16::from(v) * scale;
+        let deep = ImageBuffer::from_fn(WIDTH, HEIGHT, |x, y| Rgb(picture().get_pixel(x, y).0.map(value)));
+        names.iter().for_each(|name| deep.save(folder.path().join(name)).unwrap());
+        open(folder.path()).unwrap()
+    };
+    let text = "multiply all of them by the same number";
+    assert!(reports(&dark(16), text), "12 bits of 16");
+    assert!(reports(&dark(64), text), "14 bits of 16");
+    assert!(!reports(&dark(257), text), "all bits");
 }

@@ -1,9 +1,10 @@
 //! Cameras of other pictures than those that are there: what they state contradicts the photographs, and this is said.
 
 use crate::fixture::*;
-use refraxel_core::Vec3;
+use image::{Rgb, RgbImage};
+use refraxel_core::{Camera, Vec3};
 use refraxel_data::{Dataset, OpenOptions, Problem, Severity};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 
 const COUNT: usize = 14;
@@ -47,4 +48,54 @@ fn cameras_of_larger_pictures_without_a_size_are_scaled_by_their_principal_point
     assert!(warning(&data, "principal point outside").is_some(), "{:?}", data.problems);
     let (data, _) = scaled(folder.path(), [1.0, half, half]);
     assert!(warning(&data, "more than 150 degrees").is_some(), "{:?}", data.problems);
+}
+
+type Rows = [[f64; 4]; 4];
+
+/// A textured ball in a room, in pictures in which patches can be compared, with rows of poses that are changed.
+fn misread(rows: impl Fn(Rows) -> Rows) -> Dataset {
+    const LARGE: u32 = 2 * EDGE;
+    let folder = tempfile::tempdir().unwrap();
+    let cameras: Vec<Camera> = arc(COUNT).iter().map(|c| c.resized(LARGE, LARGE)).collect();
+    std::fs::create_dir(folder.path().join("images")).unwrap();
+    for (i, camera) in cameras.iter().enumerate() {
+        let at = |x, y| on_ball(camera, x, y).map_or_else(|| wall(camera, x, y), texture);
+        let picture = RgbImage::from_fn(LARGE, LARGE, |x, y| Rgb(at(x, y)));
+        picture.save(folder.path().join(format!("images/{}.png", stem(i)))).unwrap();
+    }
+    write_transforms(folder.path(), &cameras, "png", |t| {
+        for frame in t["frames"].as_array_mut().unwrap() {
+            let stated: Rows = serde_json::from_value(frame["transform_matrix"].take()).unwrap();
+            frame["transform_matrix"] = json!(rows(stated));
+        }
+        let f = cameras[0].focal[0];
+        let of = |(key, value): (&str, Value)| (key.to_owned(), value);
+        let stated =
+            [("w", json!(LARGE)), ("h", json!(LARGE)), ("fl_x", json!(f)), ("fl_y", json!(f))].map(of);
+        t.as_object_mut().unwrap().extend(stated);
+    });
+    Dataset::open(folder.path(), &OpenOptions::default()).unwrap()
+}
+
+fn other_axes(rows: Rows) -> Rows {
+    rows.map(|[x, y, z, t]| [x, -y, -z, t])
+}
+
+fn inverse([a, b, c, last]: Rows) -> Rows {
+    let row = |k: usize| [a[k], b[k], c[k], -(a[k] * a[3] + b[k] * b[3] + c[k] * c[3])];
+    [row(0), row(1), row(2), last]
+}
+
+#[test]
+fn poses_in_another_convention_are_named() {
+    let as_it_is = misread(|rows| rows);
+    assert!(warning(&as_it_is, "").is_none(), "{:?}", as_it_is.problems);
+    for (rows, says) in [
+        (other_axes as fn(Rows) -> Rows, "if the other camera axes are meant"),
+        (inverse, "if the poses lead from world to camera ("),
+        (|rows| inverse(other_axes(rows)), "if the poses lead from world to camera, with the axes of OpenCV"),
+    ] {
+        let data = misread(rows);
+        assert!(warning(&data, says).is_some(), "{says}: {:?}", data.problems);
+    }
 }

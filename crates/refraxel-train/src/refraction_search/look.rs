@@ -181,13 +181,53 @@ impl<'a> Look<'a> {
         Ok(at.predicted(views, detail, bodies).scores(views))
     }
 
-    /// Lets that of these hypotheses stand which scores most, the simplest first, if it scores clearly more than what stands by now.
+    /// Lets that hypothesis stand which scores most, the simplest first, and refines its surface. Where no refinement could make the best
+    /// usual one [`CONVINCING`], dear ones are looked at before it, and it is left out if one of them is better by more than it would gain.
     pub(super) fn choose(
+        &mut self,
+        at: &Standing,
+        (usual, dear): (&[&'static Proposal], &[&'static Proposal]),
+        regions: usize,
+        observer: &mut Observer,
+    ) -> Result<(), Cancelled> {
+        self.stand(at, usual, observer)?;
+        let Some(standing) = self.standing.clone() else { return Ok(()) };
+        let now =
+            self.scores(at, &mut Shapes::default(), &standing, (JUDGED, &self.seen.scanned), observer)?;
+        let is_open = mean(&now) < CONVINCING - NEAR;
+        let mut other = if is_open { self.best(at, dear, observer)? } else { None };
+        if other.as_ref().is_none_or(|(_, o)| mean(&o.scores) < mean(&now) + NEAR) {
+            self.refine(at, regions, observer)?;
+            if let Some(refined) = self.standing.as_ref().filter(|_| other.is_some()) {
+                let at_detail = (JUDGED, &self.seen.scanned);
+                let scores = self.scores(at, &mut Shapes::default(), refined, at_detail, observer)?;
+                other = other.filter(|(_, o)| is_better(&o.scores, &scores));
+            }
+        }
+        if !is_open {
+            other = self.best(at, dear, observer)?;
+        }
+        self.adopt(at, other, observer)
+    }
+
+    /// Lets that of these hypotheses stand which scores most.
+    pub(super) fn stand(
         &mut self,
         at: &Standing,
         kinds: &[&'static Proposal],
         observer: &mut Observer,
     ) -> Result<(), Cancelled> {
+        let found = self.best(at, kinds, observer)?;
+        self.adopt(at, found, observer)
+    }
+
+    /// That of these hypotheses which scores most, the simplest first, if it scores clearly more than what stands by now.
+    fn best(
+        &self,
+        at: &Standing,
+        kinds: &[&'static Proposal],
+        observer: &mut Observer,
+    ) -> Result<Option<(&'static Proposal, Best)>, Cancelled> {
         let unknowns = |p: &Proposal| unknowns(p, self.region);
         // First numbers that must come near to what stands, and often do not, are looked at in few views.
         let views = self.seen.at(self.standing.is_some());
@@ -199,7 +239,7 @@ impl<'a> Look<'a> {
             least = mean(&now((Detail::Coarse, views))?) - NEAR;
             let scores = now((JUDGED, &self.seen.scanned))?;
             if mean(&scores) > CONVINCING {
-                return Ok(());
+                return Ok(None);
             }
             best = Some(Best { values: Vec::new(), scores });
         }
@@ -220,12 +260,20 @@ impl<'a> Look<'a> {
                 (chosen, best) = (Some(*p), Some(found));
             }
         }
-        if let (Some(p), Some(best)) = (chosen, best) {
-            self.standing = Some(Self::candidate(p, &best.values));
-            let last: Vec<Unknown> = unknowns(p).iter().map(Unknown::last).collect();
-            self.adjust(at, &last, observer)?;
-        }
-        Ok(())
+        Ok(chosen.zip(best))
+    }
+
+    /// Lets a hypothesis stand with the numbers found.
+    fn adopt(
+        &mut self,
+        at: &Standing,
+        found: Option<(&'static Proposal, Best)>,
+        observer: &mut Observer,
+    ) -> Result<(), Cancelled> {
+        let Some((proposal, best)) = found else { return Ok(()) };
+        (self.standing, self.unrefined) = (Some(Self::candidate(proposal, &best.values)), None);
+        let last: Vec<Unknown> = unknowns(proposal, self.region).iter().map(Unknown::last).collect();
+        self.adjust(at, &last, observer)
     }
 
     /// The numbers of what stands once more, in the finest pictures.
@@ -247,12 +295,7 @@ impl<'a> Look<'a> {
     }
 
     /// The surface of a solid body by the gradient of the score, if that makes it better.
-    pub(super) fn refine(
-        &mut self,
-        at: &Standing,
-        regions: usize,
-        observer: &mut Observer,
-    ) -> Result<(), Cancelled> {
+    fn refine(&mut self, at: &Standing, regions: usize, observer: &mut Observer) -> Result<(), Cancelled> {
         let Some(candidate) = &self.standing else { return Ok(()) };
         let surface = self.region.surface();
         let is_free =
@@ -368,8 +411,8 @@ mod tests {
                     Standing { backend, others: &others, known: &known, marching: MARCHING, tangents: &[] };
                 let (dear, usual): (Vec<_>, Vec<_>) =
                     proposals(&regions[k], options).into_iter().partition(|p| is_dear(p));
-                looks[k].choose(&at, &usual, &mut observer).unwrap();
-                looks[k].choose(&at, &dear, &mut observer).unwrap();
+                looks[k].stand(&at, &usual, &mut observer).unwrap();
+                looks[k].stand(&at, &dear, &mut observer).unwrap();
             }
             let of = |k: usize| {
                 let others = others(&looks, k);

@@ -118,9 +118,7 @@ pub(super) fn decide(
         let at = Standing { backend, others: &others, known, marching, tangents };
         let (dear, usual): (Vec<_>, Vec<_>) =
             proposals(&regions[k], known.options).into_iter().partition(|p| is_dear(p));
-        looks[k].choose(&at, &usual, observer)?;
-        looks[k].refine(&at, regions.len(), observer)?;
-        looks[k].choose(&at, &dear, observer)?;
+        looks[k].choose(&at, (&usual, &dear), regions.len(), observer)?;
     }
     let mut judged = Vec::new();
     for k in 0..looks.len() {

@@ -26,7 +26,7 @@ pub(super) fn revolve(
     }
     let score = |region: &Region, observer: &mut Observer| {
         let mut look = Look::new(region, seen, at.known.options);
-        look.choose(at, &[&SOLID], observer)?;
+        look.stand(at, &[&SOLID], observer)?;
         Ok(at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned))
     };
     let mut best = score(region, observer)?;
