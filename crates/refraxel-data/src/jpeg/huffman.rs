@@ -2,10 +2,13 @@
 
 use super::marker::next_marker;
 
+/// Bits of codes that are looked up at once.
+const SHORT: u32 = 11;
+
 /// A table of codes.
 pub(super) struct Table {
-    /// Length and symbol of the code that eight bits begin with; length 0: it is longer.
-    short: [(u8, u8); 256],
+    /// Length and symbol of the code that [`SHORT`] bits begin with; length 0: it is longer.
+    short: Box<[(u8, u8); 1 << SHORT]>,
     /// Per length: the first code, the number of codes, and where their symbols begin.
     long: [(u32, u32, usize); 17],
     symbols: Vec<u8>,
@@ -25,7 +28,8 @@ impl Table {
         let (counts, rest) = content.split_at_checked(16)?;
         let total = counts.iter().map(|&n| usize::from(n)).sum();
         let (symbols, rest) = rest.split_at_checked(total)?;
-        let mut table = Self { short: [(0, 0); 256], long: [(0, 0, 0); 17], symbols: symbols.to_vec() };
+        let short = Box::new([(0, 0); 1 << SHORT]);
+        let mut table = Self { short, long: [(0, 0, 0); 17], symbols: symbols.to_vec() };
         let (mut code, mut from) = (0_u32, 0);
         for (length, &count) in (1_u32..).zip(counts) {
             table.long[length as usize] = (code, count.into(), from);
@@ -33,9 +37,9 @@ impl Table {
                 if code >> length != 0 {
                     return None;
                 }
-                if length <= 8 {
-                    let first = (code << (8 - length)) as usize;
-                    table.short[first..first + (1 << (8 - length))].fill((length as u8, symbol));
+                if length <= SHORT {
+                    let first = (code << (SHORT - length)) as usize;
+                    table.short[first..first + (1 << (SHORT - length))].fill((length as u8, symbol));
                 }
                 code += 1;
             }
@@ -58,8 +62,23 @@ impl<'a> Bits<'a> {
         Self { rest, held: 0, count: 0 }
     }
 
-    /// Holds as many bits as there are, up to 48 and more; a marker ends them.
+    /// Holds a code of 16 bits and what belongs to it, at most 16 more, as far as there are bits; a marker ends them.
+    #[inline]
     fn fill(&mut self) {
+        if self.count >= 32 {
+            return;
+        }
+        match self.rest.split_first_chunk() {
+            Some((next, rest)) if !next.contains(&0xff) => {
+                self.held = self.held << 32 | u64::from(u32::from_be_bytes(*next));
+                (self.count, self.rest) = (self.count + 32, rest);
+            }
+            _ => self.fill_bytewise(),
+        }
+    }
+
+    #[cold]
+    fn fill_bytewise(&mut self) {
         while self.count <= 48 {
             let (byte, length) = match *self.rest {
                 [0xff, 0, ..] => (0xff, 2),
@@ -72,28 +91,32 @@ impl<'a> Bits<'a> {
         }
     }
 
+    #[inline]
     fn take(&mut self, bits: u32) -> Result<(), Broken> {
         self.count = self.count.checked_sub(bits).ok_or(Broken::End)?;
         Ok(())
     }
 
-    /// The next symbol.
-    fn symbol(&mut self, table: &Table) -> Result<u8, Broken> {
+    /// Length and symbol of the next code.
+    #[inline]
+    fn code(&mut self, table: &Table) -> Result<(u32, u8), Broken> {
         self.fill();
         let ahead =
             if self.count >= 16 { self.held >> (self.count - 16) } else { self.held << (16 - self.count) };
         let ahead = (ahead & 0xffff) as u32;
-        let (length, symbol) = table.short[(ahead >> 8) as usize];
-        if length > 0 {
-            self.take(length.into())?;
-            return Ok(symbol);
+        match table.short[(ahead >> (16 - SHORT)) as usize] {
+            (0, _) => self.long_code(table, ahead),
+            (length, symbol) => Ok((length.into(), symbol)),
         }
-        for length in 9..=16 {
+    }
+
+    #[cold]
+    fn long_code(&self, table: &Table, ahead: u32) -> Result<(u32, u8), Broken> {
+        for length in SHORT + 1..=16 {
             let (first, count, from) = table.long[length as usize];
             let code = ahead >> (16 - length);
             if (first..first + count).contains(&code) {
-                self.take(length)?;
-                return Ok(table.symbols[from + (code - first) as usize]);
+                return Ok((length, table.symbols[from + (code - first) as usize]));
             }
         }
         Err(if self.count < 16 { Broken::End } else { Broken::Code })
@@ -101,22 +124,20 @@ impl<'a> Bits<'a> {
 
     /// Reads the 64 coefficients of a block.
     pub fn block(&mut self, dc: &Table, ac: &Table) -> Result<(), Broken> {
-        let size = self.symbol(dc)?;
+        let (length, size) = self.code(dc)?;
         if size > 16 {
             return Err(Broken::Code);
         }
-        self.take(size.into())?;
+        self.take(length + u32::from(size))?;
         let mut k = 1;
         while k < 64 {
-            let symbol = self.symbol(ac)?;
+            let (length, symbol) = self.code(ac)?;
             let (run, size) = (u32::from(symbol >> 4), u32::from(symbol & 15));
+            self.take(length + size)?;
             match (run, size) {
                 (15, 0) => k += 16,
                 (_, 0) => return Ok(()),
-                _ => {
-                    k += run + 1;
-                    self.take(size)?;
-                }
+                _ => k += run + 1,
             }
         }
         if k > 64 { Err(Broken::Code) } else { Ok(()) }
