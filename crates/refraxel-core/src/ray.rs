@@ -38,6 +38,10 @@ impl<T: Real> Aabb<T> {
     pub fn new(min: Vec3<T>, max: Vec3<T>) -> Self {
         Self { min, max }
     }
+    /// The cube around the origin whose faces are `half` away from it [scene unit].
+    pub fn cube(half: T) -> Self {
+        Self::new(Vec3::splat(-half), Vec3::splat(half))
+    }
     /// A box that contains nothing and grows by [`Aabb::include`].
     pub fn empty() -> Self {
         Self { min: Vec3::splat(T::infinity()), max: Vec3::splat(T::neg_infinity()) }
@@ -92,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_ray_through_the_box_enters_and_leaves_at_its_faces() {
-        let unit = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+        let unit = Aabb::cube(1.0);
         let ray = Ray { origin: vec3(-3.0, 0.5, 0.0), direction: vec3(1.0, 0.0, 0.0) };
         assert_eq!(unit.clip(&ray), Some([2.0, 4.0]));
         let inside = Ray { origin: vec3(0.0, 0.0, 0.0), direction: vec3(0.0, 0.0, -1.0) };

@@ -55,6 +55,19 @@ pub(crate) fn only_one(folder: &Path, mut found: Vec<PathBuf>) -> Result<Option<
     }
 }
 
+/// The one file in a folder whose name ends so, in upper or lower case, and that `is_it`; several are an error that names them.
+pub(crate) fn only_file(
+    folder: &Path,
+    ending: &str,
+    is_it: fn(&Path) -> bool,
+) -> Result<Option<PathBuf>, DataError> {
+    let mut found = names(folder).unwrap_or_default();
+    found.retain(|name| !name.starts_with('.') && name.to_ascii_lowercase().ends_with(ending));
+    let mut files: Vec<PathBuf> = found.into_iter().map(|name| folder.join(name)).collect();
+    files.retain(|file| is_it(file));
+    only_one(folder, files)
+}
+
 /// The names in a folder, by what their spellings have in common.
 #[derive(Debug, Default)]
 pub(crate) struct Listing {

@@ -183,7 +183,8 @@ fn cameras(data: &Dataset, region: &Region) -> CameraSummary {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };
     let center = region.bounds.center();
-    let distance = |q| quantile(cameras().map(|c| (c.world_from_camera.translation - center).length()), q);
+    let away = || cameras().map(move |c| (c.world_from_camera.translation - center).length());
+    let distance = |q| quantile(away(), q).unwrap_or(0.0);
     let fields = range(&mut cameras().filter_map(field_of_view));
     CameraSummary {
         lenses: cameras().map(|c| lens_name(&c.lens)).collect::<BTreeSet<_>>().into_iter().collect(),

@@ -85,6 +85,6 @@ pub use origin::{LocalOrigin, Placed};
 pub use photo::{load_mask_of, load_photo};
 pub use pose::{PoseFault, quaternion_of_rotation};
 pub use reduce::Reduction;
-pub use region::{OutOfScale, Region, check_scale, scene_region};
+pub use region::{OutOfScale, Region, check_scale, quantile, scene_region};
 pub use size::Size;
 pub use volume::{INDICES, IndexVolume};

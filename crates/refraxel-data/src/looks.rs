@@ -1,6 +1,7 @@
 //! Photographs that are looked at while a dataset is opened, for what its descriptions do not say: few of them, and small.
 
 use crate::reduce::means;
+use crate::region::quantile;
 use crate::rigid::Posed;
 use crate::{Image, Mask, Photo, Pixels, Problem, View, load_photo};
 use rayon::prelude::*;
@@ -185,11 +186,7 @@ pub(crate) fn common_colour(pixels: impl Iterator<Item = [f32; 3]> + Clone) -> O
 /// # Panics
 /// If there are none.
 pub(crate) fn median_colour(colours: &[[f32; 3]]) -> [f32; 3] {
-    [0, 1, 2].map(|c| {
-        let mut values: Vec<f32> = colours.iter().map(|rgb| rgb[c]).collect();
-        values.sort_by(f32::total_cmp);
-        values[values.len() / 2]
-    })
+    [0, 1, 2].map(|c| quantile(colours.iter().map(|rgb| rgb[c]), 0.5).expect("colours to take the median of"))
 }
 
 /// Levels of 255 by which pixels of one colour differ: JPEG keeps plain areas to within 2.

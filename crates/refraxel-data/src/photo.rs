@@ -10,6 +10,7 @@ use crate::{AlphaUse, DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixel
 use ::image::DynamicImage;
 use ::image::metadata::Orientation as Turn;
 use rayon::prelude::*;
+use refraxel_core::Real;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,10 +18,10 @@ use std::sync::Arc;
 ///
 /// EXR is linear and premultiplied by definition; it is divided by its alpha and sRGB-encoded.
 pub fn load_photo(view: &View) -> Result<Photo, DataError> {
-    let (path, mask, stored, orientation, alpha) = match &view.source {
+    let (path, stored, orientation, alpha) = match &view.source {
         PhotoSource::Memory(photo) => return Ok(photo.clone()),
-        PhotoSource::Files { image, mask, stored, orientation, alpha } => {
-            (image, mask, *stored, *orientation, *alpha)
+        PhotoSource::Files { image, stored, orientation, alpha, .. } => {
+            (image, *stored, *orientation, *alpha)
         }
     };
     let expected = stored_size(view);
@@ -34,11 +35,9 @@ pub fn load_photo(view: &View) -> Result<Photo, DataError> {
     }
     let depth = view.depth.as_ref().map(depth::load).transpose()?;
     let photo = Photo { depth, ..Photo::new(with_alpha_used(to_image(path, image)?, alpha), None) };
-    let image = as_seen(view, stored, photo);
+    let photo = as_seen(view, stored, photo);
     drop(room); // masks need some of their own
-    let mask = mask.as_deref().map(|mask| load_mask(mask, path, orientation, expected)).transpose()?;
-    let mask = mask.map(|mask| Arc::new(mask_as_seen(view, stored, mask)));
-    Ok(Photo { mask, ..image })
+    Ok(Photo { mask: load_mask_of(view)?, ..photo })
 }
 
 /// What a view shows of the photo of its whole file.
@@ -256,6 +255,10 @@ fn encode_linear(channels: usize, mut values: Vec<f32>) -> Vec<f32> {
 }
 
 /// sRGB transfer function (IEC 61966-2-1), continued beyond 1 for high dynamic range.
-fn srgb_encode(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+pub(crate) fn srgb_encode<T: Real>(linear: T) -> T {
+    if linear <= T::of(0.003_130_8) {
+        T::of(12.92) * linear
+    } else {
+        T::of(1.055) * linear.powf(T::of(2.4).recip()) - T::of(0.055)
+    }
 }

@@ -120,18 +120,6 @@ pub fn quaternion_of_rotation(rotation: &Mat3<f64>) -> [f64; 4] {
     row.map(|q| q / norm)
 }
 
-/// The rotation about a vector by as many radians as it is long.
-pub(crate) fn rotation_of_vector(v: Vec3<f64>) -> Mat3<f64> {
-    let angle = v.length();
-    if angle == 0.0 {
-        return Mat3::identity();
-    }
-    let axis = v / angle;
-    let (sin, cos) = angle.sin_cos();
-    let turned = |e: Vec3<f64>| e * cos + axis.cross(e) * sin + axis * (axis.dot(e) * (1.0 - cos));
-    Mat3 { columns: Mat3::identity().columns.map(turned) }
-}
-
 /// Camera-to-world rows with OpenGL camera axes (right, up, backwards) to a pose with OpenCV axes.
 pub(crate) fn from_opengl(rows: [[f64; 4]; 3]) -> Pose {
     with_opengl_axes(from_opencv(rows))

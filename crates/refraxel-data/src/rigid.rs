@@ -94,7 +94,7 @@ pub(crate) fn distance(posed: &[Posed]) -> f64 {
 pub(crate) fn distance_of(places: impl ExactSizeIterator<Item = Vec3<f64>> + Clone) -> f64 {
     let count = places.len().max(1) as f64;
     let mean = places.clone().fold(Vec3::zero(), |sum, p| sum + p) / count;
-    quantile(places.map(|p| (p - mean).length()), 0.5)
+    quantile(places.map(|p| (p - mean).length()), 0.5).unwrap_or(0.0)
 }
 
 /// Centres of patches of a picture of this size all of whose pixels are wanted.

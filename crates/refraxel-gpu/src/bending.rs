@@ -51,7 +51,7 @@ impl Bending {
             rays: rays as u32,
             taps: 4,
             regions: regions.len() as u32,
-            replay: device.replay() as u32,
+            replay: device.replay as u32,
             most_segments: MAX_SEGMENTS as u32,
             is_smooth: regions.iter().any(|r| r.level_set().is_none()).into(),
             strengths_from: caches::coefficients(model) as u32,
@@ -110,9 +110,9 @@ impl Paths {
     /// Make room for the paths of so many rays, or for as many of them as are kept at a time: one checkpoint before every block of
     /// segments, and one for where they stand.
     pub(crate) fn fit(&mut self, device: &Device, rays: usize) -> Result<(), GpuError> {
-        let replay = device.replay();
+        let replay = device.replay;
         let bytes = ((MAX_SEGMENTS.div_ceil(replay) + 1) * CHECKPOINT_BYTES) as u64;
-        let most = (KEPT.min(device.binding_limit()) / bytes) as usize;
+        let most = (KEPT.min(device.binding_limit) / bytes) as usize;
         let keeps = rays.clamp(1, most.max(1));
         if keeps > self.keeps {
             self.buffers.zeros(device, "checkpoints", keeps as u64 * bytes)?;
@@ -169,7 +169,7 @@ pub(crate) fn follow(
         if status[STATUS_OVER as usize] >= portion.rays {
             let longest = status[STATUS_LONGEST as usize] as usize;
             return Ok(Followed {
-                dispatches: longest.div_ceil(device.replay()),
+                dispatches: longest.div_ceil(device.replay),
                 reflections: status[STATUS_REFLECTIONS as usize] as usize,
             });
         }

@@ -125,8 +125,8 @@ pub(crate) fn upload(device: &Device, b: &mut Buffers, refraction: &Refraction) 
     grids.clearance.resize(grids.clearance.len().next_multiple_of(4), 0);
     let of_regions = |regions: usize| (regions * size_of::<Region>()) as u64;
     for (needed, most) in [
-        (4 * grids.coefficients.len() as u64, device.binding_limit()),
-        (grids.clearance.len() as u64, device.binding_limit()),
+        (4 * grids.coefficients.len() as u64, device.binding_limit),
+        (grids.clearance.len() as u64, device.binding_limit),
         (of_regions(regions.len()), of_regions(MAX_REGIONS)),
     ] {
         if needed > most {

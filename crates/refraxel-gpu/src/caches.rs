@@ -56,8 +56,8 @@ pub(crate) fn upload(device: &Device, b: &mut Buffers, model: &Model) -> Result<
     all.extend(caches_of_coat(model.clearcoat.as_ref()).map(|cache| push(cache, 1.0, &mut probes)));
     all.resize(2 * MAX_REGIONS + 2, Cache::default());
     let needed = 8 * gradient_len(model) as u64;
-    if needed > device.binding_limit() {
-        return Err(device.too_large("the gradient of radiance caches", needed, device.binding_limit()));
+    if needed > device.binding_limit {
+        return Err(device.too_large("the gradient of radiance caches", needed, device.binding_limit));
     }
     b.put(device, "caches", &all)?;
     b.put(device, "probes", &probes)

@@ -4,7 +4,6 @@ use crate::adapters::{Adapter, AdapterKind, choose, describe, enumerate};
 use crate::clock::{Clock, KernelTime};
 use crate::error::GpuError;
 use refraxel_train::device::DeviceChoice;
-use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -29,15 +28,16 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub(crate) struct Device {
     pub handle: wgpu::Device,
     queue: wgpu::Queue,
-    adapter: Adapter,
+    /// What was opened.
+    pub adapter: Adapter,
     /// Largest array that a kernel binds [byte].
-    binding: u64,
+    pub binding_limit: u64,
     /// Workgroups along each dimension of a dispatch.
-    workgroups: u32,
-    /// Segments that one dispatch takes a path further.
-    replay: usize,
+    pub workgroup_limit: u32,
+    /// Segments that one dispatch takes a path further: computed again from one checkpoint, and kept meanwhile.
+    pub replay: usize,
     /// How long the host waits for an answer; for ever where a program on the CPU gives it.
-    patience: Option<Duration>,
+    pub patience: Option<Duration>,
     /// What takes the times of kernels, where somebody asks for them.
     clock: Arc<Mutex<Option<Clock>>>,
     /// The first thing that went wrong.
@@ -102,17 +102,25 @@ impl Device {
         };
         let (handle, queue) = pollster::block_on(found.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: name(), reason: e.to_string() })?;
-        let (fault, traffic) = (Arc::default(), Arc::default());
         // A buffer is bound as a whole.
-        let binding = adapter.max_binding.min(adapter.max_buffer);
-        let workgroups = handle.limits().max_compute_workgroups_per_dimension;
+        let binding_limit = adapter.max_binding.min(adapter.max_buffer);
+        let workgroup_limit = handle.limits().max_compute_workgroups_per_dimension;
         let (replay, patience) = match adapter.kind {
             AdapterKind::Software => (SOFTWARE_REPLAY, None),
             _ => (REPLAY, Some(PATIENCE)),
         };
-        let clock = Arc::default();
-        let device =
-            Self { handle, queue, adapter, binding, workgroups, replay, patience, clock, fault, traffic };
+        let device = Self {
+            handle,
+            queue,
+            adapter,
+            binding_limit,
+            workgroup_limit,
+            replay,
+            patience,
+            clock: Arc::default(),
+            fault: Arc::default(),
+            traffic: Arc::default(),
+        };
         let (name, fault) = (device.adapter.name.clone(), Arc::clone(&device.fault));
         device.handle.set_device_lost_callback(move |_, reason| {
             note(&fault, GpuError::Lost { adapter: name.clone(), reason });
@@ -122,51 +130,6 @@ impl Device {
             note(&fault, GpuError::Driver { adapter: name.clone(), reason: error.to_string() });
         }));
         Ok(device)
-    }
-
-    /// What was opened.
-    pub(crate) fn adapter(&self) -> &Adapter {
-        &self.adapter
-    }
-
-    /// The same device with smaller bindings.
-    pub(crate) fn with_binding_limit(self, bytes: u64) -> Self {
-        Self { binding: bytes.min(self.binding), ..self }
-    }
-
-    /// The same device with fewer workgroups along each dimension of a dispatch, at least 1.
-    pub(crate) fn with_workgroup_limit(self, most: u32) -> Self {
-        Self { workgroups: most.clamp(1, self.workgroups), ..self }
-    }
-
-    /// The same device as if it had only so much memory.
-    pub(crate) fn with_memory(self, bytes: u64) -> Self {
-        Self { adapter: Adapter { memory: Some(bytes), ..self.adapter }, ..self }
-    }
-
-    /// The same device, which has to answer within this time.
-    pub(crate) fn with_patience(self, patience: Duration) -> Self {
-        Self { patience: Some(patience), ..self }
-    }
-
-    /// The same device with another number of segments per dispatch, at least 1.
-    pub(crate) fn with_replay(self, segments: usize) -> Self {
-        Self { replay: segments.clamp(1, MAX_SEGMENTS), ..self }
-    }
-
-    /// Segments that one dispatch takes a path further: computed again from one checkpoint, and kept meanwhile.
-    pub(crate) fn replay(&self) -> usize {
-        self.replay
-    }
-
-    /// Largest array that a kernel binds [byte].
-    pub(crate) fn binding_limit(&self) -> u64 {
-        self.binding
-    }
-
-    /// Workgroups along each dimension of a dispatch.
-    pub(crate) fn workgroup_limit(&self) -> u32 {
-        self.workgroups
     }
 
     /// Take the times of kernels from now on; false where the adapter has no clock.
@@ -203,13 +166,6 @@ impl Device {
     /// The first thing that went wrong, after which nothing can be relied on.
     pub(crate) fn fault(&self) -> Option<GpuError> {
         locked(&self.fault).clone()
-    }
-
-    /// Give the device up, as a driver does that is reset.
-    pub(crate) fn lose(&self) {
-        self.handle.destroy();
-        // Whoever wants to know is told once all work has ended.
-        let _ = self.handle.poll(PollType::wait_indefinitely());
     }
 
     pub(crate) fn fail(&self, error: GpuError) {

@@ -45,8 +45,8 @@ pub(crate) fn upload(device: &Device, b: &mut Buffers, refraction: &Refraction) 
     // Kernels cannot bind less than one.
     gates.resize(gates.len().max(1), Gate::default());
     bytes.resize(bytes.len().next_multiple_of(4), 0);
-    if bytes.len() as u64 > device.binding_limit() {
-        let (needed, most) = (bytes.len() as u64, device.binding_limit());
+    if bytes.len() as u64 > device.binding_limit {
+        let (needed, most) = (bytes.len() as u64, device.binding_limit);
         return Err(device.too_large("which rays bend", needed, most));
     }
     b.put(device, "gates", &gates)?;

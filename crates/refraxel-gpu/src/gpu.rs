@@ -6,8 +6,10 @@ use crate::error::GpuError;
 use crate::kernels::Kernels;
 use crate::shape::Shape;
 use refraxel_train::device::DeviceChoice;
+use refraxel_train::model::MAX_SEGMENTS;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+use wgpu::PollType;
 
 /// An adapter that was opened. Shared by the backends that use it.
 #[derive(Clone, Debug)]
@@ -26,43 +28,50 @@ impl Gpu {
 
     /// What was opened.
     pub fn adapter(&self) -> &Adapter {
-        self.device.adapter()
+        &self.device.adapter
     }
 
     /// The same device with smaller bindings, so that small scenes are split as large ones are on other devices.
     #[must_use]
-    pub fn with_binding_limit(self, bytes: u64) -> Self {
-        Self { device: self.device.with_binding_limit(bytes), ..self }
+    pub fn with_binding_limit(mut self, bytes: u64) -> Self {
+        self.device.binding_limit = bytes.min(self.device.binding_limit);
+        self
     }
 
     /// The same device with fewer workgroups along each dimension of a dispatch, at least 1.
     #[must_use]
-    pub fn with_workgroup_limit(self, most: u32) -> Self {
-        Self { device: self.device.with_workgroup_limit(most), ..self }
+    pub fn with_workgroup_limit(mut self, most: u32) -> Self {
+        self.device.workgroup_limit = most.clamp(1, self.device.workgroup_limit);
+        self
     }
 
     /// The same device, which fails where it does not answer within this time.
     #[must_use]
-    pub fn with_patience(self, patience: Duration) -> Self {
-        Self { device: self.device.with_patience(patience), ..self }
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        self.device.patience = Some(patience);
+        self
     }
 
     /// The same device as if it had only so much memory [byte].
     #[must_use]
-    pub fn with_memory(self, bytes: u64) -> Self {
-        Self { device: self.device.with_memory(bytes), ..self }
+    pub fn with_memory(mut self, bytes: u64) -> Self {
+        self.device.adapter.memory = Some(bytes);
+        self
     }
 
     /// Gives the device up, as a driver does that is reset.
     pub fn lose(&self) {
-        self.device.lose();
+        self.device.handle.destroy();
+        // Whoever wants to know is told once all work has ended.
+        let _ = self.device.handle.poll(PollType::wait_indefinitely());
     }
 
     /// The same device with another number of segments per dispatch, at least 1: more than a software adapter takes, or as few as
     /// it does.
     #[must_use]
-    pub fn with_replay(self, segments: usize) -> Self {
-        Self { device: self.device.with_replay(segments), ..self }
+    pub fn with_replay(mut self, segments: usize) -> Self {
+        self.device.replay = segments.clamp(1, MAX_SEGMENTS);
+        self
     }
 
     /// The first thing that went wrong, after which nothing can be relied on.

@@ -109,7 +109,7 @@ impl Kernel {
             entries: &entries,
         });
         let workgroups = invocations.div_ceil(WORKGROUP as usize) as u32;
-        let columns = workgroups.min(device.workgroup_limit());
+        let columns = workgroups.min(device.workgroup_limit);
         let places = device.times(self.entry);
         let timestamp_writes = places.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
             query_set,

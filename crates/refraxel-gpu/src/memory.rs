@@ -19,7 +19,7 @@ impl Buffers {
 
     /// Add an array of zeros.
     pub(crate) fn zeros(&mut self, device: &Device, name: &str, bytes: u64) -> Result<(), GpuError> {
-        let most = device.binding_limit();
+        let most = device.binding_limit;
         let uniform =
             matches!(name, "scene" | "task" | "bending" | "regions" | "lattices" | "caches" | "selection");
         if !uniform && bytes > most {

@@ -213,10 +213,10 @@ impl Layout {
 
     /// How the words are cut into pools, if a device has room for them.
     fn split(&self, device: &Device) -> Result<Split, HostReason> {
-        let split = Split::new(self.words as usize, 4, device.binding_limit());
-        let adapter = device.adapter();
+        let split = Split::new(self.words as usize, 4, device.binding_limit);
+        let adapter = &device.adapter;
         let pools = u64::from(adapter.max_bindings.saturating_sub(OTHER_BINDINGS));
-        let most = (pools * device.binding_limit()).min(adapter.memory.map_or(u64::MAX, |m| m / SHARE));
+        let most = (pools * device.binding_limit).min(adapter.memory.map_or(u64::MAX, |m| m / SHARE));
         let is_numbered = self.pixels < u64::from(NONE) && self.words < u64::from(NONE);
         if 4 * self.words > most || split.pools as u64 > pools || !is_numbered {
             return Err(HostReason::TooLarge { needed: 4 * self.words, most: most.min(4 * u64::from(NONE)) });
@@ -265,7 +265,7 @@ impl Photographs {
         // The degree of colours is nothing to photographs.
         let shape = Shape {
             photographs: split,
-            ..Shape::within(Purpose::Learning, ShDegree::MAX, 1, device.binding_limit())
+            ..Shape::within(Purpose::Learning, ShDegree::MAX, 1, device.binding_limit)
         };
         let (kernel, edition) = (Kernel::new(device, &DRAW, &shape), sampler.photographs_edition().clone());
         let (marks, pixels) = (Marks::default(), layout.pixels as u32);
@@ -278,7 +278,7 @@ impl Photographs {
         let has_new_masks = self.masks.as_ref() != Some(sampler.masks_edition());
         if has_new_masks {
             let marks = Marks::of(sampler, &mut views);
-            let (needed, most) = (4 * marks.words.len() as u64, device.binding_limit());
+            let (needed, most) = (4 * marks.words.len() as u64, device.binding_limit);
             if needed > most {
                 return Err(HostReason::TooLarge { needed, most });
             }

@@ -63,7 +63,7 @@ impl Shape {
         (degree, voxels): (ShDegree, usize),
         bends: bool,
     ) -> Result<Self, GpuError> {
-        let (binding, adapter) = (device.binding_limit(), device.adapter());
+        let (binding, adapter) = (device.binding_limit, &device.adapter);
         let shape = Self::within(purpose, degree, voxels, binding);
         let others = OTHER_BINDINGS[usize::from(bends)];
         let (found, needed) = (adapter.max_bindings, others + 2);

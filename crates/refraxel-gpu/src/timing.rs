@@ -31,8 +31,8 @@ impl Gpu {
     pub fn copy_rate(&self) -> Result<f64, GpuError> {
         let device = &self.device;
         let most = if device.iteration_limit().is_some() { COPIED_BY_SOFTWARE } else { COPIED };
-        let bytes = most.min(device.binding_limit()) / 16 * 16;
-        let any_shape = Shape::within(Purpose::Showing, ShDegree::MAX, 1, device.binding_limit());
+        let bytes = most.min(device.binding_limit) / 16 * 16;
+        let any_shape = Shape::within(Purpose::Showing, ShDegree::MAX, 1, device.binding_limit);
         let (kernel, mut buffers) = (Kernel::new(device, &COPY, &any_shape), Buffers::default());
         buffers.zeros(device, "original", bytes)?;
         buffers.zeros(device, "duplicate", bytes)?;

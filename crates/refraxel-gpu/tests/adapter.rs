@@ -522,27 +522,6 @@ fn a_path_may_meet_any_number_of_surfaces_that_mirror() {
     assert!(different * 10 <= often.len(), "{different} of {} rays differ", often.len());
 }
 
-/// The claim of the suite, of bodies that absorb.
-#[test]
-#[ignore = "needs a Vulkan adapter"]
-fn a_loaded_snapshot_of_bodies_goes_on_as_if_nothing_had_happened() {
-    let model = tinted(sharp_model(Extent::Bounded));
-    let (mut gpu, b, o) = (make(model), batch(200), all_that_bends());
-    let learned = |gpu: &mut GpuBackend, steps: std::ops::Range<u64>| {
-        steps.for_each(|k| assert!(step(gpu, &b, &o, k).finite));
-        let snapshot = gpu.snapshot();
-        (snapshot.model.into_owned(), snapshot.optimiser.into_owned())
-    };
-    let (model, optimiser) = learned(&mut gpu, 0..2);
-    let once = learned(&mut gpu, 2..4);
-    let mut other = make(straight_model(0, Extent::Bounded));
-    other.load(model, Some(optimiser));
-    let again = learned(&mut other, 2..4);
-    assert!(again.1 == once.1 && again.0.field.density == once.0.field.density);
-    let levels = |m: &Model| m.refraction.medium.regions()[0].level_set().map(|l| l.coefficients().to_vec());
-    assert!(levels(&again.0) == levels(&once.0));
-}
-
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn peak_weights_along_bent_rays_are_those_of_the_cpu() {

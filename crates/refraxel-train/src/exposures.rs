@@ -2,8 +2,8 @@
 
 use crate::least_squares::outlier_weight;
 use crate::metrics::quantize;
-use crate::order_statistics::largest_and_median;
 use refraxel_core::radiance::Filter;
+use refraxel_data::quantile;
 use serde::{Deserialize, Serialize};
 
 /// Channels whose error is this count a quarter.
@@ -63,7 +63,8 @@ impl Exposures {
     /// How far they are from 1.
     pub fn shift(&self) -> ExposureShift {
         let largest = |v: &View| v.gain.iter().fold(0.0_f64, |m, g| m.max(g.abs())) / std::f64::consts::LN_2;
-        let [largest, median] = largest_and_median(self.views.iter().map(largest));
+        let [largest, median] =
+            [1.0, 0.5].map(|q| quantile(self.views.iter().map(largest), q).unwrap_or(0.0));
         ExposureShift { largest, median }
     }
 

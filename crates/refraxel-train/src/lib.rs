@@ -22,7 +22,6 @@ pub mod memory;
 pub mod metrics;
 pub mod model;
 pub mod options;
-mod order_statistics;
 pub mod plan;
 pub mod poses;
 pub mod random;

@@ -5,7 +5,9 @@ use crate::options::Options;
 use crate::rays::WHITE;
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{Aabb, Background, BrickMap, Domain, EnvironmentMap, Projection, Vec3, VoxelField};
+use refraxel_core::{
+    Aabb, Background, BrickMap, Domain, EnvironmentMap, Extent, Projection, Vec3, VoxelField,
+};
 use refraxel_data::{Backdrop, Dataset, LocalOrigin, Photo, Region, View};
 
 /// What does not change during a run.
@@ -60,6 +62,17 @@ pub const TYPICAL_OCCUPANCY: f64 = 0.5;
 /// side, and the rest of their bricks.
 const SHELL: f64 = 11.0;
 
+/// So many rays teach so many nodes along the longest edge of a box [node], and fewer of them fewer, as the cube root. Measured,
+/// docs/experiments.md.
+const TAUGHT_RAYS: f64 = 4e7;
+const TAUGHT: f64 = 384.0;
+const LEAST_TAUGHT: f64 = 256.0;
+/// Rays per second and thread in a box, where a clock ends the run.
+const SPEED: f64 = 90e3;
+/// Nodes along the edges of surroundings, and of a cube with as many nodes as a projective grid.
+const CONTRACTED: u32 = 320;
+const PROJECTIVE: u32 = 384;
+
 /// Raw density everywhere at the start: a haze through which every photograph is seen.
 const INITIAL_DENSITY: f32 = -5.0;
 /// Rows of the learned panorama behind an unbounded scene.
@@ -97,6 +110,21 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
     region.bounds.extent().max_element() / footprint
 }
 
+/// Nodes along the longest edge that a run can teach, theory (4.10). More of them gain nothing, and take longer.
+fn taught(options: &Options, extent: Extent) -> u32 {
+    let run = &options.run;
+    let rays = if run.minutes > 0.0 {
+        60.0 * run.minutes * SPEED * rayon::current_num_threads() as f64
+    } else {
+        run.steps as f64 * f64::from(run.batch)
+    };
+    match extent {
+        Extent::Bounded => (TAUGHT * (rays / TAUGHT_RAYS).cbrt()).clamp(LEAST_TAUGHT, TAUGHT) as u32,
+        Extent::Contracted => CONTRACTED,
+        Extent::Projective(_) => PROJECTIVE,
+    }
+}
+
 /// Nodes along the longest edge of a projective grid: one per pixel, and no more of them in all than a cube with `most` along each
 /// edge has.
 fn projective_resolution(
@@ -129,7 +157,10 @@ pub fn finest_domain(
         if region.unbounded { (2.0, VOXELS_PER_PIXEL[1]) } else { (1.0, VOXELS_PER_PIXEL[0]) };
     let bounds = region.bounds.cast::<f32>();
     let of = |longest| Domain::with_longest(bounds, extent, longest);
-    let most = options.grid.max_resolution;
+    let most = match options.grid.max_resolution {
+        0 => taught(options, extent),
+        most => most,
+    };
     let wanted = match (options.grid.resolution, region.projection) {
         (0, Some(projection)) => f64::from(projective_resolution(&projection, views, most, of)),
         (0, None) => (share * each * matching_resolution(region, views)).min(f64::from(most)),
@@ -257,7 +288,6 @@ const DILATION: f32 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::Extent;
     use refraxel_core::vec3;
 
     #[test]
@@ -292,6 +322,18 @@ mod tests {
         // Node 16 ± 1 of the old grid is node 30 to 34 of the new one: bricks 7 and 8.
         assert_eq!(map.bricks().len(), 8);
         assert!(map.bricks().iter().flatten().all(|&b| b == 7 || b == 8));
+    }
+
+    #[test]
+    fn more_rays_teach_more_nodes_of_a_box_within_limits() {
+        let nodes = |steps: u64, extent| {
+            let mut options = Options::default();
+            options.run.steps = steps;
+            taught(&options, extent)
+        };
+        let in_box = [10, 1_400, 2_930, 4_883, 1_000_000].map(|steps| nodes(steps, Extent::Bounded));
+        assert_eq!(in_box, [256, 256, 323, 384, 384]);
+        assert_eq!([10, 1_000_000].map(|steps| nodes(steps, Extent::Contracted)), [CONTRACTED; 2]);
     }
 
     #[test]

@@ -26,7 +26,8 @@ pub enum Hypothesis {
     /// A lens: w = n²/2 rises from ½ at the surface to its largest value in the middle, as a power of a parabola of the depth.
     Graded,
     /// What a file says.
-    Context,
+    #[serde(alias = "context")]
+    Known,
 }
 
 impl Hypothesis {
@@ -41,7 +42,7 @@ impl Hypothesis {
             Self::Vessel => "an open vessel",
             Self::WaterSurface => "water seen from above",
             Self::Graded => "an index gradient",
-            Self::Context => "the index of a file",
+            Self::Known => "the index of a file",
         }
     }
 }

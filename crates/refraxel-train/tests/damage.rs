@@ -5,7 +5,7 @@ mod fixture;
 
 use fixture::damage::{damage, for_each_case};
 use fixture::valid::{DESCRIPTIONS, INDICES, PICTURES, Valid};
-use refraxel_core::{Aabb, Vec3};
+use refraxel_core::Aabb;
 use refraxel_data::{Dataset, IndexSource, OpenOptions};
 use refraxel_train::options::Switch;
 use refraxel_train::run::Run;
@@ -42,7 +42,7 @@ fn train(folder: &Path) -> Result<(), String> {
 fn bend(data: &Path, file: &Path) -> Result<(), String> {
     let data = open(data)?;
     let is_npy = file.extension().is_some_and(|e| e == "npy");
-    let unit = Aabb::new(Vec3::splat(-0.5), Vec3::splat(0.5));
+    let unit = Aabb::cube(0.5);
     let index = IndexSource::read(file, is_npy.then_some(unit)).map_err(|e| e.to_string())?;
     finish(Setup { index: Some(index), ..Setup::new(data, options(Switch::On)) })
 }

@@ -1,13 +1,10 @@
 //! Sheets of scalar maps, such as slices of the index: each row with its colour bar, maps with a scale and with lines.
 
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, shortened, text_width};
+use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PAPER, Rect, shortened, text_width};
 use crate::colour_map::ColourMap;
 use crate::plot::ticks;
 use refraxel_train::metrics::Rgb8;
 
-const PAPER: Colour = [255; 3];
-const INK: Colour = [28, 30, 36];
-const FAINT: Colour = [104, 108, 118];
 /// Where a map has no value.
 const NOTHING: Colour = [226, 227, 231];
 /// Around a map, which may be white at its edge.
@@ -132,7 +129,7 @@ impl Row {
         page.paste(x, y, Rgb8::new(tile.pixels(), width, map.height()));
         let mut y = y + map.height() + 3;
         if let Some(unit) = map.unit {
-            draw_scale(page, x, y, unit / factor as f64, width);
+            page.scale(x, y, unit / factor as f64, SCALE_SHARE * width as f64);
             y += Font::Body.height() + 3;
         }
         let note = shortened(Font::Body, &map.note, width);
@@ -142,42 +139,12 @@ impl Row {
     fn draw_bar(&self, page: &mut Canvas, bar: Rect) {
         let [low, high] = self.range.map(f64::from);
         let last = bar.height.saturating_sub(1).max(1) as f64;
-        for k in 0..bar.height {
-            let value = high + (low - high) * k as f64 / last;
-            page.fill(Rect { y: bar.y + k, height: 1, ..bar }, self.colour(value as f32));
-        }
-        let half = Font::Body.height() as i64 / 2;
+        let colour = |row: usize| self.colour((high + (low - high) * row as f64 / last) as f32);
         let (values, decimals) = ticks(low, high, 5);
-        for value in values {
-            let y = bar.y + ((high - value) / (high - low) * last).round() as usize;
-            page.fill(Rect { x: bar.x + bar.width, y, width: 4, height: 1 }, FAINT);
-            let place = ((bar.x + bar.width + 8) as i64, y as i64 - half);
-            page.text(place, &format!("{value:.decimals$}"), Font::Body.style(Align::Left, FAINT));
-        }
+        let row = |value: f64| ((high - value) / (high - low) * last).round() as usize;
+        let labels = values.into_iter().map(|value| (row(value), format!("{value:.decimals$}")));
+        page.colour_bar(bar, colour, labels);
     }
-}
-
-/// Draws a line of a round length in scene units, with that length, below a map that is `width` wide [pixel].
-/// `unit` [scene unit / pixel].
-fn draw_scale(page: &mut Canvas, x: usize, y: usize, unit: f64, width: usize) {
-    let length = round_below(SCALE_SHARE * width as f64 * unit);
-    let pixels = (length / unit).round() as usize;
-    let middle = y + Font::Body.height() / 2;
-    page.fill(Rect { x, y: middle, width: pixels, height: 2 }, INK);
-    for end in [x, x + pixels.saturating_sub(1)] {
-        page.fill(Rect { x: end, y: middle - 3, width: 1, height: 8 }, INK);
-    }
-    let text = if length == 1.0 { "1 scene unit".to_owned() } else { format!("{length} scene units") };
-    page.text(((x + pixels + 8) as i64, y as i64), &text, Font::Body.style(Align::Left, INK));
-}
-
-/// The largest 1, 2 or 5 times a power of ten that is no larger than `x` > 0.
-fn round_below(x: f64) -> f64 {
-    let exponent = x.max(f64::MIN_POSITIVE).log10().floor() as i32;
-    let of = |mantissa: f64| {
-        if exponent < 0 { mantissa / 10f64.powi(-exponent) } else { mantissa * 10f64.powi(exponent) }
-    };
-    [5.0, 2.0].map(of).into_iter().find(|&v| v <= x).unwrap_or_else(|| of(1.0))
 }
 
 impl Sheet {
@@ -207,14 +174,6 @@ impl Sheet {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn scales_have_round_lengths() {
-        for (x, expected) in [(0.34, 0.2), (0.07, 0.05), (1.0, 1.0), (7.3, 5.0), (23.0, 20.0), (1.9e-3, 1e-3)]
-        {
-            assert_eq!(round_below(x), expected);
-        }
-    }
 
     #[test]
     fn maps_are_enlarged_beside_their_bar_and_lines_lie_on_them() {

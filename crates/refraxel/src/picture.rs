@@ -2,12 +2,9 @@
 
 use refraxel_train::metrics::Rgb8;
 
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, shortened, text_width};
+use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PAPER, Rect, shortened, text_width};
 use crate::colour_map::ColourMap;
 
-const PAPER: Colour = [255; 3];
-const INK: Colour = [28, 30, 36];
-const FAINT: Colour = [104, 108, 118];
 /// Around the page and between columns [pixel].
 const MARGIN: usize = 20;
 const GAP: usize = 12;
@@ -96,22 +93,16 @@ impl Comparison<'_> {
 
     fn colour_bar(&self, page: &mut Canvas, bar: Rect) {
         let steps = bar.height.saturating_sub(1).max(1) as f32;
-        for k in 0..bar.height {
-            let line = Rect { y: bar.y + k, height: 1, ..bar };
-            page.fill(line, ColourMap::Inferno.at(1.0 - k as f32 / steps));
-        }
         let below = (bar.x as i64, (bar.y + bar.height + 8) as i64);
         page.text(below, "of 255", Font::Body.style(Align::Left, FAINT));
-        let half = Font::Body.height() as i64 / 2;
         let every = if bar.height < 80 { 4 } else { 1 };
-        for quarter in (0..=4).step_by(every) {
-            let level = f64::from(self.full_error) * f64::from(quarter) / 4.0;
-            let y = bar.y + (bar.height - 1) * (4 - quarter as usize) / 4;
-            page.fill(Rect { x: bar.x + bar.width, y, width: 4, height: 1 }, FAINT);
-            let label = if quarter == 4 { format!("{level:.0}+") } else { format!("{level:.0}") };
-            let place = ((bar.x + bar.width + 8) as i64, y as i64 - half);
-            page.text(place, &label, Font::Body.style(Align::Left, FAINT));
-        }
+        let label = |quarter: usize| {
+            let level = f64::from(self.full_error) * quarter as f64 / 4.0;
+            let text = if quarter == 4 { format!("{level:.0}+") } else { format!("{level:.0}") };
+            ((bar.height - 1) * (4 - quarter) / 4, text)
+        };
+        let colour = |row: usize| ColourMap::Inferno.at(1.0 - row as f32 / steps);
+        page.colour_bar(bar, colour, (0..=4).step_by(every).map(label));
     }
 }
 
@@ -219,10 +210,6 @@ mod tests {
         Panel { content, note: note.to_owned() }
     }
 
-    fn count(page: &Canvas, colour: Colour) -> usize {
-        (0..page.height()).map(|y| (0..page.width()).filter(|&x| page.pixel(x, y) == colour).count()).sum()
-    }
-
     #[test]
     fn small_images_are_enlarged_by_a_whole_factor() {
         let pixels = flat([10, 200, 30], 50, 20);
@@ -230,7 +217,7 @@ mod tests {
         let rows = vec![vec![panel(Content::Image(image), "")]];
         let page =
             Comparison { title: String::new(), columns: vec!["truth".into()], rows, full_error: 64 }.draw();
-        assert_eq!(count(&page, [10, 200, 30]), 200 * 80);
+        assert_eq!(page.count([10, 200, 30]), 200 * 80);
     }
 
     #[test]

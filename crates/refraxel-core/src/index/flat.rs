@@ -30,8 +30,8 @@ pub(super) fn clearance<T: Real>(c: &[T], n: [usize; 3], free: Option<&[bool]>) 
 }
 
 /// For each cell of a grid of `n` nodes the Chebyshev distance [cell] to the nearest one that is `marked` (one flag per
-/// cell).
-pub(super) fn distance_to(marked: &[bool], n: [usize; 3]) -> Vec<u8> {
+/// cell, n − 1 per axis, x fastest); 16 for all that are farther.
+pub fn distance_to(marked: &[bool], n: [usize; 3]) -> Vec<u8> {
     let mut distance: Vec<u8> = marked.iter().map(|m| if *m { 0 } else { FAR }).collect();
     transform(&mut distance, n);
     distance

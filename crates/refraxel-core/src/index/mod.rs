@@ -26,7 +26,7 @@ mod vacuum;
 pub(crate) mod tests;
 
 pub use facets::CUTS;
-pub use flat::FLAT;
+pub use flat::{FLAT, distance_to};
 pub use grid::IndexGrid;
 pub use interpolation::Interpolation;
 pub use lattice::NUDGE;

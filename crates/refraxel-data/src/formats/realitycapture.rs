@@ -7,7 +7,7 @@
 
 use super::beside::{frame, image_folder};
 use super::lens::opencv;
-use crate::folder::{names, only_one};
+use crate::folder::only_file;
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
 use crate::size::Size;
@@ -24,11 +24,7 @@ const FILM: f64 = 36.0;
 
 /// The file of cameras in a folder, by its first line.
 pub(crate) fn find(folder: &Path) -> Result<Option<PathBuf>, DataError> {
-    let mut found = names(folder).unwrap_or_default();
-    found.retain(|name| !name.starts_with('.') && name.to_ascii_lowercase().ends_with(".csv"));
-    let mut files: Vec<PathBuf> = found.into_iter().map(|name| folder.join(name)).collect();
-    files.retain(|file| is_cameras(file));
-    only_one(folder, files)
+    only_file(folder, ".csv", is_cameras)
 }
 
 /// Whether the first line of a file names the columns.

@@ -45,7 +45,7 @@ pub(super) enum Prior {
 
 /// The meaning of masks, and what is to be said of it.
 pub(super) fn conclude(prior: Prior, seen: &[Seen]) -> (MaskMeaning, Option<Problem>) {
-    let white = median_white(seen.iter().map(|s| s.mask.white).collect());
+    let white = median_white(seen.iter().map(|s| s.mask.white));
     let guess = match prior {
         Prior::Refractive => MaskMeaning::Refractive,
         Prior::Keep => MaskMeaning::Keep,
@@ -150,7 +150,6 @@ fn meaning_of(white: Option<f64>) -> MaskMeaning {
 }
 
 /// The median share of white in masks that are not black; `None` without any.
-fn median_white(mut shares: Vec<f64>) -> Option<f64> {
-    shares.retain(|s| *s > 0.0);
-    (!shares.is_empty()).then(|| quantile(shares.into_iter(), 0.5))
+fn median_white(shares: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile(shares.into_iter().filter(|s| *s > 0.0), 0.5)
 }

@@ -43,8 +43,8 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
     if masks.is_empty() {
         return Ok(Vec::new());
     }
-    let median = quantile(masks.iter().map(|m| m.mask.white), 0.5);
-    let median_on_border = quantile(masks.iter().map(on_border), 0.5);
+    let median = quantile(masks.iter().map(|m| m.mask.white), 0.5).unwrap_or(0.0);
+    let median_on_border = quantile(masks.iter().map(on_border), 0.5).unwrap_or(0.0);
     let swapped = format!(
         "differ much from the others, whose white covers {:.0} %; they may be inverted",
         100.0 * median

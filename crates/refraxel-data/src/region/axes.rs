@@ -75,7 +75,7 @@ impl Capture {
 }
 
 fn median_distance(cameras: &[&Camera], point: Vec3<f64>) -> f64 {
-    quantile(cameras.iter().map(|c| (c.world_from_camera.translation - point).length()), 0.5)
+    quantile(cameras.iter().map(|c| (c.world_from_camera.translation - point).length()), 0.5).unwrap_or(0.0)
 }
 
 /// Median distance of the cameras from a point; the largest one where most of them stand there.

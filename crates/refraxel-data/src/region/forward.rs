@@ -50,7 +50,10 @@ pub(super) fn projection(
     let near = match depth_range {
         Some([near, _]) => MARGIN * near + extent(2).0,
         None if points.is_empty() => return None,
-        None => MARGIN * quantile(points.iter().map(|p| local(*p - eye).z).filter(|z| *z > 0.0), OUTLIERS),
+        None => {
+            let depths = points.iter().map(|p| local(*p - eye).z).filter(|z| *z > 0.0);
+            MARGIN * quantile(depths, OUTLIERS).unwrap_or(0.0)
+        }
     };
     let apart = extent(0).1.max(extent(1).1);
     if near.is_nan() || near <= 0.0 || apart > APART * near || extent(2).1 > APART * near {

@@ -8,6 +8,6 @@ mod quantile;
 mod scale;
 mod scene;
 
-pub(crate) use quantile::quantile;
+pub use quantile::quantile;
 pub use scale::{OutOfScale, check_scale};
 pub use scene::{Region, scene_region};

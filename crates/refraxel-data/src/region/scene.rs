@@ -76,7 +76,7 @@ fn cube(center: Vec3<f64>, half: f64) -> Aabb<f64> {
 fn clear_half_size(cameras: &[&Camera], capture: &Capture) -> f64 {
     let norm = |c: &&Camera| (c.world_from_camera.translation - capture.center).map(f64::abs).max_element();
     let inside = capture.kind == Kind::Outward;
-    if inside { f64::INFINITY } else { quantile(cameras.iter().map(norm), 0.1) }
+    if inside { f64::INFINITY } else { quantile(cameras.iter().map(norm), 0.1).unwrap_or(0.0) }
 }
 
 /// The 2nd to 98th percentile of the points near the centre, with a margin.
@@ -86,7 +86,7 @@ fn subject(capture: &Capture, points: &[Vec3<f64>]) -> Option<Aabb<f64>> {
     if near.len() < MIN_POINTS {
         return None;
     }
-    let percentile = |axis: usize, q: f64| quantile(near.iter().map(|p| p[axis]), q);
+    let percentile = |axis: usize, q: f64| quantile(near.iter().map(|p| p[axis]), q).unwrap_or(0.0);
     let min = vec3(percentile(0, 0.02), percentile(1, 0.02), percentile(2, 0.02));
     let max = vec3(percentile(0, 0.98), percentile(1, 0.98), percentile(2, 0.98));
     let margin = (max - min) * POINT_MARGIN;
@@ -113,9 +113,9 @@ fn visible_radius(cameras: &[&Camera], capture: &Capture) -> f64 {
         };
         border(camera).map(distance).fold(f64::INFINITY, f64::min)
     });
-    let nearest =
-        quantile(cameras.iter().map(|c| (c.world_from_camera.translation - capture.center).length()), 0.05);
-    let radius = quantile(seen.filter(|r| r.is_finite()), 0.5).min(0.95 * nearest);
+    let away = cameras.iter().map(|c| (c.world_from_camera.translation - capture.center).length());
+    let nearest = quantile(away, 0.05).unwrap_or(0.0);
+    let radius = quantile(seen.filter(|r| r.is_finite()), 0.5).unwrap_or(0.0).min(0.95 * nearest);
     // Cameras that look around from the centre see nothing there.
     if radius > LEAST_RADIUS * capture.distance { radius } else { capture.distance }
 }

@@ -82,17 +82,17 @@ pub fn next_step(h: f64, error: f64, tolerance: f64) -> f64 {
 mod tests {
     use super::*;
     use refraxel_core::vec3;
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::PI;
 
     const TIGHT: f64 = 1e-13; // error per step; hundreds of steps stay below 1e-10
 
-    /// Follow a ray for a time `t` with at most `tolerance` of estimated error per step.
+    /// Follow a ray for a time `t` > 0 with at most `tolerance` of estimated error per step.
     ///
-    /// Error: about `tolerance` times the number of steps. Same arithmetic backwards for t < 0.
+    /// Error: about `tolerance` times the number of steps.
     fn advance(index: &Index, start: Phase, t: f64, tolerance: f64) -> Phase {
-        let (mut y, mut left, mut h) = (start, t, t.signum() * t.abs().min(0.05));
-        while left != 0.0 {
-            let trial = if h.abs() >= left.abs() { left } else { h };
+        let (mut y, mut left, mut h) = (start, t, t.min(0.05));
+        while left > 0.0 {
+            let trial = h.min(left);
             let (end, error) = step(index, &y, trial);
             h = next_step(trial, error, tolerance);
             if error <= tolerance {
@@ -115,48 +115,6 @@ mod tests {
             assert!((end.x[a] - exact).abs() < 1e-10);
         }
         assert!((end.x.z - start.p.z * t).abs() < 1e-11);
-    }
-
-    #[test]
-    fn a_mirage_ray_is_a_parabola() {
-        let index = Index::Layered { z_bottom: 0.0, z_top: 1.0, bottom: 1.0, top: 1.4 };
-        let start = Phase::new(vec3(0.0, 0.0, 0.5), vec3(1.0, 0.0, -0.4).normalized(), &index);
-        let t = 1.8;
-        let end = advance(&index, start, t, TIGHT);
-        let g = 0.5 * (1.4 * 1.4 - 1.0);
-        let exact = vec3(start.p.x * t, 0.0, 0.5 + start.p.z * t + 0.5 * g * t * t);
-        assert!((end.x - exact).length() < 1e-12);
-        assert!(end.p.z > 0.0, "the ray turned upwards again");
-    }
-
-    #[test]
-    fn a_luneburg_ray_is_an_ellipse_about_the_centre() {
-        // dp/dt = −x / R²: x(t) = x0 cos(t/R) + R p0 sin(t/R); the focus is reached at t = πR/2.
-        let radius = 0.6;
-        let index = Index::Luneburg { center: Vec3::zero(), radius };
-        for b in [0.1, 0.35, 0.55_f64] {
-            let start =
-                Phase::new(vec3(-(radius * radius - b * b).sqrt(), b, 0.0), vec3(1.0, 0.0, 0.0), &index);
-            let end = advance(&index, start, FRAC_PI_2 * radius, TIGHT);
-            assert!((end.x - vec3(radius, 0.0, 0.0)).length() < 1e-9 * radius);
-        }
-    }
-
-    #[test]
-    fn a_fish_eye_ray_from_the_rim_meets_the_opposite_point() {
-        let radius = 0.5;
-        let index = Index::FishEye { center: Vec3::zero(), radius };
-        for angle in [0.0, 0.4, -1.1_f64] {
-            let start = Phase::new(vec3(-radius, 0.0, 0.0), vec3(angle.cos(), angle.sin(), 0.0), &index);
-            // Nearest approach to the opposite point by Newton on (x − q) · p = 0.
-            let (q, mut t) = (vec3(radius, 0.0, 0.0), FRAC_PI_2 * radius);
-            let mut end = start;
-            for _ in 0..20 {
-                end = advance(&index, start, t, TIGHT);
-                t -= (end.x - q).dot(end.p) / end.p.dot(end.p);
-            }
-            assert!((end.x - q).length() < 1e-9 * radius, "{angle}: {:?}", end.x);
-        }
     }
 
     #[test]
@@ -195,18 +153,6 @@ mod tests {
         assert!((end.p.length() - index.n(end.x)).abs() < 1e-11);
         assert!((end.x.cross(end.p) - start.x.cross(start.p)).length() < 1e-11);
         assert!(end.direction().dot(start.direction()) < 0.99, "the bump did bend the ray");
-    }
-
-    #[test]
-    fn running_backwards_returns_to_the_start() {
-        let index = Index::Gaussian { center: Vec3::zero(), sigma: 0.15, peak: 1.6 };
-        let start = Phase::new(vec3(-1.0, 0.11, 0.02), vec3(1.0, 0.0, 0.1).normalized(), &index);
-        let back = advance(&index, advance(&index, start, 1.7, TIGHT), -1.7, TIGHT);
-        assert!(
-            (back.x - start.x).length() < 1e-10
-                && (back.p - start.p).length() < 1e-10
-                && back.s.abs() < 1e-10
-        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What lies behind the scene is decided by what the photographs show, and said.
 
 use crate::fixture::*;
-use refraxel_data::{Backdrop, Dataset, OpenOptions, Severity, scene_region};
+use refraxel_data::{Backdrop, Dataset, OpenOptions, scene_region};
 use serde_json::json;
 use std::path::Path;
 use tempfile::TempDir;
@@ -30,10 +30,6 @@ fn balls_in(rendered: bool, change: impl Fn(&Pixel, [u8; 3]) -> [u8; 3]) -> (Tem
     }
     let data = open(&folder).unwrap();
     (folder, data)
-}
-
-fn warns(data: &Dataset, text: &str) -> bool {
-    data.problems.iter().any(|p| p.severity == Severity::Warning && p.message.contains(text))
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Files of which only a part can be used: the part is used, what is lost is counted and named, and half is too much.
 
 use crate::fixture::*;
-use refraxel_data::{Dataset, Severity};
+use refraxel_data::Severity;
 use serde_json::{Value, json};
 use std::path::Path;
 use tempfile::TempDir;
@@ -18,11 +18,6 @@ fn colmap(count: usize, edit: impl FnOnce(&mut [String; 3])) -> TempDir {
     write_colmap(folder.path(), "sparse/0", "txt", files);
     pictures(folder.path(), count);
     folder
-}
-
-/// Whether a warning, and not a note, contains the text.
-fn warns(data: &Dataset, text: &str) -> bool {
-    data.problems.iter().any(|p| p.severity == Severity::Warning && p.message.contains(text))
 }
 
 #[test]

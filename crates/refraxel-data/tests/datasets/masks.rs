@@ -3,7 +3,7 @@
 use crate::fixture::*;
 use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use refraxel_core::Camera;
-use refraxel_data::{Dataset, MaskMeaning, Severity, load_photo};
+use refraxel_data::{Dataset, MaskMeaning, load_photo};
 use serde_json::json;
 use std::path::Path;
 use tempfile::TempDir;
@@ -39,10 +39,6 @@ fn name_masks(folder: &Path, cameras: &[Camera]) {
 
 fn masked(data: &Dataset) -> usize {
     data.views.iter().filter(|v| v.has_mask()).count()
-}
-
-fn warns(data: &Dataset, text: &str) -> bool {
-    data.problems.iter().any(|p| p.severity == Severity::Warning && p.message.contains(text))
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Files whose names are not those that are stated: what is meant beyond doubt is found and said, and nothing else is.
 
 use crate::fixture::*;
-use refraxel_data::{DataError, Dataset, OpenOptions, Severity};
+use refraxel_data::{DataError, Dataset, OpenOptions};
 use serde_json::{Value, json};
 use std::path::Path;
 use tempfile::TempDir;
@@ -24,11 +24,6 @@ fn write_picture(folder: &Path, name: &str) {
     let to = folder.join(name);
     std::fs::create_dir_all(to.parent().unwrap()).unwrap();
     std::fs::rename(folder.join("written.png"), to).unwrap();
-}
-
-fn warnings(data: &Dataset) -> Vec<&str> {
-    let warnings = data.problems.iter().filter(|p| p.severity == Severity::Warning);
-    warnings.map(|p| p.message.as_str()).collect()
 }
 
 /// A name that is stated, the name that is there, and how the note calls the difference.

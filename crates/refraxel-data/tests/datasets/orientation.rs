@@ -56,14 +56,7 @@ fn stored(upright: RgbImage, tag: u8) -> RgbImage {
 fn jpeg(image: &RgbImage, tag: u8) -> Vec<u8> {
     let mut jpeg = Vec::new();
     image.write_with_encoder(JpegEncoder::new(&mut jpeg)).unwrap();
-    if tag == 0 {
-        return jpeg;
-    }
-    let tiff =
-        [b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".as_slice(), &[tag, 0, 0, 0, 0, 0, 0, 0]].concat();
-    let body = [b"Exif\0\0".as_slice(), &tiff].concat();
-    let length = (body.len() as u16 + 2).to_be_bytes();
-    [&jpeg[..2], &[0xff, 0xe1], &length, &body, &jpeg[2..]].concat()
+    if tag == 0 { jpeg } else { with_orientation(&jpeg, tag) }
 }
 
 /// What comes with the poses of a model.

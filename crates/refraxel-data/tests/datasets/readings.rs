@@ -3,7 +3,7 @@
 use crate::fixture::*;
 use image::{Rgb, RgbImage};
 use refraxel_core::{Camera, Vec3};
-use refraxel_data::{Dataset, OpenOptions, Problem, Severity};
+use refraxel_data::{Dataset, OpenOptions};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -14,8 +14,7 @@ fn in_room(pixel: &Pixel, ball: Option<Vec3<f64>>) -> [u8; 3] {
 }
 
 fn warning<'a>(data: &'a Dataset, text: &str) -> Option<&'a str> {
-    let of = |p: &&Problem| p.severity == Severity::Warning && p.message.contains(text);
-    data.problems.iter().find(of).map(|p| p.message.as_str())
+    warnings(data).into_iter().find(|message| message.contains(text))
 }
 
 /// The focal length and principal point of the first view, with a file that states these and no size.

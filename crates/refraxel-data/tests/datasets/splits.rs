@@ -1,7 +1,7 @@
 //! Which views are held out: every convention in use is obeyed, or said not to be.
 
 use crate::fixture::*;
-use refraxel_data::{DataError, Dataset, OpenOptions, Severity};
+use refraxel_data::{DataError, Dataset, OpenOptions};
 use serde_json::json;
 use std::path::Path;
 use tempfile::TempDir;
@@ -10,10 +10,6 @@ use tempfile::TempDir;
 fn parts(data: &Dataset) -> [Vec<&str>; 3] {
     let names = |views: &[usize]| views.iter().map(|&i| data.views[i].name.as_str()).collect();
     [names(&data.split.train), names(&data.split.val), names(&data.split.test)]
-}
-
-fn warns(data: &Dataset, text: &str) -> bool {
-    data.problems.iter().any(|p| p.severity == Severity::Warning && p.message.contains(text))
 }
 
 /// A dataset of eight views with a file beside it.

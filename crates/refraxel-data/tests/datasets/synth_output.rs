@@ -1,8 +1,8 @@
 //! Datasets on disk: layout, repeatability, interruption, bad arguments.
 
+use crate::fixture::{contents, go_on};
 use refraxel_data::synth::{Progress, SynthError, SynthOptions, ViewCounts, synthesize};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -18,27 +18,6 @@ fn small(scene: &str, out: &Path) -> SynthOptions {
         exr: true,
         ..SynthOptions::new(scene, out)
     }
-}
-
-fn go_on(_: Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
-
-/// All files below a folder with their contents.
-fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(at) = open.pop() {
-        for entry in fs::read_dir(&at).unwrap().map(Result::unwrap) {
-            if entry.file_type().unwrap().is_dir() {
-                open.push(entry.path());
-            } else {
-                let name = entry.path().strip_prefix(folder).unwrap().to_string_lossy().into_owned();
-                files.insert(name, fs::read(entry.path()).unwrap());
-            }
-        }
-    }
-    files
 }
 
 #[test]

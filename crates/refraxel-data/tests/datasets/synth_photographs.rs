@@ -1,13 +1,10 @@
 //! Photographs of rooms: layout, repeatability, and that each imperfection changes its own thing only.
 
-use refraxel_data::synth::{
-    Imperfection, Imperfections, Progress, SynthOptions, TURN_ERROR, ViewCounts, synthesize,
-};
+use crate::fixture::{contents, go_on};
+use refraxel_data::synth::{Imperfection, Imperfections, SynthOptions, TURN_ERROR, ViewCounts, synthesize};
 use refraxel_data::{Backdrop, Dataset, OpenOptions, Severity, report};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 type Files = BTreeMap<String, Vec<u8>>;
@@ -22,27 +19,11 @@ fn small(room: &str, out: &Path) -> SynthOptions {
     }
 }
 
-fn go_on(_: Progress) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
-
 /// All files that a run writes.
 fn files(edit: impl Fn(SynthOptions) -> SynthOptions) -> Files {
     let folder = tempfile::tempdir().unwrap();
     synthesize(&edit(small("terrace_ball", folder.path())), &go_on).unwrap();
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.path().to_path_buf()];
-    while let Some(at) = open.pop() {
-        for entry in fs::read_dir(&at).unwrap().map(Result::unwrap) {
-            if entry.file_type().unwrap().is_dir() {
-                open.push(entry.path());
-            } else {
-                let name = entry.path().strip_prefix(folder.path()).unwrap().to_string_lossy().into_owned();
-                files.insert(name.replace('\\', "/"), fs::read(entry.path()).unwrap());
-            }
-        }
-    }
-    files
+    contents(folder.path())
 }
 
 fn without(list: &[Imperfection]) -> Files {

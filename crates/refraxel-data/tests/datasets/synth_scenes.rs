@@ -1,11 +1,11 @@
 //! What single scenes claim to show.
 
+use crate::fixture::go_on;
 use refraxel_core::{Camera, Ray, Vec3, vec3};
 use refraxel_data::synth::{
     CAMERA_RADIUS, CameraSet, Elevations, IndexTruth, Limits, Scene, SceneOptions, Shape, SynthError,
     SynthOptions, Tracer, ViewCounts, cameras, scene, scene_list, synthesize,
 };
-use std::ops::ControlFlow;
 
 fn seeded(name: &str, seed: u64) -> Scene {
     scene(name, &SceneOptions { seed, ..SceneOptions::default() }).unwrap()
@@ -68,7 +68,7 @@ fn a_scene_seen_from_above_only_refuses_cameras_all_around() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pool");
     let options = SynthOptions { cameras: CameraSet::Full, ..SynthOptions::new("wavy_pool", &out) };
-    let error = synthesize(&options, &|_| ControlFlow::Continue(())).unwrap_err();
+    let error = synthesize(&options, &go_on).unwrap_err();
     assert!(matches!(error, SynthError::Range { option: "--cameras", .. }));
     let message = error.to_string();
     assert!(
@@ -85,7 +85,7 @@ fn the_elevations_of_a_scene_are_written_with_it() {
         let views = ViewCounts { train: 1, val: 0, test: 1 };
         let usual = SynthOptions::new(name, folder.path().join(name));
         let options = SynthOptions { size: 8, views, spp: 1, detail_spp: 0, index_resolution: 0, ..usual };
-        synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
+        synthesize(&options, &go_on).unwrap();
         let text = std::fs::read_to_string(folder.path().join(name).join("scene.json")).unwrap();
         let json: serde_json::Value = serde_json::from_str(&text).unwrap();
         for k in 0..2 {

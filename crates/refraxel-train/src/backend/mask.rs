@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn a_mask_chooses_the_voxels_of_the_nodes_that_lie_there() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let domain = Domain::with_longest(cube, Extent::Bounded, 12);
         let map = BrickMap::new(domain.resolution, |b| b != [1, 1, 1]);
         let chosen = |x: Vec3<f32>| x.length() < 0.7;

@@ -18,7 +18,7 @@ const SHELL: [f32; 2] = [44.0, 3.0];
 
 /// A translucent box of smooth structure.
 pub fn model(grid: BenchGrid) -> Model {
-    let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    let bounds = Aabb::cube(1.0);
     let domain = Domain::with_longest(bounds, Extent::Bounded, grid.nodes());
     let mut field =
         VoxelField::uniform(domain, map(grid), ShDegree::new(DEGREE).expect("2 is a degree"), -3.0);
@@ -70,7 +70,7 @@ pub(super) const BALL_NODES: u32 = 64;
 
 /// The box of that grid.
 pub(super) fn ball_bounds() -> Aabb<f32> {
-    Aabb::new(Vec3::splat(-0.6), Vec3::splat(0.6))
+    Aabb::cube(0.6)
 }
 
 /// What one region bends.

@@ -100,7 +100,7 @@ mod tests {
 
     /// A dented ball after `steps` steps without any ray that met it.
     fn dented(steps: u64, objective: &IndexObjective) -> LevelSet<f32> {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_samples(cube, [25; 3], |x: Vec3<f32>| x.length() - 0.6);
         let random = Random::new(1);
         let dent = |j: usize| 0.03 * (random.uniform(j as u64, 0) as f32 - 0.5);
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn paths_whose_derivative_overflowed_teach_nothing_and_are_counted() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let grid = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
         let medium = Medium::new(vec![grid]).unwrap();
         let index_sample = |d: f32| IndexSample {
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn an_index_that_is_held_does_not_learn_and_one_beside_it_does() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = |radius: f32, n: f32| {
             IndexGrid::sharp(LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - radius), n)
         };
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_surface_that_is_held_stays_while_its_index_learns() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - 0.6);
         let sample = |surface| IndexSample {
             region: 0,
@@ -204,7 +204,7 @@ mod tests {
     /// A gradient of 1e30 has a square that no f32 can hold: without a bound on samples it must not pass for a step of 0.
     #[test]
     fn an_index_or_surface_whose_moments_overflow_fails_the_step_and_stays() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_samples(cube, [15; 3], |x: Vec3<f32>| x.length() - 0.6);
         let smooth = IndexGrid::vacuum(cube, [9; 3], refraxel_core::Interpolation::CubicBSpline);
         let objective = IndexObjective { rate: 0.01, clip: f32::INFINITY, ..OBJECTIVE };

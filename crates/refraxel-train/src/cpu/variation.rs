@@ -170,12 +170,11 @@ mod tests {
     use fearless_simd::{Level, dispatch};
     use refraxel_core::grid::bricks::coordinates;
     use refraxel_core::priors::charbonnier_slope;
-    use refraxel_core::{Aabb, BrickMap, Domain, Extent, ShDegree, Vec3};
+    use refraxel_core::{Aabb, BrickMap, Domain, Extent, ShDegree};
 
     /// Values without order in a box of which a third is not stored: several buckets.
     fn rough_field() -> VoxelField<f32> {
-        let domain =
-            Domain::with_longest(Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)), Extent::Bounded, 32);
+        let domain = Domain::with_longest(Aabb::cube(1.0), Extent::Bounded, 32);
         let keep = |b: [u32; 3]| !(b[0] + 2 * b[1] + b[2]).is_multiple_of(3);
         let map = BrickMap::new(domain.resolution, keep);
         let mut field = VoxelField::uniform(domain, map, ShDegree::new(1).unwrap(), 0.0);

@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn lines_of_sight_choose_the_things_that_they_meet_first() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain::with_longest(bounds, Extent::Bounded, 33);
         let middles = [vec3(-0.6, 0.0, 0.0), vec3(0.0, 0.0, 0.0), vec3(0.6, 0.0, 0.0)];
         let radii = [0.3, 0.2, 0.12];

@@ -11,6 +11,7 @@ use crate::model::Gate;
 use crate::model::polyhedron::Plane;
 use crate::random::Random;
 use crate::rays::pixel_ray;
+use crate::silhouettes::around::cameras_between;
 use refraxel_core::{Aabb, Camera, Domain, Extent, Ray, Vec3, vec3};
 use std::cell::Cell;
 
@@ -19,16 +20,12 @@ pub(super) const BOX: Aabb<f32> = Aabb { min: vec3(-1.2, -1.2, -1.2), max: vec3(
 
 /// Forty views of 48² cells from all around, with these residuals of their rays.
 pub(super) fn views_of(residual: impl Fn(&Ray<f32>) -> f32) -> Vec<Evidence> {
-    let view = |k: u32| {
-        let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 40.0;
-        let (r, angle) = ((1.0 - z * z).sqrt(), f64::from(k) * 2.399_963);
-        let eye = vec3(r * angle.cos(), r * angle.sin(), z) * 4.0;
-        let camera = Camera::look_at(eye, Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.7, [48, 48]);
+    let view = |camera: Camera| {
         let rays: Vec<_> = (0..48 * 48).map(|cell| pixel_ray(&camera, cell)).collect();
         let residual = rays.iter().flatten().map(&residual).collect();
         Evidence { camera, rays, residual, beyond: vec![9.0; 48 * 48] }
     };
-    (0..40).map(view).collect()
+    cameras_between([1.0, -1.0], 40, 0.7, 48).into_iter().map(view).collect()
 }
 
 /// Views of a ball before a wall: a part of its cells is explained, as plain things seen through glass are, and a tenth of the

@@ -32,7 +32,7 @@ pub(crate) fn medium(surface: LevelSet<f32>, index: f32) -> Refraction {
 
 /// Nothing but a panorama of smooth noise.
 pub(crate) fn surroundings() -> Model {
-    let domain = Domain::with_longest(Aabb::new(Vec3::splat(-2.0), Vec3::splat(2.0)), Extent::Bounded, 9);
+    let domain = Domain::with_longest(Aabb::cube(2.0), Extent::Bounded, 9);
     let map = BrickMap::new(domain.resolution, |_| true);
     let field = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -15.0);
     let (height, random) = (24, Random::new(5));

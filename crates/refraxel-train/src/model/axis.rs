@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn averages_do_not_depend_on_the_angle_and_keep_what_does_not() {
         let axis = Axis { at: vec3(0.1, -0.05, 0.0), up: vec3(0.1, 0.0, 1.0).normalized() };
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let surface = LevelSet::from_samples(bounds, [33; 3], |x| x.length() - 0.5);
         let nodes = surface.coefficients().len();
         let of = |f: &dyn Fn([f32; 2], Vec3<f32>) -> f32| -> Vec<f32> {

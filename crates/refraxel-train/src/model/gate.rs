@@ -3,6 +3,7 @@
 //! A smooth transition of the index is some voxels wide, wider than the object's surface. Rays that pass beside the object
 //! but through that halo must stay straight; without the gate they bend, and the surroundings of the object fit badly.
 
+use refraxel_core::index::distance_to;
 use refraxel_core::{Domain, Ray, Vec3, vec3};
 
 /// A share of each node's voxel that is object, and what a straight ray meets of it.
@@ -17,8 +18,6 @@ pub struct Gate {
 
 /// Half of full, trilinear.
 pub const HALF: f32 = 127.5;
-/// Distances beyond this are recorded as this [cell]: it bounds the cost of the table.
-const FAR: u8 = 16;
 /// Distance of the points along a ray [voxel].
 pub const STEP: f32 = 0.5;
 /// How far behind a face hops end [step].
@@ -138,32 +137,13 @@ impl Gate {
 
 fn clearance(values: &[u8], n: [usize; 3]) -> Vec<u8> {
     let m = n.map(|n| n - 1);
-    let mut distance = vec![FAR; m[0] * m[1] * m[2]];
-    for (cell, d) in distance.iter_mut().enumerate() {
+    let can_be_met = |cell: usize| {
         let node = cell % m[0] + n[0] * (cell / m[0] % m[1] + n[1] * (cell / (m[0] * m[1])));
         let corner = |k: usize| values[node + (k & 1) + n[0] * ((k >> 1 & 1) + n[1] * (k >> 2))];
-        if (0..8).any(|k| f32::from(corner(k)) >= HALF) {
-            *d = 0;
-        }
-    }
-    // Chebyshev distance is the largest of the axes', so that axis by axis "grow by one" reaches it.
-    for grown in 1..FAR {
-        let mut near: Vec<bool> = distance.iter().map(|&d| d < grown).collect();
-        for (stride, len) in [(1, m[0]), (m[0], m[1]), (m[0] * m[1], m[2])] {
-            near = dilated(&near, stride, len);
-        }
-        distance.iter_mut().zip(near).filter(|(d, near)| *near && **d == FAR).for_each(|(d, _)| *d = grown);
-    }
-    distance
-}
-
-/// True where a cell or one of its two neighbours along an axis is; the axis has `len` cells, `stride` apart.
-fn dilated(set: &[bool], stride: usize, len: usize) -> Vec<bool> {
-    let near = |i: usize| {
-        let at = i / stride % len;
-        set[i] || (at > 0 && set[i - stride]) || (at + 1 < len && set[i + stride])
+        (0..8).any(|k| f32::from(corner(k)) >= HALF)
     };
-    (0..set.len()).map(near).collect()
+    let marked: Vec<bool> = (0..m[0] * m[1] * m[2]).map(can_be_met).collect();
+    distance_to(&marked, n)
 }
 
 #[cfg(test)]

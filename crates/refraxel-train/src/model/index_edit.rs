@@ -142,10 +142,6 @@ mod tests {
     use super::*;
     use refraxel_core::{Aabb, Interpolation, LevelSet, Medium, Vec3};
 
-    fn cube() -> Aabb<f32> {
-        Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0))
-    }
-
     fn refraction(grid: IndexGrid<f32>) -> Refraction {
         let mut r = Refraction::none();
         r.medium = Medium::new(vec![grid]).unwrap();
@@ -155,11 +151,11 @@ mod tests {
 
     fn smooth() -> Refraction {
         let n = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.6) * 24.0).tanh();
-        refraction(IndexGrid::from_control_values(cube(), [33; 3], Interpolation::CubicBSpline, n))
+        refraction(IndexGrid::from_control_values(Aabb::cube(1.0), [33; 3], Interpolation::CubicBSpline, n))
     }
 
     fn sharp() -> Refraction {
-        let ball = LevelSet::from_samples(cube(), [21; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let ball = LevelSet::from_samples(Aabb::cube(1.0), [21; 3], |x: Vec3<f32>| x.length() - 0.6);
         refraction(IndexGrid::sharp(ball, 1.5))
     }
 
@@ -208,7 +204,7 @@ mod tests {
         let error = IndexEdit::Scale(9.0).apply(&mut far).unwrap_err();
         assert!(matches!(error, IndexEditError::Range { region: 1, .. }), "{error}");
         assert!((at_the_middle(&far) - 1.5).abs() < 1e-3);
-        let mut vacuum = refraction(IndexGrid::vacuum(cube(), [9; 3], Interpolation::CubicBSpline));
+        let mut vacuum = refraction(IndexGrid::vacuum(Aabb::cube(1.0), [9; 3], Interpolation::CubicBSpline));
         let error = IndexEdit::Set(1.5).apply(&mut vacuum).unwrap_err();
         assert_eq!(error, IndexEditError::Vacuum { region: 1 });
     }

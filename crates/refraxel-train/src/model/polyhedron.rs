@@ -191,13 +191,10 @@ mod tests {
         Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.6)) }
     }
 
-    const CUBE: Aabb<f32> =
-        Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
-
     #[test]
     fn derivatives_match_central_differences() {
         let body = prism();
-        let level = body.level_set(CUBE, [21; 3]);
+        let level = body.level_set(Aabb::cube(1.0), [21; 3]);
         // A loss of heights and normals at points all over the body and beside it.
         let random = Random::new(3);
         let number = |k: u64, i: u64| random.uniform(k, i) as f32 - 0.5;
@@ -220,7 +217,7 @@ mod tests {
         let loss = |by: &[f32]| {
             let mut moved = body.clone();
             moved.advance(&level, by);
-            let moved = moved.level_set(CUBE, [21; 3]);
+            let moved = moved.level_set(Aabb::cube(1.0), [21; 3]);
             let of = |(x, d_value, d_normal): &(Vec3<f32>, f32, Vec3<f32>)| {
                 let (phi, normal) = moved.sample(*x);
                 f64::from(d_value * phi + d_normal.dot(normal))
@@ -241,12 +238,12 @@ mod tests {
     #[test]
     fn the_surface_of_a_polyhedron_is_flat_and_its_base_stays() {
         let mut body = prism();
-        let level = body.level_set(CUBE, [41; 3]);
+        let level = body.level_set(Aabb::cube(1.0), [41; 3]);
         let base = body.base;
         body.advance(&level, &[0.02, 0.01, -0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.03, 0.0, 0.0]);
         let mut moved = level.clone();
         body.put(&mut moved);
-        let level = body.level_set(CUBE, [41; 3]);
+        let level = body.level_set(Aabb::cube(1.0), [41; 3]);
         for j in level.parameters() {
             assert_eq!(moved.coefficients()[j], level.coefficients()[j]);
             assert_eq!(moved.sample(level.position(j)), level.sample(level.position(j)));

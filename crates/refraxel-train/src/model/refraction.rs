@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn surfaces_mirror_and_a_lens_does_not() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let domain = Domain::with_longest(cube, refraxel_core::Extent::Bounded, 16);
         let rays: Vec<Ray<f32>> = (0..20)
             .map(|k| Ray { origin: vec3(-3.0, 0.04 * k as f32, 0.1), direction: vec3(1.0, 0.0, 0.0) })
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn the_mean_index_of_a_body_is_its_index_whatever_its_size() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = |x: Vec3<f32>| if x.length() < 0.5 { 1.4 } else { 1.0 };
         let smooth = IndexGrid::from_control_values(cube, [33; 3], Interpolation::CubicBSpline, ball);
         assert!((of_grid(smooth).mean_indices()[0] - 1.4).abs() < 1e-5);

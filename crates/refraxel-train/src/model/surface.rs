@@ -62,17 +62,13 @@ mod tests {
     use refraxel_core::{Aabb, Interpolation, LevelSet, Vec3};
     use std::f64::consts::PI;
 
-    fn cube() -> Aabb<f32> {
-        Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0))
-    }
-
     fn volume(radius: f64) -> f64 {
         4.0 / 3.0 * PI * radius.powi(3)
     }
 
     #[test]
     fn vertices_of_a_body_lie_on_its_level_set() {
-        let ball = LevelSet::from_samples(cube(), [33; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let ball = LevelSet::from_samples(Aabb::cube(1.0), [33; 3], |x: Vec3<f32>| x.length() - 0.6);
         let surface = Surface::of(&IndexGrid::sharp(ball.clone(), 1.5), 1).unwrap();
         assert_eq!((surface.index, surface.boundary), (1.5, Boundary::Jump));
         assert_eq!((surface.mesh.open_edges(), surface.mesh.bodies()), (0, 1));
@@ -90,7 +86,8 @@ mod tests {
             let n = |x: Vec3<f32>| {
                 0.5 * (1.0 + inside) - 0.5 * (inside - 1.0) * ((x.length() - 0.6) * 20.0).tanh()
             };
-            let grid = IndexGrid::from_control_values(cube(), [49; 3], Interpolation::CubicBSpline, n);
+            let grid =
+                IndexGrid::from_control_values(Aabb::cube(1.0), [49; 3], Interpolation::CubicBSpline, n);
             let surface = Surface::of(&grid, 1).unwrap();
             assert_eq!((surface.boundary, surface.mesh.open_edges()), (Boundary::HalfWay, 0));
             assert!((surface.mesh.volume() / volume(0.6) - 1.0).abs() < 0.02, "{}", surface.mesh.volume());
@@ -100,13 +97,13 @@ mod tests {
 
     #[test]
     fn vacuum_has_no_surface_and_too_much_detail_is_noticed() {
-        let vacuum = IndexGrid::vacuum(cube(), [100; 3], Interpolation::CubicBSpline);
+        let vacuum = IndexGrid::vacuum(Aabb::cube(1.0), [100; 3], Interpolation::CubicBSpline);
         assert!(Surface::of(&vacuum, 1).is_none());
         assert!(
             Surface::fits(&vacuum, 8) && !Surface::fits(&vacuum, 11) && !Surface::fits(&vacuum, u32::MAX)
         );
         // A body whose surface has shrunk away.
-        let gone = LevelSet::from_samples(cube(), [9; 3], |_| 0.5_f32);
+        let gone = LevelSet::from_samples(Aabb::cube(1.0), [9; 3], |_| 0.5_f32);
         let surface = Surface::of(&IndexGrid::sharp(gone, 1.5), 1).unwrap();
         assert!(surface.mesh.triangles.is_empty());
     }

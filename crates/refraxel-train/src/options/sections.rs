@@ -84,6 +84,9 @@ macro_rules! in_order {
     }};
 }
 
+/// Largest resolution where masks or a file say that something refracts [node].
+const TOLD: u32 = 256;
+
 impl Options {
     /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
     /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
@@ -95,17 +98,12 @@ impl Options {
         let mut options = Self::default();
         match extent {
             Extent::Bounded => {}
-            Extent::Contracted => {
-                options.field.rate_density = 0.3;
-                if !is_told {
-                    options.grid.max_resolution = 320;
-                }
-            }
-            Extent::Projective(_) if is_told => {}
-            Extent::Projective(_) => {
-                options.grid.max_resolution = 384;
-                options.grid.prune_weight = 0.05;
-            }
+            Extent::Contracted => options.field.rate_density = 0.3,
+            Extent::Projective(_) if !is_told => options.grid.prune_weight = 0.05,
+            Extent::Projective(_) => {}
+        }
+        if is_told {
+            options.grid.max_resolution = TOLD;
         }
         if extent.is_unbounded() {
             options.grid.stages = 4;

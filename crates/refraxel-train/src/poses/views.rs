@@ -4,8 +4,8 @@ use super::correction::Correction;
 use super::lens::{LensCorrection, Lenses};
 use super::normal::Normal;
 use super::shift::PoseShift;
-use crate::order_statistics::largest_and_median;
 use refraxel_core::{Camera, Pose};
+use refraxel_data::quantile;
 
 /// The poses of all training views.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,8 +64,10 @@ impl Poses {
     /// How far that is from where the data put them.
     pub fn shift(&self) -> PoseShift {
         let all = || self.views.iter().map(|v| v.correction);
-        let [largest_turn, median_turn] = largest_and_median(all().map(|c| c.rotation.length().to_degrees()));
-        let [largest_way, median_way] = largest_and_median(all().map(|c| c.translation.length()));
+        let turn = |q| quantile(all().map(|c| c.rotation.length().to_degrees()), q).unwrap_or(0.0);
+        let way = |q| quantile(all().map(|c| c.translation.length()), q).unwrap_or(0.0);
+        let [largest_turn, median_turn] = [1.0, 0.5].map(turn);
+        let [largest_way, median_way] = [1.0, 0.5].map(way);
         let lens = self.lenses.as_ref().map(Lenses::shift);
         PoseShift { largest_turn, median_turn, largest_way, median_way, lens }
     }

@@ -237,9 +237,6 @@ mod tests {
         (0..150_000).map(ray).filter(meets).take(16_000).collect()
     }
 
-    const CUBE: Aabb<f32> =
-        Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
-
     #[test]
     fn a_steep_roof_over_a_rim_is_cut_off_and_a_dome_stays() {
         // Views from 20° above and higher: the hull of a tumbler has a cone of 20° on its rim, whose normals lie all around.
@@ -251,11 +248,11 @@ mod tests {
             let roof = (x.z - 0.3 - slope * (0.5 - across(x))) / slope.hypot(1.0);
             (across(x) - 0.5).max(-0.5 - x.z).max(roof)
         };
-        let hull = LevelSet::from_samples(CUBE, [65; 3], roofed);
+        let hull = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], roofed);
         let found = lid(&hull, &rays(tumbler, [20.0_f32.to_radians().sin(), 0.8]), up).unwrap();
         assert!((found.offset() - 0.3).abs() < 0.5 * hull.voxel(), "{found:?}");
         let dome = |x: Vec3<f32>| (x.length() - 0.5).max(-0.3 - x.z);
-        let round = LevelSet::from_samples(CUBE, [65; 3], dome);
+        let round = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], dome);
         assert_eq!(lid(&round, &rays(|x| dome(x) < 0.0, [0.34, 0.8]), up), None);
     }
 
@@ -268,7 +265,7 @@ mod tests {
             let slope = 0.14;
             walls.max(x.z - 0.2 - slope * (0.6 - x.x.abs()).min(0.5 - x.y.abs()).max(0.0))
         };
-        let surface = LevelSet::from_samples(CUBE, [65; 3], roofed);
+        let surface = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], roofed);
         let found = faces(&surface, &rays(block, [0.14, 0.77]), None);
         let top = found.iter().map(|f| f.plane).max_by(|a, b| a.normal().z.total_cmp(&b.normal().z)).unwrap();
         let voxel = 2.0 / 64.0;
@@ -293,12 +290,13 @@ mod tests {
         let block = Polyhedron { faces, base: Some(base) };
         let notched = |deep: f32| {
             let notch = move |x: Vec3<f32>| ((x.x - 0.4).abs() - 0.12).max(0.2 - deep - x.z);
-            LevelSet::from_samples(CUBE, [65; 3], |x| block.height(x).max(-notch(x)))
+            LevelSet::from_samples(Aabb::cube(1.0), [65; 3], |x| block.height(x).max(-notch(x)))
         };
         assert!(fills(&notched(0.1), &block));
         assert!(!fills(&notched(0.5), &block), "a notch right through it belongs to the body");
         let pillar = |x: Vec3<f32>| vec3(x.x, x.y, 0.0).length() - 0.5;
-        let pillar = LevelSet::from_samples(CUBE, [65; 3], |x| pillar(x).max(x.z - 0.2).max(-0.4 - x.z));
+        let pillar =
+            LevelSet::from_samples(Aabb::cube(1.0), [65; 3], |x| pillar(x).max(x.z - 0.2).max(-0.4 - x.z));
         let lids = Polyhedron { faces: vec![face(0.0, 0.0, 1.0, 0.2)], base: Some(base) };
         assert!(!fills(&pillar, &lids), "two planes enclose nothing");
         assert!(!fills(&pillar, &block), "its side is not flat");
@@ -308,7 +306,7 @@ mod tests {
     fn round_things_have_no_faces_and_lenses_keep_their_backs() {
         let ball = |x: Vec3<f32>| x.length() - 0.6;
         let of = |f: &dyn Fn(Vec3<f32>) -> f32| {
-            let surface = LevelSet::from_samples(CUBE, [65; 3], f);
+            let surface = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], f);
             faces(&surface, &rays(|x| f(x) < 0.0, [-0.8, 0.8]), None)
         };
         assert_eq!(of(&ball), []);
@@ -324,6 +322,6 @@ mod tests {
             assert!(plane.height(vec3(0.0, 0.0, 0.1 * plane.normal().z)) < 0.01, "{face:?}");
         }
         let planes = Polyhedron { faces: backs.iter().map(|f| f.plane).collect(), base: None };
-        assert!(!fills(&LevelSet::from_samples(CUBE, [65; 3], lens), &planes), "{backs:?}");
+        assert!(!fills(&LevelSet::from_samples(Aabb::cube(1.0), [65; 3], lens), &planes), "{backs:?}");
     }
 }

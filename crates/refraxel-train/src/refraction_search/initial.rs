@@ -173,7 +173,7 @@ mod tests {
     fn outlines_that_were_found_divide_no_body() {
         let (whole, halves) = (silhouettes(0..0), silhouettes(30..36));
         let (outlines, with_gaps) = (Outlines::new(&whole), Outlines::new(&halves));
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let around = LevelSet::from_samples(cube, [9; 3], |x| x.length() - 2.0);
         let bodies = |found| {
             let views =
@@ -189,7 +189,7 @@ mod tests {
         let outlines = Outlines::new(&silhouettes).cancelled_by(&cancel);
         let vote = Vote::default();
         let views = Views { outlines: &outlines, with_gaps: &outlines, vote, rays: &[], found: None };
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let hulls = || Region::hulls(&cube, site, &views, |_| None, &options).map(|bodies| bodies.len());
         assert_eq!(hulls(), Ok(1));
         cancel.cancel();

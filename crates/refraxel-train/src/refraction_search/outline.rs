@@ -246,7 +246,6 @@ mod tests {
     use crate::random::Random;
     use refraxel_core::vec3;
 
-    const BOUNDS: Aabb<f32> = Aabb { min: vec3(-1.0, -1.0, -1.0), max: vec3(1.0, 1.0, 1.0) };
     const NODES: u32 = 65;
 
     /// Distance from the true body, a ball that is flattened.
@@ -286,7 +285,7 @@ mod tests {
 
     /// A ball beside its place, of another shape.
     fn rough() -> LevelSet<f32> {
-        LevelSet::from_samples(BOUNDS, [NODES; 3], |x| (x - vec3(0.05, 0.0, -0.03)).length() - 0.47)
+        LevelSet::from_samples(Aabb::cube(1.0), [NODES; 3], |x| (x - vec3(0.05, 0.0, -0.03)).length() - 0.47)
     }
 
     #[test]

@@ -150,15 +150,12 @@ mod tests {
     use super::*;
     use refraxel_core::{Vec3, vec3};
 
-    const CUBE: Aabb<f32> =
-        Aabb { min: Vec3 { x: -1.0, y: -1.0, z: -1.0 }, max: Vec3 { x: 1.0, y: 1.0, z: 1.0 } };
-
     #[test]
     fn a_ring_and_the_ball_in_it_are_two_bodies_although_their_boxes_overlap() {
         let ring = |x: Vec3<f32>| vec3(vec3(x.x, x.y, 0.0).length() - 0.55, x.z, 0.0).length() - 0.14;
         let ball = |x: Vec3<f32>| x.length() - 0.3;
-        let whole = LevelSet::from_samples(CUBE, [61; 3], |x| ring(x).min(ball(x)));
-        let found = parts(&whole, &CUBE, &[NONE; 61 * 61 * 61]);
+        let whole = LevelSet::from_samples(Aabb::cube(1.0), [61; 3], |x| ring(x).min(ball(x)));
+        let found = parts(&whole, &Aabb::cube(1.0), &[NONE; 61 * 61 * 61]);
         assert_eq!(found.len(), 2);
         for k in 0..4000 {
             let t = k as f32;
@@ -178,9 +175,9 @@ mod tests {
             let hull = |x: Vec3<f32>, thicker: f32| {
                 ball(x, -0.42, 0.37 + thicker).min(ball(x, 0.42, other + thicker))
             };
-            let whole = LevelSet::from_samples(CUBE, [61; 3], |x| hull(x, 0.15));
+            let whole = LevelSet::from_samples(Aabb::cube(1.0), [61; 3], |x| hull(x, 0.15));
             let cores = cores([61; 3], |j| hull(whole.position(j), strict) < 0.0);
-            let found = parts(&whole, &CUBE, &cores);
+            let found = parts(&whole, &Aabb::cube(1.0), &cores);
             let is_inside = |x: f32| found.iter().filter(|p| p.is_inside(vec3(x, 0.0, 0.0))).count();
             assert_eq!([is_inside(-0.2), is_inside(0.3)], [1; 2], "each place is in one of them");
             found.len()
@@ -194,14 +191,14 @@ mod tests {
     #[test]
     fn one_body_stays_as_it_is_and_specks_and_what_lies_elsewhere_are_none() {
         let nothing = [NONE; 41 * 41 * 41];
-        let alone = LevelSet::from_samples(CUBE, [41; 3], |x| x.length() - 0.4);
-        assert!(parts(&alone, &CUBE, &nothing)[0].coefficients() == alone.coefficients());
+        let alone = LevelSet::from_samples(Aabb::cube(1.0), [41; 3], |x| x.length() - 0.4);
+        assert!(parts(&alone, &Aabb::cube(1.0), &nothing)[0].coefficients() == alone.coefficients());
         let others = |x: Vec3<f32>| {
             let speck = (x - vec3(0.0, 0.7, 0.0)).length() - 0.06;
             (x.length() - 0.4).min(speck).min((x - vec3(0.75, 0.0, 0.0)).length() - 0.2)
         };
-        let whole = LevelSet::from_samples(CUBE, [41; 3], others);
-        let here = Aabb::new(Vec3::splat(-0.6), Vec3::splat(0.6));
+        let whole = LevelSet::from_samples(Aabb::cube(1.0), [41; 3], others);
+        let here = Aabb::cube(0.6);
         let found = parts(&whole, &here, &nothing);
         assert_eq!(found.len(), 1);
         assert!(found[0].is_inside(vec3(0.2, 0.1, 0.0)));

@@ -234,7 +234,7 @@ mod tests {
         let flat = Polyhedron { faces: side().into_iter().chain([face(0.0, 0.0, 1.0, 0.2)]).collect(), base };
         let slope = |(x, y): (f32, f32)| Plane::facing(vec3(0.4 * x, 0.4 * y, 1.0).normalized(), 0.29);
         let roofed = Polyhedron { faces: side().into_iter().chain(walls.map(slope)).collect(), base };
-        let bounds = Aabb::new(Vec3::splat(-0.8), Vec3::splat(0.8));
+        let bounds = Aabb::cube(0.8);
         let options = Options::default();
         let site = Site { bounds, resolution: [33; 3], interpolation: options.index.interpolation.into() };
         let level = LevelSet::from_samples(bounds, site.resolution, |x| flat.height(x));

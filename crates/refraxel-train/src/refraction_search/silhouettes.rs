@@ -134,50 +134,32 @@ pub(super) fn without_gaps(outlines: &Outlines, bounds: &Aabb<f32>) -> Outlines 
 mod tests {
     use super::*;
     use crate::cancel::Cancel;
-    use refraxel_core::{Vec3, vec3};
-    use refraxel_data::Mask;
+    use crate::silhouettes::around::{self, Ball, cameras_between, first, mask};
+    use refraxel_core::vec3;
 
     const RADIUS: f64 = 0.5;
     const BOX: Aabb<f32> = Aabb { min: vec3(-0.7, -0.7, -0.7), max: vec3(0.7, 0.7, 0.7) };
 
     /// Silhouettes of a ball from `count` sides.
     fn ball(count: usize) -> Vec<Silhouette> {
-        hidden(count, 0.0, |_| f64::INFINITY)
+        hidden(count, 0.0, &[])
     }
 
     /// Silhouettes of a ball from `count` sides, whose borders wander by this part of its radius, cut where something opaque is
     /// nearer along a ray.
-    fn hidden(count: usize, wander: f64, opaque: impl Fn(&Ray<f64>) -> f64) -> Vec<Silhouette> {
-        let eye = |i: usize| {
-            let z = 1.0 - 2.0 * (i as f64 + 0.5) / count as f64;
-            let (r, angle) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963);
-            vec3(r * angle.cos(), r * angle.sin(), z) * 4.0
-        };
-        let view = |i: usize| {
-            let camera = Camera::look_at(eye(i), Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.5, [60, 60]);
-            let at = |p: usize| [(p % 60) as f64 + 0.5, (p / 60) as f64 + 0.5];
-            let ray = |p: usize| camera.ray(at(p)[0], at(p)[1]).unwrap();
-            let shows = |p: usize| {
-                let angle = (at(p)[1] - 30.0).atan2(at(p)[0] - 30.0);
-                let radius = RADIUS * (1.0 + wander * (3.0 * angle + i as f64).sin());
-                let (ray, along) = (ray(p), -ray(p).origin.dot(ray(p).direction));
-                ray.at(along).length() < radius && opaque(&ray) > along
+    fn hidden(count: usize, wander: f64, opaque: &[Ball]) -> Vec<Silhouette> {
+        let view = |(i, camera): (usize, Camera)| {
+            let shows = |u: f64, v: f64| {
+                let radius = RADIUS * (1.0 + wander * (3.0 * (v - 30.0).atan2(u - 30.0) + i as f64).sin());
+                let ray = camera.ray(u, v).unwrap();
+                let along = -ray.origin.dot(ray.direction);
+                ray.at(along).length() < radius && first(opaque, &ray) > along
             };
-            let coverage = (0..3600).map(|p| if shows(p) { 255 } else { 0 }).collect();
-            let mask = Mask { width: 60, height: 60, coverage };
-            let look = |pixels: &[usize]| pixels.iter().map(|p| opaque(&ray(*p)) as f32).collect();
-            let occluders = Some(Occluders::new(&mask, 1, look));
+            let mask = mask(&camera, 1, shows);
+            let occluders = Some(around::occluders(&camera, &mask, opaque));
             Silhouette { camera, mask: mask.into(), occluders }
         };
-        (0..count).map(view).collect()
-    }
-
-    /// Distance along a ray to an opaque ball.
-    fn enters(ray: &Ray<f64>, centre: Vec3<f64>, radius: f64) -> f64 {
-        let to = centre - ray.origin;
-        let along = to.dot(ray.direction);
-        let inside = radius * radius - (to.dot(to) - along * along);
-        if inside < 0.0 { f64::INFINITY } else { along - inside.sqrt() }
+        cameras_between([1.0, -1.0], count, 0.5, 60).into_iter().enumerate().map(view).collect()
     }
 
     /// The volume of a hull, in that of the ball.
@@ -213,7 +195,7 @@ mod tests {
     #[test]
     fn haze_in_most_views_does_not_fill_the_room() {
         const ROOM: Aabb<f32> = Aabb { min: vec3(-1.0, -1.0, -1.0), max: vec3(1.0, 1.0, 1.0) };
-        let mut views = hidden(40, 0.08, |_| f64::INFINITY);
+        let mut views = hidden(40, 0.08, &[]);
         for view in views.iter_mut().skip(4) {
             view.occluders = Some(Occluders::new(&view.mask, 1, |pixels| vec![2.0; pixels.len()]));
         }
@@ -226,14 +208,12 @@ mod tests {
 
     #[test]
     fn glass_behind_something_opaque_is_carved_whole() {
-        let opaque = [(vec3(1.1, 0.2, 0.1), 0.45), (vec3(-0.6, -0.9, 0.2), 0.4)];
-        let first =
-            |ray: &Ray<f64>| opaque.map(|(c, r)| enters(ray, c, r)).into_iter().fold(f64::INFINITY, f64::min);
+        let opaque = [Ball(vec3(1.1, 0.2, 0.1), 0.45), Ball(vec3(-0.6, -0.9, 0.2), 0.4)];
         for wander in [0.0, 0.08] {
-            let views = hidden(60, wander, first);
+            let views = hidden(60, wander, &opaque);
             let vote = vote_of(&views);
             // Borders that wander cost a hull some of its volume with and without something in front.
-            let whole = volume(&hidden(60, wander, |_| f64::INFINITY), BOX, &vote);
+            let whole = volume(&hidden(60, wander, &[]), BOX, &vote);
             let strict = volume(&views, BOX, &Vote { least: LEAST[0], ..vote });
             let found = volume(&views, BOX, &vote);
             assert!(

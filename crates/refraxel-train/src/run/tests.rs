@@ -15,7 +15,7 @@ use std::process::Command;
 fn run(step: u64) -> Run {
     let mut options = Options::default();
     options.grid.stages = 1;
-    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let cube = Aabb::cube(1.0);
     let finest = Domain::with_longest(cube, Extent::Bounded, 24);
     let origin = LocalOrigin::at(Vec3::new(471_000.0, 5_270_000.0, 0.0625 * step as f64));
     let plan = Plan { finest, near: 0.1, origin, backdrop: Backdrop::Color([1.0; 3]) };

@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn a_painted_model_shows_its_colour_in_every_direction() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain::with_longest(bounds, Extent::Contracted, 8);
         let map = BrickMap::dense(domain.resolution);
         let field = VoxelField::uniform(domain, map, ShDegree::new(2).unwrap(), -5.0);

@@ -10,6 +10,7 @@ use super::outline::{Outline, Outlines};
 use crate::model::Gate;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Domain, Extent, Ray};
+use refraxel_data::quantile;
 
 /// Shares of the views that make the hulls to compare with, from the most forgiving on: once the wrong masks are left
 /// out, a stricter hull tells the others apart.
@@ -118,18 +119,14 @@ fn entry(gates: &[Gate], ray: &Ray<f32>) -> Option<f32> {
 
 /// Which views lie far below the others; `None` where the overlaps mean nothing.
 fn judged(overlap: Vec<Option<f32>>) -> Option<Consistency> {
-    let usual = median(overlap.iter().flatten().copied().collect())?;
-    let deviation = median(overlap.iter().flatten().map(|o| (o - usual).abs()).collect())?;
+    let known = || overlap.iter().flatten().copied();
+    let usual = quantile(known(), 0.5)?;
+    let deviation = quantile(known().map(|o| (o - usual).abs()), 0.5)?;
     let least = usual - FAR.max(DEVIATIONS * deviation);
     let contradicts: Vec<bool> = overlap.iter().map(|o| o.is_some_and(|o| o < least)).collect();
     let wrong = contradicts.iter().filter(|w| **w).count() as f32;
     let tells = usual >= MEANINGLESS && wrong <= MOST_WRONG * contradicts.len() as f32;
     tells.then_some(Consistency { overlap, usual, contradicts })
-}
-
-fn median(mut values: Vec<f32>) -> Option<f32> {
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 #[cfg(test)]

@@ -160,18 +160,9 @@ fn nearest_set<T>(set: &[Option<T>], [width, height]: [usize; 2]) -> Vec<Option<
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
+    use super::super::around::cover;
     use super::*;
-
-    /// Coverage of the pixels of an image by `inside`, from `n`² samples each.
-    pub(in super::super) fn cover(size: [usize; 2], n: usize, inside: impl Fn(f64, f64) -> bool) -> Vec<u8> {
-        let share = |i: usize| {
-            let at = |p: usize, k: usize| p as f64 + (k as f64 + 0.5) / n as f64;
-            let hits = (0..n * n).filter(|k| inside(at(i % size[0], k % n), at(i / size[0], k / n))).count();
-            (hits as f64 * 255.0 / (n * n) as f64).round() as u8
-        };
-        (0..size[0] * size[1]).map(share).collect()
-    }
 
     fn errors(size: [usize; 2], distance: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let found = signed_distance(&cover(size, 16, |x, y| distance(x, y) < 0.0), size);

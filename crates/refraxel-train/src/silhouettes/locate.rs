@@ -188,7 +188,7 @@ fn joined(mut boxes: Vec<Aabb<f32>>, spacing: Spacing) -> Vec<Aabb<f32>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::hull::tests::{Ball, cameras, silhouettes};
+    use super::super::around::{Ball, cameras, silhouettes};
     use super::*;
     use refraxel_core::{IndexGrid, Interpolation, Medium};
 

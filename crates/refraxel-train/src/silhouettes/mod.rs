@@ -3,6 +3,8 @@
 //! Silhouettes of the refractive objects become [`Outlines`]; those [locate](Outlines::locate) the regions and carve the
 //! visual hull of each. [`Site`] turns an occupancy, the truth, a volume or a mesh into an index grid.
 
+#[cfg(test)]
+pub(crate) mod around;
 mod colours;
 mod consistency;
 mod contour;

@@ -1,34 +1,20 @@
 //! The same photographs in other coordinates: far from the origin of the world, and in other units of length.
 
+use crate::scenes::written;
 use refraxel_core::{Vec3, vec3};
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use refraxel_data::{Dataset, LocalOrigin, OpenOptions, PosedPhoto, View, load_photo};
+use refraxel_data::{Dataset, LocalOrigin, PosedPhoto, View, load_photo};
 use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{CpuBackend, Options};
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
+use tempfile::TempDir;
 
 /// A small glass ball with masks, in the units and at the place of its world.
 fn glass_ball() -> &'static Dataset {
-    static DATA: OnceLock<(tempfile::TempDir, Dataset)> = OnceLock::new();
-    let (_, data) = DATA.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let options = SynthOptions {
-            size: 24,
-            views: ViewCounts { train: 16, val: 0, test: 1 },
-            spp: 1,
-            detail_spp: 0,
-            index_resolution: 0,
-            ..SynthOptions::new("glass_ball", folder.path())
-        };
-        synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-        let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
-        (folder, data)
-    });
-    data
+    static DATA: OnceLock<(TempDir, Dataset)> = OnceLock::new();
+    &DATA.get_or_init(|| written("glass_ball", 24, [16, 0, 1], |_| {})).1
 }
 
 /// The glass ball in a world in which all lengths are so much larger, and whose origin is elsewhere.

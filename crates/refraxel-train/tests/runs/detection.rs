@@ -1,8 +1,8 @@
 //! What a run without masks may rely on: glass is found, nothing is found where nothing refracts, and looking leaves no trace.
 
 use crate::bits::bytes;
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use refraxel_data::{Dataset, OpenOptions, PhotoSource};
+use crate::scenes::written;
+use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::detection::{self, Hints};
 use refraxel_train::events::{Event, Task};
 use refraxel_train::options::Switch;
@@ -10,7 +10,6 @@ use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Stop, Until};
 use refraxel_train::verdict::StayReason;
 use refraxel_train::{CpuBackend, Options};
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 /// A small scene; its true masks are in another dataset.
@@ -20,17 +19,7 @@ struct Scene {
 }
 
 fn scene(name: &str) -> Scene {
-    let folder = tempfile::tempdir().unwrap();
-    let options = SynthOptions {
-        size: 96,
-        views: ViewCounts { train: 40, val: 0, test: 1 },
-        spp: 1,
-        detail_spp: 0,
-        index_resolution: 0,
-        ..SynthOptions::new(name, folder.path())
-    };
-    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-    let mut masked = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
+    let (_folder, mut masked) = written(name, 96, [40, 0, 1], |_| {});
     let all: Vec<usize> = (0..masked.views.len()).collect();
     let photos = masked.load_photos(&all, |_| {}).unwrap();
     let mut unmasked = masked.clone();

@@ -9,6 +9,7 @@ mod exact_tracer;
 mod opaque;
 mod peers;
 mod poses;
+mod scenes;
 mod session;
 mod some_masks;
 mod vjp;

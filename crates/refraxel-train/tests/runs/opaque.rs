@@ -45,7 +45,7 @@ fn a_ball_of_density_has_a_closed_mesh_of_its_size_that_faces_outwards() {
 
 #[test]
 fn beyond_the_box_and_before_forward_facing_cameras_a_ball_is_a_ball_in_the_world() {
-    let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    let bounds = Aabb::cube(1.0);
     let contracted = Domain::with_longest(bounds, Extent::Contracted, 121);
     let center = vec3(0.9, 0.1, -0.2);
     is_a_ball(&Opacity::of(&ball(contracted, center, 0.6)).mesh(0.5, 1), center, 0.6, 0.1);
@@ -63,7 +63,7 @@ fn beyond_the_box_and_before_forward_facing_cameras_a_ball_is_a_ball_in_the_worl
 
 #[test]
 fn what_reaches_the_end_of_the_grid_is_closed_there() {
-    let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    let bounds = Aabb::cube(1.0);
     let field = ball(Domain::with_longest(bounds, Extent::Bounded, 41), vec3(0.0, 0.0, -1.0), 0.7);
     let mesh = Opacity::of(&field).mesh(0.5, 1);
     assert_eq!(mesh.open_edges(), 0);
@@ -73,7 +73,7 @@ fn what_reaches_the_end_of_the_grid_is_closed_there() {
 
 #[test]
 fn the_level_is_where_the_light_of_rays_comes_from_however_soft_things_are() {
-    let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let bounds = Aabb::cube(1.0);
     let rays: Vec<Ray<f32>> = (0..100)
         .map(|k| {
             let at = vec3(-0.4 + 0.09 * (k % 10) as f32, -0.4 + 0.09 * (k / 10) as f32, -0.7);
@@ -97,7 +97,7 @@ fn the_level_is_where_the_light_of_rays_comes_from_however_soft_things_are() {
 
 #[test]
 fn too_much_detail_is_noticed() {
-    let bounds = Aabb::new(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    let bounds = Aabb::cube(1.0);
     let field = ball(Domain::with_longest(bounds, Extent::Bounded, 21), Vec3::zero(), 0.5);
     assert!(Opacity::fits(&field, 16) && !Opacity::fits(&field, 64) && !Opacity::fits(&field, u32::MAX));
 }

@@ -1,8 +1,8 @@
 //! Processes that train one model together: the same bits as one, and messages of the size that was foreseen.
 
+use crate::scenes::written;
 use refraxel_core::{Camera, Extent, VoxelField, vec3};
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use refraxel_data::{Dataset, OpenOptions};
+use refraxel_data::Dataset;
 use refraxel_train::backend::conformance::scenes;
 use refraxel_train::backend::step;
 use refraxel_train::communicator::{Communicator, Traffic, threads};
@@ -13,25 +13,13 @@ use refraxel_train::run::{Run, State};
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{Backend, CpuBackend, Options};
 use std::any::Any;
-use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
+use tempfile::TempDir;
 
 /// A small scene with masks.
 fn data() -> Dataset {
-    static DATA: OnceLock<(tempfile::TempDir, Dataset)> = OnceLock::new();
-    let (_, data) = DATA.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let options = SynthOptions {
-            size: 32,
-            views: ViewCounts { train: 16, val: 1, test: 2 },
-            spp: 1,
-            detail_spp: 0,
-            index_resolution: 16,
-            ..SynthOptions::new("glass_ball", folder.path())
-        };
-        synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-        (folder, Dataset::open(options.out, &OpenOptions::default()).unwrap())
-    });
+    static DATA: OnceLock<(TempDir, Dataset)> = OnceLock::new();
+    let (_, data) = DATA.get_or_init(|| written("glass_ball", 32, [16, 1, 2], |o| o.index_resolution = 16));
     data.clone()
 }
 

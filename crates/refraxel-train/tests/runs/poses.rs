@@ -1,28 +1,18 @@
 //! Cameras that find where they are.
 
+use crate::scenes::written;
 use refraxel_core::{Lens, Mat3, Pose, vec3};
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use refraxel_data::{Dataset, OpenOptions};
+use refraxel_data::Dataset;
 use refraxel_train::evaluation::Part;
 use refraxel_train::options::Switch;
 use refraxel_train::random::Random;
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{CpuBackend, Options};
-use std::ops::ControlFlow;
+use tempfile::TempDir;
 
 /// Opaque things, and a copy whose cameras are off by half a degree and one part in a hundred of their distance.
-fn data() -> (Dataset, Dataset, tempfile::TempDir) {
-    let folder = tempfile::tempdir().unwrap();
-    let options = SynthOptions {
-        size: 64,
-        views: ViewCounts { train: 36, val: 1, test: 3 },
-        spp: 4,
-        detail_spp: 0,
-        index_resolution: 0,
-        ..SynthOptions::new("opaque", folder.path())
-    };
-    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-    let truth = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
+fn data() -> (Dataset, Dataset, TempDir) {
+    let (folder, truth) = written("opaque", 64, [36, 1, 3], |o| o.spp = 4);
     let (mut off, random) = (truth.clone(), Random::new(3));
     for (view, k) in off.views.iter_mut().zip(0..) {
         let direction = |i: u64| {

@@ -1,11 +1,12 @@
 //! What a library user may rely on: events, stops inside long phases, copies, and going on bit by bit.
 
 use crate::bits::bytes;
+use crate::scenes::written;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
-use refraxel_data::synth::{IndexTruth, SceneOptions, SynthOptions, ViewCounts, scene, synthesize};
-use refraxel_data::{Backdrop, Dataset, OpenOptions};
+use refraxel_data::synth::{IndexTruth, SceneOptions, scene};
+use refraxel_data::{Backdrop, Dataset};
 use refraxel_train::backend::{
     Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient, Snapshot,
     StepOutcome,
@@ -19,26 +20,13 @@ use refraxel_train::run::Run;
 use refraxel_train::session::{IntoBackend, Session, SessionError, Setup, Stop, Until};
 use refraxel_train::verdict::{Hypothesis, RegionVerdict, StayReason};
 use refraxel_train::{Backend, CpuBackend, Options, TrainError};
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
+use tempfile::TempDir;
 
 /// A small glass ball with masks.
 fn glass_ball() -> Dataset {
-    static DATA: OnceLock<(tempfile::TempDir, Dataset)> = OnceLock::new();
-    let (_, data) = DATA.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let options = SynthOptions {
-            size: 32,
-            views: ViewCounts { train: 24, val: 1, test: 2 },
-            spp: 1,
-            detail_spp: 0,
-            index_resolution: 16,
-            ..SynthOptions::new("glass_ball", folder.path())
-        };
-        synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-        let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
-        (folder, data)
-    });
+    static DATA: OnceLock<(TempDir, Dataset)> = OnceLock::new();
+    let (_, data) = DATA.get_or_init(|| written("glass_ball", 32, [24, 1, 2], |o| o.index_resolution = 16));
     data.clone()
 }
 
@@ -107,21 +95,9 @@ fn a_truth_of_bodies_in_bodies_is_held_and_stored() {
     assert!((found[0] - 1.0).abs() < 1e-6 && (found[1] - 1.5).abs() < 1e-6, "{found:?}");
 }
 
-/// A small scene with masks, written to disk and read again.
-fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (tempfile::TempDir, Dataset) {
-    let folder = tempfile::tempdir().unwrap();
-    let options = SynthOptions {
-        size,
-        views: ViewCounts { train: 30, val: 1, test: 2 },
-        spp: 4,
-        detail_spp: 0,
-        index_resolution: 0,
-        ior,
-        ..SynthOptions::new(name, folder.path())
-    };
-    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-    let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
-    (folder, data)
+/// A small scene with masks, and the folder in which it lies.
+fn scene_data(name: &str, size: u32, ior: Option<f64>) -> (TempDir, Dataset) {
+    written(name, size, [30, 1, 2], |o| (o.spp, o.ior) = (4, ior))
 }
 
 /// A run that is long enough for a race, or its beginning.

@@ -1,22 +1,16 @@
 //! Data in which only some views have masks.
 
-use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use refraxel_data::{Dataset, OpenOptions, PhotoSource};
+use crate::scenes::written;
+use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::events::Event;
 use refraxel_train::options::Switch;
 use refraxel_train::session::{Session, Setup, Until};
 use refraxel_train::{CpuBackend, Options};
-use std::ops::ControlFlow;
+use tempfile::TempDir;
 
 /// A glass ball in 24 training views, with its masks.
-fn masked() -> (tempfile::TempDir, Dataset) {
-    let folder = tempfile::tempdir().unwrap();
-    let views = ViewCounts { train: 24, val: 0, test: 2 };
-    let usual = SynthOptions::new("glass_ball", folder.path());
-    let options = SynthOptions { size: 32, views, spp: 1, detail_spp: 0, index_resolution: 0, ..usual };
-    synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
-    let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
-    (folder, data)
+fn masked() -> (TempDir, Dataset) {
+    written("glass_ball", 32, [24, 0, 2], |_| {})
 }
 
 /// The same data with the masks of every so many-th training view only.

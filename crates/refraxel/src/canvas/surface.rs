@@ -84,13 +84,13 @@ impl Canvas {
 
     /// Writes the surface as PNG, atomically.
     pub fn save_png(&self, path: &Path) -> Result<(), WriteError> {
-        let bytes = self.pixels.as_flattened();
-        let side = |n: usize| u32::try_from(n).map_err(io::Error::other);
-        write_atomic(path, |writer| {
-            let (width, height) = (side(self.width)?, side(self.height)?);
-            let encoder = PngEncoder::new(writer);
-            encoder.write_image(bytes, width, height, ExtendedColorType::Rgb8).map_err(io::Error::other)
-        })
+        write_png(path, self.pixels.as_flattened(), [self.width, self.height], ExtendedColorType::Rgb8)
+    }
+
+    /// How many pixels have this colour.
+    #[cfg(test)]
+    pub fn count(&self, colour: Colour) -> usize {
+        self.pixels.iter().filter(|p| **p == colour).count()
     }
 
     /// Mixes `colour` into a pixel, all of it at `opacity` 1; nothing happens outside the surface.
@@ -104,6 +104,21 @@ impl Canvas {
             *below = (f32::from(*below) + (f32::from(above) - f32::from(*below)) * opacity).round() as u8;
         }
     }
+}
+
+/// Writes pixels as PNG, atomically; 16-bit samples in the machine's byte order.
+pub fn write_png(
+    path: &Path,
+    pixels: &[u8],
+    size: [usize; 2],
+    colour: ExtendedColorType,
+) -> Result<(), WriteError> {
+    let side = |n: usize| u32::try_from(n).map_err(io::Error::other);
+    write_atomic(path, |writer| {
+        let (width, height) = (side(size[0])?, side(size[1])?);
+        let encoder = PngEncoder::new(writer);
+        encoder.write_image(pixels, width, height, colour).map_err(io::Error::other)
+    })
 }
 
 #[cfg(test)]

@@ -3,9 +3,7 @@
 use super::curves::Plot;
 use super::marks::{Frame, marks};
 use super::svg;
-use crate::canvas::{Canvas, Colour};
-
-const PAPER: Colour = [255; 3];
+use crate::canvas::{Canvas, PAPER};
 
 impl Plot {
     /// Draws the plot; sizes below 320×200 pixels are raised to that.
@@ -28,8 +26,9 @@ impl Plot {
 #[cfg(test)]
 mod tests {
     use super::super::curves::{NamedPoint, Series};
-    use super::super::marks::{CURVES, FAINT, INK};
+    use super::super::marks::CURVES;
     use super::*;
+    use crate::canvas::{FAINT, INK};
 
     fn plot(series: &[(&str, &[(f64, f64)])]) -> Plot {
         let series =
@@ -38,34 +37,28 @@ mod tests {
         Plot { title, x_label, y_label, series, named: Vec::new() }
     }
 
-    fn count(canvas: &Canvas, colour: Colour) -> usize {
-        (0..canvas.height())
-            .map(|y| (0..canvas.width()).filter(|&x| canvas.pixel(x, y) == colour).count())
-            .sum()
-    }
-
     #[test]
     fn each_curve_is_drawn_in_its_colour() {
         let canvas = plot(&[("a", &[(0.0, 20.0), (100.0, 30.0)]), ("b", &[(0.0, 18.0), (100.0, 28.0)])])
             .draw(640, 400);
         assert_eq!((canvas.width(), canvas.height()), (640, 400));
-        assert!(count(&canvas, CURVES[0]) > 400 && count(&canvas, CURVES[1]) > 400);
+        assert!(canvas.count(CURVES[0]) > 400 && canvas.count(CURVES[1]) > 400);
     }
 
     #[test]
     fn value_that_is_not_finite_interrupts_the_curve() {
         let whole = plot(&[("a", &[(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (3.0, 2.0)])]).draw(640, 400);
         let broken = plot(&[("a", &[(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0)])]).draw(640, 400);
-        assert!(count(&broken, CURVES[0]) < count(&whole, CURVES[0]) - 200);
+        assert!(broken.count(CURVES[0]) < whole.count(CURVES[0]) - 200);
     }
 
     #[test]
     fn degenerate_data_still_gives_axes() {
         for points in [&[][..], &[(5.0, 7.0)], &[(0.0, f64::INFINITY)], &[(1.0, 3.0), (1.0, 3.0)]] {
             let canvas = plot(&[("a", points)]).draw(0, 0);
-            assert!(count(&canvas, FAINT) > 100, "{points:?}");
+            assert!(canvas.count(FAINT) > 100, "{points:?}");
         }
-        assert!(count(&plot(&[]).draw(320, 200), FAINT) > 100);
+        assert!(plot(&[]).draw(320, 200).count(FAINT) > 100);
     }
 
     #[test]
@@ -75,7 +68,7 @@ mod tests {
             let name = |p: &(f64, f64)| NamedPoint { name: "IMG_0012.jpg".into(), point: *p };
             Plot { named: points.iter().map(name).collect(), ..flat.clone() }.draw(640, 400)
         };
-        let ink = |canvas: &Canvas| count(canvas, INK);
+        let ink = |canvas: &Canvas| canvas.count(INK);
         let [none, one, apart, crowd] =
             [&[][..], &[(50.0, 25.0)], &[(20.0, 28.0), (80.0, 22.0)], &[(50.0, 25.0); 30]].map(named);
         let each = ink(&one) - ink(&none);

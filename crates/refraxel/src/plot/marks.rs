@@ -2,11 +2,8 @@
 
 use super::curves::{NamedPoint, Plot, Series};
 use super::ticks::{rounded, ticks};
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, Style, text_width};
+use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PALE, Rect, Style, text_width};
 
-pub(super) const INK: Colour = [28, 30, 36];
-pub(super) const FAINT: Colour = [104, 108, 118];
-const GRID: Colour = [228, 230, 235];
 /// Told apart with every kind of colour vision: Okabe & Ito 2008, blue, vermilion, green, purple.
 pub(super) const CURVES: [Colour; 4] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167]];
 
@@ -99,7 +96,7 @@ fn axes(frame: &Frame, marks: &mut Vec<Mark>) {
     let (left, right) = (frame.axes.x as f64, (frame.axes.x + frame.axes.width) as f64);
     for y in ys {
         let at = crisp(frame.place((frame.x.0, y)).1);
-        marks.push(line(vec![(left, at), (right, at)], GRID));
+        marks.push(line(vec![(left, at), (right, at)], PALE));
         let place = (frame.axes.x as i64 - 8, at as i64 - half);
         marks.push(text(place, &format!("{y:.y_decimals$}"), Font::Body.style(Align::Right, FAINT)));
     }

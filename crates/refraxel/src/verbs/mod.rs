@@ -16,6 +16,7 @@ pub mod known_index;
 pub mod loaded;
 pub mod mask;
 pub mod options;
+pub mod ply_header;
 pub mod render;
 pub mod reopen;
 pub mod sheet;

@@ -1,8 +1,9 @@
 //! Pictures on disk: renderings, and sheets of truth, renderings and errors side by side.
 
+use crate::canvas::write_png;
 use crate::exit::Failure;
 use crate::picture::{Comparison, Content, Panel};
-use refraxel_train::checkpoint::write_atomic;
+use image::ExtendedColorType;
 use refraxel_train::evaluation::Rendering;
 use refraxel_train::metrics::Rgb8;
 use std::path::{Path, PathBuf};
@@ -76,21 +77,8 @@ pub fn png_path(folder: &Path, name: &str) -> PathBuf {
 
 /// Writes the colours of a rendering as PNG, atomically.
 pub fn save_image(path: &Path, r: &Rendering) -> Result<(), Failure> {
-    save_png(path, r.colour.as_flattened(), [r.width, r.height], image::ExtendedColorType::Rgb8)
-}
-
-/// Writes pixels as PNG, atomically; 16-bit samples in the machine's byte order.
-pub fn save_png(
-    path: &Path,
-    pixels: &[u8],
-    [width, height]: [u32; 2],
-    colour: image::ExtendedColorType,
-) -> Result<(), Failure> {
-    use image::ImageEncoder;
-    Ok(write_atomic(path, |f| {
-        let encoder = image::codecs::png::PngEncoder::new(f);
-        encoder.write_image(pixels, width, height, colour).map_err(std::io::Error::other)
-    })?)
+    let size = [r.width as usize, r.height as usize];
+    Ok(write_png(path, r.colour.as_flattened(), size, ExtendedColorType::Rgb8)?)
 }
 
 #[cfg(test)]

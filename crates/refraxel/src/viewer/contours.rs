@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_hull_is_drawn_where_its_voxels_are_half_full_also_at_the_end_of_its_grid() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain { bounds, extent: Extent::Bounded, resolution: [33; 3] };
         // A ball of which a part lies outside of the grid.
         let middle = Vec3::new(0.6, 0.0, 0.0);
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn lines_lie_on_the_surface_and_their_normals_point_outwards() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain { bounds, extent: Extent::Bounded, resolution: [25; 3] };
         let ball = Mesh::of_level(&domain, 1, |x: Vec3<f64>| (x.length() - 0.6, x.normalized()));
         let pieces = of_mesh(&ball, bounds);

@@ -3,7 +3,7 @@
 use super::chunk::Similarity;
 use super::element::{Element, child};
 use super::sensor;
-use crate::folder::{names, only_one};
+use crate::folder::only_file;
 use crate::formats::beside::{self, image_folder};
 use crate::parsed::{Frame, Intrinsics, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
@@ -18,11 +18,7 @@ const NODES: u32 = 5_000_000;
 
 /// The file of cameras in a folder: XML with a `<document>` that has a `<chunk>`.
 pub(crate) fn find(folder: &Path) -> Result<Option<PathBuf>, DataError> {
-    let mut found = names(folder).unwrap_or_default();
-    found.retain(|name| !name.starts_with('.') && name.to_ascii_lowercase().ends_with(".xml"));
-    let mut files: Vec<PathBuf> = found.into_iter().map(|name| folder.join(name)).collect();
-    files.retain(|file| is_cameras(file));
-    only_one(folder, files)
+    only_file(folder, ".xml", is_cameras)
 }
 
 /// Whether a file has what cameras of Metashape have.

@@ -10,8 +10,8 @@ use crate::formats::lens::{fisheye, opencv};
 use crate::json::Object;
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
 use crate::root::{Root, Statement};
-use crate::{DataError, Format, OpenOptions, Problem, limits, pose};
-use refraxel_core::{Lens, Pose, Vec3, vec3};
+use crate::{DataError, Format, OpenOptions, Problem, limits};
+use refraxel_core::{Lens, Mat3, Pose, Vec3, vec3};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -80,7 +80,7 @@ fn pose_of(shot: &Object) -> Result<Pose, DataError> {
         let numbers = shot.numbers::<3>(key, "three finite numbers")?;
         numbers.map(Vec3::from).ok_or_else(|| shot.wrong(key, "three finite numbers (world to camera)"))
     };
-    let rotation = pose::rotation_of_vector(three("rotation")?).transpose();
+    let rotation = Mat3::turning(three("rotation")?).transpose();
     Ok(Pose { rotation, translation: -(rotation * three("translation")?) })
 }
 

@@ -1,7 +1,7 @@
 //! Poses as they are estimated from photographs: a little off.
 
 use crate::synth::hash::signed;
-use refraxel_core::{Camera, Vec3, vec3};
+use refraxel_core::{Camera, Mat3, Vec3, vec3};
 use std::f64::consts::PI;
 
 /// Angle by which every camera is turned away from its true pose [degree].
@@ -14,8 +14,7 @@ pub(in crate::synth) fn estimated(camera: &Camera, target: Vec3<f64>, seed: u64)
     let mut told = *camera;
     let pose = &mut told.world_from_camera;
     let distance = (pose.translation - target).length();
-    let (axis, angle) = (direction(seed, 0), TURN_ERROR.to_radians());
-    pose.rotation.columns = pose.rotation.columns.map(|c| turned(c, axis, angle));
+    pose.rotation = Mat3::turning(direction(seed, 0) * TURN_ERROR.to_radians()) * pose.rotation;
     pose.translation += direction(seed, 2) * (POSITION_ERROR * distance);
     told
 }
@@ -25,12 +24,6 @@ fn direction(seed: u64, draw: u64) -> Vec3<f64> {
     let (z, around) = (signed(seed, draw), PI * signed(seed, draw + 1));
     let rho = (1.0 - z * z).sqrt();
     vec3(rho * around.cos(), rho * around.sin(), z)
-}
-
-/// Rodrigues' formula.
-fn turned(v: Vec3<f64>, axis: Vec3<f64>, angle: f64) -> Vec3<f64> {
-    let (sin, cos) = angle.sin_cos();
-    v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Linear colours, and the colours of displays.
 
+use crate::photo::srgb_encode;
+
 /// Linear red, green, blue; 1 = white of the display.
 pub type Rgb = [f64; 3];
 
@@ -10,8 +12,7 @@ fn linear_from_srgb(v: f64) -> f64 {
 
 /// sRGB encoding of a linear channel, clamped to [0, 1] (IEC 61966-2-1).
 pub(in crate::synth) fn srgb_from_linear(v: f64) -> f64 {
-    let v = v.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+    srgb_encode(v.clamp(0.0, 1.0))
 }
 
 /// Linear colour of a display colour such as 0xff8800.

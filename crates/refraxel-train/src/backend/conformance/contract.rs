@@ -1,5 +1,6 @@
 //! What [`Backend`] promises besides numbers.
 
+use super::absorbing::tinted_nested_balls;
 use super::bent::{bent_model, graded_body_model, sharp_model};
 use super::clearcoated::clearcoated_model;
 use super::mirrored::sharp_ball;
@@ -47,7 +48,8 @@ fn owned(snapshot: Snapshot) -> (Model, Optimiser) {
 
 /// Snapshot, learn on, load, learn again: the same bits.
 pub fn a_loaded_snapshot_goes_on_as_if_nothing_had_happened<B: Backend>(suite: &Suite<B>) {
-    goes_on(suite, vec![sharp_ball(), bent_model(Extent::Contracted), clearcoated_model(Extent::Bounded)]);
+    let coated = clearcoated_model(Extent::Bounded);
+    goes_on(suite, vec![tinted_nested_balls(), bent_model(Extent::Contracted), coated]);
 }
 
 /// The same where nothing bends or mirrors.

@@ -15,7 +15,7 @@ use refraxel_core::{
 };
 
 fn bounds() -> Aabb<f32> {
-    Aabb::new(vec3(-0.6, -0.6, -0.6), vec3(0.6, 0.6, 0.6))
+    Aabb::cube(0.6)
 }
 
 /// A ball of glass in the field, with caches of noise.

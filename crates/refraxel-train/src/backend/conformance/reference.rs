@@ -2,9 +2,11 @@
 
 use super::scenes::objective;
 use crate::model::Model;
+use refraxel_core::field::Matter;
 use refraxel_core::optics::{Options, Tracer};
 use refraxel_core::radiance::{QuadraturePoint, Segment, quadrature};
-use refraxel_core::{AlignedVec, Background, EnvironmentMap, Medium, Path, Ray, VoxelField};
+use refraxel_core::sh::MAX_BASIS;
+use refraxel_core::{AlignedVec, Background, EnvironmentMap, Medium, Path, Ray, Vec3, VoxelField};
 
 /// A model in f64, straight and bent.
 #[derive(Clone)]
@@ -12,6 +14,16 @@ pub(super) struct Reference {
     pub field: VoxelField<f64>,
     pub background: Background<f64>,
     pub medium: Medium<f64>,
+}
+
+/// What a straight ray meets at a quadrature point.
+pub(super) struct Sample {
+    pub x: Vec3<f64>,
+    pub dt: f64,
+    pub colour: [f64; 3],
+    pub alpha: f64,
+    /// Transmittance before it.
+    pub before: f64,
 }
 
 /// A path and its quadrature points.
@@ -58,6 +70,24 @@ impl Reference {
     ) -> Option<(Segment<f64>, Vec<QuadraturePoint<f64>>)> {
         let s = Segment::straight(&ray.cast(), &self.field.domain, 0.0)?;
         Some((s, quadrature(&self.field.domain, &[s], self.step(), f64::from(offset))))
+    }
+
+    /// What a straight ray meets, from the front; `y` is the basis in its direction.
+    pub(super) fn samples(
+        &self,
+        s: &Segment<f64>,
+        points: &[QuadraturePoint<f64>],
+        y: &[f64; MAX_BASIS],
+    ) -> Vec<Sample> {
+        let mut before = 1.0;
+        let sample = |q: &QuadraturePoint<f64>| {
+            let x = s.at(q.t);
+            let Matter { density, colour } = self.field.at(x, y)?;
+            let sample = Sample { x, dt: q.dt, colour, alpha: -(-density * q.dt).exp_m1(), before };
+            before *= 1.0 - sample.alpha;
+            Some(sample)
+        };
+        points.iter().filter_map(sample).collect()
     }
 
     /// A ray that may bend.

@@ -1,6 +1,6 @@
 //! Straight rays against the reference.
 
-use super::reference::Reference;
+use super::reference::{Reference, Sample};
 use super::scenes::{batch, environment, field, objective, projective, relative, straight_model};
 use super::suite::Suite;
 use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
@@ -108,14 +108,10 @@ pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite:
         let transmittance = 0.4 * opacity_beta_slope(pixel.transmittance);
         let d = PixelAdjoint { colour: [0.0; 3], transmittance, behind: [0.3; 3] };
         render_vjp(&reference.field, &[s], &points, &d, &mut grad);
-        let mut before = 1.0;
-        for q in points {
-            let y = sh::basis(reference.field.degree, s.momentum);
-            let Some(medium) = reference.field.at(s.at(q.t), &y) else { continue };
-            let alpha = -(-medium.density * q.dt).exp_m1();
-            let colour = sample_colour_slope(0.7 * before * alpha, medium.colour, b.target[k].map(f64::from));
-            reference.field.at_vjp(s.at(q.t), &y, &Matter { density: 0.0, colour }, &mut grad);
-            before *= 1.0 - alpha;
+        let y = sh::basis(reference.field.degree, s.momentum);
+        for Sample { x, colour, alpha, before, .. } in reference.samples(&s, &points, &y) {
+            let colour = sample_colour_slope(0.7 * before * alpha, colour, b.target[k].map(f64::from));
+            reference.field.at_vjp(x, &y, &Matter { density: 0.0, colour }, &mut grad);
         }
     }
     let difference = |with: &[f32], without: &[f32]| -> Vec<f32> {
@@ -142,21 +138,14 @@ pub fn measured_depth_has_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
     for (k, ray) in b.rays.iter().enumerate() {
         let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
         let Some(measured) = b.measured(k).map(f64::from) else { continue };
-        let (mut seen, mut before) = (Vec::new(), 1.0);
-        for q in points {
-            let y = sh::basis(reference.field.degree, s.momentum);
-            let Some(medium) = reference.field.at(s.at(q.t), &y) else { continue };
-            let alpha = -(-medium.density * q.dt).exp_m1();
-            // From the start of the ray: its momentum is of length 1.
-            let t = (s.at(q.t) - ray.cast().origin).length();
-            seen.push((q, y, before, alpha, depth_cost(t, measured)));
-            before *= 1.0 - alpha;
-        }
+        let y = sh::basis(reference.field.degree, s.momentum);
         // From the back, Σ w κ + T over what lies behind a sample, which costs 1 where nothing does.
         let mut behind = 1.0;
-        for (q, y, before, alpha, cost) in seen.into_iter().rev() {
-            let density = 0.7 * before * (1.0 - alpha) * (cost - behind) * q.dt;
-            reference.field.at_vjp(s.at(q.t), &y, &Matter { density, colour: [0.0; 3] }, &mut grad);
+        for Sample { x, dt, alpha, before, .. } in reference.samples(&s, &points, &y).into_iter().rev() {
+            // From the start of the ray: its momentum is of length 1.
+            let cost = depth_cost((x - ray.cast().origin).length(), measured);
+            let density = 0.7 * before * (1.0 - alpha) * (cost - behind) * dt;
+            reference.field.at_vjp(x, &y, &Matter { density, colour: [0.0; 3] }, &mut grad);
             behind += alpha * (cost - behind);
         }
     }

@@ -10,7 +10,7 @@ use crate::verdict::Hypothesis;
 
 /// A body of one index.
 pub(in crate::refraction_search) const HELD: Proposal = Proposal {
-    kind: Hypothesis::Context,
+    kind: Hypothesis::Known,
     fits: Region::is_known,
     is_dear: false,
     is_sharp: false,

@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn a_body_learns_on_a_coarser_grid_unless_it_is_held() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let interpolation = Options::default().index.interpolation.into();
         let site = Site { bounds, resolution: [57; 3], interpolation };
         let region = Region::body(site, |x| x.length() - 0.6);

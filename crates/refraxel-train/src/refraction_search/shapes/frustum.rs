@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn a_cylinder_is_found_again_and_changed() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let axis = Axis { at: vec3(0.1, -0.05, 0.0), up: vec3(0.1, 0.05, 1.0).normalized() };
         let true_one = Frustum { axis, radius: 0.4, slope: 0.0, span: [-0.6, 0.5] };
         let body = LevelSet::from_samples(bounds, [65; 3], |x| true_one.distance(x));
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn what_has_hardly_any_height_has_no_side() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let plate =
             LevelSet::from_samples(bounds, [33; 3], |x: Vec3<f32>| x.length().max(x.z.abs() * 8.0) - 0.6);
         assert!(Frustum::of(&plate, vec3(0.0, 0.0, 1.0)).is_none());

@@ -256,7 +256,7 @@ mod tests {
 
     /// A hull on 61 nodes along each axis, its distances disturbed by up to half a voxel.
     fn hull(phi: impl Fn(Vec3<f32>) -> f32) -> LevelSet<f32> {
-        let bounds = Aabb::new(Vec3::splat(-0.7), Vec3::splat(0.7));
+        let bounds = Aabb::cube(0.7);
         let exact = LevelSet::from_samples(bounds, [61; 3], phi);
         let (random, voxel) = (Random::new(3), exact.voxel());
         let noisy = |(j, d): (usize, &f32)| d + voxel * (random.uniform(j as u64, 0) as f32 - 0.5);

@@ -24,14 +24,10 @@ pub(in crate::refraction_search) fn shell(outer: &LevelSet<f32>, wall: f32) -> O
 mod tests {
     use super::super::views::{index, runs};
     use super::*;
-    use refraxel_core::{Aabb, Vec3, vec3};
-
-    fn cube() -> Aabb<f32> {
-        Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0))
-    }
+    use refraxel_core::{Aabb, vec3};
 
     fn ball() -> LevelSet<f32> {
-        LevelSet::from_samples(cube(), [49; 3], |x| x.length() - 0.7)
+        LevelSet::from_samples(Aabb::cube(1.0), [49; 3], |x| x.length() - 0.7)
     }
 
     #[test]

@@ -191,7 +191,7 @@ mod tests {
     const UP: Vec3<f32> = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
 
     fn body(f: impl Fn(Vec3<f32>) -> f32) -> LevelSet<f32> {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let mut level = LevelSet::from_control_values(bounds, [65; 3], f);
         level.redistance();
         level
@@ -242,7 +242,7 @@ mod tests {
         let walls = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(x, y)| face(x, y, 0.0, 0.5));
         let faces = walls.into_iter().chain([face(0.0, 0.0, 1.0, 0.4)]).collect();
         let block = Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.6)) };
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let outer = block.level_set(bounds, [65; 3]);
         let side = Side::new(outer, UP).unwrap().of_planes(Some(&block));
         for raised in [0.0, 0.05] {

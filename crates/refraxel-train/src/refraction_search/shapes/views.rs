@@ -2,15 +2,14 @@
 
 use super::body::{ShapeBody, Substance};
 use crate::random::Random;
+use crate::silhouettes::around::{FAR, FIELD, cameras_between, mask};
 use crate::silhouettes::{Outlines, Silhouette, Vote};
 use rayon::prelude::*;
-use refraxel_core::{Aabb, Camera, Domain, Extent, LevelSet, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Camera, Domain, Extent, LevelSet, Ray, Vec3};
 use refraxel_data::Mask;
 
-/// Width of a picture [pixel], and distance of the cameras [scene unit].
+/// Width of a picture [pixel].
 pub(super) const SIZE: u32 = 200;
-const FAR: f64 = 4.0;
-const FIELD: f64 = 0.69;
 
 /// What a pixel covers at the middle of the body [scene unit].
 pub(super) fn footprint() -> f64 {
@@ -20,33 +19,12 @@ pub(super) fn footprint() -> f64 {
 /// `count` cameras spread evenly over the part of a sphere whose height above the horizon has a sine in this
 /// range.
 pub(super) fn cameras(count: usize, sines: [f64; 2]) -> Vec<Camera> {
-    let eye = |i: usize| {
-        let z = sines[0] + (sines[1] - sines[0]) * (i as f64 + 0.5) / count as f64;
-        let (r, angle) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963);
-        vec3(r * angle.cos(), r * angle.sin(), z) * FAR
-    };
-    let look = |i| Camera::look_at(eye(i), Vec3::zero(), vec3(0.1, 0.2, 1.0), FIELD, [SIZE; 2]);
-    (0..count).map(look).collect()
+    cameras_between(sines, count, FIELD, SIZE)
 }
 
-/// Coverage by what rays meet: sampled at the corners of pixels, and 6 × 6 times where these differ.
+/// What rays meet.
 pub(super) fn silhouette(camera: &Camera, meets: impl Fn(&Ray<f64>) -> bool) -> Silhouette {
-    let size = [camera.width as usize, camera.height as usize];
-    let at = |u: f64, v: f64| camera.ray(u, v).is_some_and(|r| meets(&r));
-    let n = size[0] + 1;
-    let corners: Vec<bool> = (0..n * (size[1] + 1)).map(|i| at((i % n) as f64, (i / n) as f64)).collect();
-    let coverage = (0..size[0] * size[1]).map(|i| {
-        let (x, y) = (i % size[0], i / size[0]);
-        let k = y * n + x;
-        let inside = [k, k + 1, k + n, k + n + 1].map(|k| corners[k]);
-        if inside == [true; 4] || inside == [false; 4] {
-            return if inside[0] { 255 } else { 0 };
-        }
-        let sub = |i: usize| (i as f64 + 0.5) / 6.0;
-        let hits = (0..36).filter(|k| at(x as f64 + sub(k % 6), y as f64 + sub(k / 6))).count();
-        (hits as f64 / 36.0 * 255.0).round() as u8
-    });
-    let mask = Mask { width: camera.width, height: camera.height, coverage: coverage.collect() };
+    let mask = mask(camera, 6, |u, v| camera.ray(u, v).is_some_and(|r| meets(&r)));
     Silhouette { camera: *camera, mask: mask.into(), occluders: None }
 }
 
@@ -93,7 +71,7 @@ pub(super) fn shaken(views: Vec<Silhouette>, pixels: f64) -> Vec<Silhouette> {
 
 /// The visual hull in a cube of half width `half`, as a level set.
 pub(super) fn hull(outlines: &Outlines, half: f32, nodes: u32) -> LevelSet<f32> {
-    let bounds = Aabb::new(Vec3::splat(-half), Vec3::splat(half));
+    let bounds = Aabb::cube(half);
     let domain = Domain { bounds, extent: Extent::Bounded, resolution: [nodes; 3] };
     let reach = 4.0 * domain.voxel();
     let distance = outlines.hull(&domain, &Vote::default()).distance;

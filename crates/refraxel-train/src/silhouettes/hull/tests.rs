@@ -1,60 +1,11 @@
-use super::super::contour::tests::cover;
+pub(in super::super) use super::super::around::{Ball, cameras, silhouettes};
 use super::carve::node_of;
 use super::{Hull, Vote};
-use crate::silhouettes::{Occluders, Outlines, Silhouette};
-use rayon::prelude::*;
-use refraxel_core::{Aabb, Camera, Domain, Extent, Lens, Ray, Vec3, vec3};
-use refraxel_data::Mask;
-
-/// A ball.
-#[derive(Clone, Copy)]
-pub(in super::super) struct Ball(pub Vec3<f64>, pub f64);
-
-impl Ball {
-    /// Arc length where a ray enters; infinite where it misses.
-    fn enter(&self, ray: &Ray<f64>) -> f64 {
-        let to = self.0 - ray.origin;
-        let along = to.dot(ray.direction);
-        let inside = self.1 * self.1 - (to.dot(to) - along * along);
-        if inside < 0.0 || along < 0.0 { f64::INFINITY } else { along - inside.sqrt() }
-    }
-}
-
-/// `count` cameras spread over a sphere of radius 4 around the origin.
-pub(in super::super) fn cameras(count: usize, size: u32) -> Vec<Camera> {
-    let eye = |i: usize| {
-        let z = 1.0 - 2.0 * (i as f64 + 0.5) / count as f64;
-        let (r, angle) = ((1.0 - z * z).sqrt(), i as f64 * 2.399_963);
-        vec3(r * angle.cos(), r * angle.sin(), z) * 4.0
-    };
-    (0..count)
-        .map(|i| Camera::look_at(eye(i), Vec3::zero(), vec3(0.1, 0.2, 1.0), 0.69, [size, size]))
-        .collect()
-}
-
-/// Silhouettes of glass balls, cut by opaque balls in front of them.
-pub(in super::super) fn silhouettes(cameras: &[Camera], glass: &[Ball], opaque: &[Ball]) -> Vec<Silhouette> {
-    let first =
-        |balls: &[Ball], ray: &Ray<f64>| balls.iter().map(|b| b.enter(ray)).fold(f64::INFINITY, f64::min);
-    let view = |camera: &Camera| {
-        let size = [camera.width as usize, camera.height as usize];
-        let ray = |u, v| camera.ray(u, v).unwrap();
-        let coverage = cover(size, 6, |u, v| first(glass, &ray(u, v)) < first(opaque, &ray(u, v)));
-        let beyond =
-            |i: usize| first(opaque, &ray((i % size[0]) as f64 + 0.5, (i / size[0]) as f64 + 0.5)) as f32;
-        let look = |pixels: &[usize]| pixels.iter().map(|&i| beyond(i)).collect();
-        let mask = Mask { width: camera.width, height: camera.height, coverage };
-        Silhouette {
-            camera: *camera,
-            occluders: (!opaque.is_empty()).then(|| Occluders::new(&mask, 1, look)),
-            mask: mask.into(),
-        }
-    };
-    cameras.par_iter().map(view).collect()
-}
+use crate::silhouettes::{Outlines, Silhouette};
+use refraxel_core::{Aabb, Domain, Extent, Lens, vec3};
 
 fn domain(half: f32, nodes: u32) -> Domain<f32> {
-    Domain::with_longest(Aabb::new(Vec3::splat(-half), Vec3::splat(half)), Extent::Bounded, nodes)
+    Domain::with_longest(Aabb::cube(half), Extent::Bounded, nodes)
 }
 
 /// Distances of the hull's nodes within `band` voxels of the ball's surface, minus the true ones [voxel].

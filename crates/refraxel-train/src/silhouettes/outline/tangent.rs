@@ -74,7 +74,7 @@ impl Outline {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::hull::tests::{Ball, cameras, silhouettes};
+    use super::super::super::around::{Ball, cameras, silhouettes};
     use super::*;
     use refraxel_core::vec3;
 

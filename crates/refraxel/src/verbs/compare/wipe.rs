@@ -2,7 +2,7 @@
 //!
 //! Each frame holds the strip alone that the boundary has passed, so that the file is about as large as three pictures.
 
-use crate::canvas::{Align, Canvas, Colour, Font, Rect};
+use crate::canvas::{Align, Canvas, Colour, Font, INK, PAPER, Rect};
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::anyhow;
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
@@ -11,8 +11,6 @@ use refraxel_train::metrics::Rgb8;
 use std::io;
 use std::path::Path;
 
-const PAPER: Colour = [255; 3];
-const INK: Colour = [28, 30, 36];
 /// Narrower pictures are enlarged by a whole factor [pixel].
 const WIDTH: usize = 400;
 /// Height of the line with the captions [pixel].

@@ -109,7 +109,7 @@ mod tests {
 
     /// Three balls, the second smaller and the third a speck.
     fn three() -> Mesh {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let domain = Domain { bounds: cube, extent: Extent::Bounded, resolution: [49; 3] };
         Mesh::of_level(&domain, 1, |x| {
             let balls = [(-0.5, 0.4), (0.3, 0.3), (0.8, 0.04)].map(|(at, radius)| {
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn unseen_places_have_the_mean_colour_over_all_directions_and_the_largest_weight_around_them() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain { bounds, extent: Extent::Bounded, resolution: [9; 3] };
         let degree = ShDegree::new(1).unwrap();
         let mut field = VoxelField::uniform(domain, BrickMap::dense([9; 3]), degree, 0.0);

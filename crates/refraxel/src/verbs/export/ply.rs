@@ -1,6 +1,7 @@
 //! Binary PLY: vertices with normals and colours, faces with the number of their region.
 
 use super::surfaces::{Numbered, Solid, narrow, place_type, write_place};
+use crate::verbs::ply_header::{BINARY, Element, write_header};
 use refraxel_data::{LocalOrigin, OPAQUE_REGION};
 use std::io::{self, Write};
 
@@ -14,28 +15,16 @@ pub fn write(
 ) -> io::Result<()> {
     let vertices: usize = solids.iter().map(|s| s.mesh.vertices.len()).sum();
     let faces: usize = solids.iter().map(|s| s.mesh.triangles.len()).sum();
-    writeln!(out, "ply\nformat binary_little_endian 1.0")?;
-    writeln!(out, "comment surfaces by refraxel, world coordinates of the dataset")?;
-    if solids.iter().any(|s| s.region == 0) {
-        writeln!(out, "comment {OPAQUE_REGION}")?;
-    }
-    for Numbered { region, surface } in glass {
-        writeln!(out, "comment region {region}: index of refraction {}", surface.index)?;
-    }
-    writeln!(out, "element vertex {vertices}")?;
-    for name in ["x", "y", "z"] {
-        writeln!(out, "property {} {name}", place_type(origin))?;
-    }
-    for name in ["nx", "ny", "nz"] {
-        writeln!(out, "property float {name}")?;
-    }
-    for name in ["red", "green", "blue"] {
-        writeln!(out, "property uchar {name}")?;
-    }
-    writeln!(
-        out,
-        "element face {faces}\nproperty list uchar int vertex_indices\nproperty int region\nend_header"
-    )?;
+    let mut comments = vec!["surfaces by refraxel, world coordinates of the dataset".to_owned()];
+    comments.extend(solids.iter().any(|s| s.region == 0).then(|| OPAQUE_REGION.to_owned()));
+    let index = |g: &Numbered| format!("region {}: index of refraction {}", g.region, g.surface.index);
+    comments.extend(glass.iter().map(index));
+    let vertex = Element::new("vertex", vertices)
+        .with(place_type(origin), ["x", "y", "z"])
+        .with("float", ["nx", "ny", "nz"])
+        .with("uchar", ["red", "green", "blue"]);
+    let face = Element::new("face", faces).with("list uchar int", ["vertex_indices"]).with("int", ["region"]);
+    write_header(BINARY, &comments, &[vertex, face], out)?;
     for solid in solids {
         for (v, (&x, &normal)) in solid.mesh.vertices.iter().zip(&solid.mesh.normals).enumerate() {
             write_place(x, origin, out)?;

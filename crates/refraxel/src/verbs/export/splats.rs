@@ -8,6 +8,7 @@
 use super::ellipsoid::Ellipsoid;
 use super::surfaces::bytes;
 use crate::table::count;
+use crate::verbs::ply_header::{BINARY, Element, write_header};
 use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::{Background, Extent, Vec3, VoxelField};
@@ -96,21 +97,18 @@ impl Splats {
         out: &mut dyn Write,
     ) -> io::Result<()> {
         let rest = 3 * (field.degree.basis() - 1);
-        writeln!(out, "ply\nformat binary_little_endian 1.0")?;
-        writeln!(out, "comment 3D Gaussians by refraxel, world coordinates of the dataset")?;
+        let mut comments = vec!["3D Gaussians by refraxel, world coordinates of the dataset".to_owned()];
         if !origin.is_of_world() {
             let [x, y, z] = origin.place().to_array();
-            writeln!(out, "comment relative to {x} {y} {z}")?;
+            comments.push(format!("relative to {x} {y} {z}"));
         }
-        writeln!(out, "element vertex {}", self.len())?;
-        let numbered = |name: &str, n: usize| (0..n).map(|k| format!("{name}_{k}")).collect::<Vec<_>>();
-        let plain = ["x", "y", "z", "nx", "ny", "nz"].map(str::to_owned).to_vec();
-        let colour = [numbered("f_dc", 3), numbered("f_rest", rest)].concat();
-        let shape = [vec!["opacity".to_owned()], numbered("scale", 3), numbered("rot", 4)].concat();
-        for name in plain.iter().chain(&colour).chain(&shape) {
-            writeln!(out, "property float {name}")?;
-        }
-        writeln!(out, "end_header")?;
+        let numbered = |name: &'static str, n: usize| (0..n).map(move |k| format!("{name}_{k}"));
+        let vertex = Element::new("vertex", self.len())
+            .with("float", ["x", "y", "z", "nx", "ny", "nz"])
+            .with("float", numbered("f_dc", 3).chain(numbered("f_rest", rest)))
+            .with("float", ["opacity"])
+            .with("float", numbered("scale", 3).chain(numbered("rot", 4)));
+        write_header(BINARY, &comments, &[vertex], out)?;
         for &(voxel, opacity) in &self.chosen {
             for number in numbers(field, voxel, opacity) {
                 out.write_all(&number.to_le_bytes())?;
@@ -198,7 +196,7 @@ mod tests {
 
     /// A uniform field with this optical depth per voxel.
     fn uniform(depth: f64, extent: Extent) -> VoxelField<f32> {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let domain = Domain { bounds, extent, resolution: [16; 3] };
         let (map, degree) = (BrickMap::dense([16; 3]), ShDegree::new(1).unwrap());
         let mut field = VoxelField::uniform(domain, map, degree, 0.0);

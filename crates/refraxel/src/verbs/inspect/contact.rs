@@ -1,8 +1,8 @@
 //! The contact sheet: photographs with their names, parts, masks and warnings.
 
 use super::look::{EDGE, SmallPicture};
-use super::palette::{BORDER, FAINT, INK, PALE, PAPER, WARNING, of_part};
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, shortened, text_width};
+use super::palette::{BORDER, WARNING, of_part};
+use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PALE, PAPER, Rect, legend_width, shortened};
 use refraxel_data::MaskMeaning;
 use refraxel_train::metrics::Rgb8;
 
@@ -35,13 +35,13 @@ pub fn draw(title: &str, tiles: &[Tile<'_>]) -> Canvas {
     let cell = cell(tiles);
     let step = [cell[0] + GAP, cell[1] + 2 * Font::Body.height() + GAP];
     let top = MARGIN + Font::Heading.height() + 12 + Font::Body.height() + GAP;
-    let legend = Legend::of(tiles);
+    let legend = legend(tiles);
     let rows = tiles.len().div_ceil(columns).max(1);
-    let width = (2 * MARGIN + columns * step[0] - GAP).max(2 * MARGIN + legend.width());
+    let width = (2 * MARGIN + columns * step[0] - GAP).max(2 * MARGIN + legend_width(&legend));
     let mut page = Canvas::new(width, top + rows * step[1] + MARGIN - GAP, PAPER);
     let title = shortened(Font::Heading, title, width - 2 * MARGIN);
     page.text((MARGIN as i64, MARGIN as i64), &title, Font::Heading.style(Align::Left, INK));
-    legend.draw(&mut page, MARGIN, MARGIN + Font::Heading.height() + 12);
+    page.legend(MARGIN, MARGIN + Font::Heading.height() + 12, &legend);
     for (k, tile) in tiles.iter().enumerate() {
         let place = [MARGIN + k % columns * step[0], top + k / columns * step[1]];
         tile.draw(&mut page, Rect { x: place[0], y: place[1], width: cell[0], height: cell[1] });
@@ -129,52 +129,33 @@ fn mixed(colour: Colour) -> Colour {
 }
 
 /// What the colours of this sheet mean.
-struct Legend {
-    entries: Vec<(Colour, String)>,
-}
-
-impl Legend {
-    /// Side of a coloured square, and the space before the next one [pixel].
-    const SQUARE: usize = 14;
-    const SPACE: usize = 28;
-
-    fn of(tiles: &[Tile<'_>]) -> Self {
-        let mut entries = Vec::new();
-        let of_part = |part: &str| tiles.iter().filter(|t| t.part == part && t.warnings.is_empty()).count();
-        for part in ["train", "val", "test", "unused"] {
-            if of_part(part) > 0 {
-                entries.push((self::of_part(part), part.to_owned()));
-            }
-        }
-        if tiles.iter().any(|t| !t.warnings.is_empty()) {
-            entries.push((WARNING, "with a warning".to_owned()));
-        }
-        let masked = || tiles.iter().filter(|t| t.picture.is_some_and(|p| p.mask.is_some()));
-        if masked().count() > 0 {
-            entries.push((BORDER, "border of the mask".to_owned()));
-        }
-        if masked().any(|t| t.meaning != MaskMeaning::Refractive) {
-            entries.push((LEFT_OUT, "left out by the mask".to_owned()));
-        }
-        Self { entries }
-    }
-
-    fn width(&self) -> usize {
-        self.entries.iter().map(|(_, t)| Self::SQUARE + 8 + text_width(Font::Body, t) + Self::SPACE).sum()
-    }
-
-    fn draw(&self, page: &mut Canvas, mut x: usize, y: usize) {
-        for (colour, text) in &self.entries {
-            page.fill(Rect { x, y: y + 1, width: Self::SQUARE, height: Self::SQUARE }, *colour);
-            page.text(((x + Self::SQUARE + 8) as i64, y as i64), text, Font::Body.style(Align::Left, FAINT));
-            x += Self::SQUARE + 8 + text_width(Font::Body, text) + Self::SPACE;
+fn legend(tiles: &[Tile<'_>]) -> Vec<(Colour, String)> {
+    let mut entries = Vec::new();
+    let count = |part: &str| tiles.iter().filter(|t| t.part == part && t.warnings.is_empty()).count();
+    for part in ["train", "val", "test", "unused"] {
+        if count(part) > 0 {
+            entries.push((of_part(part), part.to_owned()));
         }
     }
+    if tiles.iter().any(|t| !t.warnings.is_empty()) {
+        entries.push((WARNING, "with a warning".to_owned()));
+    }
+    let masked = || tiles.iter().filter(|t| t.picture.is_some_and(|p| p.mask.is_some()));
+    if masked().count() > 0 {
+        entries.push((BORDER, "border of the mask".to_owned()));
+    }
+    if masked().any(|t| t.meaning != MaskMeaning::Refractive) {
+        entries.push((LEFT_OUT, "left out by the mask".to_owned()));
+    }
+    entries
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Pixels of a square of the legend.
+    const SQUARE: usize = 14 * 14;
 
     fn picture(mask: Option<Vec<u8>>) -> SmallPicture {
         SmallPicture { size: [24, 12], pixels: vec![[90, 100, 110]; 24 * 12], mask }
@@ -184,29 +165,24 @@ mod tests {
         Tile { name: "a.png", part: "train", warnings, picture: Some(picture), meaning }
     }
 
-    fn count(page: &Canvas, colour: Colour) -> usize {
-        page.pixels().iter().filter(|p| **p == colour).count()
-    }
-
     #[test]
     fn frames_say_part_and_warning() {
         let plain = picture(None);
         let of = |warnings| draw("t", &[tile(&plain, warnings, MaskMeaning::Keep)]);
         let frame = 2 * FRAME * (240 + 120 + 2 * FRAME);
-        assert_eq!(count(&of(vec![]), of_part("train")), frame + Legend::SQUARE * Legend::SQUARE);
-        assert_eq!(count(&of(vec!["blurred"]), of_part("train")), 0);
-        assert!(count(&of(vec!["blurred"]), WARNING) > frame);
+        assert_eq!(of(vec![]).count(of_part("train")), frame + SQUARE);
+        assert_eq!(of(vec!["blurred"]).count(of_part("train")), 0);
+        assert!(of(vec!["blurred"]).count(WARNING) > frame);
     }
 
     #[test]
     fn masks_are_outlined_and_what_they_leave_out_is_tinted() {
         let half = picture(Some((0..24 * 12).map(|p| if p % 24 < 12 { 255 } else { 0 }).collect()));
         let page = draw("t", &[tile(&half, vec![], MaskMeaning::Keep)]);
-        let square = Legend::SQUARE * Legend::SQUARE;
-        assert_eq!(count(&page, BORDER), 2 * 120 + square);
-        assert_eq!(count(&page, mixed([90, 100, 110])), 119 * 120);
+        assert_eq!(page.count(BORDER), 2 * 120 + SQUARE);
+        assert_eq!(page.count(mixed([90, 100, 110])), 119 * 120);
         let glass = draw("t", &[tile(&half, vec![], MaskMeaning::Refractive)]);
-        assert_eq!((count(&glass, BORDER), count(&glass, mixed([90, 100, 110]))), (2 * 120 + square, 0));
+        assert_eq!((glass.count(BORDER), glass.count(mixed([90, 100, 110]))), (2 * 120 + SQUARE, 0));
     }
 
     #[test]
@@ -218,7 +194,7 @@ mod tests {
             picture: None,
             meaning: MaskMeaning::Keep,
         };
-        assert!(count(&draw("t", &[lost]), WARNING) > 0);
+        assert!(draw("t", &[lost]).count(WARNING) > 0);
         assert!(draw("none", &[]).width() > 0);
     }
 }

@@ -1,8 +1,7 @@
 //! The cameras seen from above and from the side.
 
-use super::palette::{FAINT, INK, PALE, PAPER, WARNING, of_part};
-use crate::canvas::{Align, Canvas, Colour, Font, Rect, shortened, text_width};
-use crate::plot::ticks;
+use super::palette::{WARNING, of_part};
+use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PALE, PAPER, shortened, text_width};
 use refraxel_core::{Aabb, Camera, Vec3, vec3};
 use refraxel_train::metrics::Rgb8;
 
@@ -25,6 +24,8 @@ const DOTS: [f64; 2] = [3.0, 1.4];
 const POINT: Colour = [176, 180, 190];
 /// Names that are written.
 const NAMED: usize = 12;
+/// Share of a view that its scale may take.
+const SCALE_SHARE: f64 = 0.25;
 /// Length of the axes of the world [pixel].
 const AXIS: f64 = 44.0;
 
@@ -58,7 +59,7 @@ pub fn draw(scene: &Scene<'_>) -> Canvas {
     let mut page = Canvas::new(3 * MARGIN + 2 * SIDE, top + caption + SIDE + MARGIN, PAPER);
     let title = shortened(Font::Heading, &scene.title, page.width() - 2 * MARGIN);
     page.text((MARGIN as i64, MARGIN as i64), &title, Font::Heading.style(Align::Left, INK));
-    legend(scene, &mut page, MARGIN + Font::Heading.height() + 10);
+    page.legend(MARGIN, MARGIN + Font::Heading.height() + 10, &legend(scene));
     for (k, view) in views(scene).into_iter().enumerate() {
         let x = MARGIN + k * (SIDE + MARGIN);
         page.text((x as i64, top as i64), &view.caption, Font::Strong.style(Align::Left, INK));
@@ -68,8 +69,8 @@ pub fn draw(scene: &Scene<'_>) -> Canvas {
     page
 }
 
-fn legend(scene: &Scene<'_>, page: &mut Canvas, y: usize) {
-    let mut x = MARGIN;
+/// What the colours mean.
+fn legend(scene: &Scene<'_>) -> Vec<(Colour, String)> {
     let count = |part: &str| scene.cameras.iter().filter(|c| c.part == part).count();
     let mut entries: Vec<(Colour, String)> = ["train", "val", "test", "unused"]
         .iter()
@@ -83,11 +84,7 @@ fn legend(scene: &Scene<'_>, page: &mut Canvas, y: usize) {
     if !scene.points.is_empty() {
         entries.push((POINT, "points of the reconstruction".to_owned()));
     }
-    for (colour, text) in entries {
-        page.fill(Rect { x, y: y + 1, width: 14, height: 14 }, colour);
-        page.text(((x + 22) as i64, y as i64), &text, Font::Body.style(Align::Left, FAINT));
-        x += 22 + text_width(Font::Body, &text) + 28;
-    }
+    entries
 }
 
 /// One orthographic view.
@@ -168,7 +165,7 @@ impl View {
             * (PYRAMID / (scene.cameras.len().max(1) as f64).sqrt()).clamp(PYRAMIDS[0], PYRAMIDS[1]);
         let (last, first): (Vec<_>, Vec<_>) = scene.cameras.iter().partition(is_doubted);
         first.iter().chain(&last).for_each(|c| self.pyramid(c, length, &mut canvas));
-        self.scale_bar(&mut canvas);
+        canvas.scale(20, SIDE - 30, self.extent / SIDE as f64, SCALE_SHARE * SIDE as f64);
         self.axes(&mut canvas);
         self.names(&last, &mut canvas);
         canvas
@@ -224,22 +221,6 @@ impl View {
         let (x, y) = self.place(p);
         let inside = |v: f64| v.clamp(7.0, SIDE as f64 - 7.0);
         (inside(x), inside(y))
-    }
-
-    /// A round length, at the lower left.
-    fn scale_bar(&self, canvas: &mut Canvas) {
-        let (values, decimals) = ticks(0.0, self.extent, 6);
-        let [Some(first), Some(second)] = [values.first(), values.get(1)] else { return };
-        let unit = second - first;
-        let (x, y, length) = (20.0, SIDE as f64 - 20.5, unit / self.extent * SIDE as f64);
-        canvas.polyline(&[(x, y), (x + length, y)], 2.0, INK);
-        for end in [x, x + length] {
-            canvas.polyline(&[(end, y - 5.0), (end, y + 5.0)], 2.0, INK);
-        }
-        let plural = if unit == 1.0 { "" } else { "s" };
-        let text = format!("{unit:.decimals$} scene unit{plural}");
-        let place = (x as i64 + length as i64 + 12, y as i64 - Font::Body.height() as i64 / 2);
-        canvas.text(place, &text, Font::Body.style(Align::Left, INK));
     }
 
     /// The axes of the data's coordinates, at the lower right.
@@ -322,14 +303,10 @@ mod tests {
             title: "ring".into(),
             cameras: cameras.iter().map(shown).collect(),
             points,
-            bounds: Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)),
+            bounds: Aabb::cube(1.0),
             up: vec3(0.0, 0.0, 1.0),
             along: vec3(8.0, 1.0, 0.0),
         }
-    }
-
-    fn count(page: &Canvas, colour: Colour) -> usize {
-        page.pixels().iter().filter(|p| **p == colour).count()
     }
 
     #[test]
@@ -351,12 +328,12 @@ mod tests {
     fn doubted_cameras_are_named_in_colour_and_far_ones_do_not_squeeze_the_others() {
         let (mut cameras, points) = (cameras(), vec![vec3(0.1, 0.2, 0.3); 5]);
         let plain = draw(&scene(&cameras, &points));
-        assert_eq!(count(&plain, WARNING), 0);
-        assert!(count(&plain, of_part("train")) > 400 && count(&plain, POINT) > 2);
+        assert_eq!(plain.count(WARNING), 0);
+        assert!(plain.count(of_part("train")) > 400 && plain.count(POINT) > 2);
         cameras[3].world_from_camera.translation = vec3(900.0, 0.0, 0.0);
         let mut far = scene(&cameras, &points);
         (far.cameras[3].doubted, far.cameras[3].is_far) = (Some("far.png"), true);
-        assert!(count(&draw(&far), WARNING) > 100);
+        assert!(draw(&far).count(WARNING) > 100);
         assert!(views(&far)[0].extent < 20.0);
     }
 
@@ -365,6 +342,6 @@ mod tests {
         let camera = &cameras()[..1];
         let mut one = scene(camera, &[]);
         (one.along, one.bounds) = (Vec3::zero() * f64::NAN, Aabb::new(Vec3::zero(), Vec3::zero()));
-        assert!(count(&draw(&one), INK) > 100);
+        assert!(draw(&one).count(INK) > 100);
     }
 }

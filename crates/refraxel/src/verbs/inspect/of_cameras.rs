@@ -160,7 +160,7 @@ mod tests {
     fn found(eyes: &[[f64; 3]], edit: impl FnOnce(&mut [View])) -> Layout {
         let (mut views, names) = views(eyes);
         edit(&mut views);
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         layout(
             &views,
             &names,

@@ -2,13 +2,8 @@
 //!
 //! Told apart with every kind of colour vision: Okabe & Ito 2008.
 
-use crate::canvas::Colour;
+use crate::canvas::{Colour, FAINT};
 
-pub const PAPER: Colour = [255; 3];
-pub const INK: Colour = [28, 30, 36];
-pub const FAINT: Colour = [104, 108, 118];
-/// Frames of what is drawn on.
-pub const PALE: Colour = [228, 230, 235];
 /// Vermilion: views with a warning.
 pub const WARNING: Colour = [213, 94, 0];
 /// The border of a mask.

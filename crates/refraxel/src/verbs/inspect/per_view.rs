@@ -1,7 +1,6 @@
 //! Brightness and sharpness of every photograph, and of its neighbours.
 
-use super::palette::PAPER;
-use crate::canvas::Canvas;
+use crate::canvas::{Canvas, PAPER};
 use crate::plot::{NamedPoint, Plot, Series};
 use refraxel_train::metrics::Rgb8;
 

@@ -7,12 +7,9 @@ const NEIGHBOURS: usize = 8;
 /// Fewer neighbours of the same size as a view are no sample.
 const LEAST: usize = 4;
 
-/// The value below which the share `q` of all lies; `None` where there are none.
+/// The value below which the share `q` of all finite ones lies; `None` where there are none.
 pub fn quantile(values: impl IntoIterator<Item = f64>, q: f64) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    sorted.get((q * last as f64).round() as usize).copied()
+    refraxel_data::quantile(values.into_iter().filter(|v| v.is_finite()), q)
 }
 
 /// The value in the middle.

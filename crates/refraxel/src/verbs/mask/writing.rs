@@ -1,12 +1,14 @@
 //! The masks as files, and a picture of some of them.
 
 use super::earlier::given;
+use crate::canvas::write_png;
 use crate::exit::Failure;
 use crate::picture::{Comparison, Content, Panel};
 use crate::progress::Show;
 use crate::verbs::dataset::load_photos;
 use crate::verbs::files::create_folder;
-use crate::verbs::sheet::{chosen, save_png};
+use crate::verbs::sheet::chosen;
+use image::ExtendedColorType;
 use refraxel_data::{Dataset, Mask, Photo, PhotoSource};
 use refraxel_train::detection;
 use refraxel_train::evaluation::truth;
@@ -53,7 +55,8 @@ pub(super) fn write(
         pixels += mask.coverage.len();
         if !is_kept {
             path.parent().map_or(Ok(()), create_folder)?;
-            save_png(path, &mask.coverage, [mask.width, mask.height], image::ExtendedColorType::L8)?;
+            let size = [mask.width as usize, mask.height as usize];
+            write_png(path, &mask.coverage, size, ExtendedColorType::L8)?;
         }
         if let Some(row) = shown.iter().position(|&s| s == k) {
             rows.push((view.name.clone(), dimmed(&photos[row], data, &mask), mask));

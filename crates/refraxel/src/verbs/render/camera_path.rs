@@ -213,9 +213,7 @@ fn turned(from: &Mat3<f64>, to: &Mat3<f64>, t: f64) -> Mat3<f64> {
     let cosine = 0.5 * (a.iter().zip(&b).map(|(a, b)| a.dot(*b)).sum::<f64>() - 1.0);
     let angle = (0.5 * double_sine.length()).atan2(cosine);
     let axis = if double_sine.length() > 1e-9 { double_sine.normalized() } else { half_turn_axis(&a, &b) };
-    let (sine, cosine) = (t * angle).sin_cos();
-    let turn = |v: Vec3<f64>| v * cosine + axis.cross(v) * sine + axis * (axis.dot(v) * (1.0 - cosine));
-    orthonormal(a.map(turn))
+    orthonormal((Mat3::turning(axis * (t * angle)) * *from).columns)
 }
 
 /// An axis that a half turn leaves: the longest of v + Rv; any for no turn at all.

@@ -8,7 +8,7 @@ use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
 use refraxel_core::{Camera, Lens, Vec3};
 use refraxel_data::synth::opengl_matrix;
-use refraxel_data::{NamedCamera, OpenOptions, open_cameras, scene_region};
+use refraxel_data::{NamedCamera, OpenOptions, open_cameras, quantile, scene_region};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -159,9 +159,7 @@ fn around(cameras: &[&Camera], middle: Vec3<f64>, up: Vec3<f64>, count: usize) -
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    quantile(values, 0.5).unwrap_or(0.0)
 }
 
 /// The cameras as a transforms.json of nerfstudio, which `--cameras` reads again, with `notes` as further keys.

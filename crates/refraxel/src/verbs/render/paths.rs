@@ -4,6 +4,7 @@ use crate::canvas::Colour;
 use crate::colour_map::ColourMap;
 use crate::maps::{Line, Map, Row, Sheet};
 use crate::table::decimals;
+use crate::verbs::ply_header::{Element, write_header};
 use rayon::prelude::*;
 use refraxel_core::optics::PathEnd;
 use refraxel_core::{Aabb, Camera, Domain, Path, Ray, Vec3};
@@ -134,14 +135,10 @@ pub fn sheet(fans: &[Fan], refraction: &Refraction, camera: &str) -> Sheet {
 pub fn write_ply(fans: &[Fan], origin: LocalOrigin, out: &mut dyn Write) -> io::Result<()> {
     let paths: Vec<&[Vec3<f64>]> = fans.iter().flat_map(|f| &f.rays).map(|r| &r.bent[..]).collect();
     let vertices: usize = paths.iter().map(|p| p.len()).sum();
-    write!(
-        out,
-        "ply\nformat ascii 1.0\ncomment {} bent rays, world coordinates of the dataset\n\
-         element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
-         element edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n",
-        paths.len(),
-        vertices - paths.len(),
-    )?;
+    let comment = format!("{} bent rays, world coordinates of the dataset", paths.len());
+    let vertex = Element::new("vertex", vertices).with("double", ["x", "y", "z"]);
+    let edge = Element::new("edge", vertices - paths.len()).with("int", ["vertex1", "vertex2"]);
+    write_header("ascii", &[comment], &[vertex, edge], out)?;
     for x in paths.iter().copied().flatten().map(|x| origin.to_world(*x)) {
         writeln!(out, "{} {} {}", x.x, x.y, x.z)?;
     }
@@ -209,7 +206,7 @@ mod tests {
     use refraxel_core::{Extent, IndexGrid, LevelSet, Medium, vec3};
 
     fn ball() -> (Refraction, Domain<f32>, Camera) {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let surface = LevelSet::from_samples(cube, [41; 3], |x: Vec3<f32>| x.length() - 0.7);
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)]).unwrap();

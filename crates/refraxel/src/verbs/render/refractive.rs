@@ -147,27 +147,23 @@ mod tests {
     use super::*;
     use refraxel_core::{Aabb, Extent, IndexGrid, Interpolation, LevelSet, Medium, vec3};
 
-    fn cube() -> Aabb<f32> {
-        Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0))
-    }
-
     fn view(grid: IndexGrid<f32>) -> (Refractive, Camera) {
         let mut refraction = Refraction::none();
         refraction.medium = Medium::new(vec![grid]).unwrap();
         refraction.states = vec![Default::default()];
-        let domain = Domain::with_longest(cube(), Extent::Bounded, 32);
+        let domain = Domain::with_longest(Aabb::cube(1.0), Extent::Bounded, 32);
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.5, [31, 31]);
         (Refractive::of(&refraction, &domain, 0.0, &camera), camera)
     }
 
     fn sharp() -> IndexGrid<f32> {
-        let ball = LevelSet::from_samples(cube(), [33; 3], |x: Vec3<f32>| x.length() - 0.6);
+        let ball = LevelSet::from_samples(Aabb::cube(1.0), [33; 3], |x: Vec3<f32>| x.length() - 0.6);
         IndexGrid::sharp(ball, 1.5)
     }
 
     fn smooth() -> IndexGrid<f32> {
         let n = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.6) * 20.0).tanh();
-        IndexGrid::from_control_values(cube(), [49; 3], Interpolation::CubicBSpline, n)
+        IndexGrid::from_control_values(Aabb::cube(1.0), [49; 3], Interpolation::CubicBSpline, n)
     }
 
     /// Where the ray meets a ball of radius 0.6: the distance, and the normal in the camera's frame.

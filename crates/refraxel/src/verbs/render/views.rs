@@ -4,6 +4,7 @@ use super::depth::{Depth, opaque};
 use super::film::Film;
 use super::folder::RenderFolder;
 use super::refractive::{INDEX_STEPS, Refractive};
+use crate::canvas::write_png;
 use crate::cli::Layer;
 use crate::colour_map::ColourMap;
 use crate::device::ModelViewer;
@@ -11,7 +12,6 @@ use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
-use crate::verbs::sheet::save_png;
 use anyhow::anyhow;
 use image::ExtendedColorType;
 use refraxel_core::Camera;
@@ -184,10 +184,10 @@ impl Seen<'_> {
     /// Writes the pictures of a layer, in the order of its [`folders`].
     fn write(&self, layer: Layer, depths: &Depths, folder: &mut RenderFolder) -> Result<(), Failure> {
         let r = &self.rendering;
-        let size = [r.width, r.height];
-        let mut save = |k: usize, pixels: &[u8], size: [u32; 2], kind: ExtendedColorType| {
+        let size = [r.width as usize, r.height as usize];
+        let mut save = |k: usize, pixels: &[u8], size: [usize; 2], kind: ExtendedColorType| {
             let file = format!("{}{}.png", folders(layer)[k], self.name);
-            folder.write(&file, |path| save_png(path, pixels, size, kind)).map(drop)
+            folder.write(&file, |path| Ok(write_png(path, pixels, size, kind)?)).map(drop)
         };
         match (layer, &self.refractive) {
             (Layer::Colour, _) => save(0, r.colour.as_flattened(), size, ExtendedColorType::Rgb8),
@@ -212,7 +212,7 @@ impl Seen<'_> {
             (Layer::Index, Some(met)) => {
                 save(0, &met.index_samples(), size, ExtendedColorType::L16)?;
                 let page = met.index_sheet(self.name, self.index_range).draw();
-                let size = [page.width() as u32, page.height() as u32];
+                let size = [page.width(), page.height()];
                 save(1, page.pixels().as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Normal, Some(met)) => {

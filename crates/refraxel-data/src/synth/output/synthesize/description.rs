@@ -20,11 +20,7 @@ impl Renderings<'_> {
     /// Writes everything but the pictures.
     pub(super) fn describe(&self) -> Result<(), SynthError> {
         let out = &self.options.out;
-        let mut scene = self.scene_json();
-        if let Some(field) = write_index(self.options, &self.scene)? {
-            scene["index_field"] = field;
-        }
-        write_json(&out.join("scene.json"), &scene)?;
+        write_scene(self.options, &self.scene, self.scene_json())?;
         let path = out.join("contact.png");
         let cameras = self.dataset.split_cameras(&self.scene, Part::Test);
         write_whole(
@@ -54,35 +50,23 @@ impl Renderings<'_> {
         all
     }
 
+    /// What `scene.json` says of renderings alone.
     fn scene_json(&self) -> Value {
-        let (o, b) = (self.options, self.scene.bounds);
         let linear = match self.scene.environment {
             Environment::Constant(c) => json!(c),
             Environment::Sky { .. } | Environment::Landscape { .. } => Value::Null,
         };
         json!({
-            "name": self.scene.name,
-            "note": self.scene.shows,
-            "renderer": concat!("refraxel ", env!("CARGO_PKG_VERSION"), " exact tracer, float64"),
-            "resolution": [o.size, o.size],
-            "spp": o.spp,
-            "detail_spp": o.detail_spp,
-            "seed": o.seed,
-            "reflection": if o.reflection == Reflection::On { "fresnel" } else { "off" },
             "energy_cut": self.dataset.limits.energy_cut,
             "camera_angle_x": ANGLE,
             "camera_elevations": self.dataset.cameras.elevations(&self.scene).degrees(),
             "pixel_filter": "box, averaged in linear light then sRGB-encoded",
-            "up_axis": "z",
             "near": 2.0,
             "far": 6.5,
-            "aabb": [b.min.to_array(), b.max.to_array()],
             "image_mode": "RGB",
             "background_srgb8": background_of(&self.scene),
             "background_linear": linear,
             "lighting": "emissive textures only (opaque surfaces without glaze_ior look the same from everywhere); colours are basic radiance L/n^2",
-            "refractive": refractive_json(&self.scene),
-            "opaque": opaque_json(&self.scene),
             "files": {
                 "masks": "8-bit coverage (0..255) of the refractive object as first thing seen",
                 "test_bg": "same cameras as test, refractive objects removed",
@@ -93,8 +77,33 @@ impl Renderings<'_> {
     }
 }
 
+/// Writes `scene.json`: what it says of every dataset, what is its `own`, and the index as voxels beside it.
+pub(super) fn write_scene(options: &SynthOptions, scene: &Scene, own: Value) -> Result<(), SynthError> {
+    let mut all = json!({
+        "name": scene.name,
+        "note": scene.shows,
+        "renderer": concat!("refraxel ", env!("CARGO_PKG_VERSION"), " exact tracer, float64"),
+        "resolution": options.picture_size(),
+        "spp": options.spp,
+        "detail_spp": options.detail_spp,
+        "seed": options.seed,
+        "reflection": if options.reflection == Reflection::On { "fresnel" } else { "off" },
+        "up_axis": "z",
+        "aabb": [scene.bounds.min.to_array(), scene.bounds.max.to_array()],
+        "refractive": refractive_json(scene),
+        "opaque": opaque_json(scene),
+    });
+    if let (Some(all), Value::Object(own)) = (all.as_object_mut(), own) {
+        all.extend(own);
+    }
+    if let Some(field) = write_index(options, scene)? {
+        all["index_field"] = field;
+    }
+    write_json(&options.out.join("scene.json"), &all)
+}
+
 /// Writes the index as voxels, where there is one and voxels are asked for; what `scene.json` says of them.
-pub(super) fn write_index(options: &SynthOptions, scene: &Scene) -> Result<Option<Value>, SynthError> {
+fn write_index(options: &SynthOptions, scene: &Scene) -> Result<Option<Value>, SynthError> {
     let Some(truth) = IndexTruth::of_scene(scene).filter(|_| options.index_resolution > 0) else {
         return Ok(None);
     };

@@ -1,6 +1,6 @@
 //! Photographs of a room, in the layout of nerfstudio.
 
-use super::description::{write_index, write_json};
+use super::description::{write_json, write_scene};
 use super::plan::Plan;
 use crate::synth::cameras::opengl_matrix;
 use crate::synth::dataset::{Cost, Part, PlannedView};
@@ -16,8 +16,7 @@ use crate::synth::photographic::{
 };
 use crate::synth::render::{Frame, Sampling, refracts, render_through};
 use crate::synth::scenes::Room;
-use crate::synth::trace::{Limits, Reflection};
-use crate::synth::truth::{opaque_json, refractive_json};
+use crate::synth::trace::Limits;
 use refraxel_core::Camera;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -175,25 +174,6 @@ impl<'a> Photographs<'a> {
             "frames": self.views.iter().map(frame).collect::<Vec<_>>(),
         })
     }
-
-    fn scene_json(&self) -> Value {
-        let (o, scene) = (self.options, &self.room.scene);
-        json!({
-            "name": scene.name,
-            "note": scene.shows,
-            "renderer": concat!("refraxel ", env!("CARGO_PKG_VERSION"), " exact tracer, float64"),
-            "resolution": o.picture_size(),
-            "spp": o.spp,
-            "detail_spp": o.detail_spp,
-            "seed": o.seed,
-            "reflection": if o.reflection == Reflection::On { "fresnel" } else { "off" },
-            "up_axis": "z",
-            "aabb": [scene.bounds.min.to_array(), scene.bounds.max.to_array()],
-            "lighting": "emissive textures; colours are basic radiance L/n^2",
-            "refractive": refractive_json(scene),
-            "opaque": opaque_json(scene),
-        })
-    }
 }
 
 impl Plan for Photographs<'_> {
@@ -233,11 +213,8 @@ impl Plan for Photographs<'_> {
 
     fn write_truth(&self) -> Result<(), SynthError> {
         let out = &self.options.out;
-        let mut scene = self.scene_json();
-        if let Some(field) = write_index(self.options, &self.room.scene)? {
-            scene["index_field"] = field;
-        }
-        write_json(&out.join("scene.json"), &scene)?;
+        let own = json!({ "lighting": "emissive textures; colours are basic radiance L/n^2" });
+        write_scene(self.options, &self.room.scene, own)?;
         write_json(&out.join("photographs.json"), &self.truth_json())?;
         let (path, cameras) =
             (out.join("contact.png"), self.views.iter().map(|v| v.camera).collect::<Vec<_>>());

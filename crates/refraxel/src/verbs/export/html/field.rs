@@ -194,7 +194,7 @@ fn constants(model: &Model) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Domain, Extent, ShDegree, Vec3};
+    use refraxel_core::{Aabb, Domain, Extent, ShDegree};
 
     #[test]
     fn voxels_are_seen_that_are_corners_of_a_visible_cell_also_in_the_next_brick() {
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn codes_of_colours_err_by_two_steps_of_a_screen_and_what_no_cell_reads_is_nothing() {
         let degree = ShDegree::new(2).unwrap();
-        let cube = Aabb::new(Vec3::splat(-1.0_f32), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0_f32);
         let domain = Domain::with_longest(cube, Extent::Bounded, 8);
         let mut field = VoxelField::uniform(domain, BrickMap::dense([8, 8, 8]), degree, -2.0);
         let (stride, used) = (degree.stride(), 3 * degree.basis());

@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn flat_faces_go_as_planes_and_what_they_cut_as_coefficients() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_control_values(cube, [17; 3], |x: Vec3<f32>| x.length() - 0.7);
         let top = [(vec3(0.0, 0.0, 1.0), 0.2)];
         let mut parts = Parts { plane: 8, coefficients: 40, words: Vec::new(), clearances: Vec::new() };
