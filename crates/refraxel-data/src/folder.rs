@@ -95,6 +95,12 @@ impl Listing {
         self.names.iter().map(String::as_str).filter(|name| is_picture(name))
     }
 
+    /// The pictures that are called so, in any spelling and with any extension.
+    pub fn called(&self, name: &str) -> impl Iterator<Item = &str> {
+        let places = self.by_stem.get(&stem_key(name)).map_or(&[][..], |places| places);
+        places.iter().map(|i| self.names[*i].as_str())
+    }
+
     /// The name itself, or else the only other spelling of it.
     pub fn entry(&self, name: &str) -> Option<&str> {
         if let Ok(i) = self.names.binary_search_by(|other| other.as_str().cmp(name)) {
@@ -112,8 +118,7 @@ impl Listing {
         if let Some(found) = self.entry(name) {
             return Some(found);
         }
-        let called_so = self.by_stem.get(&stem_key(name))?;
-        let mut pictures: Vec<&str> = called_so.iter().map(|i| self.names[*i].as_str()).collect();
+        let mut pictures: Vec<&str> = self.called(name).collect();
         let is_open = picture_stem(name) == name;
         if is_open {
             pictures.sort_by_key(|found| (picture_stem(found) != name, rank(found)));

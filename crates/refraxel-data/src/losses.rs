@@ -117,13 +117,17 @@ fn renaming(frames: &[Frame], renamed: &[Renamed]) -> Option<Problem> {
     })
 }
 
+/// The files of all masks.
+fn masks(frames: &[Frame]) -> HashSet<&Path> {
+    frames.iter().filter_map(|f| Some(f.mask.as_ref()?.0.as_path())).collect()
+}
+
 /// A note about the photographs beside those of the frames that no frame names.
 fn unposed(parsed: &ParsedDataset) -> Option<Problem> {
     if parsed.format == Format::Colmap {
         return None; // its importer says so, of all folders
     }
-    let masks: HashSet<&Path> =
-        parsed.frames.iter().filter_map(|f| Some(f.mask.as_ref()?.0.as_path())).collect();
+    let masks = masks(&parsed.frames);
     let (mut named, mut without): (BTreeMap<&Path, BTreeSet<&str>>, BTreeSet<&str>) = Default::default();
     for frame in &parsed.frames {
         let place = frame.image.as_deref().and_then(|i| Some((i.parent()?, i.file_name()?.to_str()?)));
@@ -146,17 +150,16 @@ fn unposed(parsed: &ParsedDataset) -> Option<Problem> {
 
 /// A warning about photographs that are stated without an extension and lie there with several.
 fn twins(parsed: &ParsedDataset) -> Option<Problem> {
-    let masks: HashSet<&Path> =
-        parsed.frames.iter().filter_map(|f| Some(f.mask.as_ref()?.0.as_path())).collect();
+    let masks = masks(&parsed.frames);
     let twin = |frame: &Frame| -> Option<(PathBuf, PathBuf)> {
+        let stated = frame.file.rsplit(['/', '\\']).next().filter(|name| picture_stem(name) == *name)?;
         let image = frame.image.clone()?;
-        let stated = frame.file.rsplit(['/', '\\']).next()?;
-        let (folder, name) = (image.parent()?, image.file_name()?.to_str()?);
+        let folder = image.parent()?;
         let listing = parsed.root.listing(folder);
-        let is_twin = |other: &&str| *other != name && picture_stem(other) == stated;
-        let other = listing.images().filter(is_twin).map(|other| folder.join(other));
-        let other = other.into_iter().find(|path| !masks.contains(path.as_path()))?;
-        (picture_stem(stated) == stated).then_some((image, other))
+        let others = listing.called(stated).filter(|other| picture_stem(other) == stated);
+        let mut others = others.map(|other| folder.join(other));
+        let other = others.find(|path| *path != image && !masks.contains(path.as_path()))?;
+        Some((image, other))
     };
     let found: Vec<(PathBuf, PathBuf)> = parsed.frames.iter().filter_map(twin).collect();
     let (taken, other) = found.first()?;

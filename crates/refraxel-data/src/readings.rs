@@ -36,13 +36,14 @@ pub(crate) fn doubt(format: Format, views: &[View], looks: &[Look], are_masked: 
     if looks.iter().any(|look| look.small.width.min(look.small.height) < LEAST_EDGE) {
         return None;
     }
-    let near = rigid::score(&looks.iter().map(Look::posed).collect::<Vec<_>>(), 0.0)?;
     let mut known = BTreeMap::new();
     let mut score = |reading: &Reading| score(reading, views, looks, &mut known);
-    let as_read = score(&Reading { says: "they are as stated", camera: |c| *c }).unwrap_or(near);
-    if as_read.mean > SURE {
+    let as_read = score(&Reading { says: "they are as stated", camera: |c| *c });
+    if as_read.is_some_and(|s| s.mean > SURE) {
         return None;
     }
+    let near = rigid::score(&looks.iter().map(Look::posed).collect::<Vec<_>>(), 0.0)?;
+    let as_read = as_read.unwrap_or(near);
     let others = readings(format).into_iter().filter_map(|reading| Some((score(&reading)?, reading)));
     let best = others.max_by(|(a, _), (b, _)| a.mean.total_cmp(&b.mean));
     let agreement = |s: Score| format!("gain of correlation {:.2} ± {:.2}", s.mean, s.error);
