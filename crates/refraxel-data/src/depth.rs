@@ -1,8 +1,9 @@
 //! Depth that a sensor measured, or a renderer: maps beside photographs.
 
-use crate::decoding::Header;
+use crate::decoding::{self, Header};
 use crate::formats::npy;
-use crate::{Crop, DataError, Orientation, PhotoSource, Problem, View, limits, photo};
+use crate::{Crop, DataError, Orientation, PhotoSource, Problem, View, limits};
+use ::image::DynamicImage;
 use refraxel_core::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,9 +87,32 @@ pub(crate) fn load(file: &DepthFile) -> Result<Arc<Depth>, DataError> {
         })?;
         (size.map(|n| n as u32), array.values)
     } else {
-        photo::single_channel(path)?
+        single_channel(path)?
     };
     Ok(Arc::new(Depth::new(size, values.into_iter().map(|v| (v * unit) as f32).collect())))
+}
+
+/// The values of a picture of one channel, as they are stored: whole numbers, or floating-point ones.
+fn single_channel(path: &Path) -> Result<([u32; 2], Vec<f64>), DataError> {
+    let decoded = decoding::decode(path)?.image;
+    let size = [decoded.width(), decoded.height()];
+    let values = match decoded {
+        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(f64::from).collect(),
+        DynamicImage::ImageLuma16(image) => image.into_raw().into_iter().map(f64::from).collect(),
+        // Formats of floating-point numbers are decoded with three equal channels.
+        DynamicImage::ImageRgb32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
+        DynamicImage::ImageRgba32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
+        other => {
+            let (path, key, found) = (path.to_owned(), "the pixels".into(), format!("{:?}", other.color()));
+            return Err(DataError::Value {
+                path,
+                key,
+                found,
+                expected: "a depth map: one channel of 8 or 16 bits, or EXR",
+            });
+        }
+    };
+    Ok((size, values))
 }
 
 fn is_array(path: &Path) -> bool {

@@ -98,29 +98,6 @@ impl Dataset {
     }
 }
 
-/// The values of a picture of one channel, as they are stored: whole numbers, or floating-point ones.
-pub(crate) fn single_channel(path: &Path) -> Result<([u32; 2], Vec<f64>), DataError> {
-    let decoded = decoding::decode(path)?.image;
-    let size = [decoded.width(), decoded.height()];
-    let values = match decoded {
-        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(f64::from).collect(),
-        DynamicImage::ImageLuma16(image) => image.into_raw().into_iter().map(f64::from).collect(),
-        // Formats of floating-point numbers are decoded with three equal channels.
-        DynamicImage::ImageRgb32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
-        DynamicImage::ImageRgba32F(image) => image.pixels().map(|p| f64::from(p.0[0])).collect(),
-        other => {
-            let (path, key, found) = (path.to_owned(), "the pixels".into(), format!("{:?}", other.color()));
-            return Err(DataError::Value {
-                path,
-                key,
-                found,
-                expected: "a depth map: one channel of 8 or 16 bits, or EXR",
-            });
-        }
-    };
-    Ok((size, values))
-}
-
 /// Whether a mask covers its image only after it is scaled, from the headers.
 ///
 /// Errors: it has another shape.

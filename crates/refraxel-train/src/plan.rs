@@ -112,14 +112,16 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
 
 /// Nodes along the longest edge that a run can teach, theory (4.10). More of them gain nothing, and take longer.
 fn taught(options: &Options, extent: Extent) -> u32 {
-    let run = &options.run;
-    let rays = if run.minutes > 0.0 {
-        60.0 * run.minutes * SPEED * rayon::current_num_threads() as f64
-    } else {
-        run.steps as f64 * f64::from(run.batch)
-    };
     match extent {
-        Extent::Bounded => (TAUGHT * (rays / TAUGHT_RAYS).cbrt()).clamp(LEAST_TAUGHT, TAUGHT) as u32,
+        Extent::Bounded => {
+            let run = &options.run;
+            let rays = if run.minutes > 0.0 {
+                60.0 * run.minutes * SPEED * rayon::current_num_threads() as f64
+            } else {
+                run.steps as f64 * f64::from(run.batch)
+            };
+            (TAUGHT * (rays / TAUGHT_RAYS).cbrt()).clamp(LEAST_TAUGHT, TAUGHT) as u32
+        }
         Extent::Contracted => CONTRACTED,
         Extent::Projective(_) => PROJECTIVE,
     }

@@ -1,8 +1,9 @@
 //! From the masks that the files of a dataset state to masks whose meaning is known.
 
-use super::meaning::{Prior, Seen, conclude};
+use super::meaning::{Prior, conclude};
 use super::odd::{Odd, oddities};
 use super::places::Places;
+use super::sides::Seen;
 use crate::decoding::Header;
 use crate::looks::{Look, MaskLook};
 use crate::parsed::{Frame, ParsedDataset, StatedMask};

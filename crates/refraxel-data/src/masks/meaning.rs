@@ -1,7 +1,7 @@
 //! What the white of masks means where nothing says it: what stands on its two sides in the photographs.
 
-use super::sides;
-use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, rgb};
+use super::sides::{self, Seen};
+use crate::looks::{SAME, common_colour, is_within, rgb};
 use crate::region::quantile;
 use crate::rigid::Score;
 use crate::{DataError, MaskMeaning, Problem, photo};
@@ -24,13 +24,6 @@ const CHANGES: f64 = 0.2;
 const STILL: f64 = 0.7;
 /// How much less white patches correlate then.
 const MOVES: f64 = 0.25;
-
-/// A photograph and its mask.
-#[derive(Clone, Copy)]
-pub(super) struct Seen<'a> {
-    pub look: &'a Look,
-    pub mask: &'a MaskLook,
-}
 
 /// What is thought of masks before they are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,15 @@
 //! Which side of masks shows a rigid scene, and which side stands still before the camera.
 
-use super::meaning::Seen;
+use crate::looks::{Look, MaskLook};
 use crate::rigid::{self, FEWEST, Posed, Score};
 use rayon::prelude::*;
+
+/// A photograph and its mask.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    pub look: &'a Look,
+    pub mask: &'a MaskLook,
+}
 
 /// The scores of what is white and of what is black, where enough of it has texture.
 pub(super) fn sides(seen: &[Seen]) -> [Option<Score>; 2] {

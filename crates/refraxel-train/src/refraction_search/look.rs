@@ -181,6 +181,12 @@ impl<'a> Look<'a> {
         Ok(at.predicted(views, detail, bodies).scores(views))
     }
 
+    /// What stands, by the views that numbers are scanned with.
+    fn now(&self, at: &Standing, observer: &mut Observer) -> Result<Option<Scores>, Cancelled> {
+        let scores = |c| self.scores(at, &mut Shapes::default(), c, (JUDGED, &self.seen.scanned), observer);
+        self.standing.as_ref().map(scores).transpose()
+    }
+
     /// Lets that hypothesis stand which scores most, the simplest first, and refines its surface. Where no refinement could make the best
     /// usual one [`CONVINCING`], dear ones are looked at before it, and it is left out if one of them is better by more than it would gain.
     pub(super) fn choose(
@@ -191,23 +197,21 @@ impl<'a> Look<'a> {
         observer: &mut Observer,
     ) -> Result<(), Cancelled> {
         self.stand(at, usual, observer)?;
-        let Some(standing) = self.standing.clone() else { return Ok(()) };
-        let now =
-            self.scores(at, &mut Shapes::default(), &standing, (JUDGED, &self.seen.scanned), observer)?;
-        let is_open = mean(&now) < CONVINCING - NEAR;
-        let mut other = if is_open { self.best(at, dear, observer)? } else { None };
-        if other.as_ref().is_none_or(|(_, o)| mean(&o.scores) < mean(&now) + NEAR) {
+        let Some(now) = self.now(at, observer)? else { return Ok(()) };
+        if mean(&now) >= CONVINCING - NEAR {
             self.refine(at, regions, observer)?;
-            if let Some(refined) = self.standing.as_ref().filter(|_| other.is_some()) {
-                let at_detail = (JUDGED, &self.seen.scanned);
-                let scores = self.scores(at, &mut Shapes::default(), refined, at_detail, observer)?;
-                other = other.filter(|(_, o)| is_better(&o.scores, &scores));
+            return self.stand(at, dear, observer);
+        }
+        let Some((proposal, found)) = self.best(at, dear, Some(&now), observer)? else {
+            return self.refine(at, regions, observer);
+        };
+        if mean(&found.scores) < mean(&now) + NEAR {
+            self.refine(at, regions, observer)?;
+            if self.now(at, observer)?.is_some_and(|refined| !is_better(&found.scores, &refined)) {
+                return Ok(());
             }
         }
-        if !is_open {
-            other = self.best(at, dear, observer)?;
-        }
-        self.adopt(at, other, observer)
+        self.adopt(at, proposal, &found, observer)
     }
 
     /// Lets that of these hypotheses stand which scores most.
@@ -217,31 +221,31 @@ impl<'a> Look<'a> {
         kinds: &[&'static Proposal],
         observer: &mut Observer,
     ) -> Result<(), Cancelled> {
-        let found = self.best(at, kinds, observer)?;
-        self.adopt(at, found, observer)
+        let now = self.now(at, observer)?;
+        match self.best(at, kinds, now.as_ref(), observer)? {
+            Some((proposal, found)) => self.adopt(at, proposal, &found, observer),
+            None => Ok(()),
+        }
     }
 
-    /// That of these hypotheses which scores most, the simplest first, if it scores clearly more than what stands by now.
+    /// That of these hypotheses which scores most, the simplest first, if it scores clearly more than what stands by `now`.
     fn best(
         &self,
         at: &Standing,
         kinds: &[&'static Proposal],
+        now: Option<&Scores>,
         observer: &mut Observer,
     ) -> Result<Option<(&'static Proposal, Best)>, Cancelled> {
+        if now.is_some_and(|scores| mean(scores) > CONVINCING) {
+            return Ok(None);
+        }
         let unknowns = |p: &Proposal| unknowns(p, self.region);
         // First numbers that must come near to what stands, and often do not, are looked at in few views.
-        let views = self.seen.at(self.standing.is_some());
+        let views = self.seen.at(now.is_some());
         let mut shapes = Shapes::default();
         let mut least = f64::NEG_INFINITY;
-        let mut best: Option<Best> = None;
         if let Some(standing) = &self.standing {
-            let mut now = |at_detail| self.scores(at, &mut shapes, standing, at_detail, observer);
-            least = mean(&now((Detail::Coarse, views))?) - NEAR;
-            let scores = now((JUDGED, &self.seen.scanned))?;
-            if mean(&scores) > CONVINCING {
-                return Ok(None);
-            }
-            best = Some(Best { values: Vec::new(), scores });
+            least = mean(&self.scores(at, &mut shapes, standing, (Detail::Coarse, views), observer)?) - NEAR;
         }
         let mut firsts: Vec<(&'static Proposal, Best)> = Vec::new();
         for p in kinds {
@@ -251,27 +255,28 @@ impl<'a> Look<'a> {
             firsts.push((p, from));
         }
         let most = firsts.iter().map(|(_, b)| mean(&b.scores)).fold(f64::NEG_INFINITY, f64::max);
-        let mut chosen = None;
+        let mut best: Option<(&'static Proposal, Best)> = None;
         for (p, from) in firsts.iter().filter(|(_, b)| mean(&b.scores) >= least.max(most - FAR)) {
             let found = refined(from, &unknowns(p), JUDGED, |v: &[f32], d| {
                 self.scores(at, &mut shapes, &Self::candidate(p, v), (d, &self.seen.scanned), observer)
             })?;
-            if best.as_ref().is_none_or(|simpler| is_better(&found.scores, &simpler.scores)) {
-                (chosen, best) = (Some(*p), Some(found));
+            let simpler = best.as_ref().map(|(_, b)| &b.scores).or(now);
+            if simpler.is_none_or(|simpler| is_better(&found.scores, simpler)) {
+                best = Some((p, found));
             }
         }
-        Ok(chosen.zip(best))
+        Ok(best)
     }
 
     /// Lets a hypothesis stand with the numbers found.
     fn adopt(
         &mut self,
         at: &Standing,
-        found: Option<(&'static Proposal, Best)>,
+        proposal: &'static Proposal,
+        found: &Best,
         observer: &mut Observer,
     ) -> Result<(), Cancelled> {
-        let Some((proposal, best)) = found else { return Ok(()) };
-        (self.standing, self.unrefined) = (Some(Self::candidate(proposal, &best.values)), None);
+        (self.standing, self.unrefined) = (Some(Self::candidate(proposal, &found.values)), None);
         let last: Vec<Unknown> = unknowns(proposal, self.region).iter().map(Unknown::last).collect();
         self.adjust(at, &last, observer)
     }

@@ -131,7 +131,7 @@ fn judged(overlap: Vec<Option<f32>>) -> Option<Consistency> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::hull::tests::{Ball, cameras, silhouettes};
+    use super::super::around::{Ball, cameras, silhouettes};
     use super::super::outline::Silhouette;
     use super::*;
     use refraxel_core::{Vec3, vec3};

@@ -1,9 +1,9 @@
 //! Answers the start page: begins verbs, one at a time, and opens runs.
 
 use super::folders;
-use super::protocol::{Ask, Task, Tell};
+use super::protocol::{Ask, Tell};
 use super::runs::{recent, saved};
-use super::task::{Stage, Work};
+use super::task::{Stage, Task, Work};
 use crate::viewer::{Answerer, Out, Outgoing, Visitor};
 use crate::worker::{Ended, Heard, Worker, wait_for};
 use std::io;

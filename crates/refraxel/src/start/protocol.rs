@@ -2,7 +2,7 @@
 
 use super::folders::{Folder, Place};
 use super::runs::Recent;
-use super::task::Work;
+use super::task::{Task, Work};
 use serde::{Deserialize, Serialize};
 
 /// What the page asks for.
@@ -28,45 +28,6 @@ pub enum Ask {
         /// Its folder.
         path: String,
     },
-}
-
-/// A verb and its choices.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(tag = "verb", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Task {
-    /// Says what is in photographs with poses.
-    Inspect {
-        /// A folder or a file.
-        path: String,
-    },
-    /// Computes the poses of photographs, or of those of a video.
-    Import {
-        /// A folder or a video.
-        path: String,
-    },
-    /// Trains.
-    Train {
-        /// A folder or a file with poses.
-        path: String,
-        /// How long.
-        minutes: f64,
-        /// Whether rays bend.
-        refraction: Refraction,
-    },
-}
-
-/// Whether rays bend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(rename_all = "snake_case")]
-pub enum Refraction {
-    /// As the program finds.
-    Auto,
-    /// In any case.
-    On,
-    /// In none.
-    Off,
 }
 
 /// What the page is told.

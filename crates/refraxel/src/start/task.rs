@@ -1,10 +1,9 @@
 //! A verb that the start page has begun: its words, how far it is, and what came of it.
 
 use super::folders::checked;
-use super::protocol::{Refraction, Task};
 use crate::worker::{Ended, Heard, Pace, typed};
 use refraxel_data::photographs::is_video;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +16,45 @@ const MINUTES: [f64; 2] = [0.1, 10_000.0];
 const LIVE: &str = "live view: ";
 /// Said of photographs whose poses have to be computed first, by the command that does so.
 const NEEDS_POSES: &str = "refraxel import ";
+
+/// A verb and its choices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(tag = "verb", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Task {
+    /// Says what is in photographs with poses.
+    Inspect {
+        /// A folder or a file.
+        path: String,
+    },
+    /// Computes the poses of photographs, or of those of a video.
+    Import {
+        /// A folder or a video.
+        path: String,
+    },
+    /// Trains.
+    Train {
+        /// A folder or a file with poses.
+        path: String,
+        /// How long.
+        minutes: f64,
+        /// Whether rays bend.
+        refraction: Refraction,
+    },
+}
+
+/// Whether rays bend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub enum Refraction {
+    /// As the program finds.
+    Auto,
+    /// In any case.
+    On,
+    /// In none.
+    Off,
+}
 
 /// Where a verb stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -2,7 +2,7 @@
 
 mod carve;
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;
 mod vote;
 
 pub use carve::Hull;

@@ -1,4 +1,4 @@
-pub(in super::super) use super::super::around::{Ball, cameras, silhouettes};
+use super::super::around::{Ball, cameras, silhouettes};
 use super::carve::node_of;
 use super::{Hull, Vote};
 use crate::silhouettes::{Outlines, Silhouette};

@@ -1,8 +1,8 @@
 //! Whether neighbouring photographs show the same things where their poses say: with pixels as they are stored, and as an orientation
 //! tag turns them.
 
+use super::picture::{Orientation, Picture};
 use crate::looks::chosen;
-use crate::orientation::{Orientation, Picture};
 use crate::rigid::{self, Posed, Score};
 use crate::size::Size;
 use crate::{DataError, Image, Pixels, decoding, pose};

@@ -1,8 +1,8 @@
 //! Whether points of the scene have the colours of the pixels where pictures show them: with pixels as they are stored, and
 //! as an orientation tag turns them.
 
+use super::picture::{Orientation, Picture};
 use crate::formats::{colmap, ply};
-use crate::orientation::{Orientation, Picture};
 use crate::parsed::{Coloured, ParsedDataset, Sighting};
 use crate::size::Size;
 use crate::{DataError, decoding, pose};

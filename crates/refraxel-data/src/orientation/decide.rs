@@ -1,42 +1,10 @@
-//! Photographs with an orientation tag (EXIF): whether their poses belong to the pixels as they are stored, or as the tag
-//! turns them.
+//! Which orientation is taken, and why.
 
-use crate::colours::{self, Agreement};
-use crate::decoding::Header;
-use crate::parsed::{Frame, ParsedDataset};
-use crate::turns::{self, Scores};
+use super::colours::{self, Agreement};
+use super::neighbours::{self, Scores};
+use super::picture::{Orientation, Picture};
+use crate::parsed::ParsedDataset;
 use crate::{DataError, Format, Problem};
-use serde::{Deserialize, Serialize};
-
-/// Which pixels of photographs with an orientation tag (EXIF) are meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Orientation {
-    /// Those of the file, whatever the tag says: as programs that compute poses read them.
-    Stored,
-    /// Those that the tag asks for, as programs that show photographs turn them.
-    Upright,
-}
-
-impl Orientation {
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stored => "stored",
-            Self::Upright => "upright",
-        }
-    }
-
-    fn other(self) -> Self {
-        match self {
-            Self::Stored => Self::Upright,
-            Self::Upright => Self::Stored,
-        }
-    }
-}
-
-/// A frame and what the file of its image says.
-pub(crate) type Picture<'a> = (&'a Frame, &'a Header);
 
 /// Why an orientation was taken.
 enum Ground {
@@ -89,7 +57,7 @@ fn ground(
             if let Some((taken, agreement)) = colours::agreement(parsed, tagged)? {
                 return Ok((taken, Ground::Colours(agreement)));
             }
-            let by_neighbours = turns::agreement(tagged)?;
+            let by_neighbours = neighbours::agreement(tagged)?;
             Ok(by_neighbours.map_or((Orientation::Stored, Ground::Format), |(taken, scores)| {
                 (taken, Ground::Neighbours(scores))
             }))
