@@ -1,7 +1,7 @@
 //! What a verdict by prediction rests on, as a picture: RUN/evidence.png.
 
 use crate::picture::{Comparison, Content, Panel};
-use refraxel_train::checkpoint::WriteError;
+use refraxel_data::atomic::WriteError;
 use refraxel_train::events::Shown;
 use refraxel_train::metrics::Rgb8;
 use std::path::Path;
