@@ -8,6 +8,7 @@
 
 mod alpha;
 mod assemble;
+pub mod atomic;
 mod backdrop;
 mod bars;
 mod below;

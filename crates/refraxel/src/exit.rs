@@ -6,7 +6,8 @@ use std::panic;
 use std::process::{self, ExitCode};
 use std::sync::OnceLock;
 
-use refraxel_train::checkpoint::{CheckpointError, WriteError};
+use refraxel_data::atomic::WriteError;
+use refraxel_train::checkpoint::CheckpointError;
 use refraxel_train::metrics::MetricsError;
 
 /// Exit codes; scripts rely on them.

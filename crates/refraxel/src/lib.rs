@@ -6,7 +6,6 @@ pub mod colour_map;
 pub mod console;
 pub mod device;
 pub mod exit;
-pub mod maps;
 pub mod picture;
 pub mod plot;
 pub mod progress;

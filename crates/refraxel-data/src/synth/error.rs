@@ -1,6 +1,7 @@
 //! What can go wrong while a scene is made.
 
 use super::shape::MeshError;
+use crate::atomic::WriteError;
 use std::path::PathBuf;
 
 /// Why no dataset was written.
@@ -34,16 +35,19 @@ pub enum SynthError {
         /// What was found there.
         file: String,
     },
-    /// A file or folder could not be read or written.
+    /// A file or folder could not be read, made or removed.
     #[error("cannot {action} {path}: {source}")]
     Io {
-        /// `write`, `read`, `create` or `remove`.
+        /// `read`, `create`, `clear` or `remove`.
         action: &'static str,
         /// Which file.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// A picture could not be encoded or decoded.
     #[error("cannot {action} the picture {path}: {source}")]
     Picture {

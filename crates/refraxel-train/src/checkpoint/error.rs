@@ -1,7 +1,7 @@
 //! Why checkpoints fail.
 
-use super::WriteError;
 use super::envelope::SCHEMA;
+use refraxel_data::atomic::WriteError;
 use std::path::PathBuf;
 
 /// Why a checkpoint could not be read or written.

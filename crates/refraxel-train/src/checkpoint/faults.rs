@@ -1,4 +1,5 @@
-//! Where a write asks something of the system. Tests make it fail there, or end the program; otherwise this is nothing.
+//! Where the write of a checkpoint asks something of the system. Tests make it fail there, or end the program; otherwise this is
+//! nothing.
 
 use std::io;
 

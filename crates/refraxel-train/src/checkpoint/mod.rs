@@ -5,7 +5,6 @@
 //! header (computed with its own eight digits as zeros), the schema version, the CRC-32 of each tensor and the caller's
 //! header. So every byte of the file is under one of the sums, and any safetensors reader opens the tensors.
 
-mod atomic;
 mod envelope;
 mod error;
 mod faults;
@@ -15,7 +14,6 @@ mod tensor;
 #[cfg(test)]
 mod tests;
 
-pub use atomic::{WriteError, remove_leftovers, write_atomic};
 pub use envelope::SCHEMA;
 pub use error::CheckpointError;
 #[cfg(test)]

@@ -2,11 +2,13 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::Path;
 
+use refraxel_data::atomic::{WriteError, write_atomic_with};
 use safetensors::tensor::{Metadata, TensorInfo};
 
 use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, SCHEMA, header_crc};
 use super::error::CheckpointError;
-use super::{TensorFile, TensorView, WriteError, write_atomic};
+use super::faults::reach;
+use super::{TensorFile, TensorView};
 
 /// Writes `header` and `tensors` to `path` atomically, straight from the caller's memory.
 ///
@@ -19,7 +21,7 @@ pub fn save(
     header: &serde_json::Value,
     tensors: &[(&str, TensorView<'_>)],
 ) -> Result<(), CheckpointError> {
-    write_atomic(path, |writer| fill(writer, header, tensors))?;
+    write_atomic_with(path, reach, |writer| fill(writer, header, tensors))?;
     Ok(())
 }
 

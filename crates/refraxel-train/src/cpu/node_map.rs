@@ -102,7 +102,7 @@ impl<'a> NodeMap<'a> {
         }
     }
 
-    /// Factor by which steps grow at a point.
+    /// [`Domain::growth`], bit by bit, without its three divisions: the march asks for it once per group of a contracted grid.
     #[inline(always)]
     pub(super) fn growth(&self, x: Vec3<f32>) -> f32 {
         if !self.contracted {
@@ -150,4 +150,23 @@ impl<'a> NodeMap<'a> {
 #[inline(always)]
 pub(super) fn stretch(growth: f32) -> f32 {
     if growth > 1.0 { (growth * 4.0 / 3.0).min(16.0 / 3.0) } else { 4.0 / 3.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use refraxel_core::{Aabb, BrickMap, ShDegree, vec3};
+
+    #[test]
+    fn growth_is_that_of_the_domain_bit_by_bit() {
+        let bounds: Aabb<f32> = Aabb::new(vec3(-1.0, -2.0, 0.0), vec3(3.0, 2.0, 3.3));
+        for extent in [Extent::Bounded, Extent::Contracted] {
+            let domain = Domain::with_longest(bounds, extent, 17);
+            let map = BrickMap::new(domain.resolution, |_| true);
+            let field = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), 0.0);
+            for x in [vec3(0.5, 0.1, 1.3), vec3(-7.3, 2.9, 1.1), vec3(1.7, 31.0, -9.9)] {
+                assert_eq!(NodeMap::new(&field).growth(x), field.domain.growth(x), "{extent:?}, {x:?}");
+            }
+        }
+    }
 }

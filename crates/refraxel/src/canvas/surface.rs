@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-use refraxel_train::checkpoint::{WriteError, write_atomic};
+use refraxel_data::atomic::{WriteError, write_atomic};
 use refraxel_train::metrics::Rgb8;
 
 /// An 8-bit sRGB colour.

@@ -17,9 +17,9 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
 use refraxel_core::Ray;
+use refraxel_data::atomic::remove_leftovers;
 use refraxel_data::{Backdrop, IndexSource, View, load_photo};
 use refraxel_train::backend::Layers;
-use refraxel_train::checkpoint::remove_leftovers;
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::{EvaluateError, Part, Rendering, evaluate_by, truth};
 use refraxel_train::events::Observer;
@@ -109,7 +109,7 @@ fn evaluate_in(
 ) -> Result<Evaluation, Failure> {
     let data = reopen(&run)?;
     for folder in [Some(out), out.parent()].into_iter().flatten() {
-        let _ = remove_leftovers(folder); // that of a first evaluation is not there yet
+        let _ = remove_leftovers(folder, |_| true); // failing to do so harms nobody
     }
     let (part, count) = (split.part(), split.part().views(&data).len());
     let marching = rendering_marching(&run.options, run.plan.near);

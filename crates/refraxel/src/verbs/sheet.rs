@@ -2,7 +2,7 @@
 
 use crate::canvas::write_png;
 use crate::exit::Failure;
-use crate::picture::{Comparison, Content, Panel};
+use crate::picture::{self, ColourScale, Content, Panel, Sheet};
 use image::ExtendedColorType;
 use refraxel_train::evaluation::Rendering;
 use refraxel_train::metrics::Rgb8;
@@ -50,9 +50,12 @@ pub fn draw(rows: &[Row], runs: &[String], title: &str, path: &Path) -> Result<(
         columns.push(run.clone());
         columns.extend(with_truth.then(|| "error".to_owned()));
     }
-    let rows = rows.iter().map(|r| panels(r, with_truth)).collect();
-    let picture = Comparison { title: title.to_owned(), columns, rows, full_error: FULL_ERROR };
-    Ok(picture.draw().save_png(path)?)
+    // One bar explains all rows.
+    let scale = |k: usize| (k == 0).then_some(ColourScale::Errors(FULL_ERROR));
+    let row =
+        |(k, row)| picture::Row { caption: String::new(), panels: panels(row, with_truth), scale: scale(k) };
+    let sheet = Sheet { title: title.to_owned(), columns, rows: rows.iter().enumerate().map(row).collect() };
+    Ok(sheet.draw().save_png(path)?)
 }
 
 fn panels(row: &Row, with_truth: bool) -> Vec<Panel<'_>> {

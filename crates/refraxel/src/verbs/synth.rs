@@ -83,7 +83,8 @@ fn failure(error: SynthError) -> Failure {
         SynthError::UnknownScene { .. } | SynthError::Range { .. } => Exit::Usage,
         SynthError::Foreign { .. } | SynthError::Mesh { .. } => Exit::BadInput,
         SynthError::Io { action: "read", .. } => Exit::BadInput,
-        SynthError::Io { .. } | SynthError::Picture { .. } | SynthError::Threads { .. } => Exit::Io,
+        SynthError::Io { .. } | SynthError::Write(_) => Exit::Io,
+        SynthError::Picture { .. } | SynthError::Threads { .. } => Exit::Io,
         SynthError::Stopped { .. } => Exit::Interrupted,
     };
     Failure::new(exit, error)

@@ -6,7 +6,7 @@ use crate::canvas::{Align, Canvas, Colour, Font, INK, PAPER, Rect};
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::anyhow;
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
-use refraxel_train::checkpoint::write_atomic;
+use refraxel_data::atomic::write_atomic;
 use refraxel_train::metrics::Rgb8;
 use std::io;
 use std::path::Path;

@@ -3,7 +3,7 @@
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::files::create_folder;
 use anyhow::{Context, anyhow};
-use refraxel_train::checkpoint::write_atomic;
+use refraxel_data::atomic::write_atomic;
 use serde_json::Value;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use super::earlier::given;
 use crate::canvas::write_png;
 use crate::exit::Failure;
-use crate::picture::{Comparison, Content, Panel};
+use crate::picture::{Content, Panel, Row, Sheet};
 use crate::progress::Show;
 use crate::verbs::dataset::load_photos;
 use crate::verbs::files::create_folder;
@@ -82,15 +82,12 @@ fn dimmed(photo: &Photo, data: &Dataset, mask: &Mask) -> Vec<[u8; 3]> {
 }
 
 fn draw(rows: &[(String, Vec<[u8; 3]>, Arc<Mask>)], path: &Path) -> Result<(), Failure> {
-    let panels = rows.iter().map(|(name, pixels, mask)| {
+    let rows = rows.iter().map(|(name, pixels, mask)| {
         let image = Rgb8::new(pixels, mask.width as usize, mask.height as usize);
-        vec![Panel { content: Content::Image(image), note: name.clone() }]
+        let panel = Panel { content: Content::Image(image), note: name.clone() };
+        Row { panels: vec![panel], ..Row::default() }
     });
-    let picture = Comparison {
-        title: "masks: dark is left out".to_owned(),
-        columns: vec![String::new()],
-        rows: panels.collect(),
-        full_error: u8::MAX,
-    };
-    Ok(picture.draw().save_png(path)?)
+    let title = "masks: dark is left out".to_owned();
+    let sheet = Sheet { title, columns: Vec::new(), rows: rows.collect() };
+    Ok(sheet.draw().save_png(path)?)
 }

@@ -3,7 +3,7 @@
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::files::{create_folder, read_text};
 use anyhow::{Context, anyhow};
-use refraxel_train::checkpoint::write_atomic;
+use refraxel_data::atomic::write_atomic;
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};

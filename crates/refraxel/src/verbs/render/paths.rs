@@ -2,7 +2,7 @@
 
 use crate::canvas::Colour;
 use crate::colour_map::ColourMap;
-use crate::maps::{Line, Map, Row, Sheet};
+use crate::picture::{ColourScale, Content, Line, Map, Panel, Row, Sheet};
 use crate::table::decimals;
 use crate::verbs::ply_header::{Element, write_header};
 use rayon::prelude::*;
@@ -75,7 +75,7 @@ impl Fan {
     }
 
     /// The fan over the index in its plane.
-    fn map(&self, refraction: &Refraction) -> Map {
+    fn panel(&self, refraction: &Refraction) -> Panel<'static> {
         let [ahead, right, across] = self.axes;
         let middle = self.bounds.center();
         let half =
@@ -102,33 +102,38 @@ impl Fan {
         let is_shown = |x: &&Vec3<f64>| (**x - middle).dot(ahead).abs() < half[0];
         let shown = self.rays.iter().flat_map(|r| &r.bent).filter(is_shown);
         let off = shown.map(|x| (*x - middle).dot(across).abs()).fold(0.0, f64::max);
-        Map {
+        let map = Map {
             size: [WIDTH, height],
             values: (0..WIDTH * height).into_par_iter().map(|i| refraction.index(at(i).cast())).collect(),
-            note: format!(
-                "orange: bent, grey: straight; bent rays leave this plane by up to {off:.0$} scene units",
-                decimals(self.bounds.extent().max_element(), 3)
-            ),
             unit: Some(unit),
             lines: straight.chain(bent).collect(),
-        }
+        };
+        let note = format!(
+            "orange: bent, grey: straight; bent rays leave this plane by up to {off:.0$} scene units",
+            decimals(self.bounds.extent().max_element(), 3)
+        );
+        Panel { content: Content::Map(map), note }
     }
 }
 
 /// A page with one picture per region.
-pub fn sheet(fans: &[Fan], refraction: &Refraction, camera: &str) -> Sheet {
+pub fn sheet(fans: &[Fan], refraction: &Refraction, camera: &str) -> Sheet<'static> {
     let [low, high] = index_range(refraction);
+    let scale = ColourScale::Values(ColourMap::Tint, [low, high.max(low + 1e-3)]);
     let row = |(k, fan): (usize, &Fan)| Row {
         caption: format!(
             "region {}: {} rays from the camera of view {camera}, coming from the left",
             k + 1,
             fan.rays.len()
         ),
-        maps: vec![fan.map(refraction)],
-        colours: ColourMap::Tint,
-        range: [low, high.max(low + 1e-3)],
+        panels: vec![fan.panel(refraction)],
+        scale: Some(scale),
     };
-    Sheet { title: "Bent rays and the index".to_owned(), rows: fans.iter().enumerate().map(row).collect() }
+    Sheet {
+        title: "Bent rays and the index".to_owned(),
+        columns: Vec::new(),
+        rows: fans.iter().enumerate().map(row).collect(),
+    }
 }
 
 /// Writes the bent rays as vertices and edges of a PLY file, in world coordinates; those of the rays begin at `origin`.

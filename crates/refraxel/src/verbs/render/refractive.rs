@@ -1,7 +1,7 @@
 //! The refractive media that the rays of a view meet: index, depth of the surface and normal.
 
 use crate::colour_map::ColourMap;
-use crate::maps::{Map, Row, Sheet};
+use crate::picture::{ColourScale, Content, Map, Panel, Row, Sheet};
 use rayon::prelude::*;
 use refraxel_core::optics::Path;
 use refraxel_core::{Camera, Domain, Vec3};
@@ -77,12 +77,16 @@ impl Refractive {
     }
 
     /// n in colours with their bar, from the smallest to the largest of `range`.
-    pub fn index_sheet(&self, title: &str, range: [f32; 2]) -> Sheet {
+    pub fn index_sheet(&self, title: &str, range: [f32; 2]) -> Sheet<'static> {
         let values = self.met.iter().map(|m| m.map_or(f32::NAN, |m| m.index)).collect();
         let map = Map { size: self.size.map(|n| n as usize), values, ..Map::default() };
-        let caption = format!("{title}: index of refraction");
-        let row = Row { caption, maps: vec![map], colours: ColourMap::Viridis, range };
-        Sheet { title: String::new(), rows: vec![row] }
+        let panel = Panel { content: Content::Map(map), note: String::new() };
+        let row = Row {
+            caption: format!("{title}: index of refraction"),
+            panels: vec![panel],
+            scale: Some(ColourScale::Values(ColourMap::Viridis, range)),
+        };
+        Sheet { rows: vec![row], ..Sheet::default() }
     }
 
     /// A normal map with opacity: red grows to the right, green upwards, blue towards the camera; clear where nothing

@@ -1,7 +1,7 @@
 //! Slices through the middle of each refractive region, beside the truth where it is known.
 
 use crate::colour_map::ColourMap;
-use crate::maps::{Map, Row, Sheet};
+use crate::picture::{ColourScale, Content, Map, Panel, Row, Sheet};
 use crate::table::decimals;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Vec3};
@@ -31,9 +31,9 @@ struct Slice {
 
 /// A page with the index n of each region in a row; with the truth, two more rows show the truth and n minus the truth. Coordinates
 /// have this origin.
-pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>, origin: LocalOrigin) -> Sheet {
-    let maps = |bounds: &Aabb<f64>, value: &(dyn Fn(Vec3<f64>) -> f32 + Sync)| -> Vec<Map> {
-        SLICES.iter().map(|slice| slice.map(bounds, origin, value)).collect()
+pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>, origin: LocalOrigin) -> Sheet<'static> {
+    let slices = |bounds: &Aabb<f64>, value: &(dyn Fn(Vec3<f64>) -> f32 + Sync)| -> Vec<Panel<'static>> {
+        SLICES.iter().map(|slice| slice.panel(bounds, origin, value)).collect()
     };
     let found = |x: Vec3<f64>| refraction.index(x.cast());
     let known = |t: &IndexTruth, x: Vec3<f64>| if t.is_opaque(x) { f32::NAN } else { t.n(x) as f32 };
@@ -41,37 +41,38 @@ pub fn sheet(refraction: &Refraction, truth: Option<&IndexTruth>, origin: LocalO
     for (k, region) in refraction.medium.regions().iter().enumerate() {
         let bounds = region.domain().bounds.cast();
         let name = format!("region {}", k + 1);
-        let row = |what: &str, maps| Row {
-            caption: format!("{name}: {what}"),
-            maps,
-            colours: ColourMap::Viridis,
-            range: [1.0, 1.0],
-        };
-        rows.push(row("index of refraction", maps(&bounds, &found)));
+        let row = |what: &str, panels| Row { caption: format!("{name}: {what}"), panels, scale: None };
+        rows.push((ColourMap::Viridis, row("index of refraction", slices(&bounds, &found))));
         if let Some(truth) = truth {
-            rows.push(row("truth", maps(&bounds, &|x| known(truth, x))));
-            let error = maps(&bounds, &|x| found(x) - known(truth, x));
-            rows.push(Row { colours: ColourMap::Signed, ..row("index minus truth", error) });
+            rows.push((ColourMap::Viridis, row("truth", slices(&bounds, &|x| known(truth, x)))));
+            let error = slices(&bounds, &|x| found(x) - known(truth, x));
+            rows.push((ColourMap::Signed, row("index minus truth", error)));
         }
     }
-    colour(&mut rows, index_range(refraction));
-    Sheet { title: "Index of refraction through the middle of each region".to_owned(), rows }
+    let title = "Index of refraction through the middle of each region".to_owned();
+    Sheet { title, columns: Vec::new(), rows: coloured(rows, index_range(refraction)) }
 }
 
 /// One range for all indices; errors are white at 0 and saturate at half the contrast.
-fn colour(rows: &mut [Row], range: [f32; 2]) {
-    let is_index = |r: &&Row| r.colours == ColourMap::Viridis;
-    let values = rows.iter().filter(is_index).flat_map(|r| &r.maps).flat_map(|m| &m.values);
-    let [low, high] = values.filter(|v| !v.is_nan()).fold(range, |[a, b], &v| [a.min(v), b.max(v)]);
+fn coloured(rows: Vec<(ColourMap, Row<'static>)>, range: [f32; 2]) -> Vec<Row<'static>> {
+    let indices = rows.iter().filter(|(map, _)| *map == ColourMap::Viridis).flat_map(|(_, row)| &row.panels);
+    let values = indices.flat_map(|panel| panel.content.values()).filter(|v| !v.is_nan());
+    let [low, high] = values.fold(range, |[a, b], &v| [a.min(v), b.max(v)]);
     let most = (0.5 * (high - low)).max(1e-3);
-    for row in rows {
-        row.range =
-            if row.colours == ColourMap::Viridis { [low, high.max(low + 1e-3)] } else { [-most, most] };
-    }
+    let scale = |map: ColourMap| {
+        let range = if map == ColourMap::Viridis { [low, high.max(low + 1e-3)] } else { [-most, most] };
+        Some(ColourScale::Values(map, range))
+    };
+    rows.into_iter().map(|(map, row)| Row { scale: scale(map), ..row }).collect()
 }
 
 impl Slice {
-    fn map(self, bounds: &Aabb<f64>, origin: LocalOrigin, value: &(dyn Fn(Vec3<f64>) -> f32 + Sync)) -> Map {
+    fn panel(
+        self,
+        bounds: &Aabb<f64>,
+        origin: LocalOrigin,
+        value: &(dyn Fn(Vec3<f64>) -> f32 + Sync),
+    ) -> Panel<'static> {
         let Self { across, right, up } = self;
         let (middle, extent) = (bounds.center(), bounds.extent());
         let unit = extent.max_element() / PIXELS;
@@ -82,20 +83,21 @@ impl Slice {
             x[up] = bounds.max[up] - (0.5 + (i / width) as f64) * extent[up] / height as f64;
             value(x)
         };
-        Map {
+        let map = Map {
             size: [width, height],
             values: (0..width * height).into_par_iter().map(at).collect(),
-            note: format!(
-                "{} = {:.d$}; right: {}, up: {}",
-                AXES[across],
-                origin.to_world(middle)[across],
-                AXES[right],
-                AXES[up],
-                d = decimals(extent.max_element(), 3)
-            ),
             unit: Some(unit),
             lines: Vec::new(),
-        }
+        };
+        let note = format!(
+            "{} = {:.d$}; right: {}, up: {}",
+            AXES[across],
+            origin.to_world(middle)[across],
+            AXES[right],
+            AXES[up],
+            d = decimals(extent.max_element(), 3)
+        );
+        Panel { content: Content::Map(map), note }
     }
 }
 
@@ -118,16 +120,21 @@ mod tests {
         let truth = IndexTruth::from_scene_json(&json!({ "refractive": [entry] })).unwrap();
         let sheet = sheet(&refraction, Some(&truth), LocalOrigin::default());
         assert_eq!(sheet.rows.len(), 3);
-        for map in &sheet.rows[2].maps {
-            let wrong = map.values.iter().filter(|v| v.abs() > 1e-4).count();
-            assert!(wrong * 200 < map.values.len(), "{wrong} pixels of {}", map.note);
+        for panel in &sheet.rows[2].panels {
+            let values = panel.content.values();
+            let wrong = values.iter().filter(|v| v.abs() > 1e-4).count();
+            assert!(wrong * 200 < values.len(), "{wrong} pixels of {}", panel.note);
         }
-        for map in &sheet.rows[0].maps[..2] {
-            let half = map.values.len() / 2;
+        for panel in &sheet.rows[0].panels[..2] {
+            let (upper, lower) = panel.content.values().split_at(panel.content.values().len() / 2);
             let inside = |v: &[f32]| v.iter().filter(|&&n| n > 1.2).count();
-            assert!(inside(&map.values[..half]) > 2 * inside(&map.values[half..]), "{}", map.note);
+            assert!(inside(upper) > 2 * inside(lower), "{}", panel.note);
         }
-        let [[low, high], [_, most]] = [sheet.rows[0].range, sheet.rows[2].range];
+        let range = |row: usize| match sheet.rows[row].scale {
+            Some(ColourScale::Values(_, range)) => range,
+            other => panic!("{other:?}"),
+        };
+        let [[low, high], [_, most]] = [range(0), range(2)];
         assert!(low == 1.0 && (high - 1.5).abs() < 1e-5 && (most - 0.25).abs() < 1e-5);
     }
 }

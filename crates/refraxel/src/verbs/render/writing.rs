@@ -11,9 +11,9 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
+use refraxel_data::atomic::write_atomic;
 use refraxel_data::{LocalOrigin, NamedCamera};
 use refraxel_train::Backend;
-use refraxel_train::checkpoint::write_atomic;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 

@@ -5,7 +5,7 @@ use crate::exit::Failure;
 use crate::table::{Table, score};
 use crate::verbs::evaluation::Evaluation;
 use crate::verbs::files::create_folder;
-use refraxel_train::checkpoint::write_atomic;
+use refraxel_data::atomic::write_atomic;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

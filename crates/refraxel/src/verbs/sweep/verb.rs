@@ -13,7 +13,7 @@ use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::{interrupted, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
 use anyhow::anyhow;
-use refraxel_train::checkpoint::write_atomic;
+use refraxel_data::atomic::write_atomic;
 
 /// The verb.
 pub fn run(args: &SweepArgs) -> Result<(), Failure> {

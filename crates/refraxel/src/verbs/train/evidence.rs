@@ -1,7 +1,7 @@
 //! What a verdict by prediction rests on, as a picture: RUN/evidence.png.
 
-use crate::picture::{Comparison, Content, Panel};
-use refraxel_train::checkpoint::WriteError;
+use crate::picture::{Content, Panel, Row, Sheet};
+use refraxel_data::atomic::WriteError;
 use refraxel_train::events::Shown;
 use refraxel_train::metrics::Rgb8;
 use std::path::Path;
@@ -14,13 +14,12 @@ pub fn draw(pictures: &[Shown], out: &Path) -> Result<(), WriteError> {
     if pictures.is_empty() {
         return Ok(());
     }
-    let page = Comparison {
+    let sheet = Sheet {
         title: "Prediction before anything of the glass has learned".to_owned(),
         columns: ["photograph", "straight through", "prediction"].map(str::to_owned).to_vec(),
-        rows: pictures.iter().map(panels).collect(),
-        full_error: u8::MAX,
+        rows: pictures.iter().map(|shown| Row { panels: panels(shown), ..Row::default() }).collect(),
     };
-    page.draw().save_png(&out.join(EVIDENCE))
+    sheet.draw().save_png(&out.join(EVIDENCE))
 }
 
 fn panels(shown: &Shown) -> Vec<Panel<'_>> {

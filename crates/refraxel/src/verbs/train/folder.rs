@@ -3,7 +3,7 @@
 use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
-use refraxel_train::checkpoint::remove_leftovers;
+use refraxel_data::atomic::remove_leftovers;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;
 use std::io;
@@ -48,7 +48,7 @@ impl<'a> RunFolder<'a> {
         let below = fs::read_dir(&eval).into_iter().flatten().flatten().map(|entry| entry.path());
         for folder in [self.path.to_owned(), eval.clone()].into_iter().chain(below) {
             // Failing to do so harms nobody, and not everything there is a folder.
-            let _ = remove_leftovers(&folder);
+            let _ = remove_leftovers(&folder, |_| true);
         }
     }
 

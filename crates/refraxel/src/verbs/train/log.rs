@@ -4,7 +4,7 @@
 
 use crate::plot::{Plot, Series};
 use crate::verbs::files::read_text;
-use refraxel_train::checkpoint::{WriteError, write_atomic};
+use refraxel_data::atomic::{WriteError, write_atomic};
 use refraxel_train::events::{Event, Record};
 use serde::Deserialize;
 use std::fs::OpenOptions;

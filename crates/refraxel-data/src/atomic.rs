@@ -6,8 +6,6 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::faults::reach;
-
 /// A file could not be written. What stood there before still stands there, unless only its folder was not flushed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {action}: {source}; {}", path.display(), advice(action, source))]
@@ -47,25 +45,43 @@ pub fn write_atomic(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    let failed = |action| move |source| WriteError { path: path.to_owned(), action, source };
-    let folder = folder_of(path);
-    let temporary = create_beside(path).map_err(failed("creating a temporary file in its folder"))?;
-    let mut writer = BufWriter::with_capacity(1 << 20, Temporary(temporary.as_file()));
-    fill(&mut writer).and_then(|()| writer.flush()).map_err(failed("writing its content"))?;
-    drop(writer);
-    sync(temporary.as_file()).map_err(failed("flushing its content to disk"))?;
-    rename(temporary, path).map_err(failed("renaming the temporary file"))?;
-    sync_folder(folder).map_err(failed(FLUSHING_FOLDER))
+    write_atomic_with(path, || Ok(()), fill)
 }
 
-/// Removes the temporary files in a folder whose writers were killed before they could; returns how many.
+/// [`write_atomic`] with a function that is called before each request to the system: to create, write, flush, rename and flush
+/// the folder. An error of it counts as the system's, so that a test can make each request fail.
+pub fn write_atomic_with(
+    path: &Path,
+    before: fn() -> io::Result<()>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let failed = |action| move |source| WriteError { path: path.to_owned(), action, source };
+    let created = before().and_then(|()| create_beside(path));
+    let temporary = created.map_err(failed("creating a temporary file in its folder"))?;
+    let mut writer = BufWriter::with_capacity(1 << 20, Temporary { file: temporary.as_file(), before });
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(failed("writing its content"))?;
+    drop(writer);
+    let flushed = before().and_then(|()| temporary.as_file().sync_all());
+    flushed.map_err(failed("flushing its content to disk"))?;
+    let renamed = before().and_then(|()| temporary.persist(path).map_err(io::Error::from));
+    renamed.map_err(failed("renaming the temporary file"))?;
+    before().and_then(|()| sync_folder(folder_of(path))).map_err(failed(FLUSHING_FOLDER))
+}
+
+/// Removes the temporary files in a folder whose writers were killed before they could, of the files with such names; returns how
+/// many. A folder that is missing has none.
 ///
 /// The file that another program is writing right now stays: it is locked. Where the file system knows no locks, all stay.
-pub fn remove_leftovers(folder: &Path) -> io::Result<usize> {
+pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Result<usize> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(0),
+        entries => entries?,
+    };
     let mut removed = 0;
-    for entry in fs::read_dir(folder)? {
+    for entry in entries {
         let path = entry?.path();
-        if is_temporary(&path) && is_abandoned(&path) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name_of_whole(&name).is_some_and(&is_ours) && is_abandoned(&path) {
             fs::remove_file(&path)?;
             removed += 1;
         }
@@ -77,13 +93,11 @@ const SUFFIX: &str = ".tmp";
 /// Random letters in the name of a temporary file.
 const RANDOM: usize = 8;
 
-/// `.NAME.RANDOM.tmp`.
-fn is_temporary(path: &Path) -> bool {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let parts = name.strip_prefix('.').and_then(|rest| rest.strip_suffix(SUFFIX)?.rsplit_once('.'));
-    parts.is_some_and(|(name, random)| {
-        !name.is_empty() && random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric())
-    })
+/// The name that a temporary file gets once it is whole: NAME of `.NAME.RANDOM.tmp`.
+fn name_of_whole(temporary: &str) -> Option<&str> {
+    let (name, random) = temporary.strip_prefix('.')?.strip_suffix(SUFFIX)?.rsplit_once('.')?;
+    let is_random = random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric());
+    (is_random && !name.is_empty()).then_some(name)
 }
 
 /// The system releases the lock of a writer that is gone.
@@ -99,7 +113,6 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
-    reach()?;
     let prefix = format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy());
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
@@ -115,42 +128,34 @@ fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// The temporary file, as it is written.
-struct Temporary<'a>(&'a File);
+struct Temporary<'a> {
+    file: &'a File,
+    before: fn() -> io::Result<()>,
+}
 
 impl Write for Temporary<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if let Err(error) = reach() {
+        if let Err(error) = (self.before)() {
             // As on a disk that is full: some of it is there.
-            self.0.write_all(&bytes[..bytes.len() / 2])?;
+            self.file.write_all(&bytes[..bytes.len() / 2])?;
             return Err(error);
         }
-        self.0.write(bytes)
+        self.file.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+        self.file.flush()
     }
-}
-
-fn sync(file: &File) -> io::Result<()> {
-    reach()?;
-    file.sync_all()
-}
-
-fn rename(temporary: NamedTempFile, path: &Path) -> io::Result<()> {
-    reach()?;
-    temporary.persist(path).map(drop).map_err(|e| e.error)
 }
 
 #[cfg(unix)]
 fn sync_folder(folder: &Path) -> io::Result<()> {
-    reach()?;
     File::open(folder)?.sync_all()
 }
 
 #[cfg(not(unix))]
 fn sync_folder(_folder: &Path) -> io::Result<()> {
-    reach() // folders cannot be opened for flushing; the rename is journalled by the file system
+    Ok(()) // folders cannot be opened for flushing; the rename is journalled by the file system
 }
 
 #[cfg(test)]
@@ -218,10 +223,22 @@ mod tests {
         for name in kept.iter().chain(&leftovers) {
             fs::write(folder.path().join(name), "y").unwrap();
         }
-        assert_eq!(remove_leftovers(folder.path()).unwrap(), 2);
+        assert_eq!(remove_leftovers(folder.path(), |_| true).unwrap(), 2);
         let mut left = names(folder.path());
         left.sort();
         assert_eq!(left, kept);
+    }
+
+    #[test]
+    fn leftovers_of_others_stay_and_a_missing_folder_has_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let [ours, theirs] =
+            [".r_0.png.aB3dE6gH.tmp", ".notes.aB3dE6gH.tmp"].map(|name| folder.path().join(name));
+        fs::write(&ours, "x").unwrap();
+        fs::write(&theirs, "x").unwrap();
+        assert_eq!(remove_leftovers(folder.path(), |name| name == "r_0.png").unwrap(), 1);
+        assert_eq!([ours, theirs].map(|path| path.exists()), [false, true]);
+        assert_eq!(remove_leftovers(&folder.path().join("absent"), |_| true).unwrap(), 0);
     }
 
     #[test]
@@ -230,7 +247,7 @@ mod tests {
         let path = folder.path().join("run.st");
         let mut removed = 1;
         write_atomic(&path, |w| {
-            removed = remove_leftovers(folder.path())?;
+            removed = remove_leftovers(folder.path(), |_| true)?;
             w.write_all(b"x")
         })
         .unwrap();
