@@ -1,7 +1,7 @@
 //! Depth that a sensor measured, or a renderer: maps beside photographs.
 
 use crate::decoding::{self, Header};
-use crate::formats::npy;
+use crate::formats::{lzfse, npy};
 use crate::{Crop, DataError, Orientation, PhotoSource, Problem, View, limits};
 use ::image::DynamicImage;
 use refraxel_core::Vec3;
@@ -11,11 +11,14 @@ use std::sync::Arc;
 /// A depth map in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthFile {
-    /// A picture of one channel (16 bits, or floating point in EXR), or a NumPy array of (height, width). 0 means that nothing was
-    /// measured.
+    /// A picture of one channel (16 bits, or floating point in EXR), a NumPy array of (height, width), or compressed numbers. 0 means
+    /// that nothing was measured.
     pub path: PathBuf,
     /// Scene units along the optical axis per step of its values.
     pub unit: f64,
+    /// Columns and rows, at least 1 each, of numbers compressed by LZFSE (Record3D), whose file does not state them; `None` for other
+    /// files.
+    pub size: Option<[u32; 2]>,
 }
 
 /// Depths of a photograph, on a lattice of their own: sensors of depth have fewer pixels than cameras.
@@ -69,10 +72,12 @@ impl Depth {
 
 /// The depth map of a file.
 ///
-/// Errors: it cannot be read, has more than one channel, or another shape than (height, width).
+/// Errors: it cannot be read, has more than one channel, another shape than (height, width), or not the stated size.
 pub(crate) fn load(file: &DepthFile) -> Result<Arc<Depth>, DataError> {
-    let DepthFile { path, unit } = file;
-    let (size, values) = if is_array(path) {
+    let DepthFile { path, unit, size } = file;
+    let (size, values) = if let Some(size) = *size {
+        (size, lzfse::floats(path, &limits::read(path, limits::BINARY_BYTES)?, size)?)
+    } else if is_array(path) {
         let array = npy::array(path, &limits::read(path, limits::BINARY_BYTES)?)?;
         let shape: Option<[usize; 2]> = match array.shape[..] {
             [height, width] | [height, width, 1] | [1, height, width] => Some([width, height]),

@@ -296,6 +296,22 @@ pub enum DataError {
         /// The decoder's reason.
         source: image::ImageError,
     },
+    /// A compressed depth map is not of the size that its description states.
+    #[error(
+        "{path}: {found} bytes of depth; expected {expected}, 4 for each pixel of {size} (`dw` and `dh` of the metadata); export the \
+         recording again, or remove its depth maps",
+        path = path.display()
+    )]
+    DepthLength {
+        /// The depth map.
+        path: PathBuf,
+        /// How many bytes it holds.
+        found: String,
+        /// How many bytes a map of this size has.
+        expected: u64,
+        /// The size that the description states.
+        size: Size,
+    },
     /// The image changed size since the dataset was opened.
     #[error("{path}: the image is {found}, but its camera was read for {expected}; open the dataset again", path = path.display())]
     ImageSize {

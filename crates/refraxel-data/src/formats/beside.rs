@@ -31,14 +31,25 @@ pub(super) fn photographs(mut names: Vec<String>) -> Vec<String> {
     names
 }
 
-/// Gives photographs the maps of depth that lie in the folder `depth` of the dataset under their names, with `unit` scene units a step.
-pub(super) fn add_depth(root: &Root, frames: &mut [Frame], extension: &str, unit: f64) {
-    let folder = root.folder().join("depth");
+/// Maps of depth in a folder of the dataset, under the names of its photographs.
+pub(super) struct Maps<'a> {
+    pub folder: &'a str,
+    pub extension: &'a str,
+    /// Scene units a step.
+    pub unit: f64,
+    /// Columns and rows where the files do not state them, as in [`DepthFile::size`].
+    pub size: Option<[u32; 2]>,
+}
+
+/// Gives photographs these maps, where they have none.
+pub(super) fn add_depth(root: &Root, frames: &mut [Frame], maps: &Maps) {
+    let &Maps { folder, extension, unit, size } = maps;
+    let folder = root.folder().join(folder);
     for frame in frames.iter_mut().filter(|frame| frame.depth.is_none()) {
         let stem = frame.image.as_ref().and_then(|image| image.file_stem());
         let path = stem.map(|stem| folder.join(stem).with_added_extension(extension));
-        frame.depth =
-            path.filter(|path| path.is_file() && root.contains(path)).map(|path| DepthFile { path, unit });
+        let path = path.filter(|path| path.is_file() && root.contains(path));
+        frame.depth = path.map(|path| DepthFile { path, unit, size });
     }
 }
 

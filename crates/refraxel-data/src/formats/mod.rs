@@ -6,6 +6,7 @@ pub(crate) mod gaussians;
 mod gravity;
 mod lens;
 pub(crate) mod llff;
+pub(crate) mod lzfse;
 pub(crate) mod metashape;
 pub(crate) mod npy;
 pub(crate) mod npz;

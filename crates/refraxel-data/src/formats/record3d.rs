@@ -1,9 +1,10 @@
 //! Record3D: `metadata` (JSON) beside `rgb/` or `rgbd/`, as the app exports or as an unpacked `.r3d` holds.
 //!
-//! Where the app has exported EXR, `depth/` holds depth in metres. `poses` are quaternions (x, y, z, w) and positions of the camera in the world, with camera axes right, up and backwards and the y
+//! Depth is in metres: EXR in `depth/`, or `N.depth` beside `N.jpg`, which is a map of `dw` columns and `dh` rows of `f32` (rows from the top),
+//! compressed by LZFSE. Both are oriented like the photographs. `poses` are quaternions (x, y, z, w) and positions of the camera in the world, with camera axes right, up and backwards and the y
 //! axis of the world upwards (ARKit). `K` is a 3x3 matrix column by column; `perFrameIntrinsicCoeffs` (fx, fy, cx, cy) is of each photograph.
 
-use super::beside::{add_depth, frame};
+use super::beside::{Maps, add_depth, frame};
 use super::gravity::state_up;
 use crate::extensions::is_picture;
 use crate::folder::names;
@@ -55,19 +56,51 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
         let (file, pose) = (format!("{images}/{name}"), pose_of(pose, &origin)?);
         parsed.frames.push(frame(origin, file, image, intrinsics, pose));
     }
-    add_depth(&parsed.root, &mut parsed.frames, "exr", METRE);
-    let compressed = names_of(&parsed.root.folder().join(images), ".depth");
-    if compressed > 0 && parsed.frames.iter().all(|frame| frame.depth.is_none()) {
-        parsed.problems.push(Problem::note(format!(
-            "{compressed} depth maps of Record3D (.depth) are compressed by LZFSE and are not read; export EXR + RGB from the app for depth"
-        )));
-    }
+    add_maps(&mut parsed, &top, images)?;
     state_up(&mut parsed, vec3(0.0, 1.0, 0.0));
     Ok(parsed)
 }
 
-/// Poses of ARKit and depth in EXR are in metres.
+/// Poses of ARKit and depth are in metres.
 const METRE: f64 = 1.0;
+/// Most columns or rows of a depth map [pixel]: together as many as [`limits::IMAGE_PIXELS`] are.
+const MAP_EDGE: f64 = 16384.0;
+
+/// Gives photographs their maps of depth: EXR, or else compressed ones, which need their size.
+fn add_maps(parsed: &mut ParsedDataset, top: &Object, images: &str) -> Result<(), DataError> {
+    let ParsedDataset { root, frames, problems, .. } = parsed;
+    let exr = Maps { folder: "depth", extension: "exr", unit: METRE, size: None };
+    add_depth(root, frames, &exr);
+    let folders = [images, "depth"];
+    let compressed: usize =
+        folders.iter().map(|folder| names_of(&root.folder().join(folder), ".depth")).sum();
+    if compressed == 0 || frames.iter().all(|frame| frame.depth.is_some()) {
+        return Ok(());
+    }
+    let Some(size) = map_size(top)? else {
+        problems.push(Problem::warning(format!(
+            "{compressed} depth maps of Record3D (.depth) are not used: the metadata do not state their size as `dw` and `dh`; export EXR + \
+             RGB from the app for depth"
+        )));
+        return Ok(());
+    };
+    for folder in folders {
+        add_depth(root, frames, &Maps { folder, extension: "depth", size: Some(size), ..exr });
+    }
+    Ok(())
+}
+
+/// Columns and rows of compressed maps, where the file states them.
+fn map_size(top: &Object) -> Result<Option<[u32; 2]>, DataError> {
+    let edge = |key: &str| -> Result<Option<u32>, DataError> {
+        let Some(stated) = top.number(key)? else { return Ok(None) };
+        let is_edge = stated.fract() == 0.0 && (1.0..=MAP_EDGE).contains(&stated);
+        is_edge
+            .then_some(Some(stated as u32))
+            .ok_or_else(|| top.wrong(key, "a whole number of pixels from 1 to 16384"))
+    };
+    Ok(edge("dw")?.zip(edge("dh")?).map(|(width, height)| [width, height]))
+}
 
 /// How many names in a folder end so.
 fn names_of(folder: &Path, end: &str) -> usize {

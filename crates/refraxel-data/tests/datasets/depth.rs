@@ -57,24 +57,93 @@ fn maps_without_any_depth_are_left_out_with_a_word() {
 }
 
 #[test]
-fn record3d_has_depth_in_metres_as_exr_and_names_what_is_compressed() {
+fn record3d_has_depth_in_metres_as_exr_which_comes_before_compressed_depth() {
     let folder = tempfile::tempdir().unwrap();
     write_file(folder.path(), "metadata", record3d(&cameras(4)).to_string());
     (0..4).for_each(|k| write_image(folder.path(), &format!("rgb/{k}.jpg"), WIDTH, HEIGHT));
     write_file(folder.path(), "rgb/0.depth", "bvx2");
-    let data = open(&folder).unwrap();
-    assert!(data.views.iter().all(|v| v.depth.is_none()));
-    assert!(
-        reports(&data, "1 depth maps of Record3D (.depth)") && reports(&data, "LZFSE"),
-        "{:?}",
-        data.problems
-    );
     std::fs::create_dir(folder.path().join("depth")).unwrap();
     let map = image::Rgb32FImage::from_pixel(12, 8, image::Rgb([1.25; 3]));
     (0..4).for_each(|k| map.save(folder.path().join(format!("depth/{k}.exr"))).unwrap());
     let data = open(&folder).unwrap();
     assert!(reports(&data, "4 of 4 views have a depth map, 1 scene units a step"), "{:?}", data.problems);
     assert_eq!(depth_of(&data, [0.5, 0.5]), 1.25);
+}
+
+/// A recording of Record3D whose photographs have this map beside them.
+fn recording(size: [u32; 2], map: &[u8]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_recording(folder.path(), &cameras(4), size, map);
+    folder
+}
+
+#[test]
+fn compressed_depth_of_record3d_is_that_which_was_compressed() {
+    for DepthMap { size, file, depth } in [LZVN_MAP, LZFSE_MAP] {
+        let folder = recording(size, file);
+        let data = open(&folder).unwrap();
+        assert!(reports(&data, "4 of 4 views have a depth map, 1 scene units a step"), "{:?}", data.problems);
+        let map = load_photo(&data.views[1]).unwrap().depth.unwrap();
+        for (y, x) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
+            let place = [(x, size[0]), (y, size[1])].map(|(at, of)| (f64::from(at) + 0.5) / f64::from(of));
+            assert_eq!(map.at(place), depth(x, y), "{x} {y} of {size:?}");
+        }
+    }
+}
+
+#[test]
+fn compressed_depth_is_found_in_a_folder_of_its_own() {
+    let folder = recording(LZVN_MAP.size, LZVN_MAP.file);
+    std::fs::create_dir(folder.path().join("depth")).unwrap();
+    for k in 0..4 {
+        let place = |of: &str| folder.path().join(format!("{of}/{k}.depth"));
+        std::fs::rename(place("rgbd"), place("depth")).unwrap();
+    }
+    assert_eq!(depth_of(&open(&folder).unwrap(), [0.5, 0.5]), (LZVN_MAP.depth)(6, 4));
+}
+
+#[test]
+fn compressed_depth_that_was_not_measured_is_unknown() {
+    let folder = recording([2, 2], &lzfse_stored(&[f32::NAN, 0.0, -1.0, 2.5]));
+    let data = open(&folder).unwrap();
+    let known = [[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]].map(|place| depth_of(&data, place).is_finite());
+    assert_eq!((known, depth_of(&data, [0.8, 0.8])), ([false; 3], 2.5));
+}
+
+#[test]
+fn compressed_depth_of_another_size_than_stated_is_refused() {
+    for (size, said) in [
+        ([12, 9], "384 bytes of depth; expected 432, 4 for each pixel of 12x9"),
+        ([12, 7], "more than 336 bytes of depth; expected 336, 4 for each pixel of 12x7"),
+    ] {
+        let error = refusal(&recording(size, LZVN_MAP.file));
+        assert!(error.contains(".depth: ") && error.contains(said), "{error}");
+    }
+}
+
+#[test]
+fn compressed_depth_needs_a_stated_size() {
+    let folder = recording(LZVN_MAP.size, LZVN_MAP.file);
+    let mut metadata = record3d(&cameras(4));
+    metadata["dw"] = json!(12.5);
+    write_file(folder.path(), "metadata", metadata.to_string());
+    let error = refusal(&folder);
+    assert!(error.contains("metadata: dw is 12.5; expected a whole number of pixels"), "{error}");
+    metadata.as_object_mut().unwrap().remove("dw");
+    write_file(folder.path(), "metadata", metadata.to_string());
+    let data = open(&folder).unwrap();
+    assert!(warns(&data, "4 depth maps of Record3D (.depth) are not used"), "{:?}", data.problems);
+    assert!(data.views.iter().all(|v| v.depth.is_none()));
+}
+
+#[test]
+fn compressed_depth_that_is_cut_is_refused_by_name() {
+    let folder = recording(LZVN_MAP.size, LZVN_MAP.file);
+    for cut in 0..LZVN_MAP.file.len() {
+        write_file(folder.path(), "rgbd/1.depth", &LZVN_MAP.file[..cut]);
+        let error = refusal(&folder);
+        assert!(error.contains("1.depth: damaged at byte"), "{cut}: {error}");
+    }
 }
 
 #[test]

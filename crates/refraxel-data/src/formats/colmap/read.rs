@@ -4,7 +4,7 @@ use super::files::{cameras, file, has_both, images, most_sensors, points};
 use super::records::{Calibrations, Image, Images};
 use crate::extensions::is_picture;
 use crate::folder::{file_in, folder_in, names};
-use crate::formats::beside::{self, image_folder, photographs};
+use crate::formats::beside::{self, Maps, image_folder, photographs};
 use crate::naming::key;
 use crate::parsed::{Coloured, Frame, Loss, Origin, ParsedDataset};
 use crate::pose::PoseFault;
@@ -42,7 +42,8 @@ pub(crate) fn read(
         parsed.frames.push(frame(&parsed.root, &image_folder, image, &calibrations, origin)?);
     }
     if file_in(parsed.root.folder(), OF_IPHONE).is_some() {
-        beside::add_depth(&parsed.root, &mut parsed.frames, "png", MILLIMETRE);
+        let maps = Maps { folder: "depth", extension: "png", unit: MILLIMETRE, size: None };
+        beside::add_depth(&parsed.root, &mut parsed.frames, &maps);
     }
     parsed.problems.push(registered(&parsed.root, &image_folder, images.len()));
     parsed.problems.extend(rigs(&model));

@@ -134,7 +134,7 @@ fn depth(root: &Root, frame: &Object) -> Result<Option<DepthFile>, DataError> {
         };
         let found = root.find(stated, Statement { path: frame.path(), key: &frame.key(key) })?;
         let path = found.ok_or_else(|| frame.wrong(key, "an existing depth map"))?;
-        return Ok(Some(DepthFile { path, unit }));
+        return Ok(Some(DepthFile { path, unit, size: None }));
     }
     Ok(None)
 }
