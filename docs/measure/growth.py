@@ -388,9 +388,9 @@ def commands(rows: dict) -> str:
 refraxel synth opaque --out opaque --size {SIZE} --views {VIEWS} --spp {SPP["opaque"]} --detail-spp 0 --index-resolution 0
 refraxel synth glass_ball --out glass_ball --size {SIZE} --views {VIEWS} --spp {SPP["glass_ball"]} --detail-spp 0 --index-resolution 0
 refraxel train opaque --out run --seed 0 --threads 2 --refraction off \\
-  {word(SCHEDULE)} --set grid.resolution=N --set run.batch=N
+  {word(SCHEDULE)} --set grid.resolution=NODES --set run.batch=RAYS
 refraxel train glass_ball --out run --seed 0 --threads 2 --index-from glass_ball/scene.json \\
-  {word(SCHEDULE)} --set grid.resolution=N --set run.batch=N \\
+  {word(SCHEDULE)} --set grid.resolution=NODES --set run.batch=RAYS \\
   {word(BENDING)}
 refraxel eval run --threads 2
 refraxel inspect opaque --json …                         # the options of the run

@@ -1,4 +1,4 @@
-//! Priors, theory (4.3)–(4.6): penalties for what is unlikely in a scene, whatever its images show. Next to each
+//! Priors, theory (4.3)–(4.5): penalties for what is unlikely in a scene, whatever its images show. Next to each
 //! is its slope, the derivative by its first argument; where only the slope is used, it stands alone.
 
 use crate::Real;
@@ -53,19 +53,6 @@ pub fn depth_cost<T: Real>(t: T, d: T) -> T {
     away * away / (away * away + error * error)
 }
 
-/// e of theory (4.6) [1], which bounds the slope of the opacity prior by 10.
-pub const OPACITY_MARGIN: f64 = 0.1;
-
-/// Slope 1/(T + e) − 1/(1 − T + e) of the opacity prior on the final transmittance T ∈ [0, 1] of a ray, theory (4.6):
-/// ln(T + e) + ln(1 − T + e), lowest at T = 0 and T = 1, since a ray hits something or nothing; e is [`OPACITY_MARGIN`].
-///
-/// Source: Neural Volumes (Lombardi et al. 2019).
-#[inline(always)]
-pub fn opacity_beta_slope<T: Real>(transmittance: T) -> T {
-    let e = T::of(OPACITY_MARGIN);
-    (transmittance + e).recip() - (T::one() - transmittance + e).recip()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -83,10 +70,6 @@ mod tests {
             let target = [0.3, 0.1, 0.6];
             let slope = sample_colour_slope(0.7, [x, 0.2, 0.5], target)[0];
             check(&|x| 0.7 * (x - target[0]).powi(2), slope);
-            if x > 0.0 {
-                let opacity_beta = |t: f64| (t + OPACITY_MARGIN).ln() + (1.0 - t + OPACITY_MARGIN).ln();
-                check(&opacity_beta, opacity_beta_slope(x));
-            }
         }
     }
 }

@@ -8,7 +8,6 @@ use refraxel_core::background::POLE;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::index::{BORDER, BORDER_VALUE, CUTS, FLAT, NUDGE, TOUCH, VACUUM};
 use refraxel_core::optics::{CROSSING_SPACING, CROSSING_STEPS, GRAZING, MAX_LATTICE, STRAIGHT, transition};
-use refraxel_core::priors::OPACITY_MARGIN;
 use refraxel_core::radiance::{GROUP, clearcoat, light};
 use refraxel_core::sh::{C0, C1, C2, C3, C3_5, MAX_BASIS};
 use refraxel_train::backend::{BUCKET_SLOTS, RULE, TV_EPSILON};
@@ -163,7 +162,6 @@ pub(crate) fn declarations(shape: &Shape) -> String {
         ("FAR", f32::MAX),
         ("TAU", std::f32::consts::TAU),
         ("POLE", POLE as f32),
-        ("OPACITY_MARGIN", OPACITY_MARGIN as f32),
         ("TV_EPSILON", TV_EPSILON),
         ("RMS_DECAY", RULE.decay),
         ("RMS_EPSILON", RULE.epsilon),

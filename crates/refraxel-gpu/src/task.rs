@@ -18,7 +18,6 @@ pub(crate) struct Task {
     theta_min: f32,
     min_transmittance: f32,
     sample_colour: f32,
-    opacity: f32,
     tv_density: f32,
     tv_colour: f32,
     tv_period: u32,
@@ -28,6 +27,7 @@ pub(crate) struct Task {
     rate_view: f32,
     rate_background: f32,
     pub outcome: u32,
+    thin: f32,
     padding: [u32; 3],
 }
 
@@ -63,8 +63,8 @@ impl Task {
                 | bit(bends, WANTS_PATHS)
                 | bit(bends && objective.index.is_some(), WANTS_INDEX)
                 | bit(bends && objective.absorption.is_some(), ABSORBS),
+            thin: objective.thin,
             sample_colour: if given.behind { 0.0 } else { objective.sample_colour },
-            opacity: objective.opacity,
             tv_density: objective.tv_density,
             tv_colour: objective.tv_colour,
             tv_period: objective.tv_period,

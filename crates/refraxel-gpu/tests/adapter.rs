@@ -35,15 +35,7 @@ refraxel_train::conformance_tests! {
 /// Everything that a straight scene minimises.
 fn all_priors() -> Objective {
     let (tv_density, tv_colour, tv_period) = (0.02, 0.01, 2);
-    Objective {
-        sample_colour: 0.1,
-        opacity: 0.01,
-        tv_density,
-        tv_colour,
-        tv_period,
-        rate_view: 0.5,
-        ..objective()
-    }
+    Objective { sample_colour: 0.1, tv_density, tv_colour, tv_period, rate_view: 0.5, ..objective() }
 }
 
 /// Largest difference of two arrays.

@@ -81,7 +81,7 @@ fn march<T: Real>(
 pub struct PixelAdjoint<T> {
     /// dLoss/d(C + T B).
     pub colour: [T; 3],
-    /// dLoss/dT beyond what the background explains (opacity priors, alpha).
+    /// dLoss/dT beyond what the background explains (a measured depth, alpha).
     pub transmittance: T,
     /// B, the radiance that arrives from behind the path (sRGB-encoded).
     pub behind: [T; 3],

@@ -29,9 +29,10 @@ struct Checkpoint {
     // Transmittance of the section, and the reflection before it.
     through: f32,
     mirror: u32,
+    // How much of a thin sample is due.
+    due: f32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 const GOES_ON: u32 = 1u;

@@ -47,11 +47,6 @@ fn march_back(ray: u32, shown: vec3<f32>, d_colour: vec3<f32>) -> SegmentAdjoint
     var sums = SegmentAdjoint();
     let origin = lessons[ray].origin;
     let direction = lessons[ray].direction;
-    let last = seen[ray].transmittance;
-    var d_transmittance = 0.0;
-    if (task.opacity > 0.0) {
-        d_transmittance = task.opacity * opacity_beta_slope(last);
-    }
     var basis = basis_lanes(direction);
     var front = front_of(lessons[ray].offset);
     if (!enter_straight(&front, origin, direction)) {
@@ -67,7 +62,7 @@ fn march_back(ray: u32, shown: vec3<f32>, d_colour: vec3<f32>) -> SegmentAdjoint
         collected += weight * colour;
         // forward: C = collected + T (1 − a) behind
         let after = s.before * (1.0 - s.alpha);
-        let d_tau = dot(d_colour, after * colour - (shown - collected)) - last * d_transmittance;
+        let d_tau = dot(d_colour, after * colour - (shown - collected));
         // Its colour is drawn towards the target, theory (4.5).
         let drawn = d_colour + 2.0 * task.sample_colour * (colour - lessons[ray].colour);
         // A colour clamped at 0 has no slope.

@@ -26,9 +26,6 @@ struct Blame {
     // What the section and all behind it show, and dLoss/d(that), for a transmittance of 1 before the section.
     shown: vec3<f32>,
     d_colour: vec3<f32>,
-    // Transmittance at the end, and dLoss/d(that) by the prior on opacity.
-    last: f32,
-    d_transmittance: f32,
     // 2 λ_c of theory (4.5) and what draws the colours of samples, the target of the ray.
     draws: f32,
     target_colour: vec3<f32>,
@@ -148,10 +145,7 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, 
     choose_what_learns(ray, end);
     let traces = (task.wants & WANTS_RAYS) != 0u || teaches_index || teaches_surface;
     let draws = select(2.0 * task.sample_colour, 0.0, lessons[ray].bends != 0u);
-    var blame = Blame(seen[ray].colour, d_colour, end.transmittance, 0.0, draws, lessons[ray].colour, traces);
-    if (task.opacity > 0.0) {
-        blame.d_transmittance = task.opacity * opacity_beta_slope(end.transmittance);
-    }
+    var blame = Blame(seen[ray].colour, d_colour, draws, lessons[ray].colour, traces);
     var d = StateAdjoint((*way).d_x, (*way).d_p);
     let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && teaches_surface;
     var trespass = Trespass((*way).middle, (*way).is_known != 0u, (*way).trespass, (*way).region, (*way).transmittance);
@@ -329,7 +323,7 @@ fn learn_segment(
         let after = (*sight).through * (1.0 - s.alpha);
         (*sight).through = after;
         let contrast = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
-        let d_tau = contrast - blame.last * blame.d_transmittance;
+        let d_tau = contrast;
         // A colour clamped at 0 has no slope.
         let drawn = blame.d_colour + blame.draws * (f.colour - blame.target_colour);
         let d_filtered = select(vec3<f32>(0.0), weight * drawn, f.colour > vec3<f32>(0.0));

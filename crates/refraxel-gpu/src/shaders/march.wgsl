@@ -21,6 +21,8 @@ struct Front {
     // Steps from the start of the next segment to its first point.
     phase: f32,
     transmittance: f32,
+    // How much of a thin sample is due, theory (4.6).
+    due: f32,
     // Nothing behind can be seen.
     opaque: bool,
 }
@@ -44,6 +46,7 @@ struct Sample {
 fn front_of(offset: f32) -> Front {
     var front = Front();
     front.phase = offset;
+    front.due = fract(offset * 4096.0 + 0.5); // `thinning_phase` in Rust
     front.transmittance = 1.0;
     return front;
 }
@@ -138,15 +141,28 @@ fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bo
             continue;
         }
         let scale_length = scene.density_scale * task.step * (*front).growth;
+        var tau = scale_length * softplus(theta);
+        var slope = scale_length * logistic(theta);
+        if (tau < task.thin) {
+            // Left out by chance, or counted for those that are, theory (4.6).
+            let share = tau / task.thin;
+            (*front).due += share;
+            if ((*front).due < 1.0) {
+                continue;
+            }
+            (*front).due -= 1.0;
+            tau = task.thin;
+            slope /= share;
+        }
         (*sample).slot = slot;
         (*sample).local = local;
         (*sample).corner = corner;
         (*sample).weight = w;
         (*sample).fraction = fraction;
         (*sample).t = t_of(front, t);
-        (*sample).tau = scale_length * softplus(theta);
-        (*sample).slope = scale_length * logistic(theta);
-        (*sample).alpha = opacity_of((*sample).tau);
+        (*sample).tau = tau;
+        (*sample).slope = slope;
+        (*sample).alpha = opacity_of(tau);
         (*sample).before = (*front).transmittance;
         (*front).transmittance *= 1.0 - (*sample).alpha;
         (*front).opaque = (*front).transmittance < task.min_transmittance;

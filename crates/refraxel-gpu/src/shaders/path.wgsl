@@ -67,6 +67,7 @@ fn tracer_at(c: Checkpoint) -> Tracer {
 fn front_at(c: Checkpoint) -> Front {
     var front = front_of(c.phase);
     front.transmittance = c.transmittance;
+    front.due = c.due;
     front.opaque = c.transmittance < task.min_transmittance;
     return front;
 }
@@ -76,6 +77,6 @@ fn checkpoint_of(t: ptr<function, Tracer>, front: ptr<function, Front>, sight: S
     return Checkpoint(
         (*t).x, (*t).search_from, (*t).p, (*front).phase, sight.collected, (*front).transmittance, sight.thickness,
         (*t).events, (*t).body, visits, (*t).lattice, (*t).segments, sight.depth, sight.arc, stage,
-        sight.through, sight.mirror, 0u, 0u, 0u,
+        sight.through, sight.mirror, (*front).due, 0u, 0u,
     );
 }

@@ -52,7 +52,6 @@ struct Task {
     theta_min: f32,
     min_transmittance: f32,
     sample_colour: f32,
-    opacity: f32,
     tv_density: f32,
     tv_colour: f32,
     tv_period: u32,
@@ -64,6 +63,8 @@ struct Task {
     rate_background: f32,
     // Where the outcome of the step goes.
     outcome: u32,
+    // Samples of smaller optical depth are left out by chance.
+    thin: f32,
     padding_0: u32,
     padding_1: u32,
     padding_2: u32,

@@ -18,6 +18,8 @@ pub const BUCKET_SLOTS: usize = 64;
 pub struct Objective {
     /// How rays are marched.
     pub marching: Marching,
+    /// Samples of smaller optical depth are left out by chance, and the others count for them, theory (4.6); 0: all are taken.
+    pub thin: f32,
     /// Weight of |C − target|² of rays that [bend](refraxel_core::optics::Path::bends), but for those [beside](super::Batch::beside)
     /// masks; 1 for all others.
     pub bent_weight: f32,
@@ -26,8 +28,6 @@ pub struct Objective {
     pub sample_colour: f32,
     /// λ_d of theory (4.27): weight of the distance of samples from where something was measured, of the same rays.
     pub depth: f32,
-    /// Weight of the opacity prior on each ray's transmittance.
-    pub opacity: f32,
     /// Weight of total variation of raw density, per edge.
     pub tv_density: f32,
     /// Weight of total variation of SH coefficients, per edge.

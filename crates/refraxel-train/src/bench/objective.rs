@@ -16,10 +16,10 @@ pub(super) fn index() -> IndexObjective {
 pub(super) fn objective() -> Objective {
     Objective {
         marching: MARCHING,
+        thin: 0.0,
         bent_weight: 1.0,
         sample_colour: 0.0,
         depth: 0.0,
-        opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,
         tv_period: 1,

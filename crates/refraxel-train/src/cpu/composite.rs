@@ -8,7 +8,7 @@ use super::record::Record;
 use super::sample::RaySamples;
 use super::tape::Tape;
 use crate::backend::{Batch, Objective, PixelGradient};
-use refraxel_core::priors::{depth_cost, opacity_beta_slope};
+use refraxel_core::priors::depth_cost;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Background, Ray, Vec3};
 
@@ -55,7 +55,7 @@ pub(super) struct PixelAdjoint {
     d_background: [f32; 3],
     /// dLoss/d(thickness of what absorbs light from the background).
     pub d_thickness: [f32; 3],
-    /// dLoss/d(transmittance at the end of the ray), from the prior on opacity or as given.
+    /// dLoss/d(transmittance at the end of the ray), from a measured depth or as given.
     d_transmittance: f32,
     /// The transmittance at the end of the ray.
     last: f32,
@@ -109,13 +109,10 @@ impl Compared<'_> {
                 tape.texels.push((stencil.index[k] as u32, d_background.map(|g| w * g)));
             }
         }
-        let opacity = objective.opacity;
         let measured = batch.measured(self.number).filter(|_| is_drawn && objective.depth > 0.0);
         let measured = measured.map_or((0.0, 0.0), |at| (objective.depth, at));
-        let prior = if opacity > 0.0 { opacity * opacity_beta_slope(left) } else { 0.0 };
         // Light from behind everything was measured nowhere: it costs as much as can be.
-        let prior = prior + measured.0;
-        let d_transmittance = asked.map_or(prior, |asked| asked.transmittance);
+        let d_transmittance = asked.map_or(measured.0, |asked| asked.transmittance);
         let shown = ShownAdjoint { d_colour, d_exit, behind };
         PixelAdjoint {
             squared_error,

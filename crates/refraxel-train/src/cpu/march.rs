@@ -35,7 +35,7 @@ pub(super) fn march_path<S: Simd>(
     out: &mut Samples,
 ) -> f32 {
     let (scene, marcher) = (view.scene, &view.scene.marcher);
-    let mut front = marcher.start(offset, view.marching, out.samples.len());
+    let mut front = marcher.start(offset, view, out.samples.len());
     let mut arc = 0.0;
     for (place, segment) in path.iter().enumerate() {
         let speed = segment.momentum.length();

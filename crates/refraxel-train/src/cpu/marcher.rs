@@ -6,12 +6,13 @@ use super::node_map::{LANE, NodeMap, Places, stretch};
 use super::optics16::absorb;
 use super::prefetch::prefetch;
 use super::sample::Sample;
+use super::view::View;
 use crate::backend::Marching;
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
 use refraxel_core::grid::bricks::Entry;
 use refraxel_core::grid::{BRICK, Cell, trilinear};
-use refraxel_core::radiance::{GROUP, Segment};
+use refraxel_core::radiance::{GROUP, Segment, thinning_phase};
 use refraxel_core::{Domain, Vec3, VoxelField};
 
 /// What marching needs to know of the field.
@@ -39,6 +40,10 @@ pub(super) struct MarchState {
     scale_length: [f32; GROUP],
     /// Points of lower raw density are transparent.
     theta_min: f32,
+    /// Points of smaller optical depth are left out by chance; the opacity of those that are not; and how much of one is due.
+    thin: f32,
+    thin_alpha: f32,
+    due: f32,
     /// Step inside the box [scene unit].
     step: f32,
     /// The march ends below this transmittance.
@@ -59,7 +64,8 @@ impl<'a> Marcher<'a> {
 
     /// The front at the start of a path, whose samples will follow the `first` ones of a list; `offset` in steps.
     #[inline(always)]
-    pub(super) fn start(&self, offset: f32, marching: &Marching, first: usize) -> MarchState {
+    pub(super) fn start(&self, offset: f32, view: &View, first: usize) -> MarchState {
+        let (marching, thin) = (view.marching, view.thin);
         MarchState {
             transmittance: 1.0,
             opaque: false,
@@ -67,6 +73,9 @@ impl<'a> Marcher<'a> {
             first,
             scale_length: [0.0; GROUP],
             theta_min: marching.theta_min(self.field),
+            thin,
+            thin_alpha: -(-thin).exp_m1(),
+            due: thinning_phase(offset),
             step: marching.step * self.voxel,
             min_transmittance: marching.min_transmittance,
         }
@@ -202,13 +211,14 @@ impl<'a> Marcher<'a> {
             if theta[i] < front.theta_min {
                 continue;
             }
+            let Some([tau, slope, alpha]) = front.thinned([tau[i], slope[i], alpha[i]]) else { continue };
             if kept != from {
                 out[kept] = out[from];
             }
             let s = &mut out[kept];
-            (s.tau, s.slope, s.alpha, s.before) = (tau[i], slope[i], alpha[i], front.transmittance);
+            (s.tau, s.slope, s.alpha, s.before) = (tau, slope, alpha, front.transmittance);
             kept += 1;
-            front.transmittance *= 1.0 - alpha[i];
+            front.transmittance *= 1.0 - alpha;
             if front.transmittance < front.min_transmittance {
                 front.opaque = true;
                 break;
@@ -233,6 +243,22 @@ pub(super) fn refresh(occupied: &mut [u64], field: &VoxelField<f32>, marching: &
 }
 
 impl MarchState {
+    /// The optical depth of a point, dτ/dθ and its opacity, as they count; none if it is left out, theory (4.6).
+    #[inline(always)]
+    fn thinned(&mut self, point: [f32; 3]) -> Option<[f32; 3]> {
+        let [tau, slope, _] = point;
+        if tau >= self.thin || tau.is_nan() {
+            return Some(point);
+        }
+        let share = tau / self.thin;
+        self.due += share;
+        if self.due < 1.0 {
+            return None;
+        }
+        self.due -= 1.0;
+        Some([self.thin, slope / share, self.thin_alpha])
+    }
+
     /// Append a point.
     #[inline(always)]
     fn push(&mut self, point: Sample, density: &[f32], scale_length: f32, out: &mut Vec<Sample>) {

@@ -100,7 +100,8 @@ fn look_exactly<S: Simd, const BLOCKS: usize>(
 ) {
     let (scene, marching) = (view.scene, Marching { near: 0.0, ..*view.marching });
     let tracer = scene.refraction.secondary_tracer(scene.marcher.domain());
-    let view = View { scene, marching: &marching, tracer: Some(tracer), absorbing: view.absorbing };
+    let view =
+        View { scene, marching: &marching, thin: 0.0, tracer: Some(tracer), absorbing: view.absorbing };
     for sample in mirrored {
         let of = &sample.of;
         let region = (of.region != CLEARCOAT).then_some(usize::from(of.region));

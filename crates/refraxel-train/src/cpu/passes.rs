@@ -78,6 +78,7 @@ pub(super) fn learn_chunk<S: Simd, const BLOCKS: usize>(
     tape.clear();
     let mut outcome = StepOutcome { finite: true, ..Default::default() };
     let mut view = View::new(scene, &batch_loss.objective.marching);
+    view.thin = batch_loss.objective.thin;
     let (mut scratch, mut adjoints) = (Scratch::default(), Adjoints::default());
     view.absorbing |= view.tracer.is_some() && batch_loss.objective.absorption.is_some();
     if view.absorbing {

@@ -10,6 +10,8 @@ use refraxel_core::optics::Tracer;
 pub(super) struct View<'a> {
     pub scene: &'a Scene<'a>,
     pub marching: &'a Marching,
+    /// As [`Objective::thin`](crate::backend::Objective::thin).
+    pub thin: f32,
     /// Absent when all rays are straight.
     pub tracer: Option<Tracer<'a, f32>>,
     /// Colours pass what absorbs; otherwise nothing does, and nothing shall learn to.
@@ -20,7 +22,7 @@ impl<'a> View<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, marching: &'a Marching) -> Self {
         let tracer = (!scene.refraction.is_none())
             .then(|| scene.refraction.tracer(scene.marcher.domain(), marching.near));
-        Self { scene, marching, tracer, absorbing: scene.refraction.is_absorbing() }
+        Self { scene, marching, thin: 0.0, tracer, absorbing: scene.refraction.is_absorbing() }
     }
 
     /// The tracer, where surfaces mirror.

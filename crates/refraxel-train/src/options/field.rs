@@ -13,8 +13,6 @@ section! {
         rate_colour: f32 = 0.02, in 0.0..=100.0;
         /// Weight of measured depth, where photographs have depth maps, theory (4.27).
         depth: f32 = 0.03, in 0.0..;
-        /// Weight of the opacity prior per ray.
-        opacity: f32 = 0.0, in 0.0..;
         /// Weight of the total variation of density.
         tv_density: f32 = 1e-5, in 0.0..;
         /// Weight of the total variation of colour.

@@ -28,6 +28,7 @@ pub(super) const GONE: &[Gone] = &[
     gone("field.tv_period", &["16"], "the constant VARIATION_PERIOD of schedule.rs"),
     gone("field.tv_density_refractive", &["2"], "the constant VARIATION_BENT of schedule.rs"),
     gone("field.background_rows", &["64"], "the constant BACKGROUND_ROWS of plan.rs"),
+    gone("field.opacity", &["0"], "haze dissolves by the constant SAMPLE_COLOUR of schedule.rs"),
     gone("field.sparsity", &["0"], "haze dissolves by the constant SAMPLE_COLOUR of schedule.rs"),
     gone("refraction.mask_margin", &["3"], "the constant MASK_MARGIN of refraction_search/border.rs"),
     gone("refraction.mask_shift", &["on"], "masks always move to where straight rays begin to fail"),

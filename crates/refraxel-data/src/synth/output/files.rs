@@ -3,7 +3,6 @@
 use super::super::error::SynthError;
 use crate::atomic;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> SynthError {

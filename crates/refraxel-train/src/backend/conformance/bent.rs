@@ -2,7 +2,9 @@
 
 use super::mirrored::{followed, nested_balls};
 use super::reference::{Marched, Reference};
-use super::scenes::{batch, environment, index_objective, objective, projective, relative, smooth_field};
+use super::scenes::{
+    batch, environment, index_objective, objective, picked, projective, relative, smooth_field,
+};
 use super::suite::{Suite, Tolerances};
 use crate::backend::{Backend, IndexObjective, Layers, Marching, Objective};
 use crate::model::polyhedron::{Plane, Polyhedron, cut_by};
@@ -124,29 +126,39 @@ pub fn rendering_agrees_with_the_reference(
 
 /// dLoss/d(density, colour, index, rays).
 pub fn bent_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
-    gradients_agree_with_the_reference(suite, bent_model(Extent::Bounded));
-    gradients_agree_with_the_reference(suite, bent_model(projective()));
+    gradients_agree_with_the_reference(suite, bent_model(Extent::Bounded), 0.0);
+    // Where most samples are left out by chance.
+    gradients_agree_with_the_reference(suite, bent_model(projective()), 0.3);
 }
 
 /// The same with surfaces at which the index jumps, in and through each other, and around a field.
 pub fn sharp_gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
-    gradients_agree_with_the_reference(suite, sharp_model(Extent::Bounded));
-    gradients_agree_with_the_reference(suite, graded_body_model(Extent::Bounded));
-    gradients_agree_with_the_reference(suite, faceted_model(Extent::Bounded));
-    gradients_agree_with_the_reference(suite, cut_model(Extent::Bounded));
+    gradients_agree_with_the_reference(suite, sharp_model(Extent::Bounded), 0.0);
+    gradients_agree_with_the_reference(suite, graded_body_model(Extent::Bounded), 0.0);
+    gradients_agree_with_the_reference(suite, faceted_model(Extent::Bounded), 0.0);
+    gradients_agree_with_the_reference(suite, cut_model(Extent::Bounded), 0.0);
 }
 
-fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model) {
+fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>, model: Model, thin: f32) {
     let reference = Reference::new(&model);
-    let (backend, mut b) = (suite.backend(model), followed(batch(300), &reference));
+    let (backend, b) = (suite.backend(model), followed(batch(300), &reference));
+    let is_sure = |k: usize| {
+        let Marched { path, points } = reference.march(&b.rays[k], b.offset[k]);
+        reference.thinned(&path.segments, &points, thin, b.offset[k]).is_some()
+    };
+    let mut b = picked(&b, is_sure);
+    assert!(b.rays.len() > 100, "{} rays", b.rays.len());
     b.beside = (0..b.rays.len()).map(|k| k % 3 == 0).collect();
     let bent_weight = 0.3;
-    let got = backend.gradient(&b, &Objective { index: Some(index_objective()), bent_weight, ..objective() });
+    let learning = Objective { index: Some(index_objective()), bent_weight, thin, ..objective() };
+    let got = backend.gradient(&b, &learning);
     let mut field = reference.field.zero_gradient();
     let mut medium = reference.medium.zero_gradient();
     let mut rays = Vec::new();
     for (k, ray) in b.rays.iter().enumerate() {
-        let marched = reference.march(ray, b.offset[k]);
+        let Marched { path, points } = reference.march(ray, b.offset[k]);
+        let points = reference.thinned(&path.segments, &points, thin, b.offset[k]).unwrap();
+        let marched = Marched { path, points };
         let (path, points) = (&marched.path, &marched.points);
         let pixel = render(&reference.field, &path.segments, points);
         let behind = reference.background.radiance(path.exit.origin, path.exit.direction);

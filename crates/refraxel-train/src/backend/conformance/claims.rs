@@ -22,7 +22,8 @@ macro_rules! conformance_tests {
             straight {
                 rendering_agrees_with_the_reference,
                 gradients_agree_with_the_reference,
-                priors_on_rays_and_samples_have_the_reference_gradient,
+                thinned_haze_has_the_reference_gradient,
+                the_prior_on_samples_has_the_reference_gradient,
                 cut_offs_change_a_picture_by_no_more_than_they_say,
                 skipping_never_jumps_over_matter_in_flat_contracted_boxes,
                 learning_lowers_the_loss,

@@ -1,7 +1,7 @@
 //! What surfaces mirror, against the reference; derivatives are central differences of it.
 
 use super::reference::{Marched, Reference};
-use super::scenes::{Sequence, batch, environment, index_objective, objective, smooth_field};
+use super::scenes::{Sequence, batch, environment, index_objective, objective, picked, smooth_field};
 use super::suite::Suite;
 use crate::backend::{AbsorptionObjective, Backend, Batch, BatchGradient, Caches, Layers, Objective};
 use crate::cancel::Cancel;
@@ -237,13 +237,7 @@ pub(super) fn followed(batch: Batch, reference: &Reference) -> Batch {
                 level.is_some_and(|l| path.segments[i..=i + 1].iter().all(|s| is_steep(l, s, x)))
             })
     };
-    let mut out = Batch::default();
-    for (k, ray) in batch.rays.iter().enumerate().filter(|(_, ray)| is_followed(ray)) {
-        out.rays.push(*ray);
-        out.target.push(batch.target[k]);
-        out.offset.push(batch.offset[k]);
-    }
-    out
+    picked(&batch, |k| is_followed(&batch.rays[k]))
 }
 
 /// Compares what all mirroring bodies have; gives what is needed to compare what only some have.

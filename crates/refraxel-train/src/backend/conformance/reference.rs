@@ -4,7 +4,7 @@ use super::scenes::objective;
 use crate::model::Model;
 use refraxel_core::field::Matter;
 use refraxel_core::optics::{Options, Tracer};
-use refraxel_core::radiance::{QuadraturePoint, Segment, quadrature};
+use refraxel_core::radiance::{QuadraturePoint, Segment, quadrature, thinned, thinning_phase};
 use refraxel_core::sh::MAX_BASIS;
 use refraxel_core::{AlignedVec, Background, EnvironmentMap, Medium, Path, Ray, Vec3, VoxelField};
 
@@ -70,6 +70,22 @@ impl Reference {
     ) -> Option<(Segment<f64>, Vec<QuadraturePoint<f64>>)> {
         let s = Segment::straight(&ray.cast(), &self.field.domain, 0.0)?;
         Some((s, quadrature(&self.field.domain, &[s], self.step(), f64::from(offset))))
+    }
+
+    /// The points on a path that are left where thin matter is sampled by chance; none if another phase, off by rounding, may leave
+    /// others.
+    pub(super) fn thinned(
+        &self,
+        path: &[Segment<f64>],
+        points: &[QuadraturePoint<f64>],
+        thin: f32,
+        offset: f32,
+    ) -> Option<Vec<QuadraturePoint<f64>>> {
+        const OFF: f64 = 0.01;
+        let phase = f64::from(thinning_phase(offset));
+        let [left, less, more] = [0.0, -OFF, OFF]
+            .map(|off| thinned(&self.field, path, points, f64::from(thin), (phase + off).clamp(0.0, 1.0)));
+        (left == less && left == more).then_some(left)
     }
 
     /// What a straight ray meets, from the front; `y` is the basis in its direction.

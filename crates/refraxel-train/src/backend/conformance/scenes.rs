@@ -82,14 +82,25 @@ pub fn batch(n: usize) -> Batch {
     b
 }
 
+/// Those rays of a batch that are wanted, by their number.
+pub(super) fn picked(batch: &Batch, is_wanted: impl Fn(usize) -> bool) -> Batch {
+    let mut out = Batch::default();
+    for k in (0..batch.rays.len()).filter(|&k| is_wanted(k)) {
+        out.rays.push(batch.rays[k]);
+        out.target.push(batch.target[k]);
+        out.offset.push(batch.offset[k]);
+    }
+    out
+}
+
 /// Everything of the field learns, without priors.
 pub fn objective() -> Objective {
     Objective {
         marching: Marching::exhaustive(0.7),
+        thin: 0.0,
         bent_weight: 1.0,
         sample_colour: 0.0,
         depth: 0.0,
-        opacity: 0.0,
         tv_density: 0.0,
         tv_colour: 0.0,
         tv_period: 1,

@@ -1,13 +1,13 @@
 //! Straight rays against the reference.
 
 use super::reference::{Reference, Sample};
-use super::scenes::{batch, environment, field, objective, projective, relative, straight_model};
+use super::scenes::{batch, environment, field, objective, picked, projective, relative, straight_model};
 use super::suite::Suite;
 use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
 use crate::model::Model;
 use refraxel_core::field::Matter;
-use refraxel_core::priors::{depth_cost, opacity_beta_slope, sample_colour_slope};
+use refraxel_core::priors::{depth_cost, sample_colour_slope};
 use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::sh::{self, ShDegree};
 use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
@@ -43,7 +43,7 @@ struct Expected {
 }
 
 impl Expected {
-    fn of(reference: &Reference, b: &crate::backend::Batch, got: &BatchGradient) -> Self {
+    fn of(reference: &Reference, b: &crate::backend::Batch, thin: f32, got: &BatchGradient) -> Self {
         let mut e = Self {
             field: reference.field.zero_gradient(),
             texels: vec![0.0; 3 * got.background.len()],
@@ -52,6 +52,7 @@ impl Expected {
         };
         for (k, ray) in b.rays.iter().enumerate() {
             let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
+            let points = reference.thinned(&[s], &points, thin, b.offset[k]).unwrap();
             let behind = reference.background.radiance(s.start, s.momentum);
             let pixel = render(&reference.field, &[s], &points);
             let error =
@@ -77,53 +78,67 @@ impl Expected {
 /// dLoss/d(density, colour, background, rays) at every degree.
 pub fn gradients_agree_with_the_reference<B: Backend>(suite: &Suite<B>) {
     for (degree, extent) in [0, 1, 2, 3].map(|d| (d, if d == 1 { projective() } else { Extent::Bounded })) {
-        let model = straight_model(degree, extent);
-        let reference = Reference::new(&model);
-        let (backend, b) = (suite.backend(model), batch(300));
-        let got = backend.gradient(&b, &objective());
-        let want = Expected::of(&reference, &b, &got);
-        let t = &suite.tolerances;
-        for (name, error, tolerance) in [
-            ("density", relative(&got.field.density, &want.field.density), t.straight),
-            ("colour", relative(&got.field.colour, &want.field.colour), t.straight),
-            ("texels", relative(got.background.as_flattened(), &want.texels), t.straight),
-            ("rays", relative(&want.got_rays, &want.rays), t.ray),
-        ] {
-            assert!(error < tolerance, "{name}, degree {degree}: {error}");
-        }
+        compare_gradients(suite, straight_model(degree, extent), 0.0);
     }
 }
 
-/// The colours of samples and the opacity of rays.
-pub fn priors_on_rays_and_samples_have_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
+/// The same where many samples are left out by chance.
+pub fn thinned_haze_has_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
+    for extent in [Extent::Bounded, Extent::Contracted, projective()] {
+        compare_gradients(suite, straight_model(1, extent), 0.2);
+    }
+}
+
+fn compare_gradients<B: Backend>(suite: &Suite<B>, model: Model, thin: f32) {
+    let named = format!("degree {} in {:?}", model.field.degree.get(), model.field.domain.extent);
+    let reference = Reference::new(&model);
+    let (backend, b) = (suite.backend(model), batch(300));
+    let (mut all, mut left) = (0, 0);
+    let is_sure = |k: usize| {
+        let Some((s, points)) = reference.straight(&b.rays[k], b.offset[k]) else { return true };
+        reference.thinned(&[s], &points, thin, b.offset[k]).is_some()
+    };
+    let b = picked(&b, is_sure);
+    for (ray, offset) in b.rays.iter().zip(&b.offset) {
+        let Some((s, points)) = reference.straight(ray, *offset) else { continue };
+        all += points.len();
+        left += reference.thinned(&[s], &points, thin, *offset).map_or(0, |left| left.len());
+    }
+    assert!(b.rays.len() > 150 && (thin == 0.0 || 4 * left < 3 * all), "{} rays, {left} of {all}", b.rays.len());
+    let got = backend.gradient(&b, &Objective { thin, ..objective() });
+    let want = Expected::of(&reference, &b, thin, &got);
+    let t = &suite.tolerances;
+    for (name, error, tolerance) in [
+        ("density", relative(&got.field.density, &want.field.density), t.straight),
+        ("colour", relative(&got.field.colour, &want.field.colour), t.straight),
+        ("texels", relative(got.background.as_flattened(), &want.texels), t.straight),
+        ("rays", relative(&want.got_rays, &want.rays), t.ray),
+    ] {
+        assert!(error < tolerance, "{name}, {named}: {error}");
+    }
+}
+
+/// The colours of samples.
+pub fn the_prior_on_samples_has_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
     let model = Model::straight(field(0, Extent::Bounded), Background::Constant([0.3; 3]));
     let reference = Reference::new(&model);
     let (backend, b) = (suite.backend(model), batch(100));
-    let o = Objective { sample_colour: 0.7, opacity: 0.4, ..objective() };
+    let o = Objective { sample_colour: 0.7, ..objective() };
     let (with, without) = (backend.gradient(&b, &o), backend.gradient(&b, &objective()));
     let mut grad = reference.field.zero_gradient();
     for (k, ray) in b.rays.iter().enumerate() {
         let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
-        let pixel = render(&reference.field, &[s], &points);
-        let transmittance = 0.4 * opacity_beta_slope(pixel.transmittance);
-        let d = PixelAdjoint { colour: [0.0; 3], transmittance, behind: [0.3; 3] };
-        render_vjp(&reference.field, &[s], &points, &d, &mut grad);
         let y = sh::basis(reference.field.degree, s.momentum);
         for Sample { x, colour, alpha, before, .. } in reference.samples(&s, &points, &y) {
             let colour = sample_colour_slope(0.7 * before * alpha, colour, b.target[k].map(f64::from));
             reference.field.at_vjp(x, &y, &Matter { density: 0.0, colour }, &mut grad);
         }
     }
-    let difference = |with: &[f32], without: &[f32]| -> Vec<f32> {
-        with.iter().zip(without).map(|(a, b)| a - b).collect()
-    };
-    for (name, with, without, want) in [
-        ("density", &with.field.density, &without.field.density, &grad.density),
-        ("colour", &with.field.colour, &without.field.colour, &grad.colour),
-    ] {
-        let error = relative(&difference(with, without), want);
-        assert!(error < suite.tolerances.ray, "{name}: {error}");
-    }
+    let (with, without) = (with.field, without.field);
+    let difference: Vec<f32> = with.colour.iter().zip(&without.colour[..]).map(|(a, b)| a - b).collect();
+    let error = relative(&difference, &grad.colour);
+    assert!(error < suite.tolerances.ray, "colour: {error}");
+    assert!(with.density[..] == without.density[..], "density owes nothing");
 }
 
 /// Where something was measured along rays; every third ray has no measurement.

@@ -27,7 +27,7 @@ wire! {
         index_events,
     }
     Objective {
-        marching, bent_weight, sample_colour, depth, opacity, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
+        marching, thin, bent_weight, sample_colour, depth, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
         rate_background, index, reflection, absorption,
     }
 }
