@@ -28,9 +28,10 @@ const RATE_BACKGROUND: f32 = 0.01;
 const SAMPLE_COLOUR: f32 = 0.1;
 /// Samples whose optical depth per voxel is below this are transparent.
 const MIN_OPTICAL_DEPTH: f32 = 1e-3;
-/// Samples of smaller optical depth are left out by chance, theory (4.6): haze between photographs, which has most of the samples and
-/// little to teach.
-const THIN: f32 = 0.05;
+/// Samples of smaller optical depth are left out by chance, theory (4.6), in a box and in surroundings: haze, which between photographs
+/// has most of the samples, and little to teach.
+const THIN: f32 = 0.02;
+const THIN_AROUND: f32 = 0.05;
 /// Weight of rays that bend in the loss: they err more, by what is not yet right about the glass, and things that straight rays see as
 /// well must not learn those errors.
 const BENT_WEIGHT: f32 = 0.3;
@@ -265,7 +266,7 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     let tv = VARIATION_DECAY.powf(p);
     Objective {
         marching: training_marching(options, near),
-        thin: THIN,
+        thin: if moment.extent == Extent::Bounded { THIN } else { THIN_AROUND },
         bent_weight: BENT_WEIGHT,
         sample_colour: SAMPLE_COLOUR,
         depth: field.depth,
