@@ -28,8 +28,8 @@ const RATE_BACKGROUND: f32 = 0.01;
 const SAMPLE_COLOUR: f32 = 0.1;
 /// Samples whose optical depth per voxel is below this are transparent.
 const MIN_OPTICAL_DEPTH: f32 = 1e-3;
-/// Samples of smaller optical depth are left out by chance, theory (4.6), in a box and in surroundings: haze, which between photographs
-/// has most of the samples, and little to teach.
+/// Samples of smaller optical depth [1], over the length of their step, are left out by chance, theory (4.6), in a box and in surroundings:
+/// haze, which between photographs has most of the samples, and little to teach. Where little is haze, more than 0.02 costs more than it saves.
 const THIN: f32 = 0.02;
 const THIN_AROUND: f32 = 0.05;
 /// Weight of rays that bend in the loss: they err more, by what is not yet right about the glass, and things that straight rays see as

@@ -302,7 +302,7 @@ pub enum DataError {
          recording again, or remove its depth maps",
         path = path.display()
     )]
-    DepthLength {
+    Record3dDepth {
         /// The depth map.
         path: PathBuf,
         /// How many bytes it holds.

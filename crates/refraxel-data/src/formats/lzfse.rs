@@ -27,7 +27,7 @@ pub(crate) fn floats(path: &Path, content: &[u8], [width, height]: [u32; 2]) -> 
     if count != expected {
         let found = if count > expected { format!("more than {expected}") } else { count.to_string() };
         let (path, size) = (path.to_owned(), Size { width, height });
-        return Err(DataError::DepthLength { path, found, expected, size });
+        return Err(DataError::Record3dDepth { path, found, expected, size });
     }
     Ok(bytes.as_chunks::<4>().0.iter().map(|&number| f64::from(f32::from_le_bytes(number))).collect())
 }

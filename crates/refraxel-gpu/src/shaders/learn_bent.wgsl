@@ -322,8 +322,7 @@ fn learn_segment(
         // forward: C = collected + T (1 − a) behind
         let after = (*sight).through * (1.0 - s.alpha);
         (*sight).through = after;
-        let contrast = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
-        let d_tau = contrast;
+        let d_tau = dot(blame.d_colour, after * f.colour - (blame.shown - (*sight).collected));
         // A colour clamped at 0 has no slope.
         let drawn = blame.d_colour + blame.draws * (f.colour - blame.target_colour);
         let d_filtered = select(vec3<f32>(0.0), weight * drawn, f.colour > vec3<f32>(0.0));

@@ -104,7 +104,11 @@ fn compare_gradients<B: Backend>(suite: &Suite<B>, model: Model, thin: f32) {
         all += points.len();
         left += reference.thinned(&[s], &points, thin, *offset).map_or(0, |left| left.len());
     }
-    assert!(b.rays.len() > 150 && (thin == 0.0 || 4 * left < 3 * all), "{} rays, {left} of {all}", b.rays.len());
+    assert!(
+        b.rays.len() > 150 && (thin == 0.0 || 4 * left < 3 * all),
+        "{} rays, {left} of {all}",
+        b.rays.len()
+    );
     let got = backend.gradient(&b, &Objective { thin, ..objective() });
     let want = Expected::of(&reference, &b, thin, &got);
     let t = &suite.tolerances;
