@@ -335,6 +335,8 @@ struct Front {
     // Steps from the start of the next segment to its first point.
     phase: f32,
     transmittance: f32,
+    // How much of a thin sample is due, theory (4.6).
+    due: f32,
     // Nothing behind can be seen.
     opaque: bool,
 }
@@ -358,6 +360,7 @@ struct Sample {
 fn front_of(offset: f32) -> Front {
     var front = Front();
     front.phase = offset;
+    front.due = fract(offset * 4096.0 + 0.5); // \`thinning_phase\` in Rust
     front.transmittance = 1.0;
     return front;
 }
@@ -452,15 +455,28 @@ fn next_sample(front: ptr<function, Front>, sample: ptr<function, Sample>) -> bo
             continue;
         }
         let scale_length = scene.density_scale * task.step * (*front).growth;
+        var tau = scale_length * softplus(theta);
+        var slope = scale_length * logistic(theta);
+        if (tau < task.thin) {
+            // Left out by chance, or counted for those that are, theory (4.6).
+            let share = tau / task.thin;
+            (*front).due += share;
+            if ((*front).due < 1.0) {
+                continue;
+            }
+            (*front).due -= 1.0;
+            tau = task.thin;
+            slope /= share;
+        }
         (*sample).slot = slot;
         (*sample).local = local;
         (*sample).corner = corner;
         (*sample).weight = w;
         (*sample).fraction = fraction;
         (*sample).t = t_of(front, t);
-        (*sample).tau = scale_length * softplus(theta);
-        (*sample).slope = scale_length * logistic(theta);
-        (*sample).alpha = opacity_of((*sample).tau);
+        (*sample).tau = tau;
+        (*sample).slope = slope;
+        (*sample).alpha = opacity_of(tau);
         (*sample).before = (*front).transmittance;
         (*front).transmittance *= 1.0 - (*sample).alpha;
         (*front).opaque = (*front).transmittance < task.min_transmittance;
@@ -532,7 +548,6 @@ struct Task {
     theta_min: f32,
     min_transmittance: f32,
     sample_colour: f32,
-    opacity: f32,
     tv_density: f32,
     tv_colour: f32,
     tv_period: u32,
@@ -544,6 +559,8 @@ struct Task {
     rate_background: f32,
     // Where the outcome of the step goes.
     outcome: u32,
+    // Samples of smaller optical depth are left out by chance.
+    thin: f32,
     padding_0: u32,
     padding_1: u32,
     padding_2: u32,
