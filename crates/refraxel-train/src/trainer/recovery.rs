@@ -9,6 +9,7 @@ use crate::model::{Model, Optimiser};
 use crate::run::State;
 use crate::silhouettes::{mean_colour, paint};
 use refraxel_data::Backdrop;
+use std::borrow::Cow;
 
 /// Failed steps in a row after which training gives up.
 const MAX_ROLLBACKS: u32 = 4;
@@ -16,9 +17,17 @@ const MAX_ROLLBACKS: u32 = 4;
 impl Trainer {
     /// A copy of where the run stands.
     pub(super) fn copy(&self) -> Result<Good, TrainError> {
+        self.copy_over(None)
+    }
+
+    /// The same in the memory of a copy that is not needed any more.
+    fn copy_over(&self, old: Option<Good>) -> Result<Good, TrainError> {
         let snapshot = self.backend.snapshot();
         self.check_device()?;
-        let (model, optimiser) = (snapshot.model.into_owned(), snapshot.optimiser.into_owned());
+        let (model, optimiser) = match (snapshot.model, snapshot.optimiser, old) {
+            (Cow::Borrowed(model), Cow::Borrowed(optimiser), Some(old)) => old.copied(model, optimiser),
+            (model, optimiser, _) => (model.into_owned(), optimiser.into_owned()),
+        };
         Ok(Good { state: self.state.clone(), model, optimiser, alignment: self.alignment.clone() })
     }
 
@@ -51,10 +60,9 @@ impl Trainer {
 
     pub(super) fn keep_good_state(&mut self) -> Result<(), TrainError> {
         self.check_device()?;
-        if !self.backend.may_fail() {
-            self.good = None; // at most one copy at a time
-        }
-        self.good = Some(Box::new(self.copy()?));
+        // At most one copy at a time, unless it is needed should the device fail.
+        let old = if self.backend.may_fail() { None } else { self.good.take() };
+        self.good = Some(Box::new(self.copy_over(old.map(|good| *good))?));
         self.state.rollbacks = 0;
         Ok(())
     }
