@@ -222,8 +222,8 @@ pub enum StayReason {
     NotFound(#[from] LocateError),
     /// No masks, and straight rays explain the photographs.
     #[error(
-        "no masks mark refractive regions, and straight rays explain all photographs; if there is glass or water, mark it by masks, or \
-         state its place with --refraction-box"
+        "no masks mark refractive regions, and straight rays explain all photographs; if there is glass or water, mark it by masks \
+         (`refraxel mask DATA` makes them from clicks)"
     )]
     Unnoticed,
     /// No masks, and a run whose detection would take too large a part of it.

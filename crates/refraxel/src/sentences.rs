@@ -187,7 +187,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
     match phase {
         Phase::Straight => "straight",
         Phase::Index => "index alone",
-        Phase::Joint => "all together",
+        Phase::Joint => "joint",
     }
 }
 

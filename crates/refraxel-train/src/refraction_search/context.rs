@@ -13,8 +13,9 @@ use refraxel_data::{IndexSource, LocalOrigin};
 pub enum SearchError {
     /// Neither masks nor a box.
     #[error(
-        "nothing says what is refractive: the dataset has no masks of refractive things; give masks (`refraxel mask` makes some), or \
-         a box with --refraction-box x0,y0,z0,x1,y1,z1, or leave --refraction out, so that it is sought"
+        "nothing says where the glass is: the dataset has no masks of refractive things; give masks (`refraxel mask` makes some), or \
+         a box and its shape (--refraction-box x0,y0,z0,x1,y1,z1 --set shape.start=ball), or leave --refraction out, so that the \
+         glass is searched for"
     )]
     Nowhere,
     /// The shape is to come from a file, and there is none.

@@ -49,8 +49,8 @@ pub enum LocateError {
     /// Masks that no place of the scene agrees with.
     #[error(
         "the masks of {views} views carve nothing out of the box {min:?} to {max:?}: at most {best:.0} % of the views that \
-         see a place show glass there, {needed:.0} % are needed; check that masks and poses belong together (a view mirrored \
-         or masks in another order), that the box contains the glass, or lower the share of votes"
+         see a place show glass there, {needed:.0} % are needed; check that masks and poses belong together (no mirrored view, \
+         no masks in another order) and that the box contains the glass, or lower shape.vote"
     )]
     NothingCarved {
         /// Number of views.

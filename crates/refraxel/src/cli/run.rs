@@ -44,7 +44,7 @@ impl SplitName {
   refraxel eval run --split train --json
   refraxel eval run --index-from data/scene.json
 
-Writes RUN/eval/SPLIT/NAME.png, where NAME is that of the photograph, and RUN/eval/SPLIT/metrics.json. With --index-from,
+Writes RUN/eval/SPLIT/NAME.png, where NAME is that of the photograph, and RUN/eval/SPLIT/metrics.json. With --index-from, \
 the files go into RUN/eval/SPLIT-index/.")]
 pub struct EvalArgs {
     /// The run's folder
@@ -104,8 +104,8 @@ pub enum Layer {
   refraxel render run --orbit 60 --set-index 1.33 --out as_water
   refraxel render run --orbit 60 --scale-index 0.5 --out half_the_power
 
-A name that ends in .mp4, .webm or .gif is a film, made by ffmpeg; a GIF needs no other program. `refraxel view` writes camera
-paths. DIR/render_files.txt lists the files of the render. A folder that holds an earlier render is refused without --overwrite.
+A name that ends in .mp4, .webm or .gif is a film. ffmpeg makes .mp4 and .webm; a GIF needs no other program. `refraxel view` writes camera \
+paths. DIR/render_files.txt lists the files of the render. A folder that holds an earlier render is refused without --overwrite. \
 Files that no render wrote are never replaced or removed.")]
 pub struct RenderArgs {
     /// The run's folder
@@ -203,11 +203,11 @@ pub enum ExportFormat {
   refraxel export run --format cameras --out photos/learned.json
   refraxel train photos --out again --index-from run/surface.ply
 
-Meshes are closed triangle meshes in the world coordinates of the dataset. Glass ends where the index jumps; where the index
-changes smoothly, half-way in n between vacuum and the inside. Opaque things end where the light of photographs comes from;
-their colours are what the cameras see most directly, past the glass. In glTF, a node above everything turns the upward
-direction of the world to +y. Gaussians stand at every voxel that matters; they bend no light. A page holds the whole scene
-in one file and loads nothing; browsers without WebGPU show a picture. RUN/checkpoint.safetensors holds all parameters of
+Meshes are closed triangle meshes in the world coordinates of the dataset. The surface of glass lies where the index jumps; where the index \
+changes smoothly, it lies half-way in n between vacuum and the inside. The surface of opaque things lies where the light of the photographs comes from; \
+its colours are those that the cameras see most directly, past the glass. In glTF, a node above all others turns the upward \
+direction of the world to +y. Gaussians stand at every voxel that gives a camera enough light; they bend no rays. An HTML page holds the whole scene \
+in one file and loads nothing; browsers without WebGPU show a picture. RUN/checkpoint.safetensors holds all parameters of \
 the run; any safetensors library can open it.")]
 pub struct ExportArgs {
     /// The run's folder

@@ -19,10 +19,10 @@ use super::work::WorkArgs;
   \"run.seed\" = [0, 1, 2]
 
 Examples:
-  refraxel sweep plan.toml --out sweep --list          the runs, and which of them are done
-  refraxel sweep plan.toml --out sweep                 trains the runs that are not done; the same command continues
+  refraxel sweep plan.toml --out sweep --list          lists the runs, and which of them are done
+  refraxel sweep plan.toml --out sweep                 trains the missing runs; repeat to continue
   refraxel sweep plan.toml --out sweep --slurm a.sh    writes an array script for Slurm
-  sbatch a.sh                                       runs them on a cluster
+  sbatch a.sh                                          runs them on a cluster
 
 Scores are collected in sweep/results.csv and sweep/index.html.")]
 pub struct SweepArgs {

@@ -18,7 +18,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
   refraxel inspect my_photos            what a dataset contains, and its problems
   refraxel train my_photos --out run    train on photographs with poses
 
-Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 6 no usable GPU, 101 a bug, 130 interrupted.")]
+Exit codes: 0 done, 2 usage, 3 bad input, 4 files and disks, 5 numerical failure, 6 no usable GPU, 101 \
+a bug, 130 interrupted.")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -53,7 +54,7 @@ pub enum Verb {
     Import(ImportArgs),
     /// Shows the contents of a dataset or run: cameras, masks, split, problems, memory
     Inspect(InspectArgs),
-    /// Makes masks of glass and water: from clicks, boxes or outlines in some photographs, or from nothing
+    /// Makes masks of glass and water: from clicks, boxes or outlines in some photographs, or without these
     Mask(MaskArgs),
     /// Trains on a dataset and evaluates the held-out images
     Train(TrainArgs),
@@ -61,7 +62,7 @@ pub enum Verb {
     Eval(EvalArgs),
     /// Renders new views of a run
     Render(RenderArgs),
-    /// Shows a run live in the browser: look around, change the index, follow a ray; without a run, where to begin
+    /// Shows a run live in the browser: look around, change the index, follow a ray; without a run, opens the start page
     View(ViewArgs),
     /// Writes meshes, points, Gaussians, a page to share, or cameras
     Export(ExportArgs),

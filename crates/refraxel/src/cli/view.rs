@@ -9,14 +9,15 @@ use super::renderer::RendererArgs;
 /// `refraxel view`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
-  refraxel view                          a page to begin with: choose photographs, train, look
+  refraxel view                          the start page: choose photographs, train, look at the scene
   refraxel view run
   refraxel view run --port 8080 --threads 1
 
-Prints an address; open it in a browser on this machine. The start page opens by itself, where there is a browser. The address is
-known to nobody else, changes with every start, and is served on loopback only. From another machine, forward the port to any:
-`ssh -L 9000:127.0.0.1:8080 HOST`, with --port 8080 and a RUN, and open the address with 9000 in place of 8080.
-Ctrl-C ends the viewer. The run itself is not changed. What the start page has begun is stopped, too; a training is saved.")]
+The program prints an address; open it in a browser on this machine. The start page opens by itself, where there is a browser. The address is \
+known to nobody else, changes with every start, and is served on loopback only. From another machine, start the viewer with --port 8080 and a RUN, forward the port by \
+`ssh -L 9000:127.0.0.1:8080 HOST`, and open the address with 9000 in place of 8080.
+
+Ctrl-C ends the viewer. The run itself is not changed. Trainings and other work that the start page has begun are stopped, too; trainings are saved.")]
 pub struct ViewArgs {
     /// The run's folder; without it, a start page opens in the browser: recent runs, photographs of this machine, training
     #[arg(value_name = "RUN")]
