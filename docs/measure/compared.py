@@ -25,7 +25,7 @@ NAMES = {
     "bent": "refraxel, bent rays",
     "hash_grid": "NeRF with a hash grid, PyTorch",
     "field": "radiance field in Mitsuba 3, straight rays",
-    "bent_field": "radiance field in Mitsuba 3, true shape told",
+    "bent_field": "radiance field in Mitsuba 3, given the true shape",
 }
 
 
