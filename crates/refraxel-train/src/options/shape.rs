@@ -27,8 +27,8 @@ section! {
         start: StartShape = StartShape::Hull;
         /// A point is refractive if at least this share of the views agrees.
         vote: f32 = 0.95, in 0.5..=1.0;
-        /// Whether planes cut off the bulges of a hull that no silhouette shows, and hulls that are round about an upright axis are
-        /// made so.
+        /// Whether planes cut off those bulges of a hull that no silhouette shows, and hulls that are nearly round about an upright axis
+        /// become bodies of revolution.
         faces: Switch = Switch::On;
         /// Nodes along the longest edge of a refractive region; 0: by the pixels that it covers.
         resolution: u32 = 0, in Allowed::AutoOrWithin(16.0, 512.0), "nodes";
