@@ -74,7 +74,7 @@ pub enum GpuError {
     },
     /// The device is gone: a driver that was reset, a watchdog, a cable.
     #[error(
-        "{adapter} was lost: {reason}; go on with the saved run, with `--device cpu` where it happens again"
+        "{adapter} was lost: {reason}; continue the saved run by `--resume`, with `--device cpu` if it happens again"
     )]
     Lost {
         /// Name of the adapter.
@@ -83,7 +83,7 @@ pub enum GpuError {
         reason: String,
     },
     /// The device does not answer: a kernel that does not end, or a driver that waits for something.
-    #[error("{adapter} has not answered for {seconds} s; go on with the saved run by `--device cpu`")]
+    #[error("{adapter} has not answered for {seconds} s; continue the saved run by `--resume --device cpu`")]
     Stalled {
         /// Name of the adapter.
         adapter: String,

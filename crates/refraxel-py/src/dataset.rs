@@ -234,7 +234,7 @@ impl Dataset {
         let split = split(count, train, val, test, holdout);
         if let Some(both) = split.test.iter().find(|k| split.train.contains(k)) {
             return Err(refused(format!(
-                "view {both} is among train and test; scores of views that are trained on say nothing, so name it once"
+                "view {both} is among train and test; scores of views that are trained on are meaningless, so name it once"
             )));
         }
         refraxel_data::Dataset::in_memory(photos, split, backdrop).map(Self::in_memory).map_err(of_data)

@@ -75,7 +75,10 @@ pub fn sentence(event: &Event) -> Option<String> {
             )
         }
         Event::IndexGuessed { region, index } => {
-            format!("region {}: prediction cannot tell its content; the index {index} is a guess", region + 1)
+            format!(
+                "region {}: the prediction leaves its content open; the index {index} is a guess",
+                region + 1
+            )
         }
         Event::Judged { verdict, .. } => verdict_text(verdict),
         Event::RaysBend { hypotheses } => {

@@ -113,7 +113,7 @@ fn by_prior(prior: Prior, covered: &str, meaning: MaskMeaning, is_black_plain: b
     let is_doubtful = prior == Prior::Coverage && meaning == MaskMeaning::Refractive && !is_black_plain;
     if is_doubtful {
         let doubt =
-            "if they mark something opaque or say what to use, as the format of nerfstudio has it, say so";
+            "if they mark something opaque, or pixels to use, as in nerfstudio's format, set --mask-meaning";
         return Problem::warning(format!("{text}; {doubt}"));
     }
     Problem::note(text)

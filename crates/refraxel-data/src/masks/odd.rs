@@ -55,7 +55,7 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
     };
     let found = [
         named(masks, |m| m.leaves_nothing(), "leave no pixel of their photographs"),
-        named(masks, |m| m.marks_all(), "are white all over, as if nothing but glass were to be seen"),
+        named(masks, |m| m.marks_all(), "are white all over, as if the photograph showed nothing but glass"),
         named(masks, |m| m.mask.grey > GREY, "have much grey, which counts as white from the middle on"),
         named(masks, stands_out, &swapped),
     ];

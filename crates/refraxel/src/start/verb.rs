@@ -38,7 +38,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     while !interrupted() {
         thread::sleep(LOOK);
     }
-    Show::suited(args.json).say("ends; what is at work is stopped, and a training is saved");
+    Show::suited(args.json).say("the start page ends; running work is stopped, and a training is saved");
     desk.end("The program was ended in its terminal. `refraxel view` starts it again, and opens this page at another address.");
     Ok(())
 }

@@ -55,16 +55,13 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     }
     create_folder(&args.out)?;
     let (views, held_out) = (VIEWS.train, VIEWS.test);
-    say(
-        console,
-        &format!("1. Exact pictures of a glass ball: {views} to learn from, {held_out} to judge by."),
-    )?;
+    say(console, &format!("1. Exact pictures of a glass ball: {views} to learn from, {held_out} to score."))?;
     synth::make(&scene(&data, args.seed), show)?;
     say(console, "2. Training a voxel scene with straight rays, as others do.")?;
     drop(train::train(&training(args, Refraction::Off, &data, &straight), show)?);
     say(
         console,
-        "3. Training it with rays that bend: where is glass, what is its index, what stands around?",
+        "3. Training it with rays that bend: this finds the glass, its index, and the surroundings.",
     )?;
     drop(train::train(&training(args, Refraction::Auto, &data, &bent), show)?);
     say(console, "4. Rendering the views that training has not seen.")?;

@@ -80,7 +80,7 @@ impl Splats {
             notes.push("glass is left out: Gaussians neither bend nor reflect light".to_owned());
         }
         match &model.background {
-            Background::Environment(_) => notes.push("what lies beyond the grid is left out".to_owned()),
+            Background::Environment(_) => notes.push("the background beyond the grid is left out".to_owned()),
             Background::Constant(colour) => notes.push(format!(
                 "the background of the run has the sRGB colour ({}), which has to be set in the viewer",
                 bytes(*colour).map(|c| c.to_string()).join(", ")

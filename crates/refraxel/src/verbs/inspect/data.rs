@@ -149,7 +149,7 @@ impl Report {
         let f = &self.forecast;
         let [x, y, z] = f.resolution;
         let silhouettes = if f.silhouettes > 0 {
-            format!(", and {} hold silhouettes while refractive things are sought", bytes(f.silhouettes))
+            format!(", and {} hold silhouettes during the search for refractive things", bytes(f.silhouettes))
         } else {
             String::new()
         };

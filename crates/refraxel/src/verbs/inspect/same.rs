@@ -112,11 +112,11 @@ fn same([names, parts]: [&[String]; 2], first: usize, second: usize, away: f64, 
         )
     } else if parts[first] != parts[second] {
         format!(
-            "{b} ({}) and {a} ({}) {what}: scores of a view that is also learned from say nothing; leave one out",
+            "{b} ({}) and {a} ({}) {what}: the score of a view that training sees, too, is meaningless; leave one out",
             parts[second], parts[first]
         )
     } else {
-        format!("{b} and {a} {what}: one of them tells nothing new; leave one out")
+        format!("{b} and {a} {what}: one of them adds no information; leave one out")
     };
     Doubt { view: second, kind: Kind::Same, message, short: format!("same as {a}") }
 }

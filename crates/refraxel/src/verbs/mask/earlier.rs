@@ -24,7 +24,7 @@ pub(super) fn refuse_other_masks(data: &Dataset) -> Result<(), Failure> {
     let Some(view) = other else { return Ok(()) };
     let error = anyhow!(
         "the mask of {} is taken to say which pixels to use, and a photograph has one mask; if its white means glass, say \
-         --mask-meaning refractive, else take such masks away",
+         --mask-meaning refractive, else remove these masks",
         view.name
     );
     Err(Failure::new(Exit::BadInput, error))

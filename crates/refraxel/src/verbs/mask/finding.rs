@@ -44,8 +44,8 @@ pub(super) fn found(setup: &Setup, hints: &Hints, show: Show) -> Result<(Gate, f
     let Found { gate, separation } = found.map_err(session_failure)?;
     let nothing = || match setup.data.views.iter().filter(|v| v.has_mask()).count() {
         masks if masks >= refraction_search::LEAST_MASKS => anyhow!(
-            "nothing was found that straight rays cannot explain; {masks} photographs have masks, which is enough to train with: \
-             their hull says what the others show"
+            "nothing was found that straight rays cannot explain; {masks} photographs have masks, which suffice for training: \
+             their visual hull completes the others"
         ),
         _ => anyhow!(
             "nothing was found that straight rays cannot explain; point at the glass in some photographs with --click VIEW X Y, \

@@ -72,7 +72,7 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let Written { written, kept, covered, picture } = write(&data_kept, &targets, &gate, &out, show)?;
     let text = format!(
         "{written} masks written in {}, {kept} kept; they cover {:.1} % of all pixels (separation {separation:.2})\nlook at {}: \
-         correct or delete masks that are wrong (this command makes those anew that are missing), then {}",
+         correct or delete wrong masks (the same command makes missing ones anew), then {}",
         out.display(),
         100.0 * covered,
         picture.display(),

@@ -26,7 +26,7 @@ impl<'a> RunFolder<'a> {
             return Ok(());
         }
         let error = anyhow!(
-            "{} holds a run already; go on with it by --resume, replace it by --overwrite, or choose another --out",
+            "{} holds a run already; continue it by --resume, replace it by --overwrite, or choose another --out",
             self.path.display()
         );
         Err(Failure::new(Exit::BadInput, error))

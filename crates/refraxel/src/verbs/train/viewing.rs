@@ -100,7 +100,7 @@ impl Viewing {
             }
             Wish::Pause(paused) => {
                 if asked.set(if paused { Course::Wait } else { Course::GoOn }) {
-                    told.tell_now(state(paused, if paused { WAITS } else { "goes on" }));
+                    told.tell_now(state(paused, if paused { WAITS } else { "continues" }));
                 }
             }
         };
@@ -189,7 +189,7 @@ impl Viewing {
         let goes_on = *course == Course::GoOn && !interrupted();
         drop(course);
         self.orders.set_share(SHARE);
-        self.orders.tell_now(state(false, if goes_on { "goes on" } else { "ends" }));
+        self.orders.tell_now(state(false, if goes_on { "continues" } else { "ends" }));
         goes_on
     }
 
@@ -206,7 +206,7 @@ impl Viewing {
                 "The training has finished after {step} steps. `refraxel view {run}` shows it from now on."
             ),
             _ => format!(
-                "The training was stopped at step {step} and is saved in {run}. The same command with --resume goes on; \
+                "The training was stopped at step {step} and is saved in {run}. The same command with --resume continues it; \
                  `refraxel view {run}` shows it."
             ),
         };
