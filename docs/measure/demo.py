@@ -22,7 +22,7 @@ def blocks(figures: dict) -> dict[str, str]:
     said = "\n".join(figures["said"])
     seconds = re.search(r"\((\d+) s in all\)", said)
     took = f"The demo took {seconds[1]} s" if seconds else "The demo ran"
-    where = f"on {figures['machine']}{figures.get('beside', '')}, revision {figures['revision']}"
+    where = f"on {figures['machine']}{figures.get('beside', '')} (revision {figures['revision']})"
     return {
         "demo": f"```text\n{said}\n```\n\n{took} {where}. It writes `refraxel-demo/comparison.png`, which shows these views, "
         f"and a run that `refraxel view refraxel-demo/bent` opens."

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from .pages import folder, put
-from .program import machine, program
+from .program import program, stamp
 
 MIB, GIB = 2**20, 2**30
 TICK = os.sysconf("SC_CLK_TCK")
@@ -225,7 +225,7 @@ def measured(binary: str, out: Path, given: argparse.Namespace, rows: dict) -> d
                 data = scene(binary, out / "data", axis, point, bent)
                 if name not in rows:
                     print(name, file=sys.stderr, flush=True)
-                    rows[name] = measure_one(binary, axis, point, bent, data, out / "run") | {"machine": machine()}
+                    rows[name] = measure_one(binary, axis, point, bent, data, out / "run") | stamp()
                 rows[name]["forecast"] = {"peak": forecast(binary, axis, point, bent, data)["peak"]}
                 put(path, json.dumps(rows, indent=1))
     shutil.rmtree(out / "run", ignore_errors=True)
@@ -377,7 +377,7 @@ def traffic(rows: dict) -> str:
     )
     verdict = (
         f"Twelve channels of DDR5-4800 have {SERVER:.0f} GB/s in theory: {verdict}. The model leaves out the records of "
-        "the way back, parts of a step that one thread does alone, and caches: the truth may lie on either side."
+        "the backward pass, parts of a step that one thread does alone, and caches: the truth may lie on either side."
     )
     return "\n\n".join([textwrap.fill(model, 140), "\n".join(lines), textwrap.fill(verdict, 140)]) + "\n"
 
@@ -420,9 +420,9 @@ def page(rows: dict) -> str:
     )
     return f"""# How time and memory grow
 
-How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and their bounds. Machine of all
-figures: {large["machine"]}, *shared with other work*, so that wall-clock times mean nothing. Times are processor time of the process
-(user and system), memory is the largest resident size of training and scoring. One run each, field of degree 2.
+How a training step and the memory of a run grow with voxels, rays, pixels, views and threads, and their bounds. All figures were
+measured on one machine ({large["machine"]}), *shared with other work*, so wall-clock times mean nothing; revision {large.get("revision", "not recorded")}. Times are processor time of the process
+(user and system), memory is the largest resident size of training and scoring. There is one run of each, with a field of degree 2.
 
 A run is planned for {STEPS} steps in the three stages of the defaults and stopped after {LAST}. Time is measured over the steps
 {" and ".join(f"{a + 1} to {b}" for a, b in PLAIN)}: on the finest grid, without validation. Straight rays learn the scene `opaque`, bent rays the scene
@@ -461,7 +461,7 @@ this axis and the next, a step costs {sample:.0f} ns per sample and {voxel:.1f} 
 
 From {AXES["rays"][0]:,} to {AXES["rays"][-1]:,} rays a step takes {seconds(most) / seconds(least):.1f} times as long, for {AXES["rays"][-1] // AXES["rays"][0]} times as many rays (bent:
 {seconds(at(rows, "rays", AXES["rays"][-1], True)) / seconds(at(rows, "rays", AXES["rays"][0], True)):.1f} times). Small batches are bound by the work of a step on
-voxels, which does not depend on its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A ray more takes
+voxels, which does not depend on its rays; over the last two points the time grows with the power {growth(rows, "rays", False, seconds):.2f} (bent: {growth(rows, "rays", True, seconds):.2f}). A further ray takes
 {ray_slope / 1024:.1f} KiB of memory.
 
 ## Pixels
@@ -473,9 +473,9 @@ voxels, which does not depend on its rays; over the last two points the time gro
 {PIXEL_VIEWS} photographs, rendered by `synth` with one sample per pixel (above {LARGEST_SYNTH} pixels enlarged from half the edge), read as they are (no
 `--downscale`), and a grid of {PIXEL_RESOLUTION} nodes. A step of the largest photographs takes
 {seconds(big) / seconds(little):.2f} times the processor time of one of the smallest, for {(AXES["pixels"][-1] // AXES["pixels"][0]) ** 2} times as many pixels.
-Memory grows by {(big["peak"] - little["peak"]) / (AXES["pixels"][-1] ** 2 - AXES["pixels"][0] ** 2):.0f} bytes for each further pixel of a format: {PIXEL_VIEWS} photographs to
-learn from and one that validates take 3 each, and the forecast attributes the rest to the scoring of a view. Few views leave haze between
-the surfaces, and {big["filled"]:.0%} of the voxels stored.
+Memory grows by {(big["peak"] - little["peak"]) / (AXES["pixels"][-1] ** 2 - AXES["pixels"][0] ** 2):.0f} bytes for each pixel by which all photographs are larger: {PIXEL_VIEWS} photographs to
+learn from and one that validates take 3 bytes each, and the forecast attributes the rest to the scoring of a view. Few views leave haze between
+the surfaces, so that {big["filled"]:.0%} of the voxels are stored.
 
 ## Views
 

@@ -68,7 +68,7 @@ def blocks(figures: dict) -> dict[str, str]:
         cells = [row["title"], row["rays"], str(row["minutes"]), score(row), index(row), str(row.get("grid", "–")), row["revision"]]
         long.append(f"| {' | '.join(cells)} |")
     return {
-        "results": "PSNR on held-out views [dB]; where two figures stand, inside / outside the masks of the refractive body. Training time in\n"
+        "results": "PSNR on held-out views [dB]; two figures are inside / outside the masks of the refractive body. Training times are in\n"
         "brackets, on two CPU cores.\n\n" + "\n".join(short),
         "results-all": "`refraxel train DATA --out RUN --minutes M`, with `--refraction off` for straight rays. PSNR inside / outside the masks\n"
         "of the refractive body where there is one.\n\n" + "\n".join(long),
