@@ -37,7 +37,7 @@ pub struct ReadingArgs {
     /// of points, else those stored]
     #[arg(long, value_name = "WHICH")]
     pub orientation: Option<PosedPixels>,
-    /// Which way is up in the data's coordinates [default: the mean of the cameras]
+    /// Which way is up in the data's coordinates [default: the mean of the cameras' upward directions]
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub up: Option<[f64; 3]>,
 }
@@ -139,9 +139,9 @@ pub struct ForecastArgs {
 pub enum Refraction {
     /// All rays are straight
     Off,
-    /// Rays bend where the best hypothesis says, even if straight rays explain the pictures as well
+    /// Rays bend where the best hypothesis about the glass says so, even if straight rays explain the photographs as well
     On,
-    /// Rays bend where masks, a box or a file say that something may refract, unless straight rays explain it as well
+    /// Rays bend where masks, a file or the detector show glass or water, unless straight rays explain the photographs as well
     #[default]
     Auto,
 }
@@ -149,9 +149,9 @@ pub enum Refraction {
 /// Whether something of the photographs learns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Learning {
-    /// It is as the data say
+    /// It stays as the data state it
     Fixed,
-    /// It learns, beginning as the data say
+    /// It learns, beginning with the value of the data
     Learn,
 }
 
@@ -182,13 +182,13 @@ pub struct TrainArgs {
     /// Whether rays bend
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
     pub refraction: Refraction,
-    /// Box that holds everything refractive, where there are no masks, in the units of the dataset
+    /// Box that holds everything refractive, in the units of the dataset; it limits the search, and does not replace masks
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
     pub refraction_box: Option<String>,
-    /// Whether sharp refractive surfaces also mirror their surroundings
+    /// Whether sharp refractive surfaces also mirror their surroundings [default: on]
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub reflection: Option<super::scene::Switch>,
-    /// Whether opaque things have a clearcoat that mirrors
+    /// Whether opaque things have a clearcoat that mirrors [default: off]
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub clearcoat: Option<super::scene::Switch>,
     /// Whether the poses of the photographs learn, too [default: fixed]
@@ -203,7 +203,7 @@ pub struct TrainArgs {
     pub lens: Option<Learning>,
     /// Whether exposure and white balance of the photographs learn, too [default: fixed]
     ///
-    /// Renderings of held-out photographs are then exposed as half of their pixels say.
+    /// Renderings of held-out photographs are then exposed to match half of the pixels of these.
     #[arg(long, value_enum, value_name = "WHETHER")]
     pub exposure: Option<Learning>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
@@ -228,7 +228,7 @@ pub struct TrainArgs {
     /// Pixels become means of the areas that they cover. Held-out photographs are reduced, too, and scored so.
     #[arg(long, value_name = "N|PIXELS")]
     pub downscale: Option<Reduction>,
-    /// Aim for the best result within this wall-clock time
+    /// Aim for the best result within so many minutes of wall-clock time [default: a fixed number of steps, run.steps]
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub minutes: Option<f64>,
     /// Show the training live in the browser, on any free port of 127.0.0.1 or on this one

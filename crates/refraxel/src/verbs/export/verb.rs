@@ -175,7 +175,7 @@ fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), F
     let learned = match &run.alignment.poses {
         Some(poses) if poses.learns_lenses() => "poses and lenses as learned",
         Some(_) => "poses as learned",
-        None => "poses as the data say, for none were learned",
+        None => "poses as the data state them, because none were learned",
     };
     let said = format!(
         "cameras: {} ({} photographs, {learned}; of held-out ones the poses are those of the data); train from it: refraxel \
