@@ -35,7 +35,7 @@ def test_every_name_of_an_example_exists(page: str) -> None:
 
 
 def test_the_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a small dataset in place of the folder `glass`, and a short training."""
+    """With a small dataset in place of the folder `scene`, and a short training."""
     data = refraxel.Scene("glass_ball").dataset(size=(32, 32), views=(12, 0, 1))
     origins, directions = data.cameras[0].rays()
     train = refraxel.train
