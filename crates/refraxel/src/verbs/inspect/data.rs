@@ -119,7 +119,7 @@ impl Report {
             format!("points     {}", count(i.points as u64)),
         ];
         if i.known_refractive_objects > 0 {
-            lines.push(format!("truth      {} refractive objects are known", i.known_refractive_objects));
+            lines.push(format!("truth      known refractive objects: {}", i.known_refractive_objects));
         }
         lines.push(self.forecast_text());
         lines.push(self.looked_text());
