@@ -185,7 +185,7 @@ pub enum ExportFormat {
     Gltf,
     /// What the photographs' cameras see as coloured points, binary PLY
     Points,
-    /// The radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting
+    /// The radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting, or compressed where --out ends in .spz
     Splats,
     /// One page to share, which renders the scene in the browser with the same bent rays (WebGPU)
     Html,
@@ -198,7 +198,7 @@ pub enum ExportFormat {
 #[command(after_help = "Examples:
   refraxel export run --format ply
   refraxel export run --format gltf --out scene.glb --detail 2
-  refraxel export run --format splats --points 1000000
+  refraxel export run --format splats --points 1000000 --out scene.spz
   refraxel export run --format html --out scene.html
   refraxel export run --format cameras --out photos/learned.json
   refraxel train photos --out again --index-from run/surface.ply

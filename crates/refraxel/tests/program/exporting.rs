@@ -1,6 +1,7 @@
 //! Surfaces of reconstructions as meshes, and back.
 
 use crate::common::*;
+use flate2::read::GzDecoder;
 use refraxel::verbs::loaded::load_run;
 use refraxel::verbs::reopen::reopen;
 use refraxel_core::{Camera, LevelSet, Vec3};
@@ -8,6 +9,7 @@ use refraxel_data::synth::Shape;
 use refraxel_data::{Dataset, OpenOptions, Reduction, View, read_mesh};
 use refraxel_train::Backend;
 use serde_json::Value;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A run on the ball whose index and shape come from a file and stay.
@@ -200,6 +202,12 @@ fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
     let file = std::fs::read(run.join("splats.ply")).unwrap();
     let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     assert_eq!(file.len() - end, 40 * 4 * (3 + 3 + 3 + 9 + 1 + 3 + 4));
+    let spz = folder.path().join("scene.spz");
+    let report = export(&run, "splats", &["--json", "--points", "40", "--out", path(&spz)]).done().json();
+    assert!(report["notes"].to_string().contains("SPZ rounds places"), "{report}");
+    let mut bytes = Vec::new();
+    GzDecoder::new(std::fs::File::open(spz).unwrap()).read_to_end(&mut bytes).unwrap();
+    assert_eq!((&bytes[..4], bytes.len()), (&b"NGSP"[..], 16 + 40 * (9 + 1 + 3 + 3 + 3 + 9)));
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod ply;
 mod points;
 mod report;
 mod splats;
+mod spz;
 mod surfaces;
 mod surroundings;
 mod up;

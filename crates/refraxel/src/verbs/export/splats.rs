@@ -1,4 +1,5 @@
-//! A radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting: one Gaussian for each voxel that matters.
+//! A radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting or as [SPZ](super::spz): one Gaussian for each voxel that
+//! matters.
 //!
 //! Colour needs no conversion: theory (3.6) and (3.7) have the basis, the order, the signs, the direction and the clamp of
 //! Gaussian splatting. Opacity is such that a ray through a lattice of equal Gaussians keeps the transmittance of the field.
@@ -6,6 +7,7 @@
 //! Source of layout and rendering: Kerbl et al. 2023, 3D Gaussian Splatting for Real-Time Radiance Field Rendering.
 
 use super::ellipsoid::Ellipsoid;
+use super::spz;
 use super::surfaces::bytes;
 use crate::table::count;
 use crate::verbs::ply_header::{BINARY, Element, write_header};
@@ -89,7 +91,13 @@ impl Splats {
         notes
     }
 
-    /// Writes them in world coordinates relative to `origin`: the layout has single precision only.
+    /// Writes them as SPZ, in world coordinates relative to the run's origin, and gives the precision of places [scene unit].
+    pub(super) fn write_spz(&self, field: &VoxelField<f32>, out: &mut dyn Write) -> io::Result<f64> {
+        let all = self.chosen.par_iter().map(|&(voxel, opacity)| Gaussian::of(field, voxel, opacity));
+        spz::write(&all.collect::<Vec<_>>(), field.degree, out)
+    }
+
+    /// Writes them as PLY in world coordinates relative to `origin`: the layout has single precision only.
     pub(super) fn write(
         &self,
         field: &VoxelField<f32>,
@@ -110,7 +118,7 @@ impl Splats {
             .with("float", numbered("scale", 3).chain(numbered("rot", 4)));
         write_header(BINARY, &comments, &[vertex], out)?;
         for &(voxel, opacity) in &self.chosen {
-            for number in numbers(field, voxel, opacity) {
+            for number in Gaussian::of(field, voxel, opacity).numbers() {
                 out.write_all(&number.to_le_bytes())?;
             }
         }
@@ -118,22 +126,43 @@ impl Splats {
     }
 }
 
-/// The numbers of a Gaussian, in the order of the header.
-fn numbers(field: &VoxelField<f32>, voxel: usize, opacity: f64) -> Vec<f32> {
-    let domain = field.domain.cast::<f64>();
-    let x = domain.position(Vec3::from(node(field, voxel).map(f64::from)));
-    // A ball in node coordinates.
-    let axes = [0, 1, 2].map(|a| domain.node_vjp(x, Vec3::from([0, 1, 2].map(|b| f64::from(a == b)))));
-    let Ellipsoid { radii, rotation } = Ellipsoid::of(axes);
-    let (basis, stride) = (field.degree.basis(), field.degree.stride());
-    let colour = &field.colour[voxel * stride..][..3 * basis];
-    let [dc, rest] = [0..1, 1..basis]
-        .map(|range| (0..3).flat_map(move |c| colour[c * basis..][range.clone()].iter().copied()).collect());
-    let dc: Vec<f32> = dc;
-    let logit = (opacity / (1.0 - opacity)).ln() as f32;
-    let scales = radii.map(|r| (SPREAD * r).ln() as f32);
-    let place = x.cast::<f32>().to_array();
-    [&place[..], &[0.0; 3], &dc, &rest, &[logit], &scales, &rotation.map(|q| q as f32)].concat()
+/// One of them, in the numbers of the PLY layout.
+pub(super) struct Gaussian {
+    /// Its middle [scene unit].
+    pub(super) place: [f32; 3],
+    /// Logit of its opacity.
+    pub(super) logit: f32,
+    /// Logarithms of its standard deviations along its axes.
+    pub(super) scales: [f32; 3],
+    /// The rotation of its axes, as a unit quaternion (w, x, y, z).
+    pub(super) rotation: [f32; 4],
+    /// Spherical harmonics of red, of green and of blue, without padding.
+    pub(super) colour: Vec<f32>,
+}
+
+impl Gaussian {
+    fn of(field: &VoxelField<f32>, voxel: usize, opacity: f64) -> Self {
+        let domain = field.domain.cast::<f64>();
+        let x = domain.position(Vec3::from(node(field, voxel).map(f64::from)));
+        // A ball in node coordinates.
+        let axes = [0, 1, 2].map(|a| domain.node_vjp(x, Vec3::from([0, 1, 2].map(|b| f64::from(a == b)))));
+        let Ellipsoid { radii, rotation } = Ellipsoid::of(axes);
+        Self {
+            place: x.cast::<f32>().to_array(),
+            logit: (opacity / (1.0 - opacity)).ln() as f32,
+            scales: radii.map(|r| (SPREAD * r).ln() as f32),
+            rotation: rotation.map(|q| q as f32),
+            colour: field.colour[voxel * field.degree.stride()..][..3 * field.degree.basis()].to_vec(),
+        }
+    }
+
+    /// In the order of the header.
+    fn numbers(&self) -> Vec<f32> {
+        let channels = || self.colour.chunks_exact(self.colour.len() / 3);
+        let dc: Vec<f32> = channels().map(|c| c[0]).collect();
+        let rest: Vec<f32> = channels().flat_map(|c| &c[1..]).copied().collect();
+        [&self.place[..], &[0.0; 3], &dc, &rest, &[self.logit], &self.scales, &self.rotation].concat()
+    }
 }
 
 /// Node of a voxel.
@@ -291,7 +320,7 @@ mod tests {
     fn far_gaussians_of_a_contracted_grid_are_as_long_as_its_voxels() {
         let field = uniform(0.5, Extent::Contracted);
         let voxel = field.map.voxel([14, 7, 7]);
-        let row = numbers(&field, voxel, 0.5);
+        let row = Gaussian::of(&field, voxel, 0.5).numbers();
         let domain = field.domain.cast::<f64>();
         let [near, far] = [13.99, 14.01].map(|x| domain.position(vec3(x, 7.0, 7.0)));
         let longest = row[19..22].iter().copied().fold(f32::MIN, f32::max);

@@ -115,8 +115,17 @@ fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> 
         );
         return Err(Failure::new(Exit::BadInput, error));
     }
-    write_atomic(&file, |f| splats.write(&model.field, run.plan.origin, f))?;
     let mut notes = splats.notes(model);
+    let is_spz = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("spz"));
+    if is_spz {
+        let mut unit = 0.0;
+        write_atomic(&file, |f| splats.write_spz(&model.field, f).map(|u| unit = u))?;
+        notes.push(format!(
+            "SPZ rounds places to {unit:.1e} scene units, other numbers to 4 to 8 bits; the PLY layout rounds nothing"
+        ));
+    } else {
+        write_atomic(&file, |f| splats.write(&model.field, run.plan.origin, f))?;
+    }
     if !run.plan.origin.is_of_world() {
         let [x, y, z] = run.plan.origin.place().to_array();
         notes.push(format!(
