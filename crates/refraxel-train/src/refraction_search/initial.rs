@@ -37,9 +37,9 @@ fn shapes_of(hull: &Hull, faces: Switch) -> Result<Vec<Shape>, Cancelled> {
     let contours = Contours::new(hull.views.outlines, &hull.surface, under.as_ref());
     let round = contours.as_ref().and_then(|c| ellipsoid(hull, c));
     let is_open = round.is_none() && faces.is_on();
-    let planes = contours.filter(|_| is_open).and_then(|c| polyhedron(hull, &c, under.as_ref()));
+    let planes = contours.as_ref().filter(|_| is_open).and_then(|c| polyhedron(hull, c, under.as_ref()));
     go_on()?;
-    let turned = if is_open { revolution(hull) } else { None };
+    let turned = if is_open { revolution(hull, contours.as_ref()) } else { None };
     go_on()?;
     let (surface, open) = match (round, turned) {
         (Some(body), _) | (None, Some(Shape::Surface(body))) => (body, [None, None]),
@@ -71,15 +71,18 @@ fn polyhedron(hull: &Hull, contours: &Contours, under: Option<&Plane>) -> Option
     Some(Polyhedron { base: hull.base(), ..body })
 }
 
-/// A body of revolution between what it stands on and its upper end, if that is flat: a hull goes on above it as a roof. Where outlines
-/// leave it open whether it is one, it is a rival of the hull; rough outlines that do so say nothing.
-fn revolution(hull: &Hull) -> Option<Shape> {
+/// A body of revolution between what it stands on and its upper end, if that is flat: a hull goes on above it as a roof. It is as wide as
+/// the outlines say on the mean. Where they leave it open whether it is one, it is a rival of the hull; rough outlines that do so say
+/// nothing.
+fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
     let body = shapes::revolution(&hull.surface, hull.up()?, hull.ground.as_ref())?;
     if hull.views.are_rough() && !body.is_sure {
         return None;
     }
     let (axis, domain) = (body.axis(), hull.site.domain());
     let mut ends = Polyhedron { faces: Vec::new(), base: hull.base() };
+    let carved = body.surface(&domain, &ends);
+    let body = body.grown(contours.map_or(0.0, |c| c.beyond(&carved)));
     let roofed = body.surface(&domain, &ends);
     ends.faces.extend(lid(&roofed, hull.views.rays, axis.up));
     let surface = Surface::new(Form::Revolution(axis), body.surface(&domain, &ends));

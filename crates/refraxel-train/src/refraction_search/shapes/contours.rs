@@ -4,7 +4,8 @@ use crate::cancel::Cancel;
 use crate::least_squares::outlier_weight;
 use crate::model::polyhedron::Plane;
 use crate::silhouettes::{Outlines, Tangent};
-use refraxel_core::{LevelSet, Vec3};
+use rayon::prelude::*;
+use refraxel_core::{LevelSet, Ray, Vec3};
 
 /// Lines of sight per view before those that touch other things are left out, and after.
 const TOUCHES: [usize; 2] = [400, 160];
@@ -63,6 +64,39 @@ impl Contours {
         let views: Vec<View> = all.filter_map(|tangents| frame.view(tangents, hull, base)).collect();
         (views.len() >= LEAST[0]).then(|| Self { frame, views, cancel: outlines.cancel().clone() })
     }
+
+    /// How far outside a surface the lines of sight pass that should touch it, the median [scene unit]. A hull has nothing that any mask
+    /// lacks, so rough masks leave too little of it; on the mean of all views their borders are where they should be.
+    pub(in crate::refraction_search) fn beyond(&self, surface: &LevelSet<f32>) -> f32 {
+        let Frame { center, radius } = self.frame;
+        let of_view = |view: &View| {
+            let origin = center + view.eye * radius;
+            let passes = |t: &Touch| {
+                let ray = Ray { origin, direction: t.direction }.cast::<f32>();
+                let near = self.frame.near(&ray, t.per_radian, surface);
+                nearest(&ray, near, surface, None).filter(|phi| f64::from(phi.abs()) < near)
+            };
+            view.touches.iter().filter_map(passes).collect::<Vec<f32>>()
+        };
+        let mut all: Vec<f32> = self.views.par_iter().flat_map_iter(of_view).collect();
+        all.sort_by(f32::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// Signed distance of the surface, as far as it reaches above `base`, at the point of a ray that is nearest to it or deepest inside, if
+/// it comes as near as that.
+fn nearest(ray: &Ray<f32>, near: f64, surface: &LevelSet<f32>, base: Option<&Plane>) -> Option<f32> {
+    let [from, to] = surface.domain().clip(ray, 0.0)?;
+    let steps = ((to - from) / surface.voxel()).ceil() as usize;
+    let height = |k: usize| {
+        let x = ray.at(from + (to - from) * (k as f32 + 0.5) / steps as f32);
+        // Far from the surface, and outside the spline, φ says nothing.
+        let is_near = |c: &u8| (f64::from(*c) - 1.0) * f64::from(surface.voxel()) < near;
+        let phi = surface.clearance(x).filter(is_near).map_or(f32::MAX, |_| surface.value(x));
+        base.map_or(phi, |b| phi.max(b.height(x)))
+    };
+    Some((0..steps).map(height).fold(f32::MAX, f32::min))
 }
 
 /// What a radius of the frame covers in the pictures, the mean over all lines of sight [pixel].
@@ -136,18 +170,13 @@ impl Frame {
     /// its silhouette too.
     fn touches(&self, tangent: &Tangent, hull: &LevelSet<f32>, base: Option<&Plane>) -> bool {
         let ray = tangent.ray.cast::<f32>();
-        let Some([from, to]) = hull.domain().clip(&ray, 0.0) else { return false };
-        let depth = (self.center - tangent.ray.origin).length();
-        let near = (TOUCHING[0] * depth / tangent.per_radian).max(TOUCHING[1] * f64::from(hull.voxel()));
-        let steps = ((to - from) / hull.voxel()).ceil() as usize;
-        let height = |k: usize| {
-            let x = ray.at(from + (to - from) * (k as f32 + 0.5) / steps as f32);
-            // Far from the surface, and outside the spline, φ says nothing.
-            let inside = hull.clearance(x).filter(|c| (f64::from(*c) - 1.0) * f64::from(hull.voxel()) < near);
-            let phi = if inside.is_some() { hull.value(x) } else { f32::MAX };
-            base.map_or(phi, |b| phi.max(b.height(x)))
-        };
-        let least = (0..steps).map(height).fold(f32::MAX, f32::min);
-        f64::from(least.abs()) < near
+        let near = self.near(&ray, tangent.per_radian, hull);
+        nearest(&ray, near, hull, base).is_some_and(|least| f64::from(least.abs()) < near)
+    }
+
+    /// What is near, for a line of sight [scene unit].
+    fn near(&self, ray: &Ray<f32>, per_radian: f64, surface: &LevelSet<f32>) -> f64 {
+        let depth = (self.center - ray.origin.cast()).length();
+        (TOUCHING[0] * depth / per_radian).max(TOUCHING[1] * f64::from(surface.voxel()))
     }
 }

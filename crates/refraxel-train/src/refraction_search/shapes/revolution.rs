@@ -215,6 +215,12 @@ impl Revolution {
         row(j) + t * (row(j + 1) - row(j))
     }
 
+    /// The same with its surface further out [scene unit].
+    pub(in crate::refraction_search) fn grown(mut self, by: f32) -> Self {
+        self.profile.iter_mut().for_each(|phi| *phi -= by);
+        self
+    }
+
     /// Its axis, upwards.
     pub(in crate::refraction_search) fn axis(&self) -> Axis {
         self.axis
@@ -247,8 +253,11 @@ impl Revolution {
 
 #[cfg(test)]
 mod tests {
+    use super::super::contours::Contours;
+    use super::super::views::{self, cameras, footprint, meets_body, shaken, silhouettes};
     use super::*;
     use crate::random::Random;
+    use crate::silhouettes::Outlines;
     use refraxel_core::{Aabb, vec3};
 
     const RADIUS: f32 = 0.36;
@@ -292,6 +301,21 @@ mod tests {
         }
         assert!(surface.is_inside(vec3(0.05, 0.0, 0.1)));
         assert!(axis().ring(HALF, 0.2).all(|x| surface.value(x).abs() < 0.3 * voxel));
+    }
+
+    #[test]
+    fn rough_masks_show_a_cylinder_as_wide_as_it_is() {
+        let meets = meets_body(|x| (x.x.hypot(x.y) - 0.4).max(x.z.abs() - 0.5));
+        let views = shaken(silhouettes(&cameras(36, [0.1, 0.9]), meets), 2.0);
+        let outlines = Outlines::new(&views);
+        let carved = views::hull(&outlines, 0.7, 64);
+        let rough = revolution(&carved, vec3(0.0, 0.0, 1.0), None).unwrap();
+        let whole = Polyhedron { faces: Vec::new(), base: None };
+        let surface = rough.surface(carved.domain(), &whole);
+        let beyond = Contours::new(&outlines, &carved, None).unwrap().beyond(&surface);
+        let off = |body: &Revolution| f64::from(body.distance(vec3(0.4, 0.0, 0.0))) / footprint();
+        let (before, after) = (off(&rough), off(&rough.clone().grown(beyond)));
+        assert!(before > 0.3 && after.abs() < 0.15, "{before} {after}");
     }
 
     #[test]
