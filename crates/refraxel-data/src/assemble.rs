@@ -10,7 +10,7 @@ use crate::synth::IndexTruth;
 use crate::{
     AlphaMeaning, AlphaUse, Backdrop, DataError, Dataset, LocalOrigin, MaskMeaning, NamedCamera, OpenOptions,
     Orientation, PhotoSource, Problem, View, alpha, backdrop, bars, camera, depth, json, looks, losses,
-    masks, pose, readings, repetitions, split,
+    masks, pose, readings, region, repetitions, split,
 };
 use refraxel_core::Camera;
 use serde_json::Value;
@@ -36,6 +36,7 @@ pub(crate) fn assemble(
     let cameras = cameras(&mut parsed, &headers, &orientations)?;
     parsed.problems.extend(turned.into_iter().chain(profiles(&headers)));
     let mut views = views(&parsed.frames, cameras, &orientations);
+    parsed.problems.extend(parsed.stated_box.and_then(|bounds| region::unseen(&bounds, &views)));
     let stated = masks::find(&parsed, &views)?;
     parsed.problems.extend(depth::leave_out_turned(&mut views, &headers));
     parsed.problems.extend(depth::check(&mut views, &parsed.points)?);
@@ -73,7 +74,7 @@ fn cameras(
     orientations: &[Orientation],
 ) -> Result<Vec<Camera>, DataError> {
     let mut cameras = Vec::with_capacity(headers.len());
-    let (mut repaired, mut resized, mut implied) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut poses, mut resized, mut implied) = (Vec::new(), Vec::new(), Vec::new());
     for ((frame, header), orientation) in parsed.frames.iter().zip(headers).zip(orientations) {
         let Origin { path, key } = &frame.origin;
         let checked = pose::check(&frame.pose).map_err(|fault| DataError::Pose {
@@ -82,7 +83,7 @@ fn cameras(
             fault,
         })?;
         let real = size(header, *orientation);
-        repaired.extend(checked.repaired);
+        poses.push(checked);
         let stated = frame.intrinsics.size.filter(|stated| differs(*stated, real));
         resized.extend(stated.map(|stated| Resized { stated, real }));
         let other = frame.intrinsics.implied_size(real);
@@ -90,7 +91,7 @@ fn cameras(
         let intrinsics = Intrinsics { size: frame.intrinsics.size.or(other), ..frame.intrinsics };
         cameras.push(intrinsics.camera(real, checked.pose, &frame.origin)?);
     }
-    parsed.problems.extend(repairs(&repaired));
+    parsed.problems.extend(repairs(&poses));
     parsed.problems.extend(resizes(&resized));
     parsed.problems.extend(of_other_pictures(&implied));
     parsed.problems.extend(camera::doubts(&cameras));

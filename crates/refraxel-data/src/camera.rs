@@ -1,6 +1,7 @@
 //! What a usable camera and a usable set of cameras have, wherever they come from.
 
 use crate::Problem;
+use crate::pose::CheckedPose;
 use crate::size::Size;
 use refraxel_core::{Camera, Lens};
 
@@ -102,6 +103,8 @@ fn has_lens(camera: &Camera) -> bool {
 
 /// Full field of view of a lens without a fisheye model beyond which its focal length is doubted [rad].
 const WIDEST: f64 = 2.6;
+/// Part of an edge that a principal point is away from the middle, beyond which it is doubted.
+const OFF_MIDDLE: f64 = 0.25;
 /// Share of the picture that a circular fisheye fills.
 const CIRCLE: f64 = 0.5;
 
@@ -120,7 +123,7 @@ pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
     let is_wide = |c: &Camera| flat(c) && field(c) > WIDEST;
     let size = |c: &Camera| [f64::from(c.width), f64::from(c.height)];
     let is_off = |c: &Camera| {
-        c.lens != Lens::Equirectangular && (0..2).any(|a| !(0.0..=size(c)[a]).contains(&c.center[a]))
+        c.lens != Lens::Equirectangular && (0..2).any(|a| (c.center[a] / size(c)[a] - 0.5).abs() > OFF_MIDDLE)
     };
     let is_blind = |c: &Camera| shown(c) < CIRCLE;
     let found: [(usize, &str); 3] = [
@@ -131,7 +134,8 @@ pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
         ),
         (
             count(&is_off),
-            "have their principal point outside of their picture, as crops may: where they are none, it is that of another picture",
+            "have their principal point outside of their picture or far from its middle, as crops may: where they are none, it is that of \
+             another picture, or in another unit or order (cx, cy [pixel])",
         ),
         (
             count(&is_blind),
@@ -180,13 +184,22 @@ pub(crate) fn one_place() -> Problem {
     )
 }
 
-/// A note about rotations that were repaired, by their errors.
-pub(crate) fn repairs(errors: &[f64]) -> Option<Problem> {
-    let worst = errors.iter().copied().fold(0.0, f64::max);
-    let count = errors.len();
-    (count > 0).then(|| {
+/// Notes about rotations that were repaired, and a warning about those that had a scale.
+pub(crate) fn repairs(checked: &[CheckedPose]) -> Vec<Problem> {
+    let errors: Vec<f64> = checked.iter().filter_map(|c| c.repaired).collect();
+    let repaired = errors.iter().copied().reduce(f64::max).map(|worst| {
+        let count = errors.len();
         Problem::note(format!(
             "{count} rotations were up to {worst:.1e} away from orthonormal and were repaired"
         ))
-    })
+    });
+    let scales: Vec<f64> = checked.iter().filter_map(|c| c.scale).collect();
+    let scaled = scales.first().map(|first| {
+        Problem::warning(format!(
+            "{} rotations contain a scale ({first:.4} the first), as those of scaled objects do: it is left out, and positions are kept as \
+             they stand",
+            scales.len()
+        ))
+    });
+    repaired.into_iter().chain(scaled).collect()
 }

@@ -1,10 +1,10 @@
-//! JSON with comments, and typed access whose errors name file and key.
+//! JSON with comments and commas behind the last entry, and typed access whose errors name file and key.
 
 use crate::{DataError, limits};
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Reads a JSON file. Comments and the literals NaN and ±Infinity (Python writes them) are allowed; the literals
+/// Reads a JSON file. Comments, commas before a closing bracket, and the literals NaN and ±Infinity (Python writes them) are allowed; the literals
 /// are read as `null`, so that an error names their key when its number is needed.
 ///
 /// Errors: it cannot be read, is larger than the [`limits`] allow, or is no JSON.
@@ -27,7 +27,7 @@ struct Plain {
     objects: usize,
 }
 
-/// The text with `//` and `/* */` comments blanked and non-finite literals turned into `null`; line numbers are kept.
+/// The text with `//` and `/* */` comments and commas behind the last entry blanked and non-finite literals turned into `null`; line numbers are kept.
 fn plain(text: &str) -> Plain {
     let (mut out, mut copied, mut at) = (String::with_capacity(text.len()), 0, 0);
     let (mut values, mut objects) = (1, 0);
@@ -35,7 +35,7 @@ fn plain(text: &str) -> Plain {
         let rest = &text[at..];
         at += match byte {
             b'"' => string_length(rest),
-            b'/' | b'N' | b'-' | b'I' => match extension(rest) {
+            b'/' | b'N' | b'-' | b'I' | b',' => match extension(rest) {
                 Some((length, replacement)) => {
                     out.push_str(&text[copied..at]);
                     out.push_str(replacement);
@@ -43,10 +43,13 @@ fn plain(text: &str) -> Plain {
                     copied = at + length;
                     length
                 }
-                None => 1,
+                None => {
+                    values += usize::from(byte == b',');
+                    1
+                }
             },
             byte => {
-                values += usize::from(matches!(byte, b',' | b'[' | b'{'));
+                values += usize::from(matches!(byte, b'[' | b'{'));
                 objects += usize::from(byte == b'{');
                 // To the next character: none but those of one byte matter here.
                 (1..rest.len()).find(|&k| rest.is_char_boundary(k)).unwrap_or(rest.len())
@@ -57,8 +60,11 @@ fn plain(text: &str) -> Plain {
     Plain { text: out, values, objects }
 }
 
-/// Byte length of the comment or literal that `rest` starts with, and what to write instead of it.
+/// Byte length of the comment, comma or literal that `rest` starts with, and what to write instead of it.
 fn extension(rest: &str) -> Option<(usize, &'static str)> {
+    if let Some(behind) = rest.strip_prefix(',') {
+        return behind.trim_start().starts_with([']', '}']).then_some((1, " "));
+    }
     if rest.starts_with("//") {
         return Some((rest.find('\n').unwrap_or(rest.len()), " "));
     }
@@ -234,6 +240,14 @@ mod tests {
         assert_eq!(value["a//b"], "/* kept \" */");
         assert!(value["x"].is_null() && value["y"].is_null());
         assert_eq!(plain(text).text.matches('\n').count(), text.matches('\n').count(), "line numbers stay");
+    }
+
+    #[test]
+    fn commas_behind_the_last_entry_are_blanked() {
+        let text = "{\"a\": [1, 2,\n ],\t\"b, ]\": {\"c\": 3,},\n}";
+        let value: Value = serde_json::from_str(&plain(text).text).unwrap();
+        assert_eq!(value, serde_json::json!({"a": [1, 2], "b, ]": {"c": 3}}));
+        assert!(serde_json::from_str::<Value>(&plain("[1,,]").text).is_err());
     }
 
     #[test]

@@ -53,7 +53,8 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
     Ok(bytes)
 }
 
-/// The whole text file; bytes that are not UTF-8 become U+FFFD and then fail where they are parsed.
+/// The whole text file, in UTF-8 or in UTF-16 that says so, as Windows writes it; bytes that are neither become U+FFFD and then fail where
+/// they are parsed.
 pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
     read_text_up_to(path, JSON_BYTES)
 }
@@ -61,7 +62,17 @@ pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
 /// The same with another limit [byte].
 pub(crate) fn read_text_up_to(path: &Path, limit: u64) -> Result<String, DataError> {
     let bytes = read(path, limit)?;
-    Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
+    let text = match bytes.as_slice() {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes).into(),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes).into(),
+        bytes => String::from_utf8_lossy(bytes),
+    };
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units: Vec<u16> = bytes.as_chunks().0.iter().map(|pair| unit(*pair)).collect();
+    String::from_utf16_lossy(&units)
 }
 
 /// Checks a frame count against [`FRAMES`].
@@ -95,10 +106,22 @@ fn at_most(path: &Path, what: &'static str, found: usize, limit: usize) -> Resul
     })
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
+    #[test]
+    fn texts_of_windows_are_read_in_both_orders_of_their_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("test.txt");
+        for order in [u16::to_le_bytes, u16::to_be_bytes] {
+            let units = "\u{feff}é.png\r\n".encode_utf16();
+            std::fs::write(&path, units.flat_map(order).collect::<Vec<u8>>()).unwrap();
+            assert_eq!(read_text(&path).unwrap(), "é.png\r\n");
+        }
+    }
+
+    #[cfg(unix)]
     #[test]
     fn a_file_without_an_end_is_refused_unread() {
         let folder = tempfile::tempdir().unwrap();

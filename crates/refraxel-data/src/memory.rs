@@ -3,6 +3,7 @@
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
 use crate::error::{MemoryError, ViewFault};
 use crate::image::bad_pixel;
+use crate::pose::CheckedPose;
 use crate::size::Size;
 use crate::{
     Backdrop, DataError, Dataset, Format, Image, LocalOrigin, Mask, MaskMeaning, Photo, PhotoSource, Pixels,
@@ -79,7 +80,7 @@ impl Dataset {
         check_split(&split, &photos)?;
         check_backdrop(backdrop)?;
         let mut problems = Vec::new();
-        problems.extend(repairs(&checked.iter().filter_map(|c| c.repaired).collect::<Vec<f64>>()));
+        problems.extend(repairs(&checked.iter().map(|c| c.pose).collect::<Vec<_>>()));
         let view = |(posed, checked): (PosedPhoto, &CheckedCamera)| {
             let PosedPhoto { name, photo, mask_meaning, .. } = posed;
             View {
@@ -122,8 +123,7 @@ impl Dataset {
 /// A camera whose rotation is orthonormal.
 struct CheckedCamera {
     camera: Camera,
-    /// The error of the rotation that was repaired, where it is worth a note.
-    repaired: Option<f64>,
+    pose: CheckedPose,
 }
 
 fn checked_camera(posed: &PosedPhoto) -> Result<CheckedCamera, ViewFault> {
@@ -138,7 +138,7 @@ fn checked_camera(posed: &PosedPhoto) -> Result<CheckedCamera, ViewFault> {
         check_mask(mask, &posed.photo.image)?;
     }
     let world_from_camera = if checked.error > ROUNDING { checked.pose } else { camera.world_from_camera };
-    Ok(CheckedCamera { camera: Camera { world_from_camera, ..*camera }, repaired: checked.repaired })
+    Ok(CheckedCamera { camera: Camera { world_from_camera, ..*camera }, pose: checked })
 }
 
 fn check_image(image: &Image, camera: &Camera) -> Result<(), ViewFault> {

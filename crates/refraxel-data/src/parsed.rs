@@ -174,13 +174,27 @@ pub(crate) enum Focal {
     Panorama,
 }
 
-/// Full fields of view as stated.
+/// Full fields of view as stated [rad]; where pixels are square, one tells the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FieldOfView {
-    /// Across the width [rad].
-    pub x: f64,
-    /// Across the height [rad], if stated.
-    pub y: Option<f64>,
+pub(crate) enum FieldOfView {
+    /// Across the width.
+    X(f64),
+    /// Across the height.
+    Y(f64),
+    /// Across both.
+    Both([f64; 2]),
+}
+
+impl FieldOfView {
+    /// The focal lengths in a picture of this size [pixel].
+    pub fn focal(self, [w, h]: [f64; 2]) -> [f64; 2] {
+        let focal = |edge: f64, angle: f64| 0.5 * edge / (0.5 * angle).tan();
+        match self {
+            Self::X(x) => [focal(w, x); 2],
+            Self::Y(y) => [focal(h, y); 2],
+            Self::Both([x, y]) => [focal(w, x), focal(h, y)],
+        }
+    }
 }
 
 /// Intrinsics as stated, for an image size that may differ from the real one.
@@ -196,14 +210,19 @@ pub(crate) struct Intrinsics {
 
 impl Intrinsics {
     /// The size of pictures of which the stated principal point is the middle, where no size is stated and the image has the same shape
-    /// and clearly another size.
+    /// and clearly another size, to which the focal length belongs as well.
     pub fn implied_size(&self, real: Size) -> Option<[f64; 2]> {
         /// Sizes within this factor are one, whose principal point is off.
         const CLEAR: f64 = 1.4;
         /// Shapes within this factor are one.
         const SHAPE: f64 = 1.05;
-        let is_open = self.size.is_none() && matches!(self.focal, Focal::Pixels(_));
-        let size = self.center.filter(|_| is_open)?.map(|c| 2.0 * c);
+        /// Focal lengths of more edges are not those of the size, as where a middle of 0.5 has no unit and they have.
+        const LONGEST: f64 = 10.0;
+        let Focal::Pixels(focal) = self.focal else { return None };
+        let size = self.center.filter(|_| self.size.is_none())?.map(|c| 2.0 * c);
+        if focal[0].max(focal[1]) > LONGEST * size[0].max(size[1]) {
+            return None;
+        }
         let [x, y] = [size[0] / f64::from(real.width), size[1] / f64::from(real.height)];
         let is_shape = x > 0.0 && y > 0.0 && (x / y).max(y / x) < SHAPE;
         (is_shape && x.max(1.0 / x) > CLEAR).then_some(size)
@@ -215,10 +234,7 @@ impl Intrinsics {
         let [w, h] = self.size.unwrap_or(real);
         let focal = match self.focal {
             Focal::Pixels(focal) => focal,
-            Focal::Angles(FieldOfView { x, y }) => {
-                let fx = 0.5 * w / (0.5 * x).tan();
-                [fx, y.map_or(fx, |y| 0.5 * h / (0.5 * y).tan())]
-            }
+            Focal::Angles(angles) => angles.focal([w, h]),
             Focal::Panorama => [w / (2.0 * PI), h / PI],
         };
         let center = self.center.unwrap_or([0.5 * w, 0.5 * h]);

@@ -1,6 +1,8 @@
 //! Is a matrix a camera pose? Small errors of rounding are repaired, everything else is refused with its reason.
 
+use crate::Problem;
 use refraxel_core::{Mat3, Pose, Vec3};
+use std::path::Path;
 
 /// Largest |RᵀR − 1| that is repaired without a note: single precision with some digits lost in text.
 const EXACT: f64 = 1e-5;
@@ -43,11 +45,16 @@ pub(crate) struct CheckedPose {
     pub pose: Pose,
     /// Largest entry of |RᵀR − 1| before it was removed.
     pub error: f64,
-    /// The same where it is worth a note.
+    /// The same where it is worth a note, beside a scale.
     pub repaired: Option<f64>,
+    /// The length of all three axes where it was not 1.
+    pub scale: Option<f64>,
 }
 
 /// Checks that `pose` is finite and rigid, and removes small deviations.
+///
+/// So it does with a scale that all three axes share, as matrices of scaled objects and scenes have it: directions and positions stand
+/// without it.
 pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
     let rotation = &pose.rotation;
     if !(rotation.columns.iter().all(|c| c.is_finite()) && pose.translation.is_finite()) {
@@ -58,7 +65,10 @@ pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
         return Err(PoseFault::TooFar(farthest));
     }
     let (error, det) = (deviation(rotation), rotation.determinant());
-    if error > REPAIRABLE || det <= 0.0 {
+    let scale = Some(det.cbrt()).filter(|_| error > REPAIRABLE && det > 0.0);
+    let unscaled = scale.map_or(*rotation, |s| Mat3 { columns: rotation.columns.map(|c| c / s) });
+    let left = if scale.is_some() { deviation(&unscaled) } else { error };
+    if left > REPAIRABLE || det <= 0.0 {
         // A mirrored rotation is still orthonormal up to a scale.
         let scale = rotation.columns[0].length();
         return Err(match det {
@@ -67,8 +77,8 @@ pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
             _ => PoseFault::NotRotation(error),
         });
     }
-    let repaired = (error > EXACT).then_some(error);
-    Ok(CheckedPose { pose: Pose { rotation: orthonormal(rotation), ..*pose }, error, repaired })
+    let repaired = (left > EXACT).then_some(left);
+    Ok(CheckedPose { pose: Pose { rotation: orthonormal(&unscaled), ..*pose }, error, repaired, scale })
 }
 
 /// Largest entry of |RᵀR − 1|.
@@ -120,6 +130,24 @@ pub fn quaternion_of_rotation(rotation: &Mat3<f64>) -> [f64; 4] {
     row.map(|q| q / norm)
 }
 
+/// The first three rows of a camera's matrix; its first three columns where it is transposed: beside the rotation are zeros, and below it
+/// the position, as row vectors need it. True where it is.
+pub(crate) fn rows_or_columns(matrix: [[f64; 4]; 4]) -> ([[f64; 4]; 3], bool) {
+    let [a, b, c, last] = matrix;
+    let is_transposed = [a[3], b[3], c[3]] == [0.0; 3] && last[..3] != [0.0; 3];
+    let column = |k: usize| matrix.map(|row| row[k]);
+    (if is_transposed { [column(0), column(1), column(2)] } else { [a, b, c] }, is_transposed)
+}
+
+/// A warning about matrices of a file that were taken for transposed.
+pub(crate) fn transposed(path: &Path, count: usize) -> Option<Problem> {
+    let message = format!(
+        "{}: {count} matrices have their position in the last row and zeros in the last column: they are transposed, and are read so",
+        path.display()
+    );
+    (count > 0).then(|| Problem::warning(message))
+}
+
 /// Camera-to-world rows with OpenGL camera axes (right, up, backwards) to a pose with OpenCV axes.
 pub(crate) fn from_opengl(rows: [[f64; 4]; 3]) -> Pose {
     with_opengl_axes(from_opencv(rows))
@@ -165,6 +193,17 @@ mod tests {
     }
 
     #[test]
+    fn a_scale_that_all_axes_share_is_removed_and_reported() {
+        for scale in [1e-3, 0.5, 3.0, 1e6] {
+            let checked = check(&posed(Mat3 { columns: turned().columns.map(|c| c * scale) })).unwrap();
+            assert!((checked.scale.unwrap() / scale - 1.0).abs() < 1e-12);
+            assert!((checked.pose.rotation.columns[0] - turned().columns[0]).length() < 1e-12);
+            assert_eq!((checked.pose.translation, checked.repaired), (vec3(1.0, 2.0, 3.0), None));
+        }
+        assert_eq!(check(&posed(turned())).unwrap().scale, None);
+    }
+
+    #[test]
     fn what_is_not_a_rotation_is_named() {
         let [a, b, c] = turned().columns;
         let fault = |columns| check(&posed(Mat3 { columns })).unwrap_err();
@@ -174,7 +213,8 @@ mod tests {
         assert!(matches!(fault([a, b, -c]), PoseFault::Mirrored(_)));
         assert!(matches!(fault([a, b, b]), PoseFault::Singular(_)));
         assert!(matches!(fault([a, b, vec3(0.0, 0.0, 0.0)]), PoseFault::Singular(_)));
-        assert!(matches!(fault([a * 2.0, b * 2.0, c * 2.0]), PoseFault::NotRotation(_)));
+        assert!(matches!(fault([a * 2.0, b * 2.0, c * 2.2]), PoseFault::NotRotation(_)));
+        assert!(matches!(fault([a * 2.0, b * 2.0, c * -2.0]), PoseFault::Mirrored(_)));
         assert!(matches!(rotation_of_quaternion([0.0; 4]), Err(PoseFault::Quaternion(_))));
         assert!(matches!(rotation_of_quaternion([f64::NAN; 4]), Err(PoseFault::NotFinite)));
     }

@@ -99,43 +99,64 @@ fn score(
 
 /// Readings that differ by more than a motion of the whole scene.
 fn readings(format: Format) -> Vec<Reading> {
-    let is_colmap = format == Format::Colmap;
     let reading = |says, camera| Reading { says, camera };
     let mut all = vec![
         reading(
             "the other camera axes are meant (right, down, forward of OpenCV, or right, up, back of OpenGL)",
-            |c| posed(c, |p| turned(p, [1.0, -1.0, -1.0])),
+            |c| posed(c, |p| turned(p, OTHER_AXES)),
         ),
         reading("the pictures are turned by half a turn", |c| posed(c, |p| turned(p, [-1.0, -1.0, 1.0]))),
+        reading("the pictures are mirrored from left to right", |c| {
+            posed(c, |p| turned(p, [-1.0, 1.0, 1.0]))
+        }),
+        reading("the pictures are mirrored from top to bottom", |c| {
+            posed(c, |p| turned(p, [1.0, -1.0, 1.0]))
+        }),
         reading("the focal length is half of what is stated, or the pictures are twice as large", |c| {
             focal(c, 0.5)
         }),
         reading("the focal length is twice what is stated, or the pictures are half as large", |c| {
             focal(c, 2.0)
         }),
-        reading(
-            "rotations are those from camera to world, and positions from world to camera, or the other way round",
-            |c| posed(c, |p| Pose { translation: -(p.rotation * p.translation), ..p }),
-        ),
     ];
-    let (same_axes, other_axes) = if is_colmap {
-        (
-            "the poses lead from camera to world",
-            "the poses lead from camera to world, with the axes of OpenGL",
-        )
+    all.extend(if format == Format::Colmap {
+        vec![
+            reading("the poses lead from camera to world", |c| posed(c, inverse)),
+            reading("the poses lead from camera to world, with the axes of OpenGL", |c| {
+                posed(c, |p| turned(inverse(p), OTHER_AXES))
+            }),
+            reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)),
+            reading("the positions of cameras are given for the translations to them", |c| {
+                posed(c, position_for_translation)
+            }),
+        ]
     } else {
-        (
-            "the poses lead from world to camera, with the axes of OpenCV",
-            "the poses lead from world to camera",
-        )
-    };
-    all.push(reading(same_axes, |c| posed(c, inverse)));
-    all.push(reading(other_axes, |c| posed(c, |p| turned(inverse(p), [1.0, -1.0, -1.0]))));
-    if is_colmap {
-        all.push(reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)));
-    }
+        vec![
+            reading("the poses lead from world to camera, with the axes of OpenCV", |c| posed(c, inverse)),
+            reading("the poses lead from world to camera", |c| {
+                posed(c, |p| turned(inverse(p), OTHER_AXES))
+            }),
+            reading(
+                "rotations are those from camera to world, and positions from world to camera",
+                |c| posed(c, |p| Pose { translation: -(p.rotation * p.translation), ..p }),
+            ),
+            reading("rotations are those from world to camera, and positions from camera to world", |c| {
+                posed(c, |p| turned(transposed(turned(p, OTHER_AXES)), OTHER_AXES))
+            }),
+            reading(
+                "rotations are those from world to camera, and positions from camera to world, with the axes of OpenCV",
+                |c| posed(c, transposed),
+            ),
+            reading("coordinates are left-handed, with camera axes right, up and forward, as those of Unity", |c| {
+                posed(c, |p| turned(p, [1.0, 1.0, -1.0]))
+            }),
+        ]
+    });
     all
 }
+
+/// From the axes of OpenGL to those of OpenCV, and back.
+const OTHER_AXES: [f64; 3] = [1.0, -1.0, -1.0];
 
 fn posed(camera: &Camera, pose: impl Fn(Pose) -> Pose) -> Camera {
     Camera { world_from_camera: pose(camera.world_from_camera), ..*camera }
@@ -154,6 +175,16 @@ fn inverse(pose: Pose) -> Pose {
 fn turned(pose: Pose, [x, y, z]: [f64; 3]) -> Pose {
     let [right, down, forward] = pose.rotation.columns;
     Pose { rotation: Mat3 { columns: [right * x, down * y, forward * z] }, ..pose }
+}
+
+/// With the inverse rotation, in the same place.
+fn transposed(pose: Pose) -> Pose {
+    Pose { rotation: pose.rotation.transpose(), ..pose }
+}
+
+/// The pose of a COLMAP file whose translation was taken for that from world to camera, and is the camera's position.
+fn position_for_translation(pose: Pose) -> Pose {
+    Pose { translation: -(pose.rotation.transpose() * pose.translation), ..pose }
 }
 
 /// The pose of a COLMAP file whose quaternion was taken for (w, x, y, z).
@@ -197,6 +228,13 @@ mod tests {
         let [w, x, y, z] = quaternion_of_rotation(&file.rotation);
         let misread = Pose { rotation: rotation_of_quaternion([x, y, z, w]).unwrap(), ..file };
         assert!(is_same(scalar_last(inverse(misread)), meant));
+    }
+
+    #[test]
+    fn a_position_for_a_translation_is_read_as_it_was_meant() {
+        let meant = some();
+        let misread = inverse(Pose { translation: meant.translation, ..inverse(meant) });
+        assert!(is_same(position_for_translation(misread), meant));
     }
 
     #[test]

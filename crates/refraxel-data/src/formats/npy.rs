@@ -68,8 +68,10 @@ pub(crate) fn array(path: &Path, content: &[u8]) -> Result<Array, DataError> {
         Some("<f4") => 4,
         _ => return Err(fault("'descr': '<f8' or '<f4'")),
     };
-    if !after(&header, "fortran_order").is_some_and(|rest| rest.starts_with("False")) {
-        return Err(fault("'fortran_order': False; save numpy.ascontiguousarray(a)"));
+    let order = after(&header, "fortran_order").unwrap_or_default();
+    let is_first_fastest = order.starts_with("True");
+    if !is_first_fastest && !order.starts_with("False") {
+        return Err(fault("'fortran_order': False or True"));
     }
     let shape = shape(&header).ok_or_else(|| fault("a 'shape'"))?;
     let count = shape.iter().try_fold(1_usize, |n, &m| n.checked_mul(m));
@@ -81,7 +83,24 @@ pub(crate) fn array(path: &Path, content: &[u8]) -> Result<Array, DataError> {
         [a, b, c, d, e, f, g, h] => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
         _ => f64::NAN, // chunks have 4 or 8 bytes
     };
-    Ok(Array { shape, values: data.chunks_exact(size).map(number).collect() })
+    let values: Vec<f64> = data.chunks_exact(size).map(number).collect();
+    let values = if is_first_fastest { with_last_fastest(&shape, &values) } else { values };
+    Ok(Array { shape, values })
+}
+
+/// The values of an array whose first axis runs fastest, as those of transposed arrays do, in C order.
+fn with_last_fastest(shape: &[usize], values: &[f64]) -> Vec<f64> {
+    let at = |k: usize| {
+        // From the last axis on: the index along it, and how far apart its elements lie.
+        let (mut rest, mut stride, mut at) = (k, values.len(), 0);
+        for n in shape.iter().rev() {
+            stride /= n;
+            at += rest % n * stride;
+            rest /= n;
+        }
+        values[at]
+    };
+    (0..values.len()).map(at).collect()
 }
 
 /// The text behind `'key':`.
@@ -124,6 +143,15 @@ pub(crate) mod tests {
         let file = npy("(2, 3)", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let matrix = parse(Path::new("a.npy"), &file).unwrap();
         assert_eq!((matrix.rows, matrix.columns, matrix.values[3]), (2, 3, 4.0));
+    }
+
+    #[test]
+    fn an_array_whose_first_axis_runs_fastest_is_the_same() {
+        let mut file = npy("(2, 3)", &[1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let at = file.windows(5).position(|w| w == b"False").unwrap();
+        file[at..at + 5].copy_from_slice(b"True ");
+        assert_eq!(parse(Path::new("a.npy"), &file).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(with_last_fastest(&[2, 1, 2], &[0.0, 10.0, 1.0, 11.0]), [0.0, 1.0, 10.0, 11.0]);
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
     limits::frames(poses, names.len())?;
     let stems: Vec<&str> = names.iter().map(|name| &name[..name.len() - ".txt".len()]).collect();
     let images = image_folder(&parsed.root, &stems);
+    let mut transposed = 0;
     for (name, stem) in names.iter().zip(stems) {
         let path = poses.join(name);
         let (file, rows) = (format!("{images}/{stem}"), numbers(&path)?);
@@ -35,9 +36,12 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
         let path = &origin.path;
         refuse_infinite(path, &rows)?;
         let rows = matrix(&rows).ok_or_else(|| wrong(path, "a 4x4 matrix (camera to world)", rows.len()))?;
+        let (rows, is_transposed) = pose::rows_or_columns(rows);
+        transposed += usize::from(is_transposed);
         let image = parsed.root.find_below(&images, stem, Statement { path, key: "name" })?;
         parsed.frames.push(frame(origin, file, image, intrinsics, pose::from_opencv(rows)));
     }
+    parsed.problems.extend(pose::transposed(poses, transposed));
     parsed.stated_box = stated_box(folder)?;
     Ok(parsed)
 }
@@ -80,10 +84,14 @@ fn stated_box(folder: &Path) -> Result<Option<Aabb<f64>>, DataError> {
         .ok_or_else(|| wrong(path, "a box whose max is beyond its min", values.len()))
 }
 
-/// The first three rows of a 3×4 or 4×4 matrix.
-fn matrix(values: &[f64]) -> Option<[[f64; 4]; 3]> {
-    let row = |r: usize| values[4 * r..4 * r + 4].try_into().ok();
-    matches!(values.len(), 12 | 16).then(|| Some([row(0)?, row(1)?, row(2)?]))?
+/// The rows of a 3×4 or 4×4 matrix.
+fn matrix(values: &[f64]) -> Option<[[f64; 4]; 4]> {
+    let (rows, []) = values.as_chunks() else { return None };
+    match *rows {
+        [a, b, c] => Some([a, b, c, [0.0, 0.0, 0.0, 1.0]]),
+        [a, b, c, d] => Some([a, b, c, d]),
+        _ => None,
+    }
 }
 
 /// All numbers of a text file, among them NaN and infinity.

@@ -48,7 +48,7 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
     })?;
     let rows: Vec<Row> = lines
         .filter(|(_, line)| !line.trim_start().starts_with('#'))
-        .map(|(key, line)| Row { path: file, key, fields: line.split(',').collect(), columns: &columns })
+        .map(|(key, line)| Row { path: file, key, fields: fields(line).collect(), columns: &columns })
         .collect();
     limits::frames(file, rows.len())?;
     let images = image_folder(&parsed.root, rows.iter().map(|row| row.text("name")));
@@ -73,11 +73,17 @@ fn lines(text: &str) -> impl Iterator<Item = (String, &str)> {
     all.map(|(i, line)| (format!("line {}", i + 1), line))
 }
 
+/// The fields of a line, without quotes. Spreadsheets of some countries separate them by semicolons.
+fn fields(line: &str) -> impl Iterator<Item = &str> {
+    let separator = if line.matches(';').count() >= COLUMNS.len() - 1 { ';' } else { ',' };
+    line.split(separator).map(|field| field.trim().trim_matches('"'))
+}
+
 /// The place of each column, if the line names all that are needed.
 fn header(line: &str) -> Option<HashMap<String, usize>> {
-    let name = |field: &str| field.trim().trim_start_matches('#').to_ascii_lowercase();
+    let name = |field: &str| field.trim_start_matches('#').to_ascii_lowercase();
     let columns: HashMap<String, usize> =
-        line.split(',').enumerate().map(|(i, field)| (name(field), i)).collect();
+        fields(line).enumerate().map(|(i, field)| (name(field), i)).collect();
     COLUMNS.iter().all(|column| columns.contains_key(*column)).then_some(columns)
 }
 
@@ -91,7 +97,7 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn text(&self, column: &str) -> &str {
-        self.columns.get(column).and_then(|&i| self.fields.get(i)).copied().unwrap_or_default().trim()
+        self.columns.get(column).and_then(|&i| self.fields.get(i)).copied().unwrap_or_default()
     }
 
     /// A number; 0 where there is no such column.

@@ -26,6 +26,8 @@ pub(crate) struct Coverage {
 /// Largest value of a mask that is all dark and yet not black, of 255 or 65535, that is a number of a label; and most values of one that
 /// has no white, as labels have few.
 const MOST_LABELS: u16 = 31;
+/// Values from here on are white, of 255: colour tables of segmenters have 128 and 192 as well.
+const LEAST_WHITE: u16 = 193;
 /// Alpha from which a pixel is there.
 const HALF: u8 = 128;
 
@@ -47,7 +49,7 @@ pub(crate) fn of_mask(decoded: DynamicImage, path: &Path) -> Coverage {
     let most = values.iter().copied().max().unwrap_or(0);
     let is_deep = most > u16::from(u8::MAX);
     let are_few = || values.iter().collect::<HashSet<_>>().len() <= usize::from(MOST_LABELS);
-    let is_dark = most < if is_deep { 1 << 15 } else { 1 << 7 };
+    let is_dark = most < if is_deep { LEAST_WHITE << 8 } else { LEAST_WHITE };
     if is_exact && ((1..=MOST_LABELS).contains(&most) || most > 0 && is_dark && are_few()) {
         let covered = values.iter().map(|v| if *v > 0 { u8::MAX } else { 0 }).collect();
         return Coverage { mask: mask(size, covered), reading: Reading::Labels(most) };
@@ -152,6 +154,11 @@ mod tests {
             read(of(&[0, 50, 100]), "a.png"),
             (vec![0, 255, 255], Reading::Labels(100)),
             "grey labels"
+        );
+        assert_eq!(
+            read(of(&[0, 128, 128]), "a.png"),
+            (vec![0, 255, 255], Reading::Labels(128)),
+            "a colour table"
         );
         assert_eq!(read(of(&[0, 1, 200]), "a.png"), (vec![0, 1, 200], Reading::White));
         assert_eq!(read(of(&[0, 0, 0]), "a.png"), (vec![0; 3], Reading::White));

@@ -12,6 +12,9 @@ const GREY: f64 = 0.1;
 /// Masks whose white differs from the median by more than this part of the picture, or of its border, stand out.
 const STANDS_OUT: f64 = 0.5;
 
+/// Share of the border that masks of glass which fills the picture, as water may, hardly have white.
+const MOST: f64 = 0.9;
+
 /// A mask that was looked at.
 pub(super) struct Odd<'a> {
     pub view: &'a View,
@@ -29,6 +32,20 @@ impl Odd<'_> {
             MaskMeaning::Ignore => self.mask.white >= 1.0,
             MaskMeaning::Refractive => false,
         }
+    }
+
+    /// All of the photograph counts.
+    fn leaves_all(&self) -> bool {
+        match self.meaning {
+            MaskMeaning::Keep => self.mask.white >= 1.0,
+            MaskMeaning::Ignore => self.mask.white <= 0.0,
+            MaskMeaning::Refractive => false,
+        }
+    }
+
+    /// More than half of it is said to be refractive, but not all.
+    fn marks_around(&self) -> bool {
+        self.meaning == MaskMeaning::Refractive && (0.5..1.0).contains(&self.mask.white)
     }
 
     fn marks_all(&self) -> bool {
@@ -53,7 +70,18 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
         let away = [m.mask.white - median, on_border(m) - median_on_border].map(f64::abs);
         away.iter().any(|d| *d > STANDS_OUT) && !m.leaves_nothing() && !m.marks_all()
     };
+    let leave_all = masks.len() > 1 && masks.iter().all(Odd::leaves_all);
+    let inverted = format!(
+        "have white on most of their border, as where black marks the glass (white covers {:.0} %): write them with white glass if so",
+        100.0 * median
+    );
     let found = [
+        named(
+            masks,
+            |_| leave_all,
+            "leave out nothing: masks in colour have to be written in black and white",
+        ),
+        named(masks, |m| median_on_border > MOST && m.marks_around() && on_border(m) > MOST, &inverted),
         named(masks, |m| m.leaves_nothing(), "leave no pixel of their photographs"),
         named(masks, |m| m.marks_all(), "are white all over, as if the photograph showed nothing but glass"),
         named(masks, |m| m.mask.grey > GREY, "have much grey, which counts as white from the middle on"),

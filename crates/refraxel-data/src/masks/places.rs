@@ -34,7 +34,8 @@ pub(crate) fn names_in_folder(photograph: &Path) -> Vec<PathBuf> {
 
 /// Names of masks beside a photograph.
 pub(crate) fn names_beside(stem: &str) -> Vec<String> {
-    TAILS.iter().flat_map(|tail| READ.map(|extension| format!("{stem}{tail}.{extension}"))).collect()
+    let stems = TAILS.iter().map(|tail| format!("{stem}{tail}")).chain([format!("mask_{stem}")]);
+    stems.flat_map(|stem| READ.map(|extension| format!("{stem}.{extension}"))).collect()
 }
 
 /// Words of the names of folders that hold masks.

@@ -10,4 +10,5 @@ mod scene;
 
 pub use quantile::quantile;
 pub use scale::{OutOfScale, check_scale};
+pub(crate) use scene::unseen;
 pub use scene::{Region, scene_region};

@@ -4,7 +4,7 @@ use super::axes::{Capture, Kind};
 use super::border::border;
 use super::forward::projection;
 use super::quantile::quantile;
-use crate::{Backdrop, Dataset};
+use crate::{Backdrop, Dataset, Problem, View};
 use refraxel_core::{Aabb, Camera, Extent, Projection, Ray, Vec3, vec3};
 
 /// The part of the world that a reconstruction should fill with voxels, in the data's own coordinates.
@@ -29,6 +29,26 @@ impl Region {
             None => Extent::Bounded,
         }
     }
+}
+
+/// A warning about a stated box of which no photograph shows anything, as one in other coordinates.
+pub(crate) fn unseen(bounds: &Aabb<f64>, views: &[View]) -> Option<Problem> {
+    const SIDE: usize = 5;
+    let at = |k: usize| {
+        let share = [k % SIDE, k / SIDE % SIDE, k / SIDE / SIDE].map(|n| n as f64 / (SIDE - 1) as f64);
+        bounds.min + bounds.extent().hadamard(Vec3::from(share))
+    };
+    let shows = |camera: &Camera| {
+        bounds.contains(camera.world_from_camera.translation)
+            || (0..SIDE.pow(3)).any(|k| camera.project_into(at(k)).is_some())
+    };
+    let is_seen = views.iter().any(|view| shows(&view.camera));
+    (!is_seen).then(|| {
+        Problem::warning(
+            "no photograph shows anything of the box that the dataset states: it may be in other coordinates than the cameras; correct \
+             it, or take it out of the file",
+        )
+    })
 }
 
 /// Half-size of the box of an unbounded scene in median camera distances: cameras on a ring stand well outside.

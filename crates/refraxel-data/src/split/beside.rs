@@ -51,16 +51,20 @@ fn of_text(root: &Root, files: &[PathBuf], problems: &mut Vec<Problem>) -> Vec<L
                 continue;
             }
         };
-        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+        let lines = text.lines().map(|line| line.trim().trim_matches(['"', '\'', ',']));
+        let names = lines.filter(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_owned);
         let stem = stem_with(file, "txt").unwrap_or_default().to_lowercase();
         let family = families.entry(stem.replace(word_of(&stem, part), "")).or_default();
         let are_more = !family.source.is_empty();
         family.source += if are_more { ", " } else { "" };
         family.source += &shown(root, file);
         family.are_surely_lists = stem.contains("list");
-        family.parts.push((part, lines.map(str::to_owned).collect()));
+        family.parts.push((part, names.collect()));
     }
-    families.into_values().collect()
+    let (empty, found): (Vec<Lists>, Vec<Lists>) =
+        families.into_values().partition(|lists| lists.parts.iter().all(|(_, names)| names.is_empty()));
+    problems.extend(empty.iter().map(|lists| ignored(&format!("{} names no views", lists.source))));
+    found
 }
 
 /// Lines of a name and its part, as in `train_test_split.txt`.

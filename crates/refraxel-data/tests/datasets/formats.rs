@@ -47,7 +47,13 @@ fn blender_files_give_the_cameras_that_wrote_them_and_their_split() {
 #[test]
 fn colmap_text_and_binary_give_the_same_cameras_in_every_layout() {
     let all = cameras(9);
-    for (model, binary) in [("sparse/0", true), ("colmap/sparse/0", false), ("sparse", true), (".", false)] {
+    for (model, binary) in [
+        ("sparse/0", true),
+        ("colmap/sparse/0", false),
+        ("sparse", true),
+        (".", false),
+        ("sparse/aligned", true),
+    ] {
         let folder = tempfile::tempdir().unwrap();
         match binary {
             true => write_colmap(folder.path(), model, "bin", colmap_binary(&all)),

@@ -90,7 +90,7 @@ fn white_over_a_plain_backdrop_and_black_over_the_thing_are_inverted_masks() {
 
 #[test]
 fn masks_are_found_under_the_names_of_many_tools() {
-    let names: [fn(&str) -> String; 17] = [
+    let names: [fn(&str) -> String; 18] = [
         |s| format!("masks/{s}.jpg"),
         |s| format!("masks/{s}.PNG"),
         |s| format!("masks/{}.png", s.to_uppercase()),
@@ -107,6 +107,7 @@ fn masks_are_found_under_the_names_of_many_tools() {
         |s| format!("masks-sam2/{s}.png"),
         |s| format!("images_mask/{s}.png"),
         |s| format!("images/{s}-mask.png"),
+        |s| format!("images/mask_{s}.png"),
         |s| format!("images/{s}_alpha.png"),
     ];
     for name in names {
@@ -236,4 +237,44 @@ fn masks_that_leave_nothing_mark_all_or_are_swapped_are_named() {
     GrayImage::new(EDGE, EDGE).save(folder.path().join("masks/r_2.png")).unwrap();
     let data = open(&folder).unwrap();
     assert!(warns(&data, "leave no pixel") && warns(&data, "r_2.png"), "{:?}", data.problems);
+}
+
+/// The warnings about these pictures in a folder of masks.
+fn warned_of(name: &str, mask: impl Fn(&Camera) -> DynamicImage) -> Vec<String> {
+    let (folder, cameras) = balls();
+    std::fs::create_dir_all(folder.path().join(name)).unwrap();
+    for (i, camera) in cameras.iter().enumerate() {
+        mask(camera).save(folder.path().join(format!("{name}/{}.png", stem(i)))).unwrap();
+    }
+    warnings(&open(&folder).unwrap()).into_iter().map(str::to_owned).collect()
+}
+
+fn coloured(camera: &Camera, thing: [u8; 3], rest: [u8; 3]) -> DynamicImage {
+    let mask = ball_mask(camera, 255);
+    let colour = |x, y| Rgb(if mask.get_pixel(x, y).0 == [255] { thing } else { rest });
+    RgbImage::from_fn(EDGE, EDGE, colour).into()
+}
+
+#[test]
+fn masks_in_the_first_colour_of_a_colour_table_cover_what_has_it() {
+    let (folder, cameras) = balls();
+    std::fs::create_dir_all(folder.path().join("masks")).unwrap();
+    for (i, camera) in cameras.iter().enumerate() {
+        let mask = coloured(camera, [128, 0, 0], [0; 3]);
+        mask.save(folder.path().join(format!("masks/{}.png", stem(i)))).unwrap();
+    }
+    let data = open(&folder).unwrap();
+    let mask = load_photo(&data.views[0]).unwrap().mask.unwrap();
+    assert_eq!(mask.coverage, ball_mask(&cameras[0], 255).into_raw());
+    assert!(warns(&data, "numbers from 0 to 128"), "{:?}", data.problems);
+}
+
+#[test]
+fn masks_that_leave_out_nothing_or_mark_all_around_a_thing_are_doubted() {
+    let in_colour = warned_of("masks", |camera| coloured(camera, [255, 0, 0], [0, 0, 255]));
+    assert!(in_colour.iter().any(|w| w.contains("leave out nothing")), "{in_colour:?}");
+    let inverted = warned_of("glass_masks", |camera| coloured(camera, [0; 3], [255; 3]));
+    assert!(inverted.iter().any(|w| w.contains("as where black marks the glass")), "{inverted:?}");
+    let right = warned_of("glass_masks", |camera| coloured(camera, [255; 3], [0; 3]));
+    assert!(!right.iter().any(|w| w.contains("mask")), "{right:?}");
 }

@@ -40,9 +40,15 @@ fn cameras_of_larger_pictures_without_a_size_are_scaled_by_their_principal_point
     let (data, found) = scaled(folder.path(), [46.0 * 4.0, 4.0 * half, 4.0 * half]);
     assert_eq!(found, [46.0, half]);
     assert!(warning(&data, "state no size of their pictures").is_some(), "{:?}", data.problems);
+    let (data, found) = scaled(folder.path(), [46.0 / f64::from(EDGE), 0.5, 0.5]);
+    assert_eq!(found.map(|v| v.round()), [46.0, half], "in parts of an edge: {:?}", data.problems);
     let (data, found) = scaled(folder.path(), [46.0, half + 2.0, half]);
     assert_eq!(found, [46.0, half + 2.0], "a principal point that is a little off");
     assert!(warning(&data, "size").is_none(), "{:?}", data.problems);
+    for [cx, cy] in [[0.0, 0.0], [0.5, 0.5], [half, 0.2 * half]] {
+        let (data, _) = scaled(folder.path(), [46.0, cx, cy]);
+        assert!(warning(&data, "far from its middle").is_some(), "{cx} {cy}: {:?}", data.problems);
+    }
     let (data, _) = scaled(folder.path(), [46.0, 3.0 * half, half]);
     assert!(warning(&data, "principal point outside").is_some(), "{:?}", data.problems);
     let (data, _) = scaled(folder.path(), [1.0, half, half]);
@@ -80,6 +86,12 @@ fn other_axes(rows: Rows) -> Rows {
     rows.map(|[x, y, z, t]| [x, -y, -z, t])
 }
 
+/// With the z axis of the world and that of the camera turned round.
+fn left_handed([a, b, [x, y, z, t], last]: Rows) -> Rows {
+    let row = |[x, y, z, t]: [f64; 4]| [x, y, -z, t];
+    [row(a), row(b), row([-x, -y, -z, -t]), last]
+}
+
 fn inverse([a, b, c, last]: Rows) -> Rows {
     let row = |k: usize| [a[k], b[k], c[k], -(a[k] * a[3] + b[k] * b[3] + c[k] * c[3])];
     [row(0), row(1), row(2), last]
@@ -93,6 +105,13 @@ fn poses_in_another_convention_are_named() {
         (other_axes as fn(Rows) -> Rows, "if the other camera axes are meant"),
         (inverse, "if the poses lead from world to camera ("),
         (|rows| inverse(other_axes(rows)), "if the poses lead from world to camera, with the axes of OpenCV"),
+        (
+            |[[a, b, c, x], [d, e, f, y], [g, h, i, z], last]| {
+                [[a, d, g, x], [b, e, h, y], [c, f, i, z], last]
+            },
+            "if rotations are those from world to camera, and positions from camera to world",
+        ),
+        (left_handed, "if coordinates are left-handed, with camera axes right, up and forward"),
     ] {
         let data = misread(rows);
         assert!(warning(&data, says).is_some(), "{says}: {:?}", data.problems);

@@ -35,6 +35,7 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         ("Test.TXT", "R_5.JPG\nC:\\scene\\images\\r_7.png\n"),
         ("val_names.txt", "# held out\nr_5.png\nr_7.png\n"),
         ("test.txt", "5\n7\n"),
+        ("test.txt", "\"r_5.png\",\n'r_7.png'\n"),
         ("test.json", r#"["r_5.png", "r_7.png"]"#),
         ("split.json", r#"{"test": ["images/r_5.png", "images/r_7.png"], "has_masks": false}"#),
         (
@@ -306,4 +307,11 @@ fn a_list_that_leads_out_of_the_dataset_is_not_read() {
     std::os::unix::fs::symlink(other.path().join("secret"), folder.path().join("test.txt")).unwrap();
     assert_eq!(parts(&open(&folder).unwrap())[2], ["r_0.png"]);
     assert!(Path::new(&folder.path().join("test.txt")).exists());
+}
+
+#[test]
+fn an_empty_list_is_named() {
+    let data = open(&beside("test.txt", "# none yet\n\n")).unwrap();
+    assert!(warns(&data, "test.txt names no views"), "{:?}", data.problems);
+    assert!(data.split.rule.starts_with("one view in 8"));
 }

@@ -176,6 +176,20 @@ fn realitycapture_gives_the_cameras_of_transforms_json() {
 }
 
 #[test]
+fn realitycapture_may_have_been_saved_by_a_spreadsheet() {
+    let (all, folder) = (square(off_center(5, LENS)), folder("images/", 5));
+    let quoted = |line: &str| match line.split_once(',') {
+        Some((name, rest)) if !line.starts_with('#') => format!("\"{name}\",{rest}\n"),
+        _ => format!("{line}\n"),
+    };
+    let text: String = realitycapture(&all).lines().map(quoted).collect();
+    for text in [text.clone(), text.replace(',', ";")] {
+        write_file(folder.path(), "export.csv", text);
+        assert_as_transforms(&opened(folder.path()), &all);
+    }
+}
+
+#[test]
 fn realitycapture_without_rotation_looks_down_with_north_on_top() {
     let folder = folder("", 3);
     let row = |i: usize| format!("{}.png,{i},2,3,0,0,0,54\n", stem(i));

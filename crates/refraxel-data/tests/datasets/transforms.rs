@@ -122,6 +122,53 @@ fn poses_that_are_not_rigid_are_refused_by_frame() {
     }
 }
 
+/// Changes all matrices of a dataset of four views.
+fn with_matrices(edit: impl Fn([[f64; 4]; 4]) -> [[f64; 4]; 4]) -> Dataset {
+    let folder = transforms_folder(4, |t| {
+        for frame in t["frames"].as_array_mut().unwrap() {
+            let matrix = serde_json::from_value(frame["transform_matrix"].take()).unwrap();
+            frame["transform_matrix"] = json!(edit(matrix));
+        }
+    });
+    open(&folder).unwrap()
+}
+
+#[test]
+fn transposed_matrices_are_read_as_such_with_a_warning() {
+    let data = with_matrices(|m| [0, 1, 2, 3].map(|column| m.map(|row| row[column])));
+    assert_same_rays(&data.views.iter().map(|v| &v.camera).collect::<Vec<_>>(), &cameras(4));
+    assert!(warns(&data, "4 matrices have their position in the last row"), "{:?}", data.problems);
+}
+
+#[test]
+fn a_scale_in_rotations_is_left_out_with_a_warning() {
+    let data = with_matrices(|m| m.map(|row| [2.5 * row[0], 2.5 * row[1], 2.5 * row[2], row[3]]));
+    assert_same_rays(&data.views.iter().map(|v| &v.camera).collect::<Vec<_>>(), &cameras(4));
+    assert!(warns(&data, "4 rotations contain a scale (2.5000 the first)"), "{:?}", data.problems);
+}
+
+#[test]
+fn a_stated_box_that_no_photograph_shows_is_doubted() {
+    let with = |corner: f64| {
+        let corners = json!([[corner, corner, corner], [corner + 0.5, corner + 0.5, corner + 0.5]]);
+        open(&transforms_folder(4, |t| t["aabb"] = corners)).unwrap()
+    };
+    assert!(!warns(&with(0.0), "box"));
+    let data = with(100.0);
+    assert!(warns(&data, "no photograph shows anything of the box"), "{:?}", data.problems);
+}
+
+#[test]
+fn a_field_of_view_across_the_height_alone_gives_both_focal_lengths() {
+    let folder = transforms_folder(4, |t| {
+        let file = t.as_object_mut().unwrap();
+        ["fl_x", "fl_y"].iter().for_each(|key| drop(file.remove(*key)));
+        file.insert("camera_angle_y".into(), json!(2.0 * (0.5 * f64::from(HEIGHT) / FOCAL).atan()));
+    });
+    let focal = open(&folder).unwrap().views[0].camera.focal;
+    assert!(focal.iter().all(|f| (f - FOCAL).abs() < 1e-9), "{focal:?}");
+}
+
 #[test]
 fn slightly_wrong_rotations_are_repaired_with_a_note() {
     let stretch = |t: &mut Value| {

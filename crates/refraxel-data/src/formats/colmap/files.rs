@@ -2,31 +2,37 @@
 
 use super::records::{Calibrations, Image, Images, Point};
 use super::{binary, text};
-use crate::folder::{file_in, folder_in};
+use crate::folder::{file_in, folder_in, names};
 use crate::{DataError, limits};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The folder's model, if there is one: in `sparse/0`, `colmap/sparse/0`, `sparse`, `colmap` or the folder itself.
+/// The folder's models, if there are some: in `sparse/0`, `colmap/sparse/0`, `sparse`, `colmap` or the folder itself, or else in folders of
+/// other names in `sparse`, such as `aligned`.
 pub(crate) fn find_models(folder: &Path) -> Vec<PathBuf> {
     let sparse = |folder: &Path| folder_in(folder, "sparse");
     let colmap = folder_in(folder, "colmap");
     let inner = colmap.as_deref().and_then(sparse);
-    let bases = [sparse(folder), inner, colmap, Some(folder.to_owned())];
-    let found = bases.into_iter().flatten().map(|base| models_in(&base));
-    found.into_iter().find(|found| !found.is_empty()).unwrap_or_default()
+    let bases = [sparse(folder), inner.clone(), colmap, Some(folder.to_owned())];
+    let usual = bases.into_iter().flatten().map(|base| models_in(&base));
+    let others = [sparse(folder), inner].into_iter().flatten().map(|base| models_below(&base, |_| true));
+    usual.chain(others).find(|found| !found.is_empty()).unwrap_or_default()
 }
 
 /// Model folders directly in `base` (named by numbers) and `base` itself.
 pub(super) fn models_in(base: &Path) -> Vec<PathBuf> {
-    let is_number =
-        |p: &PathBuf| p.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.parse::<u32>().is_ok());
-    let entries = std::fs::read_dir(base).into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut found: Vec<PathBuf> = entries.filter(is_number).collect();
-    found.sort();
-    found.push(base.to_owned());
-    found.retain(|dir| file(dir, "cameras").is_some() && file(dir, "images").is_some());
+    let mut found = models_below(base, |name| name.parse::<u32>().is_ok());
+    found.extend(Some(base.to_owned()).filter(|base| is_model(base)));
     found
+}
+
+fn models_below(base: &Path, is_wanted: fn(&str) -> bool) -> Vec<PathBuf> {
+    let names = names(base).unwrap_or_default().into_iter().filter(|name| is_wanted(name));
+    names.map(|name| base.join(name)).filter(|folder| is_model(folder)).collect()
+}
+
+fn is_model(folder: &Path) -> bool {
+    file(folder, "cameras").is_some() && file(folder, "images").is_some()
 }
 
 /// `name.bin` or else `name.txt` in a model folder, in upper or lower case.

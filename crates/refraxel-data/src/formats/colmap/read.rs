@@ -103,9 +103,11 @@ fn largest(candidates: &[PathBuf], problems: &mut Vec<Problem>) -> Result<(PathB
 
 /// The dataset's folder when the user gave a model folder inside it.
 fn dataset_folder(given: &Path) -> PathBuf {
+    let is_sparse = |p: &Path| p.file_name().is_some_and(|name| key(&name.to_string_lossy()) == "sparse");
     let inner = |p: &Path| {
         let name = p.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        ["sparse", "colmap"].contains(&key(name).as_str()) || name.parse::<u32>().is_ok()
+        let is_usual = ["sparse", "colmap"].contains(&key(name).as_str()) || name.parse::<u32>().is_ok();
+        is_usual || p.parent().is_some_and(is_sparse)
     };
     let real = given.canonicalize().unwrap_or_else(|_| given.to_owned());
     match real.ancestors().find(|p| !inner(p)) {

@@ -70,8 +70,11 @@ fn field_of_view(frame: &Object) -> Result<Option<FieldOfView>, DataError> {
         }
         Ok(value)
     };
-    let y = angle("y_fov", "camera_angle_y")?;
-    Ok(angle("x_fov", "camera_angle_x")?.map(|x| FieldOfView { x, y }))
+    Ok(match (angle("x_fov", "camera_angle_x")?, angle("y_fov", "camera_angle_y")?) {
+        (Some(x), Some(y)) => Some(FieldOfView::Both([x, y])),
+        (Some(x), None) => Some(FieldOfView::X(x)),
+        (None, y) => y.map(FieldOfView::Y),
+    })
 }
 
 fn disagreement(
@@ -79,8 +82,8 @@ fn disagreement(
     pixels: Option<[f64; 2]>,
     angles: Option<FieldOfView>,
 ) -> Option<String> {
-    let ([w, _], [fx, _], angles) = (size?, pixels?, angles?);
-    let from_angle = 0.5 * w / (0.5 * angles.x).tan();
+    let (size, [fx, _], angles) = (size?, pixels?, angles?);
+    let [from_angle, _] = angles.focal(size);
     ((from_angle / fx - 1.0).abs() > 1e-3)
         .then(|| format!("fl_x is {fx:.3}, but the field of view says {from_angle:.3} [pixel]; fl_x is used"))
 }

@@ -1,7 +1,7 @@
 //! One frame: its image, mask, intrinsics and pose.
 
 use super::camera;
-use crate::json::Object;
+use crate::json::{self, Object};
 use crate::parsed::{Frame, Loss, Origin, StatedMask};
 use crate::root::{Root, Statement};
 use crate::{DataError, DepthFile, pose, split};
@@ -26,6 +26,8 @@ pub(super) struct Read {
     pub frame: Frame,
     /// A sentence when its focal length is stated twice with different values.
     pub disagreement: Option<String>,
+    /// Its matrix is stated transposed.
+    pub is_transposed: bool,
 }
 
 /// Reads a frame. One without an image or without a pose, as programs write views that they could not pose, is lost.
@@ -37,7 +39,8 @@ pub(super) fn read_frame(
 ) -> Result<Read, DataError> {
     let part = split::part_of_view(frame.map()).map(|(part, _)| part);
     let lost = |origin, file, loss| {
-        Ok(Read { frame: Frame { part, ..Frame::lost(origin, file, loss) }, disagreement: None })
+        let frame = Frame { part, ..Frame::lost(origin, file, loss) };
+        Ok(Read { frame, disagreement: None, is_transposed: false })
     };
     let Some(file) = frame.alone().text("file_path")?.map(str::to_owned) else {
         let name = origin.key.clone();
@@ -53,14 +56,14 @@ pub(super) fn read_frame(
         folder => root.find_below(folder, &file, by)?,
     };
     let (intrinsics, disagreement) = camera::intrinsics(&frame)?;
-    let pose = pose_of(&frame)?;
+    let (pose, is_transposed) = pose_of(&frame)?;
     let mask = match layout.masks.filter(|_| image.is_some()) {
         Some(folder) => mask(root, folder, &frame)?,
         None => None,
     };
     let depth = if image.is_some() { depth(root, &frame)? } else { None };
     let frame = Frame { origin, file, image, mask, depth, part, intrinsics, pose, lost: None };
-    Ok(Read { frame, disagreement })
+    Ok(Read { frame, disagreement, is_transposed })
 }
 
 /// Whether the matrix is missing, or nothing in it is a number.
@@ -71,10 +74,14 @@ fn is_without_pose(frame: &Object) -> bool {
     !rows.is_empty() && entries.clone().count() > 0 && entries.clone().all(Value::is_null)
 }
 
-fn pose_of(frame: &Object) -> Result<Pose, DataError> {
+/// The pose, and whether its matrix is transposed.
+fn pose_of(frame: &Object) -> Result<(Pose, bool), DataError> {
     const EXPECTED: &str = "a matrix of 3 or 4 rows with 4 finite numbers each (camera to world)";
     let rows = frame.matrix::<3, 4>("transform_matrix", EXPECTED)?;
-    rows.map(pose::from_opengl).ok_or_else(|| frame.wrong("transform_matrix", EXPECTED))
+    let [a, b, c] = rows.ok_or_else(|| frame.wrong("transform_matrix", EXPECTED))?;
+    let last = frame.get("transform_matrix").and_then(|rows| json::row(rows.get(3)?));
+    let (rows, is_transposed) = pose::rows_or_columns([a, b, c, last.unwrap_or([0.0, 0.0, 0.0, 1.0])]);
+    Ok((pose::from_opengl(rows), is_transposed))
 }
 
 /// A camera that moves while it exposes would silently give wrong rays.

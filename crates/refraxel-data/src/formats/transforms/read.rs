@@ -7,7 +7,7 @@ use crate::folder::{file_in, names, only_one};
 use crate::formats::ply;
 use crate::parsed::{Coloured, Frame, Origin, ParsedDataset, Part};
 use crate::root::{Root, Statement};
-use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits, split};
+use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits, pose, split};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -125,6 +125,7 @@ fn add_frames(
     let path = Arc::new(file.to_owned());
     let mut unused = Unused::default();
     let (mut disagreements, mut of_parts, mut other_parts) = (Vec::new(), None, Vec::new());
+    let mut transposed = 0;
     for (i, frame) in frames.iter().enumerate() {
         let key = format!("{list}[{i}]");
         let object = Object::new(file, &key, frame)?.within(top);
@@ -134,7 +135,8 @@ fn add_frames(
         let stated = || frame.as_object().and_then(split::part_of_view);
         of_parts = of_parts.or_else(|| stated().map(|(_, key)| key));
         let origin = Origin { path: path.clone(), key: key.clone() };
-        let Read { frame, disagreement } = read_frame(&parsed.root, object, layout, origin)?;
+        let Read { frame, disagreement, is_transposed } = read_frame(&parsed.root, object, layout, origin)?;
+        transposed += usize::from(is_transposed);
         disagreements.extend(disagreement);
         other_parts.extend(object.alone().get("split").filter(|_| frame.part.is_none()).map(|_| key.clone()));
         parsed.frames.push(Frame { part: part.or(frame.part), ..frame });
@@ -143,6 +145,7 @@ fn add_frames(
         parsed.split_rule = Some(format!("the key \"{key}\" of the frames"));
     }
     parsed.problems.extend(unused.problems(&path));
+    parsed.problems.extend(pose::transposed(&path, transposed));
     let file = file.display();
     parsed.problems.extend(other_parts.first().map(|first| {
         let others = other_parts.len() - 1;
