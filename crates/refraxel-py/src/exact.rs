@@ -9,11 +9,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use refraxel_data::limits::FRAMES;
 use refraxel_data::synth::{
-    CameraSet, DatasetOptions, Frame, IndexTruth, Limits, Part, Reflection, Sampling, SceneOptions,
-    SynthError, SynthOptions, Tracer, ViewCounts, render_dataset, render_view_while, scene, scene_list,
-    synthesize,
+    CameraSet, DatasetOptions, Frame, IndexTruth, Limits, Reflection, Sampling, SceneOptions, SynthError,
+    SynthOptions, Tracer, ViewCounts, render_dataset, render_view_while, scene, scene_list, synthesize,
 };
-use refraxel_data::{Backdrop, MaskMeaning, Photo, PosedPhoto, Split};
+use refraxel_data::{Backdrop, MaskMeaning, Part, Photo, PosedPhoto, Split};
 use refraxel_train::cancel::Cancel;
 use std::ops::ControlFlow;
 use std::path::PathBuf;

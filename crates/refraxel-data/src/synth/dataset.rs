@@ -9,6 +9,7 @@ use super::trace::{Limits, Tally};
 use super::truth::IndexTruth;
 use crate::dataset::Split;
 use crate::image::{Image, Mask};
+use crate::part::Part;
 use rayon::prelude::*;
 use refraxel_core::Camera;
 use std::time::Instant;
@@ -36,38 +37,18 @@ impl ViewCounts {
     pub fn total(&self) -> usize {
         self.train + self.val + self.test
     }
-}
 
-/// Which split a view belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// Views to learn from.
-    Train,
-    /// Views for tuning.
-    Val,
-    /// Held-out views.
-    Test,
-}
-
-impl Part {
-    /// All splits, in the order of their views.
-    pub const ALL: [Part; 3] = [Part::Train, Part::Val, Part::Test];
-
-    /// Name of the split's folder.
-    pub fn folder(self) -> &'static str {
-        match self {
-            Part::Train => "train",
-            Part::Val => "val",
-            Part::Test => "test",
-        }
+    /// The parts that have views.
+    pub(super) fn parts(self) -> impl Iterator<Item = Part> {
+        Part::ALL.into_iter().filter(move |part| self.of(*part) > 0)
     }
 
-    /// Views of this split.
-    pub fn count(self, views: &ViewCounts) -> usize {
-        match self {
-            Part::Train => views.train,
-            Part::Val => views.val,
-            Part::Test => views.test,
+    /// Those of a part.
+    pub(super) fn of(self, part: Part) -> usize {
+        match part {
+            Part::Train => self.train,
+            Part::Val => self.val,
+            Part::Test => self.test,
         }
     }
 }
@@ -117,7 +98,7 @@ impl DatasetOptions {
     pub fn split_cameras(&self, scene: &Scene, part: Part) -> Vec<Camera> {
         cameras(
             self.cameras.elevations(scene),
-            part.count(&self.views),
+            self.views.of(part),
             mix(self.seed, 100 + part as u64),
             self.size,
         )

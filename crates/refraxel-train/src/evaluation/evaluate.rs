@@ -2,7 +2,6 @@
 
 use super::error::EvaluateError;
 use super::index_error::{IndexError, index_errors};
-use super::part::Part;
 use super::rendering::{Rendering, render_by};
 use super::score::{TruthChecksum, score, truth};
 use crate::alignment::Alignment;
@@ -15,7 +14,7 @@ use crate::poses::{find, is_black};
 use crate::schedule::picture_objective;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Ray};
-use refraxel_data::{Dataset, Photo, View, load_photo};
+use refraxel_data::{Dataset, Part, Photo, View, load_photo};
 
 /// Scores of a part of the data.
 #[derive(Clone, Debug, PartialEq)]

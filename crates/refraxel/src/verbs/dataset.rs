@@ -6,9 +6,7 @@ use crate::progress::{Progress, Show};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use refraxel_core::Vec3;
-use refraxel_data::{
-    DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Problem, Reduction, Severity,
-};
+use refraxel_data::{DataError, Dataset, OpenOptions, Photo, Problem, Reduction, Severity};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -20,8 +18,8 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
         allow_outside: reading.allow_outside,
         backdrop: reading.backdrop,
         alpha: reading.alpha,
-        mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
-        orientation: reading.orientation.map(Orientation::from),
+        mask_meaning: reading.mask_meaning,
+        orientation: reading.orientation,
         crop: reading.crop.unwrap_or_default(),
         up: reading.up.map(Vec3::from),
         origin: None,

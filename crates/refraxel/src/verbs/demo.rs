@@ -5,13 +5,14 @@ use super::files::{absolute, create_folder};
 use super::interrupts::watch_for_interrupts;
 use super::threads::set_threads;
 use super::{compare, sheet, synth, train};
-use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArgs};
+use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::shell::quoted_path;
 use crate::table::score;
 use anyhow::anyhow;
+use refraxel_data::Part;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::IndexError;
@@ -70,8 +71,8 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     say(console, "4. Rendering the views that training has not seen.")?;
     let runs = [straight, bent];
     let evaluations = [
-        evaluate(&runs[0], SplitName::Test, DeviceChoice::Cpu, show)?,
-        evaluate(&runs[1], SplitName::Test, DeviceChoice::Cpu, show)?,
+        evaluate(&runs[0], Part::Test, DeviceChoice::Cpu, show)?,
+        evaluate(&runs[1], Part::Test, DeviceChoice::Cpu, show)?,
     ];
     let picture = args.out.join("comparison.png");
     let rows = compare::rows(&runs, &evaluations, true)?;

@@ -1,10 +1,10 @@
 //! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
 use super::files::read_text;
-use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::decimals;
 use anyhow::{Context, anyhow};
+use refraxel_data::Part;
 use refraxel_data::atomic::write_atomic;
 use refraxel_train::Refraction;
 use refraxel_train::device::Device;
@@ -113,12 +113,12 @@ impl Rays {
 }
 
 /// The folder of a split's renderings in a run.
-pub fn folder(run: &Path, split: SplitName) -> PathBuf {
+pub fn folder(run: &Path, split: Part) -> PathBuf {
     run.join("eval").join(split.name())
 }
 
 /// The folder of renderings with the index of a file.
-pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
+pub fn folder_of_index(run: &Path, split: Part) -> PathBuf {
     run.join("eval").join(format!("{}-index", split.name()))
 }
 
@@ -130,7 +130,7 @@ impl Evaluation {
     }
 
     /// Reads it back; `None` when the split was not evaluated.
-    pub fn read(run: &Path, split: SplitName) -> Result<Option<Self>, Failure> {
+    pub fn read(run: &Path, split: Part) -> Result<Option<Self>, Failure> {
         let path = folder(run, split).join("metrics.json");
         let text = match read_text(&path) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -146,8 +146,8 @@ impl Evaluation {
 
     /// Reads the scores of the test split; an error when there are none.
     pub fn of_test(run: &Path) -> Result<Self, Failure> {
-        Self::read(run, SplitName::Test)?.ok_or_else(|| {
-            let path = folder(run, SplitName::Test).join("metrics.json");
+        Self::read(run, Part::Test)?.ok_or_else(|| {
+            let path = folder(run, Part::Test).join("metrics.json");
             let what = if run.is_dir() { "has not been evaluated" } else { "is not the folder of a run" };
             let (run, path) = (run.display(), path.display());
             let error = anyhow!("{run} {what}: there is no {path}; run `refraxel eval {run}` first");
@@ -156,7 +156,7 @@ impl Evaluation {
     }
 
     /// The scores in one line, and the index errors in another.
-    pub fn text(&self, split: SplitName) -> String {
+    pub fn text(&self, split: Part) -> String {
         let (s, db) = (&self.scores, |name: &str, v: Option<f64>| v.map(|v| format!("{name} {v:.2} dB")));
         let psnr = s.psnr.map_or("PSNR infinite".to_owned(), |v| format!("PSNR {v:.2} dB"));
         let parts = [
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn document_round_trips_with_the_scores_at_its_top() {
         let folder = tempfile::tempdir().unwrap();
-        let scores = super::folder(folder.path(), SplitName::Test);
+        let scores = super::folder(folder.path(), Part::Test);
         std::fs::create_dir_all(&scores).unwrap();
         evaluation().write(&scores).unwrap();
         assert_eq!(Evaluation::of_test(folder.path()).unwrap(), evaluation());
@@ -258,7 +258,7 @@ mod tests {
     fn text_leaves_out_what_is_not_known() {
         let expected = "1 test images: PSNR infinite  SSIM 1.0000  inside masks 20.50 dB\n\
                         index of refraction: mean inside 1.000  mean error inside 0.500";
-        assert_eq!(evaluation().text(SplitName::Test), expected);
+        assert_eq!(evaluation().text(Part::Test), expected);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! One run of a sweep.
 
-use crate::cli::{Cli, SplitName, TrainArgs, Verb};
+use crate::cli::{Cli, TrainArgs, Verb};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::dataset::data_failure;
@@ -11,7 +11,7 @@ use crate::verbs::train::{self, Lock};
 use anyhow::{Context, anyhow};
 use clap::Parser;
 use refraxel_data::atomic::write_atomic;
-use refraxel_data::{Dataset, OpenOptions};
+use refraxel_data::{Dataset, OpenOptions, Part};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::CHECKPOINT;
 use serde::{Deserialize, Serialize};
@@ -49,7 +49,7 @@ impl Job {
     /// Its scores, once it is done. An error where the folder holds the run of another plan.
     pub fn done(&self) -> Result<Option<Evaluation>, Failure> {
         self.check_folder()?;
-        Evaluation::read(&self.folder, SplitName::Test)
+        Evaluation::read(&self.folder, Part::Test)
     }
 
     /// Trains and scores the run, or goes on with what an earlier attempt has saved. `None`: another process trains it.
@@ -75,7 +75,7 @@ impl Job {
         write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
         let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
-        evaluate(&self.folder, SplitName::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
+        evaluate(&self.folder, Part::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
     }
 
     /// Its dataset can be opened and holds images out, by which the run is scored.

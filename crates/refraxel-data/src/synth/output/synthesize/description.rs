@@ -1,8 +1,9 @@
 //! What a dataset says beside its pictures: cameras, shapes, indices and the protocol.
 
 use super::renderings::Renderings;
+use crate::part::Part;
 use crate::synth::cameras::opengl_matrix;
-use crate::synth::dataset::{ANGLE, Part, background_of};
+use crate::synth::dataset::{ANGLE, background_of};
 use crate::synth::error::SynthError;
 use crate::synth::output::contact::contact_sheet;
 use crate::synth::output::files::write_whole;
@@ -27,8 +28,8 @@ impl Renderings<'_> {
             &path,
             &color_png(&path, &contact_sheet(&self.scene, &cameras, &self.dataset.sampling()))?,
         )?;
-        for part in Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0) {
-            let name = part.folder();
+        for part in self.options.views.parts() {
+            let name = part.name();
             write_json(&out.join(format!("transforms_{name}.json")), &self.transforms(part, name))?;
         }
         if self.twin.is_some() && self.options.views.test > 0 {
