@@ -1,6 +1,6 @@
 //! One run of a sweep.
 
-use crate::cli::{Cli, TrainArgs, Verb};
+use crate::cli::{Cli, TrainArgs};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::dataset::data_failure;
@@ -9,7 +9,6 @@ use crate::verbs::evaluation::Evaluation;
 use crate::verbs::files::create_folder;
 use crate::verbs::train::{self, Lock};
 use anyhow::{Context, anyhow};
-use clap::Parser;
 use refraxel_data::atomic::write_atomic;
 use refraxel_data::{Dataset, OpenOptions, Part};
 use refraxel_train::device::DeviceChoice;
@@ -95,7 +94,7 @@ impl Job {
 
     /// The command line of its training.
     fn arguments(&self) -> Result<TrainArgs, Failure> {
-        let mut words = vec!["refraxel".into(), "train".into(), self.data.clone().into_os_string()];
+        let mut words = vec![self.data.clone().into_os_string()];
         words.extend(["--out".into(), self.folder.clone().into_os_string()]);
         for (option, value) in self.settings() {
             words.extend(["--set".into(), format!("{option}={value}").into()]);
@@ -103,10 +102,7 @@ impl Job {
         if self.folder.join(CHECKPOINT).exists() {
             words.push("--resume".into());
         }
-        match Cli::try_parse_from(words).or_exit(Exit::BadInput)?.verb {
-            Verb::Train(args) => Ok(args),
-            _ => Err(Failure::new(Exit::BadInput, anyhow!("not a training"))),
-        }
+        Cli::training(words).or_exit(Exit::BadInput)
     }
 
     fn check_folder(&self) -> Result<(), Failure> {
