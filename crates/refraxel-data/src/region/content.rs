@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn the_density_of_surfaces_is_that_of_the_faces_of_a_ball_s_cells() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false, projection: None };
         for radius in [0.3, 0.5, 0.8] {
             let data = ball(radius);
