@@ -83,7 +83,7 @@ pub use options::OpenOptions;
 pub use orientation::Orientation;
 pub use origin::{LocalOrigin, Placed};
 pub use part::Part;
-pub use photo::{load_mask_of, load_photo};
+pub use photo::{load_mask_of, load_photo, srgb_decode};
 pub use pose::{PoseFault, quaternion_of_rotation};
 pub use reduce::Reduction;
 pub use region::{OutOfScale, Region, check_scale, quantile, scene_region};

@@ -239,3 +239,12 @@ pub(crate) fn srgb_encode<T: Real>(linear: T) -> T {
         T::of(1.055) * linear.powf(T::of(2.4).recip()) - T::of(0.055)
     }
 }
+
+/// Light of an sRGB code ≥ 0 (IEC 61966-2-1), 1 = white for both.
+pub fn srgb_decode<T: Real>(code: T) -> T {
+    if code <= T::of(0.04045) {
+        code / T::of(12.92)
+    } else {
+        ((code + T::of(0.055)) / T::of(1.055)).powf(T::of(2.4))
+    }
+}
