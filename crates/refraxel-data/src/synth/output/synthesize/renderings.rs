@@ -95,7 +95,7 @@ impl Plan for Renderings<'_> {
 
     fn render_one(&self, job: &Job) -> Result<Cost, SynthError> {
         let scene = self.twin.as_ref().filter(|_| job.twin).unwrap_or(&self.scene);
-        let frame = render_view(scene, &job.view.camera, job.view.number(), &self.dataset.sampling());
+        let frame = render_view(scene, &job.view.camera, job.view.number(), &self.dataset.sampling);
         if !job.twin {
             self.write_buffers(job, &frame)?;
         }
