@@ -25,6 +25,15 @@ pub(super) struct Solid<'a> {
     pub(super) mesh: &'a Mesh,
     /// sRGB-encoded colour of each vertex; none of glass.
     pub(super) colours: Option<&'a [[f32; 3]]>,
+    /// Index of refraction of glass.
+    pub(super) index: Option<f32>,
+}
+
+impl Numbered {
+    pub(super) fn solid(&self) -> Solid<'_> {
+        let Surface { mesh, index, .. } = &self.surface;
+        Solid { region: self.region, mesh, colours: None, index: Some(*index) }
+    }
 }
 
 impl Solid<'_> {
@@ -103,11 +112,7 @@ impl Solids {
 
     /// All of them, what is opaque first.
     pub(super) fn all(&self) -> Vec<Solid<'_>> {
-        let opaque =
-            self.opaque.iter().map(|o| Solid { region: 0, mesh: &o.mesh, colours: Some(&o.colours) });
-        let glass = self.glass.iter();
-        let glass = glass.map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None });
-        opaque.chain(glass).collect()
+        self.opaque.iter().map(Opaque::solid).chain(self.glass.iter().map(Numbered::solid)).collect()
     }
 }
 
@@ -172,7 +177,7 @@ pub(super) fn bytes(colour: [f32; 3]) -> [u8; 3] {
 pub(super) fn ball_and_shell() -> Vec<Numbered> {
     use refraxel_core::{Aabb, IndexGrid, LevelSet, vec3};
     let body = |center: Vec3<f32>, shell: f32, index: f32| {
-        let bounds = Aabb::new(center - Vec3::splat(1.0), center + Vec3::splat(1.0));
+        let bounds = Aabb::cube_at(center, 1.0);
         let distance = |x: Vec3<f32>| {
             let d = (x - center).length() - 0.5;
             if shell > 0.0 { d.abs() - shell } else { d }
