@@ -111,15 +111,9 @@ fn ball(nodes: u32, edge: f64) -> VoxelField<f64> {
     let domain = Domain::with_longest(cube, Extent::Bounded, nodes);
     let map = BrickMap::dense(domain.resolution);
     let mut f = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -10.0);
-    for slot in 1..f.map.slots() {
-        let brick = f.map.brick_of(slot as u32);
-        for local in 0..64_usize {
-            let at = [local & 3, local >> 2 & 3, local >> 4];
-            let node = [0, 1, 2].map(|a| f64::from(4 * brick[a] + at[a] as u32));
-            let depth = 0.5 - f.domain.position(Vec3::from(node)).length();
-            let theta = 20.0 * (depth / (edge * f.domain.voxel())).clamp(-0.5, 0.5);
-            f.density[slot * 64 + local] = theta;
-        }
+    for voxel in 64..f.map.voxels() {
+        let depth = 0.5 - f.domain.position(Vec3::from(f.map.node(voxel).map(f64::from))).length();
+        f.density[voxel] = 20.0 * (depth / (edge * f.domain.voxel())).clamp(-0.5, 0.5);
     }
     f
 }
