@@ -4,6 +4,7 @@ use crate::decoding::{self, Decoded, Header, turned};
 use crate::image::bad_pixel;
 use crate::masks::coverage;
 use crate::orientation::Orientation;
+use crate::quantize::quantize;
 use crate::reduce::size_of;
 use crate::size::Size;
 use crate::{AlphaUse, DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, depth};
@@ -195,7 +196,7 @@ fn with_alpha_used(image: Image, alpha: AlphaUse) -> Image {
     };
     let values = (0..image.len()).flat_map(colour);
     let pixels = match image.pixels {
-        Pixels::U8(_) => Pixels::U8(values.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect()),
+        Pixels::U8(_) => Pixels::U8(values.map(quantize).collect()),
         Pixels::F32(_) => Pixels::F32(values.collect()),
     };
     Image { channels: 3, pixels, ..image }

@@ -5,6 +5,7 @@ use super::hash::mix;
 use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};
 use super::texture::{Rgb, Texture, noise, srgb_from_linear};
+use crate::quantize::quantize;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 
 /// What a body is made of.
@@ -157,7 +158,7 @@ impl Scene {
     /// The one sRGB colour behind everything, if it is one.
     pub fn background(&self) -> Option<[u8; 3]> {
         match self.environment {
-            Environment::Constant(c) => Some(c.map(|v| (255.0 * srgb_from_linear(v)).round() as u8)),
+            Environment::Constant(c) => Some(c.map(|v| quantize(srgb_from_linear(v)))),
             Environment::Sky { .. } | Environment::Landscape { .. } => None,
         }
     }

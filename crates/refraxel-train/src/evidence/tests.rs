@@ -12,7 +12,9 @@ use refraxel_core::{
     Aabb, Background, BrickMap, Camera, Domain, EnvironmentMap, Extent, IndexGrid, Interpolation, LevelSet,
     Medium, Ray, ShDegree, Vec3, VoxelField, vec3,
 };
-use refraxel_data::{Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
+use refraxel_data::{
+    Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split, quantize,
+};
 
 const SIZE: u32 = 96;
 pub(crate) const RADIUS: f32 = 0.5;
@@ -61,8 +63,7 @@ pub(crate) fn taken(truth: Refraction, meets: impl Fn(&Ray<f32>) -> bool) -> (Cp
         let at = |p: u32| camera.ray(f64::from(p % SIZE) + 0.5, f64::from(p / SIZE) + 0.5).unwrap().cast();
         let rays: Vec<Ray<f32>> = (0..SIZE * SIZE).map(at).collect();
         let seen = backend.render(&rays, &MARCHING, Layers::All);
-        let code = |c: f32| (255.0 * c).round().clamp(0.0, 255.0) as u8;
-        let codes = seen.iter().flat_map(|p| p.colour.map(code)).collect();
+        let codes = seen.iter().flat_map(|p| p.colour.map(quantize)).collect();
         let image = Image { width: SIZE, height: SIZE, channels: 3, pixels: Pixels::U8(codes) };
         let coverage = rays.iter().map(|r| if meets(r) { 255 } else { 0 }).collect();
         let mask = Mask { width: SIZE, height: SIZE, coverage };

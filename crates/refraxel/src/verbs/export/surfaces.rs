@@ -6,7 +6,7 @@ use crate::exit::{Exit, Failure};
 use crate::verbs::loaded::Loaded;
 use anyhow::anyhow;
 use refraxel_core::{Extent, Mesh, Vec3};
-use refraxel_data::{Dataset, LocalOrigin};
+use refraxel_data::{Dataset, LocalOrigin, quantize};
 use refraxel_train::model::opaque::MESH_REACH;
 use refraxel_train::model::surface::Surface;
 use refraxel_train::{Backend, Refraction};
@@ -39,7 +39,7 @@ impl Numbered {
 impl Solid<'_> {
     /// Three bytes per vertex: glass is white.
     pub(super) fn bytes(&self, vertex: usize) -> [u8; 3] {
-        self.colours.map_or([u8::MAX; 3], |colours| bytes(colours[vertex]))
+        self.colours.map_or([u8::MAX; 3], |colours| colours[vertex].map(quantize))
     }
 }
 
@@ -165,11 +165,6 @@ pub(super) fn write_place(x: Vec3<f64>, origin: LocalOrigin, out: &mut dyn Write
 /// Three numbers in the precision of the files.
 pub(super) fn narrow(v: Vec3<f64>) -> [f32; 3] {
     v.cast::<f32>().to_array()
-}
-
-/// A colour in 8 bits.
-pub(super) fn bytes(colour: [f32; 3]) -> [u8; 3] {
-    colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
 /// A ball, and a hollow one beside it.
