@@ -79,6 +79,7 @@ pub use inspect::{Inspection, report};
 pub use jpeg::JpegFault;
 pub use memory::PosedPhoto;
 pub use mesh_file::read_mesh;
+pub use naming::listed;
 pub use open::open_cameras;
 pub use options::OpenOptions;
 pub use orientation::Orientation;
