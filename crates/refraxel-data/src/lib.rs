@@ -73,7 +73,7 @@ pub use depth::{Depth, DepthFile};
 pub use error::{DataError, MemoryError, ViewFault};
 pub use formats::colmap::{ColmapModel, colmap_models};
 pub use formats::ply::OPAQUE_REGION;
-pub use image::{BadPixel, Image, Mask, Pixels};
+pub use image::{BadPixel, Image, Mask, Pixels, is_white};
 pub use index_source::{IndexSource, IndexSourceError};
 pub use inspect::{Inspection, report};
 pub use jpeg::JpegFault;

@@ -1,7 +1,7 @@
 //! Shrinking a region to what the pictures show: a coarse visual hull of everything that is not backdrop.
 
 use super::scene::Region;
-use crate::{Backdrop, Dataset, MaskMeaning, Photo};
+use crate::{Backdrop, Dataset, MaskMeaning, Photo, is_white};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Vec3, vec3};
 
@@ -119,7 +119,7 @@ fn occupied(center: Vec3<f64>, radius: f64, silhouettes: &[Silhouette]) -> bool 
 impl<'a> Silhouette<'a> {
     fn new(camera: &'a Camera, photo: &Photo, backdrop: Backdrop, refractive: bool) -> Self {
         let (w, h) = (photo.image.width as usize, photo.image.height as usize);
-        let inside = |i: usize| refractive && photo.mask.as_ref().is_some_and(|m| m.coverage[i] > 127);
+        let inside = |i: usize| refractive && photo.mask.as_ref().is_some_and(|m| is_white(m.coverage[i]));
         let mut sums = vec![0; (w + 1) * (h + 1)];
         for y in 0..h {
             let mut row = 0;
