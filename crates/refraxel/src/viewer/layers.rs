@@ -3,6 +3,7 @@
 use super::protocol::Shown;
 use super::scene::Scene;
 use crate::colour_map::ColourMap;
+use crate::verbs::render::depth;
 use crate::verbs::render::refractive::Refractive;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Ray, Vec3};
@@ -13,12 +14,8 @@ use refraxel_train::model::index_edit::index_range;
 use refraxel_train::rays::ray_within;
 use std::ops::Range;
 
-/// Less opaque pixels do not count for the range of the colours.
-const OPAQUE: f32 = 0.5;
 /// Less opaque pixels have no depth.
 const VISIBLE: f32 = 0.1;
-/// Shares of the depths of a picture at which its colours begin and end.
-const QUANTILES: [f64; 2] = [0.02, 0.98];
 /// Edge of a tile, whose rays share their voxels [pixel].
 const TILE: u32 = 8;
 /// What has no value.
@@ -141,12 +138,8 @@ impl Canvas {
     fn depth_range(&mut self) -> [f32; 2] {
         let (sums, counts) = (&self.sums, &self.counts);
         *self.depths.get_or_insert_with(|| {
-            let seen = sums.iter().zip(counts).filter(|(s, c)| s[3] > OPAQUE * **c as f32);
-            let mut depths: Vec<f32> = seen.map(|(s, _)| s[4] / s[3]).collect();
-            depths.sort_by(f32::total_cmp);
-            let at = |share: f64| depths.get((share * (depths.len() as f64 - 1.0)) as usize).copied();
-            let [near, far] = QUANTILES.map(|q| at(q).unwrap_or(0.0));
-            [near, far.max(near.next_up())]
+            let seen = sums.iter().zip(counts).filter(|(s, c)| s[3] > depth::OPAQUE * **c as f32);
+            depth::range(seen.map(|(s, _)| s[4] / s[3]).collect()).unwrap_or([0.0, 0.0_f32.next_up()])
         })
     }
 }
