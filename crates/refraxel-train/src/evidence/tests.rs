@@ -5,7 +5,7 @@ use crate::CpuBackend;
 use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::Cancel;
 use crate::events::Observer;
-use crate::model::{Model, Optics, Refraction, RegionState};
+use crate::model::{Model, Optics, Refraction};
 use crate::random::Random;
 use crate::rays::{RaySampler, WHITE};
 use refraxel_core::{
@@ -120,10 +120,7 @@ fn a_lens_without_a_surface_is_looked_through_too() {
         (1.0 + 0.96 * (1.0 - r * r).max(0.0)).sqrt()
     };
     let grid = IndexGrid::from_samples(CUBE, [41; 3], Interpolation::default(), of);
-    let medium = || {
-        let medium = Medium::new(vec![grid.clone()]).unwrap();
-        Refraction { medium, optics: Optics::default(), states: vec![RegionState::default()] }
-    };
+    let medium = || Refraction::of(vec![grid.clone()]);
     let (backend, photographs) = photographed(medium(), 1.0);
     let [bent, through] = [Way::Bent, Way::Straight].map(|way| {
         predict(&backend, &MARCHING, &photographs, Detail::Middle, &medium(), way).scores(&photographs).mean()

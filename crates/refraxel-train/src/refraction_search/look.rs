@@ -337,11 +337,10 @@ mod tests {
     use crate::CpuBackend;
     use crate::cancel::Cancel;
     use crate::evidence::tests::{MARCHING, RADIUS, taken};
-    use crate::model::RegionState;
     use crate::refraction_search::hypotheses::proposals;
     use crate::schedule::Progress;
     use crate::silhouettes::Site;
-    use refraxel_core::{Aabb, LevelSet, Medium, Vec3, vec3};
+    use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
     use refraxel_data::LocalOrigin;
 
     fn ball(middle: Vec3<f32>, radius: f32, index: f32) -> IndexGrid<f32> {
@@ -367,8 +366,7 @@ mod tests {
     impl Setting {
         fn new(truth: Vec<IndexGrid<f32>>, middles: &[Vec3<f32>], mask: f32) -> Self {
             let options = Options::default();
-            let states = vec![RegionState::default(); truth.len()];
-            let truth = Refraction { medium: Medium::new(truth).unwrap(), optics: options.optics(), states };
+            let truth = Refraction { optics: options.optics(), ..Refraction::of(truth) };
             let radius = mask * RADIUS;
             let (backend, sampler) = taken(truth, |r| {
                 middles.iter().any(|m| (r.origin - *m).cross(r.direction).length() < radius)
