@@ -40,7 +40,11 @@ impl<T: Real> Aabb<T> {
     }
     /// The cube around the origin whose faces are `half` away from it [scene unit].
     pub fn cube(half: T) -> Self {
-        Self::new(Vec3::splat(-half), Vec3::splat(half))
+        Self::cube_at(Vec3::zero(), half)
+    }
+    /// The same cube around another centre.
+    pub fn cube_at(center: Vec3<T>, half: T) -> Self {
+        Self::new(center - Vec3::splat(half), center + Vec3::splat(half))
     }
     /// A box that contains nothing and grows by [`Aabb::include`].
     pub fn empty() -> Self {

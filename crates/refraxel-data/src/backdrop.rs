@@ -3,6 +3,7 @@
 use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, median_colour, rgb};
 use crate::naming::first_few;
 use crate::parsed::ParsedDataset;
+use crate::quantize::quantize;
 use crate::{Backdrop, Format, MaskMeaning, OpenOptions, Problem, View};
 use serde_json::Value;
 use std::fmt;
@@ -243,7 +244,7 @@ impl fmt::Display for Backdrop {
             Backdrop::Transparent => f.write_str("transparent"),
             Backdrop::Surroundings => f.write_str("surroundings"),
             Backdrop::Color(rgb) => {
-                let [r, g, b] = rgb.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
+                let [r, g, b] = rgb.map(quantize);
                 write!(f, "#{r:02x}{g:02x}{b:02x}")
             }
         }

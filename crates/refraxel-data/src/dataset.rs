@@ -7,6 +7,7 @@ use crate::origin::LocalOrigin;
 use crate::synth::IndexTruth;
 use crate::{Crop, Depth, DepthFile};
 use refraxel_core::{Aabb, Camera, Vec3};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -212,7 +213,8 @@ pub enum AlphaMeaning {
 }
 
 /// What lies behind everything else.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Backdrop {
     /// Images carry alpha: nothing is behind the object, any colour may be put there.
     Transparent,

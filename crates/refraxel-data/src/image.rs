@@ -92,16 +92,19 @@ pub(crate) fn bad_pixel(values: &[f32], width: u32, channels: u32) -> Option<Bad
     Some(BadPixel { column, row, is_alpha: is_alpha(at), value: values[at] })
 }
 
-/// Coverage above which a pixel of a mask is white.
-const HALF: u8 = 127;
+/// Whether a pixel of a mask of this coverage is white.
+#[inline]
+pub fn is_white(coverage: u8) -> bool {
+    coverage > 127
+}
 
 impl MaskMeaning {
     /// Whether a pixel of this coverage counts.
     pub fn lets_count(self, coverage: u8) -> bool {
         match self {
             Self::Refractive => true,
-            Self::Keep => coverage > HALF,
-            Self::Ignore => coverage <= HALF,
+            Self::Keep => is_white(coverage),
+            Self::Ignore => !is_white(coverage),
         }
     }
 }

@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn bodies_out_of_scale_with_the_scene_are_refused() {
-        let scene = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let scene = Aabb::cube(1.0);
         let ball = |radius: f64, x: f64| {
             let ball = r#"{"shape": "sphere", "center": [0, 0, 0], "radius": 0.5, "ior": 1.5}"#;
             let other =

@@ -3,7 +3,7 @@
 use crate::reduce::means;
 use crate::region::quantile;
 use crate::rigid::Posed;
-use crate::{Image, Mask, Photo, Pixels, Problem, View, load_photo};
+use crate::{Image, Mask, Photo, Pixels, Problem, View, is_white, load_photo};
 use rayon::prelude::*;
 use refraxel_core::{Camera, Vec3};
 use std::collections::BTreeSet;
@@ -126,7 +126,7 @@ impl Look {
 impl MaskLook {
     pub fn at(mask: &Mask) -> Self {
         let size = [mask.width, mask.height];
-        let is_white = |at: usize| mask.coverage[at] > 127;
+        let is_white = |at: usize| is_white(mask.coverage[at]);
         Self {
             small: mask.reduced(small_size(size)),
             samples: sampled(size).into_iter().map(|[at, _]| is_white(at)).collect(),

@@ -56,6 +56,15 @@ pub(crate) fn first_few<'a>(mut names: impl Iterator<Item = &'a str>) -> String 
     first.join(", ") + if names.next().is_some() { ", …" } else { "" }
 }
 
+/// "a.png, b.png and 57 more": at most `most` of some names.
+pub fn listed(names: &[impl AsRef<str>], most: usize) -> String {
+    let named = names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(most) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
 /// What all spellings of a name have in common.
 pub(crate) fn key(name: &str) -> String {
     url_decoded(name.trim()).chars().flat_map(char::to_lowercase).nfc().collect()
@@ -112,6 +121,13 @@ fn url_decoded(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lists_are_counted() {
+        let all: Vec<String> = (0..60).map(|k| format!("{k:04}.png")).collect();
+        assert_eq!(listed(&all, 3), "0000.png, 0001.png, 0002.png and 57 more");
+        assert_eq!(listed(&all[..2], 3), "0000.png, 0001.png");
+    }
 
     #[test]
     fn spellings_of_one_name_have_one_key_and_other_names_another() {

@@ -85,27 +85,26 @@ mod tests {
     use super::*;
     use refraxel_core::vec3;
 
-    fn cube(center: Vec3<f64>, edge: f64) -> Aabb<f64> {
-        Aabb::new(center - Vec3::splat(0.5 * edge), center + Vec3::splat(0.5 * edge))
-    }
-
     #[test]
     fn scenes_near_the_origin_of_their_world_stay_as_they_are() {
         for scale in [1e-6, 1.0, 1e6] {
             for center in [vec3(0.0, 0.0, 0.0), vec3(3.0, -40.0, 9.0)] {
                 assert!(
-                    LocalOrigin::for_scene(&cube(center * scale, scale)).is_of_world(),
+                    LocalOrigin::for_scene(&Aabb::cube_at(center * scale, 0.5 * scale)).is_of_world(),
                     "{center:?} {scale}"
                 );
             }
         }
-        assert!(LocalOrigin::for_scene(&cube(vec3(1.0, 2.0, 3.0), 0.0)).is_of_world(), "a box without size");
+        assert!(
+            LocalOrigin::for_scene(&Aabb::cube_at(vec3(1.0, 2.0, 3.0), 0.0)).is_of_world(),
+            "a box without size"
+        );
     }
 
     #[test]
     fn moving_to_a_far_origin_and_back_rounds_nothing() {
         for (center, edge) in [(vec3(471_233.7, 5_270_141.3, 530.2), 12.0), (vec3(1.0, -2.0, 0.3), 1e-3)] {
-            let origin = LocalOrigin::for_scene(&cube(center, edge));
+            let origin = LocalOrigin::for_scene(&Aabb::cube_at(center, 0.5 * edge));
             assert!((origin.place() - center).map(f64::abs).max_element() <= 0.5 * edge, "{origin:?}");
             for k in 0..100 {
                 let t = f64::from(k);

@@ -1,6 +1,7 @@
 //! What an importer reads: everything that the files of a dataset state, before images are looked at and poses are
 //! checked.
 
+pub(crate) use crate::part::Part;
 use crate::{Backdrop, DataError, DepthFile, Format, MaskMeaning, Problem, camera, root::Root, size::Size};
 use refraxel_core::{Aabb, Camera, Lens, Mat3, Pose, Vec3};
 use std::f64::consts::PI;
@@ -141,26 +142,6 @@ pub(crate) enum StatedMask {
     Shown,
     /// An alpha channel: what is covered is used, unless it shows something refractive.
     Alpha,
-}
-
-/// A part of the split.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Part {
-    Train,
-    Val,
-    Test,
-}
-
-impl Part {
-    /// The part that a word means; what is there to evaluate is held out.
-    pub fn named(word: &str) -> Option<Self> {
-        match word.to_ascii_lowercase().as_str() {
-            "train" | "training" => Some(Self::Train),
-            "val" | "valid" | "validation" => Some(Self::Val),
-            "test" | "testing" | "eval" | "evaluation" | "heldout" | "holdout" => Some(Self::Test),
-            _ => None,
-        }
-    }
 }
 
 /// Focal length as stated.

@@ -4,6 +4,7 @@ use crate::decoding::{self, Decoded, Header, turned};
 use crate::image::bad_pixel;
 use crate::masks::coverage;
 use crate::orientation::Orientation;
+use crate::quantize::quantize;
 use crate::reduce::size_of;
 use crate::size::Size;
 use crate::{AlphaUse, DataError, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Stored, View, depth};
@@ -195,7 +196,7 @@ fn with_alpha_used(image: Image, alpha: AlphaUse) -> Image {
     };
     let values = (0..image.len()).flat_map(colour);
     let pixels = match image.pixels {
-        Pixels::U8(_) => Pixels::U8(values.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect()),
+        Pixels::U8(_) => Pixels::U8(values.map(quantize).collect()),
         Pixels::F32(_) => Pixels::F32(values.collect()),
     };
     Image { channels: 3, pixels, ..image }
@@ -237,5 +238,14 @@ pub(crate) fn srgb_encode<T: Real>(linear: T) -> T {
         T::of(12.92) * linear
     } else {
         T::of(1.055) * linear.powf(T::of(2.4).recip()) - T::of(0.055)
+    }
+}
+
+/// Light of an sRGB code ≥ 0 (IEC 61966-2-1), 1 = white for both.
+pub fn srgb_decode<T: Real>(code: T) -> T {
+    if code <= T::of(0.04045) {
+        code / T::of(12.92)
+    } else {
+        ((code + T::of(0.055)) / T::of(1.055)).powf(T::of(2.4))
     }
 }

@@ -1,5 +1,6 @@
 //! Photographs read with fewer pixels than their files have: means over areas, and cameras to match.
 
+use crate::quantize::quantize;
 use crate::{Crop, Dataset, Image, Mask, Photo, PhotoSource, Pixels, Problem, Stored, View};
 use refraxel_core::Camera;
 use std::str::FromStr;
@@ -188,7 +189,7 @@ impl Image {
             }
         }
         let pixels = match &self.pixels {
-            Pixels::U8(_) => Pixels::U8(means.iter().map(|v| (v * 255.0).round() as u8).collect()),
+            Pixels::U8(_) => Pixels::U8(means.into_iter().map(quantize).collect()),
             Pixels::F32(_) => Pixels::F32(means),
         };
         Self { width: size[0], height: size[1], channels: self.channels, pixels }

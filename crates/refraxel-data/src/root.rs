@@ -1,7 +1,7 @@
 //! The folder of a dataset, and the files that its descriptions may name in it.
 
 use crate::folder::Listing;
-use crate::naming::{self, Difference};
+use crate::naming::{self, Difference, listed};
 use crate::{DataError, extensions};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -143,10 +143,7 @@ impl Root {
         let holds = |folder: PathBuf| {
             let listing = self.listing(&folder);
             let names: Vec<&str> = listing.images().collect();
-            let more = names.len().saturating_sub(SHOWN);
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            let first = names.get(..SHOWN.min(names.len()))?.join(", ");
-            (!names.is_empty()).then(|| format!("{} holds {first}{more}", folder.display()))
+            (!names.is_empty()).then(|| format!("{} holds {}", folder.display(), listed(&names, SHOWN)))
         };
         let mut places = std::iter::once(at).chain(usual);
         places.find_map(holds).unwrap_or_else(|| format!("there are no images in {}", self.folder.display()))

@@ -9,8 +9,8 @@ use crate::shape::{Purpose, Shape, Split};
 use crate::sources::DRAW;
 use bytemuck::{Pod, Zeroable};
 use refraxel_core::{ShDegree, Vec3};
-use refraxel_data::Pixels;
-use refraxel_train::rays::{Directions, Draw, Edition, HALF, Picture, RaySampler, Selection as Selects};
+use refraxel_data::{Pixels, is_white};
+use refraxel_train::rays::{Directions, Draw, Edition, Picture, RaySampler, Selection as Selects};
 use std::sync::Arc;
 
 /// Arrays of the kernel that draws, without the pools of photographs.
@@ -119,7 +119,7 @@ impl Marks {
                 view.usable = all.push(view, |pixel| picture.used(pixel));
             }
             let Some(mask) = picture.refractive() else { continue };
-            view.mask = all.push(view, |pixel| mask.coverage[pixel] > HALF);
+            view.mask = all.push(view, |pixel| is_white(mask.coverage[pixel]));
             let plane = view.mask as usize;
             for y in 0..view.height as usize {
                 all.words[row as usize] = all.inside;

@@ -1,9 +1,8 @@
 //! Whole runs on an adapter of this machine, with stages, pruning and saves: as good as those of the CPU, and resumed there.
 
 use refraxel_core::{Camera, Vec3, vec3};
-use refraxel_data::{Backdrop, Dataset, Image, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
+use refraxel_data::{Backdrop, Dataset, Image, MaskMeaning, Part, Photo, Pixels, PosedPhoto, Split};
 use refraxel_gpu::{DeviceChoice, Gpu, GpuBackend};
-use refraxel_train::evaluation::Part;
 use refraxel_train::model::{Model, Optimiser};
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Stop, Until};

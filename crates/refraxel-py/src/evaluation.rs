@@ -3,13 +3,13 @@
 use crate::errors::refused;
 use crate::json;
 use pyo3::prelude::*;
-use refraxel_train::evaluation::{Evaluation, Part};
+use refraxel_data::Part;
+use refraxel_train::evaluation::Evaluation;
 use serde_json::json;
 
 /// A part of a dataset by its name.
 pub fn part(name: &str) -> PyResult<Part> {
-    let all = [Part::Train, Part::Val, Part::Test];
-    let found = all.into_iter().find(|p| p.name() == name);
+    let found = Part::ALL.into_iter().find(|p| p.name() == name);
     found.ok_or_else(|| {
         refused(format!("there is no part {name:?} of a dataset; expected train, val or test"))
     })

@@ -9,11 +9,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use refraxel_data::limits::FRAMES;
 use refraxel_data::synth::{
-    CameraSet, DatasetOptions, Frame, IndexTruth, Limits, Part, Reflection, Sampling, SceneOptions,
-    SynthError, SynthOptions, Tracer, ViewCounts, render_dataset, render_view_while, scene, scene_list,
-    synthesize,
+    CameraSet, DatasetOptions, Frame, IndexTruth, Limits, Reflection, Sampling, SceneOptions, SynthError,
+    SynthOptions, Tracer, ViewCounts, render_view_while, scene, scene_list, synthesize,
 };
-use refraxel_data::{Backdrop, MaskMeaning, Photo, PosedPhoto, Split};
+use refraxel_data::{Backdrop, MaskMeaning, Part, Photo, PosedPhoto, Split};
 use refraxel_train::cancel::Cancel;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -185,13 +184,11 @@ impl Scene {
         }
         let views = ViewCounts { train: views[0], val: views[1], test: views[2] };
         let limits = Limits { reflection: self::reflection(reflection), ..Limits::default() };
-        let (cameras, spp) = (CameraSet::Upper, checked_spp(spp)?);
-        let options = DatasetOptions { size, views, cameras, seed, spp, limits, ..DatasetOptions::default() };
+        let sampling = Sampling { spp: checked_spp(spp)?, detail_spp: 0, seed, limits };
+        let options = DatasetOptions { size, views, cameras: CameraSet::Upper, sampling };
         let (photos, split) = self.photos(py, &options)?;
-        let nothing = DatasetOptions { views: ViewCounts { train: 0, val: 0, test: 0 }, ..options };
-        let behind = render_dataset(&self.0, &nothing).background;
-        let behind =
-            behind.map_or(Backdrop::Surroundings, |c| Backdrop::Color(c.map(|v| f32::from(v) / 255.0)));
+        let colour = |c: [u8; 3]| Backdrop::Color(c.map(|v| f32::from(v) / 255.0));
+        let behind = self.0.background().map_or(Backdrop::Surroundings, colour);
         refraxel_data::Dataset::in_memory(photos, split, behind).map(Dataset::in_memory).map_err(of_data)
     }
 }
@@ -214,12 +211,10 @@ impl Scene {
     /// The views of a dataset, one after the other, with a look at signals between them.
     fn photos(&self, py: Python<'_>, options: &DatasetOptions) -> PyResult<(Vec<PosedPhoto>, Split)> {
         let (mut photos, mut split) = (Vec::new(), Split::default());
-        let DatasetOptions { spp, seed, limits, .. } = *options;
-        let sampling = Sampling { spp, detail_spp: 0, seed, limits };
         for part in Part::ALL {
             for (index, camera) in options.split_cameras(&self.0, part).into_iter().enumerate() {
                 let number = (part as u64) << 32 | index as u64;
-                let frame = self.view(py, &camera, number, &sampling)?;
+                let frame = self.view(py, &camera, number, &options.sampling)?;
                 match part {
                     Part::Train => split.train.push(photos.len()),
                     Part::Val => split.val.push(photos.len()),

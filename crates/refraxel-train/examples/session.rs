@@ -4,8 +4,7 @@
 #![allow(clippy::print_stdout)] // an example talks
 
 use refraxel_core::{Camera, Ray, Vec3, vec3};
-use refraxel_data::{Backdrop, Dataset, Image, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
-use refraxel_train::evaluation::Part;
+use refraxel_data::{Backdrop, Dataset, Image, MaskMeaning, Part, Photo, Pixels, PosedPhoto, Split};
 use refraxel_train::events::Event;
 use refraxel_train::run::Run;
 use refraxel_train::session::{Session, Setup, Stop, Until};

@@ -1,9 +1,8 @@
 //! Exposure and white balance of each photograph: three gains of light per view learn beside the scene, theory (8.7)–(8.9).
 
 use crate::least_squares::outlier_weight;
-use crate::metrics::quantize;
 use refraxel_core::radiance::Filter;
-use refraxel_data::quantile;
+use refraxel_data::{quantile, quantize};
 use serde::{Deserialize, Serialize};
 
 /// Channels whose error is this count a quarter.

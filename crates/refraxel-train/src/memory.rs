@@ -1,6 +1,5 @@
 //! How much memory training will take, before it starts.
 
-use crate::evaluation::Part;
 use crate::options::{Options, StartShape};
 use crate::plan::{bytes_per_voxel, stored_share};
 use crate::refraction_search::OCCLUDER_RAYS;
@@ -8,7 +7,7 @@ use crate::schedule::{VARIATION_PERIOD, stage_domain};
 use crate::silhouettes::{Occluders, Outlines};
 use crate::trainer::PRUNING_RAYS;
 use refraxel_core::{Domain, ShDegree};
-use refraxel_data::{Backdrop, Dataset, MaskMeaning, View};
+use refraxel_data::{Backdrop, Dataset, MaskMeaning, Part, View};
 use serde::Serialize;
 
 /// The program itself [byte]. Measured, docs/growth.md.

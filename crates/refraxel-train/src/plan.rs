@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn bricks_near_visible_voxels_are_kept_and_others_dropped() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let coarse = Domain::with_longest(bounds, Extent::Bounded, 33);
         let fine = Domain::with_longest(bounds, Extent::Bounded, 65);
         let field =

@@ -209,27 +209,6 @@ pub fn objective(options: &Options, near: f32, moment: Moment) -> Objective {
     }
 }
 
-/// The error of pictures alone, of which nothing learns but poses.
-pub fn picture_objective(marching: Marching) -> Objective {
-    Objective {
-        marching,
-        thin: 0.0,
-        bent_weight: 1.0,
-        sample_colour: 0.0,
-        depth: 0.0,
-        tv_density: 0.0,
-        tv_colour: 0.0,
-        tv_period: 1,
-        rate_density: 0.0,
-        rate_colour: 0.0,
-        rate_view: 0.0,
-        rate_background: 0.0,
-        index: None,
-        reflection: None,
-        absorption: None,
-    }
-}
-
 /// An objective in a step of the run: total variation of colour takes one in [`COLOUR_ROUNDS`] rounds of the buckets, with as many
 /// times the weight. Rays that bend take most of the time themselves, and keep all rounds.
 pub(crate) fn in_step(objective: Objective, moment: Moment, step: u64) -> Objective {

@@ -1,6 +1,7 @@
 //! Perceptually uniform colour maps for scalar images.
 
 use crate::canvas::Colour;
+use refraxel_data::quantize;
 
 /// A map from [0, 1] to colours in which equal steps look about equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +38,7 @@ impl ColourMap {
         };
         std::array::from_fn(|k| {
             let level = c.iter().rev().fold(0.0, |sum, c| sum * t + c[k]);
-            (level * 255.0).round().clamp(0.0, 255.0) as u8
+            quantize(level)
         })
     }
 }

@@ -99,9 +99,9 @@ impl Worker {
         self.running().is_stopped
     }
 
-    /// Waits until it has ended, while `goes_on` says so.
-    pub fn wait_while(&self, goes_on: impl Fn() -> bool) {
-        while self.running().child.is_some() && goes_on() {
+    /// Waits for its end, no longer than `until`.
+    pub fn wait_until(&self, until: Instant) {
+        while self.running().child.is_some() && Instant::now() < until {
             thread::sleep(LOOK);
         }
     }
@@ -194,11 +194,6 @@ pub fn watch_starter(gone: impl FnOnce() + Send + 'static) {
 #[cfg(not(unix))]
 pub fn watch_starter(_: impl FnOnce() + Send + 'static) {}
 
-/// Waits for several until `until`, while `goes_on` says so.
-pub fn wait_for(workers: &[Worker], until: Instant, goes_on: impl Fn() -> bool) {
-    workers.iter().for_each(|worker| worker.wait_while(|| Instant::now() < until && goes_on()));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,6 +258,6 @@ mod tests {
         worker.stop();
         let ended = ended.recv_timeout(wait).unwrap();
         assert_eq!((ended.code, ended.printed.lines().nth(1)), (Some(130), Some("saved")));
-        worker.wait_while(|| true);
+        worker.wait_until(Instant::now() + wait);
     }
 }

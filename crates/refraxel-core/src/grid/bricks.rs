@@ -181,6 +181,12 @@ impl BrickMap {
         slot as usize * BRICK_VOXELS + local_index(node) as usize
     }
 
+    /// The node of an index in the per-voxel arrays; those of the empty brick have none.
+    pub fn node(&self, voxel: usize) -> [u32; 3] {
+        let brick = self.brick_of_slot[voxel / BRICK_VOXELS];
+        [0, 1, 2].map(|a| BRICK * brick[a] + (voxel as u32 >> (2 * a) & (BRICK - 1)))
+    }
+
     /// Strides of the brick table: its index for brick coordinates (x, y, z) is their inner product with these.
     #[inline(always)]
     pub fn brick_strides(&self) -> [u32; 3] {

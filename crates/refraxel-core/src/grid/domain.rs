@@ -187,6 +187,11 @@ impl<T: Real> Domain<T> {
         Vec3::from([node % n[0], node / n[0] % n[1], node / (n[0] * n[1])].map(|i| T::of(i as f64)))
     }
 
+    /// World position of a node from its number [scene unit].
+    pub fn place(&self, node: usize) -> Vec3<T> {
+        self.position(self.coordinates(node))
+    }
+
     /// World position of node coordinates [scene unit], the inverse of [`Self::node`]. The outermost nodes of a contracted
     /// domain lie at infinity, as do the last ones of a projective domain; their positions are moved to where these end.
     pub fn position(&self, node: Vec3<T>) -> Vec3<T> {

@@ -23,28 +23,6 @@ impl<T: Real> LevelSet<T> {
         }
         self.put_cuts(cuts);
     }
-
-    /// The body whose surface lies `by` [scene unit] further out, or further in where `by` < 0: φ is made a signed distance,
-    /// `by` is subtracted, and φ is made the signed distance from its new surface.
-    ///
-    /// Convex edges that move outwards and concave ones that move inwards become round with the radius |`by`|. A body
-    /// thinner than −2 `by` vanishes, and no surface is left; one that grows into the border of the grid is cut off there.
-    /// Error: a hundredth of a voxel for every three voxels of `by`, where the radii of curvature of both surfaces exceed a
-    /// few voxels. Costs about 1.2 µs per node, and half as much again for every further three voxels.
-    #[must_use]
-    pub fn offset(&self, by: T) -> Self {
-        let mut body = self.clone();
-        body.redistance();
-        // Distances are exact up to four voxels from the surface.
-        let steps = (by.abs() / (T::of(3.0) * self.voxel())).f64().ceil().max(1.0);
-        for _ in 0..steps as u64 {
-            // B-splines add up to 1: a constant is subtracted from φ by subtracting it from each coefficient.
-            body.coefficients_mut().iter_mut().for_each(|c| *c -= by / T::of(steps));
-            body.find_surface();
-            body.redistance();
-        }
-        body
-    }
 }
 
 /// Nodes up to this many cells from the surface get their exact distance [cell]. Further out the error of the march is a
@@ -182,10 +160,6 @@ mod tests {
     use crate::index::tests::Sequence;
     use crate::{Aabb, LevelSet, Real, Vec3, vec3};
 
-    fn cube<T: Real>() -> Aabb<T> {
-        Aabb::new(Vec3::splat(-T::one()), Vec3::splat(T::one()))
-    }
-
     #[test]
     fn redistancing_keeps_the_surface_and_makes_the_gradient_one() {
         // An ellipsoid by its quadratic form, whose gradient on the surface varies between 0.67 and 1.25.
@@ -193,7 +167,7 @@ mod tests {
             let y = vec3(x.x / 0.75, x.y / 0.5, x.z / 0.4);
             0.25 * (y.dot(y) - 1.0)
         };
-        let level = LevelSet::from_samples(cube(), [48, 50, 46], form);
+        let level = LevelSet::from_samples(Aabb::cube(1.0), [48, 50, 46], form);
         let mut distance = level.clone();
         distance.redistance();
         let (mut r, mut moved, mut off) = (Sequence(4), 0.0_f64, 0.0_f64);
@@ -218,7 +192,7 @@ mod tests {
     #[test]
     fn redistancing_a_distance_changes_nothing_near_its_surface_in_either_precision() {
         fn change<T: Real>() -> f64 {
-            let level = LevelSet::from_samples(cube::<T>(), [40; 3], |x| x.length() - T::of(0.6));
+            let level = LevelSet::from_samples(Aabb::cube(T::one()), [40; 3], |x| x.length() - T::of(0.6));
             let mut again = level.clone();
             (0..5).for_each(|_| again.redistance());
             let mut r = Sequence(8);
@@ -234,7 +208,7 @@ mod tests {
 
     #[test]
     fn edges_move_by_a_fraction_of_a_voxel() {
-        let level = LevelSet::from_samples(cube(), [48; 3], |x: Vec3<f64>| {
+        let level = LevelSet::from_samples(Aabb::cube(1.0), [48; 3], |x: Vec3<f64>| {
             x.x.abs().max(x.y.abs()).max(x.z.abs()) - 0.5
         });
         let mut distance = level.clone();
@@ -257,7 +231,7 @@ mod tests {
         for bar in [-1.0, 0.06, 0.2] {
             let along = |x: Vec3<f64>| (vec3(0.0, x.y, x.z).length() - bar).max(x.x.abs() - 0.4);
             let of = |x: Vec3<f64>| ball(x, -0.42).min(ball(x, 0.42)).min(along(x));
-            let mut distance = LevelSet::from_samples(cube(), [61; 3], of);
+            let mut distance = LevelSet::from_samples(Aabb::cube(1.0), [61; 3], of);
             distance.redistance();
             let off = |j: usize| {
                 let x = distance.position(j);
@@ -271,30 +245,8 @@ mod tests {
     }
 
     #[test]
-    fn the_offset_of_a_ball_is_the_ball_of_the_other_radius() {
-        let ball = LevelSet::from_samples(cube(), [48; 3], |x: Vec3<f64>| x.length() - 0.5);
-        let mut r = Sequence(6);
-        for voxels in [-5.0, -1.5, 0.0, 0.4, 2.0, 4.0] {
-            let by = voxels * ball.voxel();
-            let (moved, far) = (ball.offset(by), vec3(0.1, 0.05, 0.0));
-            for _ in 0..100 {
-                let off = moved.value(r.vector().normalized() * (0.5 + by)) / ball.voxel();
-                assert!(off.abs() < 0.02, "moved by {voxels} voxels: {off} voxels beside");
-            }
-            assert!((moved.value(far) - (far.length() - 0.5 - by)).abs() < 0.5 * ball.voxel());
-        }
-    }
-
-    #[test]
-    fn a_body_thinner_than_twice_the_offset_vanishes() {
-        let ball = LevelSet::from_samples(cube(), [32; 3], |x: Vec3<f64>| x.length() - 0.3);
-        let gone = ball.offset(-0.35);
-        assert!(gone.coefficients().iter().all(|c| *c > 0.0));
-    }
-
-    #[test]
     fn without_a_surface_nothing_happens() {
-        let mut level = LevelSet::from_samples(cube(), [12; 3], |_| 0.3_f64);
+        let mut level = LevelSet::from_samples(Aabb::cube(1.0), [12; 3], |_| 0.3_f64);
         let before = level.coefficients().to_vec();
         level.redistance();
         assert_eq!(level.coefficients(), before);

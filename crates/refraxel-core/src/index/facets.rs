@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_body_that_reaches_its_box_is_cut_off_inside_it() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let below = |x: Vec3<f64>| x.z;
         let half = LevelSet::from_control_values(cube, [21; 3], below);
         let half = half.with_planes([(vec3(0.0, 0.0, 1.0), 0.0)]);
@@ -192,7 +192,7 @@ mod tests {
     /// A ball whose middle part alone is left, between oblique planes.
     fn lens() -> (LevelSet<f64>, [(Vec3<f64>, f64); 2]) {
         let cuts = [(vec3(0.36, -0.48, 0.8), 0.2), (vec3(-0.3, 0.1, -0.9).normalized(), 0.35)];
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_control_values(cube, [41; 3], |x: Vec3<f64>| x.length() - 0.7);
         (ball.cut_by(cuts), cuts)
     }
@@ -258,7 +258,7 @@ mod tests {
     fn a_slab_moves_rays_by_its_closed_form_and_edges_bend_nothing() {
         use crate::optics::{Options, Tracer};
         use crate::{Domain, IndexGrid, Medium};
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let slab = |x: Vec3<f64>| (x.z.abs() - 0.25).max(x.x.abs() - 0.6).max(x.y.abs() - 0.6);
         let faces = (0..6).map(|k: usize| {
             let mut n = Vec3::zero();

@@ -20,7 +20,7 @@ use crate::{Aabb, Domain, Real, Vec3};
 ///
 /// ```
 /// use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
-/// let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+/// let cube = Aabb::cube(1.0);
 /// let ball = LevelSet::from_samples(cube, [41; 3], |x: Vec3<f64>| x.length() - 0.6);
 /// assert!(ball.is_inside(vec3(0.3, 0.3, 0.4)) && !ball.is_inside(vec3(0.4, 0.4, 0.4)));
 /// // Interpolation is of fourth order: the surface lies within 1e-4 voxel of the sphere.
@@ -157,6 +157,15 @@ impl<T: Real> LevelSet<T> {
     pub fn coefficients_mut(&mut self) -> &mut [T] {
         self.facets.take_if(|f| f.alone);
         &mut self.coefficients
+    }
+
+    /// φ + `by` [scene unit] on the same grid: the body ends where this one is so deep. B-splines add up to 1.
+    #[must_use]
+    pub fn raised(&self, by: T) -> Self {
+        let mut raised = self.clone();
+        raised.coefficients_mut().iter_mut().for_each(|c| *c += by);
+        raised.find_surface();
+        raised
     }
 
     /// Finds again which cells may hold the zero level: those where the control values of φ as a Bézier volume change sign,
@@ -370,7 +379,7 @@ mod tests {
 
     #[test]
     fn cells_without_surface_keep_their_sign_and_few_are_searched_in_vain() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let ball = LevelSet::from_samples(cube, [24; 3], |x: Vec3<f64>| x.length() - 0.6);
         let (mut searched, mut held) = (0, 0);
         for (i, clearance) in ball.lattice.clearance.iter().enumerate() {
@@ -391,7 +400,7 @@ mod tests {
 
     #[test]
     fn what_reaches_the_border_is_cut_off_inside_the_box() {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let level = LevelSet::from_control_values(cube, [21; 3], |x: Vec3<f64>| x.z);
         assert!(level.is_inside(vec3(0.0, 0.0, -0.3)));
         for face in [vec3(1.0, 0.0, -0.5), vec3(0.3, 0.2, -1.0), vec3(-0.95, 0.0, -0.5), vec3(3.0, 0.0, 0.0)]

@@ -50,7 +50,7 @@ mod tests {
     use crate::{Aabb, Vec3};
 
     fn ball(radius: f64, nodes: u32) -> LevelSet<f64> {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         LevelSet::from_samples(cube, [nodes; 3], |x| x.length() - radius)
     }
 
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn smoothing_removes_steps_and_keeps_the_ball() {
         // Constant in blocks of two voxels.
-        let (radius, cube) = (0.6, Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)));
+        let (radius, cube) = (0.6, Aabb::cube(1.0));
         let step = 4.0 / 47.0;
         let steps = |x: Vec3<f64>| x.map(|x| ((x / step).floor() + 0.5) * step).length() - radius;
         let mut level = LevelSet::from_control_values(cube, [48; 3], steps);

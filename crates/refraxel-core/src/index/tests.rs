@@ -174,7 +174,7 @@ fn overlapping_regions_are_refused_and_touching_ones_accepted() {
 
 #[test]
 fn where_bodies_overlap_the_last_of_them_says_what_the_index_is() {
-    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let cube = Aabb::cube(1.0);
     let ball = |radius: f64, n: f64| {
         IndexGrid::sharp(LevelSet::from_samples(cube, [24; 3], |x: Vec3<f64>| x.length() - radius), n)
     };

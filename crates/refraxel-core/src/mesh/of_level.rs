@@ -19,7 +19,7 @@ impl Mesh {
     ///
     /// ```
     /// use refraxel_core::{Aabb, Domain, Extent, Mesh, Vec3};
-    /// let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    /// let cube = Aabb::cube(1.0);
     /// let domain = Domain { bounds: cube, extent: Extent::Bounded, resolution: [33; 3] };
     /// let ball = Mesh::of_level(&domain, 1, |x: Vec3<f64>| (x.length() - 0.6, x.normalized()));
     /// assert!((ball.volume() / (4.0 / 3.0 * std::f64::consts::PI * 0.216) - 1.0).abs() < 0.004);

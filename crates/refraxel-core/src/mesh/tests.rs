@@ -3,7 +3,7 @@ use crate::{Aabb, Domain, Extent, Vec3, vec3};
 use std::f64::consts::PI;
 
 fn domain(nodes: u32) -> Domain<f64> {
-    let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let bounds = Aabb::cube(1.0);
     Domain { bounds, extent: Extent::Bounded, resolution: [nodes; 3] }
 }
 

@@ -215,7 +215,7 @@ mod tests {
 
     /// Share of lines whose first crossing is missed: 60 samples per voxel find an earlier one.
     fn missed(noise: f64, cuts: &[(Vec3<f64>, f64)], side: Side) -> f64 {
-        let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let cube = Aabb::cube(1.0);
         let (mut r, n) = (Sequence(5), 32_usize);
         let voxel = 2.0 / 31.0;
         let c = |j: usize, r: &mut Sequence| {

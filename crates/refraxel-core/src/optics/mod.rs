@@ -13,7 +13,7 @@
 //! use refraxel_core::optics::Options;
 //! use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Tracer, Vec3, vec3};
 //! // A ball of glass, n = 1.5, of radius 20 voxels with a soft edge; a ray at impact b = 10.
-//! let cube = Aabb::new(Vec3::splat(-28.0), Vec3::splat(28.0));
+//! let cube = Aabb::cube(28.0);
 //! let n = |x: Vec3<f64>| 1.25 - 0.25 * (x.length() - 20.0).tanh();
 //! let ball = IndexGrid::from_control_values(cube, [57; 3], Interpolation::CubicBSpline, n);
 //! let (medium, domain) = (Medium::new(vec![ball])?, Domain::with_longest(cube, Extent::Bounded, 57));
@@ -32,7 +32,7 @@
 //! use refraxel_core::optics::{Options, PathAdjoint, RayAdjoint};
 //! use refraxel_core::segment::SegmentAdjoint;
 //! use refraxel_core::{Aabb, Domain, Extent, IndexGrid, LevelSet, Medium, Ray, Tracer, Vec3, vec3};
-//! let cube = Aabb::new(Vec3::splat(-28.0), Vec3::splat(28.0));
+//! let cube = Aabb::cube(28.0);
 //! let surface = LevelSet::from_samples(cube, [57; 3], |x: Vec3<f64>| x.length() - 20.0);
 //! let mut medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)])?;
 //! let domain = Domain::with_longest(cube, Extent::Bounded, 57);

@@ -1,7 +1,7 @@
 //! Shrinking a region to what the pictures show: a coarse visual hull of everything that is not backdrop.
 
 use super::scene::Region;
-use crate::{Backdrop, Dataset, MaskMeaning, Photo};
+use crate::{Backdrop, Dataset, MaskMeaning, Photo, is_white};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Camera, Vec3, vec3};
 
@@ -119,7 +119,7 @@ fn occupied(center: Vec3<f64>, radius: f64, silhouettes: &[Silhouette]) -> bool 
 impl<'a> Silhouette<'a> {
     fn new(camera: &'a Camera, photo: &Photo, backdrop: Backdrop, refractive: bool) -> Self {
         let (w, h) = (photo.image.width as usize, photo.image.height as usize);
-        let inside = |i: usize| refractive && photo.mask.as_ref().is_some_and(|m| m.coverage[i] > 127);
+        let inside = |i: usize| refractive && photo.mask.as_ref().is_some_and(|m| is_white(m.coverage[i]));
         let mut sums = vec![0; (w + 1) * (h + 1)];
         for y in 0..h {
             let mut row = 0;
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn the_density_of_surfaces_is_that_of_the_faces_of_a_ball_s_cells() {
-        let bounds = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let bounds = Aabb::cube(1.0);
         let region = Region { bounds, up: vec3(0.0, 0.0, 1.0), unbounded: false, projection: None };
         for radius in [0.3, 0.5, 0.8] {
             let data = ball(radius);

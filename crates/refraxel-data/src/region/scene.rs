@@ -75,21 +75,17 @@ pub fn scene_region(data: &Dataset) -> Region {
         (true, Some(bounds)) => bounds,
         (true, None) => match data.depth_range {
             Some(range) if capture.kind == Kind::Forward => frustum(capture.middle(&cameras), range),
-            _ => cube(
+            _ => Aabb::cube_at(
                 capture.center,
                 (UNBOUNDED_HALF_SIZE * capture.distance).min(clear_half_size(&cameras, &capture)),
             ),
         },
-        (false, _) => cube(capture.center, visible_radius(&cameras, &capture)),
+        (false, _) => Aabb::cube_at(capture.center, visible_radius(&cameras, &capture)),
     });
     let is_open = unbounded && data.stated_box.is_none();
     let projection =
         is_open.then(|| projection(&cameras, capture.up, &data.points, data.depth_range)).flatten();
     Region { bounds, up: data.up.unwrap_or(capture.up), unbounded, projection }
-}
-
-fn cube(center: Vec3<f64>, half: f64) -> Aabb<f64> {
-    Aabb::new(center - Vec3::splat(half), center + Vec3::splat(half))
 }
 
 /// Half-size of the largest cube that nine in ten cameras stand outside of; without bound for outward captures.

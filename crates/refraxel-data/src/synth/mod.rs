@@ -30,7 +30,7 @@ mod vector;
 pub use cameras::{
     CAMERA_ANGLE_X, CAMERA_RADIUS, CameraSet, Viewpoints, cameras, from_opengl_matrix, opengl_matrix,
 };
-pub use dataset::{Cost, DatasetOptions, Part, SynthDataset, SynthView, ViewCounts, render_dataset};
+pub use dataset::{Cost, DatasetOptions, ViewCounts};
 pub use elevations::Elevations;
 pub use error::SynthError;
 pub use grin::Phase;

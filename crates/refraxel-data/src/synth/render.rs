@@ -8,6 +8,7 @@ use super::scene::{Matter, Scene};
 use super::texture::{Rgb, srgb_from_linear};
 use super::trace::{Beam, Limits, Tally, Tracer};
 use crate::image::{Image, Mask, Pixels};
+use crate::quantize::quantize;
 use rayon::prelude::*;
 use refraxel_core::{Camera, Ray, Vec3};
 use std::f64::consts::TAU;
@@ -227,14 +228,14 @@ impl<'a> PixelRenderer<'a> {
 impl Frame {
     /// The picture, sRGB-encoded with 8 bits.
     pub fn image(&self) -> Image {
-        let encode = |&v: &f64| (255.0 * srgb_from_linear(v)).round() as u8;
+        let encode = |&v: &f64| quantize(srgb_from_linear(v));
         let pixels = self.color.iter().flatten().map(encode).collect();
         Image { width: self.size[0], height: self.size[1], channels: 3, pixels: Pixels::U8(pixels) }
     }
 
     /// Coverage by refractive bodies with 8 bits; 255 = all of the pixel.
     pub fn mask(&self) -> Mask {
-        let coverage = self.coverage.iter().map(|c| (255.0 * c).round() as u8).collect();
+        let coverage = self.coverage.iter().copied().map(quantize).collect();
         Mask { width: self.size[0], height: self.size[1], coverage }
     }
 }

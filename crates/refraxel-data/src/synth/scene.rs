@@ -4,7 +4,8 @@ use super::elevations::Elevations;
 use super::hash::mix;
 use super::medium::{Index, Medium};
 use super::shape::{Crossing, Shape};
-use super::texture::{Rgb, Texture, noise};
+use super::texture::{Rgb, Texture, noise, srgb_from_linear};
+use crate::quantize::quantize;
 use refraxel_core::{Aabb, Ray, Vec3, vec3};
 
 /// What a body is made of.
@@ -154,6 +155,14 @@ pub struct Hit {
 pub type Inside = u64;
 
 impl Scene {
+    /// The one sRGB colour behind everything, if it is one.
+    pub fn background(&self) -> Option<[u8; 3]> {
+        match self.environment {
+            Environment::Constant(c) => Some(c.map(|v| quantize(srgb_from_linear(v)))),
+            Environment::Sky { .. } | Environment::Landscape { .. } => None,
+        }
+    }
+
     /// The first surface of any body before `s_max`.
     #[inline]
     pub fn nearest(&self, ray: &Ray<f64>, s_max: f64) -> Option<Hit> {

@@ -124,13 +124,9 @@ impl Model {
     /// Node coordinates of the stored voxels, (V, 3) int32. Bricks of 4 × 4 × 4 are stored whole, so some lie beyond the last node.
     #[getter]
     fn voxels(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let within = |brick: &[u32; 3]| {
-            let [x, y, z] = brick.map(|b| 4 * b);
-            (0..BRICK_VOXELS as u32).flat_map(move |k| [x + (k & 3), y + (k >> 2 & 3), z + (k >> 4)])
-        };
         let nodes: Vec<i32> = self.look(py, |inner| {
-            let bricks = inner.model().field.map.bricks();
-            Ok(bricks.iter().flat_map(within).map(|n| n as i32).collect())
+            let map = &inner.model().field.map;
+            Ok((BRICK_VOXELS..map.voxels()).flat_map(|voxel| map.node(voxel)).map(|n| n as i32).collect())
         })?;
         let count = nodes.len() / 3;
         shaped(py, nodes, &[count, 3])

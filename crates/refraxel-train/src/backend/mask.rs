@@ -1,6 +1,6 @@
 //! A choice of voxels as data, which any device can read.
 
-use refraxel_core::grid::{BRICK, BRICK_VOXELS};
+use refraxel_core::grid::BRICK_VOXELS;
 use refraxel_core::{BrickMap, Domain, Vec3};
 
 /// One bit per stored voxel: 64 bits per slot of a grid's map, x fastest within a brick.
@@ -13,12 +13,10 @@ impl BrickMask {
     /// The stored voxels whose world position is `chosen`; never those of the empty brick.
     pub fn new(domain: &Domain<f32>, map: &BrickMap, chosen: impl Fn(Vec3<f32>) -> bool) -> Self {
         let mut bits = vec![0; map.slots()];
-        for (bits, brick) in bits.iter_mut().skip(1).zip(map.bricks()) {
-            for local in 0..BRICK_VOXELS {
-                let within = [local & 3, local >> 2 & 3, local >> 4];
-                let node = [0, 1, 2].map(|a| (BRICK * brick[a] + within[a] as u32) as f32);
-                *bits |= u64::from(chosen(domain.position(Vec3::from(node)))) << local;
-            }
+        for voxel in BRICK_VOXELS..map.voxels() {
+            let node = map.node(voxel).map(|n| n as f32);
+            let bit = u64::from(chosen(domain.position(Vec3::from(node))));
+            bits[voxel / BRICK_VOXELS] |= bit << (voxel % BRICK_VOXELS);
         }
         Self { bits }
     }

@@ -101,6 +101,27 @@ pub struct IndexObjective {
 }
 
 impl Objective {
+    /// The error of pictures alone, of which nothing learns but poses.
+    pub fn still(marching: Marching) -> Self {
+        Self {
+            marching,
+            thin: 0.0,
+            bent_weight: 1.0,
+            sample_colour: 0.0,
+            depth: 0.0,
+            tv_density: 0.0,
+            tv_colour: 0.0,
+            tv_period: 1,
+            rate_density: 0.0,
+            rate_colour: 0.0,
+            rate_view: 0.0,
+            rate_background: 0.0,
+            index: None,
+            reflection: None,
+            absorption: None,
+        }
+    }
+
     /// Slow everything down, or speed it up.
     pub fn scale_rates(&mut self, factor: f32) {
         self.rate_density *= factor;

@@ -14,21 +14,5 @@ pub(super) fn index() -> IndexObjective {
 }
 
 pub(super) fn objective() -> Objective {
-    Objective {
-        marching: MARCHING,
-        thin: 0.0,
-        bent_weight: 1.0,
-        sample_colour: 0.0,
-        depth: 0.0,
-        tv_density: 0.0,
-        tv_colour: 0.0,
-        tv_period: 1,
-        rate_density: 1e-6,
-        rate_colour: 1e-6,
-        rate_view: 1.0,
-        rate_background: 0.0,
-        index: None,
-        reflection: None,
-        absorption: None,
-    }
+    Objective { rate_density: 1e-6, rate_colour: 1e-6, rate_view: 1.0, ..Objective::still(MARCHING) }
 }

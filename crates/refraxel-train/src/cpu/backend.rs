@@ -25,7 +25,6 @@ use crate::descent;
 use crate::model::{
     ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Reflection, Refraction, resampled,
 };
-use crate::schedule::picture_objective;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use refraxel_core::radiance::Pixel;
@@ -150,7 +149,7 @@ impl CpuBackend {
     pub fn vjp(&self, rays: &[Ray<f32>], marching: &Marching, d_pixels: &[PixelGradient]) -> BatchGradient {
         assert_eq!(rays.len(), d_pixels.len(), "one adjoint per ray");
         let absorption = Some(AbsorptionObjective { rate: 0.0 });
-        let objective = Objective { absorption, ..picture_objective(*marching) };
+        let objective = Objective { absorption, ..Objective::still(*marching) };
         let offset = vec![0.5; rays.len()];
         let batch = Batch { rays: rays.to_vec(), offset, ..Batch::default() };
         self.gradient_of(BatchLoss { batch: &batch, objective: &objective, asked: Some(d_pixels) })

@@ -77,7 +77,6 @@ pub(super) fn update(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::RegionState;
     use crate::random::Random;
     use refraxel_core::index::priors::Penalty;
     use refraxel_core::{Aabb, IndexGrid, LevelSet, Vec3};
@@ -108,9 +107,7 @@ mod tests {
         let level = LevelSet::from_coefficients(cube, [25; 3], rough).unwrap();
         let grid = IndexGrid::sharp(level, 1.5);
         let mut moments = [IndexMoments::zero(&grid)];
-        let mut refraction = Refraction::none();
-        refraction.medium = Medium::new(vec![grid]).unwrap();
-        refraction.states = vec![Default::default()];
+        let mut refraction = Refraction::of(vec![grid]);
         (0..steps).for_each(|step| {
             assert!(update(&mut refraction, &mut moments, &Learned { tapes: &[], rays: 64, step }, objective))
         });
@@ -148,10 +145,8 @@ mod tests {
         };
         let grids = vec![ball(0.6, 1.5), ball(0.3, 1.0)];
         let mut moments: Vec<IndexMoments> = grids.iter().map(IndexMoments::zero).collect();
-        let mut refraction = Refraction::none();
-        refraction.medium = Medium::new(grids).unwrap();
-        refraction.states =
-            vec![RegionState::default(), RegionState { fixed_index: true, ..Default::default() }];
+        let mut refraction = Refraction::of(grids);
+        refraction.states[1].fixed_index = true;
         let sample = |region| IndexSample {
             region,
             surface: false,
@@ -184,9 +179,8 @@ mod tests {
         for fixed_surface in [false, true] {
             let grids = vec![IndexGrid::sharp(ball.clone(), 1.5)];
             let mut moments: Vec<IndexMoments> = grids.iter().map(IndexMoments::zero).collect();
-            let mut refraction = Refraction::none();
-            refraction.medium = Medium::new(grids).unwrap();
-            refraction.states = vec![RegionState { fixed_surface, ..Default::default() }];
+            let mut refraction = Refraction::of(grids);
+            refraction.states[0].fixed_surface = fixed_surface;
             let learned = Learned { tapes: &tapes, rays: 1, step: 0 };
             assert!(update(
                 &mut refraction,
@@ -215,9 +209,7 @@ mod tests {
         ] {
             let x = Vec3 { x: if surface { 0.6 } else { 0.0 }, y: 0.0, z: 0.0 };
             let mut moments = [IndexMoments::zero(&grid)];
-            let mut refraction = Refraction::none();
-            refraction.medium = Medium::new(vec![grid]).unwrap();
-            refraction.states = vec![Default::default()];
+            let mut refraction = Refraction::of(vec![grid]);
             let before = refraction.medium.regions()[0].clone();
             let mut step = |d_value: f32| {
                 let mut tape = Tape::default();

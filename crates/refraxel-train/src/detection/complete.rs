@@ -48,7 +48,7 @@ pub(super) fn completed(found: &Gate, ground: Option<&Plane>, views: &[Evidence]
 /// The places of all nodes.
 fn nodes(gate: &Gate) -> impl Iterator<Item = Vec3<f32>> {
     let domain = *gate.domain();
-    (0..gate.values().len()).map(move |node| domain.position(domain.coordinates(node)))
+    (0..gate.values().len()).map(move |node| domain.place(node))
 }
 
 /// The places of the nodes of each connected part.
@@ -57,7 +57,7 @@ fn parts(gate: &Gate) -> Vec<Vec<Vec3<f32>>> {
     let (labels, sizes) = connected(domain.resolution.map(|n| n as usize), |node| gate.values()[node] > 127);
     let mut parts = vec![Vec::new(); sizes.len()];
     for (node, label) in labels.iter().enumerate().filter(|(_, label)| **label != NONE) {
-        parts[*label as usize].push(domain.position(domain.coordinates(node)));
+        parts[*label as usize].push(domain.place(node));
     }
     parts
 }
@@ -113,7 +113,7 @@ fn direction(k: usize) -> Vec3<f32> {
 fn larger(gate: Gate, hull: &Hull, views: &[Evidence]) -> Gate {
     let domain = *gate.domain();
     let share = |(node, value): (usize, &u8)| {
-        let depth = hull.depth(domain.position(domain.coordinates(node)));
+        let depth = hull.depth(domain.place(node));
         (f32::from(*value) / 255.0).max((0.5 + depth / domain.voxel()).clamp(0.0, 1.0))
     };
     let values: Vec<f32> = gate.values().par_iter().enumerate().map(share).collect();
@@ -168,8 +168,7 @@ mod tests {
     fn gate(inside: impl Fn(Vec3<f32>) -> bool) -> Gate {
         let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
         let total = domain.resolution.map(|n| n as usize).iter().product();
-        let share: Vec<f32> =
-            (0..total).map(|j| f32::from(u8::from(inside(domain.position(domain.coordinates(j)))))).collect();
+        let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(domain.place(j))))).collect();
         Gate::new(domain, &share)
     }
 

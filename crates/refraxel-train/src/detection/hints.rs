@@ -1,7 +1,7 @@
 //! What somebody knows of where refractive things are seen: lines of sight that meet them, and masks beside which nothing is.
 
 use refraxel_core::{Camera, Ray, Vec3};
-use refraxel_data::Mask;
+use refraxel_data::{Mask, is_white};
 use std::sync::Arc;
 
 /// A place counts as seen in a mask that is white within this part of the width of the picture around it.
@@ -50,7 +50,7 @@ fn is_white_about(camera: &Camera, mask: &Mask, x: Vec3<f32>) -> Option<bool> {
     let is_white = |du: f64, dv: f64| {
         let column = (u + du * reach).clamp(0.0, width - 1.0) as usize;
         let row = (v + dv * reach).clamp(0.0, height - 1.0) as usize;
-        mask.coverage[row * mask.width as usize + column] > 127
+        is_white(mask.coverage[row * mask.width as usize + column])
     };
     const AROUND: [f64; 3] = [0.0, -1.0, 1.0];
     Some(AROUND.iter().any(|du| AROUND.iter().any(|dv| is_white(*du, *dv))))

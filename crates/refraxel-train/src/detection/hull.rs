@@ -31,7 +31,7 @@ impl Carved {
     pub fn of(gate: &Gate, bounds: &Aabb<f32>) -> Option<Self> {
         let domain = gate.domain();
         let inside = gate.values().iter().enumerate().filter(|(_, f)| **f > 127);
-        let found = Aabb::around(inside.map(|(j, _)| domain.position(domain.coordinates(j))))?;
+        let found = Aabb::around(inside.map(|(j, _)| domain.place(j)))?;
         let room = Vec3::splat(MARGIN * found.extent().max_element() + 2.0 * domain.voxel());
         let bounds = Aabb::new((found.min - room).max(bounds.min), (found.max + room).min(bounds.max));
         Some(Self { gate: gate.clone(), bounds })
@@ -58,7 +58,7 @@ pub(super) fn bodies<const N: usize>(
 
 /// The things among the nodes of a hull, of which this share is inside; `None` without any.
 fn kept(mut fraction: Vec<f32>, domain: &Domain<f32>, bounds: &Aabb<f32>, hints: &Hints) -> Option<Carved> {
-    let allowed = |node: usize| hints.allow(domain.position(domain.coordinates(node)));
+    let allowed = |node: usize| hints.allow(domain.place(node));
     fraction
         .par_iter_mut()
         .enumerate()
@@ -116,7 +116,7 @@ mod tests {
         let radii = [0.3, 0.2, 0.12];
         let total = 33 * 33 * 33;
         let fraction = |j: usize| {
-            let x = domain.position(domain.coordinates(j));
+            let x = domain.place(j);
             let inside = middles.iter().zip(radii).any(|(m, r)| (x - *m).length() < r);
             f32::from(u8::from(inside))
         };

@@ -53,7 +53,7 @@ impl Votes {
         let n = domain.resolution.map(|n| n as usize);
         let threshold = threshold(&first.gate, views);
         let vote = |j: usize| {
-            let x = domain.position(domain.coordinates(j));
+            let x = domain.place(j);
             let may_be =
                 how.ground.is_none_or(|p| p.height(x) > 0.0) && hints.allow(x) && !cancel.is_cancelled();
             if may_be { mean_vote(views, x, threshold) } else { -1.0 }

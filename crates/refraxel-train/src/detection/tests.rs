@@ -43,7 +43,7 @@ fn views(explained: f64) -> Vec<Evidence> {
 
 pub(super) fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
     let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
-    let inside = |j: usize| (domain.position(domain.coordinates(j)) - centre).length() < radius;
+    let inside = |j: usize| (domain.place(j) - centre).length() < radius;
     let total = domain.resolution.map(|n| n as usize).iter().product();
     let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(j)))).collect();
     Gate::new(domain, &share)

@@ -1,9 +1,8 @@
 //! Why a part of the data cannot be evaluated.
 
-use super::part::Part;
 use crate::cancel::Cancelled;
 use crate::metrics::MetricsError;
-use refraxel_data::DataError;
+use refraxel_data::{DataError, Part};
 
 /// Why a part cannot be evaluated.
 #[derive(Debug, thiserror::Error)]

@@ -2,20 +2,18 @@
 
 use super::error::EvaluateError;
 use super::index_error::{IndexError, index_errors};
-use super::part::Part;
 use super::rendering::{Rendering, render_by};
 use super::score::{TruthChecksum, score, truth};
 use crate::alignment::Alignment;
-use crate::backend::{Backend, Layers, Marching};
+use crate::backend::{Backend, Layers, Marching, Objective};
 use crate::cancel::{Cancel, Cancelled};
 use crate::events::{Observer, Task};
 use crate::exposures::{exposed, fitted};
 use crate::metrics::{ImageScore, Scores};
 use crate::poses::{find, is_black};
-use crate::schedule::picture_objective;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Ray};
-use refraxel_data::{Dataset, Photo, View, load_photo};
+use refraxel_data::{Dataset, Part, Photo, View, load_photo};
 
 /// Scores of a part of the data.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +104,7 @@ fn camera(
         (None, _) => Ok(view.camera),
         (Some(poses), Some(k)) => Ok(poses.camera(k, &view.camera)),
         (Some(poses), None) => {
-            let objective = picture_objective(*marching);
+            let objective = Objective::still(*marching);
             let training = data.split.train.iter().map(|&i| &data.views[i].camera);
             let view = View { camera: alignment.with_lens(&view.camera, training), ..view.clone() };
             find(backend, &objective, (&view, photo), data.backdrop, poses.unit(), cancel)

@@ -2,12 +2,12 @@
 
 use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::{Cancel, Cancelled};
-use crate::metrics::quantize;
 use crate::model::{MirrorSource, Refraction};
 use crate::rays::{pixel_ray, ray_within};
 use rayon::prelude::*;
 use refraxel_core::radiance::{Pixel, without};
 use refraxel_core::{Camera, Domain, Path, Ray};
+use refraxel_data::quantize;
 
 /// What a camera sees of a field.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 //! Renderings against their photographs: the one protocol behind training curves, `eval` and `compare`.
 
 use super::Rendering;
-use crate::metrics::{ImageScore, MetricsError, Rgb8, quantize};
-use refraxel_data::{Backdrop, MaskMeaning, Photo, View};
+use crate::metrics::{ImageScore, MetricsError, Rgb8};
+use refraxel_data::{Backdrop, MaskMeaning, Photo, View, quantize};
 
 /// The truth as 8-bit colour; alpha is composited on white.
 pub fn truth(photo: &Photo, backdrop: Backdrop) -> Vec<[u8; 3]> {

@@ -1,9 +1,10 @@
 //! What is inside of the masks of some photographs, as luminance on three rasters, with the rays of its pixels.
 
 use super::detail::Detail;
-use crate::rays::{HALF, Picture, RaySampler, cells};
+use crate::rays::{Picture, RaySampler, cells};
 use refraxel_core::Ray;
 use refraxel_core::structure::luminance;
+use refraxel_data::is_white;
 
 /// Pixels inside the masks of a view on the finest raster, about; coarser rasters have as many, whatever size things have, until
 /// pixels are those of the photograph.
@@ -43,7 +44,7 @@ impl Photographs {
         let pictures: Vec<(usize, Picture)> =
             sampler.pictures().enumerate().filter(|(k, _)| views.contains(k)).collect();
         let inside = |p: &Picture| {
-            p.refractive().map_or(0, |m| m.coverage.iter().filter(|c| **c > HALF).count()) as f64
+            p.refractive().map_or(0, |m| m.coverage.iter().filter(|c| is_white(**c)).count()) as f64
         };
         let shown: Vec<f64> = pictures.iter().map(|(_, p)| inside(p)).filter(|n| *n > 0.0).collect();
         let mean = shown.iter().sum::<f64>() / shown.len().max(1) as f64;
@@ -117,7 +118,7 @@ fn inside(picture: &Picture, full: [usize; 2], whole: [usize; 2], detail: Detail
     if let Some(mask) = picture.refractive() {
         for (cell, pixel) in cells(full, whole) {
             let (sum, count) = &mut sums[cell];
-            *sum += if mask.coverage[pixel] > HALF { 1.0 } else { 0.0 };
+            *sum += if is_white(mask.coverage[pixel]) { 1.0 } else { 0.0 };
             *count += 1.0;
         }
     }

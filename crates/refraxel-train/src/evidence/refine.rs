@@ -9,14 +9,13 @@ use super::photographs::Cutting;
 use super::predict::{Predicted, Way, exit_of, rays_of};
 use super::scan::mean;
 use super::{Photographs, predict};
-use crate::backend::{Backend, Batch, Layers, Marching, RayGradient};
+use crate::backend::{Backend, Batch, Layers, Marching, Objective, RayGradient};
 use crate::blur::gaussian_blur;
 use crate::cancel::Cancelled;
 use crate::events::{Observer, Task};
 use crate::model::axis::Axis;
 use crate::model::{Optics, Refraction};
 use crate::random::Random;
-use crate::schedule::picture_objective;
 use rayon::prelude::*;
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint, Tracer};
@@ -208,7 +207,7 @@ impl Refiner<'_> {
             batch.target.push([0, 1, 2].map(|c| colour[c] - 0.5 * d_luminance * LUMINANCE[c] as f32));
             batch.offset.push(0.5);
         }
-        let found = self.backend.ray_gradients(&batch, &picture_objective(*marching));
+        let found = self.backend.ray_gradients(&batch, &Objective::still(*marching));
         let along = |(g, ray): (&RayGradient, &Ray<f32>)| {
             let d = g.direction - ray.direction * ray.direction.dot(g.direction);
             RayAdjoint { origin: g.origin * scale.recip(), direction: d * scale.recip() }

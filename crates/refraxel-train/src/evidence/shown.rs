@@ -4,8 +4,8 @@ use super::Photographs;
 use super::detail::Detail;
 use super::predict::{Way, behind};
 use crate::backend::{Backend, Marching};
-use crate::metrics::quantize;
 use crate::model::Refraction;
+use refraxel_data::quantize;
 
 /// Grey of pixels of which nothing is known, as beside the mask.
 const BLANK: [u8; 3] = [128; 3];

@@ -5,14 +5,16 @@ use crate::CpuBackend;
 use crate::backend::{Backend, Layers, Marching};
 use crate::cancel::Cancel;
 use crate::events::Observer;
-use crate::model::{Model, Optics, Refraction, RegionState};
+use crate::model::{Model, Optics, Refraction};
 use crate::random::Random;
 use crate::rays::{RaySampler, WHITE};
 use refraxel_core::{
     Aabb, Background, BrickMap, Camera, Domain, EnvironmentMap, Extent, IndexGrid, Interpolation, LevelSet,
     Medium, Ray, ShDegree, Vec3, VoxelField, vec3,
 };
-use refraxel_data::{Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split};
+use refraxel_data::{
+    Backdrop, Dataset, Image, Mask, MaskMeaning, Photo, Pixels, PosedPhoto, Split, quantize,
+};
 
 const SIZE: u32 = 96;
 pub(crate) const RADIUS: f32 = 0.5;
@@ -61,8 +63,7 @@ pub(crate) fn taken(truth: Refraction, meets: impl Fn(&Ray<f32>) -> bool) -> (Cp
         let at = |p: u32| camera.ray(f64::from(p % SIZE) + 0.5, f64::from(p / SIZE) + 0.5).unwrap().cast();
         let rays: Vec<Ray<f32>> = (0..SIZE * SIZE).map(at).collect();
         let seen = backend.render(&rays, &MARCHING, Layers::All);
-        let code = |c: f32| (255.0 * c).round().clamp(0.0, 255.0) as u8;
-        let codes = seen.iter().flat_map(|p| p.colour.map(code)).collect();
+        let codes = seen.iter().flat_map(|p| p.colour.map(quantize)).collect();
         let image = Image { width: SIZE, height: SIZE, channels: 3, pixels: Pixels::U8(codes) };
         let coverage = rays.iter().map(|r| if meets(r) { 255 } else { 0 }).collect();
         let mask = Mask { width: SIZE, height: SIZE, coverage };
@@ -119,10 +120,7 @@ fn a_lens_without_a_surface_is_looked_through_too() {
         (1.0 + 0.96 * (1.0 - r * r).max(0.0)).sqrt()
     };
     let grid = IndexGrid::from_samples(CUBE, [41; 3], Interpolation::default(), of);
-    let medium = || {
-        let medium = Medium::new(vec![grid.clone()]).unwrap();
-        Refraction { medium, optics: Optics::default(), states: vec![RegionState::default()] }
-    };
+    let medium = || Refraction::of(vec![grid.clone()]);
     let (backend, photographs) = photographed(medium(), 1.0);
     let [bent, through] = [Way::Bent, Way::Straight].map(|way| {
         predict(&backend, &MARCHING, &photographs, Detail::Middle, &medium(), way).scores(&photographs).mean()

@@ -4,14 +4,12 @@ mod error;
 #[cfg(test)]
 mod examples;
 mod psnr;
-mod quantize;
 mod rgb8;
 mod scores;
 mod ssim;
 
 pub use error::MetricsError;
 pub use psnr::{masked_psnr, psnr};
-pub use quantize::quantize;
 pub use rgb8::Rgb8;
 pub use scores::{ImageScore, PROTOCOL, Scores};
 pub use ssim::ssim;

@@ -1,11 +1,9 @@
 use super::error::MetricsError;
 use super::rgb8::{Rgb8, same_size};
+use refraxel_data::is_white;
 
 /// Fewest pixels of a region for which a masked PSNR is reported.
 const MIN_REGION: u64 = 64;
-
-/// Coverage above which a pixel counts as inside the mask.
-const INSIDE: u8 = 127;
 
 /// Peak signal-to-noise ratio [dB], theory (5.2): −10 log₁₀ of the mean squared error of 8-bit values / 255.
 ///
@@ -30,7 +28,7 @@ pub fn masked_psnr(
     }
     let (mut sum, mut count) = ([0; 2], [0; 2]);
     for ((a, b), &c) in render.pixels().iter().zip(truth.pixels()).zip(coverage) {
-        let region = usize::from(c > INSIDE);
+        let region = usize::from(is_white(c));
         sum[region] += squared_error(a, b);
         count[region] += 1;
     }

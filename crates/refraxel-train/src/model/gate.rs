@@ -5,6 +5,7 @@
 
 use refraxel_core::index::distance_to;
 use refraxel_core::{Domain, Ray, Vec3, vec3};
+use refraxel_data::quantize;
 
 /// A share of each node's voxel that is object, and what a straight ray meets of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +30,7 @@ impl Gate {
     /// # Panics
     /// If there is not one share per node.
     pub fn new(domain: Domain<f32>, fraction: &[f32]) -> Self {
-        let values = fraction.iter().map(|f| (f.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
+        let values = fraction.iter().copied().map(quantize).collect();
         let Some(gate) = Self::from_values(domain, values) else {
             panic!("one share per node of {:?}, got {}", domain.resolution, fraction.len())
         };

@@ -140,23 +140,21 @@ fn scale(grid: &mut IndexGrid<f32>, factor: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Interpolation, LevelSet, Medium, Vec3};
-
-    fn refraction(grid: IndexGrid<f32>) -> Refraction {
-        let mut r = Refraction::none();
-        r.medium = Medium::new(vec![grid]).unwrap();
-        r.states = vec![Default::default()];
-        r
-    }
+    use refraxel_core::{Aabb, Interpolation, LevelSet, Vec3};
 
     fn smooth() -> Refraction {
         let n = |x: Vec3<f32>| 1.25 - 0.25 * ((x.length() - 0.6) * 24.0).tanh();
-        refraction(IndexGrid::from_control_values(Aabb::cube(1.0), [33; 3], Interpolation::CubicBSpline, n))
+        Refraction::of(vec![IndexGrid::from_control_values(
+            Aabb::cube(1.0),
+            [33; 3],
+            Interpolation::CubicBSpline,
+            n,
+        )])
     }
 
     fn sharp() -> Refraction {
         let ball = LevelSet::from_samples(Aabb::cube(1.0), [21; 3], |x: Vec3<f32>| x.length() - 0.6);
-        refraction(IndexGrid::sharp(ball, 1.5))
+        Refraction::of(vec![IndexGrid::sharp(ball, 1.5)])
     }
 
     fn at_the_middle(r: &Refraction) -> f32 {
@@ -204,7 +202,8 @@ mod tests {
         let error = IndexEdit::Scale(9.0).apply(&mut far).unwrap_err();
         assert!(matches!(error, IndexEditError::Range { region: 1, .. }), "{error}");
         assert!((at_the_middle(&far) - 1.5).abs() < 1e-3);
-        let mut vacuum = refraction(IndexGrid::vacuum(Aabb::cube(1.0), [9; 3], Interpolation::CubicBSpline));
+        let mut vacuum =
+            Refraction::of(vec![IndexGrid::vacuum(Aabb::cube(1.0), [9; 3], Interpolation::CubicBSpline)]);
         let error = IndexEdit::Set(1.5).apply(&mut vacuum).unwrap_err();
         assert_eq!(error, IndexEditError::Vacuum { region: 1 });
     }

@@ -1,7 +1,7 @@
 //! The surface of what is opaque as a closed mesh.
 
 use rayon::prelude::*;
-use refraxel_core::grid::{BRICK, BRICK_VOXELS, Border, GaussianKernel, trilinear};
+use refraxel_core::grid::{BRICK_VOXELS, Border, GaussianKernel, trilinear};
 use refraxel_core::radiance::quadrature;
 use refraxel_core::segment::Segment;
 use refraxel_core::sh::MAX_BASIS;
@@ -39,15 +39,11 @@ impl Opacity {
         let domain = field.domain.cast::<f64>();
         let [nx, ny, _] = domain.resolution.map(|n| n as usize);
         let mut values = vec![0.0; domain.resolution.iter().map(|&n| n as usize).product()];
-        for slot in 1..field.map.slots() {
-            let brick = field.map.brick_of(slot as u32);
-            for local in 0..BRICK_VOXELS {
-                let within = [local, local >> 2, local >> 4].map(|l| (l & 3) as u32);
-                let node: [u32; 3] = std::array::from_fn(|a| BRICK * brick[a] + within[a]);
-                if (0..3).all(|a| node[a] < domain.resolution[a]) {
-                    let [x, y, z] = node.map(|n| n as usize);
-                    values[x + nx * (y + ny * z)] = opacity(field, slot * BRICK_VOXELS + local, node);
-                }
+        for voxel in BRICK_VOXELS..field.map.voxels() {
+            let node = field.map.node(voxel);
+            if (0..3).all(|a| node[a] < domain.resolution[a]) {
+                let [x, y, z] = node.map(|n| n as usize);
+                values[x + nx * (y + ny * z)] = opacity(field, voxel, node);
             }
         }
         let mut grid = Self { domain, values };

@@ -67,8 +67,17 @@ const MAX_BOUNCES: usize = 24;
 impl Refraction {
     /// Straight rays.
     pub fn none() -> Self {
-        let medium = Medium::new(Vec::new()).unwrap_or_else(|_| unreachable!("no two regions overlap"));
-        Self { medium, states: Vec::new(), optics: Optics::default() }
+        Self::of(Vec::new())
+    }
+
+    /// Rays that these regions bend, of which all may be learned.
+    ///
+    /// # Panics
+    /// If they are no [`Medium`].
+    pub fn of(regions: Vec<IndexGrid<f32>>) -> Self {
+        let states = vec![RegionState::default(); regions.len()];
+        let medium = Medium::new(regions).unwrap_or_else(|e| panic!("regions that are no medium: {e}"));
+        Self { medium, states, optics: Optics::default() }
     }
 
     /// True when all rays are straight.
@@ -190,12 +199,8 @@ mod tests {
 
     fn of_grid(grid: IndexGrid<f32>) -> Refraction {
         let trainable = vec![true; grid.coefficients().len()];
-        let medium = Medium::new(vec![grid]).unwrap();
-        Refraction {
-            medium,
-            states: vec![RegionState { trainable, ..RegionState::default() }],
-            ..Refraction::none()
-        }
+        let states = vec![RegionState { trainable, ..RegionState::default() }];
+        Refraction { states, ..Refraction::of(vec![grid]) }
     }
 
     #[test]

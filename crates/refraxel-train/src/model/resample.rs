@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use refraxel_core::field::EMPTY_DENSITY;
-use refraxel_core::grid::{BRICK, BRICK_VOXELS, EMPTY_SLOT, trilinear};
+use refraxel_core::grid::{BRICK_VOXELS, EMPTY_SLOT, trilinear};
 use refraxel_core::{BrickMap, Domain, Vec3, VoxelField};
 
 /// The field on another domain over the same box, with another set of bricks. Where the old field stores nothing, the
@@ -14,14 +14,13 @@ pub fn resampled(old: &VoxelField<f32>, domain: Domain<f32>, map: BrickMap) -> V
     let scale = Vec3::from(std::array::from_fn(|a| {
         (old.domain.resolution[a] - 1) as f32 / (domain.resolution[a] - 1) as f32
     }));
-    let (bricks, resolution) = (new.map.bricks().to_vec(), domain.resolution);
-    let density = new.density.par_chunks_mut(BRICK_VOXELS).skip(1);
-    let colour = new.colour.par_chunks_mut(BRICK_VOXELS * stride).skip(1);
-    density.zip(colour).zip(bricks).for_each(|((density, colour), brick)| {
+    let map = &new.map;
+    let density = new.density.par_chunks_mut(BRICK_VOXELS);
+    let colour = new.colour.par_chunks_mut(BRICK_VOXELS * stride);
+    density.zip(colour).enumerate().skip(1).for_each(|(slot, (density, colour))| {
         for local in 0..BRICK_VOXELS {
-            let offset = [local as u32 & 3, local as u32 >> 2 & 3, local as u32 >> 4];
-            let node: [u32; 3] =
-                std::array::from_fn(|a| (brick[a] * BRICK + offset[a]).min(resolution[a] - 1));
+            let node = map.node(slot * BRICK_VOXELS + local);
+            let node: [u32; 3] = std::array::from_fn(|a| node[a].min(domain.resolution[a] - 1));
             let g = Vec3::from(node.map(|n| n as f32)).hadamard(scale);
             let to = &mut colour[local * stride..(local + 1) * stride];
             density[local] = interpolate(old, g, to);

@@ -3,10 +3,7 @@
 //! A list of them would take eight bytes per pixel of glass. Counts per row take eight bytes per row of the masks; the
 //! row is then looked through.
 
-use refraxel_data::Mask;
-
-/// Coverages above this are inside.
-pub const HALF: u8 = 127;
+use refraxel_data::{Mask, is_white};
 
 /// Numbers of the pixels that lie mostly inside the refractive mask of their view, by view, row and column.
 pub(super) struct InsidePixels {
@@ -22,7 +19,7 @@ impl InsidePixels {
         let (mut before, mut rows) = (vec![0], vec![0]);
         for mask in masks {
             for row in mask.iter().flat_map(|m| m.coverage.chunks(m.width.max(1) as usize)) {
-                let inside = row.iter().filter(|c| **c > HALF).count() as u64;
+                let inside = row.iter().filter(|c| is_white(**c)).count() as u64;
                 before.push(before[before.len() - 1] + inside);
             }
             rows.push(before.len() - 1);
@@ -46,7 +43,8 @@ impl InsidePixels {
         let row = self.row(k);
         let width = mask.width as usize;
         let start = (row - self.rows[self.view(k)]) * width;
-        let inside = mask.coverage.get(start..start + width)?.iter().enumerate().filter(|(_, c)| **c > HALF);
+        let inside =
+            mask.coverage.get(start..start + width)?.iter().enumerate().filter(|(_, c)| is_white(**c));
         let (column, _) = { inside }.nth((k - self.before[row]) as usize)?;
         Some(start + column)
     }
@@ -73,7 +71,7 @@ mod tests {
             .enumerate()
             .flat_map(|(view, m)| m.iter().map(move |m| (view, m)))
             .flat_map(|(view, m)| {
-                (0..m.coverage.len()).filter(|&p| m.coverage[p] > HALF).map(move |p| (view, p))
+                (0..m.coverage.len()).filter(|&p| is_white(m.coverage[p])).map(move |p| (view, p))
             })
             .collect();
         let inside = InsidePixels::new(masks.iter().map(Option::as_ref));

@@ -17,7 +17,6 @@ mod view;
 pub use batch::Batch;
 pub use draw::Draw;
 pub use edition::Edition;
-pub use inside::HALF;
 pub use lanes::{LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 pub(crate) use picture::cells;
 pub use picture::{Directions, Picture};

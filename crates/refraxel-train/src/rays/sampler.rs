@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::edition::Edition;
-use super::inside::{HALF, InsidePixels};
+use super::inside::InsidePixels;
 use super::lanes::{LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 use super::picture::Picture;
 use super::selection::Selection;
@@ -12,7 +12,7 @@ use crate::random::Random;
 use rayon::prelude::*;
 use refraxel_core::radiance::Filter;
 use refraxel_core::{Camera, Ray, Vec3};
-use refraxel_data::{Backdrop, Mask, Photo, View, is_one_place};
+use refraxel_data::{Backdrop, Mask, Photo, View, is_one_place, is_white};
 use std::sync::Arc;
 
 /// A view with a mask of refractive things.
@@ -167,7 +167,7 @@ impl RaySampler {
 
     fn pixels_of(&self, view: usize) -> AsideView {
         let of = &self.views[view];
-        let is_inside = |p: &usize| of.refractive().is_none_or(|m| m.coverage[*p] > HALF);
+        let is_inside = |p: &usize| of.refractive().is_none_or(|m| is_white(m.coverage[*p]));
         let all: Vec<usize> = (0..of.photo.image.len()).filter(|p| of.used(*p)).collect();
         let (within, beside): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_inside);
         let thinned = |pixels: &[usize]| {

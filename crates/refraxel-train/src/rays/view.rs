@@ -1,12 +1,11 @@
 //! A photograph that rays are drawn from.
 
-use super::inside::HALF;
 use super::pixel::pixel_ray;
 use super::shown::over;
 use rayon::prelude::*;
 use refraxel_core::radiance::Filter;
 use refraxel_core::{Camera, Lens, Ray, Vec3};
-use refraxel_data::{Mask, MaskMeaning, Photo};
+use refraxel_data::{Mask, MaskMeaning, Photo, is_white};
 use std::sync::Arc;
 
 /// Distorted lenses are inverted once per pixel and kept, for at most this many different cameras.
@@ -63,7 +62,7 @@ impl TrainingView {
             return self.colour(pixel, behind);
         }
         let mask = self.refractive();
-        let inside = |p: usize| mask.is_some_and(|m| m.coverage[p] > HALF);
+        let inside = |p: usize| mask.is_some_and(|m| is_white(m.coverage[p]));
         let (own, mut sum, mut count) = (inside(pixel), [0.0_f32; 3], 0.0);
         for by in taps(reach).flat_map(|y| taps(reach).map(move |x| [x, y])) {
             let Some(p) = self.moved(pixel, by) else { continue };

@@ -185,7 +185,7 @@ mod tests {
     fn a_crumb_that_no_ray_inside_masks_meets_is_no_region() {
         let options = Options::default();
         let body = |middle: Vec3<f32>, radius: f32| {
-            let bounds = Aabb::new(middle - Vec3::splat(0.5), middle + Vec3::splat(0.5));
+            let bounds = Aabb::cube_at(middle, 0.5);
             let site =
                 Site { bounds, resolution: [21; 3], interpolation: options.index.interpolation.into() };
             Region::body(site, |x| (x - middle).length() - radius)

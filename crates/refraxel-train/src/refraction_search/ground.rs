@@ -7,9 +7,10 @@ use super::silhouettes::occluders;
 use crate::backend::{Backend, Marching};
 use crate::model::polyhedron::Plane;
 use crate::random::Random;
-use crate::rays::{HALF, pixel_ray};
+use crate::rays::pixel_ray;
 use crate::silhouettes::Silhouette;
 use refraxel_core::{Aabb, Camera, LevelSet, Ray, Vec3};
+use refraxel_data::is_white;
 
 /// Rays that look for it, of all views, about.
 const RAYS: usize = 40_000;
@@ -46,7 +47,7 @@ impl Ground {
         let stride = pixels.div_ceil(RAYS) | 1; // odd: other columns in each row
         for s in silhouettes {
             let pixels = (0..s.mask.coverage.len()).step_by(stride);
-            let beside: Vec<usize> = pixels.filter(|p| s.mask.coverage[*p] <= HALF).collect();
+            let beside: Vec<usize> = pixels.filter(|p| !is_white(s.mask.coverage[*p])).collect();
             let met = occluders(backend, &s.camera, &beside, marching);
             points.extend(beside.iter().zip(met).filter(|(_, d)| d.is_finite()).filter_map(|(pixel, d)| {
                 let ray: Ray<f32> = pixel_ray(&s.camera, *pixel)?;

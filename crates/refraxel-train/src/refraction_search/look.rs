@@ -57,11 +57,6 @@ pub(super) fn unknowns(proposal: &Proposal, region: &Region) -> Vec<Unknown> {
     (proposal.unknowns)(region).into_iter().map(of_scan).collect()
 }
 
-/// Hypotheses of many unknowns, or whose rays are slow, are looked at last, and go on only where their first numbers come near to what stands.
-pub(super) fn is_dear(proposal: &Proposal) -> bool {
-    proposal.is_dear || proposal.kind == Hypothesis::Graded
-}
-
 /// Shapes of candidates that differ in the index alone.
 #[derive(Default)]
 struct Shapes {
@@ -342,31 +337,22 @@ mod tests {
     use crate::CpuBackend;
     use crate::cancel::Cancel;
     use crate::evidence::tests::{MARCHING, RADIUS, taken};
-    use crate::model::RegionState;
     use crate::refraction_search::hypotheses::proposals;
     use crate::schedule::Progress;
     use crate::silhouettes::Site;
-    use refraxel_core::{Aabb, LevelSet, Medium, Vec3, vec3};
+    use refraxel_core::{Aabb, LevelSet, Vec3, vec3};
     use refraxel_data::LocalOrigin;
 
-    fn cube(middle: Vec3<f32>) -> Aabb<f32> {
-        Aabb::new(middle - Vec3::splat(0.65), middle + Vec3::splat(0.65))
-    }
-
     fn ball(middle: Vec3<f32>, radius: f32, index: f32) -> IndexGrid<f32> {
-        let surface = LevelSet::from_samples(cube(middle), [41; 3], |x| (x - middle).length() - radius);
+        let surface =
+            LevelSet::from_samples(Aabb::cube_at(middle, 0.65), [41; 3], |x| (x - middle).length() - radius);
         IndexGrid::sharp(surface, index)
     }
 
     /// A lens by its index at a distance from the middle [radius].
     fn lens(index: impl Fn(f32) -> f32) -> IndexGrid<f32> {
         let of = |x: Vec3<f32>| index(x.length() / RADIUS);
-        IndexGrid::from_samples(
-            cube(Vec3::zero()),
-            [41; 3],
-            Options::default().index.interpolation.into(),
-            of,
-        )
+        IndexGrid::from_samples(Aabb::cube(0.65), [41; 3], Options::default().index.interpolation.into(), of)
     }
 
     /// Photographs of a truth in balls of `mask` times their radius, whose silhouettes are what is known of it.
@@ -380,15 +366,14 @@ mod tests {
     impl Setting {
         fn new(truth: Vec<IndexGrid<f32>>, middles: &[Vec3<f32>], mask: f32) -> Self {
             let options = Options::default();
-            let states = vec![RegionState::default(); truth.len()];
-            let truth = Refraction { medium: Medium::new(truth).unwrap(), optics: options.optics(), states };
+            let truth = Refraction { optics: options.optics(), ..Refraction::of(truth) };
             let radius = mask * RADIUS;
             let (backend, sampler) = taken(truth, |r| {
                 middles.iter().any(|m| (r.origin - *m).cross(r.direction).length() < radius)
             });
             let region = |middle: &Vec3<f32>| {
                 let interpolation = options.index.interpolation.into();
-                let site = Site { bounds: cube(*middle), resolution: [41; 3], interpolation };
+                let site = Site { bounds: Aabb::cube_at(*middle, 0.65), resolution: [41; 3], interpolation };
                 let body = Region::body(site, |x| (x - *middle).length() - radius);
                 Region { is_shared: middles.len() > 1, ..body }
             };
@@ -415,7 +400,7 @@ mod tests {
                 let at =
                     Standing { backend, others: &others, known: &known, marching: MARCHING, tangents: &[] };
                 let (dear, usual): (Vec<_>, Vec<_>) =
-                    proposals(&regions[k], options).into_iter().partition(|p| is_dear(p));
+                    proposals(&regions[k], options).into_iter().partition(|p| p.is_dear);
                 looks[k].stand(&at, &usual, &mut observer).unwrap();
                 looks[k].stand(&at, &dear, &mut observer).unwrap();
             }

@@ -276,9 +276,9 @@ mod tests {
         let voxel = gate.domain().voxel();
         let near = |x: &Vec3<f32>| truth(*x).abs() < 6.0 * voxel;
         let domain = *gate.domain();
-        let nodes = (0..gate.values().len()).map(|j| domain.position(domain.coordinates(j)));
+        let nodes = (0..gate.values().len()).map(|j| domain.place(j));
         let wrong = nodes.filter(near).filter(|x| gate.is_inside(*x) != (truth(*x) < 0.0)).count();
-        let nodes = (0..gate.values().len()).map(|j| domain.position(domain.coordinates(j)));
+        let nodes = (0..gate.values().len()).map(|j| domain.place(j));
         let surface = nodes.filter(|x| truth(*x).abs() < 0.5 * voxel).count();
         wrong as f32 / surface as f32
     }

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::hypotheses::{Candidate, proposals};
-use super::look::{JUDGED, Look, Seen, Standing, is_dear, others, unknowns};
+use super::look::{JUDGED, Look, Seen, Standing, others, unknowns};
 use super::opinion::{Judged, Opinion};
 use super::region::Region;
 use super::revolve::revolve;
@@ -117,7 +117,7 @@ pub(super) fn decide(
         let others = others(&looks, k);
         let at = Standing { backend, others: &others, known, marching, tangents };
         let (dear, usual): (Vec<_>, Vec<_>) =
-            proposals(&regions[k], known.options).into_iter().partition(|p| is_dear(p));
+            proposals(&regions[k], known.options).into_iter().partition(|p| p.is_dear);
         looks[k].choose(&at, (&usual, &dear), regions.len(), observer)?;
     }
     let mut judged = Vec::new();

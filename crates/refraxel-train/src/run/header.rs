@@ -34,7 +34,7 @@ pub(super) struct Header {
     /// Where their coordinates begin in the world of the user's data; absent: where those do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
-    pub backdrop: StoredBackdrop,
+    pub backdrop: Backdrop,
     pub background: StoredBackground,
     /// Refractive regions; their tensors are called `index.K`, K from 0.
     #[serde(default)]
@@ -55,14 +55,6 @@ pub(super) struct Header {
     pub world_from_model: String,
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum StoredBackdrop {
-    Transparent,
-    Color([f32; 3]),
-    Surroundings,
-}
-
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum StoredBackground {
@@ -75,7 +67,7 @@ impl Header {
     pub(super) fn plan(&self) -> Plan {
         let finest = Domain { resolution: self.finest_resolution, ..self.domain() };
         let origin = self.origin.map_or_else(LocalOrigin::default, |at| LocalOrigin::at(at.into()));
-        Plan { finest, near: self.near, origin, backdrop: self.backdrop.into() }
+        Plan { finest, near: self.near, origin, backdrop: self.backdrop }
     }
 
     /// Where the field lies.
@@ -103,7 +95,7 @@ impl Header {
             sh_degree: field.degree.get(),
             near: run.plan.near,
             origin: (!origin.is_of_world()).then(|| origin.place().to_array()),
-            backdrop: run.plan.backdrop.into(),
+            backdrop: run.plan.backdrop,
             background: match &run.model.background {
                 Background::Constant(c) => StoredBackground::Constant(*c),
                 Background::Environment(map) => StoredBackground::EnvironmentRows(map.height()),
@@ -114,26 +106,6 @@ impl Header {
             detected: run.detected.map(StoredDetection::of),
             views: StoredViews::of(run.alignment),
             world_from_model: if origin.is_of_world() { "identity" } else { "origin" }.to_owned(),
-        }
-    }
-}
-
-impl From<Backdrop> for StoredBackdrop {
-    fn from(backdrop: Backdrop) -> Self {
-        match backdrop {
-            Backdrop::Transparent => Self::Transparent,
-            Backdrop::Color(c) => Self::Color(c),
-            Backdrop::Surroundings => Self::Surroundings,
-        }
-    }
-}
-
-impl From<StoredBackdrop> for Backdrop {
-    fn from(backdrop: StoredBackdrop) -> Self {
-        match backdrop {
-            StoredBackdrop::Transparent => Self::Transparent,
-            StoredBackdrop::Color(c) => Self::Color(c),
-            StoredBackdrop::Surroundings => Self::Surroundings,
         }
     }
 }

@@ -3,11 +3,11 @@
 use super::SessionError;
 use super::start::Session;
 use crate::cancel::Cancelled;
-use crate::evaluation::{EvaluateError, Evaluation, Learned, Part, Rendering, evaluate, render};
+use crate::evaluation::{EvaluateError, Evaluation, Learned, Rendering, evaluate, render};
 use crate::events::{Event, Observer};
 use crate::schedule::rendering_marching;
 use refraxel_core::Camera;
-use refraxel_data::View;
+use refraxel_data::{Part, View};
 
 impl Session {
     /// Render and score a part of the data; `each` sees every view. Rays skip the cells that training skips, as of its last

@@ -6,15 +6,13 @@
 //! which is where a view may abstain.
 
 use refraxel_core::radiance::Pixel;
-use refraxel_data::Mask;
+use refraxel_data::{Mask, is_white};
 use std::ops::Range;
 
 /// Parts along an edge of a divided cell, at most.
 const PARTS: usize = 4;
 /// Rays through parts of cells, at most, per ray through a cell.
 const MOST_PARTS: usize = 4;
-/// Coverages above this are inside.
-const HALF: u8 = 127;
 /// The block of a cell that is not divided.
 const UNDIVIDED: u32 = u32::MAX;
 
@@ -150,9 +148,9 @@ impl Occluders {
         }
         let crossed = |&cell: &usize| {
             let [columns, mut rows] = self.pixels(cell);
-            let first = mask.coverage[rows.start * self.image[0] + columns.start] > HALF;
+            let first = is_white(mask.coverage[rows.start * self.image[0] + columns.start]);
             rows.any(|y| {
-                mask.coverage[y * self.image[0]..][columns.clone()].iter().any(|&c| (c > HALF) != first)
+                mask.coverage[y * self.image[0]..][columns.clone()].iter().any(|&c| is_white(c) != first)
             })
         };
         (0..self.size[0] * self.size[1]).filter(crossed).collect()
@@ -167,7 +165,7 @@ impl Occluders {
         };
         let (columns, rows) = (within(columns, part % self.parts), within(rows, part / self.parts));
         let all = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
-        let outside = || all.clone().filter(|(x, y)| mask.coverage[y * self.image[0] + x] <= HALF);
+        let outside = || all.clone().filter(|(x, y)| !is_white(mask.coverage[y * self.image[0] + x]));
         let (count, sum) = outside().fold((0, [0; 2]), |(n, s), (x, y)| (n + 1, [s[0] + x, s[1] + y]));
         let away = |p: usize, k: usize| (p * count).abs_diff(sum[k]).pow(2);
         let middle = outside().min_by_key(|&(x, y)| away(x, 0) + away(y, 1));

@@ -2,11 +2,11 @@
 
 use super::start::Trainer;
 use crate::alignment::Alignment;
-use crate::backend::Layers;
+use crate::backend::{Layers, Objective};
 use crate::exposures::Exposures;
 use crate::poses::{PoseRate, Poses, lens_slopes};
 use crate::rays::{Selection, shown};
-use crate::schedule::{Moment, Phase, picture_objective, training_marching};
+use crate::schedule::{Moment, Phase, training_marching};
 use rayon::prelude::*;
 use refraxel_core::{Camera, Pose};
 
@@ -77,7 +77,7 @@ impl Trainer {
         let marching = training_marching(&self.options, self.plan.near);
         let memory = MEMORY[0] + (MEMORY[1] - MEMORY[0]) * moment.progress.0;
         let residuals: Vec<[f32; 3]> = if let Some(poses) = &mut self.alignment.poses {
-            let gradients = self.backend.ray_gradients(&batch, &picture_objective(marching));
+            let gradients = self.backend.ray_gradients(&batch, &Objective::still(marching));
             let pixel = f64::from(self.sampler.pixel_size(self.plan.finest.bounds.center())) / poses.unit();
             let rate = PoseRate { memory, pixel, most: MOST * pixel };
             let slopes = |(view, ray): (&usize, _)| lens_slopes(self.sampler.camera(*view), ray);

@@ -11,14 +11,11 @@ use std::f64::consts::PI;
 fn ball(domain: Domain<f32>, center: Vec3<f32>, radius: f32) -> VoxelField<f32> {
     let map = BrickMap::dense(domain.resolution);
     let mut field = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -10.0);
-    for slot in 1..field.map.slots() {
-        let brick = field.map.brick_of(slot as u32);
-        for local in 0..BRICK_VOXELS {
-            let node = [0, 1, 2].map(|a| 4.0 * brick[a] as f32 + (local >> (2 * a) & 3) as f32);
-            let inside = radius - (domain.position(Vec3::from(node)) - center).length();
-            let raw = 12.0 * inside / domain.voxel();
-            field.density[slot * BRICK_VOXELS + local] = raw.clamp(-10.0, 20.0);
-        }
+    for voxel in BRICK_VOXELS..field.map.voxels() {
+        let node = field.map.node(voxel).map(|n| n as f32);
+        let inside = radius - (domain.position(Vec3::from(node)) - center).length();
+        let raw = 12.0 * inside / domain.voxel();
+        field.density[voxel] = raw.clamp(-10.0, 20.0);
     }
     field
 }

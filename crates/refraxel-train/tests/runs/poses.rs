@@ -2,8 +2,7 @@
 
 use crate::scenes::written;
 use refraxel_core::{Lens, Mat3, Pose, vec3};
-use refraxel_data::Dataset;
-use refraxel_train::evaluation::Part;
+use refraxel_data::{Dataset, Part};
 use refraxel_train::options::Switch;
 use refraxel_train::random::Random;
 use refraxel_train::session::{Session, Setup, Until};

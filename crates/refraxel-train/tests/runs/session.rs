@@ -6,13 +6,12 @@ use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
 use refraxel_data::synth::{IndexTruth, SceneOptions, scene};
-use refraxel_data::{Backdrop, Dataset};
+use refraxel_data::{Backdrop, Dataset, Part};
 use refraxel_train::backend::{
     Batch, BatchGradient, BrickMask, Caches, Layers, Marching, Mirroring, Objective, RayGradient, Snapshot,
     StepOutcome,
 };
 use refraxel_train::cancel::{Cancel, Cancelled};
-use refraxel_train::evaluation::Part;
 use refraxel_train::events::{Event, Task};
 use refraxel_train::model::{Model, Optimiser, Reflection, Refraction};
 use refraxel_train::options::Switch;

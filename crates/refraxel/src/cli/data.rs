@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use refraxel_data::{AlphaMeaning, Backdrop, Crop, MaskMeaning, Orientation, Reduction};
 use refraxel_train::device::DeviceChoice;
+use refraxel_train::options::Switch;
 
-use super::values::{Setting, direction, minutes};
+use super::values::{ON_OFF, Setting, direction, minutes, words};
 use super::work::WorkArgs;
 
 /// How to read a dataset.
@@ -25,8 +26,8 @@ pub struct ReadingArgs {
     #[arg(long, value_name = "MEANING")]
     pub alpha: Option<AlphaMeaning>,
     /// The meaning of white in the masks [default: by their names, else by comparing neighbouring photographs]
-    #[arg(long, value_name = "MEANING")]
-    pub mask_meaning: Option<WhiteMeans>,
+    #[arg(long, value_name = "MEANING", value_parser = words(&WHITE_MEANS))]
+    pub mask_meaning: Option<MaskMeaning>,
     /// Also read files that the dataset names outside its own folder
     #[arg(long)]
     pub allow_outside: bool,
@@ -35,51 +36,25 @@ pub struct ReadingArgs {
     pub crop: Option<Crop>,
     /// Which pixels of photographs with an orientation tag (EXIF) the poses belong to [default: by their shapes, by the colours
     /// of points, else those stored]
-    #[arg(long, value_name = "WHICH")]
-    pub orientation: Option<PosedPixels>,
+    #[arg(long, value_name = "WHICH", value_parser = words(&POSED_PIXELS))]
+    pub orientation: Option<Orientation>,
     /// Which way is up in the data's coordinates [default: the mean of the cameras' upward directions]
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub up: Option<[f64; 3]>,
 }
 
 /// Which pixels of photographs with an orientation tag are posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PosedPixels {
-    /// Those of the files, whatever the tag says
-    Stored,
-    /// Those that the tag asks for
-    Upright,
-}
-
-impl From<PosedPixels> for Orientation {
-    fn from(pixels: PosedPixels) -> Self {
-        match pixels {
-            PosedPixels::Stored => Self::Stored,
-            PosedPixels::Upright => Self::Upright,
-        }
-    }
-}
+const POSED_PIXELS: [(&str, &str, Orientation); 2] = [
+    ("stored", "Those of the files, whatever the tag says", Orientation::Stored),
+    ("upright", "Those that the tag asks for", Orientation::Upright),
+];
 
 /// What white means in a mask.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum WhiteMeans {
-    /// The refractive object is the first thing hit
-    Refractive,
-    /// The pixel is used, black ones are ignored
-    Keep,
-    /// The pixel is ignored
-    Ignore,
-}
-
-impl From<WhiteMeans> for MaskMeaning {
-    fn from(white: WhiteMeans) -> Self {
-        match white {
-            WhiteMeans::Refractive => Self::Refractive,
-            WhiteMeans::Keep => Self::Keep,
-            WhiteMeans::Ignore => Self::Ignore,
-        }
-    }
-}
+pub(super) const WHITE_MEANS: [(&str, &str, MaskMeaning); 3] = [
+    ("refractive", "The refractive object is the first thing hit", MaskMeaning::Refractive),
+    ("keep", "The pixel is used, black ones are ignored", MaskMeaning::Keep),
+    ("ignore", "The pixel is ignored", MaskMeaning::Ignore),
+];
 
 /// `refraxel inspect`
 #[derive(Args, Debug)]
@@ -147,13 +122,10 @@ pub enum Refraction {
 }
 
 /// Whether something of the photographs learns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Learning {
-    /// It stays as the data state it
-    Fixed,
-    /// It learns, beginning with the value of the data
-    Learn,
-}
+const LEARNING: [(&str, &str, Switch); 2] = [
+    ("fixed", "It stays as the data state it", Switch::Off),
+    ("learn", "It learns, beginning with the value of the data", Switch::On),
+];
 
 /// `refraxel train`
 #[derive(Args, Debug)]
@@ -186,26 +158,26 @@ pub struct TrainArgs {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
     pub refraction_box: Option<String>,
     /// Whether sharp refractive surfaces also mirror their surroundings [default: on]
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub reflection: Option<super::scene::Switch>,
+    #[arg(long, value_name = "WHETHER", value_parser = words(&ON_OFF))]
+    pub reflection: Option<Switch>,
     /// Whether opaque things have a clearcoat that mirrors [default: off]
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub clearcoat: Option<super::scene::Switch>,
+    #[arg(long, value_name = "WHETHER", value_parser = words(&ON_OFF))]
+    pub clearcoat: Option<Switch>,
     /// Whether the poses of the photographs learn, too [default: fixed]
     ///
     /// Held-out photographs are then posed against the finished scene, by half of their own pixels.
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub poses: Option<Learning>,
+    #[arg(long, value_name = "WHETHER", value_parser = words(&LEARNING))]
+    pub poses: Option<Switch>,
     /// Whether focal length and first radial coefficient learn together with the poses [default: fixed]
     ///
     /// One pair for all photographs of a lens. Held-out photographs of it take its result.
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub lens: Option<Learning>,
+    #[arg(long, value_name = "WHETHER", value_parser = words(&LEARNING))]
+    pub lens: Option<Switch>,
     /// Whether exposure and white balance of the photographs learn, too [default: fixed]
     ///
     /// Renderings of held-out photographs are then exposed to match half of the pixels of these.
-    #[arg(long, value_enum, value_name = "WHETHER")]
-    pub exposure: Option<Learning>,
+    #[arg(long, value_name = "WHETHER", value_parser = words(&LEARNING))]
+    pub exposure: Option<Switch>,
     /// Start from this index of refraction instead of masks: a scene.json, an index volume, or a mesh
     ///
     /// A scene.json is exact and is held fixed; --set surface.rate=0.08 and --set index.rate=0.001 let it learn.

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use refraxel_data::MaskMeaning;
 
-use super::data::WhiteMeans;
+use super::data::WHITE_MEANS;
+use super::values::words;
 use super::work::WorkArgs;
 
 /// Which photographs are compared with each other.
@@ -40,8 +42,8 @@ pub struct ImportArgs {
     #[arg(long, value_name = "FOLDER")]
     pub masks: Option<PathBuf>,
     /// The meaning of white in the masks [default: by the name of their folder, else by comparing neighbouring photographs]
-    #[arg(long, value_name = "MEANING")]
-    pub mask_meaning: Option<WhiteMeans>,
+    #[arg(long, value_name = "MEANING", value_parser = words(&WHITE_MEANS))]
+    pub mask_meaning: Option<MaskMeaning>,
     /// Photographs to take from a video, evenly spread, the sharpest of neighbours [default: 80]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=10_000))]
     pub photographs: Option<u32>,

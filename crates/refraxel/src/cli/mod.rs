@@ -12,14 +12,12 @@ mod verbs;
 mod view;
 mod work;
 
-pub use data::{
-    ForecastArgs, InspectArgs, Learning, PosedPixels, ReadingArgs, Refraction, TrainArgs, WhiteMeans,
-};
+pub use data::{ForecastArgs, InspectArgs, ReadingArgs, Refraction, TrainArgs};
 pub use import::{ImportArgs, Matching};
 pub use mask::MaskArgs;
 pub use renderer::RendererArgs;
-pub use run::{CompareArgs, EvalArgs, ExportArgs, ExportFormat, Layer, RenderArgs, SplitName};
-pub use scene::{Around, BenchArgs, DemoArgs, Switch, SynthArgs};
+pub use run::{CompareArgs, EvalArgs, ExportArgs, ExportFormat, Layer, RenderArgs};
+pub use scene::{BenchArgs, DemoArgs, SynthArgs};
 pub use sweep::SweepArgs;
 pub use values::Setting;
 pub use verbs::{Cli, Verb};

@@ -3,39 +3,18 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
-use refraxel_train::evaluation::Part;
+use refraxel_data::Part;
 
 use super::renderer::RendererArgs;
-use super::values::{factor, frame_rate, index, size};
+use super::values::{factor, frame_rate, index, size, words};
 use super::work::WorkArgs;
 
 /// A part of the dataset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum SplitName {
-    /// The training images
-    Train,
-    /// The images that are scored during training
-    Val,
-    /// The held-out images
-    #[default]
-    Test,
-}
-
-impl SplitName {
-    /// The name on the command line, in files and in messages.
-    pub fn name(self) -> &'static str {
-        self.part().name()
-    }
-
-    /// The same for the library.
-    pub fn part(self) -> Part {
-        match self {
-            Self::Train => Part::Train,
-            Self::Val => Part::Val,
-            Self::Test => Part::Test,
-        }
-    }
-}
+const PARTS: [(&str, &str, Part); 3] = [
+    ("train", "The training images", Part::Train),
+    ("val", "The images that are scored during training", Part::Val),
+    ("test", "The held-out images", Part::Test),
+];
 
 /// `refraxel eval`
 #[derive(Args, Debug)]
@@ -51,8 +30,8 @@ pub struct EvalArgs {
     #[arg(value_name = "RUN")]
     pub run: PathBuf,
     /// The images to evaluate
-    #[arg(long, value_enum, default_value_t, value_name = "SPLIT")]
-    pub split: SplitName,
+    #[arg(long, value_parser = words(&PARTS), default_value = "test", value_name = "SPLIT")]
+    pub split: Part,
     /// Bend the rays by this index instead of the run's own: a scene.json, an index volume, or a mesh
     ///
     /// Shows how good the run would be with this index and the same colours. The index is sampled on a fine grid (192 nodes

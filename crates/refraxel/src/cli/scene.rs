@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use refraxel_data::synth::Imperfection;
+use clap::Args;
+use refraxel_data::synth::{CameraSet, Imperfection};
 use refraxel_train::bench::BenchGrid;
 use refraxel_train::device::DeviceChoice;
+use refraxel_train::options::Switch;
 
-use super::values::index;
+use super::values::{ON_OFF, index, words};
 use super::work::WorkArgs;
 
 /// `refraxel demo`
@@ -27,24 +28,11 @@ pub struct DemoArgs {
     pub work: WorkArgs,
 }
 
-/// On or off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Yes
-    On,
-    /// No
-    Off,
-}
-
 /// From which directions a synthetic scene is seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Around {
-    /// From above the ground
-    #[default]
-    Upper,
-    /// From all sides, also from below
-    Full,
-}
+const AROUND: [(&str, &str, CameraSet); 2] = [
+    ("upper", "From above the ground", CameraSet::Upper),
+    ("full", "From all sides, also from below", CameraSet::Full),
+];
 
 /// `refraxel synth`
 #[derive(Args, Debug)]
@@ -86,11 +74,11 @@ pub struct SynthArgs {
     #[arg(long, value_name = "N", value_parser = index)]
     pub ior: Option<f64>,
     /// Whether refractive surfaces also reflect
-    #[arg(long, value_enum, default_value_t = Switch::On, value_name = "WHETHER")]
+    #[arg(long, value_parser = words(&ON_OFF), default_value = "on", value_name = "WHETHER")]
     pub reflection: Switch,
     /// Directions from which the scene is seen
-    #[arg(long, value_enum, default_value_t, value_name = "WHERE")]
-    pub cameras: Around,
+    #[arg(long, value_parser = words(&AROUND), default_value = "upper", value_name = "WHERE")]
+    pub cameras: CameraSet,
     /// Samples per pixel, rounded up to a square number [default: 16, photographs 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: Option<u32>,

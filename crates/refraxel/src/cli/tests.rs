@@ -1,7 +1,7 @@
 use super::*;
 use clap::{CommandFactory, FromArgMatches};
-use refraxel_data::synth::Imperfection;
-use refraxel_data::{AlphaMeaning, Backdrop};
+use refraxel_data::synth::{CameraSet, Imperfection};
+use refraxel_data::{AlphaMeaning, Backdrop, MaskMeaning};
 
 fn parse(line: &str) -> Result<Verb, clap::Error> {
     let matches = Cli::with_negative_numbers().try_get_matches_from(line.split(' '))?;
@@ -49,7 +49,7 @@ fn train_understands_the_contract() {
     let Ok(Verb::Train(args)) = parse(line) else { panic!("refused") };
     assert_eq!((args.refraction, args.seed, args.minutes), (Refraction::Off, Some(7), Some(0.5)));
     assert_eq!(args.settings[1], Setting { key: "b.c".into(), value: "x=y".into() });
-    assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(WhiteMeans::Keep)));
+    assert_eq!((args.reading.holdout, args.reading.mask_meaning), (Some(10), Some(MaskMeaning::Keep)));
     let (backdrop, alpha) = (args.reading.backdrop, args.reading.alpha);
     assert_eq!((backdrop, alpha), (Some(Backdrop::Color([0.0, 1.0, 0.0])), Some(AlphaMeaning::Ignore)));
     assert!(
@@ -124,7 +124,7 @@ fn synth_understands_the_contract() {
     let line = "refraxel synth glass_ball --out s --size 64 --views 20 --seed 3 --ior 1.4 --reflection off --cameras full \
                 --spp 4 --detail-spp 0 --index-resolution 16 --exr --threads 2";
     let Ok(Verb::Synth(args)) = parse(line) else { panic!("refused") };
-    assert_eq!((args.size, args.views, args.cameras), (Some(64), Some(20), Around::Full));
+    assert_eq!((args.size, args.views, args.cameras), (Some(64), Some(20), CameraSet::Full));
     assert!(parse("refraxel synth --list --json").is_ok());
 }
 

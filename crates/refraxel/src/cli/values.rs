@@ -1,5 +1,7 @@
 //! Values of flags that need more than a number.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use refraxel_train::options::Switch;
 use std::str::FromStr;
 
 /// One `KEY=VALUE`.
@@ -23,6 +25,20 @@ impl FromStr for Setting {
         Ok(Self { key: key.to_owned(), value: value.to_owned() })
     }
 }
+
+/// A value that is one of a few words: each word, what it means, and what it stands for.
+pub fn words<T: Copy + Send + Sync + 'static>(
+    all: &'static [(&'static str, &'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    let known = all.iter().map(|(word, meaning, _)| PossibleValue::new(*word).help(*meaning));
+    PossibleValuesParser::new(known).map(move |word: String| {
+        let found = all.iter().find(|(known, ..)| *known == word);
+        found.expect("the parser admits no other word").2
+    })
+}
+
+/// Whether something is done.
+pub const ON_OFF: [(&str, &str, Switch); 2] = [("on", "Yes", Switch::On), ("off", "No", Switch::Off)];
 
 /// A positive time.
 pub fn minutes(text: &str) -> Result<f64, String> {

@@ -8,6 +8,7 @@ use super::scene::{BenchArgs, DemoArgs, SynthArgs};
 use super::sweep::SweepArgs;
 use super::view::ViewArgs;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// Reconstructs scenes with glass, water and other refractive objects from photographs, with rays that bend.
 #[derive(Debug, Parser)]
@@ -31,6 +32,18 @@ impl Cli {
     pub fn read() -> Self {
         let matches = Self::with_negative_numbers().get_matches();
         Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
+    /// A training, by the words of its command line that follow `train`.
+    pub fn training<W: Into<OsString> + Clone>(
+        words: impl IntoIterator<Item = W>,
+    ) -> clap::error::Result<TrainArgs> {
+        let words =
+            ["refraxel", "train"].into_iter().map(OsString::from).chain(words.into_iter().map(W::into));
+        match Self::try_parse_from(words)?.verb {
+            Verb::Train(args) => Ok(args),
+            _ => unreachable!("it is a training"),
+        }
     }
 
     /// The definition of the command line, in which `-1` after a flag is its value: what is wrong with it is then said of

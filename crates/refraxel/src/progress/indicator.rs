@@ -5,6 +5,7 @@ use super::lines::Lines;
 use super::show::Show;
 use super::subtask::Subtask;
 use std::io;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// The progress of one piece of work.
@@ -86,6 +87,18 @@ impl Progress {
             Shown::Bar(bar) => bar.abandon(note),
             Shown::Lines(mut lines) => lines.abandon(Instant::now(), note),
             Shown::Nothing => {}
+        }
+    }
+}
+
+/// Shows how many of `total` parts are done: call what it returns after each, on any thread.
+pub fn counter(show: Show, name: &str, total: usize) -> impl Fn() + Sync {
+    let shown = Mutex::new((Progress::new(show, name, total as u64), 0));
+    move || {
+        if let Ok(mut shown) = shown.lock() {
+            let (progress, done) = &mut *shown;
+            *done += 1;
+            progress.set(*done, "");
         }
     }
 }

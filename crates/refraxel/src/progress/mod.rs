@@ -6,7 +6,7 @@ mod lines;
 mod show;
 mod subtask;
 
-pub use indicator::Progress;
+pub use indicator::{Progress, counter};
 pub(crate) use lines::clock;
 pub use show::Show;
 pub use subtask::Subtask;

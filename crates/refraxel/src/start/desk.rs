@@ -5,7 +5,7 @@ use super::protocol::{Ask, Tell};
 use super::runs::{recent, saved};
 use super::task::{Stage, Task, Work};
 use crate::viewer::{Answerer, Out, Outgoing, Visitor};
-use crate::worker::{Ended, Heard, Worker, wait_for};
+use crate::worker::{Ended, Heard, Worker};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -87,7 +87,8 @@ impl Desk {
             (workers, state.kept.take())
         };
         workers.iter().for_each(Worker::stop);
-        wait_for(&workers, Instant::now() + PATIENCE, || true);
+        let until = Instant::now() + PATIENCE;
+        workers.iter().for_each(|worker| worker.wait_until(until));
         drop(kept);
     }
 

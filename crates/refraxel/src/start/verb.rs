@@ -5,16 +5,11 @@ use crate::cli::ViewArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use crate::verbs::interrupts::{interrupted, watch_for_interrupts};
+use crate::verbs::interrupts::{wait, watch_for_interrupts};
 use crate::viewer::{Page, Server};
 use anyhow::Context;
 use serde_json::json;
 use std::sync::Arc;
-use std::thread;
-use std::time::Duration;
-
-/// How often the program looks whether it shall end.
-const LOOK: Duration = Duration::from_millis(100);
 
 /// The start page, until Ctrl-C.
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {
@@ -35,9 +30,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     Console::new(args.json).result(&text, &json!({ "url": url, "page": "start" })).or_exit(Exit::Io)?;
     // Not opened where a program reads the address; where no browser can be started, the text says what to do.
     let _leads_there = if args.json { None } else { browser::open(&url).ok().flatten() };
-    while !interrupted() {
-        thread::sleep(LOOK);
-    }
+    wait();
     Show::suited(args.json).say("the start page ends; running work is stopped, and a training is saved");
     desk.end("The program was ended in its terminal. `refraxel view` starts it again, and opens this page at another address.");
     Ok(())

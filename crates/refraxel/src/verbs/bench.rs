@@ -8,13 +8,15 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use crate::table::Table;
 use anyhow::Context;
-use refraxel_core::ShDegree;
-use refraxel_data::synth::{DatasetOptions, SceneOptions, ViewCounts, render_dataset, scene};
+use rayon::prelude::*;
+use refraxel_core::{Camera, ShDegree};
+use refraxel_data::synth::{Sampling, SceneOptions, cameras, render_view, scene};
 use refraxel_train::bench::{
     BenchGrid, BenchOptions, Refractive, Throughput, refractive, simd_level, straight,
 };
 use refraxel_train::plan::bytes_per_voxel;
 use serde::Serialize;
+use std::time::Instant;
 
 /// All measurements, each the best of several repetitions.
 #[derive(Serialize)]
@@ -87,10 +89,15 @@ fn synth(repetitions: usize) -> Result<f64, Failure> {
     let scene = scene("glass_ball", &SceneOptions::default())
         .context("the scene of the benchmark is missing")
         .or_exit(Exit::BadInput)?;
-    let views = ViewCounts { train: 4, val: 0, test: 0 };
-    let options = DatasetOptions { size: [100; 2], views, ..DatasetOptions::default() };
-    let rates = (0..repetitions).map(|_| render_dataset(&scene, &options).cost.rays_per_second());
-    Ok(rates.fold(0.0, f64::max))
+    let views: Vec<(u64, Camera)> = (0..).zip(cameras(scene.elevations, 4, 1, [100; 2])).collect();
+    let traced =
+        |(view, camera): &(u64, Camera)| render_view(&scene, camera, *view, &Sampling::default()).samples;
+    let rate = |_| {
+        let start = Instant::now();
+        let samples: u64 = views.par_iter().map(traced).sum();
+        samples as f64 / start.elapsed().as_secs_f64()
+    };
+    Ok((0..repetitions).map(rate).fold(0.0, f64::max))
 }
 
 impl Report {

@@ -2,16 +2,13 @@
 
 use crate::cli::ReadingArgs;
 use crate::exit::{Exit, Failure, OrExit};
-use crate::progress::{Progress, Show};
+use crate::progress::{Show, counter};
 use crate::shell::quoted_path;
 use anyhow::{Context, anyhow};
 use refraxel_core::Vec3;
-use refraxel_data::{
-    DataError, Dataset, MaskMeaning, OpenOptions, Orientation, Photo, Problem, Reduction, Severity,
-};
+use refraxel_data::{DataError, Dataset, OpenOptions, Photo, Problem, Reduction, Severity};
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Mutex;
 
 /// The options for reading a dataset from the command line.
 pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
@@ -20,8 +17,8 @@ pub fn open_options(reading: &ReadingArgs) -> OpenOptions {
         allow_outside: reading.allow_outside,
         backdrop: reading.backdrop,
         alpha: reading.alpha,
-        mask_meaning: reading.mask_meaning.map(MaskMeaning::from),
-        orientation: reading.orientation.map(Orientation::from),
+        mask_meaning: reading.mask_meaning,
+        orientation: reading.orientation,
         crop: reading.crop.unwrap_or_default(),
         up: reading.up.map(Vec3::from),
         origin: None,
@@ -94,13 +91,6 @@ pub fn data_failure(error: DataError) -> Failure {
 
 /// Decodes photographs with a progress bar.
 pub fn load_photos(data: &Dataset, indices: &[usize], show: Show) -> Result<Vec<Photo>, Failure> {
-    let progress = Mutex::new((Progress::new(show, "images", indices.len() as u64), 0));
-    let photos = data.load_photos(indices, |_| {
-        if let Ok(mut shown) = progress.lock() {
-            let (progress, loaded) = &mut *shown;
-            *loaded += 1;
-            progress.set(*loaded, "");
-        }
-    });
-    photos.map_err(data_failure)
+    let loaded = counter(show, "images", indices.len());
+    data.load_photos(indices, |_| loaded()).map_err(data_failure)
 }

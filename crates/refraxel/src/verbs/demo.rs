@@ -5,19 +5,21 @@ use super::files::{absolute, create_folder};
 use super::interrupts::watch_for_interrupts;
 use super::threads::set_threads;
 use super::{compare, sheet, synth, train};
-use crate::cli::{DemoArgs, ReadingArgs, Refraction, Setting, SplitName, TrainArgs};
+use crate::cli::{Cli, DemoArgs, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::shell::quoted_path;
 use crate::table::score;
 use anyhow::anyhow;
+use refraxel_data::Part;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::evaluation::IndexError;
 use refraxel_train::metrics::Scores;
 use refraxel_train::run::{CHECKPOINT, Run};
 use serde::Serialize;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -28,7 +30,7 @@ const VIEWS: ViewCounts = ViewCounts { train: 80, val: 2, test: 8 };
 /// Samples per pixel: edges stay smooth and the dataset is ready in seconds.
 const SAMPLES: u32 = 9;
 /// Options of both runs; a fixed number of steps, so that the same seed gives the same figures on every machine.
-const SETTINGS: [(&str, &str); 2] = [("run.steps", "540"), ("grid.resolution", "96")];
+const SETTINGS: [&str; 4] = ["--set", "run.steps=540", "--set", "grid.resolution=96"];
 
 #[derive(Serialize)]
 struct Report {
@@ -58,17 +60,17 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     say(console, &format!("1. Exact pictures of a glass ball: {views} to learn from, {held_out} to score."))?;
     synth::make(&scene(&data, args.seed), show)?;
     say(console, "2. Training a voxel scene with straight rays, as others do.")?;
-    drop(train::train(&training(args, Refraction::Off, &data, &straight), show)?);
+    drop(train::train(&training(args, "off", &data, &straight)?, show)?);
     say(
         console,
         "3. Training it with rays that bend: this finds the glass, its index, and the surroundings.",
     )?;
-    drop(train::train(&training(args, Refraction::Auto, &data, &bent), show)?);
+    drop(train::train(&training(args, "auto", &data, &bent)?, show)?);
     say(console, "4. Rendering the views that training has not seen.")?;
     let runs = [straight, bent];
     let evaluations = [
-        evaluate(&runs[0], SplitName::Test, DeviceChoice::Cpu, show)?,
-        evaluate(&runs[1], SplitName::Test, DeviceChoice::Cpu, show)?,
+        evaluate(&runs[0], Part::Test, DeviceChoice::Cpu, show)?,
+        evaluate(&runs[1], Part::Test, DeviceChoice::Cpu, show)?,
     ];
     let picture = args.out.join("comparison.png");
     let rows = compare::rows(&runs, &evaluations, true)?;
@@ -112,42 +114,12 @@ fn scene(out: &Path, seed: u64) -> SynthOptions {
     }
 }
 
-fn training(args: &DemoArgs, refraction: Refraction, data: &Path, out: &Path) -> TrainArgs {
-    let setting = |(key, value): (&str, &str)| Setting { key: key.to_owned(), value: value.to_owned() };
-    TrainArgs {
-        data: Some(data.to_owned()),
-        out: Some(out.to_owned()),
-        refraction,
-        reflection: None,
-        refraction_box: None,
-        clearcoat: None,
-        poses: None,
-        lens: None,
-        exposure: None,
-        index_from: None,
-        settings: SETTINGS.map(setting).to_vec(),
-        options: false,
-        markdown: false,
-        config: None,
-        resume: false,
-        overwrite: true,
-        downscale: None,
-        minutes: None,
-        view: None,
-        device: DeviceChoice::Cpu,
-        seed: Some(args.seed),
-        work: args.work.clone(),
-        reading: ReadingArgs {
-            holdout: None,
-            backdrop: None,
-            alpha: None,
-            mask_meaning: None,
-            allow_outside: false,
-            orientation: None,
-            crop: None,
-            up: None,
-        },
-    }
+fn training(args: &DemoArgs, refraction: &str, data: &Path, out: &Path) -> Result<TrainArgs, Failure> {
+    let seed = args.seed.to_string();
+    let mut words: Vec<&OsStr> = vec![data.as_ref(), "--out".as_ref(), out.as_ref(), "--overwrite".as_ref()];
+    let flags = ["--refraction", refraction, "--device", "cpu", "--seed", &seed];
+    words.extend(flags.iter().chain(&SETTINGS).map(OsStr::new));
+    Ok(TrainArgs { work: args.work.clone(), ..Cli::training(words).or_exit(Exit::Usage)? })
 }
 
 impl Report {

@@ -1,16 +1,14 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
 use super::dataset::data_failure;
-use super::evaluation::{
-    Evaluated, EvaluatedExposures, EvaluatedPoses, Evaluation, Rays, folder, folder_of_index,
-};
+use super::evaluation::{Evaluated, Evaluation, Learned, Rays, folder, folder_of_index};
 use super::files::create_folder;
 use super::interrupts::{cancel, watch_for_interrupts};
 use super::loaded::{Loaded, load_run};
 use super::reopen::reopen;
 use super::sheet::{self, Row, Scored, chosen, png_path, save_image};
 use super::threads::set_threads;
-use crate::cli::{EvalArgs, SplitName};
+use crate::cli::EvalArgs;
 use crate::console::Console;
 use crate::device::ModelViewer;
 use crate::exit::{Exit, Failure, OrExit};
@@ -18,10 +16,10 @@ use crate::progress::{Progress, Show};
 use anyhow::{Context, anyhow};
 use refraxel_core::Ray;
 use refraxel_data::atomic::remove_leftovers;
-use refraxel_data::{Backdrop, IndexSource, View, load_photo};
+use refraxel_data::{Backdrop, IndexSource, Part, View, load_photo};
 use refraxel_train::backend::Layers;
 use refraxel_train::device::DeviceChoice;
-use refraxel_train::evaluation::{EvaluateError, Part, Rendering, evaluate_by, truth};
+use refraxel_train::evaluation::{EvaluateError, Rendering, evaluate_by, truth};
 use refraxel_train::events::Observer;
 use refraxel_train::metrics::ImageScore;
 use refraxel_train::run::check_path;
@@ -90,7 +88,7 @@ fn take_index(run: &mut Loaded, folder: &Path, file: &Path) -> Result<(), Failur
 /// Renders and scores a split of a run on a device; writes the pictures and metrics.json.
 pub fn evaluate(
     run_folder: &Path,
-    split: SplitName,
+    split: Part,
     device: DeviceChoice,
     show: Show,
 ) -> Result<Evaluation, Failure> {
@@ -102,7 +100,7 @@ pub fn evaluate(
 
 fn evaluate_in(
     mut run: Loaded,
-    split: SplitName,
+    split: Part,
     device: DeviceChoice,
     out: &Path,
     show: Show,
@@ -111,7 +109,7 @@ fn evaluate_in(
     for folder in [Some(out), out.parent()].into_iter().flatten() {
         let _ = remove_leftovers(folder, |_| true); // failing to do so harms nobody
     }
-    let (part, count) = (split.part(), split.part().views(&data).len());
+    let count = split.views(&data).len();
     let marching = rendering_marching(&run.options, run.plan.near);
     run.backend.refresh_occupancy(&marching);
     let viewer = ModelViewer::open(device, &run.backend, &marching, show)?;
@@ -123,7 +121,7 @@ fn evaluate_in(
     let cancel = cancel();
     let mut ignore = |_| {};
     let mut observer = Observer::new(&cancel, &mut ignore);
-    let evaluated = evaluate_by(run.learned(&marching), &data, part, pixels, &mut observer, &mut each);
+    let evaluated = evaluate_by(run.learned(&marching), &data, split, pixels, &mut observer, &mut each);
     let rows = drawn.rows;
     let found = match evaluated {
         Ok(found) => found,
@@ -146,11 +144,11 @@ fn evaluate_in(
         rays: Some(Rays::of(run.backend.medium())),
         index_from: None,
     };
-    let how = || if part == Part::Train { LEARNED } else { FOUND }.to_owned();
+    let how = || if split == Part::Train { LEARNED } else { FOUND }.to_owned();
     let poses = run.alignment.poses.as_ref();
-    let poses = poses.map(|poses| EvaluatedPoses { shift: poses.shift(), evaluated: how() });
+    let poses = poses.map(|p| Learned { shift: p.shift(), evaluated: how() });
     let exposures = run.alignment.exposures.as_ref();
-    let exposures = exposures.map(|e| EvaluatedExposures { shift: e.shift(), evaluated: how() });
+    let exposures = exposures.map(|e| Learned { shift: e.shift(), evaluated: how() });
     let (scores, ior, verdict) = (found.scores, found.index, run.state.verdict);
     Ok(Evaluation { scores, ior, verdict, poses, exposures, run: evaluated })
 }
@@ -209,7 +207,7 @@ impl From<EvaluateError> for Failure {
 }
 
 /// Prints an evaluation and where its files are.
-pub fn print(evaluation: &Evaluation, out: &Path, split: SplitName, console: Console) -> Result<(), Failure> {
+pub fn print(evaluation: &Evaluation, out: &Path, split: Part, console: Console) -> Result<(), Failure> {
     let text = format!(
         "{}\nprotocol: {}\npictures: {}, scores: {}",
         evaluation.text(split),

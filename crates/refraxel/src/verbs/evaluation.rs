@@ -1,10 +1,10 @@
 //! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
-use super::files::read_text;
-use crate::cli::SplitName;
+use super::files::read_if_there;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::decimals;
 use anyhow::{Context, anyhow};
+use refraxel_data::Part;
 use refraxel_data::atomic::write_atomic;
 use refraxel_train::Refraction;
 use refraxel_train::device::Device;
@@ -14,7 +14,6 @@ use refraxel_train::metrics::Scores;
 use refraxel_train::poses::{LensShift, PoseShift};
 use refraxel_train::verdict::Verdict;
 use serde::{Deserialize, Serialize};
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// The scores of a run, its index errors where the truth is known, and the state of the run.
@@ -31,30 +30,20 @@ pub struct Evaluation {
     pub verdict: Option<Verdict>,
     /// Where its cameras are, if they learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poses: Option<EvaluatedPoses>,
+    pub poses: Option<Learned<PoseShift>>,
     /// How its photographs are exposed, if they learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exposures: Option<EvaluatedExposures>,
+    pub exposures: Option<Learned<ExposureShift>>,
     /// The run when it was evaluated.
     pub run: Evaluated,
 }
 
-/// How the photographs of an evaluated run are exposed.
+/// What an evaluated run has learned of each view.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EvaluatedExposures {
-    /// How far those of the training views are from their mean.
+pub struct Learned<Shift> {
+    /// How far the training views are from where the data put their cameras, or from their mean exposure.
     #[serde(flatten)]
-    pub shift: ExposureShift,
-    /// How those of the evaluated views were found.
-    pub evaluated: String,
-}
-
-/// Where the cameras of an evaluated run are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EvaluatedPoses {
-    /// How far the cameras of the training views are from where the data put them.
-    #[serde(flatten)]
-    pub shift: PoseShift,
+    pub shift: Shift,
     /// How those of the evaluated views were found.
     pub evaluated: String,
 }
@@ -113,12 +102,12 @@ impl Rays {
 }
 
 /// The folder of a split's renderings in a run.
-pub fn folder(run: &Path, split: SplitName) -> PathBuf {
+pub fn folder(run: &Path, split: Part) -> PathBuf {
     run.join("eval").join(split.name())
 }
 
 /// The folder of renderings with the index of a file.
-pub fn folder_of_index(run: &Path, split: SplitName) -> PathBuf {
+pub fn folder_of_index(run: &Path, split: Part) -> PathBuf {
     run.join("eval").join(format!("{}-index", split.name()))
 }
 
@@ -130,13 +119,9 @@ impl Evaluation {
     }
 
     /// Reads it back; `None` when the split was not evaluated.
-    pub fn read(run: &Path, split: SplitName) -> Result<Option<Self>, Failure> {
+    pub fn read(run: &Path, split: Part) -> Result<Option<Self>, Failure> {
         let path = folder(run, split).join("metrics.json");
-        let text = match read_text(&path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(e) if e.kind() == io::ErrorKind::NotADirectory => return Ok(None),
-            text => text.with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io)?,
-        };
+        let Some(text) = read_if_there(&path)? else { return Ok(None) };
         let again = || {
             let (path, run) = (path.display(), run.display());
             format!("{path} is not a document of this version; run `refraxel eval {run}` again")
@@ -146,8 +131,8 @@ impl Evaluation {
 
     /// Reads the scores of the test split; an error when there are none.
     pub fn of_test(run: &Path) -> Result<Self, Failure> {
-        Self::read(run, SplitName::Test)?.ok_or_else(|| {
-            let path = folder(run, SplitName::Test).join("metrics.json");
+        Self::read(run, Part::Test)?.ok_or_else(|| {
+            let path = folder(run, Part::Test).join("metrics.json");
             let what = if run.is_dir() { "has not been evaluated" } else { "is not the folder of a run" };
             let (run, path) = (run.display(), path.display());
             let error = anyhow!("{run} {what}: there is no {path}; run `refraxel eval {run}` first");
@@ -156,7 +141,7 @@ impl Evaluation {
     }
 
     /// The scores in one line, and the index errors in another.
-    pub fn text(&self, split: SplitName) -> String {
+    pub fn text(&self, split: Part) -> String {
         let (s, db) = (&self.scores, |name: &str, v: Option<f64>| v.map(|v| format!("{name} {v:.2} dB")));
         let psnr = s.psnr.map_or("PSNR infinite".to_owned(), |v| format!("PSNR {v:.2} dB"));
         let parts = [
@@ -167,7 +152,7 @@ impl Evaluation {
         ];
         let scores: Vec<String> = parts.into_iter().flatten().collect();
         let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
-        if let Some(EvaluatedPoses { shift, evaluated }) = &self.poses {
+        if let Some(Learned { shift, evaluated }) = &self.poses {
             text += &format!(
                 "\nposes: cameras turned by up to {:.2} degrees (median {:.2}) and moved by up to {:.d$} (median {:.d$}); \
                  those of these images {evaluated}",
@@ -182,7 +167,7 @@ impl Evaluation {
                     &format!("\nlens: focal length \u{d7}{focal:.4}, first radial coefficient {radial:+.4}");
             }
         }
-        if let Some(EvaluatedExposures { shift, evaluated }) = &self.exposures {
+        if let Some(Learned { shift, evaluated }) = &self.exposures {
             text += &format!(
                 "\nexposures: up to {:.2} stops from their mean (median {:.2}); those of these images {evaluated}",
                 shift.largest, shift.median
@@ -245,7 +230,7 @@ mod tests {
     #[test]
     fn document_round_trips_with_the_scores_at_its_top() {
         let folder = tempfile::tempdir().unwrap();
-        let scores = super::folder(folder.path(), SplitName::Test);
+        let scores = super::folder(folder.path(), Part::Test);
         std::fs::create_dir_all(&scores).unwrap();
         evaluation().write(&scores).unwrap();
         assert_eq!(Evaluation::of_test(folder.path()).unwrap(), evaluation());
@@ -258,7 +243,7 @@ mod tests {
     fn text_leaves_out_what_is_not_known() {
         let expected = "1 test images: PSNR infinite  SSIM 1.0000  inside masks 20.50 dB\n\
                         index of refraction: mean inside 1.000  mean error inside 0.500";
-        assert_eq!(evaluation().text(SplitName::Test), expected);
+        assert_eq!(evaluation().text(Part::Test), expected);
     }
 
     #[test]

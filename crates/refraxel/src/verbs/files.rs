@@ -23,6 +23,14 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// Reads a small text file as [`read_text`] does; `None` where there is none.
+pub fn read_if_there(path: &Path) -> Result<Option<String>, Failure> {
+    match read_text(path) {
+        Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
+        text => text.map(Some).with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io),
+    }
+}
+
 /// Creates a folder and its parents.
 pub fn create_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path)

@@ -8,6 +8,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock};
+use std::thread;
+use std::time::Duration;
+
+/// How often a program that waits looks whether it shall end.
+pub const LOOK: Duration = Duration::from_millis(100);
 
 /// Set by the first signal.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -32,6 +37,13 @@ pub fn cancel() -> Cancel {
 /// True once the user wants to stop.
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// Waits until the user wants to stop.
+pub fn wait() {
+    while !interrupted() {
+        thread::sleep(LOOK);
+    }
 }
 
 /// Asks long work to stop on the first Ctrl-C or termination signal, or when a program is gone that has started this one to show it. The

@@ -2,7 +2,7 @@
 
 use super::files::read_text;
 use super::known_index;
-use crate::cli::{self, Refraction, Setting, TrainArgs};
+use crate::cli::{Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::{Context, anyhow};
@@ -80,16 +80,14 @@ pub fn bend(wish: Refraction, options: &mut Options) {
 
 /// Flags of the command line that are short for options.
 fn set_flags(args: &TrainArgs, options: &mut Options) {
-    let switch = |s: cli::Switch| if s == cli::Switch::On { Switch::On } else { Switch::Off };
     options.run.seed = args.seed.unwrap_or(options.run.seed);
     options.run.minutes = args.minutes.unwrap_or(options.run.minutes);
     bend(args.refraction, options);
-    options.reflection.enabled = args.reflection.map_or(options.reflection.enabled, switch);
-    options.clearcoat.enabled = args.clearcoat.map_or(options.clearcoat.enabled, switch);
-    let learning = |l: cli::Learning| if l == cli::Learning::Learn { Switch::On } else { Switch::Off };
-    options.pose.enabled = args.poses.map_or(options.pose.enabled, learning);
-    options.pose.lens = args.lens.map_or(options.pose.lens, learning);
-    options.exposure.enabled = args.exposure.map_or(options.exposure.enabled, learning);
+    options.reflection.enabled = args.reflection.unwrap_or(options.reflection.enabled);
+    options.clearcoat.enabled = args.clearcoat.unwrap_or(options.clearcoat.enabled);
+    options.pose.enabled = args.poses.unwrap_or(options.pose.enabled);
+    options.pose.lens = args.lens.unwrap_or(options.pose.lens);
+    options.exposure.enabled = args.exposure.unwrap_or(options.exposure.enabled);
     if let Some(bounds) = &args.refraction_box {
         options.refraction.bounds.clone_from(bounds);
     }

@@ -2,15 +2,15 @@
 
 use super::interrupts::{interrupted, watch_for_interrupts};
 use super::threads::set_threads;
-use crate::cli::{Around, Switch, SynthArgs};
+use crate::cli::SynthArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use crate::table::{Table, count, score};
 use anyhow::anyhow;
 use refraxel_data::synth::{
-    CameraSet, Imperfections, Progress as Done, Reflection, SceneInfo, Summary, SynthError, SynthOptions,
-    ViewCounts, room_list, scene_list, synthesize,
+    Imperfections, Progress as Done, Reflection, SceneInfo, Summary, SynthError, SynthOptions, ViewCounts,
+    room_list, scene_list, synthesize,
 };
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -66,8 +66,8 @@ fn options(args: &SynthArgs, usual: SynthOptions) -> SynthOptions {
         views,
         seed: args.seed,
         ior: args.ior,
-        reflection: if args.reflection == Switch::On { Reflection::On } else { Reflection::Off },
-        cameras: if args.cameras == Around::Full { CameraSet::Full } else { CameraSet::Upper },
+        reflection: if args.reflection.is_on() { Reflection::On } else { Reflection::Off },
+        cameras: args.cameras,
         spp: args.spp.unwrap_or(usual.spp),
         detail_spp: args.detail_spp.unwrap_or(usual.detail_spp),
         exr: args.exr,

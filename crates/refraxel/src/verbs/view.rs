@@ -1,6 +1,6 @@
 //! `refraxel view`: a live page of a run, or the start page.
 
-use super::interrupts::{interrupted, watch_for_interrupts};
+use super::interrupts::{wait, watch_for_interrupts};
 use super::reopen::reopen_source;
 use super::threads::set_thread_count;
 use crate::cli::ViewArgs;
@@ -16,10 +16,7 @@ use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
-use std::time::{Duration, Instant};
-
-/// How often the program looks whether it shall end.
-const LOOK: Duration = Duration::from_millis(100);
+use std::time::Instant;
 
 /// The verb.
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {
@@ -56,9 +53,7 @@ fn view(folder: &Path, args: &ViewArgs) -> Result<(), Failure> {
     let text =
         format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", folder.display());
     Console::new(args.json).result(&text, &json!({ "url": url })).or_exit(Exit::Io)?;
-    while !interrupted() {
-        thread::sleep(LOOK);
-    }
+    wait();
     let until = Instant::now() + LAST_WORDS;
     let why = format!(
         "The viewer was ended in its terminal. `refraxel view {}` starts it again and prints another address.",

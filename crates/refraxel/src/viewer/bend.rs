@@ -6,8 +6,8 @@ use crate::verbs::render::paths::{Ball, corners};
 use refraxel_core::optics::{EventKind, PathEnd, Step, fresnel::Incidence};
 use refraxel_core::radiance::Segment;
 use refraxel_core::{Path, Ray, Vec3};
+use refraxel_data::quantize;
 use refraxel_train::backend::Layers;
-use refraxel_train::metrics::quantize;
 use refraxel_train::{Backend, Refraction};
 
 /// Pixels less opaque than this show no place.

@@ -1,7 +1,6 @@
 //! A page as the painter sees it: what it wishes, and how far its picture is.
 
 use super::error::SceneError;
-use super::layers;
 use super::outgoing::{Out, Outgoing};
 use super::photographs::encode;
 use super::picture::{Painted, Picture};
@@ -197,9 +196,8 @@ impl Client {
 
     fn begin(&mut self, scene: &mut Scene, look: Look, first_pass: Duration) -> Result<(), SceneError> {
         let camera = scene.camera(&look)?;
-        let layer = layers::Look { shown: look.shown };
         let rays = if self.is_shown { f64::INFINITY } else { self.speed * first_pass.as_secs_f64() };
-        self.picture = Some(Picture::new(layer, camera, look.moving, rays));
+        self.picture = Some(Picture::new(look.shown, camera, look.moving, rays));
         (self.look, self.since, self.pass) = (Some(look), Instant::now(), (0, Duration::ZERO));
         Ok(())
     }

@@ -106,10 +106,7 @@ mod tests {
         let domain = Domain { bounds, extent: Extent::Bounded, resolution: [33; 3] };
         // A ball of which a part lies outside of the grid.
         let middle = Vec3::new(0.6, 0.0, 0.0);
-        let share = |node| {
-            (0.5 - ((domain.position(domain.coordinates(node)) - middle).length() - 0.6) * 16.0f32)
-                .clamp(0.0, 1.0)
-        };
+        let share = |node| (0.5 - ((domain.place(node) - middle).length() - 0.6) * 16.0f32).clamp(0.0, 1.0);
         let gate = Gate::new(domain, &(0..33 * 33 * 33).map(share).collect::<Vec<f32>>());
         let (wider, pieces) = hull(&gate);
         assert!(pieces.len() > 500, "{}", pieces.len());

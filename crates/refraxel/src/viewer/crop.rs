@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use rayon::prelude::*;
 use refraxel_core::field::EMPTY_DENSITY;
-use refraxel_core::grid::{BRICK, BRICK_VOXELS};
+use refraxel_core::grid::BRICK_VOXELS;
 use refraxel_core::{Aabb, Vec3};
 use refraxel_data::LocalOrigin;
 use refraxel_train::backend::Marching;
@@ -30,10 +30,8 @@ impl Crop {
             let bricks = model.field.density.par_chunks_mut(BRICK_VOXELS).zip(whole.par_chunks(BRICK_VOXELS));
             // The first one is the empty brick.
             bricks.enumerate().skip(1).for_each(|(slot, (shown, whole))| {
-                let lowest = map.brick_of(slot as u32).map(|k| k * BRICK);
                 for (local, (shown, whole)) in shown.iter_mut().zip(whole).enumerate() {
-                    let node = [local % 4, local / 4 % 4, local / 16].map(|k| k as u32);
-                    let node = Vec3::from([0, 1, 2].map(|axis| (lowest[axis] + node[axis]) as f32));
+                    let node = Vec3::from(map.node(slot * BRICK_VOXELS + local).map(|k| k as f32));
                     let is_shown = bounds.is_none_or(|bounds| bounds.contains(domain.position(node)));
                     *shown = if is_shown { *whole } else { EMPTY_DENSITY as f32 };
                 }

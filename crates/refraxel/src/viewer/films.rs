@@ -97,7 +97,7 @@ impl Films {
         self.stop();
         let kept = self.0.state().kept.take();
         let (worker, until) = (self.0.state().worker.clone(), Instant::now() + PATIENCE);
-        worker.iter().for_each(|worker| worker.wait_while(|| Instant::now() < until));
+        worker.iter().for_each(|worker| worker.wait_until(until));
         drop(kept);
     }
 }

@@ -3,49 +3,39 @@
 use super::protocol::Shown;
 use super::scene::Scene;
 use crate::colour_map::ColourMap;
+use crate::verbs::render::depth;
 use crate::verbs::render::refractive::Refractive;
 use refraxel_core::radiance::Pixel;
 use refraxel_core::{Camera, Ray, Vec3};
+use refraxel_data::quantize;
 use refraxel_train::Backend;
 use refraxel_train::evaluation::Light;
-use refraxel_train::metrics::quantize;
 use refraxel_train::model::index_edit::index_range;
 use refraxel_train::rays::ray_within;
 use std::ops::Range;
 
-/// Less opaque pixels do not count for the range of the colours.
-const OPAQUE: f32 = 0.5;
 /// Less opaque pixels have no depth.
 const VISIBLE: f32 = 0.1;
-/// Shares of the depths of a picture at which its colours begin and end.
-const QUANTILES: [f64; 2] = [0.02, 0.98];
 /// Edge of a tile, whose rays share their voxels [pixel].
 const TILE: u32 = 8;
 /// What has no value.
 const NOTHING: [u8; 3] = [246, 246, 248];
 
-/// How a picture is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Look {
-    /// What it shows.
-    pub shown: Shown,
-}
-
-impl Look {
+impl Shown {
     /// Renderings per pixel: mirrored light is a difference of two.
     pub fn rays_per_pixel(self) -> f64 {
-        if self.shown == Shown::Reflection { 2.0 } else { 1.0 }
+        if self == Self::Reflection { 2.0 } else { 1.0 }
     }
 
     /// Several rays per pixel make it better.
     pub fn is_averaged(self) -> bool {
-        !matches!(self.shown, Shown::Index | Shown::Normal)
+        !matches!(self, Self::Index | Self::Normal)
     }
 }
 
 /// Sums over the rays of each pixel.
 pub struct Canvas {
-    look: Look,
+    shown: Shown,
     size: [u32; 2],
     /// Colour, opacity, and depth times opacity.
     sums: Vec<[f32; 5]>,
@@ -57,8 +47,8 @@ pub struct Canvas {
 
 impl Canvas {
     /// An empty canvas.
-    pub fn new(look: Look, size: [u32; 2]) -> Self {
-        let mut canvas = Self { look, size, sums: Vec::new(), counts: Vec::new(), depths: None };
+    pub fn new(shown: Shown, size: [u32; 2]) -> Self {
+        let mut canvas = Self { shown, size, sums: Vec::new(), counts: Vec::new(), depths: None };
         canvas.clear(size);
         canvas
     }
@@ -75,7 +65,7 @@ impl Canvas {
 
     /// One more ray in each pixel of some rows, at this place of the pixel.
     pub fn paint(&mut self, scene: &Scene, camera: &Camera, rows: Range<u32>, at: [f64; 2]) {
-        if !self.look.is_averaged() {
+        if !self.shown.is_averaged() {
             return self.paint_medium(scene, camera, rows);
         }
         let order = tiles(self.size[0], rows);
@@ -91,7 +81,7 @@ impl Canvas {
     }
 
     fn render(&self, scene: &Scene, rays: &[Ray<f32>]) -> Vec<Pixel<f32>> {
-        let light = match self.look.shown {
+        let light = match self.shown {
             Shown::Reflection => Light::Reflected,
             Shown::Transmission => Light::Transmitted,
             _ => Light::All,
@@ -117,7 +107,7 @@ impl Canvas {
 
     /// The colours, three bytes per pixel, and the values of the first and of the last where they stand for numbers.
     pub fn colours(&mut self, scene: &Scene) -> (Vec<u8>, Option<[f32; 2]>) {
-        let range = match self.look.shown {
+        let range = match self.shown {
             Shown::Index => {
                 let [low, high] = index_range(scene.backend().medium());
                 Some([low, high.max(low + 1e-3)])
@@ -130,7 +120,7 @@ impl Canvas {
         let colour = |(sum, &count): (&[f32; 5], &u32)| {
             let share = 1.0 / count.max(1) as f32;
             let [r, g, b, opacity, depth] = sum.map(|x| share * x);
-            match self.look.shown {
+            match self.shown {
                 Shown::Index | Shown::Normal if count == 0 => NOTHING,
                 Shown::Index => ColourMap::Viridis.at((opacity - low) / (high - low)),
                 Shown::Normal => [r, g, b].map(|x| quantize(0.5 * (x + 1.0))),
@@ -148,12 +138,8 @@ impl Canvas {
     fn depth_range(&mut self) -> [f32; 2] {
         let (sums, counts) = (&self.sums, &self.counts);
         *self.depths.get_or_insert_with(|| {
-            let seen = sums.iter().zip(counts).filter(|(s, c)| s[3] > OPAQUE * **c as f32);
-            let mut depths: Vec<f32> = seen.map(|(s, _)| s[4] / s[3]).collect();
-            depths.sort_by(f32::total_cmp);
-            let at = |share: f64| depths.get((share * (depths.len() as f64 - 1.0)) as usize).copied();
-            let [near, far] = QUANTILES.map(|q| at(q).unwrap_or(0.0));
-            [near, far.max(near.next_up())]
+            let seen = sums.iter().zip(counts).filter(|(s, c)| s[3] > depth::OPAQUE * **c as f32);
+            depth::range(seen.map(|(s, _)| s[4] / s[3]).collect()).unwrap_or([0.0, 0.0_f32.next_up()])
         })
     }
 }

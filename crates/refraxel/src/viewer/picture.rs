@@ -1,6 +1,7 @@
 //! A picture that gets better: coarse first, then finer, then with several rays per pixel.
 
-use super::layers::{Canvas, Look as LayerLook};
+use super::layers::Canvas;
+use super::protocol::Shown;
 use super::scene::Scene;
 use refraxel_core::Camera;
 use refraxel_train::evaluation::SUBPIXELS;
@@ -12,7 +13,7 @@ const COARSEST: f64 = 8.0;
 
 /// A picture that is being painted.
 pub struct Picture {
-    look: LayerLook,
+    shown: Shown,
     camera: Camera,
     /// Sizes of the passes with one ray per pixel, from the coarsest.
     sizes: Vec<[u32; 2]>,
@@ -40,12 +41,12 @@ pub struct Painted {
 
 impl Picture {
     /// A picture of a camera, whose first pass should take no more than so many rays.
-    pub fn new(look: LayerLook, camera: Camera, moving: bool, first: f64) -> Self {
+    pub fn new(shown: Shown, camera: Camera, moving: bool, first: f64) -> Self {
         let size = [camera.width, camera.height];
-        let rays = f64::from(size[0]) * f64::from(size[1]) * look.rays_per_pixel();
+        let rays = f64::from(size[0]) * f64::from(size[1]) * shown.rays_per_pixel();
         let sizes = sizes(size, (rays / first.max(1.0)).sqrt().clamp(1.0, COARSEST));
-        let canvas = Canvas::new(look, sizes[0]);
-        Self { look, camera, sizes, pass: 0, row: 0, canvas, moving }
+        let canvas = Canvas::new(shown, sizes[0]);
+        Self { shown, camera, sizes, pass: 0, row: 0, canvas, moving }
     }
 
     /// How far it is: finished passes.
@@ -71,7 +72,7 @@ impl Picture {
     fn passes_in_all(&self) -> usize {
         match self.moving {
             true => 1,
-            false if self.look.is_averaged() => self.sizes.len() + SUBPIXELS.len(),
+            false if self.shown.is_averaged() => self.sizes.len() + SUBPIXELS.len(),
             false => self.sizes.len(),
         }
     }
@@ -87,7 +88,7 @@ impl Picture {
         let at = if coarse { [0.5; 2] } else { SUBPIXELS[self.pass - self.sizes.len()] };
         self.canvas.paint(scene, &camera, self.row..self.row + rows, at);
         self.row += rows;
-        let traced = (f64::from(rows * size[0]) * self.look.rays_per_pixel()) as usize;
+        let traced = (f64::from(rows * size[0]) * self.shown.rays_per_pixel()) as usize;
         (traced, (self.row == size[1]).then(|| self.finish_pass(scene, size)).flatten())
     }
 

@@ -4,7 +4,6 @@
 mod datasets;
 mod files;
 mod program;
-#[cfg(unix)]
 pub mod running;
 
 pub use datasets::{ball, glass, photographs, refractive};

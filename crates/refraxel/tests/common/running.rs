@@ -4,47 +4,48 @@ use super::program::Ran;
 use refraxel_train::checkpoint::TensorFile;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 pub const LOCK: &str = "training.lock";
-/// Time in which everything happens even on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Time in which everything happens even on a busy machine; a test that waits in vain fails.
+pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A program that does not outlive its test.
-pub struct Running(Option<Child>);
+pub struct Running(pub Child);
 
 impl Running {
     pub fn start(command: &mut Command) -> Self {
-        Self(Some(command.stdout(Stdio::null()).spawn().unwrap()))
-    }
-
-    pub fn id(&self) -> u32 {
-        self.0.as_ref().unwrap().id()
+        Self(command.stdout(Stdio::null()).spawn().unwrap())
     }
 
     pub fn has_ended(&mut self) -> bool {
-        self.0.as_mut().unwrap().try_wait().unwrap().is_some()
+        self.0.try_wait().unwrap().is_some()
     }
 
     pub fn ended(mut self) -> Ran {
-        Ran::of(self.0.take().unwrap().wait_with_output().unwrap())
+        let mut err = String::new();
+        self.0.stderr.take().map(|mut told| told.read_to_string(&mut err).unwrap());
+        Ran { code: self.code(), out: String::new(), err }
+    }
+
+    /// The code with which it ends.
+    pub fn code(&mut self) -> i32 {
+        self.0.wait().unwrap().code().unwrap_or(-1)
     }
 
     /// As `kill -9` does.
     pub fn kill(mut self) {
-        let mut child = self.0.take().unwrap();
-        child.kill().unwrap();
-        child.wait().unwrap();
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            let _ = child.kill();
-        }
+        let _ = self.0.kill();
     }
 }
 
@@ -58,7 +59,7 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
 
 /// Sends signals, one right after the other.
 pub fn send(child: &Running, signals: &[&str]) {
-    let kill = |signal: &&str| format!("kill -{signal} {}", child.id());
+    let kill = |signal: &&str| format!("kill -{signal} {}", child.0.id());
     let script = signals.iter().map(kill).collect::<Vec<_>>().join(" && ");
     assert!(Command::new("sh").args(["-c", &script]).status().unwrap().success());
 }

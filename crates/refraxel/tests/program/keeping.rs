@@ -28,7 +28,7 @@ fn one_folder_has_one_training_and_a_lock_outlives_nobody() {
     let (data, run) = (ball(folder.path()), folder.path().join("run"));
     let first = endless(&data, &run, &["--set", "save_every=0.1"]);
     wait_until("no checkpoint was saved in a tenth of a second", || run.join(CHECKPOINT).exists());
-    let holder = format!("process {} on ", first.id());
+    let holder = format!("process {} on ", first.0.id());
     for how in [&["--resume"][..], &["--overwrite"], &[]] {
         train(&data, &run, how).refused(3, &[&holder, LOCK, "choose another --out"]);
     }

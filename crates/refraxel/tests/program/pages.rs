@@ -1,15 +1,11 @@
 //! Pages without a browser, and the programs that serve them.
 
+use crate::common::running::PATIENCE;
 use serde_json::{Value, json};
 use std::io::{BufRead, Read, Write};
 use std::net::TcpStream;
-use std::process::Child;
-use std::time::Duration;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
-
-/// Nothing takes so long; a test that waits in vain fails.
-pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A page without a browser.
 pub struct Page(pub WebSocket<TcpStream>);
@@ -146,22 +142,6 @@ pub fn cookie(url: &str) -> String {
     let answer = request(url, &[&path, &format!("Host: {}", host(url))]);
     let set = answer.lines().find_map(|line| line.strip_prefix("Set-Cookie: "));
     set.unwrap_or_else(|| panic!("{answer}")).split(';').next().unwrap().to_owned()
-}
-
-/// A program that serves a page, and the page's address, which it prints on one of its streams.
-pub struct Program(pub Child);
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-    }
-}
-
-impl Program {
-    pub fn interrupt(&self) {
-        let kill = std::process::Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
-        assert!(kill.unwrap().success());
-    }
 }
 
 /// The address in the first line that has one.

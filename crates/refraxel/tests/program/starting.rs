@@ -3,7 +3,7 @@
 
 use super::importing::Place;
 use super::pages::*;
-use crate::common::running::wait_until;
+use crate::common::running::{Running, send, wait_until};
 use crate::common::*;
 use refraxel_train::run::Run;
 use serde_json::{Value, json};
@@ -14,14 +14,14 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// The start page of a folder, and its address.
-fn begin(folder: &Path) -> (Program, String) {
+fn begin(folder: &Path) -> (Running, String) {
     let mut command = command(&["view", "--json"]);
     command.current_dir(folder);
     start(&mut command)
 }
 
-fn start(command: &mut Command) -> (Program, String) {
-    let mut program = Program(command.stdout(Stdio::piped()).spawn().unwrap());
+fn start(command: &mut Command) -> (Running, String) {
+    let mut program = Running(command.stdout(Stdio::piped()).spawn().unwrap());
     let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
     (program, url)
 }
@@ -68,7 +68,7 @@ fn is_closed(url: &str) -> bool {
     TcpStream::connect(host(url)).is_err()
 }
 
-fn empty() -> (TempDir, Program, String) {
+fn empty() -> (TempDir, Running, String) {
     let folder = tempfile::tempdir().unwrap();
     let (program, url) = begin(folder.path());
     (folder, program, url)
@@ -196,25 +196,24 @@ fn photographs_are_inspected_trained_and_looked_at() {
     assert_eq!(described["step"], step);
 
     // The end of one is the end of all.
-    program.interrupt();
+    send(&program, &["INT"]);
     assert_eq!(page.told("ended")["tell"], "ended");
     assert!(scene.rest().0.iter().any(|told| told["tell"] == "ended"));
-    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    assert_eq!(program.code(), 0);
     assert!(is_closed(&addresses[0]) && is_closed(&url));
 }
 
 #[test]
 fn a_training_is_saved_when_the_start_page_ends_or_is_killed() {
-    for signal in ["-INT", "-KILL"] {
+    for signal in ["INT", "KILL"] {
         let folder = tempfile::tempdir().unwrap();
         let data = ball(folder.path());
         let (mut program, url) = begin(folder.path());
         let (mut page, _) = open(&url);
         page.ask(json!({ "ask": "begin", "verb": "train", "path": path(&data), "minutes": 100, "refraction": "off" }));
         let live = page.work(|work| work["pace"]["task"] == "training")["live"].as_str().unwrap().to_owned();
-        let id = program.0.id().to_string();
-        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
-        program.0.wait().unwrap();
+        send(&program, &[signal]);
+        program.code();
         wait_until("the training ends", || is_closed(&live));
         let run = folder.path().join("ball-run");
         wait_until("the training is saved", || Run::load(&run).is_ok_and(|run| run.state.step > 0));

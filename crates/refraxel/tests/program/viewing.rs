@@ -1,6 +1,7 @@
 //! The live viewer: who is let in, what is painted, and that the ray shown is the ray computed.
 
 use super::pages::*;
+use crate::common::running::*;
 use crate::common::*;
 use refraxel::viewer::{Orders, Painter, Scene, Server};
 use refraxel_core::{Camera, Ray, Vec3, vec3};
@@ -493,18 +494,18 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
 fn view_prints_its_address_and_ends_when_interrupted() {
     let (_, run, _) = glass_run();
     let child = command(&["view", path(run), "--json"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Program(child);
+    let mut program = Running(child);
     let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
     let (mut page, _) = Page::open(&url);
     page.best(look(1, [32, 32], json!({})));
     let port = host(&url).split(':').nth(1).unwrap();
     refraxel(&["view", path(run), "--port", port]).refused(4, &["cannot listen", port]);
-    program.interrupt();
+    send(&program, &["INT"]);
     let (told, _) = page.rest();
     let why = told.last().unwrap();
     assert_eq!(why["tell"], "ended");
     assert!(why["why"].as_str().unwrap().contains("was ended in its terminal"), "{why}");
-    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    assert_eq!(program.code(), 0);
 }
 
 /// The wish for a film along a path.
@@ -521,7 +522,7 @@ fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
     let temporary = tempfile::tempdir().unwrap();
     let mut command = command(&["view", path(run), "--json"]);
     let child = command.env("TMPDIR", temporary.path()).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Program(child);
+    let mut program = Running(child);
     let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
     let (mut page, _) = Page::open(&url);
     let frame = json!({ "camera_to_world": [1, 0, 0, 0, 0, 0, -1, -3, 0, 1, 0, 0, 0, 0, 0, 1], "fov": 40 });
@@ -560,8 +561,8 @@ fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
 
     page.ask(film(&along(3000, 200), json!({})));
     while page.told("film")["pace"].is_null() {}
-    program.interrupt();
-    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    send(&program, &["INT"]);
+    assert_eq!(program.code(), 0);
     assert!(is_without_files(temporary.path()), "what was made for films is removed");
 }
 
@@ -709,7 +710,7 @@ fn a_training_is_seen_and_stopped_from_its_page() {
     page.ask(json!({ "ask": "pause", "paused": false }));
     while page.told("training")["kind"] != "record" {}
     page.ask(json!({ "ask": "stop" }));
-    assert_eq!(program.0.wait().unwrap().code(), Some(130));
+    assert_eq!(program.code(), 130);
     assert!(rest.join().unwrap().contains("saved; the same command with --resume"));
     assert!(Run::load(&run).unwrap().state.step > 0);
 }
@@ -720,13 +721,13 @@ fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
     let (data, run) = (ball(folder.path()), folder.path().join("finished"));
     let options = ["--refraction", "off", "--view", "--set", "run.steps=300", "--set", "grid.resolution=16"];
     let words = [&["train", path(&data), "--out", path(&run)], &options[..]].concat();
-    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
+    let mut program = Running(command(&words).stderr(Stdio::piped()).spawn().unwrap());
     let mut errors = BufReader::new(program.0.stderr.take().unwrap());
     let (mut page, _) = Page::open(&address(&mut errors));
     let rest = thread::spawn(move || drop(errors.lines().map_while(Result::ok).collect::<Vec<_>>()));
     page.ask(look(1, [64, 64], json!({})));
     let (told, headers) = page.rest();
-    assert_eq!(program.0.wait().unwrap().code(), Some(0));
+    assert_eq!(program.code(), 0);
     rest.join().unwrap();
     let last = headers.last().unwrap();
     assert_eq!((&last["step"], &last["last"], &last["rays"]), (&json!(300), &json!(true), &json!(4)));
@@ -751,7 +752,7 @@ fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
     page.ask(json!({ "ask": "pause", "paused": true }));
     while page.told("training")["text"] != "waits" {}
     page.ask(json!({ "ask": "stop" }));
-    assert_eq!(program.0.wait().unwrap().code(), Some(130));
+    assert_eq!(program.code(), 130);
     assert!(Run::load(&run).unwrap().state.step > 0);
 }
 
@@ -764,15 +765,15 @@ fn a_training_ends_also_when_it_was_about_to_wait() {
         page.ask(json!({ "ask": "pause", "paused": paused }));
     }
     page.ask(json!({ "ask": "stop" }));
-    assert_eq!(program.0.wait().unwrap().code(), Some(130));
+    assert_eq!(program.code(), 130);
 }
 
 /// A training without end, its page, and what it says until it ends.
-fn endless(data: &Path, run: &Path) -> (Program, Page, thread::JoinHandle<String>) {
+fn endless(data: &Path, run: &Path) -> (Running, Page, thread::JoinHandle<String>) {
     let steps =
         ["--refraction", "off", "--view", "--set", "run.steps=1000000", "--set", "grid.resolution=16"];
     let words = [&["train", path(data), "--out", path(run)], &steps[..]].concat();
-    let mut program = Program(command(&words).stderr(Stdio::piped()).spawn().unwrap());
+    let mut program = Running(command(&words).stderr(Stdio::piped()).spawn().unwrap());
     let mut errors = BufReader::new(program.0.stderr.take().unwrap());
     let url = address(&mut errors);
     let rest = thread::spawn(move || errors.lines().map_while(Result::ok).collect::<Vec<_>>().join("\n"));

@@ -1,12 +1,12 @@
 //! Bodies that absorb: closed forms, and gradients through length, path and surface against central differences.
 
-use super::scene::{cube, domain, medium, ramp};
+use super::scene::{domain, medium, ramp};
 use super::sharp_gradients::{errors, rays, scene, tracer};
 use crate::index::tests::Sequence;
 use crate::optics::{Path, PathAdjoint, RayAdjoint};
 use crate::radiance::{Absorption, AbsorptionAdjoint};
 use crate::segment::SegmentAdjoint;
-use crate::{IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, vec3};
 
 /// Central differences in f64 with step 1e-6 of a sum of O(10): rounding 1e-9, of derivatives that may be as small as 1e-3.
 const STEP: f64 = 1e-6;
@@ -102,7 +102,7 @@ fn worst_errors(mut medium: Medium<f64>, paths: &[(Ray<f64>, Path<f64>)]) -> [f6
 #[test]
 fn a_chord_of_a_ball_is_its_length_in_the_ball() {
     let (radius, index) = (0.8, 1.5);
-    let ball = LevelSet::from_samples(cube(1.2), [49; 3], |x: Vec3<f64>| x.length() - radius);
+    let ball = LevelSet::from_samples(Aabb::cube(1.2), [49; 3], |x: Vec3<f64>| x.length() - radius);
     let medium = tinted(Medium::new(vec![IndexGrid::sharp(ball, index)]).unwrap());
     let domain = domain();
     for b in [0.0_f64, 0.3, 0.6] {
@@ -127,7 +127,7 @@ fn a_chord_of_a_ball_is_its_length_in_the_ball() {
 #[test]
 fn a_soft_ball_absorbs_as_a_sharp_one_does() {
     let n = |x: Vec3<f64>| 1.0 + 0.5 * ramp(x.length() - 0.8, 0.03);
-    let soft = IndexGrid::from_control_values(cube(1.2), [81; 3], Interpolation::CubicBSpline, n);
+    let soft = IndexGrid::from_control_values(Aabb::cube(1.2), [81; 3], Interpolation::CubicBSpline, n);
     let medium = tinted(Medium::new(vec![soft]).unwrap());
     let domain = domain();
     let ray = Ray { origin: vec3(-2.0, 0.1, 0.0), direction: vec3(1.0, 0.0, 0.0) };

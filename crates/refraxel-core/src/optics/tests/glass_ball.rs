@@ -4,10 +4,10 @@
 //! and impact b < 0.9 R. Each derivative is divided by the exact one of the sharp ball.
 
 use super::measures::exit_vjp;
-use super::scene::{cube, options};
+use super::scene::options;
 use crate::index::tests::Sequence;
 use crate::optics::{Integrator, RayAdjoint, Tracer};
-use crate::{Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3};
+use crate::{Aabb, Domain, Extent, IndexGrid, Interpolation, Medium, Ray, Vec3};
 
 const RADIUS: f64 = 20.0;
 const INDEX: f64 = 1.5;
@@ -38,7 +38,7 @@ fn ball(x: Vec3<f64>, n: f64, r: f64) -> f64 {
 
 fn grid(interpolation: Interpolation, n: f64, r: f64) -> IndexGrid<f64> {
     // Nodes at half-integers: no ray meets the grid symmetrically.
-    IndexGrid::from_samples(cube(28.5), [58; 3], interpolation, |x| ball(x, n, r))
+    IndexGrid::from_samples(Aabb::cube(28.5), [58; 3], interpolation, |x| ball(x, n, r))
 }
 
 /// Quantiles 5 %, 50 %, 95 % over rays of found / exact, for deflection, d/dn and d/dR.
@@ -51,7 +51,7 @@ fn ratios(interpolation: Interpolation) -> [[f64; 3]; 3] {
     };
     let (by_index, by_radius) = (derivative(e, 0.0), derivative(0.0, e));
     let medium = Medium::new(vec![grid(interpolation, INDEX, RADIUS)]).unwrap();
-    let domain = Domain::with_longest(cube(60.0), Extent::Bounded, 16);
+    let domain = Domain::with_longest(Aabb::cube(60.0), Extent::Bounded, 16);
     let tracer = Tracer::new(&medium, &domain, options(Integrator::Leapfrog, 0.25));
     let (mut r, mut found) = (Sequence(3), [const { Vec::new() }; 3]);
     for _ in 0..300 {

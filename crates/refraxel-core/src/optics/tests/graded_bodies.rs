@@ -1,7 +1,7 @@
 //! Bodies with a field of their own: a jump at the surface and bending inside.
 
 use super::measures::median_and_largest;
-use super::scene::{cube, domain, options};
+use super::scene::{domain, options};
 use super::sharp::{Impact, RADIUS, disc, impacts, kinds, trace};
 use crate::index::LevelSet;
 use crate::optics::{EventKind, Integrator, PathEnd, Tracer};
@@ -29,7 +29,7 @@ fn exact_graded(ray: &Ray<f64>, u: Vec3<f64>, b: f64) -> Vec3<f64> {
 }
 
 fn graded_errors(step: f64) -> [f64; 2] {
-    let level = LevelSet::from_samples(cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - RADIUS);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - RADIUS);
     let n = |x: Vec3<f64>| (GRADED[0] - GRADED[1] * x.dot(x)).max(0.05).sqrt();
     let grid = IndexGrid::sharp_from_samples(level, [40; 3], Interpolation::CubicBSpline, n);
     let (medium, domain) = (Medium::new(vec![grid]).unwrap(), domain());
@@ -56,8 +56,8 @@ fn hops_through_flat_parts_of_a_body_change_nothing() {
         let inner = 1.0 - x.dot(x) / 0.09;
         if x.length() > 0.8 { 1.0 } else { 1.5 + 0.2 * inner.max(0.0).powi(3) }
     };
-    let grid = IndexGrid::from_control_values(cube(1.0), [41; 3], Interpolation::CubicBSpline, n);
-    let level = LevelSet::from_samples(cube(1.0), [36; 3], |x: Vec3<f64>| x.length() - 0.6);
+    let grid = IndexGrid::from_control_values(Aabb::cube(1.0), [41; 3], Interpolation::CubicBSpline, n);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [36; 3], |x: Vec3<f64>| x.length() - 0.6);
     let hopping = Medium::new(vec![grid.with_level_set(level)]).unwrap();
     let mut marching = hopping.clone();
     let grid = marching.region_mut(0);

@@ -1,7 +1,7 @@
 //! The full bent render against central differences, with steps, hops and quadrature points held fixed.
 
 use super::measures::exit_vjp;
-use super::scene::{cube, options};
+use super::scene::options;
 use super::sharp_gradients::Functional;
 use crate::background::{Background, EnvironmentMap};
 use crate::grid::BrickMap;
@@ -40,7 +40,7 @@ struct Gradient {
 fn scene(interpolation: Interpolation, integrator: Integrator) -> Scene {
     let mut r = Sequence(41);
     let map = BrickMap::new([12; 3], |b| b != [0, 2, 1]);
-    let domain = Domain::with_longest(cube(1.3), Extent::Bounded, 12);
+    let domain = Domain::with_longest(Aabb::cube(1.3), Extent::Bounded, 12);
     let mut field = VoxelField::uniform(domain, map, ShDegree::new(2).unwrap(), -3.0);
     field.density.iter_mut().for_each(|v| *v = 1.5 * r.next() - 5.0);
     field.colour.iter_mut().for_each(|v| *v = 0.2 * r.next());
@@ -208,7 +208,7 @@ fn all_gradients_of_a_bent_render_match_central_differences_with_euler() {
 #[test]
 fn all_gradients_of_a_render_through_a_sharp_body_match_central_differences() {
     let mut s = scene(Interpolation::CubicBSpline, Integrator::Leapfrog);
-    let level = LevelSet::from_samples(cube(1.0), [20; 3], |x: Vec3<f64>| {
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [20; 3], |x: Vec3<f64>| {
         x.length() - 0.6 - 0.1 * (4.0 * x.x).sin() * (5.0 * x.y + 3.0 * x.z).cos()
     });
     let n = |x: Vec3<f64>| 1.4 + 0.1 * (3.0 * x.x + x.y).sin();

@@ -1,14 +1,14 @@
 use super::measures::median_and_largest;
-use super::scene::{cube, domain, medium, options};
+use super::scene::{domain, medium, options};
 use crate::index::tests::Sequence;
 use crate::optics::{Integrator, Tracer};
-use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 use std::f64::consts::PI;
 
 /// Unit lens: n(r) for r < 1, vacuum around; 129³ nodes. Its ∇n jumps at r = 1, so samples serve as control values.
 fn unit_lens(n: impl Fn(f64) -> f64) -> Medium<f64> {
     let n = |x: Vec3<f64>| n(x.length().min(1.0));
-    let grid = IndexGrid::from_control_values(cube(1.06), [129; 3], Interpolation::CubicBSpline, n);
+    let grid = IndexGrid::from_control_values(Aabb::cube(1.06), [129; 3], Interpolation::CubicBSpline, n);
     Medium::new(vec![grid]).unwrap()
 }
 

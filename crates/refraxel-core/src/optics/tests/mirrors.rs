@@ -1,6 +1,6 @@
 //! What surfaces mirror: closed forms, and the adjoint against central differences.
 
-use super::scene::{cube, domain, medium, options, ramp};
+use super::scene::{domain, medium, options, ramp};
 use super::sharp_gradients::{Functional, errors, rays, scene, tracer};
 use crate::index::LevelSet;
 use crate::index::tests::Sequence;
@@ -18,7 +18,7 @@ pub(super) fn mirrors(tracer: &Tracer<f64>, path: &Path<f64>) -> Vec<PartialRefl
 
 #[test]
 fn a_slab_transmits_one_minus_r_squared_and_mirrors_back() {
-    let level = LevelSet::from_samples(cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
     let medium = Medium::new(vec![IndexGrid::sharp(level, 1.5)]).unwrap();
     let domain = domain();
     let through = |angle: f64| {
@@ -42,7 +42,7 @@ fn a_slab_transmits_one_minus_r_squared_and_mirrors_back() {
 
 #[test]
 fn total_reflection_is_left_to_the_path() {
-    let level = LevelSet::from_samples(cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [41; 3], |x: Vec3<f64>| x.x.abs() - 0.3);
     let medium = Medium::new(vec![IndexGrid::sharp(level, 1.5)]).unwrap();
     let domain = domain();
     let tracer = tracer(&medium, &domain);

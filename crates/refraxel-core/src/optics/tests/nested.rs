@@ -2,16 +2,16 @@
 
 use super::measures::median_and_largest;
 use super::mirrors::mirrors;
-use super::scene::{cube, domain, options};
+use super::scene::{domain, options};
 use super::sharp::{Impact, impacts, kinds, trace};
 use crate::index::LevelSet;
 use crate::index::tests::Sequence;
 use crate::optics::{EventKind, Integrator, Options, Path, PathEnd, Tracer};
-use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// A body in the cube [−half, half]³.
 fn body(half: f64, nodes: u32, index: f64, phi: impl Fn(Vec3<f64>) -> f64) -> IndexGrid<f64> {
-    IndexGrid::sharp(LevelSet::from_samples(cube(half), [nodes; 3], phi), index)
+    IndexGrid::sharp(LevelSet::from_samples(Aabb::cube(half), [nodes; 3], phi), index)
 }
 
 fn ball(half: f64, nodes: u32, index: f64, radius: f64) -> IndexGrid<f64> {
@@ -21,7 +21,7 @@ fn ball(half: f64, nodes: u32, index: f64, radius: f64) -> IndexGrid<f64> {
 /// A body |z − middle| < thickness/2. Control values: linear coefficients are an exact plane.
 fn plate(middle: f64, thickness: f64, index: f64) -> IndexGrid<f64> {
     let phi = |x: Vec3<f64>| (x.z - middle).abs() - 0.5 * thickness;
-    IndexGrid::sharp(LevelSet::from_control_values(cube(2.5), [76; 3], phi), index)
+    IndexGrid::sharp(LevelSet::from_control_values(Aabb::cube(2.5), [76; 3], phi), index)
 }
 
 /// The media along a path.
@@ -313,7 +313,7 @@ fn a_body_of_the_same_index_inside_another_changes_and_mirrors_nothing() {
 fn a_body_inside_a_graded_one_of_the_same_field_changes_nothing_in_second_order() {
     let n = |x: Vec3<f64>| 1.5 + 0.2 * x.x + 0.1 * (2.0 * x.y).sin();
     let graded = |half: f64, radius: f64| {
-        let level = LevelSet::from_samples(cube(half), [40; 3], |x: Vec3<f64>| x.length() - radius);
+        let level = LevelSet::from_samples(Aabb::cube(half), [40; 3], |x: Vec3<f64>| x.length() - radius);
         IndexGrid::sharp_from_samples(level, [24; 3], Interpolation::CubicBSpline, n)
     };
     let (medium, alone) = (

@@ -1,12 +1,12 @@
 //! The adjoint of paths through bodies in bodies against central differences.
 
 use super::mirrors::{Mirrored, mirror_errors, mirrors};
-use super::scene::{cube, domain};
+use super::scene::domain;
 use super::sharp_gradients::{Functional, path_errors, rays, tracer};
 use crate::index::LevelSet;
 use crate::index::tests::Sequence;
 use crate::segment::SegmentAdjoint;
-use crate::{IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// As for single bodies.
 const TOLERANCE: f64 = 1e-7;
@@ -18,7 +18,7 @@ fn scene(graded: bool) -> Medium<f64> {
     let outer = |x: Vec3<f64>| x.length() - 0.65 - 0.06 * (4.0 * x.x).sin() * (3.0 * x.y).cos();
     let inner = |x: Vec3<f64>| (x - vec3(0.25, 0.1, 0.0)).length() - 0.42 - 0.04 * (5.0 * x.z).sin();
     let body = |phi: &dyn Fn(Vec3<f64>) -> f64, n: f64, nodes: [u32; 3]| {
-        let level = LevelSet::from_samples(cube(1.0), nodes, phi);
+        let level = LevelSet::from_samples(Aabb::cube(1.0), nodes, phi);
         if !graded {
             return IndexGrid::sharp(level, n);
         }

@@ -1,5 +1,5 @@
 use super::measures::{exit_vjp, median_and_largest, momentum_at_start};
-use super::scene::{cube, domain, options, ramp};
+use super::scene::{domain, options, ramp};
 use crate::index::tests::Sequence;
 use crate::optics::{Integrator, Options, RayAdjoint, Tracer};
 use crate::{Aabb, IndexGrid, Interpolation, Medium, Ray, Real, Vec3, vec3};
@@ -11,7 +11,7 @@ fn ball_and_lens() -> Medium<f64> {
         |x: Vec3<f64>| 1.0 + 0.3 * (-(9.0 * (x - vec3(1.6, 0.0, 0.0)).dot(x - vec3(1.6, 0.0, 0.0)))).exp();
     let beside = Aabb::new(vec3(1.0, -0.6, -0.5), vec3(2.2, 0.6, 0.7));
     Medium::new(vec![
-        IndexGrid::from_samples(cube(1.0), [49; 3], Interpolation::CubicBSpline, ball),
+        IndexGrid::from_samples(Aabb::cube(1.0), [49; 3], Interpolation::CubicBSpline, ball),
         IndexGrid::from_samples(beside, [21, 22, 23], Interpolation::CubicBSpline, lens),
     ])
     .unwrap()

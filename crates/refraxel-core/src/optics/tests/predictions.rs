@@ -15,7 +15,7 @@ fn panorama(d: Vec3<f64>) -> (f64, Vec3<f64>) {
 }
 
 fn medium(index: f64, dent: f64) -> Medium<f64> {
-    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let cube = Aabb::cube(1.0);
     let phi = |x: Vec3<f64>| x.length() - 0.6 - dent * (4.0 * x.x).sin() * (3.0 * x.y).cos();
     Medium::new(vec![IndexGrid::sharp(LevelSet::from_samples(cube, [33; 3], phi), index)]).unwrap()
 }
@@ -40,7 +40,7 @@ fn paths(medium: &Medium<f64>, domain: &Domain<f64>) -> Vec<Path<f64>> {
 fn the_score_of_a_prediction_has_the_gradient_of_its_differences() {
     const STEP: f64 = 1e-5;
     const TOL: f64 = 1e-4; // relative; crossings are found to 1e-9
-    let cube = Aabb::new(Vec3::splat(-2.0), Vec3::splat(2.0));
+    let cube = Aabb::cube(2.0);
     let domain = Domain::with_longest(cube, Extent::Bounded, 17);
     let seen = |m: &Medium<f64>| -> Vec<f64> {
         paths(m, &domain).iter().map(|p| panorama(p.exit.direction).0).collect()

@@ -3,14 +3,9 @@
 use crate::optics::{Integrator, Options};
 use crate::{Aabb, Domain, Extent, IndexGrid, Interpolation, Medium, Vec3};
 
-/// The cube [−half, half]³.
-pub(super) fn cube(half: f64) -> Aabb<f64> {
-    Aabb::new(Vec3::splat(-half), Vec3::splat(half))
-}
-
 /// A radiance domain around everything the tests trace through.
 pub(super) fn domain() -> Domain<f64> {
-    Domain::with_longest(cube(3.0), Extent::Bounded, 16)
+    Domain::with_longest(Aabb::cube(3.0), Extent::Bounded, 16)
 }
 
 /// One cubic region with n(x) sampled on `nodes`³.
@@ -20,7 +15,7 @@ pub(super) fn medium(
     interpolation: Interpolation,
     n: impl Fn(Vec3<f64>) -> f64,
 ) -> Medium<f64> {
-    Medium::new(vec![IndexGrid::from_samples(cube(half), [nodes; 3], interpolation, n)]).unwrap()
+    Medium::new(vec![IndexGrid::from_samples(Aabb::cube(half), [nodes; 3], interpolation, n)]).unwrap()
 }
 
 pub(super) fn options(integrator: Integrator, step: f64) -> Options<f64> {

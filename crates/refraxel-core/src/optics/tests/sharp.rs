@@ -1,10 +1,10 @@
 //! Sharp interfaces against the closed forms of Snell's law.
 
-use super::scene::{cube, domain};
+use super::scene::domain;
 use crate::index::LevelSet;
 use crate::index::tests::Sequence;
 use crate::optics::{EventKind, Options, Path, PathEnd, Tracer};
-use crate::{IndexGrid, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, IndexGrid, Medium, Ray, Vec3, vec3};
 
 pub(super) const RADIUS: f64 = 0.7;
 
@@ -14,7 +14,7 @@ fn ball(nodes: u32, index: f64) -> Medium<f64> {
 }
 
 fn body(nodes: u32, index: f64, phi: impl Fn(Vec3<f64>) -> f64) -> Medium<f64> {
-    let level = LevelSet::from_samples(cube(1.0), [nodes; 3], phi);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [nodes; 3], phi);
     Medium::new(vec![IndexGrid::sharp(level, index)]).unwrap()
 }
 
@@ -101,7 +101,7 @@ fn momentum_is_the_index_to_rounding_after_every_event() {
 
 /// A slab |z| < 0.5 that the box cuts off at its sides. Control values: linear coefficients are an exact plane.
 fn slab(index: f64) -> Medium<f64> {
-    let level = LevelSet::from_control_values(cube(2.0), [61; 3], |x: Vec3<f64>| x.z.abs() - 0.5);
+    let level = LevelSet::from_control_values(Aabb::cube(2.0), [61; 3], |x: Vec3<f64>| x.z.abs() - 0.5);
     Medium::new(vec![IndexGrid::sharp(level, index)]).unwrap()
 }
 
@@ -140,7 +140,7 @@ fn a_cube_corner_of_three_total_reflections_returns_rays_antiparallel() {
     // Rays enter through a face x + y + z = 0 and meet three perpendicular faces at 54.7 degrees, the critical angle being
     // 41.8. Control values: exact planes, away from the edges.
     let phi = |x: Vec3<f64>| (-(x + Vec3::splat(0.3)).min_element()).max((x.x + x.y + x.z) / 3.0_f64.sqrt());
-    let level = LevelSet::from_control_values(cube(1.0), [65; 3], phi);
+    let level = LevelSet::from_control_values(Aabb::cube(1.0), [65; 3], phi);
     let medium = Medium::new(vec![IndexGrid::sharp(level, 1.5)]).unwrap();
     let axis = Vec3::splat(-1.0 / 3.0_f64.sqrt());
     for aside in [vec3(-0.15, 0.01, 0.14), vec3(0.02, 0.13, -0.15), vec3(0.14, -0.14, 0.0)] {
@@ -183,7 +183,7 @@ fn a_camera_inside_a_body_starts_with_its_index() {
 fn plates_thinner_than_a_voxel_are_not_stepped_over() {
     // A plate of 0.4 voxel, seen from many sides: rays that pass both faces leave as they came.
     let voxel = 2.0 / 47.0;
-    let level = LevelSet::from_control_values(cube(1.0), [48; 3], |x: Vec3<f64>| {
+    let level = LevelSet::from_control_values(Aabb::cube(1.0), [48; 3], |x: Vec3<f64>| {
         // The blur of the control values lifts the crest by 0.54 voxel: the plate is what is left.
         (x.z.abs() - 0.56 * voxel).max(x.x.abs().max(x.y.abs()) - 0.6)
     });
@@ -203,7 +203,7 @@ fn plates_thinner_than_a_voxel_are_not_stepped_over() {
 #[test]
 fn rays_in_single_precision_end_on_rough_surfaces_too() {
     let mut r = Sequence(21);
-    let level = LevelSet::from_control_values(cube(1.0).cast::<f32>(), [32; 3], |x: Vec3<f32>| {
+    let level = LevelSet::from_control_values(Aabb::cube(1.0), [32; 3], |x: Vec3<f32>| {
         x.length() - 0.6 + 0.15 * r_of(x)
     });
     let medium = Medium::new(vec![IndexGrid::sharp(level, 1.7_f32)]).unwrap();

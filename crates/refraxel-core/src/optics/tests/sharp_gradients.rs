@@ -1,13 +1,13 @@
 //! The adjoint of paths with events against central differences.
 
-use super::scene::{cube, domain, options};
+use super::scene::{domain, options};
 use crate::index::tests::Sequence;
 use crate::index::{LevelSet, MediumGradient};
 use crate::optics::{
     EventKind, GRAZING, Integrator, Options, PartialReflectionAdjoint, Path, PathAdjoint, RayAdjoint, Tracer,
 };
 use crate::segment::SegmentAdjoint;
-use crate::{Domain, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
+use crate::{Aabb, Domain, IndexGrid, Interpolation, Medium, Ray, Vec3, vec3};
 
 /// Central differences in f64 with step 1e-6 of O(1) quantities: truncation 1e-10, rounding 1e-10 of each evaluation.
 const STEP: f64 = 1e-6;
@@ -21,7 +21,7 @@ pub(super) fn scene(seed: u64, graded: bool) -> Medium<f64> {
         let sum: f64 = lumps.iter().map(|(c, s)| (-(x - *c).dot(x - *c) / (2.0 * s * s)).exp()).sum();
         0.25 * (0.6 - sum)
     };
-    let level = LevelSet::from_samples(cube(1.0), [24, 26, 25], phi);
+    let level = LevelSet::from_samples(Aabb::cube(1.0), [24, 26, 25], phi);
     let grid = if graded {
         let n = |x: Vec3<f64>| 1.6 + 0.2 * (3.0 * x.x).sin() * (2.0 * x.y + 1.0).cos() + 0.1 * x.z;
         IndexGrid::sharp_from_samples(level, [14, 15, 16], Interpolation::CubicBSpline, n)
@@ -225,7 +225,7 @@ fn derivatives_of_replayed_paths_are_those_of_traced_ones() {
 #[test]
 fn derivatives_by_radius_and_index_of_a_ball_are_those_of_snells_law() {
     let (radius, n) = (0.6, 1.5);
-    let ball = |r: f64| LevelSet::from_samples(cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - r);
+    let ball = |r: f64| LevelSet::from_samples(Aabb::cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - r);
     let e = 1e-5;
     let by_radius: Vec<f64> = (ball(radius + e).coefficients().iter().zip(ball(radius - e).coefficients()))
         .map(|(a, b)| (a - b) / (2.0 * e))
@@ -260,7 +260,7 @@ fn derivatives_by_radius_and_index_of_a_ball_are_those_of_snells_law() {
 
 #[test]
 fn gradients_stay_bounded_at_grazing_incidence() {
-    let ball = LevelSet::from_samples(cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - 0.6);
+    let ball = LevelSet::from_samples(Aabb::cube(1.0), [48; 3], |x: Vec3<f64>| x.length() - 0.6);
     let medium = Medium::new(vec![IndexGrid::sharp(ball, 1.5)]).unwrap();
     let largest = |b: f64| {
         let ray = Ray { origin: vec3(-1.5, b, 0.0), direction: vec3(1.0, 0.0, 0.0) };

@@ -70,7 +70,7 @@ fn total_internal_reflection_begins_at_the_critical_angle() {
 fn rays_that_leave_and_enter_again_pass_every_region() {
     // Three thin prisms in a row, the middle one touching the first, and one off the way.
     let prism = |center: Vec3<f64>| {
-        let bounds = Aabb::new(center - Vec3::splat(0.3), center + Vec3::splat(0.3));
+        let bounds = Aabb::cube_at(center, 0.3);
         let n = move |x: Vec3<f64>| 1.0 + 0.3 * ramp((x - center).length() - 0.12, 0.03);
         IndexGrid::from_samples(bounds, [25; 3], Interpolation::CubicBSpline, n)
     };

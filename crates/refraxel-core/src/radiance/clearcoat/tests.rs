@@ -107,19 +107,13 @@ fn gradients_match_central_differences() {
 
 /// An opaque ball of radius ½ with an edge of some voxels, on a grid of so many nodes.
 fn ball(nodes: u32, edge: f64) -> VoxelField<f64> {
-    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let cube = Aabb::cube(1.0);
     let domain = Domain::with_longest(cube, Extent::Bounded, nodes);
     let map = BrickMap::dense(domain.resolution);
     let mut f = VoxelField::uniform(domain, map, ShDegree::new(0).unwrap(), -10.0);
-    for slot in 1..f.map.slots() {
-        let brick = f.map.brick_of(slot as u32);
-        for local in 0..64_usize {
-            let at = [local & 3, local >> 2 & 3, local >> 4];
-            let node = [0, 1, 2].map(|a| f64::from(4 * brick[a] + at[a] as u32));
-            let depth = 0.5 - f.domain.position(Vec3::from(node)).length();
-            let theta = 20.0 * (depth / (edge * f.domain.voxel())).clamp(-0.5, 0.5);
-            f.density[slot * 64 + local] = theta;
-        }
+    for voxel in 64..f.map.voxels() {
+        let depth = 0.5 - f.domain.position(Vec3::from(f.map.node(voxel).map(f64::from))).length();
+        f.density[voxel] = 20.0 * (depth / (edge * f.domain.voxel())).clamp(-0.5, 0.5);
     }
     f
 }
@@ -148,7 +142,7 @@ fn one_edge_mirrors_one_reflectance_whatever_the_voxels_and_its_width() {
 
 #[test]
 fn fog_mirrors_nothing_and_what_is_mirrored_takes_from_the_rest() {
-    let cube = Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let cube = Aabb::cube(1.0);
     let domain = Domain::with_longest(cube, Extent::Bounded, 33);
     let fog = VoxelField::uniform(domain, BrickMap::dense(domain.resolution), ShDegree::new(0).unwrap(), 3.0);
     let ray = Ray { origin: vec3(0.0, 0.0, 3.0), direction: vec3(0.0, 0.0, -1.0) };

@@ -6,6 +6,7 @@ use crate::synth::dataset::{DatasetOptions, ViewCounts};
 use crate::synth::elevations::Elevations;
 use crate::synth::error::SynthError;
 use crate::synth::photographic::Imperfections;
+use crate::synth::render::Sampling;
 use crate::synth::scene::Scene;
 use crate::synth::scenes::{Room, SceneInfo, SceneOptions, room, room_list, scene, scene_list};
 use crate::synth::shape::TriangleMesh;
@@ -96,11 +97,12 @@ impl SynthOptions {
             size: self.picture_size(),
             views: self.views,
             cameras: self.cameras,
-            seed: self.seed,
-            spp: self.spp,
-            detail_spp: self.detail_spp,
-            limits: Limits { reflection: self.reflection, ..Limits::default() },
-            twins: true,
+            sampling: Sampling {
+                spp: self.spp,
+                detail_spp: self.detail_spp,
+                seed: self.seed,
+                limits: Limits { reflection: self.reflection, ..Limits::default() },
+            },
         }
     }
 

@@ -6,6 +6,7 @@
 use super::super::error::SynthError;
 use super::super::render::Frame;
 use crate::image::{Image, Mask, Pixels};
+use crate::quantize::quantize;
 use image::codecs::openexr::OpenExrEncoder;
 use image::{ColorType, ExtendedColorType, ImageEncoder};
 use std::io::Cursor;
@@ -25,7 +26,7 @@ fn png(path: &Path, bytes: &[u8], size: [u32; 2], color: ColorType) -> Result<Ve
 pub(super) fn color_png(path: &Path, picture: &Image) -> Result<Vec<u8>, SynthError> {
     let bytes: Vec<u8> = match &picture.pixels {
         Pixels::U8(v) => v.clone(),
-        Pixels::F32(v) => v.iter().map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8).collect(),
+        Pixels::F32(v) => v.iter().copied().map(quantize).collect(),
     };
     let color = if picture.channels == 4 { ColorType::Rgba8 } else { ColorType::Rgb8 };
     png(path, &bytes, [picture.width, picture.height], color)
@@ -36,7 +37,7 @@ pub(super) fn color_jpeg(path: &Path, picture: &Image, quality: u8) -> Result<Ve
     let mut out = Vec::new();
     let bytes: Vec<u8> = (0..(picture.width * picture.height) as usize)
         .flat_map(|p| picture.rgba(p)[..3].to_vec())
-        .map(|c| (255.0 * c).round() as u8)
+        .map(quantize)
         .collect();
     image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, quality)
         .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb8)
@@ -89,7 +90,7 @@ pub(super) fn sheet(rows: &[Vec<Image>], gap: u32) -> Image {
                     let rgba = picture.rgba((y * w + x) as usize);
                     let at = (gap + j as u32 * (h + gap) + y) * width + gap + i as u32 * (w + gap) + x;
                     for c in 0..3 {
-                        pixels[at as usize * 3 + c] = (255.0 * rgba[c]).round() as u8;
+                        pixels[at as usize * 3 + c] = quantize(rgba[c]);
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use super::imperfection::{Imperfection, Imperfections};
 use crate::image::{Image, Pixels};
+use crate::quantize::quantize;
 use crate::synth::hash::{mix, signed, unit};
 use crate::synth::render::Frame;
 use crate::synth::texture::srgb_from_linear;
@@ -55,7 +56,7 @@ fn normal(seed: u64, at: u64) -> f64 {
 pub(in crate::synth) fn developed(frame: &Frame, sensor: &Sensor) -> Image {
     let channel = |(i, &light): (usize, &f64)| {
         let read = sensor.reading(light * sensor.gains[i % 3], i as u64);
-        (255.0 * srgb_from_linear(read)).round() as u8
+        quantize(srgb_from_linear(read))
     };
     let pixels = frame.color.iter().flatten().enumerate().map(channel).collect();
     Image { width: frame.size[0], height: frame.size[1], channels: 3, pixels: Pixels::U8(pixels) }

@@ -77,7 +77,7 @@ impl Shape {
     /// A box that contains the shape (tight for the closed forms).
     pub fn bounds(&self) -> Aabb<f64> {
         match self {
-            Shape::Sphere(s) => Aabb::new(s.center - Vec3::splat(s.radius), s.center + Vec3::splat(s.radius)),
+            Shape::Sphere(s) => Aabb::cube_at(s.center, s.radius),
             Shape::Box(s) => Aabb::new(s.min, s.max),
             Shape::Cylinder(s) => s.bounds(),
             Shape::Polyhedron(s) => s.bounds(),

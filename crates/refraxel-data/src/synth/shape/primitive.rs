@@ -111,7 +111,7 @@ impl Primitive {
 
     /// A box that contains the body.
     pub(super) fn bounds(&self) -> Aabb<f64> {
-        let ball = |c: Vec3<f64>, r: f64| Aabb::new(c - Vec3::splat(r), c + Vec3::splat(r));
+        let ball = |c: Vec3<f64>, r: f64| Aabb::cube_at(c, r);
         // A circle or disk of radius r across a unit axis reaches r sqrt(1 - a²) along each coordinate axis.
         let round = |c: Vec3<f64>, axis: Vec3<f64>, r: f64, pad: f64| {
             let reach = axis.map(|a| r * (1.0 - a * a).max(0.0).sqrt() + pad);

@@ -1,14 +1,9 @@
 //! Linear colours, and the colours of displays.
 
-use crate::photo::srgb_encode;
+use crate::photo::{srgb_decode, srgb_encode};
 
 /// Linear red, green, blue; 1 = white of the display.
 pub type Rgb = [f64; 3];
-
-/// Linear value of an sRGB-encoded channel in [0, 1] (IEC 61966-2-1).
-fn linear_from_srgb(v: f64) -> f64 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
 
 /// sRGB encoding of a linear channel, clamped to [0, 1] (IEC 61966-2-1).
 pub(in crate::synth) fn srgb_from_linear(v: f64) -> f64 {
@@ -17,7 +12,7 @@ pub(in crate::synth) fn srgb_from_linear(v: f64) -> f64 {
 
 /// Linear colour of a display colour such as 0xff8800.
 pub(in crate::synth) fn rgb(hex: u32) -> Rgb {
-    [16, 8, 0].map(|shift| linear_from_srgb(f64::from(hex >> shift & 0xff) / 255.0))
+    [16, 8, 0].map(|shift| srgb_decode(f64::from(hex >> shift & 0xff) / 255.0))
 }
 
 #[cfg(test)]
@@ -28,7 +23,7 @@ mod tests {
     fn srgb_encoding_inverts_decoding() {
         for i in 0..=255 {
             let v = f64::from(i) / 255.0;
-            assert!((srgb_from_linear(linear_from_srgb(v)) - v).abs() < 1e-7); // the standard's own rounding
+            assert!((srgb_from_linear(srgb_decode(v)) - v).abs() < 1e-7); // the standard's own rounding
         }
     }
 }

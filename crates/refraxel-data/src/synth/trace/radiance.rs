@@ -146,7 +146,7 @@ mod tests {
             shows: String::new(),
             bodies: vec![Body::glazed("ball", Shape::sphere([0.0; 3], 1.0), black, 1.5)],
             environment: Environment::Constant([1.0; 3]),
-            bounds: Aabb::new(Vec3::splat(-1.0), Vec3::splat(1.0)),
+            bounds: Aabb::cube(1.0),
             elevations: Elevations::UPPER,
         };
         let seen = |reflection, offset: f64| {

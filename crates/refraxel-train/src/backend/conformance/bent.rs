@@ -61,7 +61,7 @@ pub fn faceted_model(extent: Extent) -> Model {
     let body = IndexGrid::sharp(wedge.level_set(Aabb::new(-half, half), [31; 3]), 1.5);
     // Its planes are a part of what is stored of a model, and sent to other processes.
     let states = vec![RegionState { solid: Some(wedge), ..RegionState::default() }];
-    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), states, ..Refraction::none() };
+    let refraction = Refraction { states, ..Refraction::of(vec![body]) };
     Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 
@@ -75,7 +75,7 @@ pub fn cut_model(extent: Extent) -> Model {
     ];
     let body = IndexGrid::sharp(cut_by(ball, &cuts), 1.5);
     let states = vec![RegionState { cuts, ..RegionState::default() }];
-    let refraction = Refraction { medium: Medium::new(vec![body]).unwrap(), states, ..Refraction::none() };
+    let refraction = Refraction { states, ..Refraction::of(vec![body]) };
     Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
 }
 

@@ -154,7 +154,7 @@ pub fn gated_model() -> Model {
     let mut model = sharp_model(Extent::Bounded);
     let domain = *model.refraction.medium.regions()[0].domain();
     let nodes = domain.resolution.iter().product::<u32>() as usize;
-    let share = |node: usize| f32::from(domain.position(domain.coordinates(node)).length() < 0.3);
+    let share = |node: usize| f32::from(domain.place(node).length() < 0.3);
     let gate = Gate::new(domain, &(0..nodes).map(share).collect::<Vec<_>>());
     let regions = model.refraction.medium.regions().len();
     model.refraction.states =

@@ -95,28 +95,12 @@ pub(super) fn picked(batch: &Batch, is_wanted: impl Fn(usize) -> bool) -> Batch 
 
 /// Everything of the field learns, without priors.
 pub fn objective() -> Objective {
-    Objective {
-        marching: Marching::exhaustive(0.7),
-        thin: 0.0,
-        bent_weight: 1.0,
-        sample_colour: 0.0,
-        depth: 0.0,
-        tv_density: 0.0,
-        tv_colour: 0.0,
-        tv_period: 1,
-        rate_density: 0.1,
-        rate_colour: 0.01,
-        rate_view: 1.0,
-        rate_background: 0.01,
-        index: None,
-        reflection: None,
-        absorption: None,
-    }
+    Objective { rate_density: 0.1, rate_colour: 0.01, rate_view: 1.0, rate_background: 0.01, ..still() }
 }
 
 /// The field and the background are held.
 pub(super) fn still() -> Objective {
-    Objective { rate_density: 0.0, rate_colour: 0.0, rate_background: 0.0, ..objective() }
+    Objective::still(Marching::exhaustive(0.7))
 }
 
 /// How the index learns: everything counts.

@@ -11,7 +11,7 @@ use crate::verdict::Hypothesis;
 pub(super) const GRADED: Proposal = Proposal {
     kind: Hypothesis::Graded,
     fits: |region| region.surface().is_some(),
-    is_dear: false,
+    is_dear: true,
     is_sharp: false,
     unknowns: |_| unknowns(),
     bodies,

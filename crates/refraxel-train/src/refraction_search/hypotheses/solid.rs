@@ -34,21 +34,12 @@ fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {
     let solid = surface.planes().map(|s| s.grown(by));
     let level = match &solid {
         Some(solid) => solid.level_set(region.site.bounds, region.site.resolution),
-        None => grown(&surface.level, by),
+        None if by == 0.0 => surface.level.clone(),
+        None => surface.level.raised(-by),
     };
     let mut body = Body::searched(level, at[0]);
     body.state.solid = solid;
     vec![body]
-}
-
-/// The surface moved outwards [scene unit].
-fn grown(surface: &LevelSet<f32>, by: f32) -> LevelSet<f32> {
-    let mut out = surface.clone();
-    if by != 0.0 {
-        out.coefficients_mut().iter_mut().for_each(|c| *c -= by);
-        out.find_surface();
-    }
-    out
 }
 
 /// Edge length of the voxels on which a surface learns, divided by that of the voxels on which it was found.

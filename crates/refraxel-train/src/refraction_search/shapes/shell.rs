@@ -10,9 +10,7 @@ use refraxel_core::LevelSet;
 /// `outer` is a signed distance. Error: that of its distance at the depth of the wall, a few hundredths of a
 /// voxel; the air's creases are rounded over a voxel.
 pub(in crate::refraction_search) fn shell(outer: &LevelSet<f32>, wall: f32) -> Option<Vec<ShapeBody>> {
-    let mut air = outer.clone();
-    air.coefficients_mut().iter_mut().for_each(|c| *c += wall);
-    air.find_surface();
+    let air = outer.raised(wall);
     let is_deep = |j: usize| air.value(air.position(j)) < -air.voxel();
     let holds_air = wall > 0.0 && air.parameters().any(is_deep);
     let bodies =

@@ -114,13 +114,7 @@ impl Side {
 
     /// What lies deeper than `within` below the side.
     fn surface(&self, within: f32) -> LevelSet<f32> {
-        let mut surface = self.side.clone();
-        if within > 0.0 {
-            // B-splines add up to 1: what is added to each coefficient is added to φ.
-            surface.coefficients_mut().iter_mut().for_each(|c| *c += within);
-            surface.find_surface();
-        }
-        surface
+        if within > 0.0 { self.side.raised(within) } else { self.side.clone() }
     }
 
     /// What lies deeper than `within` below the side, between two heights.

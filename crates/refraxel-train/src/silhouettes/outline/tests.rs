@@ -2,7 +2,7 @@ use super::outlines::{MAP_BYTES, MAP_SIZE, Outlines};
 use super::view::{Outline, Silhouette, averages};
 use crate::silhouettes::Occluders;
 use refraxel_core::{Camera, Vec3, vec3};
-use refraxel_data::Mask;
+use refraxel_data::{Mask, quantize};
 use std::sync::Arc;
 
 fn silhouette([width, height]: [u32; 2], coverage: impl Fn(u32, u32) -> u8) -> Silhouette {
@@ -18,7 +18,7 @@ fn silhouette([width, height]: [u32; 2], coverage: impl Fn(u32, u32) -> u8) -> S
 fn disc(centre: [f64; 2], radius: f64) -> impl Fn(u32, u32) -> u8 {
     move |x, y| {
         let d = (f64::from(x) + 0.5 - centre[0]).hypot(f64::from(y) + 0.5 - centre[1]) - radius;
-        ((0.5 - d).clamp(0.0, 1.0) * 255.0).round() as u8
+        quantize(0.5 - d)
     }
 }
 

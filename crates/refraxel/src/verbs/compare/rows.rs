@@ -1,6 +1,5 @@
 //! The images that are shown of each run, beside the truth where that is asked for.
 
-use crate::cli::SplitName;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::dataset::data_failure;
 use crate::verbs::evaluation::{Evaluation, folder};
@@ -8,8 +7,8 @@ use crate::verbs::loaded::load_run;
 use crate::verbs::reopen::reopen;
 use crate::verbs::sheet::{ROWS, Row, Scored, chosen, png_path};
 use anyhow::{Context, anyhow};
-use refraxel_data::load_photo;
 use refraxel_data::photographs::stored_pixels;
+use refraxel_data::{Part, load_photo};
 use refraxel_train::evaluation::truth;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +40,7 @@ pub(super) fn renderings(
     let mut renderings = Vec::new();
     for (run, evaluation) in runs.iter().zip(evaluations) {
         let score = &evaluation.scores.per_image[image];
-        let (pixels, found) = read_rendering(&png_path(&folder(run, SplitName::Test), &score.name), run)?;
+        let (pixels, found) = read_rendering(&png_path(&folder(run, Part::Test), &score.name), run)?;
         if size != [0; 2] && size != found {
             return Err(again(run, anyhow!("the rendering of {} has another size", score.name)));
         }

@@ -8,7 +8,7 @@ use super::surfaces::{Numbered, narrow};
 use super::surroundings::{Point, Surroundings};
 use super::up::Up;
 use refraxel_core::{Camera, Mesh, Vec3};
-use refraxel_data::LocalOrigin;
+use refraxel_data::{LocalOrigin, srgb_decode};
 use refraxel_train::model::surface::Surface;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -245,10 +245,9 @@ impl Content {
     }
 }
 
-/// Light of an sRGB code: IEC 61966-2-1.
+/// Light of the colour of a point or of a vertex, within what a file holds.
 fn light(code: f32) -> f32 {
-    let code = code.clamp(0.0, 1.0);
-    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+    srgb_decode(code.clamp(0.0, 1.0))
 }
 
 /// Smooth glass, clear or tinted.

@@ -1,25 +1,20 @@
 //! Wavefront OBJ: one object per region, with the colours of vertices behind their positions.
 
-use super::surfaces::{Numbered, Solid, narrow};
+use super::surfaces::{Solid, narrow};
 use refraxel_data::LocalOrigin;
 use refraxel_data::synth::OPAQUE_OBJECT;
 use std::io::{self, Write};
 
-/// Writes everything solid into one file; `glass` says what the regions from 1 on are.
-pub fn write(
-    solids: &[Solid],
-    glass: &[Numbered],
-    origin: LocalOrigin,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+/// Writes everything solid into one file.
+pub fn write(solids: &[Solid], origin: LocalOrigin, out: &mut dyn Write) -> io::Result<()> {
     writeln!(
         out,
         "# surfaces by refraxel, world coordinates of the dataset; v has sRGB colours behind the position"
     )?;
     let mut first = 1;
-    for Solid { region, mesh, colours } in solids {
-        match glass.iter().find(|g| g.region == *region) {
-            Some(g) => writeln!(out, "# index of refraction {}\no region_{region}", g.surface.index)?,
+    for Solid { region, mesh, colours, index } in solids {
+        match index {
+            Some(index) => writeln!(out, "# index of refraction {index}\no region_{region}")?,
             None => writeln!(out, "o {OPAQUE_OBJECT}")?,
         }
         for (v, &x) in mesh.vertices.iter().enumerate() {
@@ -51,7 +46,7 @@ pub fn write(
 
 #[cfg(test)]
 mod tests {
-    use super::super::surfaces::ball_and_shell;
+    use super::super::surfaces::{Numbered, ball_and_shell};
     use super::*;
     use refraxel_core::vec3;
     use refraxel_data::read_mesh;
@@ -64,10 +59,10 @@ mod tests {
         let mut far = mesh.clone();
         far.vertices.iter_mut().for_each(|x| *x += vec3(0.0, 9.0, 0.0));
         let colours = vec![[1.0, 0.5, 0.25]; mesh.vertices.len()];
-        let mut solids = vec![Solid { region: 0, mesh: &far, colours: Some(&colours) }];
-        solids.extend(glass.iter().map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None }));
+        let mut solids = vec![Solid { region: 0, mesh: &far, colours: Some(&colours), index: None }];
+        solids.extend(glass.iter().map(Numbered::solid));
         let mut bytes = Vec::new();
-        write(&solids, &glass, LocalOrigin::default(), &mut bytes).unwrap();
+        write(&solids, LocalOrigin::default(), &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let lines = |start: &str| text.lines().filter(|l| l.starts_with(start)).count();
         let sum = |count: fn(&Solid) -> usize| solids.iter().map(count).sum::<usize>();

@@ -1,6 +1,7 @@
 //! The surface of what is opaque in a run, with the colours that photographs show of it.
 
 use super::eyes::Eyes;
+use super::surfaces::Solid;
 use crate::exit::{Exit, Failure};
 use anyhow::anyhow;
 use refraxel_core::grid::BRICK_VOXELS;
@@ -32,6 +33,10 @@ pub(super) struct Opaque {
 }
 
 impl Opaque {
+    pub(super) fn solid(&self) -> Solid<'_> {
+        Solid { region: 0, mesh: &self.mesh, colours: Some(&self.colours), index: None }
+    }
+
     /// That of a run, with `detail` cells per voxel; `None` where nothing is opaque. Without `eyes` all colours are means over all
     /// directions.
     pub(super) fn of(

@@ -1,24 +1,18 @@
 //! Binary PLY: vertices with normals and colours, faces with the number of their region.
 
-use super::surfaces::{Numbered, Solid, narrow, place_type, write_place};
+use super::surfaces::{Solid, narrow, place_type, write_place};
 use crate::verbs::ply_header::{BINARY, Element, write_header};
 use refraxel_data::{LocalOrigin, OPAQUE_REGION};
 use std::io::{self, Write};
 
-/// Writes everything solid into one file; `glass` says what the regions from 1 on are. Coordinates that are far from their `origin` have
-/// double precision.
-pub fn write(
-    solids: &[Solid],
-    glass: &[Numbered],
-    origin: LocalOrigin,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+/// Writes everything solid into one file. Coordinates that are far from their `origin` have double precision.
+pub fn write(solids: &[Solid], origin: LocalOrigin, out: &mut dyn Write) -> io::Result<()> {
     let vertices: usize = solids.iter().map(|s| s.mesh.vertices.len()).sum();
     let faces: usize = solids.iter().map(|s| s.mesh.triangles.len()).sum();
     let mut comments = vec!["surfaces by refraxel, world coordinates of the dataset".to_owned()];
     comments.extend(solids.iter().any(|s| s.region == 0).then(|| OPAQUE_REGION.to_owned()));
-    let index = |g: &Numbered| format!("region {}: index of refraction {}", g.region, g.surface.index);
-    comments.extend(glass.iter().map(index));
+    let index = |s: &Solid| Some(format!("region {}: index of refraction {}", s.region, s.index?));
+    comments.extend(solids.iter().filter_map(index));
     let vertex = Element::new("vertex", vertices)
         .with(place_type(origin), ["x", "y", "z"])
         .with("float", ["nx", "ny", "nz"])
@@ -47,7 +41,7 @@ pub fn write(
 
 #[cfg(test)]
 mod tests {
-    use super::super::surfaces::ball_and_shell;
+    use super::super::surfaces::{Numbered, ball_and_shell};
     use super::*;
     use refraxel_core::{Mesh, vec3};
     use refraxel_data::read_mesh;
@@ -63,9 +57,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("glass.ply");
         let mut bytes = Vec::new();
-        let solids =
-            surfaces.iter().map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None });
-        write(&solids.collect::<Vec<_>>(), &surfaces, origin, &mut bytes).unwrap();
+        write(&surfaces.iter().map(Numbered::solid).collect::<Vec<_>>(), origin, &mut bytes).unwrap();
         std::fs::write(&file, bytes).unwrap();
         let shape = Shape::Mesh(read_mesh(&file).unwrap());
         for (x, inside) in [(0.49, true), (0.52, false), (4.25, false), (4.5, true)] {
@@ -80,11 +72,10 @@ mod tests {
         let mut bytes = Vec::new();
         // Before them something opaque, which is no glass.
         let (glass, opaque) = (ball_and_shell(), &ball_and_shell()[1].surface.mesh.clone());
-        let mut solids: Vec<Solid> = Vec::new();
         let far = Mesh { vertices: opaque.vertices.iter().map(|&x| x * 9.0).collect(), ..opaque.clone() };
-        solids.push(Solid { region: 0, mesh: &far, colours: None });
-        solids.extend(glass.iter().map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None }));
-        write(&solids, &glass, LocalOrigin::default(), &mut bytes).unwrap();
+        let mut solids = vec![Solid { region: 0, mesh: &far, colours: None, index: None }];
+        solids.extend(glass.iter().map(Numbered::solid));
+        write(&solids, LocalOrigin::default(), &mut bytes).unwrap();
         std::fs::write(&file, bytes).unwrap();
         let shape = Shape::Mesh(read_mesh(&file).unwrap());
         for (x, inside) in

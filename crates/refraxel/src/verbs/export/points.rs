@@ -1,9 +1,9 @@
 //! Binary PLY of coloured points.
 
-use super::surfaces::{bytes, place_type, write_place};
+use super::surfaces::{place_type, write_place};
 use super::surroundings::Point;
 use crate::verbs::ply_header::{BINARY, Element, write_header};
-use refraxel_data::LocalOrigin;
+use refraxel_data::{LocalOrigin, quantize};
 use std::io::{self, Write};
 
 /// Writes points with their colours, in world coordinates, of double precision where these are far from their `origin`.
@@ -15,7 +15,7 @@ pub fn write(points: &[Point], origin: LocalOrigin, out: &mut dyn Write) -> io::
     write_header(BINARY, &[comment], &[vertex], out)?;
     for point in points {
         write_place(point.place, origin, out)?;
-        out.write_all(&bytes(point.colour))?;
+        out.write_all(&point.colour.map(quantize))?;
     }
     Ok(())
 }

@@ -8,13 +8,12 @@
 
 use super::ellipsoid::Ellipsoid;
 use super::spz;
-use super::surfaces::bytes;
 use crate::table::count;
 use crate::verbs::ply_header::{BINARY, Element, write_header};
 use rayon::prelude::*;
-use refraxel_core::grid::{BRICK, BRICK_VOXELS};
+use refraxel_core::grid::BRICK_VOXELS;
 use refraxel_core::{Background, Extent, Vec3, VoxelField};
-use refraxel_data::LocalOrigin;
+use refraxel_data::{LocalOrigin, quantize};
 use refraxel_train::model::Model;
 use refraxel_train::model::opaque::optical_depth;
 use std::f64::consts::PI;
@@ -45,7 +44,7 @@ impl Splats {
         let n = field.domain.resolution;
         let gaussian = |voxel: usize| {
             let weight = weights.map_or(1.0, |weights| weights[voxel]);
-            let is_node = (0..3).all(|a| node(field, voxel)[a] < n[a]);
+            let is_node = (0..3).all(|a| field.map.node(voxel)[a] < n[a]);
             let own = opacity.of(layer(field, voxel));
             (weight >= SEEN && is_node && own >= OPACITIES[0]).then_some((
                 voxel,
@@ -85,7 +84,7 @@ impl Splats {
             Background::Environment(_) => notes.push("the background beyond the grid is left out".to_owned()),
             Background::Constant(colour) => notes.push(format!(
                 "the background of the run has the sRGB colour ({}), which has to be set in the viewer",
-                bytes(*colour).map(|c| c.to_string()).join(", ")
+                colour.map(|c| quantize(c).to_string()).join(", ")
             )),
         }
         notes
@@ -143,7 +142,7 @@ pub(super) struct Gaussian {
 impl Gaussian {
     fn of(field: &VoxelField<f32>, voxel: usize, opacity: f64) -> Self {
         let domain = field.domain.cast::<f64>();
-        let x = domain.position(Vec3::from(node(field, voxel).map(f64::from)));
+        let x = domain.position(Vec3::from(field.map.node(voxel).map(f64::from)));
         // A ball in node coordinates.
         let axes = [0, 1, 2].map(|a| domain.node_vjp(x, Vec3::from([0, 1, 2].map(|b| f64::from(a == b)))));
         let Ellipsoid { radii, rotation } = Ellipsoid::of(axes);
@@ -165,19 +164,13 @@ impl Gaussian {
     }
 }
 
-/// Node of a voxel.
-fn node(field: &VoxelField<f32>, voxel: usize) -> [u32; 3] {
-    let brick = field.map.brick_of((voxel / BRICK_VOXELS) as u32);
-    std::array::from_fn(|a| BRICK * brick[a] + (voxel as u32 >> (2 * a) & (BRICK - 1)))
-}
-
 /// Optical depth of one layer of voxels, for rays that come from the middle of the box.
 fn layer(field: &VoxelField<f32>, voxel: usize) -> f64 {
     let (domain, depth) = (&field.domain, f64::from(optical_depth(field, voxel)));
     if domain.extent != Extent::Contracted {
         return depth; // voxels are cubes, or density counts per voxel
     }
-    let x = domain.position(Vec3::from(node(field, voxel).map(|n| n as f32)));
+    let x = domain.position(Vec3::from(field.map.node(voxel).map(|n| n as f32)));
     let away = x - domain.bounds.center();
     let away = if away.length() > 0.0 { away.normalized() } else { Vec3::from([1.0, 0.0, 0.0]) };
     depth / f64::from(domain.node_jvp(x, away).length() * domain.voxel())

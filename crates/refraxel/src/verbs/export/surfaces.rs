@@ -6,7 +6,7 @@ use crate::exit::{Exit, Failure};
 use crate::verbs::loaded::Loaded;
 use anyhow::anyhow;
 use refraxel_core::{Extent, Mesh, Vec3};
-use refraxel_data::{Dataset, LocalOrigin};
+use refraxel_data::{Dataset, LocalOrigin, quantize};
 use refraxel_train::model::opaque::MESH_REACH;
 use refraxel_train::model::surface::Surface;
 use refraxel_train::{Backend, Refraction};
@@ -25,12 +25,21 @@ pub(super) struct Solid<'a> {
     pub(super) mesh: &'a Mesh,
     /// sRGB-encoded colour of each vertex; none of glass.
     pub(super) colours: Option<&'a [[f32; 3]]>,
+    /// Index of refraction of glass.
+    pub(super) index: Option<f32>,
+}
+
+impl Numbered {
+    pub(super) fn solid(&self) -> Solid<'_> {
+        let Surface { mesh, index, .. } = &self.surface;
+        Solid { region: self.region, mesh, colours: None, index: Some(*index) }
+    }
 }
 
 impl Solid<'_> {
     /// Three bytes per vertex: glass is white.
     pub(super) fn bytes(&self, vertex: usize) -> [u8; 3] {
-        self.colours.map_or([u8::MAX; 3], |colours| bytes(colours[vertex]))
+        self.colours.map_or([u8::MAX; 3], |colours| colours[vertex].map(quantize))
     }
 }
 
@@ -103,11 +112,7 @@ impl Solids {
 
     /// All of them, what is opaque first.
     pub(super) fn all(&self) -> Vec<Solid<'_>> {
-        let opaque =
-            self.opaque.iter().map(|o| Solid { region: 0, mesh: &o.mesh, colours: Some(&o.colours) });
-        let glass = self.glass.iter();
-        let glass = glass.map(|g| Solid { region: g.region, mesh: &g.surface.mesh, colours: None });
-        opaque.chain(glass).collect()
+        self.opaque.iter().map(Opaque::solid).chain(self.glass.iter().map(Numbered::solid)).collect()
     }
 }
 
@@ -162,17 +167,12 @@ pub(super) fn narrow(v: Vec3<f64>) -> [f32; 3] {
     v.cast::<f32>().to_array()
 }
 
-/// A colour in 8 bits.
-pub(super) fn bytes(colour: [f32; 3]) -> [u8; 3] {
-    colour.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
-}
-
 /// A ball, and a hollow one beside it.
 #[cfg(test)]
 pub(super) fn ball_and_shell() -> Vec<Numbered> {
     use refraxel_core::{Aabb, IndexGrid, LevelSet, vec3};
     let body = |center: Vec3<f32>, shell: f32, index: f32| {
-        let bounds = Aabb::new(center - Vec3::splat(1.0), center + Vec3::splat(1.0));
+        let bounds = Aabb::cube_at(center, 1.0);
         let distance = |x: Vec3<f32>| {
             let d = (x - center).length() - 0.5;
             if shell > 0.0 { d.abs() - shell } else { d }

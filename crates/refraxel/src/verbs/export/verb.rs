@@ -51,14 +51,14 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
 /// Writes what is solid in a run, called `name` in messages, as PLY with `detail` cells per voxel.
 pub fn write_ply(run: &Loaded, name: &str, detail: u32, file: &Path) -> Result<Report, Failure> {
     let solids = Solids::of(run, name, reopen(run).as_ref(), detail)?;
-    write_atomic(file, |f| ply::write(&solids.all(), &solids.glass, run.plan.origin, f))?;
+    write_atomic(file, |f| ply::write(&solids.all(), run.plan.origin, f))?;
     Ok(Report::new(file, "ply", &solids))
 }
 
 /// Writes what is solid in a run, called `name` in messages, as OBJ with `detail` cells per voxel.
 pub fn write_obj(run: &Loaded, name: &str, detail: u32, file: &Path) -> Result<Report, Failure> {
     let solids = Solids::of(run, name, reopen(run).as_ref(), detail)?;
-    write_atomic(file, |f| obj::write(&solids.all(), &solids.glass, run.plan.origin, f))?;
+    write_atomic(file, |f| obj::write(&solids.all(), run.plan.origin, f))?;
     Ok(Report::new(file, "obj", &solids))
 }
 

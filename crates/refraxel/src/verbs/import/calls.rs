@@ -1,5 +1,6 @@
 //! The calls of ffmpeg and COLMAP that an import makes, as data.
 
+use crate::cli::Matching;
 use crate::shell::quoted;
 use std::fmt;
 use std::path::Path;
@@ -97,15 +98,6 @@ impl Dialect {
     }
 }
 
-/// Which pairs of photographs are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pairs {
-    /// All of them.
-    All,
-    /// Those that follow each other by name.
-    Neighbours,
-}
-
 /// Which photographs share the parameters of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shared {
@@ -119,7 +111,7 @@ pub enum Shared {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     pub dialect: Dialect,
-    pub pairs: Pairs,
+    pub matching: Matching,
     pub shared: Shared,
     /// There is a folder of masks.
     pub masks: bool,
@@ -163,12 +155,12 @@ pub fn colmap(work: &Path, settings: &Settings) -> Vec<Call> {
     }
     features.extend(on_cpu(extraction).into_iter().chain(threads(extraction)));
 
-    let matcher = match settings.pairs {
-        Pairs::All => "exhaustive_matcher",
-        Pairs::Neighbours => "sequential_matcher",
+    let matcher = match settings.matching {
+        Matching::Exhaustive => "exhaustive_matcher",
+        Matching::Sequential => "sequential_matcher",
     };
     let mut matches = database();
-    if settings.pairs == Pairs::Neighbours {
+    if settings.matching == Matching::Sequential {
         // Loops need a vocabulary, which newer versions would download.
         matches.extend(["--SequentialMatching.loop_detection", "0"].map(str::to_owned));
     }
@@ -222,7 +214,7 @@ mod tests {
 
     const USUAL: Settings = Settings {
         dialect: Dialect::UP_TO_3_12,
-        pairs: Pairs::All,
+        matching: Matching::Exhaustive,
         shared: Shared::ByAll,
         masks: false,
         threads: None,
@@ -250,7 +242,7 @@ mod tests {
     fn masks_threads_sizes_and_videos_change_the_calls() {
         let settings = Settings {
             dialect: Dialect::SINCE_3_13,
-            pairs: Pairs::Neighbours,
+            matching: Matching::Sequential,
             shared: Shared::InFolders,
             masks: true,
             threads: Some(2),

@@ -188,7 +188,7 @@ fn meaning(
     }
     let is_glass = folder.is_some_and(|f| f.file_name().is_some_and(|name| name == "glass_masks"));
     match args.mask_meaning {
-        Some(white) => Ok(Some(white.into())),
+        Some(white) => Ok(Some(white)),
         None if is_glass => Ok(Some(MaskMeaning::Refractive)),
         None => meaning_shown(&masks).map(Some).map_err(data_failure),
     }

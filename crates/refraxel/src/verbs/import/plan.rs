@@ -1,6 +1,6 @@
 //! What an import will do.
 
-use super::calls::{self, Call, Dialect, Pairs, Program, Settings, Shared};
+use super::calls::{self, Call, Dialect, Program, Settings, Shared};
 use super::source::Source;
 use super::tools::Colmap;
 use crate::cli::{ImportArgs, Matching};
@@ -28,15 +28,11 @@ impl Plan {
             Source::Photographs(set) => (set.shared, set.meaning.is_some(), set.photos.len() > ALL_PAIRS),
             Source::Video(_) => (Shared::ByAll, false, true),
         };
-        let pairs = match args.matching {
-            Some(Matching::Exhaustive) => Pairs::All,
-            Some(Matching::Sequential) => Pairs::Neighbours,
-            None if follow => Pairs::Neighbours,
-            None => Pairs::All,
-        };
+        let usual = if follow { Matching::Sequential } else { Matching::Exhaustive };
+        let matching = args.matching.unwrap_or(usual);
         let dialect = colmap.map_or(Dialect::usual(), |colmap| colmap.dialect);
         let threads = args.work.threads.map(usize::from);
-        let settings = Settings { dialect, pairs, shared, masks, threads };
+        let settings = Settings { dialect, matching, shared, masks, threads };
         let colmap = calls::colmap(&root, &settings);
         Self { source, root, settings, colmap }
     }

@@ -6,7 +6,7 @@ use super::work::LOG;
 use crate::progress::clock;
 use crate::shell::quoted;
 use crate::table::count;
-use refraxel_data::{Dataset, MaskMeaning, report};
+use refraxel_data::{Dataset, MaskMeaning, listed, report};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Duration;
@@ -105,10 +105,10 @@ impl Report {
             clock(total)
         )];
         if !self.not_posed.is_empty() {
-            lines.push(format!("not posed  {}", list(&self.not_posed)));
+            lines.push(format!("not posed  {}", listed(&self.not_posed, NAMED)));
         }
         if !self.left_out.is_empty() {
-            lines.push(format!("left out   {}: a format that is not read", list(&self.left_out)));
+            lines.push(format!("left out   {}: a format that is not read", listed(&self.left_out, NAMED)));
         }
         let error =
             self.mean_reprojection_error.map_or("not stated".to_owned(), |e| format!("{e:.2} pixels"));
@@ -133,14 +133,5 @@ impl Report {
         lines.push(format!("log        {}", self.log));
         lines.push(format!("next: {}", self.next));
         lines.join("\n")
-    }
-}
-
-/// "a.jpg, b.jpg and 7 more".
-fn list(names: &[String]) -> String {
-    let named = names.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
-    match names.len().saturating_sub(NAMED) {
-        0 => named,
-        more => format!("{named} and {more} more"),
     }
 }

@@ -3,7 +3,7 @@
 use super::look::Look;
 use super::measures::Measures;
 use super::statistics::{median, neighbours};
-use refraxel_data::View;
+use refraxel_data::{View, srgb_decode};
 use std::collections::HashMap;
 
 /// Linear light below which everything is equally dark: half a level of 255.
@@ -45,15 +45,10 @@ fn compared(looks: &[Look], here: usize, near: Vec<usize>) -> Compared {
     let of_all = |number: &dyn Fn(&Measures) -> Option<f64>| median(others().filter_map(number));
     let brightness = of_all(&|m| m.brightness);
     let sharpness = of_all(&|m| m.sharpness);
-    let stops = own.brightness.zip(brightness).map(|(own, other)| (linear(own) / linear(other)).log2());
+    let light = |brightness: f64| srgb_decode(brightness).max(DARKEST);
+    let stops = own.brightness.zip(brightness).map(|(own, other)| (light(own) / light(other)).log2());
     let sharpness_ratio =
         own.sharpness.zip(sharpness).filter(|(_, s)| *s > 0.0).map(|(own, other)| own / other);
     let mask = of_all(&|m| m.mask.map(|mask| mask.white));
     Compared { brightness, stops, sharpness, sharpness_ratio, mask, neighbours: near }
-}
-
-/// Light of an sRGB value (IEC 61966-2-1).
-fn linear(value: f64) -> f64 {
-    let light = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
-    light.max(DARKEST)
 }

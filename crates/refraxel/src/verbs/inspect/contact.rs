@@ -3,7 +3,7 @@
 use super::look::{EDGE, SmallPicture};
 use super::palette::{BORDER, WARNING, of_part};
 use crate::canvas::{Align, Canvas, Colour, FAINT, Font, INK, PALE, PAPER, Rect, legend_width, shortened};
-use refraxel_data::MaskMeaning;
+use refraxel_data::{MaskMeaning, is_white};
 use refraxel_train::metrics::Rgb8;
 
 /// Around the page, and between tiles [pixel].
@@ -102,7 +102,7 @@ fn shown(picture: &SmallPicture, meaning: MaskMeaning, factor: usize) -> Vec<Col
     let [width, height] = picture.size;
     let (wide, high) = (width * factor, height * factor);
     let coverage = |x: usize, y: usize| picture.mask.as_ref().map(|m| m[y / factor * width + x / factor]);
-    let is_white = |x: usize, y: usize| coverage(x, y).is_some_and(|c| c > 127);
+    let is_white = |x: usize, y: usize| coverage(x, y).is_some_and(is_white);
     // A dark line beside a bright one is seen on everything.
     let is_near = |x: usize, y: usize, reach: usize| {
         let here = is_white(x, y);

@@ -2,12 +2,11 @@
 
 use super::measures::{Measures, measure, reduced};
 use crate::exit::{Exit, Failure, OrExit};
-use crate::progress::{Progress, Show};
+use crate::progress::{Show, counter};
 use anyhow::Context;
 use rayon::prelude::*;
 use refraxel_data::{Dataset, Reduction, View, load_photo};
 use refraxel_train::evaluation::truth;
-use std::sync::Mutex;
 
 /// Photographs that are looked at where no pictures are asked for.
 pub const MOST: usize = 200;
@@ -46,14 +45,10 @@ pub fn evenly(count: usize, most: usize) -> Vec<usize> {
 
 /// Looks at the photographs of these views.
 pub fn look(data: &Dataset, views: &[usize], with_pictures: bool, show: Show) -> Result<Vec<Look>, Failure> {
-    let progress = Mutex::new((Progress::new(show, "photographs", views.len() as u64), 0));
+    let done = counter(show, "photographs", views.len());
     let seen = |&view: &usize| {
         let look = look_at(data, view, with_pictures);
-        if let Ok(mut shown) = progress.lock() {
-            let (progress, done) = &mut *shown;
-            *done += 1;
-            progress.set(*done, "");
-        }
+        done();
         look
     };
     let threads = rayon::current_num_threads().min(AT_ONCE);

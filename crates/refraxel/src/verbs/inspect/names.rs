@@ -1,16 +1,15 @@
 //! What views are called, and their order.
 
-use refraxel_data::Dataset;
+use refraxel_data::{Dataset, Part};
 use std::collections::HashSet;
 
 /// The part of the split in which each view is: `train`, `val`, `test`, or `unused`.
 pub fn parts(data: &Dataset) -> Vec<&'static str> {
     let mut parts = vec!["unused"; data.views.len()];
-    let split = &data.split;
-    for (part, views) in [("train", &split.train), ("val", &split.val), ("test", &split.test)] {
-        for &view in views {
+    for part in Part::ALL {
+        for &view in part.views(data) {
             if let Some(of_view) = parts.get_mut(view) {
-                *of_view = part;
+                *of_view = part.name();
             }
         }
     }

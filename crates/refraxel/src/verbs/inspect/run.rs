@@ -1,7 +1,6 @@
 //! A run: where it stands and how good it was when it was last evaluated.
 
 use super::data::white_means;
-use crate::cli::SplitName;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::sentences::verdict_text;
@@ -11,6 +10,7 @@ use crate::verbs::loaded::load_run;
 use crate::verbs::train::evidence::EVIDENCE;
 use anyhow::Context;
 use refraxel_core::Extent;
+use refraxel_data::Part;
 use refraxel_train::run::{CHECKPOINT, Read, Source};
 use refraxel_train::verdict::Verdict;
 use refraxel_train::{Backend, Options};
@@ -86,7 +86,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         mask_shift: Some(run.state.mask_shift).filter(|shift| *shift != 0.0),
         verdict: run.state.verdict,
         evidence: Some(folder.join(EVIDENCE)).filter(|p| p.exists()),
-        evaluation: Evaluation::read(folder, SplitName::Test)?,
+        evaluation: Evaluation::read(folder, Part::Test)?,
     };
     Console::new(json).result(&report.text(), &report).or_exit(Exit::Io)
 }
@@ -136,9 +136,9 @@ impl Report {
         lines.push(match &self.evaluation {
             None => "scores     none yet; run `refraxel eval`".to_owned(),
             Some(e) if e.run.step < self.step => {
-                format!("scores     (at step {}) {}", e.run.step, e.text(SplitName::Test))
+                format!("scores     (at step {}) {}", e.run.step, e.text(Part::Test))
             }
-            Some(e) => format!("scores     {}", e.text(SplitName::Test)),
+            Some(e) => format!("scores     {}", e.text(Part::Test)),
         });
         let findings = self.source.read.iter().flat_map(|read| &read.findings);
         lines.extend(findings.map(|[severity, message]| format!("{severity:<9}  {message}")));

@@ -9,7 +9,7 @@ use crate::verbs::dataset::load_photos;
 use crate::verbs::files::create_folder;
 use crate::verbs::sheet::chosen;
 use image::ExtendedColorType;
-use refraxel_data::{Dataset, Mask, Photo, PhotoSource};
+use refraxel_data::{Dataset, Mask, Photo, PhotoSource, is_white};
 use refraxel_train::detection;
 use refraxel_train::evaluation::truth;
 use refraxel_train::metrics::Rgb8;
@@ -51,7 +51,7 @@ pub(super) fn write(
         let is_kept = given.is_some() && matches!(view.source, PhotoSource::Files { .. });
         kept += usize::from(is_kept);
         let mask = given.unwrap_or_else(|| Arc::new(detection::mask(found, camera, edge)));
-        inside += mask.coverage.iter().filter(|c| **c > 127).count();
+        inside += mask.coverage.iter().filter(|c| is_white(**c)).count();
         pixels += mask.coverage.len();
         if !is_kept {
             path.parent().map_or(Ok(()), create_folder)?;
@@ -76,7 +76,7 @@ pub(super) fn write(
 /// The photograph, dark beside what its mask shows.
 fn dimmed(photo: &Photo, data: &Dataset, mask: &Mask) -> Vec<[u8; 3]> {
     let dim = |(rgb, coverage): ([u8; 3], &u8)| {
-        if *coverage > 127 { rgb } else { rgb.map(|c| (u16::from(c) / DIMMED) as u8) }
+        if is_white(*coverage) { rgb } else { rgb.map(|c| (u16::from(c) / DIMMED) as u8) }
     };
     truth(photo, data.backdrop).into_iter().zip(&mask.coverage).map(dim).collect()
 }

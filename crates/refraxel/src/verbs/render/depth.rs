@@ -7,7 +7,9 @@ use refraxel_data::NamedCamera;
 use refraxel_train::evaluation::Rendering;
 
 /// Less opaque pixels do not count for the range of the colours.
-const OPAQUE: f32 = 0.5;
+pub const OPAQUE: f32 = 0.5;
+/// Shares of the depths of a picture at which its colours begin and end.
+const QUANTILES: [f64; 2] = [0.02, 0.98];
 /// Opacities between which the colours of previews appear: at edges and in what is half transparent, depth is known, too.
 const APPEARS: [f32; 2] = [0.02, 0.3];
 /// Largest depth of a contracted grid, in distances to the far side of its box; the grid itself has no end.
@@ -40,10 +42,7 @@ impl Depth {
         if self.range.is_some() {
             return;
         }
-        let mut seen: Vec<f32> = depths.flatten().collect();
-        seen.sort_by(f32::total_cmp);
-        let at = |share: f64| seen.get((share * (seen.len() as f64 - 1.0)) as usize).copied();
-        self.range = at(0.02).zip(at(0.98)).map(|(near, far)| [near, far.max(near.next_up())]);
+        self.range = range(depths.flatten().collect());
     }
 
     /// Bytes of the 16-bit samples, in the machine's order.
@@ -68,6 +67,14 @@ impl Depth {
         let colour = ColourMap::Viridis.at((far - depth) / (far - near));
         colour.map(|c| (255.0 + (f32::from(c) - 255.0) * share).round() as u8)
     }
+}
+
+/// The depths of the first and of the last colour of a picture; `None` without any.
+pub fn range(mut depths: Vec<f32>) -> Option<[f32; 2]> {
+    depths.sort_by(f32::total_cmp);
+    let at = |share: f64| depths.get((share * (depths.len() as f64 - 1.0)) as usize).copied();
+    let [near, far] = QUANTILES.map(at);
+    near.zip(far).map(|(near, far)| [near, far.max(near.next_up())])
 }
 
 /// The depths of the opaque pixels of a rendering.

@@ -1,12 +1,13 @@
 //! The folder of a render: it knows which of its files a render wrote, so that two renders never mix.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::files::{create_folder, read_text};
+use crate::verbs::files::{create_folder, read_if_there};
 use anyhow::{Context, anyhow};
 use refraxel_data::atomic::write_atomic;
+use refraxel_data::listed;
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
 /// The record: a heading, then the files of the render in the order of writing, one a line, relative to the folder.
@@ -14,15 +15,6 @@ pub const RECORD: &str = "render_files.txt";
 const HEADING: &str = "# Files that `refraxel render` wrote here; --overwrite removes them.\n";
 /// Files that a message names; it counts the rest.
 const NAMED: usize = 3;
-
-/// What happens to the files of an earlier render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Earlier {
-    /// They stay, and the new render is refused.
-    Keep,
-    /// They are removed before the first new file is written.
-    Remove,
-}
 
 /// A folder that is ready for the files of one render.
 ///
@@ -33,18 +25,19 @@ pub struct RenderFolder {
 }
 
 impl RenderFolder {
-    /// Makes the folder ready for the files `planned`, given relative to `root`.
+    /// Makes the folder ready for the files `planned`, given relative to `root`: with `overwrite`, files of an earlier render are
+    /// removed first.
     ///
     /// Errors: [`Exit::BadInput`] when an earlier render is there and has to stay, when a planned file would replace one
     /// that no render wrote, or when the record is not one. Nothing is changed then.
-    pub fn open(root: &Path, planned: &BTreeSet<String>, earlier: Earlier) -> Result<Self, Failure> {
+    pub fn open(root: &Path, planned: &BTreeSet<String>, overwrite: bool) -> Result<Self, Failure> {
         let recorded = read_record(root)?;
         let present: Vec<&String> = recorded.iter().filter(|file| exists(&root.join(file))).collect();
-        if earlier == Earlier::Keep && !present.is_empty() {
+        if !overwrite && !present.is_empty() {
             return Err(refusal(format!(
                 "{} holds an earlier render ({}); give another --out, or --overwrite to remove that render first",
                 root.display(),
-                list(&present),
+                listed(&present, NAMED),
             )));
         }
         let foreign = |file: &&String| !recorded.contains(*file) && is_blocked(root, file);
@@ -54,7 +47,7 @@ impl RenderFolder {
                 "{} holds files that no render wrote, in the place of new ones: {}; such files are never removed, so \
                  move them or give another --out",
                 root.display(),
-                list(&in_the_way),
+                listed(&in_the_way, NAMED),
             )));
         }
         create_folder(root)?;
@@ -87,13 +80,7 @@ impl RenderFolder {
 /// The recorded files; none where there is no record.
 fn read_record(root: &Path) -> Result<BTreeSet<String>, Failure> {
     let path = root.join(RECORD);
-    let text = match read_text(&path) {
-        Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            return Ok(BTreeSet::new());
-        }
-        Err(e) if e.kind() == io::ErrorKind::InvalidData => String::new(), // no text: refused below
-        text => text.with_context(cannot("read", &path)).or_exit(Exit::Io)?,
-    };
+    let Some(text) = read_if_there(&path)? else { return Ok(BTreeSet::new()) };
     let lines = text.strip_prefix(HEADING).ok_or_else(|| {
         refusal(format!("{} is no record of a render; move it or give another --out", path.display()))
     })?;
@@ -141,15 +128,6 @@ fn remove(root: &Path, files: &[&String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// "a.png, b.png, c.png and 57 more".
-fn list(files: &[&String]) -> String {
-    let named: Vec<&str> = files.iter().take(NAMED).map(|file| file.as_str()).collect();
-    match files.len().saturating_sub(NAMED) {
-        0 => named.join(", "),
-        more => format!("{} and {more} more", named.join(", ")),
-    }
-}
-
 fn cannot(action: &str, path: &Path) -> impl FnOnce() -> String {
     let text = format!("cannot {action} {}", path.display());
     move || text
@@ -171,20 +149,20 @@ mod tests {
     /// A folder that holds a render of these files.
     fn rendered(names: &[&str]) -> TempDir {
         let folder = tempfile::tempdir().unwrap();
-        render(folder.path(), names, Earlier::Keep).unwrap();
+        render(folder.path(), names, false).unwrap();
         folder
     }
 
-    fn render(root: &Path, names: &[&str], earlier: Earlier) -> Result<(), Failure> {
-        let mut folder = RenderFolder::open(root, &files(names), earlier)?;
+    fn render(root: &Path, names: &[&str], overwrite: bool) -> Result<(), Failure> {
+        let mut folder = RenderFolder::open(root, &files(names), overwrite)?;
         for name in names {
             folder.write(name, |path| fs::write(path, "new").or_exit(Exit::Io))?;
         }
         Ok(())
     }
 
-    fn refused(root: &Path, names: &[&str], earlier: Earlier) -> String {
-        let failure = render(root, names, earlier).unwrap_err();
+    fn refused(root: &Path, names: &[&str], overwrite: bool) -> String {
+        let failure = render(root, names, overwrite).unwrap_err();
         assert_eq!(failure.exit, Exit::BadInput);
         failure.report()
     }
@@ -192,7 +170,7 @@ mod tests {
     #[test]
     fn an_earlier_render_is_refused_and_stays() {
         let folder = rendered(&["0000.png", "depth/0000.png"]);
-        let message = refused(folder.path(), &["other.png"], Earlier::Keep);
+        let message = refused(folder.path(), &["other.png"], false);
         assert!(message.contains("0000.png, depth/0000.png") && message.contains("--overwrite"), "{message}");
         assert!(folder.path().join("depth/0000.png").is_file() && !folder.path().join("other.png").exists());
     }
@@ -202,7 +180,7 @@ mod tests {
         let folder = rendered(&["0000.png", "0001.png", "depth/0001.png", "index/0001.png"]);
         fs::write(folder.path().join("notes.txt"), "mine").unwrap();
         fs::write(folder.path().join("index/mine.png"), "mine").unwrap();
-        render(folder.path(), &["0000.png"], Earlier::Remove).unwrap();
+        render(folder.path(), &["0000.png"], true).unwrap();
         let exists = |name: &str| folder.path().join(name).exists();
         assert!(exists("0000.png") && exists("notes.txt") && exists("index/mine.png"));
         assert!(!exists("0001.png") && !exists("depth") && !exists("index/0001.png"));
@@ -215,7 +193,7 @@ mod tests {
         let folder = rendered(&["0000.png"]);
         let mine = folder.path().join("0001.png");
         fs::write(&mine, "mine").unwrap();
-        let message = refused(folder.path(), &["0000.png", "0001.png"], Earlier::Remove);
+        let message = refused(folder.path(), &["0000.png", "0001.png"], true);
         assert!(message.contains("new ones: 0001.png;"), "{message}");
         assert_eq!(fs::read_to_string(&mine).unwrap(), "mine");
         assert!(folder.path().join("0000.png").is_file(), "nothing is removed before all is well");
@@ -225,14 +203,14 @@ mod tests {
     fn a_file_in_the_place_of_a_folder_is_in_the_way() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("depth"), "mine").unwrap();
-        assert!(refused(folder.path(), &["depth/0000.png"], Earlier::Remove).contains("depth/0000.png"));
+        assert!(refused(folder.path(), &["depth/0000.png"], true).contains("depth/0000.png"));
     }
 
     #[test]
     fn a_render_that_was_stopped_is_recorded_as_far_as_it_came() {
         let folder = tempfile::tempdir().unwrap();
         let planned = files(&["0000.png", "0001.png", "0002.png"]);
-        let mut first = RenderFolder::open(folder.path(), &planned, Earlier::Keep).unwrap();
+        let mut first = RenderFolder::open(folder.path(), &planned, false).unwrap();
         first.write("0000.png", |path| fs::write(path, "new").or_exit(Exit::Io)).unwrap();
         first.write("0001.png", |_| Err(refusal("disk full".to_owned()))).unwrap_err();
         let record = folder.path().join(RECORD);
@@ -245,7 +223,7 @@ mod tests {
     fn a_folder_whose_pictures_were_moved_away_is_free_again() {
         let folder = rendered(&["0000.png"]);
         fs::remove_file(folder.path().join("0000.png")).unwrap();
-        render(folder.path(), &["0000.png"], Earlier::Keep).unwrap();
+        render(folder.path(), &["0000.png"], false).unwrap();
     }
 
     #[test]
@@ -257,18 +235,10 @@ mod tests {
         fs::create_dir(&root).unwrap();
         for line in ["../victim", victim.to_str().unwrap(), RECORD] {
             fs::write(root.join(RECORD), format!("{HEADING}{line}\n")).unwrap();
-            assert!(refused(&root, &["0000.png"], Earlier::Remove).contains("damaged"), "{line}");
+            assert!(refused(&root, &["0000.png"], true).contains("damaged"), "{line}");
         }
         fs::write(root.join(RECORD), "my own list\n").unwrap();
-        assert!(refused(&root, &["0000.png"], Earlier::Remove).contains("no record of a render"));
+        assert!(refused(&root, &["0000.png"], true).contains("no record of a render"));
         assert!(victim.exists());
-    }
-
-    #[test]
-    fn long_lists_are_counted() {
-        let names: Vec<String> = (0..60).map(|k| format!("{k:04}.png")).collect();
-        let all: Vec<&String> = names.iter().collect();
-        assert_eq!(list(&all), "0000.png, 0001.png, 0002.png and 57 more");
-        assert_eq!(list(&all[..2]), "0000.png, 0001.png");
     }
 }

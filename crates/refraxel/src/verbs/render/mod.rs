@@ -2,7 +2,7 @@
 
 mod camera_path;
 mod cameras;
-mod depth;
+pub(crate) mod depth;
 mod film;
 mod folder;
 pub(crate) mod paths;

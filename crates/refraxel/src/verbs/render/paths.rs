@@ -208,14 +208,12 @@ impl Ball {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Extent, IndexGrid, LevelSet, Medium, vec3};
+    use refraxel_core::{Extent, IndexGrid, LevelSet, vec3};
 
     fn ball() -> (Refraction, Domain<f32>, Camera) {
         let cube = Aabb::cube(1.0);
         let surface = LevelSet::from_samples(cube, [41; 3], |x: Vec3<f32>| x.length() - 0.7);
-        let mut refraction = Refraction::none();
-        refraction.medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)]).unwrap();
-        refraction.states = vec![Default::default()];
+        let refraction = Refraction::of(vec![IndexGrid::sharp(surface, 1.5)]);
         let domain = Domain::with_longest(cube, Extent::Bounded, 32);
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.5, [8, 8]);
         (refraction, domain, camera)

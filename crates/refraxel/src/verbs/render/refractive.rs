@@ -149,12 +149,10 @@ fn first_surface(changes: &[Change]) -> Option<&Change> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{Aabb, Extent, IndexGrid, Interpolation, LevelSet, Medium, vec3};
+    use refraxel_core::{Aabb, Extent, IndexGrid, Interpolation, LevelSet, vec3};
 
     fn view(grid: IndexGrid<f32>) -> (Refractive, Camera) {
-        let mut refraction = Refraction::none();
-        refraction.medium = Medium::new(vec![grid]).unwrap();
-        refraction.states = vec![Default::default()];
+        let refraction = Refraction::of(vec![grid]);
         let domain = Domain::with_longest(Aabb::cube(1.0), Extent::Bounded, 32);
         let camera = Camera::look_at(vec3(4.0, 0.0, 0.0), Vec3::zero(), vec3(0.0, 0.0, 1.0), 0.5, [31, 31]);
         (Refractive::of(&refraction, &domain, 0.0, &camera), camera)

@@ -104,18 +104,16 @@ impl Slice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use refraxel_core::{IndexGrid, LevelSet, Medium, vec3};
+    use refraxel_core::{IndexGrid, LevelSet, vec3};
     use serde_json::json;
 
     #[test]
     fn slices_of_the_truth_have_no_error_and_the_right_way_up() {
         let middle = vec3(0.1_f32, -0.2, 0.3);
-        let bounds = Aabb::new(middle - Vec3::splat(0.5), middle + Vec3::splat(0.5));
+        let bounds = Aabb::cube_at(middle, 0.5);
         let ball = vec3(0.1_f32, -0.2, 0.4); // above the middle of the box
         let surface = LevelSet::from_samples(bounds, [41; 3], |x: Vec3<f32>| (x - ball).length() - 0.25);
-        let mut refraction = Refraction::none();
-        refraction.medium = Medium::new(vec![IndexGrid::sharp(surface, 1.5)]).unwrap();
-        refraction.states = vec![Default::default()];
+        let refraction = Refraction::of(vec![IndexGrid::sharp(surface, 1.5)]);
         let entry = json!({ "shape": "sphere", "center": ball.to_array(), "radius": 0.25, "ior": 1.5 });
         let truth = IndexTruth::from_scene_json(&json!({ "refractive": [entry] })).unwrap();
         let sheet = sheet(&refraction, Some(&truth), LocalOrigin::default());

@@ -1,7 +1,7 @@
 //! The files of a render in its folder: pictures of the views, and what lies beside them.
 
 use super::cameras::export;
-use super::folder::{Earlier, RenderFolder};
+use super::folder::RenderFolder;
 use super::paths::{self, Fan};
 use super::report::Report;
 use super::slices;
@@ -31,8 +31,7 @@ pub(super) fn write_folder(
     show: Show,
     report: &mut Report,
 ) -> Result<(), Failure> {
-    let earlier = if args.overwrite { Earlier::Remove } else { Earlier::Keep };
-    let mut folder = RenderFolder::open(&args.out, &planned(args, views), earlier)?;
+    let mut folder = RenderFolder::open(&args.out, &planned(args, views), args.overwrite)?;
     if !views.cameras.is_empty() {
         render_all(run, views, &mut folder, show)?;
         report.cameras = Some(write_cameras(views, run.plan.origin, &mut folder)?);

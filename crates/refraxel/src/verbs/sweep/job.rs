@@ -1,6 +1,6 @@
 //! One run of a sweep.
 
-use crate::cli::{Cli, SplitName, TrainArgs, Verb};
+use crate::cli::{Cli, TrainArgs};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::dataset::data_failure;
@@ -9,9 +9,8 @@ use crate::verbs::evaluation::Evaluation;
 use crate::verbs::files::create_folder;
 use crate::verbs::train::{self, Lock};
 use anyhow::{Context, anyhow};
-use clap::Parser;
 use refraxel_data::atomic::write_atomic;
-use refraxel_data::{Dataset, OpenOptions};
+use refraxel_data::{Dataset, OpenOptions, Part};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::CHECKPOINT;
 use serde::{Deserialize, Serialize};
@@ -49,7 +48,7 @@ impl Job {
     /// Its scores, once it is done. An error where the folder holds the run of another plan.
     pub fn done(&self) -> Result<Option<Evaluation>, Failure> {
         self.check_folder()?;
-        Evaluation::read(&self.folder, SplitName::Test)
+        Evaluation::read(&self.folder, Part::Test)
     }
 
     /// Trains and scores the run, or goes on with what an earlier attempt has saved. `None`: another process trains it.
@@ -75,7 +74,7 @@ impl Job {
         write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
         let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
-        evaluate(&self.folder, SplitName::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
+        evaluate(&self.folder, Part::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
     }
 
     /// Its dataset can be opened and holds images out, by which the run is scored.
@@ -95,7 +94,7 @@ impl Job {
 
     /// The command line of its training.
     fn arguments(&self) -> Result<TrainArgs, Failure> {
-        let mut words = vec!["refraxel".into(), "train".into(), self.data.clone().into_os_string()];
+        let mut words = vec![self.data.clone().into_os_string()];
         words.extend(["--out".into(), self.folder.clone().into_os_string()]);
         for (option, value) in self.settings() {
             words.extend(["--set".into(), format!("{option}={value}").into()]);
@@ -103,10 +102,7 @@ impl Job {
         if self.folder.join(CHECKPOINT).exists() {
             words.push("--resume".into());
         }
-        match Cli::try_parse_from(words).or_exit(Exit::BadInput)?.verb {
-            Verb::Train(args) => Ok(args),
-            _ => Err(Failure::new(Exit::BadInput, anyhow!("not a training"))),
-        }
+        Cli::training(words).or_exit(Exit::BadInput)
     }
 
     fn check_folder(&self) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use crate::progress::Show;
 use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, say_findings};
 use crate::verbs::files::absolute;
 use anyhow::anyhow;
-use refraxel_data::{Dataset, OpenOptions, Orientation};
+use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::run::{Run, Source};
 
 pub(super) const NOT_SCORED: &str = "no images are held out: the run is not scored";
@@ -49,11 +49,11 @@ pub(super) fn read(args: &TrainArgs, saved: Option<&Run>, show: Show) -> Result<
     let alpha = as_before("--alpha", args.reading.alpha, before.map(Source::alpha), |a| a.to_string(), args)?;
     let reduced = args.downscale.map(u32::from);
     let downscale = as_before("--downscale", reduced, before.map(|s| s.downscale), |n| n.to_string(), args)?;
-    let asked = args.reading.orientation.map(Orientation::from);
-    let stored = before.map(|s| s.orientation);
+    let (asked, stored) = (args.reading.orientation, before.map(|s| s.orientation));
     let orientation = as_before("--orientation", asked, stored, |o| o.name().to_owned(), args)?;
-    let reading = open_options(&ReadingArgs { crop, up, backdrop, alpha, ..args.reading.clone() });
-    let reading = OpenOptions { orientation, origin: saved.map(|run| run.plan.origin), ..reading };
+    let reading =
+        open_options(&ReadingArgs { crop, up, backdrop, alpha, orientation, ..args.reading.clone() });
+    let reading = OpenOptions { origin: saved.map(|run| run.plan.origin), ..reading };
     let mut data = Dataset::open(args.data(), &reading).map_err(data_failure)?;
     let downscale = match before {
         Some(_) => reduce(&mut data, downscale, args.data(), show).map(|()| downscale)?,

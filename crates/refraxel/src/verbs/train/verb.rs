@@ -8,7 +8,7 @@ use super::learn::learn;
 use super::lock::Lock;
 use super::viewing::{self, Viewing};
 use super::watch::ProgressDisplay;
-use crate::cli::{SplitName, TrainArgs};
+use crate::cli::TrainArgs;
 use crate::console::Console;
 use crate::device::{self, Joined, ProcessGroup};
 use crate::exit::{Exit, Failure, OrExit};
@@ -18,6 +18,7 @@ use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::{keeps, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
 use crate::verbs::{eval, evaluation, options};
+use refraxel_data::Part;
 use refraxel_train::communicator::Traffic;
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::Run;
@@ -48,9 +49,9 @@ pub fn run(args: &TrainArgs) -> Result<(), Failure> {
     match held_out {
         HeldOut::No => console.result(NOT_SCORED, &serde_json::Value::Null).or_exit(Exit::Io)?,
         HeldOut::Yes => {
-            let evaluation = eval::evaluate(args.out(), SplitName::Test, device, show)?;
-            let out = evaluation::folder(args.out(), SplitName::Test);
-            eval::print(&evaluation, &out, SplitName::Test, console)?;
+            let evaluation = eval::evaluate(args.out(), Part::Test, device, show)?;
+            let out = evaluation::folder(args.out(), Part::Test);
+            eval::print(&evaluation, &out, Part::Test, console)?;
         }
     }
     console.say(&what_next(args.out())).or_exit(Exit::Io)

@@ -4,7 +4,7 @@ use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
-use crate::verbs::interrupts::interrupted;
+use crate::verbs::interrupts::{LOOK, interrupted};
 use crate::verbs::view;
 use crate::viewer::{LAST_WORDS, Orders, Painter, Scene, Server, Training, Wish};
 use refraxel_train::events::{Event, Task};
@@ -22,8 +22,6 @@ const RENEW: Duration = Duration::from_secs(5);
 const REST: f64 = 25.0;
 /// Least time between two lines about the progress of a long phase.
 const LINES: Duration = Duration::from_millis(500);
-/// How often a training that waits looks whether the program shall end.
-const LOOK: Duration = Duration::from_millis(100);
 /// Longest time that a program which ends waits for pages to have the last picture.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
 

@@ -1,8 +1,9 @@
 //! What a dataset says beside its pictures: cameras, shapes, indices and the protocol.
 
 use super::renderings::Renderings;
+use crate::part::Part;
 use crate::synth::cameras::opengl_matrix;
-use crate::synth::dataset::{ANGLE, Part, background_of};
+use crate::synth::dataset::ANGLE;
 use crate::synth::error::SynthError;
 use crate::synth::output::contact::contact_sheet;
 use crate::synth::output::files::write_whole;
@@ -25,10 +26,10 @@ impl Renderings<'_> {
         let cameras = self.dataset.split_cameras(&self.scene, Part::Test);
         write_whole(
             &path,
-            &color_png(&path, &contact_sheet(&self.scene, &cameras, &self.dataset.sampling()))?,
+            &color_png(&path, &contact_sheet(&self.scene, &cameras, &self.dataset.sampling))?,
         )?;
-        for part in Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0) {
-            let name = part.folder();
+        for part in self.options.views.parts() {
+            let name = part.name();
             write_json(&out.join(format!("transforms_{name}.json")), &self.transforms(part, name))?;
         }
         if self.twin.is_some() && self.options.views.test > 0 {
@@ -43,7 +44,7 @@ impl Renderings<'_> {
             self.dataset.split_cameras(&self.scene, part).iter().enumerate().map(frame).collect();
         let size = self.options.size;
         let mut all = json!({ "camera_angle_x": ANGLE, "w": size, "h": size });
-        if let Some(background) = background_of(&self.scene) {
+        if let Some(background) = self.scene.background() {
             all["background"] = json!(background);
         }
         all["frames"] = Value::Array(frames);
@@ -57,14 +58,14 @@ impl Renderings<'_> {
             Environment::Sky { .. } | Environment::Landscape { .. } => Value::Null,
         };
         json!({
-            "energy_cut": self.dataset.limits.energy_cut,
+            "energy_cut": self.dataset.sampling.limits.energy_cut,
             "camera_angle_x": ANGLE,
             "camera_elevations": self.dataset.cameras.elevations(&self.scene).degrees(),
             "pixel_filter": "box, averaged in linear light then sRGB-encoded",
             "near": 2.0,
             "far": 6.5,
             "image_mode": "RGB",
-            "background_srgb8": background_of(&self.scene),
+            "background_srgb8": self.scene.background(),
             "background_linear": linear,
             "lighting": "emissive textures only (opaque surfaces without glaze_ior look the same from everywhere); colours are basic radiance L/n^2",
             "files": {

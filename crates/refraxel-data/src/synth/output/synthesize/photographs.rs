@@ -2,8 +2,9 @@
 
 use super::description::{write_json, write_scene};
 use super::plan::Plan;
+use crate::part::Part;
 use crate::synth::cameras::opengl_matrix;
-use crate::synth::dataset::{Cost, Part, PlannedView};
+use crate::synth::dataset::{Cost, PlannedView};
 use crate::synth::error::SynthError;
 use crate::synth::hash::mix;
 use crate::synth::output::contact::contact_sheet;
@@ -47,7 +48,7 @@ impl<'a> Photographs<'a> {
         let room = options.room()?;
         let of_part = |part: Part| {
             let seed = mix(options.seed, 100 + part as u64);
-            let cameras = room.viewpoints.cameras(part.count(&options.views), seed, options.picture_size());
+            let cameras = room.viewpoints.cameras(options.views.of(part), seed, options.picture_size());
             cameras.into_iter().enumerate().map(move |(index, camera)| PlannedView { part, index, camera })
         };
         let views = Part::ALL.into_iter().flat_map(of_part).collect();
@@ -97,11 +98,11 @@ impl<'a> Photographs<'a> {
 
     fn picture_file(&self, view: &PlannedView) -> String {
         let extension = if self.with.has(Imperfection::Jpeg) { "jpg" } else { "png" };
-        format!("{}/r_{}.{extension}", view.part.folder(), view.index)
+        format!("{}/r_{}.{extension}", view.part.name(), view.index)
     }
 
     fn mask_file(&self, view: &PlannedView) -> String {
-        format!("masks/{}/r_{}.png", view.part.folder(), view.index)
+        format!("masks/{}/r_{}.png", view.part.name(), view.index)
     }
 
     fn write_mask(&self, view: &PlannedView, frame: &Frame) -> Result<(), SynthError> {
@@ -188,9 +189,9 @@ impl Plan for Photographs<'_> {
     }
 
     fn folders(&self) -> Vec<String> {
-        let parts = Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0);
-        let masks = |part: Part| self.refracts.then(|| format!("masks/{}", part.folder()));
-        parts.flat_map(|p| masks(p).into_iter().chain([p.folder().to_owned()])).collect()
+        let parts = self.options.views.parts();
+        let masks = |part: Part| self.refracts.then(|| format!("masks/{}", part.name()));
+        parts.flat_map(|p| masks(p).into_iter().chain([p.name().to_owned()])).collect()
     }
 
     fn picture(&self, view: &PlannedView) -> PathBuf {
@@ -221,8 +222,8 @@ impl Plan for Photographs<'_> {
         let sheet = contact_sheet(&self.room.scene, &cameras, &self.sampling());
         write_whole(&path, &color_png(&path, &sheet)?)?;
         write_json(&out.join("transforms.json"), &self.transforms(&Part::ALL))?;
-        for part in Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0) {
-            write_json(&out.join(format!("transforms_{}.json", part.folder())), &self.transforms(&[part]))?;
+        for part in self.options.views.parts() {
+            write_json(&out.join(format!("transforms_{}.json", part.name())), &self.transforms(&[part]))?;
         }
         Ok(())
     }

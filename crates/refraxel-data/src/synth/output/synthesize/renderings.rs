@@ -1,7 +1,8 @@
 //! Exact renderings with everything that is known of them.
 
 use super::plan::Plan;
-use crate::synth::dataset::{Cost, DatasetOptions, Part, PlannedView};
+use crate::part::Part;
+use crate::synth::dataset::{Cost, DatasetOptions, PlannedView};
 use crate::synth::error::SynthError;
 use crate::synth::output::files::write_whole;
 use crate::synth::output::options::SynthOptions;
@@ -36,7 +37,7 @@ impl<'a> Renderings<'a> {
 
     /// The file of a job's picture (`None`) or of its mask, depth, … under `kind`.
     fn file(&self, job: &Job, kind: Option<&str>) -> PathBuf {
-        let folder = if job.twin { "test_bg" } else { job.view.part.folder() };
+        let folder = if job.twin { "test_bg" } else { job.view.part.name() };
         let extension = if kind == Some("exr") { "exr" } else { "png" };
         let root = kind.map_or(self.options.out.clone(), |k| self.options.out.join(k));
         root.join(folder).join(format!("r_{}.{extension}", job.view.index))
@@ -79,9 +80,9 @@ impl Plan for Renderings<'_> {
         let mut kinds = vec!["", "depth/", "normals/"];
         kinds.extend(self.twin.is_some().then_some("masks/"));
         kinds.extend(self.options.exr.then_some("exr/"));
-        let parts = Part::ALL.into_iter().filter(|p| p.count(&self.options.views) > 0);
+        let parts = self.options.views.parts();
         let mut folders: Vec<String> =
-            parts.flat_map(|p| kinds.iter().map(move |kind| format!("{kind}{}", p.folder()))).collect();
+            parts.flat_map(|p| kinds.iter().map(move |kind| format!("{kind}{}", p.name()))).collect();
         if self.twin.is_some() && self.options.views.test > 0 {
             folders.push("test_bg".into());
         }
@@ -94,7 +95,7 @@ impl Plan for Renderings<'_> {
 
     fn render_one(&self, job: &Job) -> Result<Cost, SynthError> {
         let scene = self.twin.as_ref().filter(|_| job.twin).unwrap_or(&self.scene);
-        let frame = render_view(scene, &job.view.camera, job.view.number(), &self.dataset.sampling());
+        let frame = render_view(scene, &job.view.camera, job.view.number(), &self.dataset.sampling);
         if !job.twin {
             self.write_buffers(job, &frame)?;
         }

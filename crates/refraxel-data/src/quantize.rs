@@ -1,11 +1,13 @@
-//! From what a channel is to the byte that is scored.
+//! From what a channel is to the byte that is stored and scored.
 
-/// Nearest 8-bit value of an sRGB-encoded channel, theory (5.1): 0 → 0, 1 → 255; outside is clamped, NaN becomes 0.
+use refraxel_core::Real;
+
+/// Nearest 8-bit value of an sRGB-encoded channel or of a share, theory (5.1): 0 → 0, 1 → 255; outside is clamped, NaN becomes 0.
 ///
 /// Rounds to nearest; truncation would cost up to 1.5 dB at 49 dB.
 #[inline]
-pub fn quantize(channel: f32) -> u8 {
-    (channel * 255.0).round().clamp(0.0, 255.0) as u8
+pub fn quantize<T: Real>(channel: T) -> u8 {
+    (channel * T::of(255.0)).round().f64() as u8 // `as` clamps
 }
 
 #[cfg(test)]
