@@ -82,7 +82,7 @@ fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
     let (axis, domain) = (body.axis(), hull.site.domain());
     let mut ends = Polyhedron { faces: Vec::new(), base: hull.base() };
     let carved = body.surface(&domain, &ends);
-    let body = body.grown(contours.map_or(0.0, |c| c.beyond(&carved)));
+    let body = contours.map_or(body.clone(), |c| body.as_wide_as(c, &carved));
     let roofed = body.surface(&domain, &ends);
     ends.faces.extend(lid(&roofed, hull.views.rays, axis.up));
     let surface = Surface::new(Form::Revolution(axis), body.surface(&domain, &ends));

@@ -65,16 +65,17 @@ impl Contours {
         (views.len() >= LEAST[0]).then(|| Self { frame, views, cancel: outlines.cancel().clone() })
     }
 
-    /// How far outside a surface the lines of sight pass that should touch it, the median [scene unit]. A hull has nothing that any mask
-    /// lacks, so rough masks leave too little of it; on the mean of all views their borders are where they should be.
-    pub(in crate::refraction_search) fn beyond(&self, surface: &LevelSet<f32>) -> f32 {
+    /// How far outside a surface lines of sight pass that touch it at some of its places, the median [scene unit]. A hull has nothing that
+    /// any mask lacks, so rough masks leave too little of it; on the mean of all views their borders are where they should be.
+    pub(super) fn beyond(&self, surface: &LevelSet<f32>, counts: impl Fn(Vec3<f32>) -> bool + Sync) -> f32 {
         let Frame { center, radius } = self.frame;
         let of_view = |view: &View| {
             let origin = center + view.eye * radius;
             let passes = |t: &Touch| {
                 let ray = Ray { origin, direction: t.direction }.cast::<f32>();
                 let near = self.frame.near(&ray, t.per_radian, surface);
-                nearest(&ray, near, surface, None).filter(|phi| f64::from(phi.abs()) < near)
+                let (phi, x) = nearest(&ray, near, surface, None)?;
+                (f64::from(phi.abs()) < near && counts(x)).then_some(phi)
             };
             view.touches.iter().filter_map(passes).collect::<Vec<f32>>()
         };
@@ -84,19 +85,23 @@ impl Contours {
     }
 }
 
-/// Signed distance of the surface, as far as it reaches above `base`, at the point of a ray that is nearest to it or deepest inside, if
-/// it comes as near as that.
-fn nearest(ray: &Ray<f32>, near: f64, surface: &LevelSet<f32>, base: Option<&Plane>) -> Option<f32> {
+/// The point of a ray that is nearest to a surface or deepest inside, as far as it reaches above `base`, with its signed distance.
+fn nearest(
+    ray: &Ray<f32>,
+    near: f64,
+    surface: &LevelSet<f32>,
+    base: Option<&Plane>,
+) -> Option<(f32, Vec3<f32>)> {
     let [from, to] = surface.domain().clip(ray, 0.0)?;
     let steps = ((to - from) / surface.voxel()).ceil() as usize;
-    let height = |k: usize| {
+    let at = |k: usize| {
         let x = ray.at(from + (to - from) * (k as f32 + 0.5) / steps as f32);
         // Far from the surface, and outside the spline, φ says nothing.
         let is_near = |c: &u8| (f64::from(*c) - 1.0) * f64::from(surface.voxel()) < near;
         let phi = surface.clearance(x).filter(is_near).map_or(f32::MAX, |_| surface.value(x));
-        base.map_or(phi, |b| phi.max(b.height(x)))
+        (base.map_or(phi, |b| phi.max(b.height(x))), x)
     };
-    Some((0..steps).map(height).fold(f32::MAX, f32::min))
+    (0..steps).map(at).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// What a radius of the frame covers in the pictures, the mean over all lines of sight [pixel].
@@ -171,7 +176,7 @@ impl Frame {
     fn touches(&self, tangent: &Tangent, hull: &LevelSet<f32>, base: Option<&Plane>) -> bool {
         let ray = tangent.ray.cast::<f32>();
         let near = self.near(&ray, tangent.per_radian, hull);
-        nearest(&ray, near, hull, base).is_some_and(|least| f64::from(least.abs()) < near)
+        nearest(&ray, near, hull, base).is_some_and(|(phi, _)| f64::from(phi.abs()) < near)
     }
 
     /// What is near, for a line of sight [scene unit].
