@@ -65,8 +65,8 @@ impl Contours {
         (views.len() >= LEAST[0]).then(|| Self { frame, views, cancel: outlines.cancel().clone() })
     }
 
-    /// How far outside a surface the lines of sight pass that should touch it, the median [scene unit]. A hull has nothing that any mask
-    /// lacks, so rough masks leave too little of it; on the mean of all views their borders are where they should be.
+    /// The median distance at which the lines of sight that should touch a surface pass outside it [scene unit]; negative where they pass
+    /// inside. A hull has nothing that any mask lacks, so rough masks make it too narrow; on average, their borders are in the right place.
     pub(in crate::refraction_search) fn beyond(&self, surface: &LevelSet<f32>) -> f32 {
         let Frame { center, radius } = self.frame;
         let of_view = |view: &View| {
