@@ -103,7 +103,7 @@ fn has_lens(camera: &Camera) -> bool {
 
 /// Full field of view of a lens without a fisheye model beyond which its focal length is doubted [rad].
 const WIDEST: f64 = 2.6;
-/// Part of an edge that a principal point is away from the middle, beyond which it is doubted.
+/// A principal point farther from the middle than this part of an edge is doubted.
 const OFF_MIDDLE: f64 = 0.25;
 /// Share of the picture that a circular fisheye fills.
 const CIRCLE: f64 = 0.5;
@@ -134,8 +134,8 @@ pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
         ),
         (
             count(&is_off),
-            "have their principal point outside of their picture or far from its middle, as crops may: where they are none, it is that of \
-             another picture, or in another unit or order (cx, cy [pixel])",
+            "have their principal point outside of their picture or far from its middle; unless the pictures are crops, cx and cy [pixel] \
+             may be those of another picture, swapped, or in another unit",
         ),
         (
             count(&is_blind),
@@ -196,8 +196,8 @@ pub(crate) fn repairs(checked: &[CheckedPose]) -> Vec<Problem> {
     let scales: Vec<f64> = checked.iter().filter_map(|c| c.scale).collect();
     let scaled = scales.first().map(|first| {
         Problem::warning(format!(
-            "{} rotations contain a scale ({first:.4} the first), as those of scaled objects do: it is left out, and positions are kept as \
-             they stand",
+            "{} rotations contain a scale ({first:.4} the first), as those of scaled objects do; it is left out, and positions stay as \
+             they are",
             scales.len()
         ))
     });

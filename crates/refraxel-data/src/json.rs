@@ -4,8 +4,8 @@ use crate::{DataError, limits};
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Reads a JSON file. Comments, commas before a closing bracket, and the literals NaN and ±Infinity (Python writes them) are allowed; the literals
-/// are read as `null`, so that an error names their key when its number is needed.
+/// Reads a JSON file. Comments, commas behind the last entry, and the literals NaN and ±Infinity (Python writes them)
+/// are allowed; the literals are read as `null`, so that an error names their key when its number is needed.
 ///
 /// Errors: it cannot be read, is larger than the [`limits`] allow, or is no JSON.
 pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
@@ -27,7 +27,8 @@ struct Plain {
     objects: usize,
 }
 
-/// The text with `//` and `/* */` comments and commas behind the last entry blanked and non-finite literals turned into `null`; line numbers are kept.
+/// The text with `//` and `/* */` comments and commas behind the last entry blanked, and non-finite literals turned into
+/// `null`; line numbers are kept.
 fn plain(text: &str) -> Plain {
     let (mut out, mut copied, mut at) = (String::with_capacity(text.len()), 0, 0);
     let (mut values, mut objects) = (1, 0);
@@ -63,16 +64,31 @@ fn plain(text: &str) -> Plain {
 /// Byte length of the comment, comma or literal that `rest` starts with, and what to write instead of it.
 fn extension(rest: &str) -> Option<(usize, &'static str)> {
     if let Some(behind) = rest.strip_prefix(',') {
-        return behind.trim_start().starts_with([']', '}']).then_some((1, " "));
+        return without_comments(behind).starts_with([']', '}']).then_some((1, " "));
     }
-    if rest.starts_with("//") {
-        return Some((rest.find('\n').unwrap_or(rest.len()), " "));
-    }
-    if let Some(comment) = rest.strip_prefix("/*") {
-        return Some((comment.find("*/").map_or(rest.len(), |end| end + 4), " "));
+    if let Some(length) = comment_length(rest) {
+        return Some((length, " "));
     }
     let word = ["NaN", "-Infinity", "Infinity"].into_iter().find(|word| rest.starts_with(word))?;
     Some((word.len(), "null"))
+}
+
+/// Byte length of the comment that `rest` starts with.
+fn comment_length(rest: &str) -> Option<usize> {
+    if rest.starts_with("//") {
+        return Some(rest.find('\n').unwrap_or(rest.len()));
+    }
+    let comment = rest.strip_prefix("/*")?;
+    Some(comment.find("*/").map_or(rest.len(), |end| end + 4))
+}
+
+/// The text behind white space and comments.
+fn without_comments(text: &str) -> &str {
+    let mut rest = text.trim_start();
+    while let Some(length) = comment_length(rest) {
+        rest = rest[length..].trim_start();
+    }
+    rest
 }
 
 /// Byte length of the string literal that `rest` starts with, quotes included.
@@ -244,9 +260,11 @@ mod tests {
 
     #[test]
     fn commas_behind_the_last_entry_are_blanked() {
-        let text = "{\"a\": [1, 2,\n ],\t\"b, ]\": {\"c\": 3,},\n}";
-        let value: Value = serde_json::from_str(&plain(text).text).unwrap();
+        let text = "{\"a\": [1, 2,\n ],\t\"b, ]\": {\"c\": 3, // last ]\n /* } */},\n}";
+        let Plain { text, values, .. } = plain(text);
+        let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value, serde_json::json!({"a": [1, 2], "b, ]": {"c": 3}}));
+        assert_eq!((values, text.matches('\n').count()), (6, 3));
         assert!(serde_json::from_str::<Value>(&plain("[1,,]").text).is_err());
     }
 

@@ -167,6 +167,11 @@ pub(crate) fn mask_reading(path: &Path) -> Result<coverage::Reading, DataError> 
     Ok(coverage::of_mask(decoding::decode(path)?.image, path).reading)
 }
 
+/// Whether a mask's file is in colour.
+pub(crate) fn mask_has_colours(mask: &Path) -> Result<bool, DataError> {
+    Ok(coverage::has_colours(decoding::decode(mask)?.image))
+}
+
 /// Share of a mask's pixels that are mostly white.
 pub(crate) fn white_share(mask: &Path) -> Result<f64, DataError> {
     Ok(coverage::of_mask(decoding::decode(mask)?.image, mask).mask.white_share())

@@ -53,8 +53,8 @@ pub(crate) struct CheckedPose {
 
 /// Checks that `pose` is finite and rigid, and removes small deviations.
 ///
-/// So it does with a scale that all three axes share, as matrices of scaled objects and scenes have it: directions and positions stand
-/// without it.
+/// A scale that all three axes share is removed as well: matrices of scaled objects and scenes have one, and neither directions nor
+/// positions need it.
 pub(crate) fn check(pose: &Pose) -> Result<CheckedPose, PoseFault> {
     let rotation = &pose.rotation;
     if !(rotation.columns.iter().all(|c| c.is_finite()) && pose.translation.is_finite()) {
@@ -130,8 +130,8 @@ pub fn quaternion_of_rotation(rotation: &Mat3<f64>) -> [f64; 4] {
     row.map(|q| q / norm)
 }
 
-/// The first three rows of a camera's matrix; its first three columns where it is transposed: beside the rotation are zeros, and below it
-/// the position, as row vectors need it. True where it is.
+/// The first three rows of a camera's matrix, or its first three columns and `true` where it is transposed: the position stands below the
+/// rotation, and zeros beside it. Of a camera at the origin nobody can tell.
 pub(crate) fn rows_or_columns(matrix: [[f64; 4]; 4]) -> ([[f64; 4]; 3], bool) {
     let [a, b, c, last] = matrix;
     let is_transposed = [a[3], b[3], c[3]] == [0.0; 3] && last[..3] != [0.0; 3];
@@ -142,7 +142,7 @@ pub(crate) fn rows_or_columns(matrix: [[f64; 4]; 4]) -> ([[f64; 4]; 3], bool) {
 /// A warning about matrices of a file that were taken for transposed.
 pub(crate) fn transposed(path: &Path, count: usize) -> Option<Problem> {
     let message = format!(
-        "{}: {count} matrices have their position in the last row and zeros in the last column: they are transposed, and are read so",
+        "{}: {count} matrices have their position in the last row and zeros in the last column: they are read as transposed",
         path.display()
     );
     (count > 0).then(|| Problem::warning(message))

@@ -126,9 +126,7 @@ fn readings(format: Format) -> Vec<Reading> {
                 posed(c, |p| turned(inverse(p), OTHER_AXES))
             }),
             reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)),
-            reading("the positions of cameras are given for the translations to them", |c| {
-                posed(c, position_for_translation)
-            }),
+            reading("the translations are the positions of the cameras", |c| posed(c, position_for_translation)),
         ]
     } else {
         vec![

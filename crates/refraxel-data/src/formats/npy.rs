@@ -152,6 +152,8 @@ pub(crate) mod tests {
         file[at..at + 5].copy_from_slice(b"True ");
         assert_eq!(parse(Path::new("a.npy"), &file).unwrap().values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         assert_eq!(with_last_fastest(&[2, 1, 2], &[0.0, 10.0, 1.0, 11.0]), [0.0, 1.0, 10.0, 11.0]);
+        assert_eq!(with_last_fastest(&[], &[7.0]), [7.0], "a single number");
+        assert!(with_last_fastest(&[3, 0, 2], &[]).is_empty());
     }
 
     #[test]

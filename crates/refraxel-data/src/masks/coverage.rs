@@ -58,6 +58,15 @@ pub(crate) fn of_mask(decoded: DynamicImage, path: &Path) -> Coverage {
     Coverage { mask: mask(size, values.into_iter().map(byte).collect()), reading: Reading::White }
 }
 
+/// Whether there are colours other than grey, beyond the noise of JPEG.
+pub(crate) fn has_colours(decoded: DynamicImage) -> bool {
+    const NOISE: u8 = 32;
+    decoded.into_rgb8().pixels().any(|p| {
+        let [r, g, b] = p.0;
+        r.max(g).max(b) - r.min(g).min(b) > NOISE
+    })
+}
+
 /// The alpha channel as a mask.
 pub(crate) fn of_alpha(decoded: DynamicImage) -> Mask {
     mask([decoded.width(), decoded.height()], alpha_of(&decoded))

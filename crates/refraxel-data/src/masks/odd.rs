@@ -11,8 +11,7 @@ use std::path::Path;
 const GREY: f64 = 0.1;
 /// Masks whose white differs from the median by more than this part of the picture, or of its border, stand out.
 const STANDS_OUT: f64 = 0.5;
-
-/// Share of the border that masks of glass which fills the picture, as water may, hardly have white.
+/// Masks of glass that are white on a larger share of their border are doubted: even water rarely fills it like that.
 const MOST: f64 = 0.9;
 
 /// A mask that was looked at.
@@ -36,14 +35,10 @@ impl Odd<'_> {
 
     /// All of the photograph counts.
     fn leaves_all(&self) -> bool {
-        match self.meaning {
-            MaskMeaning::Keep => self.mask.white >= 1.0,
-            MaskMeaning::Ignore => self.mask.white <= 0.0,
-            MaskMeaning::Refractive => false,
-        }
+        self.meaning == MaskMeaning::Keep && self.mask.white >= 1.0
     }
 
-    /// More than half of it is said to be refractive, but not all.
+    /// At least half of it is said to be refractive, but not all.
     fn marks_around(&self) -> bool {
         self.meaning == MaskMeaning::Refractive && (0.5..1.0).contains(&self.mask.white)
     }
@@ -70,16 +65,18 @@ pub(super) fn oddities(masks: &[Odd]) -> Result<Vec<Problem>, DataError> {
         let away = [m.mask.white - median, on_border(m) - median_on_border].map(f64::abs);
         away.iter().any(|d| *d > STANDS_OUT) && !m.leaves_nothing() && !m.marks_all()
     };
-    let leave_all = masks.len() > 1 && masks.iter().all(Odd::leaves_all);
+    // White masks are right where nothing moved through these photographs; masks whose colours all count as white are not.
+    let coloured = masks.iter().find_map(|m| m.path).filter(|_| masks.iter().all(Odd::leaves_all));
+    let leave_all = coloured.map(photo::mask_has_colours).transpose()?.unwrap_or(false);
     let inverted = format!(
-        "have white on most of their border, as where black marks the glass (white covers {:.0} %): write them with white glass if so",
+        "have white on most of their border, as where black marks the glass (white covers {:.0} %); if it does, invert them",
         100.0 * median
     );
     let found = [
         named(
             masks,
             |_| leave_all,
-            "leave out nothing: masks in colour have to be written in black and white",
+            "leave out nothing, because all of their colours count as white: write them in black and white",
         ),
         named(masks, |m| median_on_border > MOST && m.marks_around() && on_border(m) > MOST, &inverted),
         named(masks, |m| m.leaves_nothing(), "leave no pixel of their photographs"),

@@ -51,7 +51,8 @@ fn of_text(root: &Root, files: &[PathBuf], problems: &mut Vec<Problem>) -> Vec<L
                 continue;
             }
         };
-        let lines = text.lines().map(|line| line.trim().trim_matches(['"', '\'', ',']));
+        let is_around = |c: char| c.is_whitespace() || ['"', '\'', ','].contains(&c);
+        let lines = text.lines().map(|line| line.trim_matches(is_around));
         let names = lines.filter(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_owned);
         let stem = stem_with(file, "txt").unwrap_or_default().to_lowercase();
         let family = families.entry(stem.replace(word_of(&stem, part), "")).or_default();

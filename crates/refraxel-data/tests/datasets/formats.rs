@@ -71,6 +71,17 @@ fn colmap_text_and_binary_give_the_same_cameras_in_every_layout() {
 }
 
 #[test]
+fn a_colmap_model_may_lie_in_a_dataset_that_lies_in_a_folder_called_sparse() {
+    let (all, folder) = (cameras(9), tempfile::tempdir().unwrap());
+    let scene = folder.path().join("sparse/scene");
+    write_colmap(&scene, "sparse/0", "bin", colmap_binary(&all));
+    (0..9).for_each(|i| write_image(&scene, &format!("input/{}.png", stem(i)), WIDTH, HEIGHT));
+    for given in [scene.clone(), scene.join("sparse/0")] {
+        assert_same_rays(&by_number(&opened(&given)), &all);
+    }
+}
+
+#[test]
 fn the_colmap_model_with_most_images_is_used_and_said_so() {
     let folder = tempfile::tempdir().unwrap();
     write_colmap(folder.path(), "sparse/0", "txt", colmap_text(&cameras(3)));

@@ -273,6 +273,8 @@ fn masks_in_the_first_colour_of_a_colour_table_cover_what_has_it() {
 fn masks_that_leave_out_nothing_or_mark_all_around_a_thing_are_doubted() {
     let in_colour = warned_of("masks", |camera| coloured(camera, [255, 0, 0], [0, 0, 255]));
     assert!(in_colour.iter().any(|w| w.contains("leave out nothing")), "{in_colour:?}");
+    let white = warned_of("masks", |_| RgbImage::from_pixel(EDGE, EDGE, Rgb([255; 3])).into());
+    assert!(!white.iter().any(|w| w.contains("leave out nothing")), "nothing moves: {white:?}");
     let inverted = warned_of("glass_masks", |camera| coloured(camera, [0; 3], [255; 3]));
     assert!(inverted.iter().any(|w| w.contains("as where black marks the glass")), "{inverted:?}");
     let right = warned_of("glass_masks", |camera| coloured(camera, [255; 3], [0; 3]));

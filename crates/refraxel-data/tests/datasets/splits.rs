@@ -35,7 +35,7 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         ("Test.TXT", "R_5.JPG\nC:\\scene\\images\\r_7.png\n"),
         ("val_names.txt", "# held out\nr_5.png\nr_7.png\n"),
         ("test.txt", "5\n7\n"),
-        ("test.txt", "\"r_5.png\",\n'r_7.png'\n"),
+        ("test.txt", "\"r_5.png\" ,\n'r_7.png'\n"),
         ("test.json", r#"["r_5.png", "r_7.png"]"#),
         ("split.json", r#"{"test": ["images/r_5.png", "images/r_7.png"], "has_masks": false}"#),
         (

@@ -170,6 +170,19 @@ fn a_field_of_view_across_the_height_alone_gives_both_focal_lengths() {
 }
 
 #[test]
+fn a_field_of_view_across_the_height_is_compared_with_the_focal_length_along_it() {
+    let angle = 2.0 * (0.5 * f64::from(HEIGHT) / FOCAL).atan();
+    let with = |fl_x: f64, fl_y: f64| {
+        let edit = |t: &mut Value| {
+            (t["fl_x"], t["fl_y"], t["camera_angle_y"]) = (json!(fl_x), json!(fl_y), json!(angle));
+        };
+        open(&transforms_folder(4, edit)).unwrap()
+    };
+    assert!(!warns(&with(1.2 * FOCAL, FOCAL), "the field of view says"), "pixels that are not square");
+    assert!(warns(&with(FOCAL, 1.2 * FOCAL), "fl_y is"));
+}
+
+#[test]
 fn slightly_wrong_rotations_are_repaired_with_a_note() {
     let stretch = |t: &mut Value| {
         let m = &mut t["frames"][1]["transform_matrix"];

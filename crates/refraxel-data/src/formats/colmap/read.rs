@@ -103,13 +103,14 @@ fn largest(candidates: &[PathBuf], problems: &mut Vec<Problem>) -> Result<(PathB
 
 /// The dataset's folder when the user gave a model folder inside it.
 fn dataset_folder(given: &Path) -> PathBuf {
-    let is_sparse = |p: &Path| p.file_name().is_some_and(|name| key(&name.to_string_lossy()) == "sparse");
-    let inner = |p: &Path| {
-        let name = p.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        let is_usual = ["sparse", "colmap"].contains(&key(name).as_str()) || name.parse::<u32>().is_ok();
-        is_usual || p.parent().is_some_and(is_sparse)
-    };
     let real = given.canonicalize().unwrap_or_else(|_| given.to_owned());
+    let name = |p: &Path| p.file_name().map(|name| key(&name.to_string_lossy())).unwrap_or_default();
+    let inner = |p: &Path| {
+        let is_usual = ["sparse", "colmap"].contains(&name(p).as_str()) || name(p).parse::<u32>().is_ok();
+        // A folder called `sparse` may hold datasets as well.
+        let is_model = || p == real && file(given, "cameras").is_some();
+        is_usual || is_model() && p.parent().is_some_and(|above| name(above) == "sparse")
+    };
     match real.ancestors().find(|p| !inner(p)) {
         Some(outer) if outer != real && folder_in(given, "images").is_none() => outer.to_owned(),
         _ => given.to_owned(),

@@ -7,8 +7,8 @@ use crate::parsed::{FieldOfView, Focal, Intrinsics};
 use refraxel_core::Lens;
 use std::f64::consts::PI;
 
-/// Intrinsics of a frame, its own keys before those of its file, and a sentence when `fl_x` and a field of view
-/// disagree by more than 0.1 % (`fl_x` wins: it is the calibration, the angle a convenience).
+/// Intrinsics of a frame, its own keys before those of its file, and a sentence when a focal length and the field of view
+/// along the same axis disagree by more than 0.1 % (the focal length wins: it is the calibration, the angle a convenience).
 pub(super) fn intrinsics(frame: &Object) -> Result<(Intrinsics, Option<String>), DataError> {
     refuse_unsupported(frame)?;
     let size = pair(frame, "w", "h")?;
@@ -82,10 +82,12 @@ fn disagreement(
     pixels: Option<[f64; 2]>,
     angles: Option<FieldOfView>,
 ) -> Option<String> {
-    let (size, [fx, _], angles) = (size?, pixels?, angles?);
-    let [from_angle, _] = angles.focal(size);
-    ((from_angle / fx - 1.0).abs() > 1e-3)
-        .then(|| format!("fl_x is {fx:.3}, but the field of view says {from_angle:.3} [pixel]; fl_x is used"))
+    let (size, pixels, angles) = (size?, pixels?, angles?);
+    let (axis, key) = if matches!(angles, FieldOfView::Y(_)) { (1, "fl_y") } else { (0, "fl_x") };
+    let [stated, from_angle] = [pixels, angles.focal(size)].map(|focal| focal[axis]);
+    ((from_angle / stated - 1.0).abs() > 1e-3).then(|| {
+        format!("{key} is {stated:.3}, but the field of view says {from_angle:.3} [pixel]; {key} is used")
+    })
 }
 
 /// Modes whose rays would be wrong if they were read as something else.

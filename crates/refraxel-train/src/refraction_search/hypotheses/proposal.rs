@@ -38,7 +38,8 @@ pub(in crate::refraction_search) struct Proposal {
     pub kind: Hypothesis,
     /// Whether the region has the shape that it needs.
     pub fits: fn(&Region) -> bool,
-    /// It has many unknowns, or its rays are slow: it is looked at last, and goes on only where its first numbers come near to what stands.
+    /// It has many unknowns, or its rays are slow: it is looked at last, and its search continues only where its first numbers score
+    /// nearly as much as the hypothesis that stands.
     pub is_dear: bool,
     /// Its bodies have sharp surfaces, which the index does not move.
     pub is_sharp: bool,

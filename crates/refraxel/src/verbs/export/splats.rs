@@ -1,5 +1,5 @@
-//! A radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting or as [SPZ](super::spz): one Gaussian for each voxel that
-//! matters.
+//! A radiance field as 3D Gaussians, in the PLY layout of Gaussian splatting or as [SPZ](super::spz): one Gaussian for each
+//! voxel that matters.
 //!
 //! Colour needs no conversion: theory (3.6) and (3.7) have the basis, the order, the signs, the direction and the clamp of
 //! Gaussian splatting. Opacity is such that a ray through a lattice of equal Gaussians keeps the transmittance of the field.
@@ -90,8 +90,8 @@ impl Splats {
         notes
     }
 
-    /// Writes them as SPZ, in world coordinates relative to the run's origin, and gives the precision of places [scene unit].
-    pub(super) fn write_spz(&self, field: &VoxelField<f32>, out: &mut dyn Write) -> io::Result<f64> {
+    /// Writes them as SPZ, in world coordinates relative to the run's origin.
+    pub(super) fn write_spz(&self, field: &VoxelField<f32>, out: &mut dyn Write) -> io::Result<spz::Lost> {
         let all = self.chosen.par_iter().map(|&(voxel, opacity)| Gaussian::of(field, voxel, opacity));
         spz::write(&all.collect::<Vec<_>>(), field.degree, out)
     }

@@ -1,9 +1,9 @@
 //! Gaussians as SPZ, a layout of about a ninth of the size of PLY: bytes and fixed-point numbers, one kind after the other, in gzip.
 //!
-//! Its axes point right, up and back, where those of the PLY layout point right, down and to the front: y and z change their signs, and
-//! both files look the same in a viewer.
+//! Its axes point right, up and back, where those of the PLY layout point right, down and to the front: y and z change their signs, as
+//! they do where the reference makes SPZ of PLY.
 //!
-//! Source: Niantic's reference implementation, `nianticlabs/spz`, version 2 of the layout, which all readers know.
+//! Source: Niantic's reference implementation, `nianticlabs/spz`, version 2 of the layout.
 
 use super::splats::Gaussian;
 use flate2::Compression;
@@ -21,10 +21,20 @@ const LARGEST: f64 = 8_388_607.0;
 const COLOUR_STEPS: f32 = 0.15 * 255.0;
 const SCALE_STEPS: f32 = 16.0;
 const SMALLEST_SCALE: f32 = -10.0;
-/// Numbers between two that a coefficient of degree 1, and of a higher degree, may have.
+/// Steps from one number that a coefficient of degree 1, or of a higher degree, may have to the next.
 const BUCKETS: [i32; 2] = [8, 16];
-/// Writes Gaussians whose colours have this degree. Returns the distance of neighbouring coordinates [scene unit].
-pub(super) fn write(all: &[Gaussian], degree: ShDegree, out: &mut dyn Write) -> io::Result<f64> {
+
+/// What the layout cannot hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Lost {
+    /// Distance of neighbouring coordinates [scene unit].
+    pub step: f64,
+    /// Gaussians that are smaller or larger than any of the layout.
+    pub of_other_size: usize,
+}
+
+/// Writes Gaussians whose colours have this degree.
+pub(super) fn write(all: &[Gaussian], degree: ShDegree, out: &mut dyn Write) -> io::Result<Lost> {
     let count = u32::try_from(all.len()).map_err(io::Error::other)?;
     let bits = fraction_bits(all);
     let mut out = GzEncoder::new(out, Compression::default());
@@ -46,8 +56,9 @@ pub(super) fn write(all: &[Gaussian], degree: ShDegree, out: &mut dyn Write) -> 
     for g in all {
         out.write_all(&[0, 1, 2].map(|c| byte(coefficient(g, c, 0) * COLOUR_STEPS + 127.5)))?;
     }
+    let size = |s: f32| (s - SMALLEST_SCALE) * SCALE_STEPS;
     for g in all {
-        out.write_all(&g.scales.map(|s| byte((s - SMALLEST_SCALE) * SCALE_STEPS)))?;
+        out.write_all(&g.scales.map(|s| byte(size(s))))?;
     }
     for Gaussian { rotation: [w, x, y, z], .. } in all {
         let sign = if *w < 0.0 { -1.0 } else { 1.0 };
@@ -61,7 +72,8 @@ pub(super) fn write(all: &[Gaussian], degree: ShDegree, out: &mut dyn Write) -> 
         }
     }
     out.finish()?;
-    Ok(unit.recip())
+    let is_held = |g: &&Gaussian| g.scales.iter().all(|s| (-0.5..=255.5).contains(&size(*s)));
+    Ok(Lost { step: unit.recip(), of_other_size: all.len() - all.iter().filter(is_held).count() })
 }
 
 /// As many as the largest coordinate leaves room for.
@@ -83,8 +95,8 @@ fn byte(x: f32) -> u8 {
 
 /// A coefficient from −1 to 1, rounded to a multiple of the bucket: it compresses well.
 fn coarse(x: f32, bucket: i32) -> u8 {
-    let fine = (128.0 * x).round() as i32 + 128;
-    ((fine + bucket / 2).div_euclid(bucket) * bucket).clamp(0, 255) as u8
+    let fine = ((128.0 * x).round() + 128.0).clamp(0.0, 255.0) as i32;
+    ((fine + bucket / 2) / bucket * bucket).min(255) as u8
 }
 
 #[cfg(test)]
@@ -116,9 +128,10 @@ mod tests {
     #[test]
     fn numbers_are_those_of_the_reference_with_y_and_z_reversed() {
         let mut file = Vec::new();
-        let unit = write(&[gaussian(1.25), gaussian(-3.5)], ShDegree::new(1).unwrap(), &mut file).unwrap();
+        let lost = write(&[gaussian(1.25), gaussian(-3.5)], ShDegree::new(1).unwrap(), &mut file).unwrap();
         let ([degree, bits, _, _], bytes) = read(&file);
-        assert_eq!((degree, 1.0 / f64::from(1u32 << bits)), (1, unit));
+        let unit = 1.0 / f64::from(1u32 << bits);
+        assert_eq!((degree, lost), (1, Lost { step: unit, of_other_size: 0 }));
         assert_eq!(bytes.len(), 2 * (9 + 1 + 3 + 3 + 3 + 9));
         let fixed = |k: usize| {
             let b = &bytes[3 * k..][..3];
@@ -149,6 +162,16 @@ mod tests {
             let [y, reversed] = [d, vec3(d.x, -d.y, -d.z)].map(|d| sh::basis(ShDegree::MAX, d));
             assert!((0..16).all(|k| (y[k] - signs[k] * reversed[k]).abs() < 1e-6), "{y:?} {reversed:?}");
         }
+    }
+
+    #[test]
+    fn sizes_and_colours_beyond_the_layout_are_cut_off() {
+        let tiny = Gaussian { scales: [-11.0, -4.0, -4.0], colour: vec![1e30; 12], ..gaussian(0.0) };
+        let mut file = Vec::new();
+        let lost = write(&[tiny, gaussian(0.0)], ShDegree::new(1).unwrap(), &mut file).unwrap();
+        assert_eq!(lost.of_other_size, 1);
+        let (_, bytes) = read(&file);
+        assert_eq!((bytes[20..23].to_vec(), bytes[26], bytes[44]), (vec![255; 3], 0, 255));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::eyes::Eyes;
 use super::report::Report;
 use super::splats::Splats;
+use super::spz::Lost;
 use super::surfaces::Solids;
 use super::surroundings::Surroundings;
 use super::up::Up;
@@ -118,11 +119,19 @@ fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> 
     let mut notes = splats.notes(model);
     let is_spz = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("spz"));
     if is_spz {
-        let mut unit = 0.0;
-        write_atomic(&file, |f| splats.write_spz(&model.field, f).map(|u| unit = u))?;
+        let mut lost = Lost::default();
+        write_atomic(&file, |f| splats.write_spz(&model.field, f).map(|found| lost = found))?;
         notes.push(format!(
-            "SPZ rounds places to {unit:.1e} scene units, other numbers to 4 to 8 bits; the PLY layout rounds nothing"
+            "SPZ rounds places to {:.1e} scene units, and other numbers to 4 to 8 bits; the PLY layout rounds nothing",
+            lost.step
         ));
+        notes.push("SPZ has y and z of the world with reversed signs".to_owned());
+        if lost.of_other_size > 0 {
+            notes.push(format!(
+                "{} Gaussians are smaller or larger than SPZ can store, which is from 4.5e-5 to 380 scene units; the PLY layout keeps them",
+                count(lost.of_other_size as u64)
+            ));
+        }
     } else {
         write_atomic(&file, |f| splats.write(&model.field, run.plan.origin, f))?;
     }
