@@ -5,7 +5,7 @@ use super::folder::RenderFolder;
 use super::paths::{self, Fan};
 use super::report::Report;
 use super::slices;
-use super::views::{Views, layer_name, render_all, units};
+use super::views::{Views, render_all, units};
 use crate::cli::RenderArgs;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
@@ -36,7 +36,7 @@ pub(super) fn write_folder(
         render_all(run, views, &mut folder, show)?;
         report.cameras = Some(write_cameras(views, run.plan.origin, &mut folder)?);
         report.views = views.cameras.len();
-        report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+        report.layers = args.outputs.iter().map(|l| l.name()).collect();
     }
     if args.slices {
         let (path, truth_shown) = write_slices(args, run, &mut folder)?;
