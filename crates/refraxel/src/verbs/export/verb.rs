@@ -12,7 +12,7 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::quoted_path;
 use crate::table::count;
-use crate::verbs::files::absolute;
+use crate::verbs::files::{absolute, write_text};
 use crate::verbs::interrupts::watch_for_interrupts;
 use crate::verbs::loaded::{Loaded, load_run};
 use crate::verbs::reopen::reopen;
@@ -180,7 +180,7 @@ fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), F
     }
     let folder = absolute(&file).parent().map_or_else(PathBuf::new, Path::to_owned);
     let text = cameras::transforms(&data, &run.alignment, &folder)?;
-    write_atomic(&file, |f| f.write_all(text.as_bytes()))?;
+    write_text(&file, &text)?;
     let learned = match &run.alignment.poses {
         Some(poses) if poses.learns_lenses() => "poses and lenses as learned",
         Some(_) => "poses as learned",

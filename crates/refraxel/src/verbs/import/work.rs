@@ -1,9 +1,8 @@
 //! The folder in which a dataset is made, beside the one that it becomes when everything is done.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::files::create_folder;
+use crate::verbs::files::{create_folder, write_json};
 use anyhow::{Context, anyhow};
-use refraxel_data::atomic::write_atomic;
 use serde_json::Value;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -96,7 +95,7 @@ impl WorkFolder {
             lock.set_len(0)
                 .with_context(|| format!("cannot empty {}", root.join(LOG).display()))
                 .or_exit(Exit::Io)?;
-            write_record(&path, record)?;
+            write_json(&path, record)?;
         }
         Ok(Self { root: root.to_owned(), lock, goes_on })
     }
@@ -147,11 +146,6 @@ fn lock(root: &Path) -> Result<File, Failure> {
         // A file system without locks cannot tell; that is no reason to refuse.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(log),
     }
-}
-
-fn write_record(path: &Path, record: &Value) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(record).or_exit(Exit::Io)?;
-    Ok(write_atomic(path, |file| file.write_all(text.as_bytes()))?)
 }
 
 /// Removes a file or a folder with all that is in it; it may be absent.

@@ -7,8 +7,9 @@ use super::report::Report;
 use super::slices;
 use super::views::{Views, render_all, units};
 use crate::cli::RenderArgs;
-use crate::exit::{Exit, Failure, OrExit};
+use crate::exit::Failure;
 use crate::progress::Show;
+use crate::verbs::files::write_json;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
 use refraxel_data::atomic::write_atomic;
@@ -65,8 +66,7 @@ fn write_cameras(
 ) -> Result<PathBuf, Failure> {
     let cameras: Vec<NamedCamera> = views.cameras.iter().map(|c| origin.to_world(c.clone())).collect();
     let document = export(&cameras, units(views.depth.unit, views.layers));
-    let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
-    folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
+    folder.write(CAMERAS, |path| write_json(path, &document))
 }
 
 /// Writes slices of the index; true when the truth is beside them, which an edited index does not have.

@@ -6,10 +6,9 @@ use crate::progress::Show;
 use crate::verbs::dataset::data_failure;
 use crate::verbs::eval::evaluate;
 use crate::verbs::evaluation::Evaluation;
-use crate::verbs::files::create_folder;
+use crate::verbs::files::{create_folder, write_json};
 use crate::verbs::train::{self, Lock};
 use anyhow::{Context, anyhow};
-use refraxel_data::atomic::write_atomic;
 use refraxel_data::{Dataset, OpenOptions, Part};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::CHECKPOINT;
@@ -70,8 +69,7 @@ impl Job {
         if let Some(done) = self.done()? {
             return Ok(Some(done));
         }
-        let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
-        write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
+        write_json(&self.folder.join(JOB), self)?;
         let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
         let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
         evaluate(&self.folder, Part::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)

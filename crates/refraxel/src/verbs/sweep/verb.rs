@@ -9,11 +9,10 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::shell::quoted_path;
-use crate::verbs::files::create_folder;
+use crate::verbs::files::{create_folder, write_text};
 use crate::verbs::interrupts::{interrupted, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
 use anyhow::anyhow;
-use refraxel_data::atomic::write_atomic;
 
 /// The verb.
 pub fn run(args: &SweepArgs) -> Result<(), Failure> {
@@ -21,7 +20,7 @@ pub fn run(args: &SweepArgs) -> Result<(), Failure> {
     if let Some(file) = &args.slurm {
         check_data(&jobs)?;
         let program = this_program()?;
-        write_atomic(file, |f| f.write_all(slurm(&program, args, jobs.len()).as_bytes()))?;
+        write_text(file, &slurm(&program, args, jobs.len()))?;
         let text = format!(
             "{}: an array of {} tasks; start it by `sbatch {}`",
             file.display(),
