@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 
 #[test]
 fn train_eval_compare_render_and_inspect_work_together() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let trained = train(&data, &run, &["--json", "--refraction", "off"]).done().json();
     for file in [
         CHECKPOINT,
@@ -256,8 +255,7 @@ fn pictures_of_reflection_and_transmission_are_written() {
 
 #[test]
 fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let inside = |more: &[&str]| {
         let run = train(&data, &run, &[more, &["--json", "--overwrite"]].concat()).done().json();
         run["ior"]["mean_inside"].as_f64().unwrap()
@@ -297,8 +295,7 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 
 #[test]
 fn values_and_moments_that_are_not_numbers_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let scene = data.join("scene.json");
     train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
     let checkpoint = run.join(CHECKPOINT);
@@ -324,8 +321,7 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
 
 #[test]
 fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_constant_now() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     train(&data, &run, &["--refraction", "off"]).done();
     let checkpoint = run.join(CHECKPOINT);
     let mut file = TensorFile::load(&checkpoint).unwrap();
@@ -340,8 +336,7 @@ fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_c
 
 #[test]
 fn resume_refuses_other_options_and_other_images() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     train(&data, &run, &["--set", "stop_after=5"]).refused(130, &[]);
     train(&data, &run, &["--resume", "--set", "batch=64"])
         .refused(3, &["`run.batch` is 64", "trained with 256"]);
@@ -353,8 +348,7 @@ fn resume_refuses_other_options_and_other_images() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_saves_and_resume_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let words =
         ["train", path(&data), "--out", path(&run), "--quiet", "--set", "steps=1000000", "--set", "batch=64"];
     let words = [&words[..], &["--set", "grid.resolution=16"]].concat();
@@ -380,8 +374,7 @@ fn an_interrupt_saves_and_resume_goes_on() {
 
 #[test]
 fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let half = ["--downscale", "2", "--refraction", "off", "--set", "run.stop_after=20"];
     let borders = ["--crop", "0,2,0,4", "--up", "0,-0.1,2"];
     let stopped = train(&data, &run, &[&half[..], &borders].concat());

@@ -694,8 +694,7 @@ fn view_refuses_a_run_that_is_not_there() {
 
 #[test]
 fn a_training_is_seen_and_stopped_from_its_page() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("seen"));
+    let (_folder, data, run) = ball_and("seen");
     let (mut program, mut page, rest) = endless(&data, &run);
     page.best(look(1, [32, 32], json!({})));
     let record = loop {
@@ -717,8 +716,7 @@ fn a_training_is_seen_and_stopped_from_its_page() {
 
 #[test]
 fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("finished"));
+    let (_folder, data, run) = ball_and("finished");
     let options = ["--refraction", "off", "--view", "--set", "run.steps=300", "--set", "grid.resolution=16"];
     let words = [&["train", path(&data), "--out", path(&run)], &options[..]].concat();
     let mut program = Running(command(&words).stderr(Stdio::piped()).spawn().unwrap());
@@ -746,8 +744,7 @@ fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
 
 #[test]
 fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (_folder, data, run) = ball_and("ended");
     let (mut program, mut page, _) = endless(&data, &run);
     page.ask(json!({ "ask": "pause", "paused": true }));
     while page.told("training")["text"] != "waits" {}
@@ -758,8 +755,7 @@ fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
 
 #[test]
 fn a_training_ends_also_when_it_was_about_to_wait() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (_folder, data, run) = ball_and("ended");
     let (mut program, mut page, _) = endless(&data, &run);
     for paused in [true, false, true] {
         page.ask(json!({ "ask": "pause", "paused": paused }));
