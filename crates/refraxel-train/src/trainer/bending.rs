@@ -4,8 +4,8 @@ use super::error::TrainError;
 use super::start::Trainer;
 use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
-use crate::events::{Event, Observer, Task};
-use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
+use crate::events::{Event, Observer};
+use crate::model::{PROBE_DEGREE, ProbeLayout, Reflection};
 use crate::plan::Plan;
 use crate::refraction_search::{self, Context, Decision, Outline, SearchError};
 use crate::schedule::{PausedSchedule, Progress, is_time_to_bend, stage_domain, training_marching};
@@ -179,12 +179,7 @@ impl Trainer {
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
         self.backend.set_clearcoat(clearcoat);
-        if source != MirrorSource::Exact {
-            observer.progress(Task::Baking, 0, 1)?;
-            let marching = training_marching(&self.options, self.plan.near);
-            self.backend.bake(Caches::Clearcoat, &marching, observer.cancel())?;
-            observer.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
-        }
-        Ok(())
+        let marched = (&self.options, self.plan.near);
+        refraction_search::bake(&mut *self.backend, Caches::Clearcoat, marched, observer)
     }
 }
