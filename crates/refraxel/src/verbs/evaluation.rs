@@ -3,7 +3,7 @@
 use super::files::{read_if_there, write_json};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::decimals;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::Part;
 use refraxel_train::Refraction;
 use refraxel_train::device::Device;
@@ -133,8 +133,8 @@ impl Evaluation {
             let path = folder(run, Part::Test).join("metrics.json");
             let what = if run.is_dir() { "has not been evaluated" } else { "is not the folder of a run" };
             let (run, path) = (run.display(), path.display());
-            let error = anyhow!("{run} {what}: there is no {path}; run `refraxel eval {run}` first");
-            Failure::new(Exit::BadInput, error)
+            Exit::BadInput
+                .because(format!("{run} {what}: there is no {path}; run `refraxel eval {run}` first"))
         })
     }
 

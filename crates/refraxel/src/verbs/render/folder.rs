@@ -2,7 +2,7 @@
 
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::files::{create_folder, read_if_there, write_text};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::listed;
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -133,7 +133,7 @@ fn cannot(action: &str, path: &Path) -> impl FnOnce() -> String {
 }
 
 fn refusal(text: String) -> Failure {
-    Failure::new(Exit::BadInput, anyhow!(text))
+    Exit::BadInput.because(text)
 }
 
 #[cfg(test)]

@@ -106,9 +106,8 @@ fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
         return Ok(());
     }
     let run = args.run.display();
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "{asked} needs an index of refraction, but the rays of {run} are straight; train with refractive masks or with \
          --refraction on"
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }

@@ -12,7 +12,6 @@ use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
-use anyhow::anyhow;
 use image::ExtendedColorType;
 use refraxel_core::Camera;
 use refraxel_data::{NamedCamera, quantize};
@@ -91,15 +90,14 @@ impl Views<'_> {
     /// The size of all views, which the frames of a film need to have.
     pub fn common_size(&self) -> Result<[u32; 2], Failure> {
         let size = |c: &NamedCamera| [c.camera.width, c.camera.height];
-        let wrong = |text: String| Failure::new(Exit::BadInput, anyhow!(text));
         let first = self
             .cameras
             .first()
             .map(size)
-            .ok_or_else(|| wrong("there are no cameras for a film".to_owned()))?;
+            .ok_or_else(|| Exit::BadInput.because("there are no cameras for a film"))?;
         match self.cameras.iter().find(|c| size(c) != first) {
             None => Ok(first),
-            Some(other) => Err(wrong(format!(
+            Some(other) => Err(Exit::BadInput.because(format!(
                 "the cameras of a film need one size; found {first:?} and, of {}, {:?} pixels; give --size WxH",
                 other.name,
                 size(other)
@@ -169,11 +167,10 @@ fn see_all(
 }
 
 fn stopped(_: Cancelled) -> Failure {
-    let error = anyhow!(
+    Exit::Interrupted.because(
         "stopped before all views were rendered; finished pictures are written, and the same command with --overwrite starts \
-         anew"
-    );
-    Failure::new(Exit::Interrupted, error)
+         anew",
+    )
 }
 
 impl Seen<'_> {
