@@ -1,12 +1,13 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
+use crate::common::running::*;
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
 use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::process::Stdio;
 
 #[test]
 fn train_eval_compare_render_and_inspect_work_together() {
@@ -352,24 +353,18 @@ fn an_interrupt_saves_and_resume_goes_on() {
     let words =
         ["train", path(&data), "--out", path(&run), "--quiet", "--set", "steps=1000000", "--set", "batch=64"];
     let words = [&words[..], &["--set", "grid.resolution=16"]].concat();
-    let stderr = std::process::Stdio::piped();
-    let child = command(&words).stderr(stderr).stdout(std::process::Stdio::null()).spawn().unwrap();
-    let start = Instant::now();
-    while std::fs::metadata(run.join("log.jsonl")).map_or(0, |m| m.len()) == 0 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no record was written");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let signal = format!("kill -INT {}", child.id());
-    assert!(std::process::Command::new("sh").args(["-c", &signal]).status().unwrap().success());
-    Ran::of(child.wait_with_output().unwrap()).refused(130, &["stopped at step", "--resume"]);
-    let step = |run: &Path| content(run).1["state"]["step"].as_u64().unwrap();
+    let child = Running::start(command(&words).stderr(Stdio::piped()));
+    wait_until("no record was written", || {
+        std::fs::metadata(run.join("log.jsonl")).is_ok_and(|m| m.len() > 0)
+    });
+    send(&child, &["INT"]);
+    child.ended().refused(130, &["stopped at step", "--resume"]);
     let saved = step(&run);
     assert!(saved >= 25);
     let stop = format!("stop_after={}", saved + 7);
     refraxel(&[&words[..], &["--resume", "--set", &stop]].concat()).refused(130, &[]);
     assert_eq!(step(&run), saved + 7);
-    let names: Vec<_> = std::fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name()).collect();
-    assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".tmp")), "{names:?}");
+    assert!(!has_leftovers(&run));
 }
 
 #[test]
