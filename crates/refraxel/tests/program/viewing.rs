@@ -26,11 +26,8 @@ use tungstenite::Message;
 fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
     static RUN: OnceLock<(TempDir, PathBuf, PathBuf)> = OnceLock::new();
     RUN.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let data = ball(folder.path());
-        let (run, scene) = (folder.path().join("run"), data.join("scene.json"));
-        let index = ["--refraction", "on", "--index-from", path(&scene), "--set", "index.rate=0"];
-        train(&data, &run, &[&index[..], &["--set", "surface.rate=0"]].concat()).done();
+        let (folder, data, run) = ball_and("run");
+        known(&data, &run, &data.join("scene.json"), &[]);
         (folder, run, data)
     })
 }
@@ -493,9 +490,7 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
 #[test]
 fn view_prints_its_address_and_ends_when_interrupted() {
     let (_, run, _) = glass_run();
-    let child = command(&["view", path(run), "--json"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Running(child);
-    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
+    let (mut program, url) = viewed(&mut command(&["view", path(run), "--json"]));
     let (mut page, _) = Page::open(&url);
     page.best(look(1, [32, 32], json!({})));
     let port = host(&url).split(':').nth(1).unwrap();
@@ -521,9 +516,7 @@ fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
     let (_, run, _) = glass_run();
     let temporary = tempfile::tempdir().unwrap();
     let mut command = command(&["view", path(run), "--json"]);
-    let child = command.env("TMPDIR", temporary.path()).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Running(child);
-    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
+    let (mut program, url) = viewed(command.env("TMPDIR", temporary.path()));
     let (mut page, _) = Page::open(&url);
     let frame = json!({ "camera_to_world": [1, 0, 0, 0, 0, 0, -1, -3, 0, 1, 0, 0, 0, 0, 0, 1], "fov": 40 });
     let along = |frames: usize, size: u32| {
