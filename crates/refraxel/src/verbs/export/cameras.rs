@@ -50,7 +50,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
         Backdrop::Surroundings => {}
     }
     if let Some(bounds) = data.stated_box.map(|b| data.origin.to_world(b)) {
-        all["aabb"] = json!([bounds.min.to_array(), bounds.max.to_array()]);
+        all["aabb"] = json!(bounds.to_arrays());
     }
     Ok(format!("{all:#}\n"))
 }
