@@ -47,7 +47,7 @@ impl<T: Real> Aabb<T> {
         Self::new(center - Vec3::splat(half), center + Vec3::splat(half))
     }
     /// Its corners, the one with the smallest coordinates first.
-    pub fn to_arrays(&self) -> [[T; 3]; 2] {
+    pub fn to_arrays(self) -> [[T; 3]; 2] {
         [self.min, self.max].map(Vec3::to_array)
     }
     /// A box that contains nothing and grows by [`Aabb::include`].
