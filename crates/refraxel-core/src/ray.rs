@@ -46,6 +46,10 @@ impl<T: Real> Aabb<T> {
     pub fn cube_at(center: Vec3<T>, half: T) -> Self {
         Self::new(center - Vec3::splat(half), center + Vec3::splat(half))
     }
+    /// Its corners, the one with the smallest coordinates first.
+    pub fn to_arrays(self) -> [[T; 3]; 2] {
+        [self.min, self.max].map(Vec3::to_array)
+    }
     /// A box that contains nothing and grows by [`Aabb::include`].
     pub fn empty() -> Self {
         Self { min: Vec3::splat(T::infinity()), max: Vec3::splat(T::neg_infinity()) }

@@ -105,7 +105,7 @@ pub struct Finding {
 pub fn report(data: &Dataset) -> Inspection {
     let region = scene_region(data);
     let split = &data.split;
-    let corners = |b: Aabb<f64>| [b.min, b.max].map(|corner| data.origin.to_world(corner).to_array());
+    let corners = |b: Aabb<f64>| data.origin.to_world(b).to_arrays();
     Inspection {
         root: data.root.as_ref().map(|folder| folder.display().to_string()),
         format: data.format.name(),

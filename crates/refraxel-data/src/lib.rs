@@ -89,6 +89,6 @@ pub use photo::{load_mask_of, load_photo, srgb_decode};
 pub use pose::{PoseFault, quaternion_of_rotation};
 pub use quantize::quantize;
 pub use reduce::Reduction;
-pub use region::{OutOfScale, Region, check_scale, quantile, scene_region};
+pub use region::{OutOfScale, Region, check_scale, quantile, scene_region, sees_box};
 pub use size::Size;
 pub use volume::{INDICES, IndexVolume};

@@ -2,10 +2,12 @@
 //! checked.
 
 pub(crate) use crate::part::Part;
-use crate::{Backdrop, DataError, DepthFile, Format, MaskMeaning, Problem, camera, root::Root, size::Size};
+use crate::{
+    Backdrop, DataError, DepthFile, Format, MaskMeaning, OpenOptions, Problem, camera, root::Root, size::Size,
+};
 use refraxel_core::{Aabb, Camera, Lens, Mat3, Pose, Vec3};
 use std::f64::consts::PI;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A dataset as its files state it. [`assemble`](crate::assemble) makes a [`Dataset`](crate::Dataset) of it.
@@ -48,6 +50,16 @@ impl ParsedDataset {
             depth_range: None,
             problems: Vec::new(),
         }
+    }
+
+    /// The same, whose files lie in a folder, or outside where that is allowed.
+    pub fn below(folder: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
+        Ok(Self::new(Root::new(folder, options.allow_outside)?, format))
+    }
+
+    /// The same, whose files lie beside one that describes all of them.
+    pub fn beside(file: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
+        Self::below(file.parent().unwrap_or(Path::new("")), format, options)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::memory::Buffers;
 use crate::shape::{Purpose, Shape};
 use bytemuck::{Pod, Zeroable};
 use half::f16;
-use refraxel_core::{AlignedVec, Background, BrickMap, EnvironmentMap, Vec3, VoxelField};
+use refraxel_core::{AlignedVec, Background, EnvironmentMap, Vec3, VoxelField};
 use refraxel_train::model::{ClearcoatMoments, IndexMoments, MirrorMoments, Model, Optimiser, Refraction};
 use refraxel_train::run::nearest_half;
 
@@ -71,7 +71,7 @@ impl Scene {
             last_cell: domain.resolution.map(|n| n - 2),
             rows,
             brick_strides: map.brick_strides(),
-            bricks: bricks(map),
+            bricks: map.bricks_per_axis(),
             plain,
             right,
             down,
@@ -79,18 +79,6 @@ impl Scene {
             ..Self::default()
         }
     }
-}
-
-/// Bricks per axis.
-fn bricks(map: &BrickMap) -> [u32; 3] {
-    map.resolution().map(|n| n.div_ceil(refraxel_core::grid::BRICK))
-}
-
-/// Entries of the brick table as kernels read them: a slot, or minus a distance.
-fn table(map: &BrickMap) -> Vec<i32> {
-    let all = bricks(map).iter().map(|&n| n as usize).product();
-    let entry = |k| map.entry(k).slot().map_or_else(|far| -(far as i32), |slot| slot as i32);
-    (0..all).map(entry).collect()
 }
 
 /// The numbers of texels' values.
@@ -114,7 +102,7 @@ pub(crate) fn upload_shown(
     b.filled(device, "scene", &[Scene::of(model)])?;
     b.zeros(device, "task", size_of::<crate::task::Task>() as u64)?;
     b.zeros(device, "bending", size_of::<Bending>() as u64)?;
-    b.filled(device, "table", &table(map))?;
+    b.filled(device, "table", &map.table_words().collect::<Vec<_>>())?;
     b.filled(device, "forward", map.forward_rows())?;
     b.filled(device, "occupied", occupied)?;
     b.filled(device, "density", &field.density[..])?;

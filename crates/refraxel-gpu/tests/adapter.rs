@@ -530,7 +530,7 @@ fn peak_weights_along_bent_rays_are_those_of_the_cpu() {
 #[test]
 #[ignore = "needs a Vulkan adapter"]
 fn paths_that_a_software_adapter_leaves_are_told() {
-    let gpu = Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
+    let gpu = own_device();
     if gpu.adapter().kind != AdapterKind::Software {
         return; // hardware counts no steps
     }
@@ -578,8 +578,7 @@ fn colours_of_a_finished_run_take_half_the_memory_and_are_shown_to_the_bit() {
     let (marching, rays) = (Marching::exhaustive(0.5), batch(400).rays);
     let mut model = straight_model(2, Extent::Bounded);
     model.field.colour.iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
-    let anew = || Gpu::open(DeviceChoice::Adapter(0)).expect("an adapter").expect("not the CPU");
-    let (learning, showing) = (anew(), anew());
+    let (learning, showing) = (own_device(), own_device());
     let renderer = GpuRenderer::new(showing.clone(), &model, &marching).expect("a model that can be shown");
     let mut backend = GpuBackend::new(learning.clone(), model.clone()).expect("a model that fits");
     backend.refresh_occupancy(&marching);

@@ -186,12 +186,9 @@ impl Camera {
 
     /// Unit directions through the pixel centres in the camera frame, (height, width, 3); NaN where the lens is blind.
     fn directions(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let camera = &self.0;
-        let blind = Vec3::splat(f64::NAN);
+        let (camera, blind) = (&self.0, Vec3::splat(f64::NAN));
         let direction = |x: u32, y: u32| {
-            let at = [f64::from(x) + 0.5 - camera.center[0], f64::from(y) + 0.5 - camera.center[1]];
-            let d = camera.lens.direction([at[0] / camera.focal[0], at[1] / camera.focal[1]]);
-            d.map_or(blind, Vec3::normalized)
+            camera.direction(f64::from(x) + 0.5, f64::from(y) + 0.5).map_or(blind, Vec3::normalized)
         };
         of_vectors(py, of_pixels(py, camera, direction)?, &[camera.height as usize, camera.width as usize])
     }

@@ -284,7 +284,7 @@ impl Dataset {
     #[getter]
     fn bounds(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let bounds = self.data.origin.to_world(scene_region(&self.data).bounds);
-        shaped(py, [bounds.min.to_array(), bounds.max.to_array()].concat(), &[2, 3])
+        shaped(py, bounds.to_arrays().concat(), &[2, 3])
     }
 
     /// The point of the data's coordinates that computation begins at, (3,) [scene unit]: 0, unless the scene is far from there.

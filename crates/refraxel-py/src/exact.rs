@@ -92,7 +92,7 @@ impl Scene {
     #[getter]
     fn bounds(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let bounds = &self.0.bounds;
-        shaped(py, [bounds.min.to_array(), bounds.max.to_array()].concat(), &[2, 3])
+        shaped(py, bounds.to_arrays().concat(), &[2, 3])
     }
 
     /// The index of refraction at points (..., 3) [scene unit].

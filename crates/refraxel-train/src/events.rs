@@ -285,6 +285,18 @@ impl<'a> Observer<'a> {
         self.cancel.check()
     }
 
+    /// Does a piece of work that tells what happens, and notes all of it but progress in `events`.
+    pub(crate) fn noting<T>(&mut self, events: &mut Vec<Event>, work: impl FnOnce(&mut Observer) -> T) -> T {
+        let cancel = self.cancel;
+        let mut both = |event: Event| {
+            if !matches!(event, Event::Progress { .. }) {
+                events.push(event.clone());
+            }
+            self.tell(event);
+        };
+        work(&mut Observer::new(cancel, &mut both))
+    }
+
     /// The wish to stop.
     pub fn cancel(&self) -> &'a Cancel {
         self.cancel

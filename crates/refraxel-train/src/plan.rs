@@ -2,7 +2,7 @@
 
 use crate::model::Model;
 use crate::options::Options;
-use crate::rays::WHITE;
+use crate::rays::{WHITE, pixel_size};
 use crate::schedule::{Progress, stage_domain};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
@@ -97,16 +97,7 @@ pub fn stored_share(options: &Options, surface: Option<f64>, longest: u32) -> f6
 ///
 /// A pixel covers distance / focal there; the median over the views counts.
 fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
-    let centre = region.bounds.center();
-    let mut footprints: Vec<f64> = views
-        .iter()
-        .map(|v| {
-            let distance = (v.camera.world_from_camera.translation - centre).length();
-            distance / v.camera.focal[0].max(v.camera.focal[1])
-        })
-        .collect();
-    footprints.sort_by(f64::total_cmp);
-    let footprint = footprints.get(footprints.len() / 2).copied().unwrap_or(1.0);
+    let footprint = pixel_size(views.iter().map(|view| &view.camera), region.bounds.center());
     region.bounds.extent().max_element() / footprint
 }
 

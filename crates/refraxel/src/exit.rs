@@ -32,6 +32,13 @@ pub enum Exit {
     Interrupted = 130,
 }
 
+impl Exit {
+    /// A failure with this code and message.
+    pub fn because(self, message: impl Into<String>) -> Failure {
+        Failure::new(self, anyhow::Error::msg(message.into()))
+    }
+}
+
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(exit as u8)
@@ -82,6 +89,12 @@ impl Failure {
     /// A failure of a kind.
     pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
         Self { exit, error: error.into() }
+    }
+
+    /// The same, which happened in what this says.
+    #[must_use]
+    pub fn within(self, what: String) -> Self {
+        Self { exit: self.exit, error: self.error.context(what) }
     }
 
     /// "error: …" and a line for each cause that says more than the line before.

@@ -6,6 +6,7 @@ pub mod colour_map;
 pub mod console;
 pub mod device;
 pub mod exit;
+mod locked;
 pub mod picture;
 pub mod plot;
 pub mod progress;

@@ -1,11 +1,12 @@
 //! A verb of this program in a process of its own: what it says, how far it is, and how it is stopped.
 
+use crate::locked::locked;
 use crate::shell::quoted;
 use serde::Serialize;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -85,7 +86,7 @@ impl Worker {
 
     /// Asks the verb to stop, as Ctrl-C does: a training saves. Asked again, nothing more happens.
     pub fn stop(&self) {
-        let mut running = self.running();
+        let mut running = locked(&self.0);
         if std::mem::replace(&mut running.is_stopped, true) {
             return;
         }
@@ -96,26 +97,22 @@ impl Worker {
 
     /// Whether it was asked to stop.
     pub fn is_stopped(&self) -> bool {
-        self.running().is_stopped
+        locked(&self.0).is_stopped
     }
 
     /// Waits for its end, no longer than `until`.
     pub fn wait_until(&self, until: Instant) {
-        while self.running().child.is_some() && Instant::now() < until {
+        while locked(&self.0).child.is_some() && Instant::now() < until {
             thread::sleep(LOOK);
         }
     }
 
     /// All that it says is heard: it has ended, or does so now.
     fn wait(&self) -> Option<ExitStatus> {
-        let mut running = self.running();
+        let mut running = locked(&self.0);
         let status = running.child.as_mut().and_then(|child| child.wait().ok());
         running.child = None;
         status
-    }
-
-    fn running(&self) -> MutexGuard<'_, Running> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

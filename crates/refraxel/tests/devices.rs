@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Ran, ball, refraxel, train};
+use common::{Ran, ball, ball_and, refraxel, train};
 use std::path::Path;
 
 const STRAIGHT: [&str; 2] = ["--refraction", "off"];
@@ -20,8 +20,7 @@ fn a_device_that_nobody_knows_is_refused() {
 
 #[test]
 fn the_device_of_a_run_is_in_its_scores() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let scores = straight(&data, &run, &["--device", "cpu", "--json"]).done().json();
     assert_eq!(scores["run"]["device"]["name"], "cpu");
     assert!(log(&run).contains(r#""event":"device_chosen","device":{"name":"cpu"}"#));
@@ -30,8 +29,7 @@ fn the_device_of_a_run_is_in_its_scores() {
 #[cfg(not(feature = "gpu"))]
 #[test]
 fn without_gpus_the_program_says_how_to_get_them_before_it_works() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     straight(&data, &run, &["--device", "gpu"])
         .refused(6, &["--locked --path crates/refraxel --features gpu", "--device cpu"]);
     assert!(!run.exists());
@@ -46,7 +44,7 @@ fn log(run: &Path) -> String {
 #[cfg(feature = "gpu")]
 mod gpu {
     use super::*;
-    use common::{path, refractive};
+    use common::{known, path, refractive};
     use refraxel::device::{Decided, Gpu, Opened};
     use refraxel::progress::Show;
     use refraxel::viewer::{Look, Scene};
@@ -88,8 +86,7 @@ mod gpu {
     #[ignore = "needs a software adapter and no other one"]
     fn a_software_adapter_is_taken_by_its_number_only() {
         assert!(adapters().iter().all(|a| a["kind"] == "software"), "this machine has more");
-        let folder = tempfile::tempdir().unwrap();
-        let (data, run) = (ball(folder.path()), folder.path().join("run"));
+        let (_folder, data, run) = ball_and("run");
         straight(&data, &run, &["--device", "gpu"])
             .refused(6, &["no usable GPU", "runs on the CPU", "--device cpu"]);
         assert!(!run.exists());
@@ -173,8 +170,7 @@ mod gpu {
     #[test]
     #[ignore = "needs a Vulkan adapter"]
     fn what_a_gpu_cannot_do_is_refused_before_the_work() {
-        let folder = tempfile::tempdir().unwrap();
-        let (data, run) = (ball(folder.path()), folder.path().join("run"));
+        let (_folder, data, run) = ball_and("run");
         let euler = ["--refraction", "on", "--set", "index.integrator=euler", "--device", "gpu:0"];
         train(&data, &run, &euler).refused(6, &["by leapfrog only", "--device cpu"]);
         assert!(!run.exists());
@@ -203,8 +199,7 @@ mod gpu {
     #[ignore = "needs a software adapter as the first one: hardware counts no steps"]
     fn a_software_adapter_that_fails_leaves_a_run_that_goes_on_on_the_cpu() {
         assert_eq!(adapters()[0]["kind"], "software");
-        let folder = tempfile::tempdir().unwrap();
-        let (data, run) = (ball(folder.path()), folder.path().join("run"));
+        let (_folder, data, run) = ball_and("run");
         let fine = ["--set", "grid.resolution=56", "--set", "march.step=0.05", "--set", "grid.stages=2"];
         let failed = straight(&data, &run, &[&fine[..], &["--device", "gpu:0"]].concat());
         let failed = failed.refused(
@@ -219,9 +214,7 @@ mod gpu {
     /// A run on a glass ball that mirrors, whose index and shape were given.
     fn glass_run(folder: &Path) -> PathBuf {
         let (data, run) = (ball(folder), folder.join("run"));
-        let (scene, held) = (data.join("scene.json"), ["--set", "index.rate=0", "--set", "surface.rate=0"]);
-        let bent = ["--refraction", "on", "--device", "cpu", "--index-from", path(&scene)];
-        train(&data, &run, &[&bent[..], &held[..]].concat()).done();
+        known(&data, &run, &data.join("scene.json"), &["--device", "cpu"]);
         run
     }
 
@@ -321,8 +314,7 @@ mod gpu {
     #[ignore = "needs a software adapter as the first one: hardware counts no steps"]
     fn where_a_software_adapter_fails_the_cpu_renders() {
         assert_eq!(adapters()[0]["kind"], "software");
-        let folder = tempfile::tempdir().unwrap();
-        let (data, run) = (ball(folder.path()), folder.path().join("run"));
+        let (folder, data, run) = ball_and("run");
         // More steps in a ray than llvmpipe takes: 140 nodes, twenty steps each, 14 iterations a step.
         let fine =
             ["grid.resolution=140", "march.render_step=0.05", "field.sh_degree=3"].map(|o| ["--set", o]);

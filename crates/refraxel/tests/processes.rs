@@ -6,9 +6,8 @@ mod common;
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn without_mpi_the_program_says_how_to_get_it_before_it_works() {
-    use common::{ball, refraxel, train};
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    use common::{ball_and, refraxel, train};
+    let (_folder, data, run) = ball_and("run");
     train(&data, &run, &["--device", "mpi"])
         .refused(6, &["--locked --path crates/refraxel --features mpi", "--device cpu"]);
     assert!(!run.exists());

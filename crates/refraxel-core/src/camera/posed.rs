@@ -33,10 +33,13 @@ impl Camera {
     /// The ray through continuous pixel coordinates `(u, v)` [pixel], theory (1.2) and (1.3); `None` where the lens
     /// maps no direction there (beyond the fold of a distortion polynomial, or outside a fisheye's image circle).
     pub fn ray(&self, u: f64, v: f64) -> Option<Ray<f64>> {
-        let distorted = [(u - self.center[0]) / self.focal[0], (v - self.center[1]) / self.focal[1]];
-        let d = self.lens.direction(distorted)?;
-        let pose = &self.world_from_camera;
+        let (d, pose) = (self.direction(u, v)?, &self.world_from_camera);
         Some(Ray { origin: pose.translation, direction: (pose.rotation * d).normalized() })
+    }
+
+    /// The direction of this ray in the camera frame, of any length.
+    pub fn direction(&self, u: f64, v: f64) -> Option<Vec3<f64>> {
+        self.lens.direction([(u - self.center[0]) / self.focal[0], (v - self.center[1]) / self.focal[1]])
     }
 
     /// Continuous pixel coordinates [pixel] of a world point, the inverse of [`Self::ray`]; `None` behind a

@@ -187,6 +187,16 @@ impl BrickMap {
         [0, 1, 2].map(|a| BRICK * brick[a] + (voxel as u32 >> (2 * a) & (BRICK - 1)))
     }
 
+    /// Bricks along each axis of the grid.
+    pub fn bricks_per_axis(&self) -> [u32; 3] {
+        self.bricks
+    }
+
+    /// The brick table as shaders read it, the words of its [`Entry`]s: for each brick of the grid its slot, or minus a distance.
+    pub fn table_words(&self) -> impl Iterator<Item = i32> {
+        self.table.iter().map(|entry| entry.0)
+    }
+
     /// Strides of the brick table: its index for brick coordinates (x, y, z) is their inner product with these.
     #[inline(always)]
     pub fn brick_strides(&self) -> [u32; 3] {

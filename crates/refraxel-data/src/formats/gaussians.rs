@@ -7,7 +7,7 @@ use super::beside::{frame, image_folder};
 use super::ply;
 use crate::json::{self, Object};
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::{DataError, Format, OpenOptions, Problem, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3};
 use serde_json::Value;
@@ -25,8 +25,7 @@ pub(crate) fn find(folder: &Path) -> Option<PathBuf> {
 
 /// Reads the cameras of a file.
 pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::GaussianSplatting);
+    let mut parsed = ParsedDataset::beside(file, Format::GaussianSplatting, options)?;
     let value = json::read(file)?;
     let list = value.as_array();
     let list = list

@@ -6,7 +6,7 @@ use super::npy::{self, Matrix};
 use crate::folder::{file_in, names};
 use crate::naming::key;
 use crate::parsed::{Focal, Frame, Intrinsics, Loss, Origin, ParsedDataset};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::{DataError, Format, OpenOptions, Problem, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub(crate) fn pose_file(folder: &Path) -> Option<PathBuf> {
 /// Each row is [R | t | (H, W, f)ᵀ] row-major with camera axes (down, right, backwards), then near and far. H, W and f
 /// belong to the original images; the images may be smaller.
 pub(crate) fn read(folder: &Path, path: PathBuf, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Llff);
+    let mut parsed = ParsedDataset::below(folder, Format::Llff, options)?;
     let poses = npy::read(&path)?;
     limits::frames(&path, poses.rows)?;
     let shared = file_in(folder, "hwf_cxcy.npy").map(|shared| npy::read(&shared)).transpose()?;

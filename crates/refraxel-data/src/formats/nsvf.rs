@@ -17,7 +17,7 @@ pub(crate) fn pose_folder(folder: &Path) -> Option<PathBuf> {
 
 /// Reads the folder whose poses are in `poses`.
 pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Nsvf);
+    let mut parsed = ParsedDataset::below(folder, Format::Nsvf, options)?;
     let intrinsics = intrinsics(&file_in(folder, "intrinsics.txt").unwrap_or_default())?;
     let mut names = names(poses)?;
     names.retain(|name| name.to_ascii_lowercase().ends_with(".txt"));

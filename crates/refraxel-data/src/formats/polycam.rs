@@ -8,7 +8,7 @@ use super::gravity::state_up;
 use crate::folder::names;
 use crate::json::{self, Object};
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::{DataError, Format, OpenOptions, Problem, limits, pose};
 use refraxel_core::{Lens, Pose, vec3};
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ fn descriptions(folder: &Path) -> Result<Vec<String>, DataError> {
 /// Reads the cameras.
 pub(crate) fn read(keyframes: &Keyframes, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let Keyframes { folder, cameras, images } = keyframes;
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Polycam);
+    let mut parsed = ParsedDataset::below(folder, Format::Polycam, options)?;
     let described = folder.join(cameras);
     let names = descriptions(&described)?;
     limits::frames(&described, names.len())?;

@@ -9,7 +9,7 @@ use super::beside::{frame, image_folder};
 use super::lens::opencv;
 use crate::folder::only_file;
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::size::Size;
 use crate::{DataError, Format, OpenOptions, decoding, limits, pose};
 use refraxel_core::{Mat3, Pose, vec3};
@@ -35,8 +35,7 @@ pub(crate) fn is_cameras(file: &Path) -> bool {
 
 /// Reads the cameras of a file.
 pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::RealityCapture);
+    let mut parsed = ParsedDataset::beside(file, Format::RealityCapture, options)?;
     let text = limits::read_text(file)?;
     let mut lines = lines(&text);
     let columns = lines.next().and_then(|(_, line)| header(line));

@@ -33,8 +33,7 @@ pub(crate) fn is_metadata(text: &str) -> bool {
 
 /// Reads the cameras of a file.
 pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Record3d);
+    let mut parsed = ParsedDataset::beside(file, Format::Record3d, options)?;
     let value = json::read(file)?;
     let top = Object::new(file, "", &value)?;
     let poses = top.get("poses").and_then(Value::as_array);

@@ -11,4 +11,4 @@ mod scene;
 pub use quantile::quantile;
 pub use scale::{OutOfScale, check_scale};
 pub(crate) use scene::unseen;
-pub use scene::{Region, scene_region};
+pub use scene::{Region, scene_region, sees_box};

@@ -31,18 +31,20 @@ impl Region {
     }
 }
 
-/// A warning about a stated box of which no photograph shows anything, as one in other coordinates.
-pub(crate) fn unseen(bounds: &Aabb<f64>, views: &[View]) -> Option<Problem> {
+/// Whether a camera stands in a box, or a point of a lattice in it is in the picture.
+pub fn sees_box(camera: &Camera, bounds: &Aabb<f64>) -> bool {
     const SIDE: usize = 5;
     let at = |k: usize| {
         let share = [k % SIDE, k / SIDE % SIDE, k / SIDE / SIDE].map(|n| n as f64 / (SIDE - 1) as f64);
         bounds.min + bounds.extent().hadamard(Vec3::from(share))
     };
-    let shows = |camera: &Camera| {
-        bounds.contains(camera.world_from_camera.translation)
-            || (0..SIDE.pow(3)).any(|k| camera.project_into(at(k)).is_some())
-    };
-    let is_seen = views.iter().any(|view| shows(&view.camera));
+    bounds.contains(camera.world_from_camera.translation)
+        || (0..SIDE.pow(3)).any(|k| camera.project_into(at(k)).is_some())
+}
+
+/// A warning about a stated box of which no photograph shows anything, as one in other coordinates.
+pub(crate) fn unseen(bounds: &Aabb<f64>, views: &[View]) -> Option<Problem> {
+    let is_seen = views.iter().any(|view| sees_box(&view.camera, bounds));
     (!is_seen).then(|| {
         Problem::warning(
             "no photograph shows anything of the box that the dataset states: it may be in other coordinates than the cameras; correct \

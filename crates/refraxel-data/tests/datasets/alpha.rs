@@ -37,7 +37,7 @@ fn a_photograph_that_goes_on_below_alpha_is_masked_and_its_colours_stay() {
     let data = opened(&folder, None, None);
     assert_eq!(data.backdrop, Backdrop::Surroundings);
     assert!(data.views.iter().all(|v| v.has_mask() && v.mask_meaning == MaskMeaning::Keep));
-    assert!(reports(&data, "--alpha backdrop"), "{:?}", data.problems);
+    assert_reports(&data, "--alpha backdrop");
     let photo = load_photo(&data.views[0]).unwrap();
     let (mask, corner) = (photo.mask.unwrap(), wall(&data.views[0].camera, 0, 0));
     assert_eq!(
@@ -89,7 +89,7 @@ fn photographs_without_alpha_among_cut_outs_are_counted() {
     write_image(folder.path(), "images/r_5.png", EDGE, EDGE);
     let data = opened(&folder, None, None);
     assert_eq!(data.backdrop, Backdrop::Transparent);
-    assert!(reports(&data, "1 of 8 photographs have no alpha channel"), "{:?}", data.problems);
+    assert_reports(&data, "1 of 8 photographs have no alpha channel");
 }
 
 #[test]

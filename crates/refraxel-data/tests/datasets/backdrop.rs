@@ -59,11 +59,7 @@ fn one_colour_behind_all_photographs_is_the_backdrop_in_every_layout_and_under_n
             let off =
                 found.iter().zip(colour).map(|(f, c)| (f * 255.0 - f32::from(c)).abs()).fold(0.0, f32::max);
             assert!(off < 2.0, "{colour:?}: {found:?}");
-            assert!(
-                reports(&data, "of the borders of 10 photographs have the colour"),
-                "{:?}",
-                data.problems
-            );
+            assert_reports(&data, "of the borders of 10 photographs have the colour");
             assert!(!scene_region(&data).unbounded);
         }
     }
@@ -83,7 +79,7 @@ fn paper_with_shades_is_surroundings_and_it_is_said_that_it_nearly_is_one_colour
     let paper = |p: &Pixel| [(250 - (p.x + p.y) / 4 - p.i as u32 % 3) as u8; 3];
     let (_folder, data) = balls(false, "png", paper);
     assert_eq!(data.backdrop, Backdrop::Surroundings);
-    assert!(reports(&data, "nearly"), "{:?}", data.problems);
+    assert_reports(&data, "nearly");
 }
 
 #[test]
@@ -100,7 +96,7 @@ fn photographs_that_disagree_are_named() {
     for rendered in [true, false] {
         let (_folder, data) = balls(rendered, "png", each_its_own);
         assert_eq!(data.backdrop, Backdrop::Surroundings);
-        assert!(warns(&data, "of its own colour"), "{:?}", data.problems);
+        assert_warns(&data, "of its own colour");
     }
 }
 
@@ -131,7 +127,7 @@ fn corners_beyond_an_image_circle_are_said() {
     let half = EDGE as f32 / 2.0;
     let is_beyond = |p: &Pixel| (p.x as f32 + 0.5 - half).hypot(p.y as f32 + 0.5 - half) > half;
     let (_folder, data) = balls_in(false, |p, shown| if is_beyond(p) { [0; 3] } else { shown });
-    assert!(warns(&data, "the corners of all photographs"), "{:?}", data.problems);
+    assert_warns(&data, "the corners of all photographs");
 }
 
 #[test]
@@ -141,7 +137,7 @@ fn what_is_stated_wins_and_is_doubted_where_the_photographs_show_something_else(
     write_transforms(folder.path(), &cameras, "png", |t| t["background"] = json!([255, 255, 255]));
     let data = open(&folder).unwrap();
     assert_eq!(data.backdrop, Backdrop::Color([1.0; 3]));
-    assert!(warns(&data, "the backdrop is stated to be #ffffff, but"), "{:?}", data.problems);
+    assert_warns(&data, "the backdrop is stated to be #ffffff, but");
     let opened = |backdrop| opened_with(folder.path(), OpenOptions { backdrop, ..OpenOptions::default() });
     for chosen in [Backdrop::Surroundings, Backdrop::Transparent, Backdrop::Color([0.2, 0.4, 0.6])] {
         let data = opened(Some(chosen));

@@ -26,7 +26,7 @@ fn depth_of(data: &Dataset, place: [f64; 2]) -> f32 {
 fn maps_are_read_in_their_unit_and_said() {
     let (plain, unit) = (with_maps(|_| {}), with_maps(|t| t["depth_unit_scale_factor"] = json!(0.5)));
     let data = open(&plain).unwrap();
-    assert!(reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step"), "{:?}", data.problems);
+    assert_reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step");
     assert!((depth_of(&data, [0.99, 0.01]) - 1.1).abs() < 1e-6);
     let scaled = open(&unit).unwrap();
     assert!((depth_of(&scaled, [0.99, 0.99]) - 553.5).abs() < 1e-3);
@@ -52,7 +52,7 @@ fn maps_without_any_depth_are_left_out_with_a_word() {
     let black = image::ImageBuffer::from_pixel(12, 8, image::Luma([0_u16]));
     (0..4).for_each(|k| black.save(folder.path().join(format!("depth/{k}.png"))).unwrap());
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "which are not used: they hold no depth above 0"), "{:?}", data.problems);
+    assert_reports(&data, "which are not used: they hold no depth above 0");
     assert!(data.views.iter().all(|v| v.depth.is_none()));
 }
 
@@ -66,7 +66,7 @@ fn record3d_has_depth_in_metres_as_exr_which_comes_before_compressed_depth() {
     let map = image::Rgb32FImage::from_pixel(12, 8, image::Rgb([1.25; 3]));
     (0..4).for_each(|k| map.save(folder.path().join(format!("depth/{k}.exr"))).unwrap());
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "4 of 4 views have a depth map, 1 scene units a step"), "{:?}", data.problems);
+    assert_reports(&data, "4 of 4 views have a depth map, 1 scene units a step");
     assert_eq!(depth_of(&data, [0.5, 0.5]), 1.25);
 }
 
@@ -82,7 +82,7 @@ fn compressed_depth_of_record3d_is_that_which_was_compressed() {
     for DepthMap { size, file, depth } in [LZVN_MAP, LZFSE_MAP] {
         let folder = recording(size, file);
         let data = open(&folder).unwrap();
-        assert!(reports(&data, "4 of 4 views have a depth map, 1 scene units a step"), "{:?}", data.problems);
+        assert_reports(&data, "4 of 4 views have a depth map, 1 scene units a step");
         let map = load_photo(&data.views[1]).unwrap().depth.unwrap();
         for (y, x) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
             let place = [(x, size[0]), (y, size[1])].map(|(at, of)| (f64::from(at) + 0.5) / f64::from(of));
@@ -132,7 +132,7 @@ fn compressed_depth_needs_a_stated_size() {
     metadata.as_object_mut().unwrap().remove("dw");
     write_file(folder.path(), "metadata", metadata.to_string());
     let data = open(&folder).unwrap();
-    assert!(warns(&data, "4 depth maps of Record3D (.depth) are not used"), "{:?}", data.problems);
+    assert_warns(&data, "4 depth maps of Record3D (.depth) are not used");
     assert!(data.views.iter().all(|v| v.depth.is_none()));
 }
 
@@ -157,6 +157,6 @@ fn phone_captures_of_scannetpp_have_depth_in_millimetres() {
     assert!(open(&folder).unwrap().views.iter().all(|v| v.depth.is_none()), "the unit is unknown");
     write_file(folder.path(), "pose_intrinsic_imu.json", "{}");
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step"), "{:?}", data.problems);
+    assert_reports(&data, "4 of 4 views have a depth map, 0.001 scene units a step");
     assert_eq!(depth_of(&data, [0.5, 0.5]), 1.25);
 }

@@ -65,7 +65,7 @@ fn colmap_text_and_binary_give_the_same_cameras_in_every_layout() {
         assert_eq!(data.format, Format::Colmap);
         assert_same_rays(&by_number(&data), &all);
         assert_eq!(data.points[0], vec3(0.1, 0.2, 0.3));
-        assert!(reports(&data, "9 of 10 images are registered"), "{:?}", data.problems);
+        assert_reports(&data, "9 of 10 images are registered");
         assert_same_rays(&by_number(&opened(&folder.path().join(model))), &all);
     }
 }

@@ -71,7 +71,7 @@ fn masks_that_only_their_coverage_tells_apart_are_doubted_aloud() {
     name_masks(folder.path(), &cameras);
     let data = open(&folder).unwrap();
     assert_eq!(data.views[0].mask_meaning, MaskMeaning::Refractive);
-    assert!(warns(&data, "--mask-meaning keep"), "{:?}", data.problems);
+    assert_warns(&data, "--mask-meaning keep");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn white_over_a_plain_backdrop_and_black_over_the_thing_are_inverted_masks() {
     }
     let data = open(&folder).unwrap();
     assert_eq!((masked(&data), data.views[0].mask_meaning), (10, MaskMeaning::Ignore));
-    assert!(warns(&data, "inverted"), "{:?}", data.problems);
+    assert_warns(&data, "inverted");
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn masks_that_are_not_used_and_views_without_one_are_said() {
     let (folder, cameras) = glass_balls();
     write_masks(folder.path(), &cameras[..8], |s| format!("masks/{s}.png"));
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "2 views have none: r_8.png, r_9.png"), "{:?}", data.problems);
+    assert_reports(&data, "2 views have none: r_8.png, r_9.png");
 }
 
 /// Coverage of the first mask at the middle and in a corner, where masks of the ball are stored as `store` makes them.
@@ -266,7 +266,7 @@ fn masks_in_the_first_colour_of_a_colour_table_cover_what_has_it() {
     let data = open(&folder).unwrap();
     let mask = load_photo(&data.views[0]).unwrap().mask.unwrap();
     assert_eq!(mask.coverage, ball_mask(&cameras[0], 255).into_raw());
-    assert!(warns(&data, "numbers from 0 to 128"), "{:?}", data.problems);
+    assert_warns(&data, "numbers from 0 to 128");
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn reduced_copies_are_used_where_the_images_themselves_are_missing() {
     let folder = named(|i| format!("images/{}.png", stem(i)), |i| format!("images_4/{}.png", stem(i)));
     let data = open(&folder).unwrap();
     assert_eq!(data.views.len(), 4);
-    assert!(reports(&data, "the folders before it"), "{:?}", data.problems);
+    assert_reports(&data, "the folders before it");
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn frames_that_name_what_macos_puts_beside_images_are_no_views() {
     litter(folder.path(), "images");
     let data = open(&folder).unwrap();
     assert_eq!(data.views.len(), 4);
-    assert!(reports(&data, "4 frames name what macOS puts beside images"), "{:?}", data.problems);
+    assert_reports(&data, "4 frames name what macOS puts beside images");
 }
 
 #[test]
@@ -241,5 +241,5 @@ fn colmap_names_are_matched_in_the_folder_that_holds_most_of_them() {
     write_image(folder.path(), "input/r_0.png", WIDTH, HEIGHT);
     let data = open(&folder).unwrap();
     assert_eq!((data.views.len(), warnings(&data).len()), (6, 0), "{:?}", data.problems);
-    assert!(reports(&data, "6 by the extension"), "{:?}", data.problems);
+    assert_reports(&data, "6 by the extension");
 }

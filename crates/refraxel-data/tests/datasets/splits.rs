@@ -187,7 +187,7 @@ fn names_and_folders_that_state_a_split_are_obeyed_where_all_do() {
     }
     let some = open(&named(["a", "b", "test/c", "test/d"])).unwrap();
     assert_eq!(some.split.test.len(), 1, "one view in eight");
-    assert!(reports(&some, "but not of all images (2 of 4): they are not obeyed"), "{:?}", some.problems);
+    assert_reports(&some, "but not of all images (2 of 4): they are not obeyed");
     let all = open(&named(["test_0", "test_1", "test_2", "test_3"])).unwrap();
     assert!(all.split.train.len() == 3 && !reports(&all, "obeyed"), "{:?}", all.problems);
 }
@@ -201,34 +201,17 @@ fn the_description_is_obeyed_before_lists_beside_it_and_a_contradiction_is_said(
     write_file(folder.path(), "test_list.txt", "r_5.png\n");
     let data = open(&folder).unwrap();
     assert_eq!(parts(&data)[2], ["r_2.png"]);
-    assert!(warns(&data, "test_list.txt says otherwise of 2 views"), "{:?}", data.problems);
-    let blender = blender();
+    assert_warns(&data, "test_list.txt says otherwise of 2 views");
+    let blender = blender_folder([4, 2], 6);
     write_file(blender.path(), "test.txt", "r_0.png\n");
     let data = open(&blender).unwrap();
     assert_eq!(parts(&data)[2], ["r_4.png", "r_5.png"]);
-    assert!(
-        warns(&data, "transforms_{train,test}.json is used; test.txt says otherwise"),
-        "{:?}",
-        data.problems
-    );
-}
-
-/// Four training and two test views in files of their own.
-fn blender() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (part, range) in [("train", 0..4), ("test", 4..6)] {
-        let mut value = transforms(&cameras(6));
-        let frames = value["frames"].as_array_mut().unwrap();
-        *frames = frames[range].to_vec();
-        write_file(folder.path(), &format!("transforms_{part}.json"), value.to_string());
-    }
-    (0..6).for_each(|i| write_image(folder.path(), &format!("images/{}.png", stem(i)), WIDTH, HEIGHT));
-    folder
+    assert_warns(&data, "transforms_{train,test}.json is used; test.txt says otherwise");
 }
 
 #[test]
 fn images_that_are_learned_from_and_held_out_are_a_warning() {
-    let folder = blender();
+    let folder = blender_folder([4, 2], 6);
     assert!(open(&folder).unwrap().problems.is_empty());
     let train = folder.path().join("transforms_train.json");
     std::fs::copy(train, folder.path().join("transforms_test.json")).unwrap();
@@ -241,14 +224,10 @@ fn lists_that_name_no_view_are_a_warning_and_not_obeyed() {
         let content = if file.ends_with("json") { r#"{"train": ["x1", "x2"]}"# } else { "x1\nx2\n" };
         let data = open(&beside(file, content)).unwrap();
         assert_eq!(parts(&data)[2], ["r_0.png"], "{file}: one view in eight");
-        assert!(
-            warns(&data, &format!("{file}: none of its names is that of a view (x1, x2)")),
-            "{:?}",
-            data.problems
-        );
+        assert_warns(&data, &format!("{file}: none of its names is that of a view (x1, x2)"));
     }
     let data = open(&beside("split.json", r#"{"author": "nobody"}"#)).unwrap();
-    assert!(warns(&data, "it holds no lists of views"), "{:?}", data.problems);
+    assert_warns(&data, "it holds no lists of views");
     let data = open(&beside("notes_on_tests.txt", "r_5.png")).unwrap();
     assert!(data.problems.is_empty(), "{:?}", data.problems);
 }
@@ -256,13 +235,13 @@ fn lists_that_name_no_view_are_a_warning_and_not_obeyed() {
 #[test]
 fn lists_in_formats_that_are_not_read_are_a_warning() {
     let data = open(&beside("split.yaml", "test:\n- r_5.png\n")).unwrap();
-    assert!(warns(&data, "split.yaml: lists are read as .txt"), "{:?}", data.problems);
+    assert_warns(&data, "split.yaml: lists are read as .txt");
 }
 
 #[test]
 fn names_of_lists_that_are_those_of_no_view_are_named() {
     let data = open(&beside("test.txt", "r_5.png\nr_50.png\n")).unwrap();
-    assert!(warns(&data, "test.txt: 1 names in it are those of no view: r_50.png"), "{:?}", data.problems);
+    assert_warns(&data, "test.txt: 1 names in it are those of no view: r_50.png");
     let few = beside("train.txt", "r_1.png\nr_2.png\nr_3.png\n");
     let data = open(&few).unwrap();
     assert_eq!(data.split.train.len(), 3);
@@ -279,7 +258,7 @@ fn views_that_are_listed_to_train_and_to_be_held_out_are_held_out() {
     );
     let data = open(&folder).unwrap();
     assert_eq!(parts(&data)[2], ["r_6.png", "r_7.png"]);
-    assert!(warns(&data, "1 views are listed to train and to be held out"), "{:?}", data.problems);
+    assert_warns(&data, "1 views are listed to train and to be held out");
 }
 
 #[test]
@@ -312,6 +291,6 @@ fn a_list_that_leads_out_of_the_dataset_is_not_read() {
 #[test]
 fn an_empty_list_is_named() {
     let data = open(&beside("test.txt", "# none yet\n\n")).unwrap();
-    assert!(warns(&data, "test.txt names no views"), "{:?}", data.problems);
+    assert_warns(&data, "test.txt names no views");
     assert!(data.split.rule.starts_with("one view in 8"));
 }

@@ -62,7 +62,7 @@ fn opensfm_gives_the_cameras_of_transforms_json_in_the_layouts_of_both_programs(
         assert_eq!((data.format, data.points[0]), (Format::OpenSfm, vec3(0.1, 0.2, 0.3)));
         assert_eq!(data.up, Some(vec3(0.0, 0.0, 1.0)), "east, north, up");
         assert_as_transforms(&data, &all);
-        assert!(reports(&data, "several reconstructions, of 0, 5 photographs"), "{:?}", data.problems);
+        assert_reports(&data, "several reconstructions, of 0, 5 photographs");
     }
 }
 
@@ -98,11 +98,7 @@ fn metashape_gives_the_cameras_of_transforms_json_with_its_order_of_tangential_c
         let data = opened(folder.path());
         assert_eq!(data.format, Format::Metashape);
         assert_as_transforms(&data, &all);
-        assert!(
-            reports(&data, "5 of 7 cameras are used; 1 are not aligned, 1 are disabled"),
-            "{:?}",
-            data.problems
-        );
+        assert_reports(&data, "5 of 7 cameras are used; 1 are not aligned, 1 are disabled");
         assert_eq!(opened(&folder.path().join("my cameras.xml")).views.len(), 5);
     }
 }
@@ -128,11 +124,7 @@ fn metashape_as_its_manual_projects_a_point() {
         .project(camera.world_from_camera.rotation * point + camera.world_from_camera.translation)
         .unwrap();
     assert!((found_u - u).abs() < 1e-9 && (found_v - v).abs() < 1e-9, "{found_u} {u}, {found_v} {v}");
-    assert!(
-        reports(&data, "the shear b2 is left out; it moves pixels by at most 0.05"),
-        "{:?}",
-        data.problems
-    );
+    assert_reports(&data, "the shear b2 is left out; it moves pixels by at most 0.05");
 }
 
 #[test]
@@ -232,7 +224,7 @@ fn a_phone_that_was_held_on_its_side_is_doubted() {
     write_file(folder.path(), "metadata", record3d(&cameras(4)).to_string()); // their z axis is upwards
     (1..=4).for_each(|i| write_image(folder.path(), &format!("rgb/{i:05}.png"), WIDTH, HEIGHT));
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "degrees away from what the phone says is up"), "{:?}", data.problems);
+    assert_reports(&data, "degrees away from what the phone says is up");
     assert!(reports(&data, "numbered from 1") && data.views[0].name == "00001.png", "{:?}", data.problems);
 }
 
@@ -359,9 +351,9 @@ fn other_names_of_transforms_are_found_and_keys_without_use_are_named() {
         .unwrap();
     write_file(folder.path(), "transforms_test.json", "{}");
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "transforms_all.json is used"), "{:?}", data.problems);
-    assert!(reports(&data, "not used: appearance_id, semantics_path"), "{:?}", data.problems);
-    assert!(reports(&data, "time goes from 0 to 0.75"), "{:?}", data.problems);
+    assert_reports(&data, "transforms_all.json is used");
+    assert_reports(&data, "not used: appearance_id, semantics_path");
+    assert_reports(&data, "time goes from 0 to 0.75");
     let is_fisheye = |i: usize| matches!(data.views[i].camera.lens, Lens::Fisheye { .. });
     assert_eq!([0, 1, 2, 3].map(is_fisheye), [false, false, true, false], "a frame has its own model");
 }
@@ -373,7 +365,7 @@ fn rigs_of_colmap_do_not_change_what_is_read() {
     write_colmap(folder.path(), "sparse/0", "bin", colmap_binary(&all));
     write_file(folder.path(), "sparse/0/rigs.bin", colmap_rig());
     let data = open(&folder).unwrap();
-    assert!(reports(&data, "in rigs of up to 3; the pose of each image is used"), "{:?}", data.problems);
+    assert_reports(&data, "in rigs of up to 3; the pose of each image is used");
     assert_as_transforms(&data, &all);
     write_file(folder.path(), "sparse/0/rigs.bin", [9; 20]);
     assert!(reports(&open(&folder).unwrap(), "rigs are not used"));

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 fn a_focal_length_that_contradicts_the_angle_wins_with_a_warning() {
     let data = open(&transforms_folder(4, |t| t["camera_angle_x"] = json!(1.0))).unwrap();
     assert_eq!(data.views[0].camera.focal, [FOCAL, FOCAL]);
-    assert!(reports(&data, "fl_x is 30.000, but the field of view says 21.966"), "{:?}", data.problems);
+    assert_reports(&data, "fl_x is 30.000, but the field of view says 21.966");
     let consistent = 2.0 * (12.0 / FOCAL).atan();
     assert!(
         open(&transforms_folder(4, |t| t["camera_angle_x"] = json!(consistent))).unwrap().problems.is_empty()
@@ -42,7 +42,7 @@ fn intrinsics_are_scaled_to_the_size_the_image_really_has() {
         ([camera.width, camera.height], camera.focal, camera.center),
         ([24, 16], [15.0; 2], [6.0, 4.0])
     );
-    assert!(reports(&data, "48x32 stated, 24x16 found"), "{:?}", data.problems);
+    assert_reports(&data, "48x32 stated, 24x16 found");
 }
 
 #[test]
@@ -137,14 +137,14 @@ fn with_matrices(edit: impl Fn([[f64; 4]; 4]) -> [[f64; 4]; 4]) -> Dataset {
 fn transposed_matrices_are_read_as_such_with_a_warning() {
     let data = with_matrices(|m| [0, 1, 2, 3].map(|column| m.map(|row| row[column])));
     assert_same_rays(&data.views.iter().map(|v| &v.camera).collect::<Vec<_>>(), &cameras(4));
-    assert!(warns(&data, "4 matrices have their position in the last row"), "{:?}", data.problems);
+    assert_warns(&data, "4 matrices have their position in the last row");
 }
 
 #[test]
 fn a_scale_in_rotations_is_left_out_with_a_warning() {
     let data = with_matrices(|m| m.map(|row| [2.5 * row[0], 2.5 * row[1], 2.5 * row[2], row[3]]));
     assert_same_rays(&data.views.iter().map(|v| &v.camera).collect::<Vec<_>>(), &cameras(4));
-    assert!(warns(&data, "4 rotations contain a scale (2.5000 the first)"), "{:?}", data.problems);
+    assert_warns(&data, "4 rotations contain a scale (2.5000 the first)");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn a_stated_box_that_no_photograph_shows_is_doubted() {
     };
     assert!(!warns(&with(0.0), "box"));
     let data = with(100.0);
-    assert!(warns(&data, "no photograph shows anything of the box"), "{:?}", data.problems);
+    assert_warns(&data, "no photograph shows anything of the box");
 }
 
 #[test]
@@ -301,7 +301,7 @@ fn masks_are_found_by_key_and_by_place_and_their_meaning_is_stated() {
     let data = open(&folder).unwrap();
     assert!(data.views.iter().all(|v| v.has_mask()));
     assert_eq!(meanings(&data), [MaskMeaning::Keep, MaskMeaning::Keep, MaskMeaning::Ignore]);
-    assert!(reports(&data, "2 masks, white = use, black = ignore"), "{:?}", data.problems);
+    assert_reports(&data, "2 masks, white = use, black = ignore");
     write_file(folder.path(), "scene.json", r#"{"refractive": [{"shape": "sphere"}]}"#);
     assert_eq!(meanings(&open(&folder).unwrap())[1], MaskMeaning::Refractive);
     let options = OpenOptions { mask_meaning: Some(MaskMeaning::Ignore), ..Default::default() };

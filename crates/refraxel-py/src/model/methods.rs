@@ -142,7 +142,7 @@ impl Model {
     #[getter]
     fn bounds(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let bounds = self.look(py, |inner| Ok(inner.model().field.domain.bounds))?;
-        shaped(py, [bounds.min.to_array(), bounds.max.to_array()].concat(), &[2, 3])
+        shaped(py, bounds.to_arrays().concat(), &[2, 3])
     }
 
     /// Density = density_scale * softplus(raw_density) [1 / scene unit].

@@ -2,7 +2,7 @@
 
 use super::objective::index;
 use super::options::BenchOptions;
-use super::scene::{BALL_NODES, ball, ball_bounds, model, refraction};
+use super::scene::{BALL_NODES, ball, ball_bounds, model};
 use super::throughput::{Throughput, throughput};
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
@@ -45,7 +45,7 @@ pub fn refractive(options: &BenchOptions, straight: &Throughput) -> Refractive {
         }
         throughput(backend, options, Some(index()))
     };
-    let (sharp, smooth) = (measured(ball(), None), measured(refraction(smooth), None));
+    let (sharp, smooth) = (measured(ball(), None), measured(Refraction::of(vec![smooth]), None));
     let mirrored = measured(ball(), Some(PROBES));
     let mirrored_cost = sharp.train_msamples_per_s_per_core / mirrored.train_msamples_per_s_per_core;
     let cost = |t: &Throughput| straight.train_msamples_per_s_per_core / t.train_msamples_per_s_per_core;

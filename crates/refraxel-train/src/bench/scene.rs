@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use refraxel_core::grid::{BRICK, BRICK_VOXELS};
 use refraxel_core::sh::ShDegree;
 use refraxel_core::{
-    Aabb, Background, BrickMap, Domain, Extent, IndexGrid, LevelSet, Medium, Vec3, VoxelField, vec3,
+    Aabb, Background, BrickMap, Domain, Extent, IndexGrid, LevelSet, Vec3, VoxelField, vec3,
 };
 
 /// The degree of its colours.
@@ -62,7 +62,7 @@ fn set(values: &mut [f32], of: impl Fn(usize) -> f32 + Sync) {
 /// A ball of glass of half the width of the box.
 pub(super) fn ball() -> Refraction {
     let surface = LevelSet::from_samples(ball_bounds(), [BALL_NODES; 3], |x: Vec3<f32>| x.length() - 0.5);
-    refraction(IndexGrid::sharp(surface, 1.5))
+    Refraction::of(vec![IndexGrid::sharp(surface, 1.5)])
 }
 
 /// Nodes per axis of the grid around the ball.
@@ -71,12 +71,6 @@ pub(super) const BALL_NODES: u32 = 64;
 /// The box of that grid.
 pub(super) fn ball_bounds() -> Aabb<f32> {
     Aabb::cube(0.6)
-}
-
-/// What one region bends.
-pub(super) fn refraction(grid: IndexGrid<f32>) -> Refraction {
-    let medium = Medium::new(vec![grid]).expect("one region overlaps no other");
-    Refraction { medium, ..Refraction::none() }
 }
 
 #[cfg(test)]

@@ -162,15 +162,7 @@ fn grown(set: &[bool], [width, height]: [usize; 2], by: usize) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detection::tests::{BOX, ball, overlap_of, views_of};
-    use refraxel_core::{Domain, Extent};
-
-    fn gate(inside: impl Fn(Vec3<f32>) -> bool) -> Gate {
-        let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
-        let total = domain.resolution.map(|n| n as usize).iter().product();
-        let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(domain.place(j))))).collect();
-        Gate::new(domain, &share)
-    }
+    use crate::detection::tests::{gate, overlap_of, views_of};
 
     fn is_block(x: Vec3<f32>) -> bool {
         x.x.abs() < 0.5 && x.y.abs() < 0.4 && (-0.5..0.4).contains(&x.z)
@@ -198,7 +190,7 @@ mod tests {
     #[test]
     fn a_ball_does_not_grow_down_to_the_ground_and_two_balls_stay_two() {
         let is_ball = |x: Vec3<f32>| (x - vec3(0.0, 0.0, 0.1)).length() < 0.4;
-        let found = ball(vec3(0.0, 0.0, 0.1), 0.4);
+        let found = gate(is_ball);
         let views = views_of(|ray| if found.admits(ray) { 0.2 } else { 0.02 });
         let ground = Plane::facing(vec3(0.0, 0.0, 1.0), -0.4);
         let with = completed(&found, Some(&ground), &views);

@@ -41,12 +41,15 @@ fn views(explained: f64) -> Vec<Evidence> {
     })
 }
 
-pub(super) fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
+pub(super) fn gate(inside: impl Fn(Vec3<f32>) -> bool) -> Gate {
     let domain = Domain::with_longest(BOX, Extent::Bounded, 48);
-    let inside = |j: usize| (domain.place(j) - centre).length() < radius;
     let total = domain.resolution.map(|n| n as usize).iter().product();
-    let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(j)))).collect();
+    let share: Vec<f32> = (0..total).map(|j| f32::from(u8::from(inside(domain.place(j))))).collect();
     Gate::new(domain, &share)
+}
+
+fn ball(centre: Vec3<f32>, radius: f32) -> Gate {
+    gate(|x| (x - centre).length() < radius)
 }
 
 fn overlap(gate: &Gate) -> f64 {

@@ -19,6 +19,10 @@ pub(crate) struct Unknown {
 }
 
 impl Unknown {
+    pub(crate) fn new(name: &'static str, first: &[f32], fine: &[f32], range: [f32; 2]) -> Self {
+        Self { name, first: first.to_vec(), fine: fine.to_vec(), range }
+    }
+
     /// The same, of which the first values are known, and only the finest steps are left.
     pub(crate) fn last(&self) -> Self {
         Self { fine: self.fine.last().copied().into_iter().collect(), ..self.clone() }
@@ -183,13 +187,8 @@ mod tests {
     #[test]
     fn a_scan_finds_the_top_of_a_hill_that_is_narrow_in_fine_pictures() {
         let unknowns = [
-            Unknown {
-                name: "index",
-                first: vec![1.0, 1.2, 1.4, 1.6],
-                fine: vec![0.05, 0.02, 0.01],
-                range: [1.0, 3.0],
-            },
-            Unknown { name: "wall", first: vec![0.1, 0.5], fine: vec![0.1, 0.05, 0.02], range: [0.0, 1.0] },
+            Unknown::new("index", &[1.0, 1.2, 1.4, 1.6], &[0.05, 0.02, 0.01], [1.0, 3.0]),
+            Unknown::new("wall", &[0.1, 0.5], &[0.1, 0.05, 0.02], [0.0, 1.0]),
         ];
         let mut calls = 0;
         let mut score = |v: &[f32], detail: Detail| {

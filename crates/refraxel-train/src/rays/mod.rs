@@ -20,7 +20,7 @@ pub use edition::Edition;
 pub use lanes::{LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 pub(crate) use picture::cells;
 pub use picture::{Directions, Picture};
-pub use pixel::{pixel_ray, ray_within};
+pub use pixel::{pixel_ray, pixel_size, ray_within};
 pub use sampler::{AsideView, MaskedView, RaySampler};
 pub use selection::Selection;
 pub use shown::{WHITE, over, shown, squared_errors};

@@ -5,6 +5,7 @@ use super::edition::Edition;
 use super::inside::InsidePixels;
 use super::lanes::{LANES, MOVE_LANES, OFFSET_LANE, PIXEL_LANE, REDRAWS};
 use super::picture::Picture;
+use super::pixel::pixel_size;
 use super::selection::Selection;
 use super::shown::WHITE;
 use super::view::{DirectionTable, TrainingView, directions_of};
@@ -291,13 +292,7 @@ impl RaySampler {
 
     /// Size of a pixel at a point, the median over the cameras [scene unit].
     pub fn pixel_size(&self, at: Vec3<f32>) -> f32 {
-        let size = |s: &TrainingView| {
-            let distance = (s.camera.world_from_camera.translation - at.cast()).length();
-            distance / s.camera.focal[0].max(s.camera.focal[1])
-        };
-        let mut sizes: Vec<f64> = self.views.iter().map(size).collect();
-        sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).map_or(1.0, |&s| s as f32)
+        pixel_size(self.views.iter().map(|view| &view.camera), at.cast()) as f32
     }
 
     /// Share of the pixels that lie inside refractive masks.

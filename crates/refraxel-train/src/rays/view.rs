@@ -155,8 +155,7 @@ pub(super) fn directions_of(
     let blind = Vec3::splat(f32::NAN);
     let all = (0..count).into_par_iter().map(|pixel| {
         let (x, y) = ((pixel as u32 % camera.width), (pixel as u32 / camera.width));
-        let at = [f64::from(x) + 0.5 - camera.center[0], f64::from(y) + 0.5 - camera.center[1]];
-        let d = camera.lens.direction([at[0] / camera.focal[0], at[1] / camera.focal[1]]);
+        let d = camera.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
         d.map_or(blind, |d| d.normalized().cast())
     });
     let all: DirectionTable = Arc::new(all.collect());

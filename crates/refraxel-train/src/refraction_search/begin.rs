@@ -5,7 +5,7 @@ use super::context::{Context, Decision, SearchError};
 use super::decide::{Decided, decide, is_searched};
 use super::find::{Found, find};
 use super::hypotheses::simplest;
-use super::predicted::{self, Predicted, Shortlist};
+use super::predicted::{self, Shortlist};
 use super::state::State;
 use super::trials::{RaceInput, bend, clear};
 use crate::backend::Backend;
@@ -30,11 +30,11 @@ pub fn begin(
     regions.iter().enumerate().for_each(|(k, r)| observer.tell(r.found(k, known.origin)));
     let start = State::of(backend);
     clear(backend, known, |x| regions.iter().any(|r| r.is_inside(x)));
-    let Predicted { shortlist, pictures } = if is_searched(known, &regions) {
+    let shortlist = if is_searched(known, &regions) {
         predicted::decide(backend, &mut regions, &tangents, &start, known, observer)?
     } else {
         let guesses = regions.iter().map(|r| simplest(r, known.options));
-        Predicted { shortlist: Shortlist::guessed(guesses.collect()), pictures: Vec::new() }
+        Shortlist::guessed(guesses.collect())
     };
     let (mut before, views) = (None, known.sampler.witnesses());
     // Where all is straight, what straight rays have learned meanwhile inside of masks goes on.
@@ -48,7 +48,7 @@ pub fn begin(
     let field = RaceInput { known, regions: &regions, start };
     let Decided { candidates, verdict, goes_on } = decide(backend, &field, &shortlist, observer, clock)?;
     if let Some(verdict) = &verdict {
-        observer.tell(Event::Judged { verdict: verdict.clone(), pictures });
+        observer.tell(Event::Judged { verdict: verdict.clone(), pictures: shortlist.pictures });
     }
     if candidates.iter().all(Option::is_none) {
         let why = if verdict.is_some() { StayReason::Judged } else { StayReason::TooShort };

@@ -18,9 +18,7 @@ const LONGEST: usize = 320;
 
 /// The hulls of the stated masks in a box; `None` where they are too few, or agree nowhere.
 pub(crate) fn hulls(sampler: &RaySampler, bounds: &Aabb<f32>) -> Option<Vec<Gate>> {
-    let stated = sampler.masked_views();
-    let silhouettes: Vec<Silhouette> =
-        stated.map(|v| Silhouette { camera: *v.camera, mask: v.mask.clone(), occluders: None }).collect();
+    let silhouettes: Vec<Silhouette> = sampler.masked_views().map(|v| Silhouette::of(&v, None)).collect();
     if silhouettes.len() < LEAST {
         return None;
     }

@@ -3,6 +3,7 @@
 use super::context::{Context, SearchError};
 use super::ground::Ground;
 use super::hull::Views;
+use super::known::{bodies, site};
 use super::region::Region;
 use super::silhouettes::{silhouettes, vote, without_gaps};
 use crate::backend::Backend;
@@ -12,7 +13,7 @@ use crate::model::Gate;
 use crate::options::StartShape;
 use crate::rays::Selection;
 use crate::schedule::training_marching;
-use crate::silhouettes::{Outlines, Search, Site, Spacing, region_grid};
+use crate::silhouettes::{Outlines, Search, Site, Spacing};
 use crate::verdict::StayReason;
 use rayon::prelude::*;
 use refraxel_core::{Aabb, LevelSet, Ray, Vec3};
@@ -27,25 +28,20 @@ const TANGENTS: usize = 400;
 const VOXELS_PER_PIXEL: f32 = 0.7;
 
 /// What regions are made of, and how finely.
-struct Sites<'a> {
-    known: &'a Context<'a>,
-}
-
-impl Sites<'_> {
+impl Context<'_> {
     /// Grids of about [`VOXELS_PER_PIXEL`], or of `shape.resolution` nodes.
     fn spacing(&self, bounds: &Aabb<f32>) -> Spacing {
-        let (shape, longest) = (&self.known.options.shape, bounds.extent().max_element());
+        let (shape, longest) = (&self.options.shape, bounds.extent().max_element());
         if shape.resolution > 0 {
             return Spacing::Voxel(longest / shape.resolution as f32);
         }
-        let pixel = self.known.sampler.pixel_size(bounds.center());
+        let pixel = self.sampler.pixel_size(bounds.center());
         Spacing::Voxel((pixel / VOXELS_PER_PIXEL).max(longest / 160.0))
     }
 
     /// The grid around a box.
     fn site(&self, bounds: &Aabb<f32>) -> Site {
-        let (bounds, resolution) = region_grid(bounds, self.spacing(bounds));
-        Site { bounds, resolution, interpolation: self.known.options.index.interpolation.into() }
+        site(bounds, self.spacing(bounds), self.options)
     }
 
     /// The ellipsoid in a box.
@@ -79,41 +75,41 @@ pub(super) fn find(
     known: &Context,
     observer: &mut Observer,
 ) -> Result<Found, SearchError> {
-    let (options, scene, sites) = (known.options, backend.domain().bounds, Sites { known });
+    let (options, scene) = (known.options, backend.domain().bounds);
     let stated = options.refraction.local_box(known.origin);
     if let Some(source) = known.index {
-        if let (None, Some(bodies)) = (stated, super::known::bodies(source, |b| sites.site(b), options)) {
-            return Ok(Found::of(bodies));
+        if let (None, Some(found)) = (stated, bodies(source, |b| known.site(b), options)) {
+            return Ok(Found::of(found));
         }
-        let site = sites.site(&stated.unwrap_or_else(|| source.bounds().cast()));
+        let site = known.site(&stated.unwrap_or_else(|| source.bounds().cast()));
         return Ok(Found::of(vec![Region::of_known(site, source)]));
     }
     match (options.shape.start, stated) {
         (StartShape::Uniform, bounds) => {
-            Ok(Found::of(vec![Region::uniform(sites.site(&bounds.unwrap_or(scene)))]))
+            Ok(Found::of(vec![Region::uniform(known.site(&bounds.unwrap_or(scene)))]))
         }
-        (StartShape::Block, Some(b)) => Ok(Found::of(vec![sites.block(&b)])),
-        (StartShape::Ball, Some(b)) => Ok(Found::of(vec![sites.ball(&b)])),
-        (_, stated) => from_masks(backend, &sites, stated, observer),
+        (StartShape::Block, Some(b)) => Ok(Found::of(vec![known.block(&b)])),
+        (StartShape::Ball, Some(b)) => Ok(Found::of(vec![known.ball(&b)])),
+        (_, stated) => from_masks(backend, known, stated, observer),
     }
 }
 
 /// Regions where masks, and a box if there is one, say that something is.
 fn from_masks(
     backend: &dyn Backend,
-    sites: &Sites,
+    known: &Context,
     stated: Option<Aabb<f32>>,
     observer: &mut Observer,
 ) -> Result<Found, SearchError> {
-    let Context { sampler, options, .. } = *sites.known;
+    let Context { sampler, options, .. } = *known;
     if sampler.is_one_place() {
         return Err(StayReason::OnePlace.into());
     }
     let scene = backend.domain().bounds;
-    let silhouettes = silhouettes(backend, sites.known, observer)?;
+    let silhouettes = silhouettes(backend, known, observer)?;
     observer.progress(Task::Carving, 0, 3)?;
     let outlines = Outlines::new(&silhouettes).cancelled_by(observer.cancel());
-    let ground = Ground::new(backend, &silhouettes, &training_marching(options, sites.known.near));
+    let ground = Ground::new(backend, &silhouettes, &training_marching(options, known.near));
     if outlines.is_empty() {
         return Err(stated.map_or(SearchError::Nowhere, |_| StayReason::OnlyABox.into()));
     }
@@ -125,20 +121,20 @@ fn from_masks(
     let boxes = match stated {
         Some(bounds) => Ok(vec![bounds]),
         None => {
-            let search = Search { vote, spacing: sites.spacing(&scene), ..Search::default() };
+            let search = Search { vote, spacing: known.spacing(&scene), ..Search::default() };
             outlines.locate(&scene, &search)
         }
     };
     observer.progress(Task::Carving, 2, 3)?;
-    let found = sites.known.found.filter(|_| sampler.traces_found()).map(within);
+    let found = known.found.filter(|_| sampler.traces_found()).map(within);
     let found = found.as_ref();
     let views = Views { outlines: &outlines, with_gaps: &with_gaps, vote, rays: &rays, found };
     let region = |bounds: &Aabb<f32>| match options.shape.start {
-        StartShape::Block => Ok(vec![sites.block(bounds)]),
-        StartShape::Ball => Ok(vec![sites.ball(bounds)]),
-        _ => Region::hulls(bounds, |b| sites.site(b), &views, |s| ground.under(s), options),
+        StartShape::Block => Ok(vec![known.block(bounds)]),
+        StartShape::Ball => Ok(vec![known.ball(bounds)]),
+        _ => Region::hulls(bounds, |b| known.site(b), &views, |s| ground.under(s), options),
     };
-    let boxes = boxes.map_err(|e| StayReason::from(e.in_world(sites.known.origin)))?;
+    let boxes = boxes.map_err(|e| StayReason::from(e.in_world(known.origin)))?;
     let regions = boxes.iter().map(region).collect::<Result<Vec<_>, _>>()?;
     observer.progress(Task::Carving, 3, 3)?;
     let tangents = outlines.tangents(TANGENTS).into_iter().flatten().map(|t| t.ray.cast()).collect();

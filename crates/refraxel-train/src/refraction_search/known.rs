@@ -14,7 +14,7 @@ use refraxel_data::synth::{self, ConstantBody};
 /// A known index on grids with about this many nodes along their longest edges: bodies of one index each where a truth has
 /// several, with sharp surfaces and in their order; otherwise [`known_field`].
 pub fn known_refraction(source: &IndexSource, nodes: u32, options: &Options) -> Refraction {
-    let site = |bounds: &Aabb<f32>| site(bounds, nodes, options);
+    let site = |bounds: &Aabb<f32>| site(bounds, Spacing::Longest(nodes), options);
     match bodies(source, site, options) {
         None => known_field(source, nodes, options),
         Some(regions) => held(&regions, options),
@@ -24,7 +24,7 @@ pub fn known_refraction(source: &IndexSource, nodes: u32, options: &Options) -> 
 /// A known index on one grid with about this many nodes along its longest edge. A body of one index has a sharp surface.
 /// The index of a mesh is `search.guess`.
 pub fn known_field(source: &IndexSource, nodes: u32, options: &Options) -> Refraction {
-    let site = site(&source.bounds().cast(), nodes, options);
+    let site = site(&source.bounds().cast(), Spacing::Longest(nodes), options);
     // It need not learn: nothing is blurred, and all that is not vacuum bends.
     let mut options = options.clone();
     let region = Region { state: RegionState::default(), ..Region::of_known(site, source) };
@@ -42,8 +42,9 @@ fn held(regions: &[Region], options: &Options) -> Refraction {
     refraction(bodies.collect(), options)
 }
 
-fn site(bounds: &Aabb<f32>, nodes: u32, options: &Options) -> Site {
-    let (bounds, resolution) = region_grid(bounds, Spacing::Longest(nodes));
+/// The grid around a box.
+pub(super) fn site(bounds: &Aabb<f32>, spacing: Spacing, options: &Options) -> Site {
+    let (bounds, resolution) = region_grid(bounds, spacing);
     Site { bounds, resolution, interpolation: options.index.interpolation.into() }
 }
 

@@ -5,6 +5,7 @@ use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
 use crate::events::{Event, Observer, Task};
 use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
+use crate::options::Options;
 use crate::rays::{RaySampler, Selection};
 use crate::schedule::training_marching;
 
@@ -18,12 +19,21 @@ pub(super) fn begin_mirroring(
     if !c.enabled.is_on() || !has_surfaces(backend, known.sampler) {
         return Ok(());
     }
-    let (source, layout) = (c.cache, ProbeLayout { longest: c.probes, degree: PROBE_DEGREE });
-    backend.set_reflection(Reflection::of(backend.medium(), source, &layout));
-    if source != MirrorSource::Exact {
+    let layout = ProbeLayout { longest: c.probes, degree: PROBE_DEGREE };
+    backend.set_reflection(Reflection::of(backend.medium(), c.cache, &layout));
+    bake(backend, Caches::Reflection, (known.options, known.near), observer)
+}
+
+/// Lets probes look at the field, where mirrors ask them.
+pub(crate) fn bake(
+    backend: &mut dyn Backend,
+    caches: Caches,
+    (options, near): (&Options, f32),
+    observer: &mut Observer,
+) -> Result<(), Cancelled> {
+    if options.reflection.cache != MirrorSource::Exact {
         observer.progress(Task::Baking, 0, 1)?;
-        let marching = training_marching(known.options, known.near);
-        backend.bake(Caches::Reflection, &marching, observer.cancel())?;
+        backend.bake(caches, &training_marching(options, near), observer.cancel())?;
         observer.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
     }
     Ok(())

@@ -77,9 +77,7 @@ pub(crate) fn outline(backend: &dyn Backend, known: &Context, found: &Gate) -> O
     let (longest, pixel) = (bounds.extent().max_element(), sampler.pixel_size(bounds.center()));
     let voxels = (longest / pixel).round().clamp(16.0, VOXELS);
     let domain = Domain::with_longest(bounds, Extent::Bounded, voxels as u32 + 1);
-    let views = sampler.masked_views();
-    let silhouettes: Vec<Silhouette> =
-        views.map(|v| Silhouette { camera: *v.camera, mask: v.mask.clone(), occluders: None }).collect();
+    let silhouettes: Vec<Silhouette> = sampler.masked_views().map(|v| Silhouette::of(&v, None)).collect();
     // Of votes a hull has cavities, which no view shows.
     let vote = Vote { share: options.shape.vote, ..Vote::default() };
     let distance = Outlines::new(&silhouettes).hull(&domain, &vote).distance;

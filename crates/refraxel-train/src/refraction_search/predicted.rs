@@ -29,13 +29,6 @@ const OTHER: f32 = 0.05;
 /// Rivals at most.
 const MOST_RIVALS: usize = 3;
 
-/// What prediction says, and what is to race where it does not know.
-pub(super) struct Predicted {
-    pub shortlist: Shortlist,
-    /// What the verdicts rest on.
-    pub pictures: Vec<Shown>,
-}
-
 /// What may stand in the regions.
 pub(super) struct Shortlist {
     /// What is known to stand in each; `None` where rays stay straight, or where rivals race.
@@ -44,13 +37,16 @@ pub(super) struct Shortlist {
     pub verdicts: Vec<Option<RegionVerdict>>,
     /// Per trial one candidate per region; none where all is known.
     pub rivals: Vec<Vec<Option<Candidate>>>,
+    /// What the verdicts rest on.
+    pub pictures: Vec<Shown>,
 }
 
 impl Shortlist {
     /// Without any prediction: what is guessed of each region, or known.
     pub(super) fn guessed(candidates: Vec<Candidate>) -> Self {
         let (sure, verdicts) = (vec![None; candidates.len()], vec![None; candidates.len()]);
-        Self { sure, verdicts, rivals: vec![candidates.into_iter().map(Some).collect()] }
+        let rivals = vec![candidates.into_iter().map(Some).collect()];
+        Self { sure, verdicts, rivals, pictures: Vec::new() }
     }
 
     /// Whether it is known that nothing bends.
@@ -63,12 +59,13 @@ impl Shortlist {
         sure: Vec<Option<Candidate>>,
         verdicts: Vec<Option<RegionVerdict>>,
         rivals: &[Vec<Candidate>],
+        pictures: Vec<Shown>,
     ) -> Self {
         let count = rivals.iter().map(Vec::len).max().unwrap_or(0);
         let of =
             |h: usize, k: usize| rivals[k].get(h).or(rivals[k].last()).cloned().or_else(|| sure[k].clone());
-        let shortlist = (0..count).map(|h| (0..sure.len()).map(|k| of(h, k)).collect()).collect();
-        Self { sure, verdicts, rivals: shortlist }
+        let rivals = (0..count).map(|h| (0..sure.len()).map(|k| of(h, k)).collect()).collect();
+        Self { sure, verdicts, rivals, pictures }
     }
 }
 
@@ -102,7 +99,7 @@ pub(super) fn decide(
     start: &State,
     known: &Context,
     observer: &mut Observer,
-) -> Result<Predicted, Cancelled> {
+) -> Result<Shortlist, Cancelled> {
     backend.set_medium(Refraction::none());
     let (is_alone, marching) = (regions.len() == 1, training_marching(known.options, known.near));
     let seen: Vec<Seen> = regions.iter().map(|r| Seen::new(r, known.sampler, is_alone)).collect();
@@ -153,7 +150,7 @@ pub(super) fn decide(
         open.push(if races { rivals(look, opinion) } else { Vec::new() });
     }
     let pictures = judged.into_iter().flatten().filter_map(|j| j.shown).collect();
-    Ok(Predicted { shortlist: Shortlist::new(sure, verdicts, &open), pictures })
+    Ok(Shortlist::new(sure, verdicts, &open, pictures))
 }
 
 /// Straight rays learn what is inside the masks, too.

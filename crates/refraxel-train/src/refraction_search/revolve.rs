@@ -50,20 +50,14 @@ fn is_ellipsoid(region: &Region) -> bool {
 
 /// Numbers of an upright body with straight sides, and its index. Outlines that were found hardly tell how wide it is and how it stands.
 fn of_upright(is_found: bool) -> [Unknown; 7] {
-    let unknown = |name, first: &[f32], fine: [f32; 3], range| Unknown {
-        name,
-        first: first.to_vec(),
-        fine: fine.to_vec(),
-        range,
-    };
-    let place = |name| unknown(name, &[0.0], [0.1, 0.05, 0.025], [-0.5, 0.5]);
+    let place = |name| Unknown::new(name, &[0.0], &[0.1, 0.05, 0.025], [-0.5, 0.5]);
     let tilts: &[f32] = if is_found { &[-0.07, 0.0, 0.07] } else { &[0.0] };
-    let tilt = |name| unknown(name, tilts, [0.06, 0.03, 0.015], [-0.3, 0.3]);
+    let tilt = |name| Unknown::new(name, tilts, &[0.06, 0.03, 0.015], [-0.3, 0.3]);
     let widths: &[f32] = if is_found { &[0.7, 0.8, 0.9, 1.0, 1.1] } else { &[0.9, 1.0] };
     [
-        unknown("index", &[1.2, 1.33, 1.5, 1.7], [0.05, 0.03, 0.015], [1.05, 2.5]),
-        unknown("width", widths, [0.05, 0.025, 0.0125], [0.4, 1.3]),
-        unknown("slope", &[0.0, 0.12], [0.08, 0.04, 0.02], [-0.4, 0.4]),
+        Unknown::new("index", &[1.2, 1.33, 1.5, 1.7], &[0.05, 0.03, 0.015], [1.05, 2.5]),
+        Unknown::new("width", widths, &[0.05, 0.025, 0.0125], [0.4, 1.3]),
+        Unknown::new("slope", &[0.0, 0.12], &[0.08, 0.04, 0.02], [-0.4, 0.4]),
         tilt("tilt"),
         tilt("tilt across"),
         place("place"),

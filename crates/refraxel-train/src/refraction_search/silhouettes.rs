@@ -46,8 +46,7 @@ pub(super) fn silhouettes(
     for view in &views {
         observer.progress(Task::FindingOccluders, found.len() as u64, views.len() as u64)?;
         let look = |pixels: &[usize]| occluders(backend, view.camera, pixels, &marching);
-        let occluders = Some(Occluders::new(view.mask, cell, look));
-        found.push(Silhouette { camera: *view.camera, mask: view.mask.clone(), occluders });
+        found.push(Silhouette::of(view, Some(Occluders::new(view.mask, cell, look))));
     }
     let bounds = known.options.refraction.local_box(known.origin).unwrap_or(backend.domain().bounds);
     let names: Vec<&str> = views.iter().map(|v| v.name).collect();

@@ -20,7 +20,7 @@ pub(super) struct StoredDetection {
 impl StoredDetection {
     pub(super) fn of(gate: &Gate) -> Self {
         let Domain { bounds, resolution, .. } = *gate.domain();
-        Self { bounds: [bounds.min.to_array(), bounds.max.to_array()], resolution }
+        Self { bounds: bounds.to_arrays(), resolution }
     }
 }
 

@@ -87,7 +87,7 @@ impl Header {
             options: run.options.clone(),
             state: run.state.clone(),
             source: run.source.clone(),
-            bounds: [field.domain.bounds.min.to_array(), field.domain.bounds.max.to_array()],
+            bounds: field.domain.bounds.to_arrays(),
             contracted: field.domain.extent == Extent::Contracted,
             projection: StoredProjection::of(&field.domain.extent),
             resolution: field.domain.resolution,

@@ -72,7 +72,7 @@ pub(super) fn stored(model: &Model, optimiser: &Optimiser) -> Vec<StoredRegion> 
         let Domain { bounds, resolution, .. } = *region.domain();
         let state = refraction.states.get(k);
         StoredRegion {
-            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+            bounds: bounds.to_arrays(),
             resolution,
             surface_resolution: region.level_set().map(|l| l.domain().resolution),
             searched: state.and_then(|s| s.searched),

@@ -1,5 +1,6 @@
 //! What cameras around the origin show of ideal bodies, for tests.
 
+use super::hull::Hull;
 use super::{Occluders, Silhouette};
 use rayon::prelude::*;
 use refraxel_core::{Camera, Ray, Vec3, vec3};
@@ -77,6 +78,18 @@ pub(crate) fn occluders(camera: &Camera, mask: &Mask, opaque: &[Ball]) -> Occlud
         first(opaque, &camera.ray(u, v).unwrap()) as f32
     };
     Occluders::new(mask, 1, |pixels| pixels.iter().map(beyond).collect())
+}
+
+/// Intersection over union of a hull and balls.
+pub(super) fn iou(hull: &Hull, balls: &[Ball]) -> f64 {
+    let truth = |i: usize| {
+        let x = hull.domain.place(i).cast::<f64>();
+        balls.iter().any(|Ball(centre, radius)| (x - *centre).length() < *radius)
+    };
+    let count = |f: &dyn Fn(bool, bool) -> bool| {
+        (0..hull.fraction.len()).filter(|&i| f(truth(i), hull.fraction[i] >= 0.5)).count() as f64
+    };
+    count(&|a, b| a && b) / count(&|a, b| a || b)
 }
 
 /// Silhouettes of glass balls, cut by opaque balls in front of them.

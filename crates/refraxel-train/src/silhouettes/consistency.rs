@@ -131,10 +131,10 @@ fn judged(overlap: Vec<Option<f32>>) -> Option<Consistency> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::around::{Ball, cameras, silhouettes};
+    use super::super::around::{self, Ball, cameras, silhouettes};
     use super::super::outline::Silhouette;
     use super::*;
-    use refraxel_core::{Vec3, vec3};
+    use refraxel_core::vec3;
     use refraxel_data::Mask;
     use std::sync::Arc;
 
@@ -199,17 +199,7 @@ mod tests {
 
     /// Intersection over union of the hull and the things.
     fn iou(outlines: &Outlines, things: &[Ball], vote: &Vote) -> f64 {
-        let domain = Domain::with_longest(BOX, Extent::Bounded, 41);
-        let hull = outlines.hull(&domain, vote);
-        let node = |i: usize| vec3((i % 41) as f32, (i / 41 % 41) as f32, (i / 1681) as f32);
-        let truth = |i: usize| {
-            let x: Vec3<f64> = domain.position(node(i)).cast();
-            things.iter().any(|Ball(centre, radius)| (x - *centre).length() < *radius)
-        };
-        let count = |f: &dyn Fn(bool, bool) -> bool| {
-            (0..hull.fraction.len()).filter(|&i| f(truth(i), hull.fraction[i] >= 0.5)).count() as f64
-        };
-        count(&|a, b| a && b) / count(&|a, b| a || b)
+        around::iou(&outlines.hull(&Domain::with_longest(BOX, Extent::Bounded, 41), vote), things)
     }
 
     /// The outlines of the views that do not contradict the others.

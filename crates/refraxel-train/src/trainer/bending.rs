@@ -4,8 +4,8 @@ use super::error::TrainError;
 use super::start::Trainer;
 use crate::backend::{Backend, Caches};
 use crate::cancel::Cancelled;
-use crate::events::{Event, Observer, Task};
-use crate::model::{MirrorSource, PROBE_DEGREE, ProbeLayout, Reflection};
+use crate::events::{Event, Observer};
+use crate::model::{PROBE_DEGREE, ProbeLayout, Reflection};
 use crate::plan::Plan;
 use crate::refraction_search::{self, Context, Decision, Outline, SearchError};
 use crate::schedule::{PausedSchedule, Progress, is_time_to_bend, stage_domain, training_marching};
@@ -90,30 +90,31 @@ impl Trainer {
 
     /// What was found without masks ends where straight rays begin to fail, if that can be seen: not in surroundings, where they fail in
     /// many places so early.
-    fn outline_found(&mut self, observer: &mut Observer) -> Option<Event> {
+    fn outline_found(&mut self, observer: &mut Observer) {
         if self.plan.finest.extent.is_unbounded() {
-            return None;
+            return;
         }
         let (backend, known) = self.backend_and_context();
-        let found = known.found.filter(|_| known.sampler.traces_found())?;
-        let Outline { gate, explained } = refraction_search::outline(backend, &known, found)?;
+        let found = known.found.filter(|_| known.sampler.traces_found());
+        let outline = found.and_then(|found| refraction_search::outline(backend, &known, found));
+        let Some(Outline { gate, explained: [before, now] }) = outline else { return };
         self.go_on_with(Some(gate));
-        let pixels = self.sampler.mask_share();
-        let told = Event::Outlined { before: explained[0], now: explained[1], pixels };
-        observer.tell(told.clone());
-        Some(told)
+        observer.tell(Event::Outlined { before, now, pixels: self.sampler.mask_share() });
     }
 
     /// Masks end where what straight rays cannot explain does, if that can be seen.
-    fn shift_masks(&mut self, observer: &mut Observer) -> Option<Event> {
+    fn shift_masks(&mut self, observer: &mut Observer) {
         let (backend, known) = self.backend_and_context();
         let is_unknown = known.index.is_none();
-        let found = is_unknown.then(|| refraction_search::border(backend, &known)).flatten()?;
+        let found = is_unknown.then(|| refraction_search::border(backend, &known)).flatten();
+        let Some(found) = found else { return };
         self.state.mask_shift = found.shift;
         self.sampler.shift_masks(found.shift);
-        let told = Event::MasksShifted { by: found.shift, inside: found.misfit[0], outside: found.misfit[1] };
-        observer.tell(told.clone());
-        Some(told)
+        observer.tell(Event::MasksShifted {
+            by: found.shift,
+            inside: found.misfit[0],
+            outside: found.misfit[1],
+        });
     }
 
     /// Both at once: the search changes the backend.
@@ -132,17 +133,12 @@ impl Trainer {
         observer: &mut Observer,
     ) -> Result<Decision, SearchError> {
         self.backend.refresh_occupancy(&training_marching(&self.options, self.plan.near));
-        events.extend(self.outline_found(observer));
-        events.extend(self.shift_masks(observer));
-        let cancel = observer.cancel();
-        let mut report = |event: Event| {
-            if !matches!(event, Event::Progress { .. }) {
-                events.push(event.clone());
-            }
-            observer.tell(event);
-        };
-        let (backend, known) = self.backend_and_context();
-        refraction_search::begin(backend, &known, &mut Observer::new(cancel, &mut report))
+        observer.noting(events, |observer| {
+            self.outline_found(observer);
+            self.shift_masks(observer);
+            let (backend, known) = self.backend_and_context();
+            refraction_search::begin(backend, &known, observer)
+        })
     }
 
     /// Give opaque things a clearcoat once it is time, which mirrors what the field shows by now.
@@ -183,12 +179,7 @@ impl Trainer {
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
         self.backend.set_clearcoat(clearcoat);
-        if source != MirrorSource::Exact {
-            observer.progress(Task::Baking, 0, 1)?;
-            let marching = training_marching(&self.options, self.plan.near);
-            self.backend.bake(Caches::Clearcoat, &marching, observer.cancel())?;
-            observer.tell(Event::Progress { task: Task::Baking, done: 1, total: 1 });
-        }
-        Ok(())
+        let marched = (&self.options, self.plan.near);
+        refraction_search::bake(&mut *self.backend, Caches::Clearcoat, marched, observer)
     }
 }

@@ -51,13 +51,6 @@ impl Trainer {
             return Ok(Err(StayReason::OnePlace));
         }
         let Some(budget) = Budget::of_run(&self.options) else { return Ok(Err(StayReason::TooShortToLook)) };
-        let cancel = observer.cancel();
-        let mut report = |event: Event| {
-            if !matches!(event, Event::Progress { .. }) {
-                events.push(event.clone());
-            }
-            observer.tell(event);
-        };
         let detector = Detector {
             sampler: &self.sampler,
             plan: &self.plan,
@@ -65,7 +58,7 @@ impl Trainer {
             hints: &detection::Hints::default(),
             budget,
         };
-        let found = detector.look(&mut Observer::new(cancel, &mut report))?;
+        let found = observer.noting(events, |observer| detector.look(observer))?;
         Ok(found.ok_or(StayReason::TooShortToLook))
     }
 

@@ -1,6 +1,6 @@
 //! The same photographs in other coordinates: far from the origin of the world, and in other units of length.
 
-use crate::scenes::written;
+use crate::scenes::{begun, events, with, written};
 use refraxel_core::{Vec3, vec3};
 use refraxel_data::{Dataset, LocalOrigin, PosedPhoto, View, load_photo};
 use refraxel_train::events::Event;
@@ -32,13 +32,12 @@ fn placed(scale: f64, at: Vec3<f64>) -> Dataset {
 
 /// A few steps, straight or bent by a ball in its box.
 fn options(bend: Switch, scale: f64, at: Vec3<f64>) -> Options {
-    let mut options = Options::default();
     let middle = vec3(0.02, -0.03, -0.13);
     let corner = |s: f64| {
         let [x, y, z] = ((middle + Vec3::splat(s * 0.5)) * scale + at).to_array();
         format!("{x},{y},{z}")
     };
-    let short = [
+    let mut options = with(&[
         ("run.steps", "8"),
         ("run.batch", "64"),
         ("grid.resolution", "16"),
@@ -48,10 +47,7 @@ fn options(bend: Switch, scale: f64, at: Vec3<f64>) -> Options {
         ("search.enabled", "off"),
         ("detection.enabled", "off"),
         ("refraction.bounds", &format!("{},{}", corner(-1.0), corner(1.0))),
-    ];
-    for (key, value) in short {
-        options.set(key, value).unwrap();
-    }
+    ]);
     options.refraction.bend = bend;
     options.judge.straight = Switch::Off;
     options
@@ -60,9 +56,8 @@ fn options(bend: Switch, scale: f64, at: Vec3<f64>) -> Options {
 /// The session after its run, and what happened.
 fn trained(bend: Switch, scale: f64, at: Vec3<f64>) -> (Session, Vec<Event>) {
     let setup = Setup::new(placed(scale, at), options(bend, scale, at));
-    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
-    let mut events = Vec::new();
-    session.run(Until::finished(), &mut |event| events.push(event)).unwrap();
+    let mut session = begun(setup);
+    let events = events(&mut session, Until::finished());
     (session, events)
 }
 

@@ -1,7 +1,7 @@
 //! What a run without masks may rely on: glass is found, nothing is found where nothing refracts, and looking leaves no trace.
 
 use crate::bits::bytes;
-use crate::scenes::written;
+use crate::scenes::{begun, events as run, with, written};
 use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::detection::{self, Hints};
 use refraxel_train::events::{Event, Task};
@@ -41,7 +41,6 @@ fn opaque() -> &'static Scene {
 }
 
 fn options(settings: &[(&str, &str)]) -> Options {
-    let mut options = Options::default();
     let usual = [
         ("refraction.bend", "on"),
         ("run.steps", "400"),
@@ -50,20 +49,11 @@ fn options(settings: &[(&str, &str)]) -> Options {
         ("refraction.straight_steps", "100"),
         ("detection.rays", "250000"),
     ];
-    for (key, value) in usual.iter().chain(settings) {
-        options.set(key, value).unwrap();
-    }
-    options
+    with(&[&usual[..], settings].concat())
 }
 
 fn start(data: &Dataset, options: Options) -> Session {
-    Session::start(Setup::new(data.clone(), options), CpuBackend::new, &mut |_| {}).unwrap()
-}
-
-fn run(session: &mut Session, until: Until) -> Vec<Event> {
-    let mut events = Vec::new();
-    session.run(until, &mut |event| events.push(event)).unwrap();
-    events
+    begun(Setup::new(data.clone(), options))
 }
 
 /// Mean overlap of what was found with the true masks.

@@ -1,6 +1,6 @@
 //! Processes that train one model together: the same bits as one, and messages of the size that was foreseen.
 
-use crate::scenes::written;
+use crate::scenes::{begun, with, written};
 use refraxel_core::{Camera, Extent, VoxelField, vec3};
 use refraxel_data::Dataset;
 use refraxel_train::backend::conformance::scenes;
@@ -11,7 +11,7 @@ use refraxel_train::model::Model;
 use refraxel_train::options::Switch;
 use refraxel_train::run::{Run, State};
 use refraxel_train::session::{Session, Setup, Until};
-use refraxel_train::{Backend, CpuBackend, Options};
+use refraxel_train::{Backend, Options};
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 use tempfile::TempDir;
@@ -24,11 +24,9 @@ fn data() -> Dataset {
 }
 
 fn options(settings: &[(&str, &str)]) -> Options {
-    let mut options = Options::default();
     let usual =
         [("run.steps", "60"), ("run.batch", "2048"), ("grid.resolution", "32"), ("straight_steps", "20")];
-    usual.iter().chain(settings).for_each(|(key, value)| options.set(key, value).unwrap());
-    options
+    with(&[&usual[..], settings].concat())
 }
 
 /// A run to its end: what it has learned, what a camera sees, and what its processes have sent, where there are several.
@@ -46,8 +44,7 @@ fn trained(mut session: Session) -> (Vec<u8>, Vec<[u8; 3]>, Option<Traffic>) {
 }
 
 fn alone(options: &Options) -> (Vec<u8>, Vec<[u8; 3]>) {
-    let session = Session::start(Setup::new(data(), options.clone()), CpuBackend::new, &mut |_| {}).unwrap();
-    let (bytes, seen, _) = trained(session);
+    let (bytes, seen, _) = trained(begun(Setup::new(data(), options.clone())));
     (bytes, seen)
 }
 

@@ -1,12 +1,12 @@
 //! Cameras that find where they are.
 
-use crate::scenes::written;
+use crate::scenes::{begun, with, written};
 use refraxel_core::{Lens, Mat3, Pose, vec3};
 use refraxel_data::{Dataset, Part};
+use refraxel_train::Options;
 use refraxel_train::options::Switch;
 use refraxel_train::random::Random;
 use refraxel_train::session::{Session, Setup, Until};
-use refraxel_train::{CpuBackend, Options};
 use tempfile::TempDir;
 
 /// Opaque things, and a copy whose cameras are off by half a degree and one part in a hundred of their distance.
@@ -33,14 +33,11 @@ fn trained(data: &Dataset, learn: Switch) -> Session {
 }
 
 fn trained_with(data: &Dataset, learn: Switch, lens: Switch) -> Session {
-    let mut options = Options::default();
-    let settings = [("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64")];
-    settings.iter().for_each(|(key, value)| options.set(key, value).unwrap());
+    let mut options = with(&[("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64")]);
     options.refraction.bend = Switch::Off;
     options.pose.enabled = learn;
     options.pose.lens = lens;
-    let mut session =
-        Session::start(Setup::new(data.clone(), options), CpuBackend::new, &mut |_| {}).unwrap();
+    let mut session = begun(Setup::new(data.clone(), options));
     session.run(Until::finished(), &mut |_| {}).unwrap();
     session
 }

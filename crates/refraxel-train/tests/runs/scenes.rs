@@ -1,7 +1,10 @@
-//! Small scenes with masks.
+//! Small scenes with masks, and runs on them.
 
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use refraxel_data::{Dataset, OpenOptions};
+use refraxel_train::events::Event;
+use refraxel_train::session::{Session, Setup, Until};
+use refraxel_train::{CpuBackend, Options};
 use std::ops::ControlFlow;
 use tempfile::TempDir;
 
@@ -26,4 +29,23 @@ pub fn written(
     synthesize(&options, &|_| ControlFlow::Continue(())).unwrap();
     let data = Dataset::open(folder.path(), &OpenOptions::default()).unwrap();
     (folder, data)
+}
+
+/// The usual options with these settings.
+pub fn with(settings: &[(&str, &str)]) -> Options {
+    let mut options = Options::default();
+    settings.iter().for_each(|(key, value)| options.set(key, value).unwrap());
+    options
+}
+
+/// A session that has not learned yet.
+pub fn begun(setup: Setup) -> Session {
+    Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap()
+}
+
+/// What happens in a session until then.
+pub fn events(session: &mut Session, until: Until) -> Vec<Event> {
+    let mut events = Vec::new();
+    session.run(until, &mut |event| events.push(event)).unwrap();
+    events
 }

@@ -1,7 +1,7 @@
 //! What a library user may rely on: events, stops inside long phases, copies, and going on bit by bit.
 
 use crate::bits::bytes;
-use crate::scenes::written;
+use crate::scenes::{begun, events, with, written};
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
@@ -30,17 +30,13 @@ fn glass_ball() -> Dataset {
 }
 
 fn options(bend: bool) -> Options {
-    let mut options = Options::default();
-    let short = [
+    let mut options = with(&[
         ("run.steps", "40"),
         ("run.batch", "256"),
         ("grid.resolution", "32"),
         ("straight_steps", "10"),
         ("search.profile", "sharp"), // graded indices take as long as all else, and are searched in unit tests
-    ];
-    for (key, value) in short {
-        options.set(key, value).unwrap();
-    }
+    ]);
     options.refraction.bend = if bend { Switch::On } else { Switch::Off };
     // So short a run does not know whether its rays should bend.
     options.judge.straight = Switch::Off;
@@ -81,7 +77,7 @@ fn a_truth_of_bodies_in_bodies_is_held_and_stored() {
     let mut options = options(true);
     (options.surface.rate, options.index.rate) = (0.0, 0.0);
     let setup = Setup { index, ..Setup::new(glass_ball(), options) };
-    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut session = begun(setup);
     let events = finish(&mut session);
     assert_eq!(events.iter().filter(|e| matches!(e, Event::RegionFound { .. })).count(), 2);
     let Refraction { medium, states, .. } = Run::read(&bytes(&session)[..]).unwrap().model.refraction;
@@ -105,9 +101,8 @@ fn judged(data: Dataset, until: Until, change: fn(&mut Options)) -> (Session, Ve
     (options.run.steps, options.run.batch) = (200, 512);
     options.judge.straight = Switch::On;
     change(&mut options);
-    let mut session = Session::start(Setup::new(data, options), CpuBackend::new, &mut |_| {}).unwrap();
-    let mut events = Vec::new();
-    session.run(until, &mut |e| events.push(e)).unwrap();
+    let mut session = begun(Setup::new(data, options));
+    let events = events(&mut session, until);
     (session, events)
 }
 
@@ -140,8 +135,7 @@ fn glass_that_bends_is_judged_so() {
     (options.run.steps, options.run.batch, options.refraction.straight_steps) = (400, 1024, 100);
     options.judge.straight = Switch::On;
     options.run.seed = LUCK;
-    let mut ball =
-        Session::start(Setup::new(data.clone(), options.clone()), CpuBackend::new, &mut |_| {}).unwrap();
+    let mut ball = begun(Setup::new(data.clone(), options.clone()));
     ball.run(Until::step(150), &mut |_| {}).unwrap();
     let verdict = &ball.state().verdict.as_ref().unwrap().regions[0];
     let is_shown = verdict.evidence.is_some_and(|e| e.above.significance() > 3.0 && e.above.mean > 0.05);
@@ -190,7 +184,7 @@ fn photographs_of_surroundings_bend_rays_in_a_contracted_space() {
     let mut data = glass_ball();
     data.backdrop = Backdrop::Surroundings;
     let setup = Setup::new(data, options(true));
-    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut session = begun(setup);
     let events = finish(&mut session);
     assert_eq!(session.backend().domain().extent, Extent::Contracted);
     assert!(events.iter().any(|e| matches!(e, Event::RaysBend { .. })));
@@ -219,7 +213,7 @@ fn nothing_is_pruned_before_rays_look_inside() {
         (options.run.steps, options.refraction.straight_steps, options.grid.stages) = (200, 100, 3);
         (options.grid.resolution, options.grid.prune_weight) = (96, 0.05);
         let setup = Setup::new(glass_ball(), options);
-        let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+        let mut session = begun(setup);
         let mut stages = 0;
         let count = &mut |e| stages += usize::from(matches!(e, Event::Stage { .. }));
         assert_eq!(session.run(Until::step(40), count).unwrap(), Stop::Reached);
@@ -292,7 +286,7 @@ fn goes_on_bit_by_bit(steps: u64, settings: &[(&str, &str)]) {
     let usual = [("search.enabled", "off"), ("judge.enabled", "off")];
     usual.iter().chain(settings).for_each(|(key, value)| options.set(key, value).unwrap());
     let setup = || Setup::new(glass_ball(), options.clone());
-    let mut whole = Session::start(setup(), CpuBackend::new, &mut |_| {}).unwrap();
+    let mut whole = begun(setup());
     let mut save = |step: u64| {
         whole.run(Until::step(step), &mut |_| {}).unwrap();
         bytes(&whole)
@@ -346,7 +340,7 @@ fn a_copy_of_a_run_with_a_clock_knows_the_time_that_is_left() {
     let mut clocked = options(false);
     clocked.set("run.minutes", "0.05").unwrap();
     let setup = Setup::new(glass_ball(), clocked.clone());
-    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
+    let mut session = begun(setup);
     let copy = session.handle().snapshot();
     session.run(Until::finished(), &mut |_| {}).unwrap();
     let copy = copy.recv().unwrap();
@@ -430,9 +424,8 @@ fn masks_that_lead_nowhere_leave_a_straight_run_that_can_be_resumed() {
     // A place that no silhouette shows.
     setup.data.stated_box = Some(refraxel_core::Aabb::new(vec3(0.7, 0.7, 0.7), vec3(0.9, 0.9, 0.9)));
     let data = setup.data.clone();
-    let mut session = Session::start(setup, CpuBackend::new, &mut |_| {}).unwrap();
-    let mut events = Vec::new();
-    session.run(Until::step(20), &mut |e| events.push(e)).unwrap();
+    let mut session = begun(setup);
+    let events = events(&mut session, Until::step(20));
     assert!(events.iter().any(|e| matches!(e, Event::RaysStayStraight { .. })));
     assert!(session.options().refraction.bend.is_on() && session.state().stays_straight);
     let run = session.snapshot();

@@ -1,11 +1,9 @@
 //! Data in which only some views have masks.
 
-use crate::scenes::written;
+use crate::scenes::{begun, with, written};
 use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::events::Event;
-use refraxel_train::options::Switch;
-use refraxel_train::session::{Session, Setup, Until};
-use refraxel_train::{CpuBackend, Options};
+use refraxel_train::session::{Setup, Until};
 use tempfile::TempDir;
 
 /// A glass ball in 24 training views, with its masks.
@@ -25,12 +23,9 @@ fn with_every(data: &Dataset, nth: usize) -> Dataset {
 
 /// What a run of few steps tells of masks: how many there are, whether the others were completed, and the share of pixels inside.
 fn completed(data: Dataset) -> Option<(usize, bool, f64)> {
-    let mut options = Options::default();
-    for (key, value) in [("run.steps", "40"), ("run.batch", "128"), ("grid.resolution", "16")] {
-        options.set(key, value).unwrap();
-    }
-    options.refraction.bend = Switch::On;
-    let mut session = Session::start(Setup::new(data, options), CpuBackend::new, &mut |_| {}).unwrap();
+    let short = [("run.steps", "40"), ("run.batch", "128"), ("grid.resolution", "16")];
+    let options = with(&[&short[..], &[("refraction.bend", "on")]].concat());
+    let mut session = begun(Setup::new(data, options));
     let mut told = None;
     let mut note = |event: Event| {
         if let Event::MasksCompleted { stated, is_completed, pixels, .. } = event {

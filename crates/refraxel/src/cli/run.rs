@@ -67,6 +67,13 @@ pub enum Layer {
     SurfaceDepth,
 }
 
+impl Layer {
+    /// Its name on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
 /// `refraxel render`
 #[derive(Args, Debug)]
 #[command(group = ArgGroup::new("views").args(["orbit", "spiral", "cameras", "camera_path", "keyframes"]))]

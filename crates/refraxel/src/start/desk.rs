@@ -4,11 +4,12 @@ use super::folders;
 use super::protocol::{Ask, Tell};
 use super::runs::{recent, saved};
 use super::task::{Stage, Task, Work};
+use crate::locked::locked;
 use crate::viewer::{Answerer, Out, Outgoing, Visitor};
 use crate::worker::{Ended, Heard, Worker};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -79,7 +80,7 @@ impl Desk {
     /// The program ends: pages are told, what is at work stops, and a training is saved.
     pub fn end(&self, why: &str) {
         let (workers, kept) = {
-            let mut state = self.state();
+            let mut state = locked(&self.0.state);
             state.has_ended = true;
             state.tell(&Tell::Ended { why: why.to_owned() });
             let scenes = state.scenes.iter().filter_map(|scene| scene.worker.clone());
@@ -92,10 +93,6 @@ impl Desk {
         drop(kept);
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn answer(&self, ask: Ask, out: &Out) -> Result<(), String> {
         match ask {
             Ask::Runs => out.send(Outgoing::tell(&self.home())),
@@ -103,7 +100,7 @@ impl Desk {
             Ask::Begin(task) => self.begin(task)?,
             Ask::Stop => self.stop(),
             Ask::Forget => {
-                let mut state = self.state();
+                let mut state = locked(&self.0.state);
                 state.work.take_if(|work| !work.is_at_work());
                 state.tell_work();
             }
@@ -129,7 +126,7 @@ impl Desk {
 
     /// Begins a verb where none is at work.
     fn begin(&self, task: Task) -> Result<(), String> {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         if state.has_ended {
             return Err("the program ends".to_owned());
         }
@@ -152,7 +149,7 @@ impl Desk {
     }
 
     fn hear(&self, number: u64, heard: Heard<'_>) {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         let is_shown = state.work.as_mut().is_some_and(|work| work.number == number && work.hear(heard));
         if is_shown {
             state.tell_work();
@@ -160,7 +157,7 @@ impl Desk {
     }
 
     fn ended(&self, number: u64, ended: &Ended) {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         state.worker = None;
         if let Some(work) = state.work.as_mut().filter(|work| work.number == number) {
             work.end(ended);
@@ -171,7 +168,7 @@ impl Desk {
     }
 
     fn stop(&self) {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         state.worker.iter().for_each(Worker::stop);
         if let Some(work) = state.work.as_mut().filter(|work| work.is_at_work()) {
             work.stage = Stage::Stops;
@@ -181,7 +178,7 @@ impl Desk {
 
     /// Opens a run in a viewer of its own; whoever waits is told its address. One that is open and not older is shown again.
     fn open(&self, run: &Path, waiting: Option<&Out>) -> Result<(), String> {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         if state.has_ended {
             return Err("the program ends".to_owned());
         }
@@ -213,7 +210,7 @@ impl Desk {
     }
 
     fn hear_scene(&self, number: u64, heard: Heard<'_>) {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         let Some(scene) = state.scenes.iter_mut().find(|scene| scene.number == number) else { return };
         match heard {
             Heard::Said(line) => {
@@ -229,7 +226,7 @@ impl Desk {
     }
 
     fn scene_ended(&self, number: u64) {
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         let Some(k) = state.scenes.iter().position(|scene| scene.number == number) else { return };
         let scene = state.scenes.remove(k);
         let why = Outgoing::tell(&Tell::Refused { why: scene.said.trim_end().to_owned() });
@@ -251,7 +248,7 @@ impl State {
 impl Answerer for Desk {
     fn join(&self, page: &Visitor) -> bool {
         page.out.send(Outgoing::tell(&self.home()));
-        let mut state = self.state();
+        let mut state = locked(&self.0.state);
         page.out.send(Outgoing::tell(&Tell::Work { work: state.work.clone() }));
         state.pages.push((page.id, page.out.clone()));
         true
@@ -265,7 +262,7 @@ impl Answerer for Desk {
     }
 
     fn leave(&self, page: &Visitor) {
-        self.state().pages.retain(|(id, _)| *id != page.id);
+        locked(&self.0.state).pages.retain(|(id, _)| *id != page.id);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::cli::ReadingArgs;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Show, counter};
 use crate::shell::quoted_path;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_core::Vec3;
 use refraxel_data::{DataError, Dataset, OpenOptions, Photo, Problem, Reduction, Severity};
 use std::io::{self, Write};
@@ -80,7 +80,7 @@ pub fn data_failure(error: DataError) -> Failure {
         let source = quoted_path(path);
         let commands =
             format!("  refraxel import {source} --out scene\n  refraxel train scene --out run --minutes 10");
-        return Failure::new(Exit::BadInput, anyhow!("{error}:\n{commands}"));
+        return Exit::BadInput.because(format!("{error}:\n{commands}"));
     }
     let exit = match &error {
         DataError::Read { source, .. } if source.kind() != io::ErrorKind::NotFound => Exit::Io,

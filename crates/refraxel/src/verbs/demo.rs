@@ -11,7 +11,6 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::shell::quoted_path;
 use crate::table::score;
-use anyhow::anyhow;
 use refraxel_data::Part;
 use refraxel_data::synth::{SynthOptions, ViewCounts};
 use refraxel_train::device::DeviceChoice;
@@ -92,9 +91,9 @@ fn refuse_run_on_other_data(folder: &Path, data: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     let run = folder.display();
-    let error =
-        anyhow!("{run} holds a run that is not the demo's; choose another --out, or move that run away");
-    Err(Failure::new(Exit::BadInput, error))
+    Err(Exit::BadInput.because(format!(
+        "{run} holds a run that is not the demo's; choose another --out, or move that run away"
+    )))
 }
 
 fn say(console: Console, text: &str) -> Result<(), Failure> {

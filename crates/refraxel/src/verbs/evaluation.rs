@@ -1,11 +1,10 @@
 //! The scores of a run: the document RUN/eval/SPLIT/metrics.json.
 
-use super::files::read_if_there;
+use super::files::{read_if_there, write_json};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::table::decimals;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::Part;
-use refraxel_data::atomic::write_atomic;
 use refraxel_train::Refraction;
 use refraxel_train::device::Device;
 use refraxel_train::evaluation::IndexError;
@@ -114,8 +113,7 @@ pub fn folder_of_index(run: &Path, split: Part) -> PathBuf {
 impl Evaluation {
     /// Writes the document into the folder of its renderings.
     pub fn write(&self, folder: &Path) -> Result<(), Failure> {
-        let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
-        Ok(write_atomic(&folder.join("metrics.json"), |f| f.write_all(text.as_bytes()))?)
+        write_json(&folder.join("metrics.json"), self)
     }
 
     /// Reads it back; `None` when the split was not evaluated.
@@ -135,8 +133,8 @@ impl Evaluation {
             let path = folder(run, Part::Test).join("metrics.json");
             let what = if run.is_dir() { "has not been evaluated" } else { "is not the folder of a run" };
             let (run, path) = (run.display(), path.display());
-            let error = anyhow!("{run} {what}: there is no {path}; run `refraxel eval {run}` first");
-            Failure::new(Exit::BadInput, error)
+            Exit::BadInput
+                .because(format!("{run} {what}: there is no {path}; run `refraxel eval {run}` first"))
         })
     }
 

@@ -2,7 +2,9 @@
 
 use crate::exit::{Exit, Failure, OrExit};
 use anyhow::Context;
+use refraxel_data::atomic::write_atomic;
 use refraxel_data::limits::{JSON_BYTES, open_regular};
+use serde::Serialize;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -29,6 +31,16 @@ pub fn read_if_there(path: &Path) -> Result<Option<String>, Failure> {
         Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
         text => text.map(Some).with_context(|| format!("cannot read {}", path.display())).or_exit(Exit::Io),
     }
+}
+
+/// Writes a text file, whole or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?)
+}
+
+/// Writes a document as a file of JSON, whole or not at all.
+pub fn write_json(path: &Path, document: &impl Serialize) -> Result<(), Failure> {
+    write_text(path, &serde_json::to_string_pretty(document).or_exit(Exit::Io)?)
 }
 
 /// Creates a folder and its parents.

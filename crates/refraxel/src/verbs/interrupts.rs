@@ -1,13 +1,14 @@
 //! Ctrl-C and termination signals: the first one asks for a stop, the second one ends the program at once.
 
 use crate::exit::{Exit, Failure, OrExit, end_at_once};
+use crate::locked::locked;
 use crate::worker;
 use anyhow::Context;
 use refraxel_train::cancel::Cancel;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock};
+use std::sync::{Mutex, OnceLock};
 use std::thread;
 use std::time::Duration;
 
@@ -65,20 +66,16 @@ pub fn watch_for_interrupts() -> Result<(), Failure> {
 
 /// From now on a program that ends at once has kept this.
 pub fn keeps(what: String) {
-    standing().kept = Some(what);
+    locked(&STANDING).kept = Some(what);
 }
 
 /// This lock file is to be removed by a program that ends at once.
 pub(super) fn holds(lock: Option<&Path>) {
-    standing().lock = lock.map(Path::to_owned);
-}
-
-fn standing() -> MutexGuard<'static, Standing> {
-    STANDING.lock().unwrap_or_else(|e| e.into_inner())
+    locked(&STANDING).lock = lock.map(Path::to_owned);
 }
 
 fn leave() -> ! {
-    let standing = standing();
+    let standing = locked(&STANDING);
     if let Some(lock) = &standing.lock {
         let _ = std::fs::remove_file(lock); // it is free without its holder, too
     }

@@ -1,7 +1,7 @@
 //! The file of a known index of refraction that a run starts from.
 
 use crate::exit::{Exit, Failure, OrExit};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::{Dataset, IndexSource, scene_region};
 use refraxel_train::Options;
 use refraxel_train::options::{StartShape, Switch};
@@ -18,8 +18,7 @@ pub fn suit(options: &mut Options, file: &Path) {
 
 /// Refuses options by which the file would not be used.
 pub fn refuse_unused(options: &Options) -> Result<(), Failure> {
-    let refused =
-        |why: &str| Err(Failure::new(Exit::Usage, anyhow!("the known index would not be used: {why}")));
+    let refused = |why: &str| Err(Exit::Usage.because(format!("the known index would not be used: {why}")));
     if !options.refraction.bend.is_on() {
         return refused("rays do not bend with option `refraction.bend` off; leave out one of them");
     }

@@ -5,7 +5,7 @@ use super::known_index;
 use crate::cli::{Refraction, Setting, TrainArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_train::Options;
 use refraxel_train::options::{Switch, list, list_as_markdown, list_as_text};
 use std::path::Path;
@@ -101,12 +101,11 @@ pub fn resumed(args: &TrainArgs, stored: Options) -> Result<Options, Failure> {
     let changed = options.differences(&stored).into_iter().find(|d| !FREE.contains(&d.name));
     let Some(changed) = changed else { return Ok(options) };
     let (out, free) = (args.out().display(), FREE.join("` and `"));
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "option `{}` is {}, but {out} was trained with {}; --resume continues with the same options (only `{free}` may \
          change), so leave it out or start a new run",
         changed.name,
         changed.here,
         changed.there,
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }

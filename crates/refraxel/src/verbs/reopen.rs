@@ -4,7 +4,7 @@ use super::dataset::{data_failure, reduce};
 use super::loaded::Loaded;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::{Dataset, LocalOrigin, OpenOptions};
 use refraxel_train::run::Source;
 use refraxel_train::session::SessionError;
@@ -19,12 +19,11 @@ pub fn reopen(run: &Loaded) -> Result<Dataset, Failure> {
     let names = data.split.train.iter().map(|&i| &data.views[i].name);
     if run.alignment.poses.is_some() && !names.eq(&run.source.train) {
         let was = run.source.train.len();
-        let error = anyhow!(
+        return Err(Exit::BadInput.because(format!(
             "{} has {} training photographs now, and the run has learned the poses of {was} of other names; bring them back",
             run.source.path.as_deref().unwrap_or(Path::new("the dataset")).display(),
             data.split.train.len(),
-        );
-        return Err(Failure::new(Exit::BadInput, error));
+        )));
     }
     if run.alignment.poses.is_some() && run.source.has_other_views_than(&data) {
         return Err(Failure::new(Exit::BadInput, SessionError::OtherPhotographs));

@@ -7,7 +7,6 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Show};
 use crate::table::{Table, count, score};
-use anyhow::anyhow;
 use refraxel_data::synth::{
     Imperfections, Progress as Done, Reflection, SceneInfo, Summary, SynthError, SynthOptions, ViewCounts,
     room_list, scene_list, synthesize,
@@ -23,7 +22,7 @@ pub fn run(args: &SynthArgs) -> Result<(), Failure> {
         return list(console);
     }
     let (Some(scene), Some(out)) = (&args.scene, &args.out) else {
-        return Err(Failure::new(Exit::Usage, anyhow!("give a scene and --out DIR, or --list")));
+        return Err(Exit::Usage.because("give a scene and --out DIR, or --list"));
     };
     set_threads(&args.work)?;
     watch_for_interrupts()?;

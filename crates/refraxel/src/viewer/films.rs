@@ -2,11 +2,12 @@
 
 use super::outgoing::{Out, Outgoing};
 use super::protocol::{FilmFormat, FilmState, FilmWish, Shown, Tell};
+use crate::locked::locked;
 use crate::worker::{Ended, Heard, Pace, Worker};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -50,7 +51,7 @@ impl Films {
 
     /// Begins a film; the page is told how far it is. An error says why it cannot begin.
     pub(super) fn begin(&self, wish: &FilmWish, out: &Out) -> Result<(), String> {
-        let mut state = self.0.state();
+        let mut state = locked(&self.0.state);
         if state.worker.is_some() {
             return Err("a film is rendered already; wait for it, or stop it".to_owned());
         }
@@ -67,16 +68,16 @@ impl Films {
             let Heard::Said(line) = line else { return };
             match Pace::of(line) {
                 Some(pace) => told.send(tell(FilmState::Renders { pace: Some(pace) })),
-                None => heard.lock().unwrap_or_else(PoisonError::into_inner).push_str(&format!("{line}\n")),
+                None => locked(&heard).push_str(&format!("{line}\n")),
             }
         };
         let (films, told, file) = (self.clone(), out.clone(), wish.format.file());
         let end = move |ended: Ended| {
-            let worker = films.0.state().worker.take();
+            let worker = locked(&films.0.state).worker.take();
             told.send(tell(match ended.code {
                 Some(0) => FilmState::Ready { file: file.to_owned() },
                 _ if worker.is_some_and(|worker| worker.is_stopped()) => FilmState::Stopped,
-                _ => FilmState::Failed { why: said.lock().unwrap_or_else(PoisonError::into_inner).clone() },
+                _ => FilmState::Failed { why: locked(&said).clone() },
             }));
         };
         let worker = Worker::start(&self.0.program, &words, &self.0.folder, hear, end);
@@ -88,15 +89,15 @@ impl Films {
 
     /// Stops the film that is rendered.
     pub(super) fn stop(&self) {
-        let worker = self.0.state().worker.clone();
+        let worker = locked(&self.0.state).worker.clone();
         worker.iter().for_each(Worker::stop);
     }
 
     /// The program ends: what is rendered is stopped, and all films are removed.
     pub fn end(&self) {
         self.stop();
-        let kept = self.0.state().kept.take();
-        let (worker, until) = (self.0.state().worker.clone(), Instant::now() + PATIENCE);
+        let kept = locked(&self.0.state).kept.take();
+        let (worker, until) = (locked(&self.0.state).worker.clone(), Instant::now() + PATIENCE);
         worker.iter().for_each(|worker| worker.wait_until(until));
         drop(kept);
     }
@@ -123,10 +124,6 @@ impl Inner {
             (false, None) => {}
         }
         words
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -3,8 +3,9 @@
 use super::outgoing::{Out, Outgoing};
 use super::photographs::Photographs;
 use super::protocol::{Header, Tell, message};
+use crate::locked::locked;
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -25,7 +26,7 @@ struct Wish {
 impl PhotographDesk {
     /// A page asks for a photograph, instead of the one that it waits for.
     pub fn ask(&self, page: u64, view: usize, out: &Out) {
-        let mut waiting = self.waiting();
+        let mut waiting = locked(&self.waiting);
         match waiting.iter_mut().find(|wish| wish.page == page) {
             Some(wish) => wish.view = view,
             None => waiting.push_back(Wish { page, view, out: out.clone() }),
@@ -53,7 +54,7 @@ impl PhotographDesk {
     }
 
     fn next(&self) -> Wish {
-        let mut waiting = self.waiting();
+        let mut waiting = locked(&self.waiting);
         loop {
             if let Some(wish) = waiting.pop_front() {
                 return wish;
@@ -64,12 +65,8 @@ impl PhotographDesk {
 
     /// The photograph that a page has come to want meanwhile.
     fn later(&self, page: u64) -> Option<usize> {
-        let mut waiting = self.waiting();
+        let mut waiting = locked(&self.waiting);
         let place = waiting.iter().position(|wish| wish.page == page)?;
         waiting.remove(place).map(|wish| wish.view)
-    }
-
-    fn waiting(&self) -> MutexGuard<'_, VecDeque<Wish>> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,8 +1,9 @@
 //! What a page asks of the painter: of each kind the latest, so that no page can make others wait by asking much.
 
 use super::protocol::Ask;
+use crate::locked::locked;
 use std::mem::{discriminant, take};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// Questions in the order of their kinds' first one: at most one of each kind.
 #[derive(Debug, Default)]
@@ -35,7 +36,7 @@ pub struct Mailbox(Mutex<Questions>);
 impl Mailbox {
     /// Puts a question in; whether the mailbox was empty before, so that its owner has to be told.
     pub fn put(&self, ask: Ask) -> bool {
-        let mut questions = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut questions = locked(&self.0);
         let was_empty = questions.is_empty();
         questions.put(ask);
         was_empty
@@ -43,7 +44,7 @@ impl Mailbox {
 
     /// Takes everything out.
     pub fn empty(&self) -> Vec<Ask> {
-        take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).0)
+        take(&mut locked(&self.0).0)
     }
 }
 

@@ -17,6 +17,13 @@ pub fn ball(folder: &Path) -> PathBuf {
     out
 }
 
+/// A folder with the same ball, and the path `name` beside it.
+pub fn ball_and(name: &str) -> (TempDir, PathBuf, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, beside) = (ball(folder.path()), folder.path().join(name));
+    (folder, data, beside)
+}
+
 /// The same ball in enough views for its hull and its index: 30 training views of 40 × 40 pixels.
 pub fn glass(folder: &Path) -> PathBuf {
     refractive(folder, "glass_ball", 30, 40)

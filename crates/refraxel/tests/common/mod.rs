@@ -6,6 +6,6 @@ mod files;
 mod program;
 pub mod running;
 
-pub use datasets::{ball, glass, photographs, refractive};
-pub use files::{is_without_files, path, write_image};
-pub use program::{Ran, TINY, command, refraxel, train};
+pub use datasets::{ball, ball_and, glass, photographs, refractive};
+pub use files::{is_without_files, json_of, path, write_image};
+pub use program::{Ran, TINY, command, known, refraxel, train};

@@ -133,8 +133,7 @@ fn a_run_with_a_damaged_log_or_lock_is_resumed() {
 
 #[test]
 fn a_finished_run_with_forged_files_is_used_or_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     trained(&data, &run, &[]).done();
     let scores = run.join("eval/test/metrics.json");
     let valid = fs::read(&scores).unwrap();

@@ -234,8 +234,7 @@ fn splits_without_training_or_test_images() {
 
 #[test]
 fn known_indices_that_no_ray_can_follow() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, out) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, out) = ball_and("run");
     let refused = |name: &str, content: &str, words: &[&str]| {
         std::fs::write(folder.path().join(name), content).unwrap();
         train(&data, &out, &["--index-from", path(&folder.path().join(name))]).refused(3, words);

@@ -11,19 +11,16 @@ use refraxel_train::Backend;
 use serde_json::Value;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
 
-/// A run on the ball whose index and shape come from a file and stay.
-fn known(folder: &Path, data: &Path, name: &str, file: &Path) -> PathBuf {
-    let run = folder.join(name);
-    let fixed = ["--refraction", "on", "--index-from", path(file), "--set", "index.rate=0"];
-    let fixed = [&fixed[..], &["--set", "surface.rate=0", "--set", "surface.smooth=0"]].concat();
-    train(
-        data,
-        &run,
-        &[&fixed[..], &["--set", "search.profile=sharp", "--set", "shape.resolution=24"]].concat(),
-    )
-    .done();
-    run
+const SHARP: [&str; 6] =
+    ["--set", "surface.smooth=0", "--set", "search.profile=sharp", "--set", "shape.resolution=24"];
+
+/// A folder, the ball in it, and a run on the ball whose index and shape come from its scene and stay.
+fn sharp(name: &str) -> (TempDir, PathBuf, PathBuf) {
+    let (folder, data, run) = ball_and(name);
+    known(&data, &run, &data.join("scene.json"), &SHARP);
+    (folder, data, run)
 }
 
 fn export(run: &Path, format: &str, more: &[&str]) -> Ran {
@@ -41,12 +38,8 @@ fn number(report: &Value, key: &str) -> f64 {
 
 #[test]
 fn a_ball_leaves_as_a_closed_mesh_of_its_size() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
-    let scene: Value =
-        serde_json::from_str(&std::fs::read_to_string(data.join("scene.json")).unwrap()).unwrap();
-    let radius = scene["refractive"][0]["radius"].as_f64().unwrap();
+    let (_folder, data, run) = sharp("run");
+    let radius = json_of(&data.join("scene.json"))["refractive"][0]["radius"].as_f64().unwrap();
     let report = export(&run, "ply", &["--json", "--detail", "2"]).done().json();
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     assert!((number(&report, "volume") / volume - 1.0).abs() < 0.02, "{report}");
@@ -61,9 +54,7 @@ fn a_ball_leaves_as_a_closed_mesh_of_its_size() {
 
 #[test]
 fn a_gltf_file_tells_which_way_was_up() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let (folder, data, run) = sharp("run");
     let up = |report: &Value| -> Vec<f64> {
         report["up"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
     };
@@ -84,9 +75,7 @@ fn a_gltf_file_tells_which_way_was_up() {
 
 #[test]
 fn a_page_holds_the_scene_and_a_picture_and_a_gltf_file_all_that_stands_around() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, "a <b>", &data.join("scene.json"));
+    let (folder, data, run) = sharp("a <b>");
     let report = export(&run, "html", &["--json"]).done().json();
     let page = std::fs::read_to_string(run.join("scene.html")).unwrap();
     assert_eq!(report["bytes"].as_u64(), Some(page.len() as u64));
@@ -115,11 +104,10 @@ fn a_page_holds_the_scene_and_a_picture_and_a_gltf_file_all_that_stands_around()
 
 #[test]
 fn a_mesh_that_comes_back_is_the_same_surface() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let first = known(folder.path(), &data, "first", &data.join("scene.json"));
+    let (folder, data, first) = sharp("first");
     export(&first, "ply", &["--detail", "2"]).done();
-    let second = known(folder.path(), &data, "second", &first.join("surface.ply"));
+    let second = folder.path().join("second");
+    known(&data, &second, &first.join("surface.ply"), &SHARP);
     let (before, after) = (level_set(&first), level_set(&second));
     let mesh = refraxel_core::Mesh::of_level(after.domain(), 1, |x| after.sample(x));
     let mut off: Vec<f64> = mesh.vertices.iter().map(|&x| before.value(x).abs() / before.voxel()).collect();
@@ -130,8 +118,7 @@ fn a_mesh_that_comes_back_is_the_same_surface() {
 
 #[test]
 fn cameras_that_learned_are_opened_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let often = ["--set", "steps=60", "--refraction", "off"]; // poses begin to learn at step 48
     let learn = ["--poses", "learn", "--lens", "learn", "--crop", "1,2,3,4", "--downscale", "2"];
     train(&data, &run, &[&often[..], &learn].concat()).done();
@@ -162,18 +149,16 @@ fn cameras_that_learned_are_opened_again() {
     }
 }
 
-/// A run with straight rays, in which something has become opaque.
-fn straight(folder: &Path, data: &Path) -> PathBuf {
-    let run = folder.join("straight");
-    train(data, &run, &["--refraction", "off"]).done();
-    run
+/// The same with straight rays, in which something has become opaque.
+fn straight() -> (TempDir, PathBuf, PathBuf) {
+    let (folder, data, run) = ball_and("straight");
+    train(&data, &run, &["--refraction", "off"]).done();
+    (folder, data, run)
 }
 
 #[test]
 fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = straight(folder.path(), &data);
+    let (folder, _, run) = straight();
     let ply = export(&run, "ply", &["--json"]).done().json();
     assert_eq!(ply["regions"].as_array().map(Vec::len), Some(0));
     let (vertices, faces) = (ply["opaque"]["vertices"].as_u64(), ply["opaque"]["faces"].as_u64().unwrap());
@@ -212,9 +197,7 @@ fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
 
 #[test]
 fn without_its_photographs_a_run_leaves_its_meshes_and_gaussians_and_says_what_is_less_good() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = straight(folder.path(), &data);
+    let (folder, data, run) = straight();
     std::fs::rename(&data, folder.path().join("moved")).unwrap();
     for format in ["ply", "obj", "gltf", "splats"] {
         let report = export(&run, format, &["--json"]).done().json();
@@ -225,9 +208,7 @@ fn without_its_photographs_a_run_leaves_its_meshes_and_gaussians_and_says_what_i
 
 #[test]
 fn a_run_with_glass_leaves_both_what_is_refractive_and_what_is_opaque() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let (_folder, _, run) = sharp("run");
     let report = export(&run, "ply", &["--json"]).done().json();
     assert!(
         report["opaque"]["faces"].as_u64() > Some(100) && report["notes"].as_array().unwrap().is_empty(),
@@ -253,8 +234,7 @@ fn a_run_with_glass_leaves_both_what_is_refractive_and_what_is_opaque() {
 
 #[test]
 fn an_interrupted_run_says_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
     for format in ["ply", "obj", "gltf", "glb"] {
         export(&run, format, &[]).refused(3, &["checkpoint.safetensors", "straight", "--index-from"]);
@@ -267,9 +247,7 @@ fn an_interrupted_run_says_what_to_do() {
 
 #[test]
 fn a_failed_export_leaves_the_earlier_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, "run", &data.join("scene.json"));
+    let (folder, _, run) = sharp("run");
     let absent = folder.path().join("absent").join("a.ply");
     export(&run, "ply", &["--out", path(&absent)]).refused(4, &["absent", "must exist"]);
     let file = folder.path().join("a.glb");

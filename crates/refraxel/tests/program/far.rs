@@ -11,10 +11,6 @@ use std::path::{Path, PathBuf};
 /// Where the other scene stands, in metres of UTM.
 const UTM: Vec3<f64> = vec3(471_000.25, 5_270_000.5, 530.125);
 
-fn read(file: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
-}
-
 /// Adds the way to every place below a key.
 fn shift(value: &mut Value) {
     let place =
@@ -42,7 +38,7 @@ fn balls(folder: &Path) -> [PathBuf; 2] {
     for entry in std::fs::read_dir(&balls[1]).unwrap() {
         let file = entry.unwrap().path();
         if file.extension().is_some_and(|e| e == "json") {
-            let mut value = read(&file);
+            let mut value = json_of(&file);
             shift(&mut value);
             std::fs::write(&file, value.to_string()).unwrap();
         }
@@ -78,7 +74,7 @@ fn a_run_far_from_the_origin_gives_what_one_near_it_gives_in_the_coordinates_of_
         train(data, &run, &known).done();
         run
     });
-    let scores = runs.each_ref().map(|run| read(&run.join("eval/test/metrics.json")));
+    let scores = runs.each_ref().map(|run| json_of(&run.join("eval/test/metrics.json")));
     for key in ["psnr", "mean_inside", "mae_inside"] {
         let [a, b] = scores.each_ref().map(|s| s.get(key).unwrap_or(&s["ior"][key]).as_f64().unwrap());
         assert!((a - b).abs() < 0.01 * a.abs() + 1e-6, "{key}: {a} {b}");

@@ -24,8 +24,7 @@ fn endless_telling(data: &Path, run: &Path, more: &[&str], to: Stdio) -> Running
 
 #[test]
 fn one_folder_has_one_training_and_a_lock_outlives_nobody() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let first = endless(&data, &run, &["--set", "save_every=0.1"]);
     wait_until("no checkpoint was saved in a tenth of a second", || run.join(CHECKPOINT).exists());
     let holder = format!("process {} on ", first.0.id());
@@ -51,8 +50,7 @@ fn one_folder_has_one_training_and_a_lock_outlives_nobody() {
 
 #[test]
 fn a_second_signal_ends_the_program_at_once_and_says_what_is_kept() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     // Steps so long that the first signal is hardly served before the second comes.
     let slow = ["--set", "batch=262144", "--threads", "1"];
     let stopped_twice = |child: Running, since: Option<SystemTime>| {
@@ -75,8 +73,7 @@ fn a_second_signal_ends_the_program_at_once_and_says_what_is_kept() {
 
 #[test]
 fn a_log_that_cannot_be_written_warns_and_the_run_is_trained() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     for taken in ["log.jsonl", "curves.png"] {
         fs::create_dir_all(run.join(taken).join("mine")).unwrap();
     }
@@ -89,8 +86,7 @@ fn a_log_that_cannot_be_written_warns_and_the_run_is_trained() {
 
 #[test]
 fn a_save_that_fails_on_the_way_is_tried_again_and_the_last_one_must_succeed() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let taken = run.join(CHECKPOINT);
     fs::create_dir_all(taken.join("mine")).unwrap();
     train(&data, &run, &["--overwrite", "--refraction", "off"]).refused(4, &["cannot write", CHECKPOINT]);
@@ -113,8 +109,7 @@ fn a_save_that_fails_on_the_way_is_tried_again_and_the_last_one_must_succeed() {
 
 #[test]
 fn a_run_that_fell_back_to_straight_rays_is_resumed_by_its_own_command() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     for split in ["train", "test", "val"] {
         for mask in fs::read_dir(data.join("masks").join(split)).unwrap() {
             image::GrayImage::new(16, 16).save(mask.unwrap().path()).unwrap(); // nothing is refractive

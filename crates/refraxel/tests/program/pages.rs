@@ -1,9 +1,10 @@
 //! Pages without a browser, and the programs that serve them.
 
-use crate::common::running::PATIENCE;
+use crate::common::running::{PATIENCE, Running};
 use serde_json::{Value, json};
-use std::io::{BufRead, Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::process::{Command, Stdio};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
@@ -156,11 +157,14 @@ pub fn address(lines: &mut impl BufRead) -> String {
     }
 }
 
-/// The address that `view --json` prints.
-pub fn printed_address(out: &mut impl BufRead) -> String {
+/// Starts `view --json`, and the address that it prints.
+pub fn viewed(command: &mut Command) -> (Running, String) {
+    let mut program = Running(command.stdout(Stdio::piped()).spawn().unwrap());
+    let mut out = BufReader::new(program.0.stdout.take().unwrap());
     let mut text = String::new();
     while !text.contains('}') {
         assert!(out.read_line(&mut text).unwrap() > 0, "{text}");
     }
-    serde_json::from_str::<Value>(&text).unwrap()["url"].as_str().unwrap().to_owned()
+    let told: Value = serde_json::from_str(&text).unwrap();
+    (program, told["url"].as_str().unwrap().to_owned())
 }

@@ -3,31 +3,31 @@
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
-use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
 
-/// A run on the ball whose index and shape were given.
-fn known(folder: &Path, data: &Path, more: &[&str]) -> PathBuf {
-    let (run, scene) = (folder.join("bent"), data.join("scene.json"));
-    let fixed = ["--refraction", "on", "--index-from", path(&scene), "--set", "index.rate=0"];
-    train(data, &run, &[&fixed[..], &["--set", "surface.rate=0"], more].concat()).done();
-    run
+/// A folder, the ball in it, and a run on the ball whose index and shape were given.
+fn bent(more: &[&str]) -> (TempDir, PathBuf, PathBuf) {
+    let (folder, data, run) = ball_and("bent");
+    known(&data, &run, &data.join("scene.json"), more);
+    (folder, data, run)
 }
 
 #[test]
 fn a_run_is_evaluated_with_the_index_of_a_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, &[]);
+    let (folder, data, run) = bent(&[]);
     let own = std::fs::read(run.join("eval/test/metrics.json")).unwrap();
     let eval = |file: &Path| refraxel(&["eval", path(&run), "--index-from", path(file), "--quiet", "--json"]);
     let report = eval(&data.join("scene.json")).done().json();
     // The run has the same shape on a coarser grid.
-    let (exact, of_run) = (report["psnr"].as_f64().unwrap(), json(&own)["psnr"].as_f64().unwrap());
+    let (exact, of_run) = (
+        report["psnr"].as_f64().unwrap(),
+        json_of(&run.join("eval/test/metrics.json"))["psnr"].as_f64().unwrap(),
+    );
     assert!((exact - of_run).abs() < 0.5, "{exact} {of_run}");
     assert!(report["ior"]["mae_inside"].as_f64().unwrap() < 1e-4);
-    let document = json(&std::fs::read(run.join("eval/test-index/metrics.json")).unwrap());
+    let document = json_of(&run.join("eval/test-index/metrics.json"));
     assert_eq!(document, report);
     assert!(document["run"]["index_from"].as_str().unwrap().ends_with("scene.json"));
     assert_eq!(std::fs::read(run.join("eval/test/metrics.json")).unwrap(), own, "the run's own scores stay");
@@ -44,10 +44,6 @@ fn a_run_is_evaluated_with_the_index_of_a_file() {
     eval(&folder.path().join("no.json")).refused(3, &["no.json"]);
 }
 
-fn json(bytes: &[u8]) -> Value {
-    serde_json::from_slice(bytes).unwrap()
-}
-
 fn render(run: &Path, out: &Path, more: &[&str]) -> Ran {
     refraxel(&[&["render", path(run), "--out", path(out), "--quiet"], more].concat())
 }
@@ -58,9 +54,8 @@ fn pixels(file: &Path) -> image::RgbImage {
 
 #[test]
 fn a_bent_run_shows_its_index() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let (folder, data, run) = bent(&[]);
+    let out = folder.path().join("out");
     let cameras = data.join("transforms_test.json");
     let words = ["--cameras", path(&cameras), "--outputs", "colour,index,normal,surface-depth", "--slices"];
     let words = [&words[..], &["--paths", "5"]].concat();
@@ -77,14 +72,12 @@ fn a_bent_run_shows_its_index() {
     let met = |p: &&image::Rgba<u8>| p.0[3] == 255;
     assert!(normal.pixels().any(|p| p.0 == [0; 4]));
     assert!(normal.pixels().filter(met).count() > 4 && normal.pixels().filter(met).all(|p| p.0[2] >= 127));
-    let notes: Value =
-        serde_json::from_str(&std::fs::read_to_string(out.join("transforms.json")).unwrap()).unwrap();
+    let notes = json_of(&out.join("transforms.json"));
     assert!(out.join("surface_depth_preview/r_0.png").is_file());
     let depth = stored_pixels(out.join("surface_depth/r_0.png")).unwrap();
     assert_eq!(depth.color(), image::ColorType::L16);
     // The nearest point of the ball as the camera sees it.
-    let scene: Value =
-        serde_json::from_str(&std::fs::read_to_string(data.join("scene.json")).unwrap()).unwrap();
+    let scene = json_of(&data.join("scene.json"));
     let (ball, m) = (&scene["refractive"][0], &notes["frames"][0]["transform_matrix"]);
     let off = (0..3).map(|a| m[a][3].as_f64().unwrap() - ball["center"][a].as_f64().unwrap());
     let nearest = off.map(|d| d * d).sum::<f64>().sqrt() - ball["radius"].as_f64().unwrap();
@@ -100,9 +93,8 @@ fn a_bent_run_shows_its_index() {
 
 #[test]
 fn slices_need_no_views_and_no_dataset() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let (folder, data, run) = bent(&[]);
+    let out = folder.path().join("out");
     std::fs::rename(&data, folder.path().join("moved")).unwrap();
     let text = render(&run, &out, &["--slices"]).done().out;
     assert!(text.contains("the truth is not known") && out.join("index_slices.png").is_file(), "{text}");
@@ -111,9 +103,8 @@ fn slices_need_no_views_and_no_dataset() {
 
 #[test]
 fn a_second_render_never_mixes_with_the_first() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let (folder, _, run) = bent(&[]);
+    let out = folder.path().join("out");
     render(&run, &out, &["--orbit", "3", "--outputs", "colour,depth", "--slices", "--paths", "2"]).done();
     std::fs::write(out.join("notes.txt"), "mine").unwrap();
     let before = std::fs::read(out.join("0000.png")).unwrap();
@@ -132,9 +123,8 @@ fn a_second_render_never_mixes_with_the_first() {
 
 #[test]
 fn files_of_the_user_are_never_rendered_over() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let (folder, _, run) = bent(&[]);
+    let out = folder.path().join("out");
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("transforms.json"), "mine").unwrap();
     render(&run, &out, &["--orbit", "1", "--overwrite"]).refused(3, &["transforms.json", "never removed"]);
@@ -146,9 +136,7 @@ fn files_of_the_user_are_never_rendered_over() {
 
 #[test]
 fn the_index_that_a_run_has_changes_no_pixel_and_the_run_stays_as_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let run = known(folder.path(), &data, &["--set", "search.profile=sharp"]);
+    let (folder, data, run) = bent(&["--set", "search.profile=sharp"]);
     let checkpoint = || std::fs::read(run.join(refraxel_train::run::CHECKPOINT)).unwrap();
     let (before, cameras) = (checkpoint(), data.join("transforms_test.json"));
     let picture = |name: &str, more: &[&str]| {
@@ -180,7 +168,8 @@ fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
     let folder = tempfile::tempdir().unwrap();
     let (glass, thin) = (ball_of(folder.path(), 1.5), ball_of(folder.path(), 1.1));
     let more = ["--set", "steps=250", "--set", "grid.resolution=40", "--set", "batch=1024"];
-    let (run, cameras) = (known(folder.path(), &glass, &more), thin.join("transforms_test.json"));
+    let (run, cameras) = (folder.path().join("bent"), thin.join("transforms_test.json"));
+    known(&glass, &run, &glass.join("scene.json"), &more);
     let error = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
         render(&run, &out, &[&["--cameras", path(&cameras)], more].concat()).done();
@@ -201,8 +190,7 @@ fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
 
 #[test]
 fn straight_runs_have_no_index_to_show_or_change() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
     let out = folder.path().join("out");
     let one = ["--orbit", "1"];
@@ -225,18 +213,16 @@ fn straight_runs_have_no_index_to_show_or_change() {
 
 #[test]
 fn an_index_beyond_all_matter_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (run, out) = (known(folder.path(), &data, &[]), folder.path().join("out"));
+    let (folder, _, run) = bent(&[]);
+    let out = folder.path().join("out");
     render(&run, &out, &["--orbit", "1", "--scale-index", "50"]).refused(3, &["26.00", "expected 0.25 to 4"]);
     assert!(is_without_files(&out));
 }
 
 #[test]
 fn comparisons_say_how_rays_go() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = ball(folder.path());
-    let (bent, straight) = (known(folder.path(), &data, &[]), folder.path().join("straight"));
+    let (folder, data, bent) = bent(&[]);
+    let straight = folder.path().join("straight");
     train(&data, &straight, &["--refraction", "off"]).done();
     let out = folder.path().join("sheet");
     let words = ["compare", path(&straight), path(&bent), "--truth", "--out", path(&out)];

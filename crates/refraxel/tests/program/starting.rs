@@ -7,23 +7,15 @@ use crate::common::running::{Running, send, wait_until};
 use crate::common::*;
 use refraxel_train::run::Run;
 use serde_json::{Value, json};
-use std::io::BufReader;
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// The start page of a folder, and its address.
 fn begin(folder: &Path) -> (Running, String) {
     let mut command = command(&["view", "--json"]);
     command.current_dir(folder);
-    start(&mut command)
-}
-
-fn start(command: &mut Command) -> (Running, String) {
-    let mut program = Running(command.stdout(Stdio::piped()).spawn().unwrap());
-    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
-    (program, url)
+    viewed(&mut command)
 }
 
 /// A page of this address, and what it is told first.
@@ -224,7 +216,7 @@ fn a_training_is_saved_when_the_start_page_ends_or_is_killed() {
 #[test]
 fn photographs_without_poses_are_imported_first_and_errors_are_told_in_full() {
     let place = Place::new();
-    let (_program, url) = start(&mut place.command(&["view", "--json"]));
+    let (_program, url) = viewed(&mut place.command(&["view", "--json"]));
     let (mut page, _) = open(&url);
     let photos = place.at("photos");
     let begin = |verb: &str| json!({ "ask": "begin", "verb": verb, "path": path(&photos) });

@@ -1,17 +1,17 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
+use crate::common::running::*;
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
 use refraxel_train::checkpoint::{TensorData, TensorFile};
 use refraxel_train::run::CHECKPOINT;
 use serde_json::Value;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::process::Stdio;
 
 #[test]
 fn train_eval_compare_render_and_inspect_work_together() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let trained = train(&data, &run, &["--json", "--refraction", "off"]).done().json();
     for file in [
         CHECKPOINT,
@@ -256,8 +256,7 @@ fn pictures_of_reflection_and_transmission_are_written() {
 
 #[test]
 fn a_box_or_a_file_says_what_is_refractive_where_no_mask_does() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let inside = |more: &[&str]| {
         let run = train(&data, &run, &[more, &["--json", "--overwrite"]].concat()).done().json();
         run["ior"]["mean_inside"].as_f64().unwrap()
@@ -297,8 +296,7 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 
 #[test]
 fn values_and_moments_that_are_not_numbers_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let scene = data.join("scene.json");
     train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
     let checkpoint = run.join(CHECKPOINT);
@@ -324,8 +322,7 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
 
 #[test]
 fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_constant_now() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     train(&data, &run, &["--refraction", "off"]).done();
     let checkpoint = run.join(CHECKPOINT);
     let mut file = TensorFile::load(&checkpoint).unwrap();
@@ -340,8 +337,7 @@ fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_c
 
 #[test]
 fn resume_refuses_other_options_and_other_images() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     train(&data, &run, &["--set", "stop_after=5"]).refused(130, &[]);
     train(&data, &run, &["--resume", "--set", "batch=64"])
         .refused(3, &["`run.batch` is 64", "trained with 256"]);
@@ -353,35 +349,27 @@ fn resume_refuses_other_options_and_other_images() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_saves_and_resume_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (_folder, data, run) = ball_and("run");
     let words =
         ["train", path(&data), "--out", path(&run), "--quiet", "--set", "steps=1000000", "--set", "batch=64"];
     let words = [&words[..], &["--set", "grid.resolution=16"]].concat();
-    let stderr = std::process::Stdio::piped();
-    let child = command(&words).stderr(stderr).stdout(std::process::Stdio::null()).spawn().unwrap();
-    let start = Instant::now();
-    while std::fs::metadata(run.join("log.jsonl")).map_or(0, |m| m.len()) == 0 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no record was written");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let signal = format!("kill -INT {}", child.id());
-    assert!(std::process::Command::new("sh").args(["-c", &signal]).status().unwrap().success());
-    Ran::of(child.wait_with_output().unwrap()).refused(130, &["stopped at step", "--resume"]);
-    let step = |run: &Path| content(run).1["state"]["step"].as_u64().unwrap();
+    let child = Running::start(command(&words).stderr(Stdio::piped()));
+    wait_until("no record was written", || {
+        std::fs::metadata(run.join("log.jsonl")).is_ok_and(|m| m.len() > 0)
+    });
+    send(&child, &["INT"]);
+    child.ended().refused(130, &["stopped at step", "--resume"]);
     let saved = step(&run);
     assert!(saved >= 25);
     let stop = format!("stop_after={}", saved + 7);
     refraxel(&[&words[..], &["--resume", "--set", &stop]].concat()).refused(130, &[]);
     assert_eq!(step(&run), saved + 7);
-    let names: Vec<_> = std::fs::read_dir(&run).unwrap().map(|e| e.unwrap().file_name()).collect();
-    assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".tmp")), "{names:?}");
+    assert!(!has_leftovers(&run));
 }
 
 #[test]
 fn photographs_are_read_with_fewer_pixels_in_training_evaluation_and_resumption() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("run"));
+    let (folder, data, run) = ball_and("run");
     let half = ["--downscale", "2", "--refraction", "off", "--set", "run.stop_after=20"];
     let borders = ["--crop", "0,2,0,4", "--up", "0,-0.1,2"];
     let stopped = train(&data, &run, &[&half[..], &borders].concat());

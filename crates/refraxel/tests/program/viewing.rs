@@ -26,11 +26,8 @@ use tungstenite::Message;
 fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
     static RUN: OnceLock<(TempDir, PathBuf, PathBuf)> = OnceLock::new();
     RUN.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let data = ball(folder.path());
-        let (run, scene) = (folder.path().join("run"), data.join("scene.json"));
-        let index = ["--refraction", "on", "--index-from", path(&scene), "--set", "index.rate=0"];
-        train(&data, &run, &[&index[..], &["--set", "surface.rate=0"]].concat()).done();
+        let (folder, data, run) = ball_and("run");
+        known(&data, &run, &data.join("scene.json"), &[]);
         (folder, run, data)
     })
 }
@@ -493,9 +490,7 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
 #[test]
 fn view_prints_its_address_and_ends_when_interrupted() {
     let (_, run, _) = glass_run();
-    let child = command(&["view", path(run), "--json"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Running(child);
-    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
+    let (mut program, url) = viewed(&mut command(&["view", path(run), "--json"]));
     let (mut page, _) = Page::open(&url);
     page.best(look(1, [32, 32], json!({})));
     let port = host(&url).split(':').nth(1).unwrap();
@@ -521,9 +516,7 @@ fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
     let (_, run, _) = glass_run();
     let temporary = tempfile::tempdir().unwrap();
     let mut command = command(&["view", path(run), "--json"]);
-    let child = command.env("TMPDIR", temporary.path()).stdout(Stdio::piped()).spawn().unwrap();
-    let mut program = Running(child);
-    let url = printed_address(&mut BufReader::new(program.0.stdout.take().unwrap()));
+    let (mut program, url) = viewed(command.env("TMPDIR", temporary.path()));
     let (mut page, _) = Page::open(&url);
     let frame = json!({ "camera_to_world": [1, 0, 0, 0, 0, 0, -1, -3, 0, 1, 0, 0, 0, 0, 0, 1], "fov": 40 });
     let along = |frames: usize, size: u32| {
@@ -694,8 +687,7 @@ fn view_refuses_a_run_that_is_not_there() {
 
 #[test]
 fn a_training_is_seen_and_stopped_from_its_page() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("seen"));
+    let (_folder, data, run) = ball_and("seen");
     let (mut program, mut page, rest) = endless(&data, &run);
     page.best(look(1, [32, 32], json!({})));
     let record = loop {
@@ -717,8 +709,7 @@ fn a_training_is_seen_and_stopped_from_its_page() {
 
 #[test]
 fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("finished"));
+    let (_folder, data, run) = ball_and("finished");
     let options = ["--refraction", "off", "--view", "--set", "run.steps=300", "--set", "grid.resolution=16"];
     let words = [&["train", path(&data), "--out", path(&run)], &options[..]].concat();
     let mut program = Running(command(&words).stderr(Stdio::piped()).spawn().unwrap());
@@ -746,8 +737,7 @@ fn the_last_picture_of_a_training_is_of_its_end_and_pages_learn_why_it_ended() {
 
 #[test]
 fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (_folder, data, run) = ball_and("ended");
     let (mut program, mut page, _) = endless(&data, &run);
     page.ask(json!({ "ask": "pause", "paused": true }));
     while page.told("training")["text"] != "waits" {}
@@ -758,8 +748,7 @@ fn a_training_that_waits_is_saved_and_ends_when_it_is_told_to() {
 
 #[test]
 fn a_training_ends_also_when_it_was_about_to_wait() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, run) = (ball(folder.path()), folder.path().join("ended"));
+    let (_folder, data, run) = ball_and("ended");
     let (mut program, mut page, _) = endless(&data, &run);
     for paused in [true, false, true] {
         page.ask(json!({ "ask": "pause", "paused": paused }));

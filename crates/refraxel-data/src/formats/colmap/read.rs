@@ -25,8 +25,7 @@ pub(crate) fn read(
     candidates: &[PathBuf],
     options: &OpenOptions,
 ) -> Result<ParsedDataset, DataError> {
-    let mut parsed =
-        ParsedDataset::new(Root::new(&dataset_folder(folder), options.allow_outside)?, Format::Colmap);
+    let mut parsed = ParsedDataset::below(&dataset_folder(folder), Format::Colmap, options)?;
     let (model, Images { all: images, doubts }) = largest(candidates, &mut parsed.problems)?;
     limits::frames(&model, images.len())?;
     let path = Arc::new(file(&model, "images").unwrap_or_default());

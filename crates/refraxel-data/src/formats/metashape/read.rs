@@ -37,8 +37,7 @@ struct Camera<'a> {
 
 /// Reads the chunk with the most aligned cameras; photographs are found by label.
 pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Metashape);
+    let mut parsed = ParsedDataset::beside(file, Format::Metashape, options)?;
     let text = limits::read_text(file)?;
     let parsing = ParsingOptions { nodes_limit: NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(&text, parsing)

@@ -6,7 +6,7 @@ use super::unused::Unused;
 use crate::folder::{file_in, names, only_one};
 use crate::formats::ply;
 use crate::parsed::{Coloured, Frame, Origin, ParsedDataset, Part};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::{Backdrop, DataError, Format, OpenOptions, Problem, json, json::Object, limits, pose, split};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -15,8 +15,7 @@ use std::sync::Arc;
 
 /// Reads one file that holds all views.
 pub(crate) fn read_single(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
+    let mut parsed = ParsedDataset::beside(file, Format::Transforms, options)?;
     add_file(&mut parsed, file, &Layout::USUAL, None)?;
     Ok(parsed)
 }
@@ -51,7 +50,7 @@ pub(crate) fn read_with_held_out(file: &Path, options: &OpenOptions) -> Result<P
 
 /// Reads `transforms_{train,val,test}.json` of a folder, as far as they exist.
 pub(crate) fn read_blender(folder: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Blender);
+    let mut parsed = ParsedDataset::below(folder, Format::Blender, options)?;
     parsed.synthetic = true;
     let mut names = Vec::new();
     for (part, name) in [(Part::Train, "train"), (Part::Val, "val"), (Part::Test, "test")] {

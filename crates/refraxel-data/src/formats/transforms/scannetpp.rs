@@ -3,7 +3,6 @@
 use super::frame::Layout;
 use super::read::add_file;
 use crate::parsed::ParsedDataset;
-use crate::root::Root;
 use crate::{DataError, Format, OpenOptions, Problem};
 use std::path::{Path, PathBuf};
 
@@ -52,7 +51,7 @@ pub(crate) fn scannetpp(path: &Path) -> Option<Scene> {
 /// Reads a scene; `test_frames` are held out.
 pub(crate) fn read_scannetpp(scene: &Scene, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let Scene { folder, file, images, masks } = scene;
-    let mut parsed = ParsedDataset::new(Root::new(folder, options.allow_outside)?, Format::Transforms);
+    let mut parsed = ParsedDataset::below(folder, Format::Transforms, options)?;
     let layout = Layout { images, masks: *masks };
     add_file(&mut parsed, file, &layout, None)?;
     let (file, folder) = (file.display(), folder.display());

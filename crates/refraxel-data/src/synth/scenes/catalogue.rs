@@ -1,6 +1,6 @@
 //! The list of all scenes, and the scene of a name.
 
-use super::choice::{Entry, GLASS, IorRange, SceneInfo, SceneOptions, WATER, chosen, info};
+use super::choice::{Entry, GLASS, IorRange, STONE, SceneInfo, SceneOptions, WATER, chosen, info, matter};
 use super::surroundings::Setting;
 use super::{graded, sharp, water};
 use crate::synth::error::SynthError;
@@ -45,21 +45,10 @@ const SCENES: [Entry<Build>; 23] = [
         water::wavy_pool,
     ),
     (
-        info(
-            "diamond",
-            "a brilliant cut: flat facets and total internal reflection",
-            Some(IorRange { default: 2.42, min: 1.0, max: 4.0 }),
-        ),
+        info("diamond", "a brilliant cut: flat facets and total internal reflection", matter(2.42)),
         sharp::diamond,
     ),
-    (
-        info(
-            "faceted",
-            "a stone with twenty irregular flat faces",
-            Some(IorRange { default: 1.7, min: 1.0, max: 4.0 }),
-        ),
-        sharp::faceted,
-    ),
+    (info("faceted", "a stone with twenty irregular flat faces", STONE), sharp::faceted),
     (
         info("prism", "a right-angled prism of glass mirrors by total internal reflection", GLASS),
         sharp::prism,
@@ -70,7 +59,7 @@ const SCENES: [Entry<Build>; 23] = [
         info(
             "two_indices",
             "two bodies of different index: a ball of the chosen one and a capsule of 1.33",
-            Some(IorRange { default: 1.7, min: 1.0, max: 4.0 }),
+            STONE,
         ),
         sharp::two_indices,
     ),

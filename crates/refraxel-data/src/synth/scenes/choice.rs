@@ -39,8 +39,14 @@ pub struct SceneOptions {
 /// A line of a list of scenes: what it shows, and what makes it.
 pub(super) type Entry<T> = (SceneInfo, T);
 
-pub(super) const GLASS: Option<IorRange> = Some(IorRange { default: 1.5, min: 1.0, max: 4.0 });
-pub(super) const WATER: Option<IorRange> = Some(IorRange { default: 1.33, min: 1.0, max: 4.0 });
+pub(super) const GLASS: Option<IorRange> = matter(1.5);
+pub(super) const WATER: Option<IorRange> = matter(1.33);
+pub(super) const STONE: Option<IorRange> = matter(1.7);
+
+/// That of clear matter, which may have any index of such.
+pub(super) const fn matter(default: f64) -> Option<IorRange> {
+    Some(IorRange { default, min: 1.0, max: 4.0 })
+}
 
 pub(super) const fn info(name: &'static str, shows: &'static str, ior: Option<IorRange>) -> SceneInfo {
     SceneInfo { name, shows, ior }

@@ -54,16 +54,17 @@ impl Setting {
 
     /// A solid mosaic of these display colours; `salt` chooses the pattern.
     pub(super) fn mosaic(&self, colors: &[u32], salt: u64, cell: f64) -> Texture {
-        let seed = mix(self.seed, salt);
+        self.cells(colors, salt, Vec3::splat(cell))
+    }
+
+    fn cells(&self, colors: &[u32], salt: u64, cell: Vec3<f64>) -> Texture {
         let palette = colors.iter().map(|&c| rgb(c)).collect();
-        Texture::Mosaic(Mosaic { palette, cell: Vec3::splat(cell), grain: 0.018, seed })
+        Texture::Mosaic(Mosaic { palette, cell, grain: 0.018, seed: mix(self.seed, salt) })
     }
 
     /// The ground, whose tiles do not depend on height.
     fn ground(&self, colors: &[u32], tile: f64) -> Body {
-        let palette = colors.iter().map(|&c| rgb(c)).collect();
-        let cell = vec3(tile, tile, f64::INFINITY);
-        let texture = Texture::Mosaic(Mosaic { palette, cell, grain: 0.018, seed: mix(self.seed, 1000) });
+        let texture = self.cells(colors, 1000, vec3(tile, tile, f64::INFINITY));
         let shape = Shape::Rectangle(Rectangle { min: [-1.0, -1.0], max: [1.0, 1.0], z: GROUND });
         Body::opaque("ground", shape, texture)
     }

@@ -5,14 +5,11 @@ use super::super::medium::Medium;
 use super::super::scene::{Body, Scene};
 use super::super::shape::{HeightField, Polyhedron, Primitive, Shape, Wave};
 use super::surroundings::{GROUND, Setting};
-use refraxel_core::vec3;
+use refraxel_core::{Vec3, vec3};
 
 /// Objects on the floor of a tank, and a pole that reaches out of it.
 pub(super) fn things(s: &Setting, floor: f64) -> Vec<Body> {
     let pole = Shape::cylinder([0.28, -0.3, floor + 0.02], [-0.12, 0.2, 0.5], 0.05);
-    let (a, b) = (vec3(0.8, 0.6, 0.0), vec3(-0.6, 0.8, 0.0));
-    let up = vec3(0.0, 0.0, 1.0);
-    let die = Polyhedron::around(vec3(0.3, 0.25, floor + 0.13), [a, -a, b, -b, up, -up].map(|n| (n, 0.13)));
     let ring = Primitive::Torus {
         center: vec3(-0.28, 0.22, floor + 0.17),
         axis: vec3(0.8, -0.5, 0.2).normalized(),
@@ -21,10 +18,16 @@ pub(super) fn things(s: &Setting, floor: f64) -> Vec<Body> {
     };
     vec![
         Body::opaque("pole", pole, s.texture(40, 0.1)),
-        Body::opaque("die", Shape::Polyhedron(die), s.texture(41, 0.12)),
+        Body::opaque("die", die(vec3(0.3, 0.25, floor + 0.13), 0.13), s.texture(41, 0.12)),
         Body::opaque("ring", Shape::implicit(vec![ring], 0.0), s.texture(43, 0.09)),
         Body::opaque("ball", Shape::sphere([-0.24, -0.26, floor + 0.16], 0.15), s.texture(42, 0.1)),
     ]
+}
+
+/// A cube that is turned about the vertical.
+fn die(center: Vec3<f64>, half: f64) -> Shape {
+    let (a, b, up) = (vec3(0.8, 0.6, 0.0), vec3(-0.6, 0.8, 0.0), vec3(0.0, 0.0, 1.0));
+    Shape::Polyhedron(Polyhedron::around(center, [a, -a, b, -b, up, -up].map(|n| (n, half))))
 }
 
 /// A bare block of water, open on top, whose bottom lies below the opaque ground.
@@ -142,13 +145,10 @@ fn basin(s: &Setting, floor: f64) -> Vec<Body> {
 
 /// Objects on the floor of the basin, and a pole that reaches out of it.
 fn sunken_things(s: &Setting, floor: f64) -> Vec<Body> {
-    let (a, b, up) = (vec3(0.8, 0.6, 0.0), vec3(-0.6, 0.8, 0.0), vec3(0.0, 0.0, 1.0));
-    let die =
-        Polyhedron::around(vec3(0.24, -0.14, floor + 0.105), [a, -a, b, -b, up, -up].map(|n| (n, 0.105)));
     let pole = Shape::cylinder([0.36, 0.34, floor + 0.01], [0.1, 0.42, 0.2], 0.035);
     vec![
         Body::opaque("ball", Shape::sphere([-0.22, 0.12, floor + 0.135], 0.135), s.texture(49, 0.1)),
-        Body::opaque("die", Shape::Polyhedron(die), s.texture(50, 0.1)),
+        Body::opaque("die", die(vec3(0.24, -0.14, floor + 0.105), 0.105), s.texture(50, 0.1)),
         Body::opaque("stone", Shape::sphere([-0.2, -0.3, floor + 0.06], 0.085), s.texture(51, 0.08)),
         Body::opaque("pole", pole, s.texture(53, 0.09)),
     ]

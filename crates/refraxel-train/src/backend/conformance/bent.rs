@@ -12,18 +12,15 @@ use crate::model::{Model, Refraction, RegionState};
 use refraxel_core::index::MediumGradient;
 use refraxel_core::optics::{PathAdjoint, RayAdjoint};
 use refraxel_core::radiance::{Pixel, PixelAdjoint, render, render_vjp};
-use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Medium, Ray, Vec3, vec3};
+use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Ray, Vec3, vec3};
 
 /// Two balls of glass with soft edges beside each other.
 pub fn two_balls() -> Refraction {
     let ball = |center: Vec3<f32>| {
-        let half = vec3(0.45, 0.45, 0.45);
         let n = move |x: Vec3<f32>| 1.25 - 0.25 * (((x - center).length() - 0.25) / 0.05).tanh();
-        let bounds = Aabb::new(center - half, center + half);
-        IndexGrid::from_control_values(bounds, [25; 3], Interpolation::CubicBSpline, n)
+        IndexGrid::from_control_values(Aabb::cube_at(center, 0.45), [25; 3], Interpolation::CubicBSpline, n)
     };
-    let medium = Medium::new(vec![ball(vec3(-0.5, 0.0, 0.0)), ball(vec3(0.45, 0.1, 0.1))]).unwrap();
-    Refraction { medium, ..Refraction::none() }
+    Refraction::of(vec![ball(vec3(-0.5, 0.0, 0.0)), ball(vec3(0.45, 0.1, 0.1))])
 }
 
 /// The two balls in a smooth field.
@@ -38,13 +35,10 @@ pub fn sharp_model(extent: Extent) -> Model {
 
 /// A ball with a sharp surface and a lens in its middle, in a smooth field.
 pub fn graded_body_model(extent: Extent) -> Model {
-    let half = Vec3::splat(0.6);
-    let level = LevelSet::from_samples(Aabb::new(-half, half), [31; 3], |x: Vec3<f32>| x.length() - 0.4);
+    let level = LevelSet::from_samples(Aabb::cube(0.6), [31; 3], |x: Vec3<f32>| x.length() - 0.4);
     let n = |x: Vec3<f32>| 1.3 + 0.25 * (-x.dot(x) / 0.06).exp();
     let body = IndexGrid::sharp_from_samples(level, [27; 3], Interpolation::CubicBSpline, n);
-    let medium = Medium::new(vec![body]).unwrap();
-    let refraction = Refraction { medium, ..Refraction::none() };
-    Model { refraction, ..Model::straight(smooth_field(extent), environment()) }
+    Model { refraction: Refraction::of(vec![body]), ..Model::straight(smooth_field(extent), environment()) }
 }
 
 /// A wedge of glass with flat faces and sharp edges, in a smooth field.
@@ -57,8 +51,7 @@ pub fn faceted_model(extent: Extent) -> Model {
         face(0.1, 0.0, 1.0, 0.35),
     ];
     let wedge = Polyhedron { faces, base: Some(face(0.0, 0.0, -1.0, 0.4)) };
-    let half = Vec3::splat(0.9);
-    let body = IndexGrid::sharp(wedge.level_set(Aabb::new(-half, half), [31; 3]), 1.5);
+    let body = IndexGrid::sharp(wedge.level_set(Aabb::cube(0.9), [31; 3]), 1.5);
     // Its planes are a part of what is stored of a model, and sent to other processes.
     let states = vec![RegionState { solid: Some(wedge), ..RegionState::default() }];
     let refraction = Refraction { states, ..Refraction::of(vec![body]) };
@@ -67,8 +60,7 @@ pub fn faceted_model(extent: Extent) -> Model {
 
 /// A ball of glass of which planes have cut off both ends, in a smooth field.
 pub fn cut_model(extent: Extent) -> Model {
-    let half = Vec3::splat(0.9);
-    let ball = LevelSet::from_samples(Aabb::new(-half, half), [31; 3], |x: Vec3<f32>| x.length() - 0.55);
+    let ball = LevelSet::from_samples(Aabb::cube(0.9), [31; 3], |x: Vec3<f32>| x.length() - 0.55);
     let cuts = vec![
         Plane::facing(vec3(0.36, -0.48, 0.8), 0.2),
         Plane::facing(vec3(-0.3, 0.1, -0.9).normalized(), 0.3),

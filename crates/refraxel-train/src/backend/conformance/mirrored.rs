@@ -10,9 +10,7 @@ use refraxel_core::optics::{GRAZING, PartialReflection};
 use refraxel_core::radiance::{Absorption, ProbeGrid, QuadraturePoint, mix, render_through};
 use refraxel_core::segment::Segment;
 use refraxel_core::sh::ShDegree;
-use refraxel_core::{
-    Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Medium, Path, Ray, Vec3, vec3,
-};
+use refraxel_core::{Aabb, Background, Extent, IndexGrid, Interpolation, LevelSet, Path, Ray, Vec3, vec3};
 
 fn bounds() -> Aabb<f32> {
     Aabb::cube(0.6)
@@ -33,8 +31,7 @@ pub fn soft_ball() -> Model {
 /// A ball of glass with a drop of water in it, and a bubble partly in both: three media, surfaces below others.
 pub fn nested_balls() -> Model {
     let ball = |center: Vec3<f32>, radius: f32, n: f32| {
-        let half = Vec3::splat(1.5 * radius);
-        let bounds = Aabb::new(center - half, center + half);
+        let bounds = Aabb::cube_at(center, 1.5 * radius);
         IndexGrid::sharp(
             LevelSet::from_samples(bounds, [31; 3], |x: Vec3<f32>| (x - center).length() - radius),
             n,
@@ -52,8 +49,7 @@ fn with_ball(ball: IndexGrid<f32>) -> Model {
 }
 
 fn with_bodies(bodies: Vec<IndexGrid<f32>>) -> Model {
-    let medium = Medium::new(bodies).unwrap();
-    let refraction = Refraction { medium, ..Refraction::none() };
+    let refraction = Refraction::of(bodies);
     let layout = ProbeLayout { longest: 4, degree: ShDegree::new(2).unwrap() };
     let mut reflection = Reflection::of(&refraction, MirrorSource::Learned, &layout);
     let mut r = Sequence(5);

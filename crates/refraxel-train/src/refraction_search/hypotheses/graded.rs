@@ -20,8 +20,7 @@ pub(super) const GRADED: Proposal = Proposal {
 
 fn unknowns() -> Vec<Unknown> {
     // The one in the middle is the guess before any search: a parabola.
-    let (first, fine) = (vec![2.0, 1.0, 3.0], vec![0.3, 0.15, 0.1]);
-    vec![index_of_a_body(), Unknown { name: "power", first, fine, range: [1.0, 6.0] }]
+    vec![index_of_a_body(), Unknown::new("power", &[2.0, 1.0, 3.0], &[0.3, 0.15, 0.1], [1.0, 6.0])]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {

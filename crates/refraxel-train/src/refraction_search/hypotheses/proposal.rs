@@ -141,8 +141,8 @@ pub(super) const FILLING: &str = "filling";
 
 /// The index of a whole body, over the range of all matter that is clear.
 pub(super) fn index_of_a_body() -> Unknown {
-    let first = (0..21).map(|k| 1.0 + 0.075 * k as f32).collect();
-    Unknown { name: INDEX, first, fine: vec![0.03, 0.01, 0.005], range: [1.0, 4.0] }
+    let first = std::array::from_fn::<f32, 21, _>(|k| 1.0 + 0.075 * k as f32);
+    Unknown::new(INDEX, &first, &[0.03, 0.01, 0.005], [1.0, 4.0])
 }
 
 /// What bends rays where these bodies are.

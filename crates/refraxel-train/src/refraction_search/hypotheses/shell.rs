@@ -21,11 +21,10 @@ pub(super) const SHELL: Proposal = Proposal {
 
 fn unknowns() -> Vec<Unknown> {
     // A thicker wall and a lower index look much alike: the search goes down a valley between them.
-    let (index, wall) = (vec![0.06, 0.03, 0.015, 0.01], vec![0.03, 0.02, 0.01, 0.01]);
-    let walls = vec![0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
+    let walls = [0.04, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6];
     vec![
-        Unknown { name: INDEX, first: vec![1.33, 1.5, 1.7], fine: index, range: [1.0, 4.0] },
-        Unknown { name: WALL, first: walls, fine: wall, range: [0.02, 0.7] },
+        Unknown::new(INDEX, &[1.33, 1.5, 1.7], &[0.06, 0.03, 0.015, 0.01], [1.0, 4.0]),
+        Unknown::new(WALL, &walls, &[0.03, 0.02, 0.01, 0.01], [0.02, 0.7]),
     ]
 }
 

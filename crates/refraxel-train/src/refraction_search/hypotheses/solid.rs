@@ -20,8 +20,7 @@ pub(in crate::refraction_search) const SOLID: Proposal = Proposal {
 };
 
 fn unknowns() -> Vec<Unknown> {
-    let range = [-FURTHEST, FURTHEST];
-    let offset = Unknown { name: OFFSET, first: vec![-2.8, 0.0, 2.8], fine: vec![0.7, 0.35, 0.2], range };
+    let offset = Unknown::new(OFFSET, &[-2.8, 0.0, 2.8], &[0.7, 0.35, 0.2], [-FURTHEST, FURTHEST]);
     vec![index_of_a_body(), offset]
 }
 

@@ -28,19 +28,13 @@ const OF_WATER: f32 = 1.33;
 
 /// Glasses are of 1.46 to 1.6, and a thin wall hardly tells. The foot of what stands nowhere is not sought.
 fn unknowns(stands: bool) -> Vec<Unknown> {
-    let unknown = |name, first: &[f32], fine: &[f32], range| Unknown {
-        name,
-        first: first.to_vec(),
-        fine: fine.to_vec(),
-        range,
-    };
     vec![
-        unknown(INDEX, &[1.5], &[0.04, 0.02], [1.45, 1.65]),
-        unknown(WALL, &[0.06, 0.12, 0.2], &[0.03, 0.015], [0.02, 0.9]),
-        unknown("base", &[0.15, 0.35], &[0.08, 0.04], [0.02, THICKEST_BASE]),
-        unknown(WATER, &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
-        unknown("foot", &[0.0], if stands { &[0.5, 0.5] } else { &[] }, [-2.0, 2.0]),
-        unknown(FILLING, &[OF_WATER], &[0.02, 0.01], [1.2, 1.6]),
+        Unknown::new(INDEX, &[1.5], &[0.04, 0.02], [1.45, 1.65]),
+        Unknown::new(WALL, &[0.06, 0.12, 0.2], &[0.03, 0.015], [0.02, 0.9]),
+        Unknown::new("base", &[0.15, 0.35], &[0.08, 0.04], [0.02, THICKEST_BASE]),
+        Unknown::new(WATER, &[0.0, 0.3, 0.5, 0.7, 0.9], &[0.05, 0.02], [0.0, 1.0]),
+        Unknown::new("foot", &[0.0], if stands { &[0.5, 0.5] } else { &[] }, [-2.0, 2.0]),
+        Unknown::new(FILLING, &[OF_WATER], &[0.02, 0.01], [1.2, 1.6]),
     ]
 }
 

@@ -20,8 +20,7 @@ pub(super) const WATER_SURFACE: Proposal = Proposal {
 };
 
 fn unknowns(level: f32) -> Vec<Unknown> {
-    let known = |name, value, range| Unknown { name, first: vec![value], fine: Vec::new(), range };
-    vec![known(INDEX, 1.33, [1.0, 4.0]), known("level", level, [0.0, 1.0])]
+    vec![Unknown::new(INDEX, &[1.33], &[], [1.0, 4.0]), Unknown::new("level", &[level], &[], [0.0, 1.0])]
 }
 
 fn bodies(region: &Region, at: &[f32], _: &Options) -> Vec<Body> {

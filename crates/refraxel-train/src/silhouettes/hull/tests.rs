@@ -1,4 +1,4 @@
-use super::super::around::{Ball, cameras, silhouettes};
+use super::super::around::{Ball, cameras, iou, silhouettes};
 use super::carve::node_of;
 use super::{Hull, Vote};
 use crate::silhouettes::{Outlines, Silhouette};
@@ -54,17 +54,8 @@ fn views_behind_something_opaque_abstain() {
     // A third of all views see only part of the glass.
     let opaque = [Ball(vec3(1.1, 0.2, 0.1), 0.45), Ball(vec3(-0.6, -0.9, 0.2), 0.4)];
     let mut views = silhouettes(&cameras(60, 80), &[BALL], &opaque);
-    let iou = |views: &[Silhouette]| {
-        let hull = Outlines::new(views).hull(&domain(0.62, 31), &Vote::default());
-        let truth = |i: usize| {
-            let x = hull.domain.position(node_of(i % 31, i / 31, [31; 3])).cast::<f64>();
-            (x - BALL.0).length() < BALL.1
-        };
-        let count = |f: &dyn Fn(bool, bool) -> bool| {
-            (0..hull.fraction.len()).filter(|&i| f(truth(i), hull.fraction[i] >= 0.5)).count() as f64
-        };
-        count(&|a, b| a && b) / count(&|a, b| a || b)
-    };
+    let iou =
+        |views: &[Silhouette]| iou(&Outlines::new(views).hull(&domain(0.62, 31), &Vote::default()), &[BALL]);
     let with = iou(&views);
     views.iter_mut().for_each(|v| v.occluders = None);
     let without = iou(&views);

@@ -1,5 +1,6 @@
 //! The silhouette of one view, and its maps: how far it is, and what hides it.
 
+use crate::rays::MaskedView;
 use crate::silhouettes::contour::signed_distance;
 use crate::silhouettes::occluders::Occluders;
 use refraxel_core::{Camera, Lens, Ray, Vec3};
@@ -15,6 +16,13 @@ pub struct Silhouette {
     pub mask: Arc<Mask>,
     /// What stands in front, known from a fit of the surroundings; `None`: nothing is hidden.
     pub occluders: Option<Occluders>,
+}
+
+impl Silhouette {
+    /// That of a view with a mask.
+    pub(crate) fn of(view: &MaskedView, occluders: Option<Occluders>) -> Self {
+        Self { camera: *view.camera, mask: view.mask.clone(), occluders }
+    }
 }
 
 /// The silhouette of one view as maps.

@@ -9,7 +9,6 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::evaluation::{Evaluation, Rays};
 use crate::verbs::files::create_folder;
 use crate::verbs::sheet;
-use anyhow::anyhow;
 use std::path::{Path, PathBuf};
 
 /// The verb.
@@ -68,7 +67,7 @@ fn check_same_images(runs: &[PathBuf], evaluations: &[Evaluation]) -> Result<(),
     let first = &evaluations[0];
     for (run, e) in runs.iter().zip(evaluations) {
         if e.run.truth_crc32 != first.run.truth_crc32 || e.scores.images != first.scores.images {
-            let error = anyhow!(
+            return Err(Exit::BadInput.because(format!(
                 "{} was evaluated on {} images of {}, but {} on {} images of {}, and they are not the same; evaluate both \
                  on one dataset and split",
                 run.display(),
@@ -77,13 +76,13 @@ fn check_same_images(runs: &[PathBuf], evaluations: &[Evaluation]) -> Result<(),
                 runs[0].display(),
                 first.scores.images,
                 first.run.data.display(),
-            );
-            return Err(Failure::new(Exit::BadInput, error));
+            )));
         }
         if e.scores.protocol != first.scores.protocol {
             let (run, other) = (run.display(), runs[0].display());
-            let error = anyhow!("{run} and {other} were scored by different protocols; evaluate both again");
-            return Err(Failure::new(Exit::BadInput, error));
+            return Err(Exit::BadInput.because(format!(
+                "{run} and {other} were scored by different protocols; evaluate both again"
+            )));
         }
     }
     Ok(())
@@ -96,9 +95,10 @@ fn write_wipe(args: &CompareArgs, evaluations: &[Evaluation], out: &Path) -> Res
         None => telling(evaluations).unwrap_or(0),
         Some(name) => images.iter().position(|i| i.name == *name).ok_or_else(|| {
             let names: Vec<&str> = images.iter().map(|i| i.name.as_str()).collect();
-            let error =
-                anyhow!("--view {name}: there is no such image; expected one of {}", names.join(", "));
-            Failure::new(Exit::BadInput, error)
+            Exit::BadInput.because(format!(
+                "--view {name}: there is no such image; expected one of {}",
+                names.join(", ")
+            ))
         })?,
     };
     let (size, renderings) = renderings(&args.runs, evaluations, image)?;

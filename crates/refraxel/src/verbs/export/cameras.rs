@@ -3,7 +3,6 @@
 use crate::exit::{Exit, Failure};
 use crate::verbs::files::absolute;
 use crate::verbs::render::intrinsics;
-use anyhow::anyhow;
 use refraxel_core::{Camera, Lens};
 use refraxel_data::synth::opengl_matrix;
 use refraxel_data::{Backdrop, Dataset, PhotoSource, View};
@@ -23,8 +22,8 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
     for (view, camera) in data.views.iter().zip(alignment.cameras(data)) {
         let camera = data.origin.to_world(camera);
         let PhotoSource::Files { image, mask, .. } = &view.source else {
-            let error = anyhow!("{}: the photograph is in memory, and no file can be named", view.name);
-            return Err(Failure::new(Exit::BadInput, error));
+            return Err(Exit::BadInput
+                .because(format!("{}: the photograph is in memory, and no file can be named", view.name)));
         };
         let camera = view.camera_of_files(&camera);
         let mut frame = Map::from_iter([
@@ -51,7 +50,7 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
         Backdrop::Surroundings => {}
     }
     if let Some(bounds) = data.stated_box.map(|b| data.origin.to_world(b)) {
-        all["aabb"] = json!([bounds.min.to_array(), bounds.max.to_array()]);
+        all["aabb"] = json!(bounds.to_arrays());
     }
     Ok(format!("{all:#}\n"))
 }
@@ -59,8 +58,8 @@ pub fn transforms(data: &Dataset, alignment: &Alignment, folder: &Path) -> Resul
 /// The keys of a camera, if there is a name for its lens.
 fn named_intrinsics(view: &View, camera: &Camera) -> Result<Map<String, Value>, Failure> {
     if let Lens::Fov { .. } | Lens::ThinPrismFisheye { .. } = camera.lens {
-        let error = anyhow!("{}: transforms.json has no name for the lens {:?}", view.name, camera.lens);
-        return Err(Failure::new(Exit::BadInput, error));
+        return Err(Exit::BadInput
+            .because(format!("{}: transforms.json has no name for the lens {:?}", view.name, camera.lens)));
     }
     Ok(intrinsics(camera))
 }

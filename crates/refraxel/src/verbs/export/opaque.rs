@@ -3,7 +3,6 @@
 use super::eyes::Eyes;
 use super::surfaces::Solid;
 use crate::exit::{Exit, Failure};
-use anyhow::anyhow;
 use refraxel_core::grid::BRICK_VOXELS;
 use refraxel_core::sh::{C0, MAX_BASIS};
 use refraxel_core::{Mesh, Vec3, VoxelField};
@@ -45,9 +44,9 @@ impl Opaque {
         detail: u32,
     ) -> Result<Option<Self>, Failure> {
         if !Opacity::fits(field, detail) {
-            let error =
-                anyhow!("--detail {detail} needs too much memory for what is opaque; try a smaller one");
-            return Err(Failure::new(Exit::BadInput, error));
+            return Err(Exit::BadInput.because(format!(
+                "--detail {detail} needs too much memory for what is opaque; try a smaller one"
+            )));
         }
         let opacity = Opacity::of(field);
         let level = opacity.level(field, &eyes.map(Eyes::straight_rays).unwrap_or_default());

@@ -57,7 +57,7 @@ impl Figures {
             bodies: mesh.bodies(),
             area: mesh.area(),
             volume: mesh.volume(),
-            bounds: [bounds.min.to_array(), bounds.max.to_array()],
+            bounds: bounds.to_arrays(),
         })
     }
 

@@ -4,7 +4,6 @@ use super::eyes::Eyes;
 use super::opaque::Opaque;
 use crate::exit::{Exit, Failure};
 use crate::verbs::loaded::Loaded;
-use anyhow::anyhow;
 use refraxel_core::{Extent, Mesh, Vec3};
 use refraxel_data::{Dataset, LocalOrigin, quantize};
 use refraxel_train::model::opaque::MESH_REACH;
@@ -72,11 +71,10 @@ impl Solids {
             Ok(glass) => (glass, None),
             Err(why) if opaque.is_some() => (Vec::new(), Some(why)),
             Err(why) => {
-                let error = anyhow!(
+                return Err(Exit::BadInput.because(format!(
                     "{name} has nothing solid to export: nothing in it is opaque yet, which takes more training; and there is \
                      no glass: {why}"
-                );
-                return Err(Failure::new(Exit::BadInput, error));
+                )));
             }
         };
         let origin = run.plan.origin;
@@ -128,10 +126,9 @@ fn surfaces(
     }
     let regions = refraction.medium.regions();
     if !regions.iter().all(|r| Surface::fits(r, detail)) {
-        let error = anyhow!(
+        return Err(Exit::BadInput.because(format!(
             "{name} has no surface to export: --detail {detail} needs too much memory; try a smaller one"
-        );
-        return Err(Failure::new(Exit::BadInput, error));
+        )));
     }
     let all = regions.iter().enumerate();
     let all = all.filter_map(|(k, r)| Some(Numbered { region: k + 1, surface: Surface::of(r, detail)? }));

@@ -61,7 +61,6 @@ impl Up {
 mod tests {
     use super::*;
     use crate::exit::Exit;
-    use anyhow::anyhow;
     use std::f64::consts::FRAC_1_SQRT_2;
 
     fn up(x: f64, y: f64, z: f64) -> Up {
@@ -94,7 +93,7 @@ mod tests {
 
     #[test]
     fn without_the_dataset_z_is_up_and_that_is_said() {
-        let gone = Failure::new(Exit::BadInput, anyhow!("/data: no such file or folder"));
+        let gone = Exit::BadInput.because("/data: no such file or folder");
         let up = Up::estimate(Err(gone));
         assert_eq!(up.direction, NERF_SYNTHETIC);
         assert!(up.note.unwrap().contains("/data: no such file"));

@@ -13,11 +13,10 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::quoted_path;
 use crate::table::count;
-use crate::verbs::files::absolute;
+use crate::verbs::files::{absolute, write_text};
 use crate::verbs::interrupts::watch_for_interrupts;
 use crate::verbs::loaded::{Loaded, load_run};
 use crate::verbs::reopen::reopen;
-use anyhow::anyhow;
 use refraxel_data::atomic::write_atomic;
 use refraxel_train::Backend;
 use refraxel_train::run::CHECKPOINT;
@@ -110,11 +109,10 @@ fn write_splats(args: &ExportArgs, run: &Loaded, most: usize, file: PathBuf) -> 
     let model = &snapshot.model;
     let splats = Splats::of(&model.field, weights.as_deref(), most);
     if splats.len() == 0 {
-        let error = anyhow!(
+        return Err(Exit::BadInput.because(format!(
             "{} has nothing to export: nothing in it is opaque yet; train longer",
             args.run.display()
-        );
-        return Err(Failure::new(Exit::BadInput, error));
+        )));
     }
     let mut notes = splats.notes(model);
     let is_spz = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("spz"));
@@ -181,15 +179,14 @@ fn page(args: &ExportArgs, run: &mut Loaded, file: PathBuf) -> Result<(), Failur
 fn write_cameras(args: &ExportArgs, run: &Loaded, file: PathBuf) -> Result<(), Failure> {
     let data = reopen(run)?;
     if args.out.is_some() && file.exists() {
-        let error = anyhow!(
+        return Err(Exit::BadInput.because(format!(
             "{} exists, and may be where the photographs' own cameras are stated; choose another name, such as learned.json",
             file.display()
-        );
-        return Err(Failure::new(Exit::BadInput, error));
+        )));
     }
     let folder = absolute(&file).parent().map_or_else(PathBuf::new, Path::to_owned);
     let text = cameras::transforms(&data, &run.alignment, &folder)?;
-    write_atomic(&file, |f| f.write_all(text.as_bytes()))?;
+    write_text(&file, &text)?;
     let learned = match &run.alignment.poses {
         Some(poses) if poses.learns_lenses() => "poses and lenses as learned",
         Some(_) => "poses as learned",

@@ -8,7 +8,7 @@ use super::work::{WorkFolder, remove};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::quoted_path;
 use crate::verbs::files::create_folder;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ impl Frames {
         let there = (seconds * rate).round() as usize;
         if there < FEWEST {
             let text = format!("{}: {there} frames; expected at least {FEWEST}", video.display());
-            return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+            return Err(Exit::BadInput.because(text));
         }
         let count = count.min(there);
         let group = (there / count).clamp(1, GROUP);
@@ -93,7 +93,7 @@ impl Frames {
                 chosen.len(),
                 self.count
             );
-            return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+            return Err(Exit::BadInput.because(text));
         }
         for file in files.iter().filter(|file| !chosen.contains(file)) {
             remove(file)?;

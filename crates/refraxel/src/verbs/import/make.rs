@@ -13,7 +13,7 @@ use crate::progress::{Progress, Show, clock};
 use crate::verbs::dataset::data_failure;
 use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::interrupted;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::{ColmapModel, Dataset, MaskMeaning, OpenOptions, colmap_models};
 use std::fs;
 use std::path::Path;
@@ -130,7 +130,7 @@ fn keep_largest(work: &WorkFolder) -> Result<Vec<ColmapModel>, Failure> {
             "COLMAP posed {posed} photographs, and at least {FEWEST} are needed: {TOO_LITTLE}; {} has its output",
             log.display()
         );
-        return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+        return Err(Exit::BadInput.because(text));
     }
     let (others, first) = (work.join("models"), sparse.join("0"));
     work::remove(&others)?;
@@ -151,5 +151,5 @@ fn opened(work: &WorkFolder, meaning: Option<MaskMeaning>, posed: usize) -> Resu
         return Ok(data);
     }
     let text = format!("{}: {} views can be read; expected {posed}", work.path().display(), data.views.len());
-    Err(Failure::new(Exit::BadInput, anyhow!(text)))
+    Err(Exit::BadInput.because(text))
 }

@@ -8,7 +8,7 @@ use crate::progress::{Progress, Subtask};
 use crate::verbs::dataset::data_failure;
 use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::interrupted;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use image::{GrayImage, ImageFormat};
 use rayon::prelude::*;
 use refraxel_data::photographs::{
@@ -50,7 +50,7 @@ impl PhotoSet {
     pub fn of(args: &ImportArgs) -> Result<Self, Failure> {
         let found = Photographs::in_folder(&args.source).map_err(data_failure)?;
         if found.names.len() < FEWEST {
-            return Err(Failure::new(Exit::BadInput, anyhow!(too_few(&args.source, &found))));
+            return Err(Exit::BadInput.because(too_few(&args.source, &found)));
         }
         let masks = match &args.masks {
             Some(folder) if !folder.is_dir() => {
@@ -94,10 +94,7 @@ impl PhotoSet {
         let shown = Mutex::new((progress, 0));
         self.photos.par_iter().try_for_each(|photo| {
             if interrupted() {
-                return Err(Failure::new(
-                    Exit::Interrupted,
-                    anyhow!("stopped while photographs were copied"),
-                ));
+                return Err(Exit::Interrupted.because("stopped while photographs were copied"));
             }
             self.copy_photo(photo, work)?;
             if let Ok(mut shown) = shown.lock() {
@@ -182,7 +179,7 @@ fn meaning(
                 folder.display(),
                 Path::new(first).with_extension("png").display(),
             );
-            return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+            return Err(Exit::BadInput.because(text));
         }
         _ => {}
     }

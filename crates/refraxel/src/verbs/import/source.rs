@@ -6,7 +6,6 @@ use super::tools;
 use crate::cli::ImportArgs;
 use crate::exit::{Exit, Failure};
 use crate::verbs::dataset::data_failure;
-use anyhow::anyhow;
 use refraxel_data::DataError;
 use refraxel_data::photographs::is_video;
 
@@ -19,15 +18,14 @@ pub(super) enum Source {
 impl Source {
     /// What the command line names, and whether ffmpeg is needed and missing.
     pub(super) fn of(args: &ImportArgs) -> Result<(Self, bool), Failure> {
-        let usage = |text: String| Err(Failure::new(Exit::Usage, anyhow!(text)));
         let path = &args.source;
         if !path.exists() {
             return Err(data_failure(DataError::NotFound { path: path.clone() }));
         }
         if path.is_dir() {
             if args.photographs.is_some() {
-                return usage(
-                    "--photographs is for videos; of a folder all photographs are posed".to_owned(),
+                return Err(
+                    Exit::Usage.because("--photographs is for videos; of a folder all photographs are posed")
                 );
             }
             return PhotoSet::of(args).map(|set| (Self::Photographs(set), false));
@@ -37,12 +35,12 @@ impl Source {
                 "{} is neither a folder of photographs nor a video, such as .mp4 or .mov",
                 path.display()
             );
-            return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+            return Err(Exit::BadInput.because(text));
         }
         if args.masks.is_some() {
             let text = "--masks is for photographs; import the video, make masks of images in the result, and import \
                         those with --masks";
-            return usage(text.to_owned());
+            return Err(Exit::Usage.because(text));
         }
         let has_ffmpeg = tools::has_ffmpeg()?;
         let count = args.photographs.map_or(frames::USUAL, |n| n as usize);

@@ -5,7 +5,7 @@ use super::calls::{Call, Stage, TOO_LITTLE};
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::{Progress, Subtask, clock};
 use crate::verbs::interrupts::interrupted;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::ColmapModel;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -75,10 +75,7 @@ fn wait(
             // Either may fail because Ctrl-C has ended the program already.
             let _ = child.kill();
             let _ = child.wait();
-            return Err(Failure::new(
-                Exit::Interrupted,
-                anyhow!("stopped while {} was at work", call.program),
-            ));
+            return Err(Exit::Interrupted.because(format!("stopped while {} was at work", call.program)));
         }
         if let Some(status) = status {
             return Ok(status);
@@ -102,7 +99,7 @@ fn failed(call: &Call, status: ExitStatus, log: &Path, last: &str) -> Failure {
         call.stage.name(),
         log.display(),
     );
-    Failure::new(Exit::BadInput, anyhow!(text))
+    Exit::BadInput.because(text)
 }
 
 /// What a program says it has done.

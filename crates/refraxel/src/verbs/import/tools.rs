@@ -3,7 +3,7 @@
 use super::calls::Dialect;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::not_installed;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use std::io;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -65,7 +65,7 @@ pub fn probe(video: &Path) -> Result<Video, Failure> {
         let message = format!(
             "{shown}: ffprobe finds no video of known length in it (it says: {said}); give a video that ffmpeg can play"
         );
-        Failure::new(Exit::BadInput, anyhow!(message))
+        Exit::BadInput.because(message)
     })
 }
 
@@ -102,7 +102,7 @@ pub fn missing(names: &[&str], script: &[String]) -> Failure {
         not_installed(names),
         script.join("\n  "),
     );
-    Failure::new(Exit::BadInput, anyhow!(text))
+    Exit::BadInput.because(text)
 }
 
 #[cfg(test)]

@@ -10,7 +10,6 @@ use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::interrupts::watch_for_interrupts;
 use crate::verbs::threads::set_threads;
-use anyhow::anyhow;
 use serde::Serialize;
 use std::path::Path;
 
@@ -55,5 +54,5 @@ fn kept(failure: Failure, root: &Path) -> Failure {
     let root = root.display();
     let text =
         format!("{text}\nthe finished steps are kept in {root}, and the same command continues from there");
-    Failure::new(failure.exit, anyhow!(text))
+    failure.exit.because(text)
 }

@@ -1,9 +1,8 @@
 //! The folder in which a dataset is made, beside the one that it becomes when everything is done.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::files::create_folder;
-use anyhow::{Context, anyhow};
-use refraxel_data::atomic::write_atomic;
+use crate::verbs::files::{create_folder, write_json};
+use anyhow::Context;
 use serde_json::Value;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -30,7 +29,7 @@ pub fn path_for(out: &Path) -> Result<PathBuf, Failure> {
     let name = out.file_name().ok_or_else(|| {
         let text =
             format!("--out {} is not the name of a new folder; give one, such as scene", out.display());
-        Failure::new(Exit::Usage, anyhow!(text))
+        Exit::Usage.because(text)
     })?;
     let mut name = name.to_owned();
     name.push(".importing");
@@ -55,7 +54,7 @@ pub fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
             names.first().map_or("", String::as_str),
         ),
     };
-    Err(Failure::new(Exit::BadInput, anyhow!(text)))
+    Err(Exit::BadInput.because(text))
 }
 
 /// Names in a folder, sorted; none where there is no folder.
@@ -81,7 +80,7 @@ impl WorkFolder {
                 "{} holds files that no import wrote; move them or choose another --out",
                 root.display()
             );
-            return Err(Failure::new(Exit::BadInput, anyhow!(text)));
+            return Err(Exit::BadInput.because(text));
         }
         create_folder(root)?;
         let lock = lock(root)?;
@@ -96,7 +95,7 @@ impl WorkFolder {
             lock.set_len(0)
                 .with_context(|| format!("cannot empty {}", root.join(LOG).display()))
                 .or_exit(Exit::Io)?;
-            write_record(&path, record)?;
+            write_json(&path, record)?;
         }
         Ok(Self { root: root.to_owned(), lock, goes_on })
     }
@@ -142,16 +141,11 @@ fn lock(root: &Path) -> Result<File, Failure> {
                 "another import is at work in {}; wait for it or choose another --out",
                 root.display()
             );
-            Err(Failure::new(Exit::BadInput, anyhow!(text)))
+            Err(Exit::BadInput.because(text))
         }
         // A file system without locks cannot tell; that is no reason to refuse.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(log),
     }
-}
-
-fn write_record(path: &Path, record: &Value) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(record).or_exit(Exit::Io)?;
-    Ok(write_atomic(path, |file| file.write_all(text.as_bytes()))?)
 }
 
 /// Removes a file or a folder with all that is in it; it may be absent.

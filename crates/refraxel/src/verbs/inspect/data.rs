@@ -9,7 +9,6 @@ use crate::progress::Show;
 use crate::table::{bytes, count, decimals};
 use crate::verbs::dataset::{data_failure, load_photos, open_options, reduce_or_fit};
 use crate::verbs::{known_index, options};
-use refraxel_core::Aabb;
 use refraxel_data::{Dataset, Inspection, Reduction, Region, View, report, scene_region};
 use refraxel_train::Options;
 use refraxel_train::memory::{Forecast, forecast};
@@ -56,7 +55,7 @@ pub fn inspect(args: &InspectArgs) -> Result<(), Failure> {
     let report = Report {
         kind: "dataset",
         inspection,
-        content_box: corners(&data.origin.to_world(region.bounds)),
+        content_box: data.origin.to_world(region.bounds).to_arrays(),
         forecast: forecast(&options, &finest, &data, surface),
         looked_at: looked.looks.len(),
         photographs: looked.report(),
@@ -92,10 +91,6 @@ fn content(data: &Dataset, show: Show) -> Result<(Region, Option<f64>), Failure>
     let photos = load_photos(&small, &some, show)?;
     let region = region.around_content(&small, &some, &photos);
     Ok((region, region.surface_density(&small, &some, &photos)))
-}
-
-fn corners(b: &Aabb<f64>) -> [[f64; 3]; 2] {
-    [b.min.to_array(), b.max.to_array()]
 }
 
 impl Report {

@@ -2,9 +2,9 @@
 
 use super::doubt::{Doubt, Kind};
 use super::statistics::{median, quantile};
-use refraxel_core::{Aabb, Camera, Vec3, vec3};
+use refraxel_core::{Aabb, Vec3, vec3};
 use refraxel_data::inspect::Finding;
-use refraxel_data::{Region, Severity, View, is_one_place};
+use refraxel_data::{Region, Severity, View, is_one_place, sees_box};
 
 /// Share of the cameras that see the box where a camera that does not is doubted.
 const MOST_SEE: f64 = 0.8;
@@ -80,21 +80,10 @@ fn far(places: &[Vec3<f64>]) -> Vec<Option<f64>> {
 
 /// Which cameras see nothing of the box, where most see it.
 fn away(views: &[View], bounds: &Aabb<f64>) -> Vec<bool> {
-    let sees: Vec<bool> = views.iter().map(|v| sees(&v.camera, bounds)).collect();
+    let sees: Vec<bool> = views.iter().map(|v| sees_box(&v.camera, bounds)).collect();
     let share = sees.iter().filter(|s| **s).count() as f64 / sees.len().max(1) as f64;
     let is_doubted = share >= MOST_SEE && views.len() >= LEAST;
     sees.into_iter().map(|s| is_doubted && !s).collect()
-}
-
-/// Whether a point of a lattice in the box is in the picture.
-fn sees(camera: &Camera, bounds: &Aabb<f64>) -> bool {
-    const SIDE: usize = 5;
-    let at = |k: usize| {
-        let share = [k % SIDE, k / SIDE % SIDE, k / SIDE / SIDE].map(|n| n as f64 / (SIDE - 1) as f64);
-        bounds.min + bounds.extent().hadamard(vec3(share[0], share[1], share[2]))
-    };
-    bounds.contains(camera.world_from_camera.translation)
-        || (0..SIDE * SIDE * SIDE).any(|k| camera.project_into(at(k)).is_some())
 }
 
 /// From one end of the places to the other, and how far any of them is from the line between.
@@ -140,6 +129,7 @@ fn arrangement(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use refraxel_core::Camera;
 
     fn views(eyes: &[[f64; 3]]) -> (Vec<View>, Vec<String>) {
         let look = |e: &[f64; 3]| {

@@ -73,7 +73,7 @@ pub fn inspect(folder: &Path, json: bool) -> Result<(), Failure> {
         seconds: run.state.seconds,
         resolution: field.domain.resolution,
         finest_resolution: run.plan.finest.resolution,
-        bounds: [bounds.min.to_array(), bounds.max.to_array()],
+        bounds: bounds.to_arrays(),
         unbounded: field.domain.extent.is_unbounded(),
         extent: field.domain.extent.name(),
         voxels: field.map.voxels() as u64,

@@ -3,7 +3,6 @@
 use crate::exit::{Exit, Failure};
 use crate::verbs::dataset::data_failure;
 use crate::verbs::files::absolute;
-use anyhow::anyhow;
 use refraxel_data::{Dataset, Mask, MaskMeaning, PhotoSource, View, load_mask_of};
 use std::path::Path;
 use std::sync::Arc;
@@ -22,12 +21,11 @@ pub(super) fn forget(data: &mut Dataset, out: &Path) {
 pub(super) fn refuse_other_masks(data: &Dataset) -> Result<(), Failure> {
     let other = data.views.iter().find(|v| v.has_mask() && v.mask_meaning != MaskMeaning::Refractive);
     let Some(view) = other else { return Ok(()) };
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "the mask of {} is taken to say which pixels to use, and a photograph has one mask; if its white means glass, say \
          --mask-meaning refractive, else remove these masks",
         view.name
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }
 
 /// Refuses data in which nothing is to be found.
@@ -37,12 +35,11 @@ pub(super) fn refuse_complete(data: &Dataset) -> Result<(), Failure> {
     if !data.split.train.iter().all(is_masked) {
         return Ok(());
     }
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "all {} training views have masks of refractive things already; delete those that are wrong, and this makes them anew; \
          --overwrite makes all masks in the folder anew",
         data.split.train.len()
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }
 
 /// The mask of what is refractive that a view has.

@@ -38,8 +38,7 @@ pub(super) fn found(setup: &Setup, hints: &Hints, show: Show) -> Result<(Gate, f
     });
     watch.end(found.is_ok());
     if interrupted() {
-        let note = anyhow!("stopped before anything was found; no mask was written");
-        return Err(Failure::new(Exit::Interrupted, note));
+        return Err(Exit::Interrupted.because("stopped before anything was found; no mask was written"));
     }
     let Found { gate, separation } = found.map_err(session_failure)?;
     let nothing = || match setup.data.views.iter().filter(|v| v.has_mask()).count() {

@@ -2,15 +2,13 @@
 
 use crate::cli::MaskArgs;
 use crate::exit::{Exit, Failure};
-use anyhow::anyhow;
 use refraxel_data::{Dataset, PhotoSource, View};
 use std::path::{Component, Path, PathBuf};
 
 /// Where the masks go: where the program looks for them, if nobody says where.
 pub(super) fn folder(args: &MaskArgs, data: &Dataset) -> Result<PathBuf, Failure> {
     let usual = || data.root.as_ref().map(|root| root.join("glass_masks"));
-    let nowhere =
-        || Failure::new(Exit::Usage, anyhow!("the data are in no folder; say where masks go with --out"));
+    let nowhere = || Exit::Usage.because("the data are in no folder; say where masks go with --out");
     args.out.clone().or_else(usual).ok_or_else(nowhere)
 }
 
@@ -32,11 +30,10 @@ pub(super) fn targets(data: &Dataset, out: &Path) -> Result<Vec<PathBuf>, Failur
     match sorted.windows(2).find(|two| two[0] == two[1]) {
         None => Ok(all),
         Some(two) => {
-            let error = anyhow!(
+            Err(Exit::BadInput.because(format!(
                 "two photographs would share the mask {}; give their files different names, or put them into the dataset's folder",
                 two[0].display()
-            );
-            Err(Failure::new(Exit::BadInput, error))
+            )))
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::cli::MaskArgs;
 use crate::exit::{Exit, Failure};
-use anyhow::anyhow;
 use refraxel_core::Camera;
 use refraxel_data::{Dataset, Mask};
 use refraxel_train::detection::Hints;
@@ -32,7 +31,7 @@ impl Pointed {
             within(camera, at, &words[0])?;
             let ray = camera
                 .ray(at[0], at[1])
-                .ok_or_else(|| bad(format!("the lens of {} sees nothing there", words[0])))?;
+                .ok_or_else(|| Exit::Usage.because(format!("the lens of {} sees nothing there", words[0])))?;
             hints.clicks.push(ray.cast());
         }
         for words in args.boxes.chunks(BOX) {
@@ -48,7 +47,11 @@ impl Pointed {
             };
             let mask = drawn(&camera, inside);
             if mask.coverage.iter().all(|c| *c == 0) {
-                return Err(bad(format!("the box in {} holds no pixel of {}", words[0], size(&camera))));
+                return Err(Exit::Usage.because(format!(
+                    "the box in {} holds no pixel of {}",
+                    words[0],
+                    size(&camera)
+                )));
             }
             hints.within.push((camera, Arc::new(mask)));
         }
@@ -73,14 +76,16 @@ fn polygons(words: &[String], data: &Dataset) -> Result<Vec<(usize, Arc<Mask>)>,
     for (view, points) in all {
         let (camera, name) = (&data.views[view].camera, &data.views[view].name);
         if points.len() < 3 {
-            return Err(bad(format!(
+            return Err(Exit::Usage.because(format!(
                 "the outline in {name} has {} points; give at least three, as X,Y",
                 points.len()
             )));
         }
         let mut mask = drawn(camera, |x, y| is_inside(&points, x, y));
         if mask.coverage.iter().all(|c| *c == 0) {
-            return Err(bad(format!("the outline in {name} holds no pixel of {}", size(camera))));
+            return Err(
+                Exit::Usage.because(format!("the outline in {name} holds no pixel of {}", size(camera)))
+            );
         }
         // Several outlines in one photograph are several things.
         if let Some((_, other)) = masks.iter_mut().find(|(v, _)| *v == view) {
@@ -105,12 +110,15 @@ fn view(data: &Dataset, name: &str) -> Result<usize, Failure> {
         [view] => Ok(view),
         [] => {
             let some: Vec<&str> = data.views.iter().take(3).map(|v| v.name.as_str()).collect();
-            Err(bad(format!("no photograph is called '{name}'; the data have {} …", some.join(", "))))
+            Err(Exit::Usage
+                .because(format!("no photograph is called '{name}'; the data have {} …", some.join(", "))))
         }
         _ => {
             // The same name in several parts of the split: training views come first.
             let in_train = found.iter().copied().find(|v| data.split.train.contains(v));
-            in_train.ok_or_else(|| bad(format!("{} photographs are called '{name}'", found.len())))
+            in_train.ok_or_else(|| {
+                Exit::Usage.because(format!("{} photographs are called '{name}'", found.len()))
+            })
         }
     }
 }
@@ -138,22 +146,27 @@ fn point(word: &str) -> Option<[f64; 2]> {
 
 fn number(word: &str, flag: &str) -> Result<f64, Failure> {
     let number = word.parse().ok().filter(|n: &f64| n.is_finite());
-    number.ok_or_else(|| bad(format!("{flag} got '{word}', expected a number of pixels, such as 640")))
+    number.ok_or_else(|| {
+        Exit::Usage.because(format!("{flag} got '{word}', expected a number of pixels, such as 640"))
+    })
 }
 
 fn within(camera: &Camera, at: [f64; 2], name: &str) -> Result<(), Failure> {
     let is_within =
         (0.0..=f64::from(camera.width)).contains(&at[0]) && (0.0..=f64::from(camera.height)).contains(&at[1]);
-    let outside = || bad(format!("({}, {}) is outside of {name}, which has {}", at[0], at[1], size(camera)));
+    let outside = || {
+        Exit::Usage.because(format!(
+            "({}, {}) is outside of {name}, which has {}",
+            at[0],
+            at[1],
+            size(camera)
+        ))
+    };
     is_within.then_some(()).ok_or_else(outside)
 }
 
 fn size(camera: &Camera) -> String {
     format!("{} x {} pixels", camera.width, camera.height)
-}
-
-fn bad(message: String) -> Failure {
-    Failure::new(Exit::Usage, anyhow!(message))
 }
 
 #[cfg(test)]

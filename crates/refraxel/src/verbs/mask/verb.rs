@@ -13,7 +13,6 @@ use crate::verbs::dataset::{data_failure, open_options};
 use crate::verbs::files::absolute;
 use crate::verbs::interrupts::{cancel, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
-use anyhow::anyhow;
 use refraxel_data::{Dataset, MaskMeaning, OpenOptions, Photo, PhotoSource, load_photo};
 use refraxel_train::run::Source;
 use refraxel_train::session::Setup;
@@ -45,9 +44,8 @@ pub fn run(args: &MaskArgs) -> Result<(), Failure> {
     let show = Show::suited(args.work.quiet || args.work.json);
     let reading = open_options(&args.reading);
     if !reading.crop.is_none() {
-        let error =
-            anyhow!("masks are made of whole photographs; leave --crop out here, and give it to `train`");
-        return Err(Failure::new(Exit::Usage, error));
+        return Err(Exit::Usage
+            .because("masks are made of whole photographs; leave --crop out here, and give it to `train`"));
     }
     let mut data = Dataset::open(&args.data, &reading).map_err(data_failure)?;
     let out = folder(args, &data)?;

@@ -2,7 +2,6 @@
 
 use crate::exit::{Exit, Failure};
 use crate::verbs::files::read_text;
-use anyhow::anyhow;
 use refraxel_core::{Camera, Lens, Mat3, Pose, Vec3, vec3};
 use refraxel_data::NamedCamera;
 use serde::Deserialize;
@@ -52,7 +51,7 @@ struct Transform {
 /// same run of nerfstudio, it is nerfstudio's own.
 pub fn read(path: &Path, transform: Option<&Path>) -> Result<CameraPath, Failure> {
     let file: File = parse(path)?;
-    let wrong = |what: String| Failure::new(Exit::BadInput, anyhow!("{}: {what}", path.display()));
+    let wrong = |what: String| Exit::BadInput.because(format!("{}: {what}", path.display()));
     if let Some(kind) = file.camera_type.as_ref().filter(|kind| *kind != "perspective") {
         return Err(wrong(format!("camera_type: found {kind:?}; expected \"perspective\"")));
     }
@@ -89,10 +88,10 @@ pub fn read(path: &Path, transform: Option<&Path>) -> Result<CameraPath, Failure
 
 fn parse<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, Failure> {
     let shown = path.display();
-    let text = read_text(path)
-        .map_err(|error| Failure::new(Exit::BadInput, anyhow!("cannot read {shown}: {error}")))?;
+    let text =
+        read_text(path).map_err(|error| Exit::BadInput.because(format!("cannot read {shown}: {error}")))?;
     serde_json::from_str(&text).map_err(|error| {
-        Failure::new(Exit::BadInput, anyhow!("{shown}: this is no such file of nerfstudio: {error}"))
+        Exit::BadInput.because(format!("{shown}: this is no such file of nerfstudio: {error}"))
     })
 }
 
@@ -150,10 +149,9 @@ fn inverse(path: &Path) -> Result<Inverse, Failure> {
     let is_rotation = near(x.length(), 1.0) && near(y.length(), 1.0) && near(x.cross(y).dot(z), 1.0);
     if !(is_rotation && scale > 0.0 && scale.is_finite()) {
         let shown = path.display();
-        let error = anyhow!(
+        return Err(Exit::BadInput.because(format!(
             "{shown}: expected `transform` with a rotation in its left 3 × 3 part, and `scale` above 0"
-        );
-        return Err(Failure::new(Exit::BadInput, error));
+        )));
     }
     Ok(Inverse { rotation: Mat3 { columns: [x, y, z] }.transpose(), translation: column(3), scale })
 }

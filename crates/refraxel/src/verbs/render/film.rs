@@ -39,8 +39,8 @@ impl Format {
             "gif" => Ok(Some(Self::Gif)),
             other @ ("mov" | "mkv" | "avi" | "m4v") => {
                 let named = out.display();
-                let error = anyhow!("--out {named}: films are .mp4, .webm or .gif; found .{other}");
-                Err(Failure::new(Exit::Usage, error))
+                Err(Exit::Usage
+                    .because(format!("--out {named}: films are .mp4, .webm or .gif; found .{other}")))
             }
             _ => Ok(None),
         }
@@ -141,7 +141,7 @@ impl Film {
     /// Why ffmpeg takes no more frames.
     fn why_not(&mut self) -> Failure {
         let Encoder::Ffmpeg { child, frames, said } = &mut self.encoder else {
-            return Failure::new(Exit::Io, anyhow!("cannot write {}", self.out.display()));
+            return Exit::Io.because(format!("cannot write {}", self.out.display()));
         };
         drop(frames.take());
         let _ = child.wait();
@@ -149,10 +149,9 @@ impl Film {
         let last =
             said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing").trim().to_owned();
         let out = self.out.display();
-        let error = anyhow!(
+        Exit::Io.because(format!(
             "ffmpeg cannot make {out}; it says: {last}; a .gif needs no ffmpeg, and a folder as --out gets the frames"
-        );
-        Failure::new(Exit::Io, error)
+        ))
     }
 }
 
@@ -178,9 +177,10 @@ impl Times {
     fn new(out: &Path, fps: f64) -> Result<Self, Failure> {
         if fps > Self::FASTEST {
             let shown = out.display();
-            let error =
-                anyhow!("{shown}: found {fps} frames per second; a GIF has at most {}", Self::FASTEST);
-            return Err(Failure::new(Exit::Usage, error));
+            return Err(Exit::Usage.because(format!(
+                "{shown}: found {fps} frames per second; a GIF has at most {}",
+                Self::FASTEST
+            )));
         }
         Ok(Self { fps, shown: 0 })
     }
@@ -252,13 +252,12 @@ fn ffmpeg(out: &Path, path: &Path, format: Format, size: [u32; 2], fps: f64) -> 
 fn missing(out: &Path) -> Failure {
     let (film, folder) = (out.display(), out.with_extension(""));
     let folder = folder.display();
-    let error = anyhow!(
+    Exit::BadInput.because(format!(
         "--out {film}: {}\n\
          or give a .gif, which needs none, or a folder for the frames, and make the film where ffmpeg is:\n  \
          ffmpeg -i {folder}/%04d.png -pix_fmt yuv420p {film}",
         not_installed(&["ffmpeg"])
-    );
-    Failure::new(Exit::BadInput, error)
+    ))
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! The folder of a render: it knows which of its files a render wrote, so that two renders never mix.
 
 use crate::exit::{Exit, Failure, OrExit};
-use crate::verbs::files::{create_folder, read_if_there};
-use anyhow::{Context, anyhow};
-use refraxel_data::atomic::write_atomic;
+use crate::verbs::files::{create_folder, read_if_there, write_text};
+use anyhow::Context;
 use refraxel_data::listed;
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -53,7 +52,7 @@ impl RenderFolder {
         create_folder(root)?;
         remove(root, &present)?;
         let path = root.join(RECORD);
-        write_atomic(&path, |f| f.write_all(HEADING.as_bytes()))?;
+        write_text(&path, HEADING)?;
         let record = OpenOptions::new().append(true).open(&path);
         Ok(Self {
             root: root.to_owned(),
@@ -134,7 +133,7 @@ fn cannot(action: &str, path: &Path) -> impl FnOnce() -> String {
 }
 
 fn refusal(text: String) -> Failure {
-    Failure::new(Exit::BadInput, anyhow!(text))
+    Exit::BadInput.because(text)
 }
 
 #[cfg(test)]

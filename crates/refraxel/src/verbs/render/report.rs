@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub(super) struct Report {
     pub(super) out: PathBuf,
     pub(super) views: usize,
-    pub(super) layers: Vec<&'static str>,
+    pub(super) layers: Vec<String>,
     /// Poses, intrinsics and the units of depth and index.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) cameras: Option<PathBuf>,

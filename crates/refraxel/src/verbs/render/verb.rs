@@ -4,7 +4,7 @@ use super::cameras;
 use super::depth::Depth;
 use super::film::{Film, Format};
 use super::report::{FilmReport, Report};
-use super::views::{Views, film_all, is_refractive, layer_name};
+use super::views::{Views, film_all, is_refractive};
 use super::writing::write_folder;
 use crate::cli::RenderArgs;
 use crate::console::Console;
@@ -44,7 +44,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             film_all(&mut run, &views, &mut film, show)?;
             film.finish()?;
             report.film = Some(FilmReport { frames: shown.len(), fps, size });
-            report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+            report.layers = args.outputs.iter().map(|l| l.name()).collect();
         }
         None => write_folder(args, (&mut run, &cameras), &views, show, &mut report)?,
     }
@@ -97,7 +97,7 @@ fn edit_index(args: &RenderArgs, run: &mut Loaded) -> Result<Option<Vec<f32>>, F
 fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
     let layer = args.outputs.iter().copied().find(|&l| is_refractive(l));
     let asked = match (layer, args.slices, args.paths) {
-        (Some(layer), ..) => format!("--outputs {}", layer_name(layer)),
+        (Some(layer), ..) => format!("--outputs {}", layer.name()),
         (None, true, _) => "--slices".to_owned(),
         (None, false, Some(_)) => "--paths".to_owned(),
         (None, false, None) => return Ok(()),
@@ -106,9 +106,8 @@ fn refuse_straight(args: &RenderArgs, run: &Loaded) -> Result<(), Failure> {
         return Ok(());
     }
     let run = args.run.display();
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "{asked} needs an index of refraction, but the rays of {run} are straight; train with refractive masks or with \
          --refraction on"
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }

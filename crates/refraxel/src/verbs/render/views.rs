@@ -12,7 +12,6 @@ use crate::exit::{Exit, Failure};
 use crate::progress::{Progress, Show};
 use crate::verbs::interrupts::cancel;
 use crate::verbs::loaded::Loaded;
-use anyhow::anyhow;
 use image::ExtendedColorType;
 use refraxel_core::Camera;
 use refraxel_data::{NamedCamera, quantize};
@@ -77,32 +76,28 @@ pub fn is_refractive(layer: Layer) -> bool {
 }
 
 /// The folders that hold a layer, relative to the folder of the render; colours lie in that folder itself.
-fn folders(layer: Layer) -> &'static [&'static str] {
-    match layer {
-        Layer::Colour => &[""],
-        Layer::Depth => &["depth/", "depth_preview/"],
-        Layer::Opacity => &["opacity/"],
-        Layer::Reflection => &["reflection/"],
-        Layer::Transmission => &["transmission/"],
-        Layer::Index => &["index/", "index_preview/"],
-        Layer::Normal => &["normal/"],
-        Layer::SurfaceDepth => &["surface_depth/", "surface_depth_preview/"],
+fn folders(layer: Layer) -> Vec<String> {
+    if layer == Layer::Colour {
+        return vec![String::new()];
     }
+    let name = layer.name().replace('-', "_");
+    let has_preview = matches!(layer, Layer::Depth | Layer::Index | Layer::SurfaceDepth);
+    let preview = has_preview.then(|| format!("{name}_preview/"));
+    [format!("{name}/")].into_iter().chain(preview).collect()
 }
 
 impl Views<'_> {
     /// The size of all views, which the frames of a film need to have.
     pub fn common_size(&self) -> Result<[u32; 2], Failure> {
         let size = |c: &NamedCamera| [c.camera.width, c.camera.height];
-        let wrong = |text: String| Failure::new(Exit::BadInput, anyhow!(text));
         let first = self
             .cameras
             .first()
             .map(size)
-            .ok_or_else(|| wrong("there are no cameras for a film".to_owned()))?;
+            .ok_or_else(|| Exit::BadInput.because("there are no cameras for a film"))?;
         match self.cameras.iter().find(|c| size(c) != first) {
             None => Ok(first),
-            Some(other) => Err(wrong(format!(
+            Some(other) => Err(Exit::BadInput.because(format!(
                 "the cameras of a film need one size; found {first:?} and, of {}, {:?} pixels; give --size WxH",
                 other.name,
                 size(other)
@@ -172,11 +167,10 @@ fn see_all(
 }
 
 fn stopped(_: Cancelled) -> Failure {
-    let error = anyhow!(
+    Exit::Interrupted.because(
         "stopped before all views were rendered; finished pictures are written, and the same command with --overwrite starts \
-         anew"
-    );
-    Failure::new(Exit::Interrupted, error)
+         anew",
+    )
 }
 
 impl Seen<'_> {
@@ -189,24 +183,17 @@ impl Seen<'_> {
             folder.write(&file, |path| Ok(write_png(path, pixels, size, kind)?)).map(drop)
         };
         match (layer, &self.refractive) {
-            (Layer::Colour, _) => save(0, r.colour.as_flattened(), size, ExtendedColorType::Rgb8),
+            (Layer::Colour | Layer::Reflection | Layer::Transmission, _) => {
+                save(0, self.colours(layer, depths)?.as_flattened(), size, ExtendedColorType::Rgb8)
+            }
             (Layer::Opacity, _) => {
                 let grey: Vec<u8> = r.opacity.iter().map(|&a| quantize(a)).collect();
                 save(0, &grey, size, ExtendedColorType::L8)
             }
             (Layer::Depth, _) => {
                 let samples = depths.seen.samples(r.depth.iter().copied());
-                let colours = depths.seen.preview(r);
                 save(0, &samples, size, ExtendedColorType::L16)?;
-                save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
-            }
-            (Layer::Reflection, _) => {
-                let mirrored = self.view.of(self.camera, Light::Reflected)?;
-                save(0, mirrored.colour.as_flattened(), size, ExtendedColorType::Rgb8)
-            }
-            (Layer::Transmission, _) => {
-                let transmitted = self.view.of(self.camera, Light::Transmitted)?;
-                save(0, transmitted.colour.as_flattened(), size, ExtendedColorType::Rgb8)
+                save(1, self.colours(layer, depths)?.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index, Some(met)) => {
                 save(0, &met.index_samples(), size, ExtendedColorType::L16)?;
@@ -219,16 +206,13 @@ impl Seen<'_> {
             }
             (Layer::SurfaceDepth, Some(met)) => {
                 let samples = depths.surface.samples(met.depths().map(|d| d.unwrap_or(0.0)));
-                let colours = depths.surface.colours(met.depths());
                 save(0, &samples, size, ExtendedColorType::L16)?;
-                save(1, colours.as_flattened(), size, ExtendedColorType::Rgb8)
+                save(1, self.colours(layer, depths)?.as_flattened(), size, ExtendedColorType::Rgb8)
             }
             (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => Ok(()), // refused before
         }
     }
-}
 
-impl Seen<'_> {
     /// The colours of a layer, as people look at it.
     fn colours(&self, layer: Layer, depths: &Depths) -> Result<Vec<[u8; 3]>, Failure> {
         let r = &self.rendering;
@@ -250,20 +234,6 @@ impl Seen<'_> {
             (Layer::SurfaceDepth, Some(met)) => depths.surface.colours(met.depths()),
             (Layer::Index | Layer::Normal | Layer::SurfaceDepth, None) => r.colour.clone(), // refused before
         })
-    }
-}
-
-/// The name of a layer on the command line.
-pub fn layer_name(layer: Layer) -> &'static str {
-    match layer {
-        Layer::Colour => "colour",
-        Layer::Depth => "depth",
-        Layer::Opacity => "opacity",
-        Layer::Reflection => "reflection",
-        Layer::Transmission => "transmission",
-        Layer::Index => "index",
-        Layer::Normal => "normal",
-        Layer::SurfaceDepth => "surface-depth",
     }
 }
 

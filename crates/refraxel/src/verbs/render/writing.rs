@@ -5,10 +5,11 @@ use super::folder::RenderFolder;
 use super::paths::{self, Fan};
 use super::report::Report;
 use super::slices;
-use super::views::{Views, layer_name, render_all, units};
+use super::views::{Views, render_all, units};
 use crate::cli::RenderArgs;
-use crate::exit::{Exit, Failure, OrExit};
+use crate::exit::Failure;
 use crate::progress::Show;
+use crate::verbs::files::write_json;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
 use refraxel_data::atomic::write_atomic;
@@ -36,7 +37,7 @@ pub(super) fn write_folder(
         render_all(run, views, &mut folder, show)?;
         report.cameras = Some(write_cameras(views, run.plan.origin, &mut folder)?);
         report.views = views.cameras.len();
-        report.layers = args.outputs.iter().map(|&l| layer_name(l)).collect();
+        report.layers = args.outputs.iter().map(|l| l.name()).collect();
     }
     if args.slices {
         let (path, truth_shown) = write_slices(args, run, &mut folder)?;
@@ -65,8 +66,7 @@ fn write_cameras(
 ) -> Result<PathBuf, Failure> {
     let cameras: Vec<NamedCamera> = views.cameras.iter().map(|c| origin.to_world(c.clone())).collect();
     let document = export(&cameras, units(views.depth.unit, views.layers));
-    let text = serde_json::to_string_pretty(&document).or_exit(Exit::Io)?;
-    folder.write(CAMERAS, |path| Ok(write_atomic(path, |f| f.write_all(text.as_bytes()))?))
+    folder.write(CAMERAS, |path| write_json(path, &document))
 }
 
 /// Writes slices of the index; true when the truth is beside them, which an edited index does not have.

@@ -6,10 +6,9 @@ use crate::progress::Show;
 use crate::verbs::dataset::data_failure;
 use crate::verbs::eval::evaluate;
 use crate::verbs::evaluation::Evaluation;
-use crate::verbs::files::create_folder;
+use crate::verbs::files::{create_folder, write_json};
 use crate::verbs::train::{self, Lock};
-use anyhow::{Context, anyhow};
-use refraxel_data::atomic::write_atomic;
+use anyhow::Context;
 use refraxel_data::{Dataset, OpenOptions, Part};
 use refraxel_train::device::DeviceChoice;
 use refraxel_train::run::CHECKPOINT;
@@ -70,9 +69,8 @@ impl Job {
         if let Some(done) = self.done()? {
             return Ok(Some(done));
         }
-        let text = serde_json::to_string_pretty(self).or_exit(Exit::Io)?;
-        write_atomic(&self.folder.join(JOB), |f| f.write_all(text.as_bytes()))?;
-        let in_run = |f: Failure| Failure::new(f.exit, f.error.context(format!("run {}", self.name)));
+        write_json(&self.folder.join(JOB), self)?;
+        let in_run = |f: Failure| f.within(format!("run {}", self.name));
         let (_lock, _) = train::train_locked(&self.arguments()?, None, Some(lock), show).map_err(in_run)?;
         evaluate(&self.folder, Part::Test, DeviceChoice::Auto, show).map(Some).map_err(in_run)
     }
@@ -81,15 +79,14 @@ impl Job {
     pub fn check_data(&self) -> Result<(), Failure> {
         let name = &self.dataset;
         let data = Dataset::open(&self.data, &OpenOptions::default()).map_err(data_failure);
-        let data =
-            data.map_err(|f| Failure::new(f.exit, f.error.context(format!("dataset {name} of the plan"))))?;
+        let data = data.map_err(|f| f.within(format!("dataset {name} of the plan")))?;
         if !data.split.test.is_empty() {
             return Ok(());
         }
         let path = self.data.display();
-        let error =
-            anyhow!("dataset {name} of the plan, {path}, holds no images out: its runs could not be scored");
-        Err(Failure::new(Exit::BadInput, error))
+        Err(Exit::BadInput.because(format!(
+            "dataset {name} of the plan, {path}, holds no images out: its runs could not be scored"
+        )))
     }
 
     /// The command line of its training.
@@ -132,12 +129,9 @@ impl Job {
 
     fn foreign(&self) -> Failure {
         let folder = self.folder.display();
-        Failure::new(
-            Exit::BadInput,
-            anyhow!(
-                "{folder} holds a run with other options or data than the plan says now; choose another --out, or remove the folder"
-            ),
-        )
+        Exit::BadInput.because(format!(
+            "{folder} holds a run with other options or data than the plan says now; choose another --out, or remove the folder"
+        ))
     }
 }
 

@@ -4,7 +4,7 @@ use super::job::Job;
 use super::results;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::verbs::files::absolute;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_train::Options;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -36,7 +36,7 @@ pub fn jobs(path: &Path, out: &Path) -> Result<Vec<Job>, Failure> {
     let text = std::fs::read_to_string(path).with_context(refused).or_exit(Exit::BadInput)?;
     let plan: Plan = toml::from_str(&text).with_context(refused).or_exit(Exit::BadInput)?;
     let base = path.parent().unwrap_or(Path::new(""));
-    plan.jobs(base, out).map_err(|f| Failure::new(f.exit, f.error.context(refused())))
+    plan.jobs(base, out).map_err(|f| f.within(refused()))
 }
 
 /// A run by its number.
@@ -44,7 +44,7 @@ pub fn chosen(jobs: &[Job], number: usize) -> Result<&Job, Failure> {
     let last = jobs.len().saturating_sub(1);
     let job = jobs.get(number);
     job.ok_or_else(|| {
-        Failure::new(Exit::Usage, anyhow!("the plan has no run {number}; expected a number from 0 to {last}"))
+        Exit::Usage.because(format!("the plan has no run {number}; expected a number from 0 to {last}"))
     })
 }
 
@@ -57,7 +57,9 @@ pub fn check_data(jobs: &[Job]) -> Result<(), Failure> {
 impl Plan {
     fn jobs(&self, base: &Path, out: &Path) -> Result<Vec<Job>, Failure> {
         if self.data.is_empty() {
-            return refuse("[data] is empty; expected name = \"folder\" for each dataset".to_owned());
+            return Err(
+                Exit::BadInput.because("[data] is empty; expected name = \"folder\" for each dataset")
+            );
         }
         let common: Vec<(String, String)> = self
             .options
@@ -68,10 +70,10 @@ impl Plan {
         for (name, data) in &self.data {
             check_name(name)?;
             if name.is_empty() || RESERVED.iter().any(|r| r.eq_ignore_ascii_case(name)) {
-                return refuse(format!(
+                return Err(Exit::BadInput.because(format!(
                     "{name:?} cannot be the name of a dataset: runs are stored in folders of its name, beside {}",
                     RESERVED.join(" and ")
-                ));
+                )));
             }
             for varied in self.combinations()? {
                 let folder = folder_name(&varied);
@@ -91,10 +93,10 @@ impl Plan {
         for job in &jobs {
             // Some file systems do not tell upper from lower case.
             if let Some(first) = folders.insert(job.name.to_ascii_lowercase(), &job.name) {
-                return refuse(format!(
+                return Err(Exit::BadInput.because(format!(
                     "the runs {first} and {} would share a folder; name each dataset and value once",
                     job.name
-                ));
+                )));
             }
         }
         jobs.iter().try_for_each(check)?;
@@ -106,10 +108,10 @@ impl Plan {
         let mut all = vec![Vec::new()];
         for (option, values) in &self.vary {
             if values.is_empty() || all.len() * values.len() > MOST {
-                return refuse(format!(
+                return Err(Exit::BadInput.because(format!(
                     "[vary] {option} has {} values; expected at least one, and at most {MOST} runs in all",
                     values.len()
-                ));
+                )));
             }
             let values: Vec<String> =
                 values.iter().map(|v| written(option, v)).collect::<Result<_, Failure>>()?;
@@ -122,19 +124,15 @@ impl Plan {
     }
 }
 
-fn refuse<T>(text: String) -> Result<T, Failure> {
-    Err(Failure::new(Exit::BadInput, anyhow!(text)))
-}
-
 /// How an option's value is written on the command line.
 fn written(option: &str, value: &toml::Value) -> Result<String, Failure> {
     match value {
         toml::Value::String(text) => Ok(text.clone()),
         toml::Value::Boolean(switch) => Ok(if *switch { "on" } else { "off" }.to_owned()),
         toml::Value::Integer(_) | toml::Value::Float(_) => Ok(value.to_string()),
-        _ => refuse(format!(
+        _ => Err(Exit::BadInput.because(format!(
             "the value of {option} is {value}; expected a number, a text or a switch (options are written \"section.name\" = value)"
-        )),
+        ))),
     }
 }
 
@@ -149,9 +147,9 @@ fn check_name(name: &str) -> Result<(), Failure> {
     if name.chars().all(is_plain) && !name.starts_with('.') && name.len() <= 200 {
         return Ok(());
     }
-    refuse(format!(
+    Err(Exit::BadInput.because(format!(
         "{name:?} cannot be the name of a folder; expected letters, digits and . _ = , + - in at most 200 characters"
-    ))
+    )))
 }
 
 /// Whether the options of a run exist and may have their values.

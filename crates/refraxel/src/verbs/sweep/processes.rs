@@ -4,6 +4,7 @@ use super::job::Job;
 use super::results::collect;
 use crate::cli::SweepArgs;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::locked::locked;
 use crate::progress::{Progress, Show};
 use crate::verbs::files::create_folder;
 use crate::verbs::interrupts::interrupted;
@@ -38,11 +39,11 @@ pub(super) fn train_all(jobs: &[Job], args: &SweepArgs) -> Result<Vec<usize>, Fa
     let state = Mutex::new((open.into_iter(), done, progress, Vec::new()));
     let work = || -> Result<(), Failure> {
         loop {
-            let Some(job) = lock(&state).0.next().filter(|_| !interrupted()) else { return Ok(()) };
+            let Some(job) = locked(&state).0.next().filter(|_| !interrupted()) else { return Ok(()) };
             let has_ended_well = train_one(&program, job, args, threads)?;
             // Another process may train it: then it is open, and has not failed.
             let is_done = has_ended_well && job.done()?.is_some();
-            let (_, done, progress, failed) = &mut *lock(&state);
+            let (_, done, progress, failed) = &mut *locked(&state);
             *done += usize::from(is_done);
             progress.set(*done as u64, &job.name);
             if !has_ended_well && !interrupted() {
@@ -63,10 +64,6 @@ pub(super) fn train_all(jobs: &[Job], args: &SweepArgs) -> Result<Vec<usize>, Fa
         progress.abandon("")
     }
     Ok(failed)
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|e| e.into_inner())
 }
 
 /// What the process of a run says.

@@ -4,8 +4,7 @@ use super::job::Job;
 use crate::exit::Failure;
 use crate::table::{Table, score};
 use crate::verbs::evaluation::Evaluation;
-use crate::verbs::files::create_folder;
-use refraxel_data::atomic::write_atomic;
+use crate::verbs::files::{create_folder, write_text};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -131,8 +130,8 @@ pub fn text(rows: &[Row]) -> String {
 
 /// Writes results.csv and index.html into the folder of the sweep.
 pub fn write(rows: &[Row], out: &Path) -> Result<(), Failure> {
-    write_atomic(&out.join(TABLE), |f| f.write_all(csv(rows).as_bytes()))?;
-    Ok(write_atomic(&out.join(PAGE), |f| f.write_all(page(rows, out).as_bytes()))?)
+    write_text(&out.join(TABLE), &csv(rows))?;
+    write_text(&out.join(PAGE), &page(rows, out))
 }
 
 /// One line per run; words are quoted.

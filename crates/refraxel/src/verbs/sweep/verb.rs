@@ -9,11 +9,9 @@ use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::shell::quoted_path;
-use crate::verbs::files::create_folder;
+use crate::verbs::files::{create_folder, write_text};
 use crate::verbs::interrupts::{interrupted, watch_for_interrupts};
 use crate::verbs::threads::set_threads;
-use anyhow::anyhow;
-use refraxel_data::atomic::write_atomic;
 
 /// The verb.
 pub fn run(args: &SweepArgs) -> Result<(), Failure> {
@@ -21,7 +19,7 @@ pub fn run(args: &SweepArgs) -> Result<(), Failure> {
     if let Some(file) = &args.slurm {
         check_data(&jobs)?;
         let program = this_program()?;
-        write_atomic(file, |f| f.write_all(slurm(&program, args, jobs.len()).as_bytes()))?;
+        write_text(file, &slurm(&program, args, jobs.len()))?;
         let text = format!(
             "{}: an array of {} tasks; start it by `sbatch {}`",
             file.display(),
@@ -54,20 +52,18 @@ pub fn run(args: &SweepArgs) -> Result<(), Failure> {
     console.result(&text, &rows).or_exit(Exit::Io)?;
     let open = rows.iter().filter(|row| row.state != State::Done).count();
     if interrupted() {
-        let note = anyhow!("stopped with {open} runs left; the same command continues");
-        return Err(Failure::new(Exit::Interrupted, note));
+        return Err(
+            Exit::Interrupted.because(format!("stopped with {open} runs left; the same command continues"))
+        );
     }
     match failed.first() {
         None => Ok(()),
-        Some(&first) => Err(Failure::new(
-            Exit::BadInput,
-            anyhow!(
-                "{} of {} runs failed, {} first; {} says why",
-                failed.len(),
-                jobs.len(),
-                jobs[first].name,
-                log(&jobs[first]).display()
-            ),
-        )),
+        Some(&first) => Err(Exit::BadInput.because(format!(
+            "{} of {} runs failed, {} first; {} says why",
+            failed.len(),
+            jobs.len(),
+            jobs[first].name,
+            log(&jobs[first]).display()
+        ))),
     }
 }

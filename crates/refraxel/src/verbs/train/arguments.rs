@@ -5,7 +5,6 @@ use crate::exit::{Exit, Failure};
 use crate::progress::Show;
 use crate::verbs::dataset::{data_failure, open_options, reduce, reduce_or_fit, say_findings};
 use crate::verbs::files::absolute;
-use anyhow::anyhow;
 use refraxel_data::{Dataset, OpenOptions};
 use refraxel_train::run::{Run, Source};
 
@@ -85,9 +84,8 @@ fn as_before<T: Copy + PartialEq>(
         return Ok(stored);
     }
     let was = stored.map_or_else(|| format!("without {flag}"), |v| format!("with {flag} {}", text(v)));
-    let error = anyhow!(
+    Err(Exit::BadInput.because(format!(
         "{} was trained {was}; --resume continues so: leave {flag} out, or start a new run",
         args.out().display()
-    );
-    Err(Failure::new(Exit::BadInput, error))
+    )))
 }

@@ -2,7 +2,6 @@
 
 use crate::exit::{Exit, Failure};
 use crate::verbs::dataset::data_failure;
-use anyhow::anyhow;
 use refraxel_train::TrainError;
 use refraxel_train::session::SessionError;
 use std::path::Path;
@@ -11,7 +10,7 @@ use std::path::Path;
 pub(super) fn start_failure(error: SessionError, run: &Path) -> Failure {
     match error {
         SessionError::OtherViews { .. } | SessionError::OtherPhotographs => {
-            Failure::new(Exit::BadInput, anyhow!("{}: {error}", run.display()))
+            Exit::BadInput.because(format!("{}: {error}", run.display()))
         }
         error => session_failure(error),
     }
@@ -27,8 +26,7 @@ pub fn session_failure(error: SessionError) -> Failure {
             Failure::new(Exit::Device, error)
         }
         SessionError::Cancelled(_) => {
-            let note = anyhow!("stopped before training began; nothing was saved or changed");
-            Failure::new(Exit::Interrupted, note)
+            Exit::Interrupted.because("stopped before training began; nothing was saved or changed")
         }
         _ => Failure::new(Exit::BadInput, error),
     }

@@ -2,7 +2,7 @@
 
 use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_data::atomic::remove_leftovers;
 use refraxel_train::run::CHECKPOINT;
 use std::fs;
@@ -25,11 +25,10 @@ impl<'a> RunFolder<'a> {
         if !self.holds_run() {
             return Ok(());
         }
-        let error = anyhow!(
+        Err(Exit::BadInput.because(format!(
             "{} holds a run already; continue it by --resume, replace it by --overwrite, or choose another --out",
             self.path.display()
-        );
-        Err(Failure::new(Exit::BadInput, error))
+        )))
     }
 
     /// Whether a run was saved there.

@@ -93,8 +93,8 @@ pub(super) fn learn(
         return Ok(());
     }
     let step = session.state().step;
-    let note = anyhow!("stopped at step {step} and saved; the same command with --resume continues");
-    Err(Failure::new(Exit::Interrupted, note))
+    Err(Exit::Interrupted
+        .because(format!("stopped at step {step} and saved; the same command with --resume continues")))
 }
 
 /// The device failed: what is left of the run is saved.

@@ -6,7 +6,7 @@
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
 use crate::verbs::interrupts;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -98,11 +98,10 @@ fn open(path: &Path) -> io::Result<File> {
 fn refused(run: &Path, holder: Option<&Holder>) -> Failure {
     let holder = holder.map_or_else(|| "another process".to_owned(), ToString::to_string);
     let (run, path) = (run.display(), run.join(LOCK));
-    let error = anyhow!(
+    Exit::BadInput.because(format!(
         "{holder} trains in {run} (its lock is {}); wait until it has ended, stop it, or choose another --out",
         path.display()
-    );
-    Failure::new(Exit::BadInput, error)
+    ))
 }
 
 /// Whether the file still has this name.

@@ -2,6 +2,7 @@
 
 use super::evidence::EVIDENCE;
 use crate::exit::{Exit, Failure, OrExit};
+use crate::locked::locked;
 use crate::progress::Show;
 use crate::sentences::{phase_name, sentence, task_name};
 use crate::verbs::interrupts::{LOOK, interrupted};
@@ -10,7 +11,7 @@ use crate::viewer::{LAST_WORDS, Orders, Painter, Scene, Server, Training, Wish};
 use refraxel_train::events::{Event, Task};
 use refraxel_train::session::{Handle, Session, Stop};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -62,17 +63,9 @@ struct Wishes {
 }
 
 impl Wishes {
-    fn course(&self) -> MutexGuard<'_, Course> {
-        self.course.lock().unwrap_or_else(|e| e.into_inner())
-    }
-
-    fn ended(&self) -> MutexGuard<'_, bool> {
-        self.ended.lock().unwrap_or_else(|e| e.into_inner())
-    }
-
     /// Takes a wish, unless the training shall end already; whether that changes anything.
     fn set(&self, wished: Course) -> bool {
-        let mut course = self.course();
+        let mut course = locked(&self.course);
         let is_new = *course != wished && *course != Course::End;
         if is_new {
             *course = wished;
@@ -131,7 +124,7 @@ impl Viewing {
                     val_psnr: record.val_psnr,
                     phase: phase_name(record.phase),
                 });
-                let course = *self.wishes.course();
+                let course = *locked(&self.wishes.course);
                 self.tell_state(course, "");
                 if course != Course::GoOn {
                     self.stopped_to_wait = course == Course::Wait;
@@ -154,7 +147,7 @@ impl Viewing {
             return;
         }
         self.last_line = Instant::now();
-        let course = *self.wishes.course();
+        let course = *locked(&self.wishes.course);
         self.tell_state(course, &format!("{task} {done}/{total}"));
     }
 
@@ -168,7 +161,7 @@ impl Viewing {
 
     /// Somebody wishes that the training is saved and ends.
     pub fn is_to_end(&self) -> bool {
-        *self.wishes.course() == Course::End
+        *locked(&self.wishes.course) == Course::End
     }
 
     /// If a wish to wait has stopped the training: waits until it shall go on, and says whether it shall; false if the program
@@ -179,7 +172,7 @@ impl Viewing {
         }
         self.orders.set_share(1.0);
         self.orders.tell_now(state(true, "waits"));
-        let mut course = self.wishes.course();
+        let mut course = locked(&self.wishes.course);
         while *course == Course::Wait && !interrupted() {
             let waited = self.wishes.changed.wait_timeout(course, LOOK);
             course = waited.unwrap_or_else(|e| e.into_inner()).0;
@@ -193,7 +186,7 @@ impl Viewing {
 
     /// The training has ended and is saved: its last state is shown, and pages are told why.
     pub fn end(mut self, session: &Session, stop: Stop) {
-        *self.wishes.ended() = true;
+        *locked(&self.wishes.ended) = true;
         self.orders.set_share(1.0);
         if !interrupted() {
             drop(self.orders.renew(session.snapshot())); // nobody waits for it
@@ -222,7 +215,7 @@ impl Viewing {
 impl Drop for Viewing {
     fn drop(&mut self) {
         if !self.has_ended {
-            *self.wishes.ended() = true;
+            *locked(&self.wishes.ended) = true;
             self.say_goodbye("The training has failed; the terminal says why.".to_owned(), LAST_WORDS);
         }
     }
@@ -250,7 +243,7 @@ fn renew(handle: &Handle, wishes: &Wishes, orders: &Orders) {
         let Ok(run) = handle.snapshot().recv() else { return };
         let taken = {
             // The last state is not followed by an earlier one.
-            let ended = wishes.ended();
+            let ended = locked(&wishes.ended);
             if *ended {
                 return;
             }

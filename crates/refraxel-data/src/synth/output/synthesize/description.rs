@@ -90,7 +90,7 @@ pub(super) fn write_scene(options: &SynthOptions, scene: &Scene, own: Value) -> 
         "seed": options.seed,
         "reflection": if options.reflection == Reflection::On { "fresnel" } else { "off" },
         "up_axis": "z",
-        "aabb": [scene.bounds.min.to_array(), scene.bounds.max.to_array()],
+        "aabb": scene.bounds.to_arrays(),
         "refractive": refractive_json(scene),
         "opaque": opaque_json(scene),
     });

@@ -7,7 +7,7 @@ use crate::synth::cameras::Viewpoints;
 use crate::synth::elevations::Elevations;
 use crate::synth::error::SynthError;
 use crate::synth::scene::{Body, Scene};
-use crate::synth::scenes::choice::{Entry, GLASS, IorRange, SceneInfo, SceneOptions, WATER, chosen, info};
+use crate::synth::scenes::choice::{Entry, GLASS, STONE, SceneInfo, SceneOptions, WATER, chosen, info};
 use crate::synth::scenes::surroundings::Setting;
 use refraxel_core::vec3;
 
@@ -38,8 +38,6 @@ const AROUND: Elevations = degrees(6.0, 42.0);
 const fn subject(place: Place, things: fn(&Setting, &Decor) -> Vec<Body>) -> Subject {
     Subject { place, things, elevations: AROUND }
 }
-
-const STONE: Option<IorRange> = Some(IorRange { default: 1.7, min: 1.0, max: 4.0 });
 
 const ROOMS: [Entry<Subject>; 11] = [
     (

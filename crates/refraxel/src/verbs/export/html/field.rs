@@ -40,9 +40,7 @@ pub fn add(model: &Model, optimiser: &Optimiser, marching: &Marching, pack: &mut
     let slots: Vec<u32> = std::iter::once(0).chain(kept).collect();
     pack.words("scene", scene(model, &map));
     pack.words("task", task(marching, field));
-    let all: usize = per_axis(&map).iter().map(|&n| n as usize).product();
-    let entry = |k| map.entry(k).slot().map_or_else(|far| -(far as i32), |slot| slot as i32) as u32;
-    pack.words("table", (0..all).map(entry));
+    pack.words("table", map.table_words().map(|entry| entry as u32));
     pack.words("forward", map.forward_rows().as_flattened().iter().copied());
     let words =
         |&s: &u32| [optimiser.occupied[s as usize] as u32, (optimiser.occupied[s as usize] >> 32) as u32];
@@ -115,11 +113,6 @@ fn colours(field: &VoxelField<f32>, voxels: &[usize], seen: &[bool], pack: &mut 
     pack.reals("scales", scales);
 }
 
-/// Bricks per axis.
-fn per_axis(map: &BrickMap) -> [u32; 3] {
-    map.resolution().map(|n| n.div_ceil(BRICK))
-}
-
 /// `Scene` of `scene.wgsl`.
 fn scene(model: &Model, map: &BrickMap) -> Vec<u32> {
     let real = |v: [f32; 3], last: u32| [v[0].to_bits(), v[1].to_bits(), v[2].to_bits(), last];
@@ -139,7 +132,7 @@ fn scene(model: &Model, map: &BrickMap) -> Vec<u32> {
         real(placement.highest.to_array(), map.slots() as u32),
         whole(domain.resolution.map(|n| n - 2), rows),
         whole(map.brick_strides(), 0),
-        whole(per_axis(map), 0),
+        whole(map.bricks_per_axis(), 0),
         real(plain, 0),
         right,
         down,

@@ -5,12 +5,12 @@ use super::still::{first_camera, still};
 use super::template::{evidence, page};
 use super::{field, regions};
 use crate::exit::{Exit, Failure, OrExit};
+use crate::verbs::files::write_text;
 use crate::verbs::loaded::Loaded;
 use crate::verbs::reopen::reopen;
 use crate::verbs::view::name;
 use crate::viewer::{PageCamera, UP};
 use flate2::{Compression, write::GzEncoder};
-use refraxel_data::atomic::write_atomic;
 use refraxel_data::scene_region;
 use refraxel_train::Backend;
 use refraxel_train::schedule::rendering_marching;
@@ -57,7 +57,7 @@ pub fn write(run: &mut Loaded, folder: &Path, out: &Path) -> Result<Page, Failur
     let colours = compressed(pack.part("colours"))?.len().div_ceil(3) * 4;
     let verdict = run.state.verdict.as_ref().map(|verdict| evidence(verdict, folder)).unwrap_or_default();
     let page = page(&name(folder), &document, &numbers, &still, &verdict);
-    write_atomic(out, |f| f.write_all(page.as_bytes()))?;
+    write_text(out, &page)?;
     Ok(Page { voxels, bytes: page.len(), colours })
 }
 

@@ -2,7 +2,6 @@
 
 use super::pack::Pack;
 use crate::exit::{Exit, Failure};
-use anyhow::anyhow;
 use refraxel_core::{Domain, IndexGrid, Interpolation, LevelSet, Vec3};
 use refraxel_train::model::index_edit::typical_index;
 use refraxel_train::model::{Model, Refraction};
@@ -28,11 +27,10 @@ pub fn add(model: &Model, pack: &mut Pack) -> Result<Vec<Value>, Failure> {
     for (k, grid) in medium.regions().iter().enumerate() {
         let is_uniform = grid.level_set().is_some() && grid.interior_index().is_some();
         if !is_uniform && grid.interpolation() != Interpolation::CubicBSpline {
-            let error = anyhow!(
+            return Err(Exit::BadInput.because(format!(
                 "region {} has another interpolation of its index than cubic; a page renders that alone (option index.interpolation)",
                 k + 1
-            );
-            return Err(Failure::new(Exit::BadInput, error));
+            )));
         }
         let typical = typical_index(grid);
         let is_bubble = typical.is_none();
