@@ -93,14 +93,17 @@ const NARROWING: f32 = 0.3;
 /// How far below and above a rim that is measured [voxel].
 const BESIDE_RIM: f32 = 2.0;
 
-/// The plane across `up` that cuts the roof off the rim of a body of revolution: a cone, as steep as the lowest view, of which no
-/// ray inside a mask needs anything. `None` where there is no rim, or next to nothing above it.
-pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
+/// The plane across a direction beyond which no ray inside a mask needs anything of the body; `None` where that would be much of it.
+pub(super) fn end(surface: &LevelSet<f32>, rays: &[Ray<f32>], towards: Vec3<f32>) -> Option<Plane> {
     let chords = Chords::new(surface, rays);
-    if chords.first.is_empty() {
-        return None;
-    }
-    let lid = Plane::facing(up, chords.deepest(up));
+    let is_seen = !chords.first.is_empty();
+    is_seen.then(|| Plane::facing(towards, chords.deepest(towards))).filter(|end| is_shallow(end, surface))
+}
+
+/// Such a plane above the rim of a body of revolution, where it cuts a roof off: a cone, as steep as the lowest view. `None` where there is
+/// no rim, or next to nothing above it.
+pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
+    let lid = end(surface, rays, up)?;
     let nodes = surface.coefficients().iter().enumerate().filter(|(_, phi)| **phi < 0.0);
     let heights: Vec<f32> = nodes.map(|(j, _)| lid.height(surface.position(j)) / surface.voxel()).collect();
     // Proportional to the mean radius between so many times that height and once more.
@@ -111,7 +114,7 @@ pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> 
     let [below, at, above] = [-2.0, -1.0, 0.0].map(radius);
     let is_rim = below - at < NARROWING * (at - above);
     let has_roof = heights.iter().any(|h| *h > 1.0);
-    (is_rim && has_roof && is_shallow(&lid, surface)).then_some(lid)
+    (is_rim && has_roof).then_some(lid)
 }
 
 /// The plane near the normal of a crowd that most of its points are above. More than a voxel hardly counts more, and what is below the plane counts

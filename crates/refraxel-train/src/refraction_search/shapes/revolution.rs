@@ -222,7 +222,8 @@ impl Revolution {
         row(j) + t * (row(j + 1) - row(j))
     }
 
-    /// The same, as wide as outlines show it on the mean. `surface` is its own, as it was carved; near its ends rough masks round it off.
+    /// The same, as wide as outlines show it on the mean: its sides move away from the axis, and its ends stay where they are, with sharp
+    /// edges. `surface` is its own, as it was carved; near its ends rough masks round it off.
     pub(in crate::refraction_search) fn as_wide_as(
         mut self,
         outlines: &Contours,
@@ -230,8 +231,15 @@ impl Revolution {
     ) -> Self {
         let [low, high] = self.span;
         let is_side = |x| MIDDLE.contains(&((self.axis.place(x)[1] - low) / (high - low)));
-        let by = outlines.beyond(surface, is_side);
-        self.profile.iter_mut().for_each(|phi| *phi -= by);
+        let by = outlines.beyond(surface, is_side) / self.step;
+        for row in self.profile.chunks_exact_mut(self.across) {
+            let (old, last) = (row.to_vec(), self.across as f32 - 1.001);
+            for (i, phi) in row.iter_mut().enumerate() {
+                let at = (i as f32 - by).clamp(0.0, last);
+                let (a, s) = (at as usize, at.fract());
+                *phi = old[a] + s * (old[a + 1] - old[a]);
+            }
+        }
         self
     }
 
@@ -327,8 +335,17 @@ mod tests {
         let surface = rough.surface(carved.domain(), &whole);
         let contours = Contours::new(&outlines, &carved, None).unwrap();
         let off = |body: &Revolution| f64::from(body.distance(vec3(0.4, 0.0, 0.0))) / footprint();
-        let (before, after) = (off(&rough), off(&rough.clone().as_wide_as(&contours, &surface)));
+        let wide = rough.clone().as_wide_as(&contours, &surface);
+        let (before, after) = (off(&rough), off(&wide));
         assert!(before > 0.3 && after.abs() < 0.1, "{before} {after}");
+        // Its ends stay where they were.
+        let height = |body: &Revolution| body.distance(vec3(0.2, 0.0, 0.5));
+        assert!(
+            (height(&wide) - height(&rough)).abs() < 0.1 * carved.voxel(),
+            "{} {}",
+            height(&rough),
+            height(&wide)
+        );
     }
 
     #[test]
