@@ -196,12 +196,8 @@ impl From<EvaluateError> for Failure {
             EvaluateError::Data(e) => data_failure(e),
             EvaluateError::Metrics(e) => e.into(),
             EvaluateError::NoViews { .. } => Self::new(Exit::BadInput, error),
-            EvaluateError::Cancelled(_) => {
-                let note = anyhow!(
-                    "stopped before all images were rendered; run `refraxel eval` again to score them"
-                );
-                Self::new(Exit::Interrupted, note)
-            }
+            EvaluateError::Cancelled(_) => Exit::Interrupted
+                .because("stopped before all images were rendered; run `refraxel eval` again to score them"),
         }
     }
 }
