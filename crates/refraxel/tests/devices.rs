@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Ran, ball, ball_and, refraxel, train};
+use common::{Ran, ball_and, refraxel, train};
 use std::path::Path;
 
 const STRAIGHT: [&str; 2] = ["--refraction", "off"];
@@ -44,7 +44,7 @@ fn log(run: &Path) -> String {
 #[cfg(feature = "gpu")]
 mod gpu {
     use super::*;
-    use common::{path, refractive, train_with_index};
+    use common::{ball, path, refractive, train_with_index};
     use refraxel::device::{Decided, Gpu, Opened};
     use refraxel::progress::Show;
     use refraxel::viewer::{Look, Scene};
