@@ -19,11 +19,6 @@ pub(crate) fn plain_text(path: &Path, bytes: u64) -> Result<String, DataError> {
     limits::read_text_up_to(path, bytes).map(|text| plain(&text).text)
 }
 
-/// How many values some JSON has, or a few more.
-pub(crate) fn values(text: &str) -> usize {
-    plain(text).values
-}
-
 /// JSON without extensions.
 struct Plain {
     text: String,

@@ -52,12 +52,12 @@ impl ParsedDataset {
         }
     }
 
-    /// The same, whose files lie in a folder, or outside where that is allowed.
+    /// Such a dataset whose files lie in a folder, or outside of it where that is allowed.
     pub fn below(folder: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
         Ok(Self::new(Root::new(folder, options.allow_outside)?, format))
     }
 
-    /// The same, whose files lie beside one that describes all of them.
+    /// Such a dataset whose files lie beside the one that describes them.
     pub fn beside(file: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
         Self::below(file.parent().unwrap_or(Path::new("")), format, options)
     }

@@ -91,7 +91,7 @@ impl Failure {
         Self { exit, error: error.into() }
     }
 
-    /// The same, which happened in what this says.
+    /// The same, said to have happened in `what`, such as one run of many.
     #[must_use]
     pub fn within(self, what: String) -> Self {
         Self { exit: self.exit, error: self.error.context(what) }

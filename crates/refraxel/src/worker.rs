@@ -256,5 +256,6 @@ mod tests {
         let ended = ended.recv_timeout(wait).unwrap();
         assert_eq!((ended.code, ended.printed.lines().nth(1)), (Some(130), Some("saved")));
         worker.wait_until(Instant::now() + wait);
+        assert!(locked(&worker.0).child.is_none(), "it has ended, and nobody waits for it any longer");
     }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Ran, ball, ball_and, refraxel, train};
+use common::{Ran, ball_and, refraxel, train};
 use std::path::Path;
 
 const STRAIGHT: [&str; 2] = ["--refraction", "off"];
@@ -44,7 +44,7 @@ fn log(run: &Path) -> String {
 #[cfg(feature = "gpu")]
 mod gpu {
     use super::*;
-    use common::{known, path, refractive};
+    use common::{ball, path, refractive, train_with_index};
     use refraxel::device::{Decided, Gpu, Opened};
     use refraxel::progress::Show;
     use refraxel::viewer::{Look, Scene};
@@ -214,7 +214,7 @@ mod gpu {
     /// A run on a glass ball that mirrors, whose index and shape were given.
     fn glass_run(folder: &Path) -> PathBuf {
         let (data, run) = (ball(folder), folder.join("run"));
-        known(&data, &run, &data.join("scene.json"), &["--device", "cpu"]);
+        train_with_index(&data, &run, &data.join("scene.json"), &["--device", "cpu"]);
         run
     }
 

@@ -159,7 +159,8 @@ impl<T: Real> LevelSet<T> {
         &mut self.coefficients
     }
 
-    /// φ + `by` [scene unit] on the same grid: the body ends where this one is so deep. B-splines add up to 1.
+    /// φ + `by` [scene unit] on the same grid: the surface moves inwards to where this body is so deep, or outwards where `by` < 0.
+    /// B-splines add up to 1: what is added to each coefficient is added to φ.
     #[must_use]
     pub fn raised(&self, by: T) -> Self {
         let mut raised = self.clone();

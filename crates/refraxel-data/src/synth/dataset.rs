@@ -37,7 +37,7 @@ impl ViewCounts {
         Part::ALL.into_iter().filter(move |part| self.of(*part) > 0)
     }
 
-    /// Those of a part.
+    /// Views of a part.
     pub(super) fn of(self, part: Part) -> usize {
         match part {
             Part::Train => self.train,

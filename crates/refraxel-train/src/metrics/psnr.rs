@@ -14,7 +14,7 @@ pub fn psnr(render: Rgb8<'_>, truth: Rgb8<'_>) -> Result<f64, MetricsError> {
     Ok(decibel(sum, render.pixels().len() as u64))
 }
 
-/// PSNR [dB] over the pixels inside (`coverage` > 127) and outside the mask; `None` for a region below 64 pixels.
+/// PSNR [dB] over the pixels inside (white in `coverage`) and outside the mask; `None` for a region below 64 pixels.
 ///
 /// The mean runs over the pixels of the region only, so a small object is not flattered by its large surroundings.
 pub fn masked_psnr(

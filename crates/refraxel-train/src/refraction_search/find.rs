@@ -3,7 +3,7 @@
 use super::context::{Context, SearchError};
 use super::ground::Ground;
 use super::hull::Views;
-use super::known::{bodies, site};
+use super::known::bodies;
 use super::region::Region;
 use super::silhouettes::{silhouettes, vote, without_gaps};
 use crate::backend::Backend;
@@ -41,7 +41,7 @@ impl Context<'_> {
 
     /// The grid around a box.
     fn site(&self, bounds: &Aabb<f32>) -> Site {
-        site(bounds, self.spacing(bounds), self.options)
+        Site::around(bounds, self.spacing(bounds), self.options.index.interpolation.into())
     }
 
     /// The ellipsoid in a box.

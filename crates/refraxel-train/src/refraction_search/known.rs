@@ -6,7 +6,7 @@ use super::surface::{Form, Surface};
 use crate::level_set::half_full;
 use crate::model::{Gate, Refraction, RegionState};
 use crate::options::{IndexIntegrator, Options, SurfaceProfile};
-use crate::silhouettes::{Site, Spacing, region_grid};
+use crate::silhouettes::{Site, Spacing};
 use refraxel_core::{Aabb, IndexGrid, LevelSet, Vec3};
 use refraxel_data::IndexSource;
 use refraxel_data::synth::{self, ConstantBody};
@@ -14,7 +14,8 @@ use refraxel_data::synth::{self, ConstantBody};
 /// A known index on grids with about this many nodes along their longest edges: bodies of one index each where a truth has
 /// several, with sharp surfaces and in their order; otherwise [`known_field`].
 pub fn known_refraction(source: &IndexSource, nodes: u32, options: &Options) -> Refraction {
-    let site = |bounds: &Aabb<f32>| site(bounds, Spacing::Longest(nodes), options);
+    let interpolation = options.index.interpolation.into();
+    let site = |bounds: &Aabb<f32>| Site::around(bounds, Spacing::Longest(nodes), interpolation);
     match bodies(source, site, options) {
         None => known_field(source, nodes, options),
         Some(regions) => held(&regions, options),
@@ -24,7 +25,8 @@ pub fn known_refraction(source: &IndexSource, nodes: u32, options: &Options) -> 
 /// A known index on one grid with about this many nodes along its longest edge. A body of one index has a sharp surface.
 /// The index of a mesh is `search.guess`.
 pub fn known_field(source: &IndexSource, nodes: u32, options: &Options) -> Refraction {
-    let site = site(&source.bounds().cast(), Spacing::Longest(nodes), options);
+    let interpolation = options.index.interpolation.into();
+    let site = Site::around(&source.bounds().cast(), Spacing::Longest(nodes), interpolation);
     // It need not learn: nothing is blurred, and all that is not vacuum bends.
     let mut options = options.clone();
     let region = Region { state: RegionState::default(), ..Region::of_known(site, source) };
@@ -40,12 +42,6 @@ pub fn known_field(source: &IndexSource, nodes: u32, options: &Options) -> Refra
 fn held(regions: &[Region], options: &Options) -> Refraction {
     let bodies = regions.iter().flat_map(|r| simplest(r, options).bodies(r, options));
     refraction(bodies.collect(), options)
-}
-
-/// The grid around a box.
-pub(super) fn site(bounds: &Aabb<f32>, spacing: Spacing, options: &Options) -> Site {
-    let (bounds, resolution) = region_grid(bounds, spacing);
-    Site { bounds, resolution, interpolation: options.index.interpolation.into() }
 }
 
 /// The bodies of a truth that has several of one index each, in the order in which they rule, each on a grid of its own.

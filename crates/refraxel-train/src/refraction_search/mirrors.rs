@@ -21,14 +21,15 @@ pub(super) fn begin_mirroring(
     }
     let layout = ProbeLayout { longest: c.probes, degree: PROBE_DEGREE };
     backend.set_reflection(Reflection::of(backend.medium(), c.cache, &layout));
-    bake(backend, Caches::Reflection, (known.options, known.near), observer)
+    bake_probes(backend, Caches::Reflection, known.options, known.near, observer)
 }
 
-/// Lets probes look at the field, where mirrors ask them.
-pub(crate) fn bake(
+/// Lets probes take up the light of the field; where mirrored rays are traced exactly, nobody asks them.
+pub(crate) fn bake_probes(
     backend: &mut dyn Backend,
     caches: Caches,
-    (options, near): (&Options, f32),
+    options: &Options,
+    near: f32,
     observer: &mut Observer,
 ) -> Result<(), Cancelled> {
     if options.reflection.cache != MirrorSource::Exact {

@@ -52,7 +52,7 @@ pub(crate) use completing::hulls;
 pub use context::{Context, Decision, SearchError};
 pub(crate) use ground::Ground;
 pub use known::{known_field, known_refraction};
-pub(crate) use mirrors::bake;
+pub(crate) use mirrors::bake_probes;
 pub(crate) use outline::{Outline, outline};
 pub(crate) use parts::{NONE, connected, neighbours};
 pub(crate) use silhouettes::OCCLUDER_RAYS;

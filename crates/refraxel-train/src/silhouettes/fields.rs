@@ -3,12 +3,13 @@
 //! Every field gives the n of its nodes as control values: the grid's coefficients are n²/2 at the nodes, see
 //! [`IndexGrid::from_control_values`]. Nodes of the border stay at n = 1.
 
+use super::region::{Spacing, region_grid};
 use rayon::prelude::*;
 use refraxel_core::{Aabb, Domain, Extent, IndexGrid, Interpolation, LevelSet, Vec3, vec3};
 use refraxel_data::IndexVolume;
 use refraxel_data::synth::{IndexTruth, Shape};
 
-/// Where an index grid lies and how it is interpolated; bounds and resolution as from [`region_grid`](super::region_grid).
+/// Where an index grid lies and how it is interpolated; bounds and resolution as from [`region_grid`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// The grid's box, its border of vacuum included.
@@ -27,6 +28,12 @@ const TRUTH_SAMPLES: usize = 2;
 const EXACT: u8 = 4;
 
 impl Site {
+    /// The grid around a box, as [`region_grid`] lays it.
+    pub fn around(bounds: &Aabb<f32>, spacing: Spacing, interpolation: Interpolation) -> Self {
+        let (bounds, resolution) = region_grid(bounds, spacing);
+        Self { bounds, resolution, interpolation }
+    }
+
     /// The nodes of the grid.
     pub fn domain(&self) -> Domain<f32> {
         Domain { bounds: self.bounds, extent: Extent::Bounded, resolution: self.resolution }
@@ -122,15 +129,13 @@ impl Site {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::silhouettes::{Spacing, region_grid};
     use refraxel_data::synth::TriangleMesh;
     use serde_json::json;
 
     const BOX: Aabb<f32> = Aabb { min: vec3(-0.5, -0.4, -0.3), max: vec3(0.5, 0.4, 0.3) };
 
     fn site() -> Site {
-        let (bounds, resolution) = region_grid(&BOX, Spacing::Voxel(0.025));
-        Site { bounds, resolution, interpolation: Interpolation::CubicBSpline }
+        Site::around(&BOX, Spacing::Voxel(0.025), Interpolation::CubicBSpline)
     }
 
     /// ∫ (n − 1) dV over the grid.

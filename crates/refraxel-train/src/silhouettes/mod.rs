@@ -25,4 +25,4 @@ pub use occluders::{OPAQUE, Occluders, hidden_beyond};
 pub use outline::MAP_BYTES;
 pub(crate) use outline::Tangent;
 pub use outline::{Outlines, Silhouette};
-pub use region::{Spacing, region_grid};
+pub use region::Spacing;

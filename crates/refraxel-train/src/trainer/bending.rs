@@ -179,7 +179,7 @@ impl Trainer {
             self.backend.set_reflection(Reflection { source, ..Reflection::none() });
         }
         self.backend.set_clearcoat(clearcoat);
-        let marched = (&self.options, self.plan.near);
-        refraction_search::bake(&mut *self.backend, Caches::Clearcoat, marched, observer)
+        let (backend, near) = (&mut *self.backend, self.plan.near);
+        refraction_search::bake_probes(backend, Caches::Clearcoat, &self.options, near, observer)
     }
 }

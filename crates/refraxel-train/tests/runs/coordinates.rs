@@ -1,6 +1,6 @@
 //! The same photographs in other coordinates: far from the origin of the world, and in other units of length.
 
-use crate::scenes::{begun, events, with, written};
+use crate::scenes::{begun, events, options_with, written};
 use refraxel_core::{Vec3, vec3};
 use refraxel_data::{Dataset, LocalOrigin, PosedPhoto, View, load_photo};
 use refraxel_train::events::Event;
@@ -37,7 +37,7 @@ fn options(bend: Switch, scale: f64, at: Vec3<f64>) -> Options {
         let [x, y, z] = ((middle + Vec3::splat(s * 0.5)) * scale + at).to_array();
         format!("{x},{y},{z}")
     };
-    let mut options = with(&[
+    let mut options = options_with(&[
         ("run.steps", "8"),
         ("run.batch", "64"),
         ("grid.resolution", "16"),

@@ -1,7 +1,7 @@
 //! What a run without masks may rely on: glass is found, nothing is found where nothing refracts, and looking leaves no trace.
 
 use crate::bits::bytes;
-use crate::scenes::{begun, events as run, with, written};
+use crate::scenes::{begun, events as run, options_with, written};
 use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::detection::{self, Hints};
 use refraxel_train::events::{Event, Task};
@@ -49,7 +49,7 @@ fn options(settings: &[(&str, &str)]) -> Options {
         ("refraction.straight_steps", "100"),
         ("detection.rays", "250000"),
     ];
-    with(&[&usual[..], settings].concat())
+    options_with(&[&usual[..], settings].concat())
 }
 
 fn start(data: &Dataset, options: Options) -> Session {

@@ -1,6 +1,6 @@
 //! Processes that train one model together: the same bits as one, and messages of the size that was foreseen.
 
-use crate::scenes::{begun, with, written};
+use crate::scenes::{begun, options_with, written};
 use refraxel_core::{Camera, Extent, VoxelField, vec3};
 use refraxel_data::Dataset;
 use refraxel_train::backend::conformance::scenes;
@@ -26,7 +26,7 @@ fn data() -> Dataset {
 fn options(settings: &[(&str, &str)]) -> Options {
     let usual =
         [("run.steps", "60"), ("run.batch", "2048"), ("grid.resolution", "32"), ("straight_steps", "20")];
-    with(&[&usual[..], settings].concat())
+    options_with(&[&usual[..], settings].concat())
 }
 
 /// A run to its end: what it has learned, what a camera sees, and what its processes have sent, where there are several.

@@ -1,6 +1,6 @@
 //! Cameras that find where they are.
 
-use crate::scenes::{begun, with, written};
+use crate::scenes::{begun, options_with, written};
 use refraxel_core::{Lens, Mat3, Pose, vec3};
 use refraxel_data::{Dataset, Part};
 use refraxel_train::Options;
@@ -33,7 +33,7 @@ fn trained(data: &Dataset, learn: Switch) -> Session {
 }
 
 fn trained_with(data: &Dataset, learn: Switch, lens: Switch) -> Session {
-    let mut options = with(&[("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64")]);
+    let mut options = options_with(&[("run.steps", "300"), ("run.batch", "2048"), ("grid.resolution", "64")]);
     options.refraction.bend = Switch::Off;
     options.pose.enabled = learn;
     options.pose.lens = lens;

@@ -32,7 +32,7 @@ pub fn written(
 }
 
 /// The usual options with these settings.
-pub fn with(settings: &[(&str, &str)]) -> Options {
+pub fn options_with(settings: &[(&str, &str)]) -> Options {
     let mut options = Options::default();
     settings.iter().for_each(|(key, value)| options.set(key, value).unwrap());
     options

@@ -1,7 +1,7 @@
 //! What a library user may rely on: events, stops inside long phases, copies, and going on bit by bit.
 
 use crate::bits::bytes;
-use crate::scenes::{begun, events, with, written};
+use crate::scenes::{begun, events, options_with, written};
 use refraxel_core::radiance::Pixel;
 use refraxel_core::radiance::clearcoat::Clearcoat;
 use refraxel_core::{BrickMap, Domain, Extent, Ray, vec3};
@@ -30,7 +30,7 @@ fn glass_ball() -> Dataset {
 }
 
 fn options(bend: bool) -> Options {
-    let mut options = with(&[
+    let mut options = options_with(&[
         ("run.steps", "40"),
         ("run.batch", "256"),
         ("grid.resolution", "32"),

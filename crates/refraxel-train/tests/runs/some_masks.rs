@@ -1,6 +1,6 @@
 //! Data in which only some views have masks.
 
-use crate::scenes::{begun, with, written};
+use crate::scenes::{begun, options_with, written};
 use refraxel_data::{Dataset, PhotoSource};
 use refraxel_train::events::Event;
 use refraxel_train::session::{Setup, Until};
@@ -24,7 +24,7 @@ fn with_every(data: &Dataset, nth: usize) -> Dataset {
 /// What a run of few steps tells of masks: how many there are, whether the others were completed, and the share of pixels inside.
 fn completed(data: Dataset) -> Option<(usize, bool, f64)> {
     let short = [("run.steps", "40"), ("run.batch", "128"), ("grid.resolution", "16")];
-    let options = with(&[&short[..], &[("refraction.bend", "on")]].concat());
+    let options = options_with(&[&short[..], &[("refraction.bend", "on")]].concat());
     let mut session = begun(Setup::new(data, options));
     let mut told = None;
     let mut note = |event: Event| {

@@ -5,7 +5,7 @@ use crate::cli::ViewArgs;
 use crate::console::Console;
 use crate::exit::{Exit, Failure, OrExit};
 use crate::progress::Show;
-use crate::verbs::interrupts::{wait, watch_for_interrupts};
+use crate::verbs::interrupts::{wait_for_interrupt, watch_for_interrupts};
 use crate::viewer::{Page, Server};
 use anyhow::Context;
 use serde_json::json;
@@ -30,7 +30,7 @@ pub fn run(args: &ViewArgs) -> Result<(), Failure> {
     Console::new(args.json).result(&text, &json!({ "url": url, "page": "start" })).or_exit(Exit::Io)?;
     // Not opened where a program reads the address; where no browser can be started, the text says what to do.
     let _leads_there = if args.json { None } else { browser::open(&url).ok().flatten() };
-    wait();
+    wait_for_interrupt();
     Show::suited(args.json).say("the start page ends; running work is stopped, and a training is saved");
     desk.end("The program was ended in its terminal. `refraxel view` starts it again, and opens this page at another address.");
     Ok(())

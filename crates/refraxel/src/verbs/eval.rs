@@ -1,7 +1,7 @@
 //! `refraxel eval`: renders a split of a run and scores it.
 
 use super::dataset::data_failure;
-use super::evaluation::{Evaluated, Evaluation, Learned, Rays, folder, folder_of_index};
+use super::evaluation::{Evaluated, Evaluation, LearnedShift, Rays, folder, folder_of_index};
 use super::files::create_folder;
 use super::interrupts::{cancel, watch_for_interrupts};
 use super::loaded::{Loaded, load_run};
@@ -146,9 +146,9 @@ fn evaluate_in(
     };
     let how = || if split == Part::Train { LEARNED } else { FOUND }.to_owned();
     let poses = run.alignment.poses.as_ref();
-    let poses = poses.map(|p| Learned { shift: p.shift(), evaluated: how() });
+    let poses = poses.map(|p| LearnedShift { shift: p.shift(), evaluated: how() });
     let exposures = run.alignment.exposures.as_ref();
-    let exposures = exposures.map(|e| Learned { shift: e.shift(), evaluated: how() });
+    let exposures = exposures.map(|e| LearnedShift { shift: e.shift(), evaluated: how() });
     let (scores, ior, verdict) = (found.scores, found.index, run.state.verdict);
     Ok(Evaluation { scores, ior, verdict, poses, exposures, run: evaluated })
 }
@@ -196,12 +196,8 @@ impl From<EvaluateError> for Failure {
             EvaluateError::Data(e) => data_failure(e),
             EvaluateError::Metrics(e) => e.into(),
             EvaluateError::NoViews { .. } => Self::new(Exit::BadInput, error),
-            EvaluateError::Cancelled(_) => {
-                let note = anyhow!(
-                    "stopped before all images were rendered; run `refraxel eval` again to score them"
-                );
-                Self::new(Exit::Interrupted, note)
-            }
+            EvaluateError::Cancelled(_) => Exit::Interrupted
+                .because("stopped before all images were rendered; run `refraxel eval` again to score them"),
         }
     }
 }

@@ -29,21 +29,21 @@ pub struct Evaluation {
     pub verdict: Option<Verdict>,
     /// Where its cameras are, if they learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poses: Option<Learned<PoseShift>>,
+    pub poses: Option<LearnedShift<PoseShift>>,
     /// How its photographs are exposed, if they learned that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exposures: Option<Learned<ExposureShift>>,
+    pub exposures: Option<LearnedShift<ExposureShift>>,
     /// The run when it was evaluated.
     pub run: Evaluated,
 }
 
-/// What an evaluated run has learned of each view.
+/// How far the poses that a run has learned are from where the data put them, or its exposures from their mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Learned<Shift> {
-    /// How far the training views are from where the data put their cameras, or from their mean exposure.
+pub struct LearnedShift<Shift> {
+    /// That of the training views.
     #[serde(flatten)]
     pub shift: Shift,
-    /// How those of the evaluated views were found.
+    /// How the poses or exposures of the evaluated views were found.
     pub evaluated: String,
 }
 
@@ -150,7 +150,7 @@ impl Evaluation {
         ];
         let scores: Vec<String> = parts.into_iter().flatten().collect();
         let mut text = format!("{} {} images: {}", s.images, split.name(), scores.join("  "));
-        if let Some(Learned { shift, evaluated }) = &self.poses {
+        if let Some(LearnedShift { shift, evaluated }) = &self.poses {
             text += &format!(
                 "\nposes: cameras turned by up to {:.2} degrees (median {:.2}) and moved by up to {:.d$} (median {:.d$}); \
                  those of these images {evaluated}",
@@ -165,7 +165,7 @@ impl Evaluation {
                     &format!("\nlens: focal length \u{d7}{focal:.4}, first radial coefficient {radial:+.4}");
             }
         }
-        if let Some(Learned { shift, evaluated }) = &self.exposures {
+        if let Some(LearnedShift { shift, evaluated }) = &self.exposures {
             text += &format!(
                 "\nexposures: up to {:.2} stops from their mean (median {:.2}); those of these images {evaluated}",
                 shift.largest, shift.median

@@ -41,7 +41,7 @@ pub fn interrupted() -> bool {
 }
 
 /// Waits until the user wants to stop.
-pub fn wait() {
+pub fn wait_for_interrupt() {
     while !interrupted() {
         thread::sleep(LOOK);
     }

@@ -1,6 +1,6 @@
 //! `refraxel view`: a live page of a run, or the start page.
 
-use super::interrupts::{wait, watch_for_interrupts};
+use super::interrupts::{wait_for_interrupt, watch_for_interrupts};
 use super::reopen::reopen_source;
 use super::threads::set_thread_count;
 use crate::cli::ViewArgs;
@@ -53,7 +53,7 @@ fn view(folder: &Path, args: &ViewArgs) -> Result<(), Failure> {
     let text =
         format!("{} at {url}\nopen this address in a browser; Ctrl-C ends the viewer", folder.display());
     Console::new(args.json).result(&text, &json!({ "url": url })).or_exit(Exit::Io)?;
-    wait();
+    wait_for_interrupt();
     let until = Instant::now() + LAST_WORDS;
     let why = format!(
         "The viewer was ended in its terminal. `refraxel view {}` starts it again and prints another address.",

@@ -8,4 +8,4 @@ pub mod running;
 
 pub use datasets::{ball, ball_and, glass, photographs, refractive};
 pub use files::{is_without_files, json_of, path, write_image};
-pub use program::{Ran, TINY, command, known, refraxel, train};
+pub use program::{Ran, TINY, command, refraxel, train, train_with_index};

@@ -67,7 +67,7 @@ pub fn train(data: &Path, out: &Path, more: &[&str]) -> Ran {
 }
 
 /// Trains a run on the ball whose index comes from `file` and stays.
-pub fn known(data: &Path, out: &Path, file: &Path, more: &[&str]) {
+pub fn train_with_index(data: &Path, out: &Path, file: &Path, more: &[&str]) {
     let fixed = ["--refraction", "on", "--index-from", path(file), "--set", "index.rate=0"];
     train(data, out, &[&fixed[..], &["--set", "surface.rate=0"], more].concat()).done();
 }

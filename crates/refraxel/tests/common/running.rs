@@ -27,11 +27,13 @@ impl Running {
 
     pub fn ended(mut self) -> Ran {
         let mut err = String::new();
-        self.0.stderr.take().map(|mut told| told.read_to_string(&mut err).unwrap());
+        if let Some(told) = &mut self.0.stderr {
+            told.read_to_string(&mut err).unwrap();
+        }
         Ran { code: self.code(), out: String::new(), err }
     }
 
-    /// The code with which it ends.
+    /// Waits for its end: the code with which it ends, −1 after a signal.
     pub fn code(&mut self) -> i32 {
         self.0.wait().unwrap().code().unwrap_or(-1)
     }

@@ -19,7 +19,7 @@ const SHARP: [&str; 6] =
 /// A folder, the ball in it, and a run on the ball whose index and shape come from its scene and stay.
 fn sharp(name: &str) -> (TempDir, PathBuf, PathBuf) {
     let (folder, data, run) = ball_and(name);
-    known(&data, &run, &data.join("scene.json"), &SHARP);
+    train_with_index(&data, &run, &data.join("scene.json"), &SHARP);
     (folder, data, run)
 }
 
@@ -107,7 +107,7 @@ fn a_mesh_that_comes_back_is_the_same_surface() {
     let (folder, data, first) = sharp("first");
     export(&first, "ply", &["--detail", "2"]).done();
     let second = folder.path().join("second");
-    known(&data, &second, &first.join("surface.ply"), &SHARP);
+    train_with_index(&data, &second, &first.join("surface.ply"), &SHARP);
     let (before, after) = (level_set(&first), level_set(&second));
     let mesh = refraxel_core::Mesh::of_level(after.domain(), 1, |x| after.sample(x));
     let mut off: Vec<f64> = mesh.vertices.iter().map(|&x| before.value(x).abs() / before.voxel()).collect();
@@ -149,7 +149,7 @@ fn cameras_that_learned_are_opened_again() {
     }
 }
 
-/// The same with straight rays, in which something has become opaque.
+/// A folder, the ball in it, and a run on the ball with straight rays, in which something has become opaque.
 fn straight() -> (TempDir, PathBuf, PathBuf) {
     let (folder, data, run) = ball_and("straight");
     train(&data, &run, &["--refraction", "off"]).done();

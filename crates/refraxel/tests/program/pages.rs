@@ -157,7 +157,7 @@ pub fn address(lines: &mut impl BufRead) -> String {
     }
 }
 
-/// Starts `view --json`, and the address that it prints.
+/// Starts `view --json`: the program, and the address that it prints.
 pub fn viewed(command: &mut Command) -> (Running, String) {
     let mut program = Running(command.stdout(Stdio::piped()).spawn().unwrap());
     let mut out = BufReader::new(program.0.stdout.take().unwrap());

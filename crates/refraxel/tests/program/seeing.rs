@@ -10,7 +10,7 @@ use tempfile::TempDir;
 /// A folder, the ball in it, and a run on the ball whose index and shape were given.
 fn bent(more: &[&str]) -> (TempDir, PathBuf, PathBuf) {
     let (folder, data, run) = ball_and("bent");
-    known(&data, &run, &data.join("scene.json"), more);
+    train_with_index(&data, &run, &data.join("scene.json"), more);
     (folder, data, run)
 }
 
@@ -169,7 +169,7 @@ fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
     let (glass, thin) = (ball_of(folder.path(), 1.5), ball_of(folder.path(), 1.1));
     let more = ["--set", "steps=250", "--set", "grid.resolution=40", "--set", "batch=1024"];
     let (run, cameras) = (folder.path().join("bent"), thin.join("transforms_test.json"));
-    known(&glass, &run, &glass.join("scene.json"), &more);
+    train_with_index(&glass, &run, &glass.join("scene.json"), &more);
     let error = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
         render(&run, &out, &[&["--cameras", path(&cameras)], more].concat()).done();

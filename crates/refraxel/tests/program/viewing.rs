@@ -27,7 +27,7 @@ fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
     static RUN: OnceLock<(TempDir, PathBuf, PathBuf)> = OnceLock::new();
     RUN.get_or_init(|| {
         let (folder, data, run) = ball_and("run");
-        known(&data, &run, &data.join("scene.json"), &[]);
+        train_with_index(&data, &run, &data.join("scene.json"), &[]);
         (folder, run, data)
     })
 }

@@ -2,9 +2,8 @@
 
 use crate::{DataError, json, limits};
 use refraxel_core::Vec3;
-use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::de::{DeserializeOwned, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 use std::fmt::{self, Formatter};
 use std::path::Path;
@@ -24,22 +23,20 @@ pub(super) struct Reconstruction {
 /// All reconstructions of a file. What is not points is counted before it takes memory.
 pub(super) fn parse(path: &Path) -> Result<Vec<Reconstruction>, DataError> {
     #[derive(Deserialize)]
-    struct Counted<'a> {
-        #[serde(borrow)]
-        cameras: &'a RawValue,
-        #[serde(borrow)]
-        shots: &'a RawValue,
-        #[serde(borrow, default)]
-        reference_lla: Option<&'a RawValue>,
+    struct Sizes {
+        cameras: Count,
+        shots: Count,
+        #[serde(default)]
+        reference_lla: Count,
     }
     let text = json::plain_text(path, limits::RECONSTRUCTION_BYTES)?;
-    let counted: Vec<Counted> = typed(path, &text)?;
-    let parts = counted.iter().flat_map(|c| [c.cameras, c.shots].into_iter().chain(c.reference_lla));
-    limits::json(path, parts.map(|part| json::values(part.get())).sum(), 0)?;
+    let sizes: Vec<Sizes> = typed(path, &text)?;
+    let count = sizes.iter().map(|s| s.cameras.0 + s.shots.0 + s.reference_lla.0).sum();
+    limits::json(path, count, 0)?;
     typed(path, &text)
 }
 
-fn typed<'a, T: Deserialize<'a>>(path: &Path, text: &'a str) -> Result<T, DataError> {
+fn typed<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, DataError> {
     serde_json::from_str(text).map_err(|source| DataError::Json { path: path.to_owned(), source })
 }
 
@@ -71,6 +68,64 @@ impl<'de> Deserialize<'de> for Points {
             }
         }
         deserializer.deserialize_map(All)
+    }
+}
+
+/// How many values some JSON has.
+#[derive(Default)]
+struct Count(usize);
+
+impl<'de> Deserialize<'de> for Count {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = Count;
+
+            fn expecting(&self, f: &mut Formatter) -> fmt::Result {
+                f.write_str("a value")
+            }
+
+            fn visit_unit<E>(self) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_bool<E>(self, _: bool) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_i64<E>(self, _: i64) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_u64<E>(self, _: u64) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_f64<E>(self, _: f64) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_str<E>(self, _: &str) -> Result<Count, E> {
+                Ok(Count(1))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Count, A::Error> {
+                let mut count = 1;
+                while let Some(Count(n)) = list.next_element()? {
+                    count += n;
+                }
+                Ok(Count(count))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Count, A::Error> {
+                let mut count = 1;
+                while let Some((IgnoredAny, Count(n))) = map.next_entry()? {
+                    count += n;
+                }
+                Ok(Count(count))
+            }
+        }
+        deserializer.deserialize_any(Any)
     }
 }
 

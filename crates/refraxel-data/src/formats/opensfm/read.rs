@@ -9,7 +9,7 @@ use crate::formats::beside::{frame, image_folder};
 use crate::formats::lens::{fisheye, opencv};
 use crate::json::Object;
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
-use crate::root::{Root, Statement};
+use crate::root::Statement;
 use crate::{DataError, Format, OpenOptions, Problem, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3, vec3};
 use serde_json::Value;
@@ -26,8 +26,7 @@ pub(crate) fn find(folder: &Path) -> Option<PathBuf> {
 
 /// Reads the largest reconstruction of the file, whose photographs lie in `folder`.
 pub(crate) fn read(folder: &Path, file: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
-    let root = Root::new(&above(folder, "opensfm"), options.allow_outside)?;
-    let mut parsed = ParsedDataset::new(root, Format::OpenSfm);
+    let mut parsed = ParsedDataset::below(&above(folder, "opensfm"), Format::OpenSfm, options)?;
     let all: Vec<Reconstruction> = parse(file)?;
     let Reconstruction { cameras, shots, points, reference_lla } = largest(file, all, &mut parsed.problems)?;
     limits::frames(file, shots.len())?;

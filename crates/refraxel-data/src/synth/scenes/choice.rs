@@ -43,7 +43,7 @@ pub(super) const GLASS: Option<IorRange> = matter(1.5);
 pub(super) const WATER: Option<IorRange> = matter(1.33);
 pub(super) const STONE: Option<IorRange> = matter(1.7);
 
-/// That of clear matter, which may have any index of such.
+/// The range of all clear matter, with another default.
 pub(super) const fn matter(default: f64) -> Option<IorRange> {
     Some(IorRange { default, min: 1.0, max: 4.0 })
 }

@@ -57,6 +57,7 @@ impl Setting {
         self.cells(colors, salt, Vec3::splat(cell))
     }
 
+    /// The same with cells of three edge lengths.
     fn cells(&self, colors: &[u32], salt: u64, cell: Vec3<f64>) -> Texture {
         let palette = colors.iter().map(|&c| rgb(c)).collect();
         Texture::Mosaic(Mosaic { palette, cell, grain: 0.018, seed: mix(self.seed, salt) })

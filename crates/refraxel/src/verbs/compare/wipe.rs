@@ -4,7 +4,6 @@
 
 use crate::canvas::{Align, Canvas, Colour, Font, INK, PAPER, Rect};
 use crate::exit::{Exit, Failure, OrExit};
-use anyhow::anyhow;
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use refraxel_data::atomic::write_atomic;
 use refraxel_train::metrics::Rgb8;
@@ -35,12 +34,12 @@ pub struct Side<'a> {
 /// Refuses names that are not those of a GIF, and more or less than two runs.
 pub fn check(out: &Path, runs: usize) -> Result<(), Failure> {
     let (is_gif, out) = (out.extension().is_some_and(|e| e.eq_ignore_ascii_case("gif")), out.display());
-    let error = match runs {
+    let why = match runs {
         2 if is_gif => return Ok(()),
-        2 => anyhow!("--wipe {out}: found another ending than .gif; give a name such as wipe.gif"),
-        _ => anyhow!("--wipe {out} shows two runs; found {runs}"),
+        2 => format!("--wipe {out}: found another ending than .gif; give a name such as wipe.gif"),
+        _ => format!("--wipe {out} shows two runs; found {runs}"),
     };
-    Err(Failure::new(Exit::Usage, error))
+    Err(Exit::Usage.because(why))
 }
 
 /// Writes the film of two renderings of this size: the first is shown in full at the beginning, the second half-way.

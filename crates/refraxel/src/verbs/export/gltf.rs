@@ -245,7 +245,7 @@ impl Content {
     }
 }
 
-/// Light of the colour of a point or of a vertex, within what a file holds.
+/// Light of an sRGB code, of which what lies outside of [0, 1] is cut off.
 fn light(code: f32) -> f32 {
     srgb_decode(code.clamp(0.0, 1.0))
 }

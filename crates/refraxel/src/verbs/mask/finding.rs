@@ -6,7 +6,6 @@ use crate::progress::Show;
 use crate::verbs::interrupts::interrupted;
 use crate::verbs::options::set_all;
 use crate::verbs::train::{ProgressDisplay, session_failure};
-use anyhow::anyhow;
 use refraxel_data::{Dataset, scene_region};
 use refraxel_train::detection::{Found, Hints};
 use refraxel_train::events::{Event, Task};
@@ -41,16 +40,18 @@ pub(super) fn found(setup: &Setup, hints: &Hints, show: Show) -> Result<(Gate, f
         return Err(Exit::Interrupted.because("stopped before anything was found; no mask was written"));
     }
     let Found { gate, separation } = found.map_err(session_failure)?;
-    let nothing = || match setup.data.views.iter().filter(|v| v.has_mask()).count() {
-        masks if masks >= refraction_search::LEAST_MASKS => anyhow!(
-            "nothing was found that straight rays cannot explain; {masks} photographs have masks, which suffice for training: \
-             their visual hull completes the others"
-        ),
-        _ => anyhow!(
-            "nothing was found that straight rays cannot explain; point at the glass in some photographs with --click VIEW X Y, \
-             --box VIEW X0 Y0 X1 Y1 or --outline VIEW X,Y X,Y X,Y"
-        ),
+    let nothing = || {
+        let masks = setup.data.views.iter().filter(|v| v.has_mask()).count();
+        let advice = if masks >= refraction_search::LEAST_MASKS {
+            format!(
+                "{masks} photographs have masks, which suffice for training: their visual hull completes the others"
+            )
+        } else {
+            "point at the glass in some photographs with --click VIEW X Y, --box VIEW X0 Y0 X1 Y1 or --outline VIEW X,Y X,Y X,Y"
+                .to_owned()
+        };
+        Exit::BadInput.because(format!("nothing was found that straight rays cannot explain; {advice}"))
     };
-    let gate = gate.ok_or_else(|| Failure::new(Exit::BadInput, nothing()))?;
+    let gate = gate.ok_or_else(nothing)?;
     Ok((gate, separation))
 }

@@ -2,7 +2,7 @@
 
 use crate::exit::{Exit, Failure, OrExit};
 use crate::shell::not_installed;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, RgbImage};
 use std::fs::File;
@@ -204,16 +204,16 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 
 fn refuse_earlier(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let shown = out.display();
-    let error = match out.symlink_metadata() {
+    let why = match out.symlink_metadata() {
         Ok(found) if found.is_dir() => {
-            anyhow!("--out {shown} is a folder; give the name of a film, or another folder")
+            format!("--out {shown} is a folder; give the name of a film, or another folder")
         }
         Ok(_) if !overwrite => {
-            anyhow!("{shown} is there already; give another --out, or --overwrite to replace it")
+            format!("{shown} is there already; give another --out, or --overwrite to replace it")
         }
         _ => return Ok(()),
     };
-    Err(Failure::new(Exit::BadInput, error))
+    Err(Exit::BadInput.because(why))
 }
 
 fn gif(file: File, times: Times) -> io::Result<Encoder> {

@@ -13,7 +13,7 @@ use crate::progress::Show;
 use crate::verbs::interrupts::watch_for_interrupts;
 use crate::verbs::loaded::{Loaded, load_run};
 use crate::verbs::threads::set_threads;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use refraxel_train::Backend;
 use refraxel_train::model::index_edit::{IndexEdit, typical_index};
 
@@ -60,22 +60,22 @@ fn cameras_are_asked_for(args: &RenderArgs) -> bool {
 /// Refuses options of films for a folder, and of folders for a film.
 fn refuse_mixed(args: &RenderArgs, format: Option<Format>) -> Result<(), Failure> {
     let out = args.out.display();
-    let error = match format {
+    let why = match format {
         None if args.fps.is_some() => {
-            anyhow!("--fps is for films; give a name such as {out}.mp4 as --out, or leave --fps out")
+            format!("--fps is for films; give a name such as {out}.mp4 as --out, or leave --fps out")
         }
         Some(_) if args.slices || args.paths.is_some() => {
-            anyhow!("--slices and --paths are single pictures; give a folder as --out, not the film {out}")
+            format!("--slices and --paths are single pictures; give a folder as --out, not the film {out}")
         }
         Some(_) if args.outputs.len() != 1 => {
-            anyhow!(
+            format!(
                 "a film shows one layer; found --outputs with {}; give one film for each",
                 args.outputs.len()
             )
         }
         _ => return Ok(()),
     };
-    Err(Failure::new(Exit::Usage, error))
+    Err(Exit::Usage.because(why))
 }
 
 /// Gives the loaded run another index if asked to. Returns the typical index of each region then.

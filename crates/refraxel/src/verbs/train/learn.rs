@@ -9,7 +9,6 @@ use super::viewing::Viewing;
 use super::watch::ProgressDisplay;
 use crate::exit::{Exit, Failure};
 use crate::verbs::interrupts::keeps;
-use anyhow::anyhow;
 use refraxel_data::atomic::WriteError;
 use refraxel_train::TrainError;
 use refraxel_train::events::{Event, Shown};
@@ -107,10 +106,10 @@ fn device_failed(session: &mut Session, out: &Path, fault: &str) -> Failure {
             out.display()
         ),
     };
-    let error = anyhow!("{fault}\n  {kept}");
+    let failure = Exit::Device.because(format!("{fault}\n  {kept}"));
     match saved {
-        Ok(()) => Failure::new(Exit::Device, error),
-        Err(unsaved) => Failure::new(Exit::Device, error.context(unsaved.to_string())),
+        Ok(()) => failure,
+        Err(unsaved) => failure.within(unsaved.to_string()),
     }
 }
 
