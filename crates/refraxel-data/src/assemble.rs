@@ -274,7 +274,10 @@ fn resizes(resized: &[Resized]) -> Option<Problem> {
     Some(if same_shape {
         Problem::note(message)
     } else {
-        Problem::warning(format!("{message}; the shape differs too"))
+        Problem::warning(format!(
+            "{message}; the shape differs too: that is right only if the images were stretched; if they were cropped, export cameras for \
+             these images, or take the whole ones"
+        ))
     })
 }
 
