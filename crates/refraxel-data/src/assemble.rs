@@ -135,6 +135,10 @@ fn look(
     ));
     let alpha = alpha::decide(headers, &looks, options);
     parsed.problems.extend(alpha.problems);
+    if alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len() {
+        let others = groups[1..].iter().find(|group| !group.is_empty());
+        looks = looks::look(views, others.map_or(&[][..], |group| group));
+    }
     if alpha.meaning == Some(AlphaMeaning::Mask) {
         stated.add_alpha(&parsed.frames, headers);
     }

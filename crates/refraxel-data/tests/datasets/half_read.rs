@@ -285,9 +285,12 @@ fn held_out_views_may_all_be_missing_where_the_others_are_there() {
 #[test]
 fn photographs_without_a_pose_are_a_note_and_what_belongs_to_others_is_not() {
     let folder = transforms_folder(4, |_| {});
-    for name in ["r_8", "r_9", "r_0_depth", "r_1.mask"] {
+    for name in ["r_8", "r_9", "r_0_depth"] {
         write_image(folder.path(), &format!("images/{name}.png"), WIDTH, HEIGHT);
     }
+    image::GrayImage::from_fn(WIDTH, HEIGHT, |x, _| image::Luma([if x < 4 { 0 } else { 255 }]))
+        .save(folder.path().join("images/r_1.mask.png"))
+        .unwrap();
     let data = open(&folder).unwrap();
     assert_reports(&data, "2 photographs have no pose and are not used");
     assert!(data.problems.iter().all(|p| p.severity == Severity::Note));

@@ -250,8 +250,14 @@ fn names_of_lists_that_are_those_of_no_view_are_named() {
     assert_warns(&data, "test.txt: 1 names in it are those of no view: r_50.png");
     let few = beside("train.txt", "r_1.png\nr_2.png\nr_3.png\n");
     let data = open(&few).unwrap();
-    assert_eq!(data.split.train.len(), 3);
-    assert!(warns(&data, "5 views are in no list of the split and are not used: images/r_0.png"));
+    assert_eq!((data.split.train.len(), data.split.test.len()), (3, 5));
+    assert!(data.split.rule.contains("the others are held out"), "{}", data.split.rule);
+    write_file(few.path(), "test.txt", "r_0.png\n");
+    assert!(warns(
+        &open(&few).unwrap(),
+        "4 views are in no list of the split and are not used: images/r_4.png"
+    ));
+    std::fs::remove_file(few.path().join("test.txt")).unwrap();
     write_file(few.path(), "train.txt", "r_1.png\nr_2.png\nr_3.png\nx_4.png\n");
     assert!(matches!(open(&few), Err(DataError::ViewsLost { lost: 5, count: 8, .. })));
 }
