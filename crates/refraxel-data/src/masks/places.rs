@@ -194,11 +194,9 @@ impl Places {
     pub fn unused(&self, frames: &[Frame], used: &[Option<PathBuf>]) -> Vec<Problem> {
         let is_unused = |f: &&Folder| !used.iter().flatten().any(|path| path.starts_with(&f.path));
         let folders = self.folders.values().flatten().filter(is_unused);
-        if used.iter().all(Option::is_some) {
-            let Some(taken) = used.iter().flatten().next() else { return Vec::new() };
+        if let Some(taken) = used.iter().flatten().next().filter(|_| used.iter().all(Option::is_some)) {
             let is_second = |f: &&Folder| f.number.is_none() && !f.files.is_empty();
-            let Some(image) = images(frames).next() else { return Vec::new() };
-            return folders.filter(is_second).map(|f| f.second(image, taken)).collect();
+            return folders.filter(is_second).map(|f| f.second(taken)).collect();
         }
         let mut problems: Vec<Problem> = folders.filter_map(|f| f.warning(images(frames).next()?)).collect();
         if used.iter().all(Option::is_none) {
@@ -320,10 +318,9 @@ impl Folder {
     }
 
     /// A warning that the masks of photographs are taken from elsewhere.
-    fn second(&self, image: &Path, taken: &Path) -> Problem {
-        let name = image.file_name().unwrap_or_default().display();
+    fn second(&self, taken: &Path) -> Problem {
         Problem::warning(format!(
-            "{} holds masks as well, and they are not used: each photograph has one mask ({} for {name}); join them into one picture each, or \
+            "{} holds masks as well, and they are not used: each photograph has one mask, such as {}; join them into one picture each, or \
              move away the folder that is not meant",
             self.path.display(),
             taken.display()
