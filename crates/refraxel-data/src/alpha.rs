@@ -11,6 +11,12 @@ use std::str::FromStr;
 const OPAQUE: f32 = 0.98;
 /// Alpha up to which nothing is there: 1 of 255, where a 1 was meant to be all.
 const NONE: f32 = 1.01 / 255.0;
+/// Alpha that varies less than this is the same everywhere.
+const CONSTANT: f32 = 2.01 / 255.0;
+/// What is cut out stands before nothing, so that not as much of the borders is opaque.
+const FILLED: f64 = 0.97;
+/// Half-covered pixels that should be brighter than their alpha, at least, before it is said that none is.
+const BRIGHTER: f64 = 12.0;
 /// One colour has at least this share of the pixels below alpha 0 of a cut-out.
 const PLAIN: f64 = 0.9;
 /// A photograph changes less than this from pixel to pixel, compared with pixels that are far apart; noise changes as much.
@@ -28,12 +34,19 @@ pub(crate) fn decide(headers: &[Header], looks: &[Look], options: &OpenOptions) 
     if with == 0 {
         return Decided { meaning: None, problems: Vec::new() };
     }
+    let without = headers.len() - with;
+    let looks: Vec<&Look> = looks.iter().filter(|l| headers[l.view].alpha).collect();
     let (meaning, why) = match options.alpha {
         Some(stated) => (stated, None),
-        None => concluded(&looks.iter().filter(|l| headers[l.view].alpha).collect::<Vec<_>>()),
+        None => match concluded(&looks) {
+            (AlphaMeaning::Backdrop, _) if with < without => {
+                (AlphaMeaning::Ignore, Some(of_few(with, without)))
+            }
+            concluded => concluded,
+        },
     };
     let mut problems: Vec<Problem> = why.into_iter().collect();
-    let without = headers.len() - with;
+    problems.extend(multiplied(&looks).filter(|_| meaning == AlphaMeaning::Backdrop));
     if meaning != AlphaMeaning::Ignore && without > 0 {
         problems.push(Problem::warning(format!(
             "{without} of {} photographs have no alpha channel: all of their pixels count as opaque",
@@ -41,6 +54,34 @@ pub(crate) fn decide(headers: &[Header], looks: &[Look], options: &OpenOptions) 
         )));
     }
     Decided { meaning: Some(meaning), problems }
+}
+
+/// A warning about cut-outs among more photographs that are none: they say nothing of what is behind all of them.
+fn of_few(with: usize, without: usize) -> Problem {
+    Problem::warning(format!(
+        "only {with} of {} photographs have an alpha channel: it is left out, and all of their pixels are used; give all photographs one, or \
+         none (--alpha backdrop takes what it covers for empty space)",
+        with + without
+    ))
+}
+
+/// A warning where colours were multiplied by alpha: half-covered pixels are then never brighter than it, although enough of what is
+/// opaque is.
+fn multiplied(looks: &[&Look]) -> Option<Problem> {
+    let samples = || looks.iter().flat_map(|l| l.samples.iter().map(|[here, _]| *here));
+    let brightest = |[r, g, b, _]: [f32; 4]| r.max(g).max(b);
+    let mut opaque: Vec<f32> = samples().filter(|p| p[3] >= OPAQUE).map(brightest).collect();
+    opaque.sort_by(f32::total_cmp);
+    let half = || samples().filter(|p| (0.05..0.95).contains(&p[3]));
+    let brighter = |p: [f32; 4]| opaque.len() - opaque.partition_point(|v| *v <= p[3] + 0.01);
+    let expected = half().map(|p| brighter(p) as f64).sum::<f64>() / opaque.len().max(1) as f64;
+    let is_multiplied = expected > BRIGHTER && half().all(|p| brightest(p) <= p[3] + 0.01);
+    is_multiplied.then(|| {
+        Problem::warning(
+            "no half-covered pixel is brighter than its alpha, as where colours are multiplied by alpha already (premultiplied): the \
+             outlines will be too dark; export the photographs with straight alpha",
+        )
+    })
 }
 
 /// `backdrop`, `mask` or `ignore`.
@@ -78,6 +119,15 @@ fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
                        left out (--alpha backdrop says that nothing is to be seen)";
         return (AlphaMeaning::Ignore, Some(Problem::warning(message)));
     }
+    let (least, most) = alpha().fold((1.0, 0.0), |(least, most): (f32, f32), a| (least.min(a), most.max(a)));
+    if most - least < CONSTANT {
+        let message = format!(
+            "the alpha of all photographs that were looked at is {:.0} % everywhere, which says nothing: it is left out (--alpha backdrop \
+             takes them for half transparent)",
+            100.0 * most
+        );
+        return (AlphaMeaning::Ignore, Some(Problem::warning(message)));
+    }
     let below: Vec<Below> = looks.iter().filter_map(|look| Below::of(look)).collect();
     let photographs = below.iter().filter(|b| b.is_photograph()).count();
     let plain = below.iter().map(|b| b.plain).sum::<f64>() / below.len().max(1) as f64;
@@ -88,6 +138,16 @@ fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
             100.0 * plain
         );
         return (AlphaMeaning::Mask, Some(Problem::note(message)));
+    }
+    let border = || looks.iter().flat_map(|l| l.border.iter().map(|pixel| pixel[3]));
+    let filled = border().filter(|a| *a >= OPAQUE).count() as f64 / border().count().max(1) as f64;
+    if filled > FILLED {
+        let message = format!(
+            "{:.0} % of the borders of the photographs are opaque, so that alpha cuts holes into whole photographs: it is taken for a mask, \
+             and the holes are not used (--alpha backdrop takes them for empty space)",
+            100.0 * filled
+        );
+        return (AlphaMeaning::Mask, Some(Problem::warning(message)));
     }
     (AlphaMeaning::Backdrop, None)
 }

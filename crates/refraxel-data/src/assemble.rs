@@ -135,6 +135,10 @@ fn look(
     ));
     let alpha = alpha::decide(headers, &looks, options);
     parsed.problems.extend(alpha.problems);
+    if alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len() {
+        let others = groups[1..].iter().find(|group| !group.is_empty());
+        looks = looks::look(views, others.map_or(&[][..], |group| group));
+    }
     if alpha.meaning == Some(AlphaMeaning::Mask) {
         stated.add_alpha(&parsed.frames, headers);
     }
@@ -274,7 +278,10 @@ fn resizes(resized: &[Resized]) -> Option<Problem> {
     Some(if same_shape {
         Problem::note(message)
     } else {
-        Problem::warning(format!("{message}; the shape differs too"))
+        Problem::warning(format!(
+            "{message}; the shape differs too: that is right only if the images were stretched; if they were cropped, export cameras for \
+             these images, or take the whole ones"
+        ))
     })
 }
 

@@ -130,6 +130,10 @@ impl Borders {
                 Some(odd) => Problem::warning(format!(
                     "{reason}, but hardly any of {odd}; --backdrop surroundings overrides this"
                 )),
+                None if self.same < PHOTOGRAPHED => Problem::warning(format!(
+                    "{reason}, as the layout of renderings suggests, and the others show something; if these are photographs of a place \
+                     with surroundings, say --backdrop surroundings"
+                )),
                 None => Problem::note(reason),
             };
             return (self.colour(), Some(problem));

@@ -31,9 +31,9 @@ pub(crate) fn leave_out(path: &Path, parsed: &mut ParsedDataset) -> Result<Vec<H
     let looked_at: Vec<Result<Header, Lost>> =
         parsed.frames.par_iter().map(look_at).collect::<Result<_, DataError>>()?;
     let (mut headers, mut lost, mut frames) = (Vec::new(), Vec::new(), Vec::new());
-    let count = looked_at.len();
-    for (frame, looked) in std::mem::take(&mut parsed.frames).into_iter().zip(looked_at) {
-        match looked {
+    let (count, mut swapped) = (looked_at.len(), Vec::new());
+    for (mut frame, looked) in std::mem::take(&mut parsed.frames).into_iter().zip(looked_at) {
+        match looked.and_then(|header| upright(&mut frame, header, &mut swapped)) {
             Ok(header) => {
                 headers.push(header);
                 frames.push(frame);
@@ -45,7 +45,29 @@ pub(crate) fn leave_out(path: &Path, parsed: &mut ParsedDataset) -> Result<Vec<H
     parsed.problems.extend(renaming(&parsed.frames, &parsed.root.renamed()));
     refuse_many(path, &parsed.root, &parsed.frames, &lost)?;
     parsed.problems.extend(warnings(&parsed.root, &lost, count));
+    parsed.problems.extend(swapped.first().map(|first| {
+        Problem::warning(format!(
+            "the width and height of {} cameras have changed places: the principal point and the picture say the opposite ({first} first); \
+             they are read the right way round",
+            swapped.len()
+        ))
+    }));
     Ok(headers)
+}
+
+/// The header of a picture that lies as its camera states, once width and height of the camera are exchanged where they have changed
+/// places. An orientation tag is looked at elsewhere.
+fn upright(frame: &mut Frame, header: Header, swapped: &mut Vec<String>) -> Result<Header, Lost> {
+    if header.turned() || !frame.intrinsics.lies_across(header.stored) {
+        return Ok(header);
+    }
+    if frame.intrinsics.has_swapped_size() {
+        frame.intrinsics.size = frame.intrinsics.size.map(|[w, h]| [h, w]);
+        swapped.push(frame.file.clone());
+        return Ok(header);
+    }
+    let stated = frame.intrinsics.size.map_or(String::new(), |[w, h]| format!("{w:.0}x{h:.0} stated, "));
+    Err(Lost::of(frame, Loss::Turned, Some(format!("{stated}{} found", header.stored))))
 }
 
 /// Refuses cameras of which some are lost, as those of a path.
@@ -226,6 +248,9 @@ fn reason(loss: Loss, views: &[&Lost]) -> String {
         Loss::Empty => "their image has 0 bytes",
         Loss::Cut => "their image is cut off",
         Loss::Undecodable => "their image cannot be decoded",
+        Loss::Turned => {
+            "their image lies on its side: its width is the height that its camera states (turn the image back, or correct w and h)"
+        }
     };
     let name = |view: &&Lost| match &view.detail {
         Some(detail) => format!("{} ({detail})", view.name),

@@ -5,8 +5,8 @@ use crate::folder::file_in;
 use crate::formats::{colmap, llff, nsvf, recognise, transforms};
 use crate::parsed::ParsedDataset;
 use crate::photographs::Photographs;
-use crate::{DataError, Dataset, NamedCamera, OpenOptions, assemble, below};
-use std::path::Path;
+use crate::{DataError, Dataset, NamedCamera, OpenOptions, Problem, assemble, below};
+use std::path::{Path, PathBuf};
 
 impl Dataset {
     /// Opens a dataset folder or description file of any supported [`Format`](crate::Format).
@@ -52,26 +52,38 @@ fn import_here(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, Data
     if !path.exists() {
         return Err(DataError::NotFound { path: path.to_owned() });
     }
-    if file_in(path, "transforms_train.json").is_some() {
-        return transforms::read_blender(path, options);
-    }
-    if let Some(single) = file_in(path, "transforms.json") {
-        return transforms::read_with_held_out(&single, options);
-    }
+    let (training, single) = (file_in(path, "transforms_train.json"), file_in(path, "transforms.json"));
     let models = colmap::find_models(path);
-    if !models.is_empty() {
-        return colmap::read(path, &models, options);
-    }
-    if let Some(poses) = llff::pose_file(path) {
-        return llff::read(path, poses, options);
-    }
-    if let Some(poses) = nsvf::pose_folder(path) {
-        return nsvf::read(path, &poses, options);
-    }
-    match recognise::read_folder(path, options)? {
-        Some(parsed) => Ok(parsed),
-        None => Err(without_poses(path)),
-    }
+    let (rows, matrices) = (llff::pose_file(path), nsvf::pose_folder(path));
+    let there = [&training, &single, &models.first().cloned(), &rows, &matrices];
+    let there: Vec<&PathBuf> = there.into_iter().flatten().collect();
+    let mut parsed = match (&training, &single, &rows, &matrices) {
+        (Some(_), ..) => transforms::read_blender(path, options)?,
+        (_, Some(single), ..) => transforms::read_with_held_out(single, options)?,
+        _ if !models.is_empty() => colmap::read(path, &models, options)?,
+        (.., Some(poses), _) => llff::read(path, poses.clone(), options)?,
+        (.., Some(poses)) => nsvf::read(path, poses, options)?,
+        _ => match recognise::read_folder(path, options)? {
+            Some(parsed) => return Ok(parsed),
+            None => return Err(without_poses(path)),
+        },
+    };
+    parsed.problems.extend(unread(&there));
+    Ok(parsed)
+}
+
+/// A note about other descriptions of cameras than the one that is read.
+fn unread(there: &[&PathBuf]) -> Option<Problem> {
+    let (read, others) = there.split_first()?;
+    let others: Vec<String> = others.iter().map(|path| path.display().to_string()).collect();
+    (!others.is_empty()).then(|| {
+        Problem::note(format!(
+            "there are several descriptions of cameras: {} is read, and not {}; to read another one, give it instead of the folder, or \
+             move the others away",
+            read.display(),
+            others.join(", ")
+        ))
+    })
 }
 
 /// Why nothing that was found has poses.
@@ -79,6 +91,9 @@ fn without_poses(path: &Path) -> DataError {
     let path = path.to_owned();
     if path.is_file() && is_video(&path) {
         return DataError::Video { path };
+    }
+    if let Err(half) = colmap::refuse_half(&path) {
+        return half;
     }
     let found = Photographs::in_folder(&path).unwrap_or_default();
     match found.names.len() + found.unread.len() {

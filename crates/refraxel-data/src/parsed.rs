@@ -134,6 +134,8 @@ pub(crate) enum Loss {
     Cut,
     /// No picture.
     Undecodable,
+    /// A picture that is as wide as its camera states to be high, and the other way round.
+    Turned,
 }
 
 /// Where a frame was stated, for messages.
@@ -219,6 +221,24 @@ impl Intrinsics {
         let [x, y] = [size[0] / f64::from(real.width), size[1] / f64::from(real.height)];
         let is_shape = x > 0.0 && y > 0.0 && (x / y).max(y / x) < SHAPE;
         (is_shape && x.max(1.0 / x) > CLEAR).then_some(size)
+    }
+
+    /// Whether an image of this size lies on its side for the camera: width and height change places, and they differ.
+    pub fn lies_across(&self, real: Size) -> bool {
+        /// Sizes within this factor are equal, and edges beyond [`CLEAR`] differ.
+        const EQUAL: f64 = 1.01;
+        const CLEAR: f64 = 1.05;
+        let ratio = |a: f64, b: f64| (a / b).max(b / a);
+        let [rw, rh] = [f64::from(real.width), f64::from(real.height)];
+        self.size.is_some_and(|[w, h]| ratio(rw, rh) > CLEAR && ratio(w / h, rh / rw) < EQUAL)
+    }
+
+    /// Whether the stated principal point is nearer to the middle of a picture with width and height in exchange than to that of the
+    /// stated size: then these were exchanged where the file was written.
+    pub fn has_swapped_size(&self) -> bool {
+        let (Some([w, h]), Some([x, y])) = (self.size, self.center) else { return false };
+        let away = |w: f64, h: f64| (x - 0.5 * w).hypot(y - 0.5 * h);
+        away(h, w) < 0.5 * away(w, h)
     }
 
     /// The camera of an image that really has `size`; the stated values are scaled to it.

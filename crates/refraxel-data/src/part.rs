@@ -31,7 +31,7 @@ impl Part {
     /// The part that a word means; what is there to evaluate is held out.
     pub(crate) fn named(word: &str) -> Option<Self> {
         match word.to_ascii_lowercase().as_str() {
-            "train" | "training" => Some(Self::Train),
+            "train" | "training" | "trainval" => Some(Self::Train),
             "val" | "valid" | "validation" => Some(Self::Val),
             "test" | "testing" | "eval" | "evaluation" | "heldout" | "holdout" => Some(Self::Test),
             _ => None,

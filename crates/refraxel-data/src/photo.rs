@@ -113,6 +113,12 @@ pub(crate) fn is_scaled(
     Ok(turned(header.stored, turn) != expected)
 }
 
+/// Whether a mask without a tag of its own has the shape of its image both as that is stored and as its tag turns it.
+pub(crate) fn may_be_turned(mask: &Path, image: &Path) -> Result<bool, DataError> {
+    let (mask, image) = (decoding::header(mask)?, decoding::header(image)?);
+    Ok(image.turned() && !mask.turned() && coverage::has_shape_of(image.stored, image.upright()))
+}
+
 /// The mask of an image whose pixels are `expected` in size where they are oriented so: the alpha channel where the mask is the
 /// image itself.
 pub(crate) fn load_mask(

@@ -106,6 +106,11 @@ fn readings(format: Format) -> Vec<Reading> {
             |c| posed(c, |p| turned(p, OTHER_AXES)),
         ),
         reading("the pictures are turned by half a turn", |c| posed(c, |p| turned(p, [-1.0, -1.0, 1.0]))),
+        reading("camera axes are left, up and forward, as those of PyTorch3D", |c| {
+            posed(c, |p| turned(p, [-1.0, 1.0, -1.0]))
+        }),
+        reading("the pictures are turned by a quarter turn to the left", |c| quarter(c, 1.0)),
+        reading("the pictures are turned by a quarter turn to the right", |c| quarter(c, -1.0)),
         reading("the pictures are mirrored from left to right", |c| {
             posed(c, |p| turned(p, [-1.0, 1.0, 1.0]))
         }),
@@ -175,6 +180,14 @@ fn turned(pose: Pose, [x, y, z]: [f64; 3]) -> Pose {
     Pose { rotation: Mat3 { columns: [right * x, down * y, forward * z] }, ..pose }
 }
 
+/// Of a picture that was turned by a quarter turn after it was posed: to the left for 1, to the right for -1.
+fn quarter(camera: &Camera, side: f64) -> Camera {
+    posed(camera, |p| {
+        let [right, down, forward] = p.rotation.columns;
+        Pose { rotation: Mat3 { columns: [down * side, right * -side, forward] }, ..p }
+    })
+}
+
 /// With the inverse rotation, in the same place.
 fn transposed(pose: Pose) -> Pose {
     Pose { rotation: pose.rotation.transpose(), ..pose }
@@ -239,5 +252,17 @@ mod tests {
     fn readings_that_undo_themselves_do() {
         assert!(is_same(inverse(inverse(some())), some()));
         assert!(is_same(turned(turned(some(), [1.0, -1.0, -1.0]), [1.0, -1.0, -1.0]), some()));
+    }
+
+    #[test]
+    fn a_point_is_seen_where_a_quarter_turn_of_the_picture_takes_it() {
+        let up = Vec3::new(0.0, 0.0, 1.0);
+        let camera = Camera::look_at(Vec3::new(3.0, 1.0, 2.0), Vec3::zero(), up, 1.0, [8, 8]);
+        let point = Vec3::new(0.3, -0.4, 0.5);
+        let [u, v] = camera.project(point).unwrap();
+        for (side, [x, y]) in [(1.0, [v, 8.0 - u]), (-1.0, [8.0 - v, u])] {
+            let [a, b] = quarter(&camera, side).project(point).unwrap();
+            assert!((a - x).hypot(b - y) < 1e-12, "{side}: {a} {b}, {x} {y}");
+        }
     }
 }

@@ -50,7 +50,9 @@ pub(crate) fn of_mask(decoded: DynamicImage, path: &Path) -> Coverage {
     let is_deep = most > u16::from(u8::MAX);
     let are_few = || values.iter().collect::<HashSet<_>>().len() <= usize::from(MOST_LABELS);
     let is_dark = most < if is_deep { LEAST_WHITE << 8 } else { LEAST_WHITE };
-    if is_exact && ((1..=MOST_LABELS).contains(&most) || most > 0 && is_dark && are_few()) {
+    // Without any 0, labels of many values cover everything, and greys of a soft mask do not.
+    let is_table = || is_dark && values.contains(&0) && are_few();
+    if is_exact && ((1..=MOST_LABELS).contains(&most) || most > 0 && is_table()) {
         let covered = values.iter().map(|v| if *v > 0 { u8::MAX } else { 0 }).collect();
         return Coverage { mask: mask(size, covered), reading: Reading::Labels(most) };
     }
@@ -170,6 +172,7 @@ mod tests {
             "a colour table"
         );
         assert_eq!(read(of(&[0, 1, 200]), "a.png"), (vec![0, 1, 200], Reading::White));
+        assert_eq!(read(of(&[68, 188, 188]), "a.png"), (vec![68, 188, 188], Reading::White), "a soft mask");
         assert_eq!(read(of(&[0, 0, 0]), "a.png"), (vec![0; 3], Reading::White));
         assert_eq!(read(of(&[0, 3, 2]), "a.jpg"), (vec![0, 3, 2], Reading::White), "noise of JPEG");
         let deep = ImageBuffer::<Luma<u16>, _>::from_raw(3, 1, vec![0_u16, 1, 2]).unwrap();

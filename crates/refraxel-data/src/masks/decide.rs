@@ -8,7 +8,9 @@ use crate::decoding::Header;
 use crate::looks::{Look, MaskLook};
 use crate::parsed::{Frame, ParsedDataset, StatedMask};
 use crate::photo;
-use crate::{DataError, Format, MaskMeaning, OpenOptions, PhotoSource, Problem, View, load_mask_of};
+use crate::{
+    DataError, Format, MaskMeaning, OpenOptions, Orientation, PhotoSource, Problem, View, load_mask_of,
+};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -69,6 +71,7 @@ pub(crate) fn find(parsed: &ParsedDataset, views: &[View]) -> Result<Stated, Dat
         found.into_iter().map(|m| m.map(|(path, stated, _)| (path, stated))).collect();
     let used: Vec<Option<PathBuf>> = masks.iter().map(|m| m.as_ref().map(|(path, _)| path.clone())).collect();
     let mut problems = places.unused(&parsed.frames, &used);
+    problems.extend(open_turn(&masks, views)?);
     if scaled > 0 {
         let message = format!(
             "{scaled} masks have fewer or more pixels than their photographs; they are scaled to them"
@@ -76,6 +79,31 @@ pub(crate) fn find(parsed: &ParsedDataset, views: &[View]) -> Result<Stated, Dat
         problems.push(Problem::note(message));
     }
     Ok(Stated { masks, problems })
+}
+
+/// A warning where the shapes of photographs with an orientation tag do not tell whether their masks were turned with them.
+fn open_turn(masks: &[Option<(PathBuf, StatedMask)>], views: &[View]) -> Result<Option<Problem>, DataError> {
+    /// Masks that are looked at.
+    const FEW: usize = 8;
+    let with = masks.iter().zip(views).filter_map(|(mask, view)| match &view.source {
+        PhotoSource::Files { image, orientation, .. } => Some((&mask.as_ref()?.0, image, *orientation)),
+        _ => None,
+    });
+    for (mask, image, orientation) in with.take(FEW) {
+        if mask != image && photo::may_be_turned(mask, image)? {
+            let taken = match orientation {
+                Orientation::Stored => "as they are stored",
+                Orientation::Upright => "as the tag turns them",
+            };
+            return Ok(Some(Problem::warning(format!(
+                "{} has an orientation tag (EXIF), its mask {} has none, and the shape of both fits either way: masks are taken to cover the \
+                 photographs {taken}; look at them with --out, and write masks and photographs without a tag if they do not",
+                image.display(),
+                mask.display()
+            ))));
+        }
+    }
+    Ok(None)
 }
 
 /// What the masks mean: somebody says it, or their files do, or what the photographs that were looked at show.

@@ -190,13 +190,14 @@ impl Places {
         open.chain(dynamic).find_map(|(name, stated)| Some((files.get(&name)?.clone(), stated)))
     }
 
-    /// Warnings about folders of masks out of which no photograph has one, where photographs have none.
+    /// Warnings about folders of masks out of which no photograph has one: because it has none, or one from elsewhere.
     pub fn unused(&self, frames: &[Frame], used: &[Option<PathBuf>]) -> Vec<Problem> {
-        if used.iter().all(Option::is_some) {
-            return Vec::new();
-        }
         let is_unused = |f: &&Folder| !used.iter().flatten().any(|path| path.starts_with(&f.path));
         let folders = self.folders.values().flatten().filter(is_unused);
+        if let Some(taken) = used.iter().flatten().next().filter(|_| used.iter().all(Option::is_some)) {
+            let is_second = |f: &&Folder| f.number.is_none() && !f.files.is_empty();
+            return folders.filter(is_second).map(|f| f.second(taken)).collect();
+        }
         let mut problems: Vec<Problem> = folders.filter_map(|f| f.warning(images(frames).next()?)).collect();
         if used.iter().all(Option::is_none) {
             problems.extend(self.folders.keys().flat_map(|base| unnamed(base, frames)));
@@ -314,6 +315,16 @@ impl Folder {
             let prefix = parent.filter(|p| !p.is_empty()).map_or(String::new(), |p| format!("{p}/"));
             names(&stem?, &name?).find_map(|name| self.files.get(&format!("{prefix}{name}")).cloned())
         })
+    }
+
+    /// A warning that the masks of photographs are taken from elsewhere.
+    fn second(&self, taken: &Path) -> Problem {
+        Problem::warning(format!(
+            "{} holds masks as well, and they are not used: each photograph has one mask, such as {}; join them into one picture each, or \
+             move away the folder that is not meant",
+            self.path.display(),
+            taken.display()
+        ))
     }
 
     fn warning(&self, image: &Path) -> Option<Problem> {

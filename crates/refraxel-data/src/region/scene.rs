@@ -44,12 +44,19 @@ pub fn sees_box(camera: &Camera, bounds: &Aabb<f64>) -> bool {
 
 /// A warning about a stated box of which no photograph shows anything, as one in other coordinates.
 pub(crate) fn unseen(bounds: &Aabb<f64>, views: &[View]) -> Option<Problem> {
-    let is_seen = views.iter().any(|view| sees_box(&view.camera, bounds));
-    (!is_seen).then(|| {
-        Problem::warning(
-            "no photograph shows anything of the box that the dataset states: it may be in other coordinates than the cameras; correct \
-             it, or take it out of the file",
-        )
+    /// A box around what is photographed is seen by more than one view in so many.
+    const FEW: usize = 4;
+    let seen = views.iter().filter(|view| sees_box(&view.camera, bounds)).count();
+    let found = if seen == 0 {
+        "no photograph shows".to_owned()
+    } else {
+        format!("only {seen} of {} photographs show", views.len())
+    };
+    (FEW * seen < views.len()).then(|| {
+        Problem::warning(format!(
+            "{found} anything of the box that the dataset states: it may be in other coordinates than the cameras; correct it, or take it \
+             out of the file"
+        ))
     })
 }
 

@@ -13,6 +13,7 @@ pub(super) fn stated(format: Format, frames: &[Frame]) -> (Option<Assignment>, O
     let named = [
         ("folders named by parts of the split", parts(frames, folder)),
         ("names of images that hold train and test, val or eval", parts(frames, word)),
+        ("names of images that hold clutter (train) and extra (test)", parts(frames, cluttered)),
     ];
     let mut note = None;
     for (rule, parts) in named {
@@ -70,6 +71,15 @@ fn word(frame: &Frame) -> Option<Part> {
     let mut parts = words.iter().filter_map(|word| Part::named(word));
     let part = parts.next()?;
     parts.next().is_none().then_some(part)
+}
+
+/// RobustNeRF and NeRF On-the-go: with things that move, to train, and without, to test.
+fn cluttered(frame: &Frame) -> Option<Part> {
+    words(file_name(frame)).iter().find_map(|word| match word.as_str() {
+        "clutter" => Some(Part::Train),
+        "extra" => Some(Part::Test),
+        _ => None,
+    })
 }
 
 fn file_name(frame: &Frame) -> &str {

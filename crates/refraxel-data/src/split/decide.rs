@@ -89,8 +89,14 @@ fn described(parsed: &mut ParsedDataset, problems: &mut Vec<Problem>) -> Vec<Ass
 /// What lists mean for the frames; a warning instead, where they mean nothing.
 fn meant(parsed: &ParsedDataset, lists: &Lists, problems: &mut Vec<Problem>) -> Option<Assignment> {
     let are_in_file_order = matches!(parsed.format, Format::Transforms | Format::Blender);
-    let assignment = lists.assignment(&parsed.frames, are_in_file_order);
-    let is_empty = assignment.parts.iter().all(Option::is_none);
+    let assigned = |lists: &Lists| lists.assignment(&parsed.frames, are_in_file_order);
+    let is_empty = |assignment: &Assignment| assignment.parts.iter().all(Option::is_none);
+    let mut assignment = assigned(lists);
+    if is_empty(&assignment) {
+        let pieces = lists.pieces().map(|lists| assigned(&lists));
+        assignment = pieces.into_iter().find(|a| !is_empty(a)).unwrap_or(assignment);
+    }
+    let is_empty = is_empty(&assignment);
     if is_empty && !(lists.are_surely_lists && lists.have_training()) {
         let names = first_few(assignment.unknown.iter().map(String::as_str));
         let message =
@@ -98,13 +104,19 @@ fn meant(parsed: &ParsedDataset, lists: &Lists, problems: &mut Vec<Problem>) -> 
         problems.extend((!assignment.unknown.is_empty()).then(|| Problem::warning(message)));
         return None;
     }
-    Some(if lists.have_training() { assignment } else { completed(assignment) })
+    Some(completed(assignment))
 }
 
-/// Without any view that is said to train, all that are not held out do.
+/// Without any view that is said to train, all that are not held out do; and the other way round, where all names are known.
 fn completed(mut assignment: Assignment) -> Assignment {
-    if !assignment.parts.contains(&Some(Part::Train)) {
-        assignment.parts.iter_mut().for_each(|part| *part = part.or(Some(Part::Train)));
+    let Assignment { parts, rule, unknown, .. } = &mut assignment;
+    let (trains, others) = (parts.contains(&Some(Part::Train)), parts.contains(&None));
+    let are_held_out = parts.iter().flatten().any(|part| *part != Part::Train);
+    if !trains {
+        parts.iter_mut().for_each(|part| *part = part.or(Some(Part::Train)));
+    } else if others && !are_held_out && unknown.is_empty() {
+        parts.iter_mut().for_each(|part| *part = part.or(Some(Part::Test)));
+        *rule += "; the others are held out";
     }
     assignment
 }

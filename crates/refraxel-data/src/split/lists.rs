@@ -42,6 +42,21 @@ impl Lists {
         self.parts.iter().any(|(part, _)| *part == Part::Train)
     }
 
+    /// The same with entries taken apart: at commas and semicolons, and at spaces as well.
+    pub fn pieces(&self) -> [Self; 2] {
+        let at = |is_between: fn(char) -> bool| {
+            let around = |c: char| c.is_whitespace() || "\"'[]()".contains(c);
+            let pieces = |entry: &String| -> Vec<String> {
+                let pieces = entry.split(is_between).map(|piece| piece.trim_matches(around));
+                pieces.filter(|piece| !piece.is_empty()).map(str::to_owned).collect()
+            };
+            let parts =
+                self.parts.iter().map(|(part, names)| (*part, names.iter().flat_map(pieces).collect()));
+            Self { parts: parts.collect(), ..self.clone() }
+        };
+        [at(|c| ",;".contains(c)), at(|c| ",;".contains(c) || c.is_whitespace())]
+    }
+
     /// The parts of these frames. Frames that are listed nowhere have none.
     pub fn assignment(&self, frames: &[Frame], are_in_file_order: bool) -> Assignment {
         let entry = |part, stated| Entry { part, stated, path: path_key(stated) };

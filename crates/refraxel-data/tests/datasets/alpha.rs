@@ -99,3 +99,61 @@ fn files_of_masks_take_the_place_of_alpha() {
     let data = opened(&folder, None, None);
     assert!(data.views.iter().all(|v| v.mask_meaning == MaskMeaning::Refractive && v.has_mask()));
 }
+
+#[test]
+fn alpha_that_is_the_same_everywhere_is_left_out() {
+    let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+    write_cut_outs(folder.path(), &cameras, |p, ball| {
+        let [r, g, b] = ball.map_or(wall(p.camera, p.x, p.y), texture);
+        [r, g, b, 128]
+    });
+    write_transforms(folder.path(), &cameras, "png", |_| {});
+    let data = opened(&folder, None, None);
+    assert_eq!((data.backdrop, data.views[0].has_mask()), (Backdrop::Surroundings, false));
+    assert_warns(&data, "is 50 % everywhere");
+}
+
+#[test]
+fn holes_in_whole_photographs_are_masked() {
+    let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+    write_cut_outs(folder.path(), &cameras, |p, ball| {
+        let [r, g, b] = ball.map_or(wall(p.camera, p.x, p.y), |_| [0; 3]);
+        [r, g, b, if ball.is_some() { 0 } else { 255 }]
+    });
+    write_transforms(folder.path(), &cameras, "png", |_| {});
+    let data = opened(&folder, None, None);
+    assert_eq!((data.backdrop, data.views[0].mask_meaning), (Backdrop::Surroundings, MaskMeaning::Keep));
+    assert!(data.views.iter().all(|v| v.has_mask()));
+    assert_warns(&data, "alpha cuts holes into whole photographs");
+}
+
+#[test]
+fn one_cut_out_among_photographs_says_nothing_of_the_others() {
+    let (folder, cameras) = (cut_out(|_| [0; 3]), arc(8));
+    for (i, camera) in cameras.iter().enumerate().skip(2) {
+        let at = |x, y| image::Rgb(on_ball(camera, x, y).map_or_else(|| wall(camera, x, y), texture));
+        image::RgbImage::from_fn(EDGE, EDGE, at)
+            .save(folder.path().join(format!("images/{}.png", stem(i))))
+            .unwrap();
+    }
+    let data = opened(&folder, None, None);
+    assert_eq!(data.backdrop, Backdrop::Surroundings);
+    assert_warns(&data, "only 2 of 8 photographs have an alpha channel");
+}
+
+#[test]
+fn colours_that_are_multiplied_by_alpha_are_named() {
+    for is_multiplied in [true, false] {
+        let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+        write_cut_outs(folder.path(), &cameras, |p, ball| {
+            let alpha = if ball.is_none() { 0 } else { [255, 100][((p.x + p.y) % 2) as usize] };
+            let factor = if is_multiplied { u16::from(alpha) } else { 255 };
+            let [r, g, b] = ball.map_or([0; 3], texture).map(|c| (u16::from(c) * factor / 255) as u8);
+            [r, g, b, alpha]
+        });
+        write_transforms(folder.path(), &cameras, "png", |_| {});
+        let data = opened(&folder, None, None);
+        assert_eq!(data.backdrop, Backdrop::Transparent);
+        assert_eq!(warns(&data, "premultiplied"), is_multiplied, "{:?}", data.problems);
+    }
+}

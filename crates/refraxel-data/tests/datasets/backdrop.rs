@@ -149,3 +149,26 @@ fn what_is_stated_wins_and_is_doubted_where_the_photographs_show_something_else(
 fn opened_with(folder: &Path, options: OpenOptions) -> Dataset {
     Dataset::open(folder, &options).unwrap()
 }
+
+#[test]
+fn a_stated_colour_may_be_written_in_any_way() {
+    for (key, value, expected) in [
+        ("background", json!("#00ff00"), [0.0, 1.0, 0.0]),
+        ("background_color", json!([0, 255, 0]), [0.0, 1.0, 0.0]),
+        ("background", json!([1.0, 1.0, 1.0]), [1.0; 3]),
+        ("background", json!("black"), [0.0; 3]),
+    ] {
+        let folder = transforms_folder(4, |t| t[key] = value.clone());
+        assert_eq!(open(&folder).unwrap().backdrop, Backdrop::Color(expected), "{key} {value}");
+    }
+    let folder = transforms_folder(4, |t| t["background_color"] = json!("greenish"));
+    assert!(refusal(&folder).contains("background_color is \"greenish\"; expected"), "{}", refusal(&folder));
+}
+
+#[test]
+fn a_backdrop_that_fills_half_of_the_borders_is_doubted() {
+    let is_white = |p: &Pixel| ((p.x + 3 * p.i as u32) / 10 + p.y / 10) % 5 < 3;
+    let (_folder, data) = balls_in(true, |p, colour| if is_white(p) { [255; 3] } else { colour });
+    assert_eq!(data.backdrop, Backdrop::Color([1.0; 3]));
+    assert_warns(&data, "say --backdrop surroundings");
+}

@@ -285,9 +285,12 @@ fn held_out_views_may_all_be_missing_where_the_others_are_there() {
 #[test]
 fn photographs_without_a_pose_are_a_note_and_what_belongs_to_others_is_not() {
     let folder = transforms_folder(4, |_| {});
-    for name in ["r_8", "r_9", "r_0_depth", "r_1.mask"] {
+    for name in ["r_8", "r_9", "r_0_depth"] {
         write_image(folder.path(), &format!("images/{name}.png"), WIDTH, HEIGHT);
     }
+    image::GrayImage::from_fn(WIDTH, HEIGHT, |x, _| image::Luma([if x < 4 { 0 } else { 255 }]))
+        .save(folder.path().join("images/r_1.mask.png"))
+        .unwrap();
     let data = open(&folder).unwrap();
     assert_reports(&data, "2 photographs have no pose and are not used");
     assert!(data.problems.iter().all(|p| p.severity == Severity::Note));
@@ -299,4 +302,52 @@ fn points_that_are_missing_or_elsewhere_are_a_warning() {
         let data = open(&transforms_folder(4, |t| t["ply_file_path"] = json!(path))).unwrap();
         assert_warns(&data, "gone.ply");
     }
+}
+
+#[test]
+fn pictures_that_lie_on_their_side_are_left_out_and_named() {
+    let folder = transforms_folder(8, |_| {});
+    write_image(folder.path(), "images/r_3.png", HEIGHT, WIDTH);
+    let data = open(&folder).unwrap();
+    assert_eq!(data.views.len(), 7);
+    assert_warns(&data, "1 of 8 views are left out because their image lies on its side");
+    (0..8).for_each(|i| write_image(folder.path(), &format!("images/{}.png", stem(i)), HEIGHT, WIDTH));
+    let refused = refusal(&folder);
+    assert!(
+        refused.contains("8 of 8") && refused.contains("turn the image back, or correct w and h"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn width_and_height_that_changed_places_are_read_the_right_way_round() {
+    let folder = transforms_folder(6, |t| {
+        (t["w"], t["h"]) = (json!(HEIGHT), json!(WIDTH));
+        (t["cx"], t["cy"]) = (json!(0.5 * f64::from(WIDTH)), json!(0.5 * f64::from(HEIGHT)));
+    });
+    let data = open(&folder).unwrap();
+    assert_same_rays(&data.views.iter().map(|v| &v.camera).collect::<Vec<_>>(), &cameras(6));
+    assert_warns(&data, "the width and height of 6 cameras have changed places");
+}
+
+#[test]
+fn half_a_model_of_colmap_is_named() {
+    for missing in ["cameras", "images"] {
+        let folder = colmap(4, |_| {});
+        std::fs::remove_file(folder.path().join(format!("sparse/0/{missing}.txt"))).unwrap();
+        let refused = refusal(&folder);
+        assert!(refused.contains(&format!("incomplete: {missing}.bin or {missing}.txt")), "{refused}");
+    }
+}
+
+#[test]
+fn descriptions_that_are_not_read_are_named() {
+    let folder = colmap(6, |_| {});
+    write_file(folder.path(), "poses_bounds.npy", llff(&cameras(6)));
+    let data = open(&folder).unwrap();
+    assert!(
+        reports(&data, "several descriptions of cameras") && reports(&data, "poses_bounds.npy"),
+        "{:?}",
+        data.problems
+    );
 }

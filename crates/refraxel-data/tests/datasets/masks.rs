@@ -280,3 +280,18 @@ fn masks_that_leave_out_nothing_or_mark_all_around_a_thing_are_doubted() {
     let right = warned_of("glass_masks", |camera| coloured(camera, [255; 3], [0; 3]));
     assert!(!right.iter().any(|w| w.contains("mask")), "{right:?}");
 }
+
+#[test]
+fn a_second_folder_of_masks_is_named() {
+    let (folder, cameras) = glass_balls();
+    for second in ["dynamic_masks", "mask"] {
+        write_masks(folder.path(), &cameras, |stem| format!("masks/{stem}.png"));
+        write_masks(folder.path(), &cameras, |stem| format!("{second}/{stem}.png"));
+        let data = open(&folder).unwrap();
+        assert_eq!(masked(&data), 10);
+        assert_warns(&data, "holds masks as well, and they are not used");
+        std::fs::remove_dir_all(folder.path().join(second)).unwrap();
+    }
+    write_masks(folder.path(), &cameras, |stem| format!("masks_2/{stem}.png"));
+    assert!(!reports(&open(&folder).unwrap(), "holds masks as well"), "of reduced photographs");
+}

@@ -266,6 +266,16 @@ fn masks_are_turned_as_their_photographs() {
 }
 
 #[test]
+fn masks_whose_shape_does_not_tell_whether_they_were_turned_are_doubted() {
+    for (size, is_open) in [([32, 32], true), ([32, 24], false)] {
+        let folder = transforms_of(size, 6, Orientation::Stored, |_| {});
+        GrayImage::new(size[0], size[1]).save(folder.path().join("v0_mask.png")).unwrap();
+        let doubts = |data: &Dataset| data.problems.iter().any(|p| p.message.contains("fits either way"));
+        assert_eq!(doubts(&open(folder.path(), None)), is_open, "{size:?}");
+    }
+}
+
+#[test]
 fn views_that_are_cut_and_reduced_are_oriented_as_whole_ones() {
     let folder = colmap(6, Orientation::Stored, Points::None);
     let mut small = open(folder.path(), None);

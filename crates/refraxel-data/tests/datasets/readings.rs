@@ -111,6 +111,7 @@ fn poses_in_another_convention_are_named() {
             },
             "if rotations are those from world to camera, and positions from camera to world",
         ),
+        (|rows| rows.map(|[x, y, z, t]| [-x, y, -z, t]), "if camera axes are left, up and forward"),
         (left_handed, "if coordinates are left-handed, with camera axes right, up and forward"),
     ] {
         let data = misread(rows);

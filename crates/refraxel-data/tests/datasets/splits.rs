@@ -36,6 +36,12 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         ("val_names.txt", "# held out\nr_5.png\nr_7.png\n"),
         ("test.txt", "5\n7\n"),
         ("test.txt", "\"r_5.png\" ,\n'r_7.png'\n"),
+        ("test.txt", "r_5.png, r_7.png"),
+        ("test.txt", "[r_5; r_7]\n"),
+        ("test.txt", "r_5.png r_7.png\n"),
+        ("test.txt", "5,7"),
+        ("train.txt", "r_0\nr_1\nr_2\nr_3\nr_4\nr_6\n"),
+        ("trainval.txt", "r_0\nr_1\nr_2\nr_3\nr_4\nr_6\n"),
         ("test.json", r#"["r_5.png", "r_7.png"]"#),
         ("split.json", r#"{"test": ["images/r_5.png", "images/r_7.png"], "has_masks": false}"#),
         (
@@ -244,8 +250,14 @@ fn names_of_lists_that_are_those_of_no_view_are_named() {
     assert_warns(&data, "test.txt: 1 names in it are those of no view: r_50.png");
     let few = beside("train.txt", "r_1.png\nr_2.png\nr_3.png\n");
     let data = open(&few).unwrap();
-    assert_eq!(data.split.train.len(), 3);
-    assert!(warns(&data, "5 views are in no list of the split and are not used: images/r_0.png"));
+    assert_eq!((data.split.train.len(), data.split.test.len()), (3, 5));
+    assert!(data.split.rule.contains("the others are held out"), "{}", data.split.rule);
+    write_file(few.path(), "test.txt", "r_0.png\n");
+    assert!(warns(
+        &open(&few).unwrap(),
+        "4 views are in no list of the split and are not used: images/r_4.png"
+    ));
+    std::fs::remove_file(few.path().join("test.txt")).unwrap();
     write_file(few.path(), "train.txt", "r_1.png\nr_2.png\nr_3.png\nx_4.png\n");
     assert!(matches!(open(&few), Err(DataError::ViewsLost { lost: 5, count: 8, .. })));
 }
@@ -293,4 +305,25 @@ fn an_empty_list_is_named() {
     let data = open(&beside("test.txt", "# none yet\n\n")).unwrap();
     assert_warns(&data, "test.txt names no views");
     assert!(data.split.rule.starts_with("one view in 8"));
+}
+
+#[test]
+fn photographs_with_clutter_train_and_those_without_test() {
+    let folder = transforms_folder(6, |t| {
+        for i in 0..6 {
+            let kind = if i < 4 { "2clutter" } else { "1extra" };
+            t["frames"][i]["file_path"] = json!(format!("images/{kind}{i:03}.png"));
+        }
+    });
+    (0..6).for_each(|i| {
+        let kind = if i < 4 { "2clutter" } else { "1extra" };
+        write_image(folder.path(), &format!("images/{kind}{i:03}.png"), WIDTH, HEIGHT);
+    });
+    assert_eq!(parts(&open(&folder).unwrap()).map(|names| names.len()), [4, 0, 2]);
+}
+
+#[test]
+fn keys_of_a_split_that_are_not_obeyed_are_named() {
+    let folder = transforms_folder(8, |t| t["llffhold"] = json!(4));
+    assert!(warns(&open(&folder).unwrap(), "llffhold is not obeyed"));
 }

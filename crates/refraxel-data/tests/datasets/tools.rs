@@ -377,3 +377,16 @@ fn rigs_of_colmap_do_not_change_what_is_read() {
     );
     assert!(reports(&open(&folder).unwrap(), "in rigs of up to 2"));
 }
+
+#[test]
+fn a_sensor_of_metashape_without_an_adjusted_calibration_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = metashape(&cameras(4))
+        .replace("<f>1</f>", "<f>30</f>")
+        .replace("class=\"adjusted\"", "class=\"former\"");
+    write_file(folder.path(), "cameras.xml", text);
+    (0..4).for_each(|i| write_image(folder.path(), &format!("{}.png", stem(i)), WIDTH, HEIGHT));
+    let data = open(&folder).unwrap();
+    assert_eq!(data.views[0].camera.focal, [30.0; 2]);
+    assert_warns(&data, "no calibration of the class adjusted");
+}

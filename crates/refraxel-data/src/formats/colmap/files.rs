@@ -31,6 +31,26 @@ fn models_below(base: &Path, is_wanted: fn(&str) -> bool) -> Vec<PathBuf> {
     names.map(|name| base.join(name)).filter(|folder| is_model(folder)).collect()
 }
 
+/// Refuses half a model: `images` without `cameras`, or the other way round, where a model would be.
+pub(crate) fn refuse_half(folder: &Path) -> Result<(), DataError> {
+    let sparse = folder_in(folder, "sparse");
+    for model in sparse.iter().flat_map(|sparse| [sparse.join("0"), sparse.clone()]) {
+        for (there, missing) in
+            [("images", "cameras.bin or cameras.txt"), ("cameras", "images.bin or images.txt")]
+        {
+            let Some(path) = file(&model, there) else { continue };
+            let (key, found) = ("the model".to_owned(), format!("incomplete: {missing} is not there"));
+            return Err(DataError::Value {
+                path,
+                key,
+                found,
+                expected: "all files of a model of COLMAP in one folder",
+            });
+        }
+    }
+    Ok(())
+}
+
 fn is_model(folder: &Path) -> bool {
     file(folder, "cameras").is_some() && file(folder, "images").is_some()
 }

@@ -12,8 +12,8 @@ use roxmltree::Node;
 /// A shear that moves no pixel by more is left out [pixel].
 const NEGLIGIBLE_SHEAR: f64 = 0.5;
 
-/// The intrinsics of a `<sensor>`, and what is left out of them.
-pub(super) fn intrinsics(sensor: &Element) -> Result<(Intrinsics, Option<Problem>), DataError> {
+/// The intrinsics of a `<sensor>`, and what is to be said of them.
+pub(super) fn intrinsics(sensor: &Element) -> Result<(Intrinsics, Vec<Problem>), DataError> {
     let calibration = calibration(sensor.node);
     let resolution =
         calibration.and_then(|c| child(c, "resolution")).or_else(|| child(sensor.node, "resolution"));
@@ -24,7 +24,7 @@ pub(super) fn intrinsics(sensor: &Element) -> Result<(Intrinsics, Option<Problem
     let kind = calibration.and_then(of).or_else(|| of(sensor.node)).unwrap_or_else(|| "frame".to_owned());
     if kind == "spherical" {
         let (focal, lens) = (Focal::Panorama, Lens::Equirectangular);
-        return Ok((Intrinsics { size: Some(size), focal, center: None, lens }, None));
+        return Ok((Intrinsics { size: Some(size), focal, center: None, lens }, Vec::new()));
     }
     let calibration = calibration.ok_or_else(|| {
         sensor.wrong(
@@ -49,8 +49,17 @@ pub(super) fn intrinsics(sensor: &Element) -> Result<(Intrinsics, Option<Problem
             shear.abs()
         ))
     });
+    let is_initial = calibration.node.attribute("class") == Some("initial");
+    let initial = is_initial.then(|| {
+        let (file, place) = (sensor.path.display(), sensor.place);
+        Problem::warning(format!(
+            "{file}: {place} has no calibration of the class adjusted: the one that the alignment began with is used; if it was not \
+             calibrated before, optimise the cameras and export them again"
+        ))
+    });
     let focal = Focal::Pixels(focal);
-    Ok((Intrinsics { size: Some(size), focal, center: Some(center), lens }, left_out))
+    let problems = left_out.into_iter().chain(initial).collect();
+    Ok((Intrinsics { size: Some(size), focal, center: Some(center), lens }, problems))
 }
 
 /// The calibration that the alignment found, else the one it began with.

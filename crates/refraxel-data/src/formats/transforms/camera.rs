@@ -66,7 +66,13 @@ fn field_of_view(frame: &Object) -> Result<Option<FieldOfView>, DataError> {
             None => (radians, frame.number(radians)?),
         };
         if value.is_some_and(|a| a <= 0.0 || a >= PI) {
-            return Err(frame.wrong(key, "a full field of view between 0 and 180 degrees"));
+            let expected = match key == degrees {
+                true => "a full field of view between 0 and 180 degrees",
+                false => {
+                    "a full field of view between 0 and 3.1416 radians (degrees are called x_fov and y_fov)"
+                }
+            };
+            return Err(frame.wrong(key, expected));
         }
         Ok(value)
     };

@@ -185,6 +185,13 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
         .filter_map(|(_, value)| value.as_object());
     parsed.split_lists.extend(objects.flat_map(split::parts_of));
     read_points(parsed, top)?;
+    let of_split = ["llffhold", "train_split_fraction", "eval_mode", "eval_interval"];
+    parsed.problems.extend(of_split.into_iter().find(|key| top.get(key).is_some()).map(|key| {
+        let file = top.path().display();
+        Problem::warning(format!(
+            "{file}: {key} is not obeyed: say --holdout N, or list the held-out images in test_ids"
+        ))
+    }));
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
                        cameras; they are kept as they stand";
@@ -217,22 +224,26 @@ fn read_points(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError
     Ok(())
 }
 
-/// `background: [r, g, b]` (0..255) or `"transparent"`, and instant-ngp's `white_transparent`, `black_transparent`.
+/// `background: [r, g, b]` (0..255, or 0..1 where none is larger), `"#ffffff"` or `"transparent"`, also as `background_color`, and
+/// `white_transparent` and `black_transparent` of instant-ngp.
 fn backdrop(top: &Object) -> Result<Option<Backdrop>, DataError> {
-    const EXPECTED: &str = "\"transparent\" or [red, green, blue] from 0 to 255";
-    match top.get("background") {
-        Some(Value::String(text)) if text == "transparent" => return Ok(Some(Backdrop::Transparent)),
-        Some(Value::Array(_)) => {
-            let color = top.numbers::<3>("background", EXPECTED)?.map(|rgb| rgb.map(|c| (c / 255.0) as f32));
-            let in_range = color.filter(|rgb| rgb.iter().all(|c| (0.0..=1.0).contains(c)));
-            return in_range
-                .map(|rgb| Some(Backdrop::Color(rgb)))
-                .ok_or_else(|| top.wrong("background", EXPECTED));
-        }
-        Some(_) => return Err(top.wrong("background", EXPECTED)),
-        None => {}
+    const EXPECTED: &str = "\"transparent\", \"#ffffff\" or [red, green, blue] from 0 to 255";
+    if let Some(key) = ["background", "background_color"].into_iter().find(|key| top.get(key).is_some()) {
+        let stated = match top.get(key) {
+            Some(Value::String(text)) => text.parse().ok(),
+            Some(Value::Array(_)) => top.numbers::<3>(key, EXPECTED)?.and_then(colour),
+            _ => None,
+        };
+        return stated.map(Some).ok_or_else(|| top.wrong(key, EXPECTED));
     }
     let white = top.flag("white_transparent")?.then_some(Backdrop::Color([1.0; 3]));
     let black = top.flag("black_transparent")?.then_some(Backdrop::Color([0.0; 3]));
     Ok(white.or(black))
+}
+
+/// A colour from 0 to 255, or to 1.
+fn colour(rgb: [f64; 3]) -> Option<Backdrop> {
+    let most = if rgb.iter().all(|c| *c <= 1.0) { 1.0 } else { 255.0 };
+    let is_colour = rgb.iter().all(|c| (0.0..=most).contains(c));
+    is_colour.then(|| Backdrop::Color(rgb.map(|c| (c / most) as f32)))
 }
