@@ -86,7 +86,7 @@ fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
     let rays = hull.views.rays;
     ends.faces.extend(lid(&carved, rays, axis.up));
     ends.faces.extend(if hull.ground.is_none() { end(&carved, rays, -axis.up) } else { None });
-    let body = contours.map_or(body.clone(), |c| body.as_wide_as(c, &carved));
+    let body = contours.map_or(body.clone(), |c| body.widened_to(c, &carved));
     let surface = Surface::new(Form::Revolution(axis), body.surface(&domain, &ends));
     let surface = hull.standing(surface, Some(axis.up));
     Some(if body.is_sure { Shape::Surface(surface) } else { Shape::Rival(surface) })

@@ -224,7 +224,7 @@ impl Revolution {
 
     /// The same, as wide as outlines show it on the mean: its sides move away from the axis, and its ends stay where they are, with sharp
     /// edges. `surface` is its own, as it was carved; near its ends rough masks round it off.
-    pub(in crate::refraction_search) fn as_wide_as(
+    pub(in crate::refraction_search) fn widened_to(
         mut self,
         outlines: &Contours,
         surface: &LevelSet<f32>,
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn rough_masks_show_a_cylinder_as_wide_as_it_is() {
+    fn rough_masks_show_a_cylinder_widened_to_it_is() {
         let meets = meets_body(|x| (x.x.hypot(x.y) - 0.4).max(x.z.abs() - 0.5));
         let views = shaken(silhouettes(&cameras(36, [0.1, 0.9]), meets), 2.0);
         let outlines = Outlines::new(&views);
@@ -335,7 +335,7 @@ mod tests {
         let surface = rough.surface(carved.domain(), &whole);
         let contours = Contours::new(&outlines, &carved, None).unwrap();
         let off = |body: &Revolution| f64::from(body.distance(vec3(0.4, 0.0, 0.0))) / footprint();
-        let wide = rough.clone().as_wide_as(&contours, &surface);
+        let wide = rough.clone().widened_to(&contours, &surface);
         let (before, after) = (off(&rough), off(&wide));
         assert!(before > 0.3 && after.abs() < 0.1, "{before} {after}");
         // Its ends stay where they were.
