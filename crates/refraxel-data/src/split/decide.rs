@@ -104,7 +104,9 @@ fn meant(parsed: &ParsedDataset, lists: &Lists, problems: &mut Vec<Problem>) -> 
         problems.extend((!assignment.unknown.is_empty()).then(|| Problem::warning(message)));
         return None;
     }
-    Some(completed(assignment))
+    // Where names of views to train are stated, and all are wrong, none trains.
+    let trains = assignment.parts.contains(&Some(Part::Train));
+    Some(if lists.have_training() && !trains { assignment } else { completed(assignment) })
 }
 
 /// Without any view that is said to train, all that are not held out do; and the other way round, where all names are known.

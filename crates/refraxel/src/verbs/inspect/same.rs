@@ -205,9 +205,9 @@ mod tests {
         let elsewhere = of(3, 8, &|k| k);
         assert!(elsewhere.view == 8 && elsewhere.message.contains("one of the poses is wrong"));
         let twice = of(3, 8, &|k| if k == 8 { 3 } else { k });
-        assert!(twice.message.contains("8.png and 3.png") && twice.message.contains("nothing new"));
+        assert!(twice.message.contains("8.png and 3.png") && twice.message.contains("adds no information"));
         let held_out = of(0, 8, &|k| if k == 8 { 0 } else { k });
-        assert!(held_out.message.contains("also learned from"), "{}", held_out.message);
+        assert!(held_out.message.contains("that training sees, too"), "{}", held_out.message);
     }
 
     #[test]
