@@ -3,7 +3,7 @@
 
 use crate::decoding::Header;
 use crate::looks::{Look, SAME, common_colour, is_within, rgb};
-use crate::parsed::{Frame, Part};
+use crate::parsed::{Frame, ParsedDataset, Part};
 use crate::{AlphaMeaning, OpenOptions, Problem};
 use std::fmt;
 use std::str::FromStr;
@@ -37,19 +37,25 @@ pub(crate) struct Decided {
 }
 
 /// Decides by what the photographs that were looked at have below alpha 0, unless somebody says it.
-pub(crate) fn decide(frames: &[Frame], headers: &[Header], looks: &[Look], options: &OpenOptions) -> Decided {
+pub(crate) fn decide(
+    parsed: &ParsedDataset,
+    headers: &[Header],
+    looks: &[Look],
+    options: &OpenOptions,
+) -> Decided {
     let with = headers.iter().filter(|h| h.alpha).count();
     if with == 0 {
         return Decided { meaning: None, problems: Vec::new() };
     }
     let without = headers.len() - with;
     let learns = |frame: &Frame| frame.part == Some(Part::Train);
-    let training =
-        |alpha: bool| frames.iter().zip(headers).filter(|(f, h)| learns(f) && h.alpha == alpha).count();
+    let training = |alpha: bool| {
+        parsed.frames.iter().zip(headers).filter(|(f, h)| learns(f) && h.alpha == alpha).count()
+    };
     let looks: Vec<&Look> = looks.iter().filter(|l| headers[l.view].alpha).collect();
     let (meaning, why) = match options.alpha {
         Some(stated) => (stated, None),
-        None => match concluded(&looks) {
+        None => match concluded(&looks, parsed.is_rendered()) {
             (AlphaMeaning::Backdrop, _) if training(true) < training(false) => {
                 (AlphaMeaning::Ignore, Some(of_few(with, without)))
             }
@@ -124,7 +130,7 @@ impl FromStr for AlphaMeaning {
     }
 }
 
-fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
+fn concluded(looks: &[&Look], are_rendered: bool) -> (AlphaMeaning, Option<Problem>) {
     let alpha = || looks.iter().flat_map(|l| l.samples.iter().map(|[here, _]| here[3]));
     if alpha().all(|a| a >= OPAQUE) {
         return (AlphaMeaning::Ignore, None);
@@ -154,7 +160,8 @@ fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
         );
         return (AlphaMeaning::Mask, Some(Problem::note(message)));
     }
-    match holes(looks) {
+    // A renderer knows that nothing is there, as beside a ground that reaches all borders.
+    match holes(looks).filter(|_| !are_rendered) {
         Some(holes) => (AlphaMeaning::Mask, Some(holes)),
         None => (AlphaMeaning::Backdrop, None),
     }

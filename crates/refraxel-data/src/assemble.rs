@@ -137,7 +137,7 @@ fn look(
         &looks,
         stated.masks.iter().any(Option::is_some),
     ));
-    let alpha = alpha::decide(&parsed.frames, headers, &looks, options);
+    let alpha = alpha::decide(parsed, headers, &looks, options);
     parsed.problems.extend(alpha.problems);
     if alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len() {
         let others = groups[1..].iter().find(|group| !group.is_empty());

@@ -52,6 +52,11 @@ impl ParsedDataset {
         }
     }
 
+    /// Whether the layout is that of renderings.
+    pub fn is_rendered(&self) -> bool {
+        self.format == Format::Nsvf || self.synthetic
+    }
+
     /// Such a dataset whose files lie in a folder, or outside of it where that is allowed.
     pub fn below(folder: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
         Ok(Self::new(Root::new(folder, options.allow_outside)?, format))

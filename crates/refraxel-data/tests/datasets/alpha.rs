@@ -125,6 +125,13 @@ fn holes_in_whole_photographs_are_masked() {
     assert_eq!((data.backdrop, data.views[0].mask_meaning), (Backdrop::Surroundings, MaskMeaning::Keep));
     assert!(data.views.iter().all(|v| v.has_mask()));
     assert_warns(&data, "alpha cuts holes into whole photographs");
+    std::fs::remove_file(folder.path().join("transforms.json")).unwrap();
+    write_blender(folder.path(), &cameras, "png");
+    assert_eq!(
+        opened(&folder, None, None).backdrop,
+        Backdrop::Transparent,
+        "a renderer leaves holes where nothing is"
+    );
 }
 
 #[test]
