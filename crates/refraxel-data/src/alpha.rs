@@ -3,6 +3,7 @@
 
 use crate::decoding::Header;
 use crate::looks::{Look, SAME, common_colour, is_within, rgb};
+use crate::parsed::{Frame, ParsedDataset, Part};
 use crate::{AlphaMeaning, OpenOptions, Problem};
 use std::fmt;
 use std::str::FromStr;
@@ -11,12 +12,19 @@ use std::str::FromStr;
 const OPAQUE: f32 = 0.98;
 /// Alpha up to which nothing is there: 1 of 255, where a 1 was meant to be all.
 const NONE: f32 = 1.01 / 255.0;
-/// Alpha that varies less than this is the same everywhere.
+/// Alpha that varies less than this is the same everywhere: rounding and dithering change it by 1 of 255 to either side.
 const CONSTANT: f32 = 2.01 / 255.0;
 /// What is cut out stands before nothing, so that not as much of the borders is opaque.
 const FILLED: f64 = 0.97;
-/// Half-covered pixels that should be brighter than their alpha, at least, before it is said that none is.
+/// Alpha of half-covered pixels. Fainter ones have colours of few levels, and fuller ones could be of nearly any colour.
+const HALF: std::ops::Range<f32> = 0.05..0.95;
+/// Multiplied colours exceed their alpha by rounding alone, by up to 2 of 255.
+const ROUNDING: f32 = 2.55 / 255.0;
+/// Half-covered pixels that should be brighter than their alpha, at least, before it is said that none is: of so many, chance leaves
+/// out all once in 100,000 times.
 const BRIGHTER: f64 = 12.0;
+/// Divided by their alpha, multiplied colours are as bright as opaque ones; darker ones than this factor are those of dark outlines.
+const OUTLINE: f64 = 0.5;
 /// One colour has at least this share of the pixels below alpha 0 of a cut-out.
 const PLAIN: f64 = 0.9;
 /// A photograph changes less than this from pixel to pixel, compared with pixels that are far apart; noise changes as much.
@@ -29,17 +37,26 @@ pub(crate) struct Decided {
 }
 
 /// Decides by what the photographs that were looked at have below alpha 0, unless somebody says it.
-pub(crate) fn decide(headers: &[Header], looks: &[Look], options: &OpenOptions) -> Decided {
+pub(crate) fn decide(
+    parsed: &ParsedDataset,
+    headers: &[Header],
+    looks: &[Look],
+    options: &OpenOptions,
+) -> Decided {
     let with = headers.iter().filter(|h| h.alpha).count();
     if with == 0 {
         return Decided { meaning: None, problems: Vec::new() };
     }
     let without = headers.len() - with;
+    let learns = |frame: &Frame| frame.part == Some(Part::Train);
+    let training = |alpha: bool| {
+        parsed.frames.iter().zip(headers).filter(|(f, h)| learns(f) && h.alpha == alpha).count()
+    };
     let looks: Vec<&Look> = looks.iter().filter(|l| headers[l.view].alpha).collect();
     let (meaning, why) = match options.alpha {
         Some(stated) => (stated, None),
-        None => match concluded(&looks) {
-            (AlphaMeaning::Backdrop, _) if with < without => {
+        None => match concluded(&looks, parsed.is_rendered()) {
+            (AlphaMeaning::Backdrop, _) if training(true) < training(false) => {
                 (AlphaMeaning::Ignore, Some(of_few(with, without)))
             }
             concluded => concluded,
@@ -66,16 +83,20 @@ fn of_few(with: usize, without: usize) -> Problem {
 }
 
 /// A warning where colours were multiplied by alpha: half-covered pixels are then never brighter than it, although enough of what is
-/// opaque is.
+/// opaque is, and not darker than that either.
 fn multiplied(looks: &[&Look]) -> Option<Problem> {
     let samples = || looks.iter().flat_map(|l| l.samples.iter().map(|[here, _]| *here));
     let brightest = |[r, g, b, _]: [f32; 4]| r.max(g).max(b);
     let mut opaque: Vec<f32> = samples().filter(|p| p[3] >= OPAQUE).map(brightest).collect();
     opaque.sort_by(f32::total_cmp);
-    let half = || samples().filter(|p| (0.05..0.95).contains(&p[3]));
-    let brighter = |p: [f32; 4]| opaque.len() - opaque.partition_point(|v| *v <= p[3] + 0.01);
+    let half = || samples().filter(|p| HALF.contains(&p[3]));
+    let brighter = |p: [f32; 4]| opaque.len() - opaque.partition_point(|v| *v <= p[3] + ROUNDING);
     let expected = half().map(|p| brighter(p) as f64).sum::<f64>() / opaque.len().max(1) as f64;
-    let is_multiplied = expected > BRIGHTER && half().all(|p| brightest(p) <= p[3] + 0.01);
+    let sum = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>();
+    let usual = sum(&mut opaque.iter().copied()) / opaque.len().max(1) as f64;
+    let is_as_bright = sum(&mut half().map(brightest)) > OUTLINE * usual * sum(&mut half().map(|p| p[3]));
+    let is_multiplied =
+        expected > BRIGHTER && is_as_bright && half().all(|p| brightest(p) <= p[3] + ROUNDING);
     is_multiplied.then(|| {
         Problem::warning(
             "no half-covered pixel is brighter than its alpha, as where colours are multiplied by alpha already (premultiplied): the \
@@ -109,7 +130,7 @@ impl FromStr for AlphaMeaning {
     }
 }
 
-fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
+fn concluded(looks: &[&Look], are_rendered: bool) -> (AlphaMeaning, Option<Problem>) {
     let alpha = || looks.iter().flat_map(|l| l.samples.iter().map(|[here, _]| here[3]));
     if alpha().all(|a| a >= OPAQUE) {
         return (AlphaMeaning::Ignore, None);
@@ -139,17 +160,24 @@ fn concluded(looks: &[&Look]) -> (AlphaMeaning, Option<Problem>) {
         );
         return (AlphaMeaning::Mask, Some(Problem::note(message)));
     }
+    // A renderer knows that nothing is there, as beside a ground that reaches all borders.
+    match holes(looks).filter(|_| !are_rendered) {
+        Some(holes) => (AlphaMeaning::Mask, Some(holes)),
+        None => (AlphaMeaning::Backdrop, None),
+    }
+}
+
+/// A warning where the borders of the photographs are opaque, so that nothing was cut out around a thing.
+fn holes(looks: &[&Look]) -> Option<Problem> {
     let border = || looks.iter().flat_map(|l| l.border.iter().map(|pixel| pixel[3]));
     let filled = border().filter(|a| *a >= OPAQUE).count() as f64 / border().count().max(1) as f64;
-    if filled > FILLED {
-        let message = format!(
+    (filled > FILLED).then(|| {
+        Problem::warning(format!(
             "{:.0} % of the borders of the photographs are opaque, so that alpha cuts holes into whole photographs: it is taken for a mask, \
              and the holes are not used (--alpha backdrop takes them for empty space)",
             100.0 * filled
-        );
-        return (AlphaMeaning::Mask, Some(Problem::warning(message)));
-    }
-    (AlphaMeaning::Backdrop, None)
+        ))
+    })
 }
 
 /// The colours of a photograph below alpha 0.

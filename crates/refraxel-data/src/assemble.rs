@@ -95,6 +95,10 @@ fn cameras(
     parsed.problems.extend(resizes(&resized));
     parsed.problems.extend(of_other_pictures(&implied));
     parsed.problems.extend(camera::doubts(&cameras));
+    let names: Vec<&str> = parsed.frames.iter().map(|f| f.file.as_str()).collect();
+    parsed.problems.extend(camera::placeholder(&cameras, &names));
+    let files: Vec<&Path> = parsed.frames.iter().map(|f| f.origin.path.as_path()).collect();
+    parsed.problems.extend(camera::other_focal(&cameras, &files));
     Ok(cameras)
 }
 
@@ -133,7 +137,7 @@ fn look(
         &looks,
         stated.masks.iter().any(Option::is_some),
     ));
-    let alpha = alpha::decide(headers, &looks, options);
+    let alpha = alpha::decide(parsed, headers, &looks, options);
     parsed.problems.extend(alpha.problems);
     if alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len() {
         let others = groups[1..].iter().find(|group| !group.is_empty());

@@ -4,7 +4,7 @@ use crate::looks::{Look, MaskLook, SAME, common_colour, is_within, median_colour
 use crate::naming::first_few;
 use crate::parsed::ParsedDataset;
 use crate::quantize::quantize;
-use crate::{Backdrop, Format, MaskMeaning, OpenOptions, Problem, View};
+use crate::{Backdrop, MaskMeaning, OpenOptions, Problem, View};
 use serde_json::Value;
 use std::fmt;
 use std::str::FromStr;
@@ -52,7 +52,7 @@ pub(crate) fn decide(evidence: &Evidence, options: &OpenOptions) -> (Backdrop, O
     if let Some(stated) = evidence.parsed.backdrop.or_else(|| truth_background(evidence.truth?)) {
         return (stated, borders.and_then(|b| b.doubt(stated)));
     }
-    let is_rendered = evidence.parsed.format == Format::Nsvf || evidence.parsed.synthetic;
+    let is_rendered = evidence.parsed.is_rendered();
     match borders {
         Some(borders) if is_rendered => borders.of_rendering(),
         Some(borders) => borders.of_photographs(),

@@ -82,13 +82,16 @@ fn plain(looks: &[Look], side: usize) -> Option<Plain> {
     (least > 0 && most <= least + EVEN && most + EVEN < half).then_some(Plain { width: most, colour })
 }
 
-/// Whether something else begins behind it all along, between what is plain along the other sides. One row more is a mixture.
+/// Whether something else begins behind it all along, between what is plain along the other sides. One row more is a mixture, and a row
+/// that is plain as well continues the shades of a backdrop.
 fn ends(looks: &[Look], side: usize, bar: &Plain, all: &[Option<Plain>; 4]) -> bool {
     let width = |side: usize| all[side].as_ref().map_or(0, |bar| bar.width + EVEN);
     let [before, after] = if side.is_multiple_of(2) { [1, 3] } else { [0, 2] }.map(width);
     let behind = |look: &Look| {
         let line = line(&look.small, side, bar.width + EVEN);
-        line.get(before..line.len() - after).map_or(1.0, |between| share(between, bar.colour))
+        let between = line.get(before..line.len() - after).unwrap_or_default();
+        let own = common_colour(between.iter().copied()).unwrap_or(bar.colour);
+        if share(between, own) >= FULL { 1.0 } else { share(between, bar.colour) }
     };
     looks.iter().map(behind).sum::<f64>() < BEHIND * looks.len() as f64
 }

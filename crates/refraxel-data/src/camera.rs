@@ -3,7 +3,8 @@
 use crate::Problem;
 use crate::pose::CheckedPose;
 use crate::size::Size;
-use refraxel_core::{Camera, Lens};
+use refraxel_core::{Camera, Lens, Vec3};
+use std::path::Path;
 
 /// Fewest views that a scene can be reconstructed from.
 pub(crate) const MIN_VIEWS: usize = 3;
@@ -147,6 +148,59 @@ pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
         (count > 0).then(|| Problem::warning(format!("{count} of {of} cameras {what}")))
     };
     found.into_iter().filter_map(problem).collect()
+}
+
+/// A warning about the only camera that stands in the origin and looks along an axis, far away from all others, as programs write the
+/// pose of a photograph that they could not pose.
+pub(crate) fn placeholder(cameras: &[Camera], files: &[&str]) -> Option<Problem> {
+    /// A first camera that all others are relative to stands as near to the second as these do to each other, or nearly.
+    const FAR: f64 = 2.0;
+    /// A few others show how near neighbours stand.
+    const FEWEST: usize = 4;
+    let is_axis = |c: Vec3<f64>| [c.x, c.y, c.z].iter().all(|v| *v == 0.0 || v.abs() == 1.0);
+    let place = |c: &Camera| c.world_from_camera.translation;
+    let is_one = |c: &Camera| {
+        place(c) == Vec3::zero() && c.world_from_camera.rotation.columns.into_iter().all(is_axis)
+    };
+    let found: Vec<usize> = (0..cameras.len()).filter(|&k| is_one(&cameras[k])).collect();
+    let &[alone] = found.as_slice() else { return None };
+    let others: Vec<&Camera> = cameras.iter().filter(|c| !is_one(c)).collect();
+    let away = |from: &Camera| {
+        let away =
+            others.iter().filter(|c| !std::ptr::eq(**c, from)).map(|c| (place(c) - place(from)).length());
+        away.fold(f64::INFINITY, f64::min)
+    };
+    let widest = others.iter().map(|c| away(c)).fold(0.0, f64::max);
+    (others.len() >= FEWEST && away(&cameras[alone]) > FAR * widest).then(|| {
+        Problem::warning(format!(
+            "the pose of {} is the identity, far away from all other cameras, as where a program could not pose a photograph: take it out of \
+             the files, or pose it again",
+            files[alone]
+        ))
+    })
+}
+
+/// A note about files, such as those of a split, whose cameras have one focal length each, and not the same one.
+pub(crate) fn other_focal(cameras: &[Camera], files: &[&Path]) -> Option<Problem> {
+    /// Focal lengths within this factor are one, which was rounded.
+    const EQUAL: f64 = 1.005;
+    let relative = |c: &Camera| c.focal[0] / f64::from(c.width);
+    let is_other = |a: f64, b: f64| (a / b).max(b / a) > EQUAL;
+    let mut each: Vec<(&Path, f64)> = Vec::new();
+    for (camera, file) in cameras.iter().zip(files) {
+        match each.iter().find(|(known, _)| known == file) {
+            Some((_, focal)) if is_other(*focal, relative(camera)) => return None,
+            Some(_) => {}
+            None => each.push((file, relative(camera))),
+        }
+    }
+    let (first, focal) = *each.first()?;
+    let (other, found) = *each.iter().find(|(_, found)| is_other(*found, focal))?;
+    Some(Problem::note(format!(
+        "focal lengths are {focal:.3} of the width in {}, and {found:.3} in {}: if one lens took all photographs, correct one of the files",
+        first.display(),
+        other.display()
+    )))
 }
 
 /// What all cameras have in common so that depth cannot be reconstructed.

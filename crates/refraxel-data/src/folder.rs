@@ -90,6 +90,11 @@ impl Listing {
         listing
     }
 
+    /// All of them, sorted.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
     /// The pictures.
     pub fn images(&self) -> impl Iterator<Item = &str> {
         self.names.iter().map(String::as_str).filter(|name| is_picture(name))

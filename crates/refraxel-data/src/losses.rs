@@ -47,8 +47,8 @@ pub(crate) fn leave_out(path: &Path, parsed: &mut ParsedDataset) -> Result<Vec<H
     parsed.problems.extend(warnings(&parsed.root, &lost, count));
     parsed.problems.extend(swapped.first().map(|first| {
         Problem::warning(format!(
-            "the width and height of {} cameras have changed places: the principal point and the picture say the opposite ({first} first); \
-             they are read the right way round",
+            "the width and height of {} cameras have changed places, by their principal point and their picture ({first} first): they are \
+             read the right way round; correct w and h in the file",
             swapped.len()
         ))
     }));

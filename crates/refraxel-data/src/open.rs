@@ -55,7 +55,9 @@ fn import_here(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, Data
     let (training, single) = (file_in(path, "transforms_train.json"), file_in(path, "transforms.json"));
     let models = colmap::find_models(path);
     let (rows, matrices) = (llff::pose_file(path), nsvf::pose_folder(path));
-    let there = [&training, &single, &models.first().cloned(), &rows, &matrices];
+    // Beside the files of a split, the file of all views says the same again.
+    let whole = single.as_ref().filter(|_| training.is_none());
+    let there = [training.as_ref(), whole, models.first(), rows.as_ref(), matrices.as_ref()];
     let there: Vec<&PathBuf> = there.into_iter().flatten().collect();
     let mut parsed = match (&training, &single, &rows, &matrices) {
         (Some(_), ..) => transforms::read_blender(path, options)?,
@@ -78,8 +80,7 @@ fn unread(there: &[&PathBuf]) -> Option<Problem> {
     let others: Vec<String> = others.iter().map(|path| path.display().to_string()).collect();
     (!others.is_empty()).then(|| {
         Problem::note(format!(
-            "there are several descriptions of cameras: {} is read, and not {}; to read another one, give it instead of the folder, or \
-             move the others away",
+            "there are several descriptions of cameras: {} is read, and not {}; move away those that are not meant",
             read.display(),
             others.join(", ")
         ))
@@ -94,6 +95,15 @@ fn without_poses(path: &Path) -> DataError {
     }
     if let Err(half) = colmap::refuse_half(&path) {
         return half;
+    }
+    if let Some(path) =
+        ["cameras_sphere.npz", "cameras.npz"].into_iter().find_map(|name| file_in(&path, name))
+    {
+        let key = "the layout of NeuS and IDR (world_mat_0, scale_mat_0, …)".to_owned();
+        let advice = "write a transforms.json: cv2.decomposeProjectionMatrix splits (world_mat @ scale_mat)[:3] of an image into its \
+                      intrinsics, its rotation R from world to camera and its position; transform_matrix is [transpose of R, position] \
+                      with the second and the third column negated";
+        return DataError::UnsupportedFeature { path, key, advice };
     }
     let found = Photographs::in_folder(&path).unwrap_or_default();
     match found.names.len() + found.unread.len() {

@@ -52,6 +52,11 @@ impl ParsedDataset {
         }
     }
 
+    /// Whether the layout is that of renderings.
+    pub fn is_rendered(&self) -> bool {
+        self.format == Format::Nsvf || self.synthetic
+    }
+
     /// Such a dataset whose files lie in a folder, or outside of it where that is allowed.
     pub fn below(folder: &Path, format: Format, options: &OpenOptions) -> Result<Self, DataError> {
         Ok(Self::new(Root::new(folder, options.allow_outside)?, format))
@@ -225,8 +230,9 @@ impl Intrinsics {
 
     /// Whether an image of this size lies on its side for the camera: width and height change places, and they differ.
     pub fn lies_across(&self, real: Size) -> bool {
-        /// Sizes within this factor are equal, and edges beyond [`CLEAR`] differ.
+        /// Shapes within this factor are equal: reduced copies of a few hundred pixels are rounded by less.
         const EQUAL: f64 = 1.01;
+        /// Pictures whose edges differ by less than this factor could be square ones that were cropped.
         const CLEAR: f64 = 1.05;
         let ratio = |a: f64, b: f64| (a / b).max(b / a);
         let [rw, rh] = [f64::from(real.width), f64::from(real.height)];
@@ -236,9 +242,12 @@ impl Intrinsics {
     /// Whether the stated principal point is nearer to the middle of a picture with width and height in exchange than to that of the
     /// stated size: then these were exchanged where the file was written.
     pub fn has_swapped_size(&self) -> bool {
+        /// So much nearer: a calibrated point is off the middle by less than a tenth of an edge, while the middles of both sizes are half
+        /// of the difference of edges apart.
+        const NEARER: f64 = 0.5;
         let (Some([w, h]), Some([x, y])) = (self.size, self.center) else { return false };
         let away = |w: f64, h: f64| (x - 0.5 * w).hypot(y - 0.5 * h);
-        away(h, w) < 0.5 * away(w, h)
+        away(h, w) < NEARER * away(w, h)
     }
 
     /// The camera of an image that really has `size`; the stated values are scaled to it.

@@ -99,8 +99,17 @@ fn score(
 
 /// Readings that differ by more than a motion of the whole scene.
 fn readings(format: Format) -> Vec<Reading> {
-    let reading = |says, camera| Reading { says, camera };
-    let mut all = vec![
+    let of_poses = if format == Format::Colmap { of_colmap() } else { of_matrices() };
+    of_pictures().into_iter().chain(of_poses).collect()
+}
+
+fn reading(says: &'static str, camera: fn(&Camera) -> Camera) -> Reading {
+    Reading { says, camera }
+}
+
+/// Other axes of the camera, pictures that were turned or mirrored, and other focal lengths.
+fn of_pictures() -> Vec<Reading> {
+    vec![
         reading(
             "the other camera axes are meant (right, down, forward of OpenCV, or right, up, back of OpenGL)",
             |c| posed(c, |p| turned(p, OTHER_AXES)),
@@ -123,39 +132,41 @@ fn readings(format: Format) -> Vec<Reading> {
         reading("the focal length is twice what is stated, or the pictures are half as large", |c| {
             focal(c, 2.0)
         }),
-    ];
-    all.extend(if format == Format::Colmap {
-        vec![
-            reading("the poses lead from camera to world", |c| posed(c, inverse)),
-            reading("the poses lead from camera to world, with the axes of OpenGL", |c| {
-                posed(c, |p| turned(inverse(p), OTHER_AXES))
-            }),
-            reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)),
-            reading("the translations are the positions of the cameras", |c| posed(c, position_for_translation)),
-        ]
-    } else {
-        vec![
-            reading("the poses lead from world to camera, with the axes of OpenCV", |c| posed(c, inverse)),
-            reading("the poses lead from world to camera", |c| {
-                posed(c, |p| turned(inverse(p), OTHER_AXES))
-            }),
-            reading(
-                "rotations are those from camera to world, and positions from world to camera",
-                |c| posed(c, |p| Pose { translation: -(p.rotation * p.translation), ..p }),
-            ),
-            reading("rotations are those from world to camera, and positions from camera to world", |c| {
-                posed(c, |p| turned(transposed(turned(p, OTHER_AXES)), OTHER_AXES))
-            }),
-            reading(
-                "rotations are those from world to camera, and positions from camera to world, with the axes of OpenCV",
-                |c| posed(c, transposed),
-            ),
-            reading("coordinates are left-handed, with camera axes right, up and forward, as those of Unity", |c| {
-                posed(c, |p| turned(p, [1.0, 1.0, -1.0]))
-            }),
-        ]
-    });
-    all
+    ]
+}
+
+/// Other ways to read the quaternions and translations of COLMAP.
+fn of_colmap() -> Vec<Reading> {
+    vec![
+        reading("the poses lead from camera to world", |c| posed(c, inverse)),
+        reading("the poses lead from camera to world, with the axes of OpenGL", |c| {
+            posed(c, |p| turned(inverse(p), OTHER_AXES))
+        }),
+        reading("quaternions are (x, y, z, w) and not (w, x, y, z)", |c| posed(c, scalar_last)),
+        reading("the translations are the positions of the cameras", |c| posed(c, position_for_translation)),
+    ]
+}
+
+/// Other ways to read matrices from camera to world.
+fn of_matrices() -> Vec<Reading> {
+    vec![
+        reading("the poses lead from world to camera, with the axes of OpenCV", |c| posed(c, inverse)),
+        reading("the poses lead from world to camera", |c| posed(c, |p| turned(inverse(p), OTHER_AXES))),
+        reading("rotations are those from camera to world, and positions from world to camera", |c| {
+            posed(c, |p| Pose { translation: -(p.rotation * p.translation), ..p })
+        }),
+        reading("rotations are those from world to camera, and positions from camera to world", |c| {
+            posed(c, |p| turned(transposed(turned(p, OTHER_AXES)), OTHER_AXES))
+        }),
+        reading(
+            "rotations are those from world to camera, and positions from camera to world, with the axes of OpenCV",
+            |c| posed(c, transposed),
+        ),
+        reading(
+            "coordinates are left-handed, with camera axes right, up and forward, as those of Unity",
+            |c| posed(c, |p| turned(p, [1.0, 1.0, -1.0])),
+        ),
+    ]
 }
 
 /// From the axes of OpenGL to those of OpenCV, and back.

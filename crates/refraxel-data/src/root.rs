@@ -85,14 +85,28 @@ impl Root {
         self.inside(self.search(&self.folder, usual, 1, stated, by))
     }
 
-    /// The same for a photograph whose path is stated relative to a folder of the dataset.
+    /// The same for a photograph whose path is stated relative to a folder of the dataset, or else to the only folder in that which has
+    /// such a one.
     pub fn find_below(
         &self,
         folder: &str,
         stated: &str,
         by: Statement<'_>,
     ) -> Result<Option<PathBuf>, DataError> {
-        self.inside(self.search(&self.below(folder), Vec::new, 1, stated, by))
+        let base = self.below(folder);
+        self.inside(self.search(&base, || self.parts_of(&base), 1, stated, by))
+    }
+
+    /// The folders of photographs in a folder that holds none itself, such as one for each camera.
+    fn parts_of(&self, base: &Path) -> Vec<PathBuf> {
+        let listing = self.listing(base);
+        if *base == self.folder || listing.images().next().is_some() {
+            return Vec::new();
+        }
+        let is_of_others =
+            |name: &String| ["mask", "depth"].iter().any(|word| naming::key(name).contains(word));
+        let names = listing.names().iter().filter(|name| !is_of_others(name));
+        names.map(|name| base.join(name)).filter(|path| path.is_dir()).collect()
     }
 
     /// The error of the first photograph that leads outside, unless others with paths of another machine were found: then it
@@ -119,7 +133,8 @@ impl Root {
         let base = self.below(folder);
         let slashed = stated.replace('\\', "/");
         let parts = Stated::of(&slashed).parts;
-        completed(&base.join(parts.join("/"))).is_some() || self.meant(&[base], 1, &parts).is_some()
+        completed(&base.join(parts.join("/"))).is_some()
+            || self.meant(&[vec![base.clone()], self.parts_of(&base)].concat(), 1, &parts).is_some()
     }
 
     /// What was found under other names than the stated ones, in the order in which it was asked for.

@@ -83,7 +83,7 @@ pub(crate) fn find(parsed: &ParsedDataset, views: &[View]) -> Result<Stated, Dat
 
 /// A warning where the shapes of photographs with an orientation tag do not tell whether their masks were turned with them.
 fn open_turn(masks: &[Option<(PathBuf, StatedMask)>], views: &[View]) -> Result<Option<Problem>, DataError> {
-    /// Masks that are looked at.
+    /// Masks that are looked at: one tool writes all of them, and each header takes a read.
     const FEW: usize = 8;
     let with = masks.iter().zip(views).filter_map(|(mask, view)| match &view.source {
         PhotoSource::Files { image, orientation, .. } => Some((&mask.as_ref()?.0, image, *orientation)),
@@ -97,7 +97,7 @@ fn open_turn(masks: &[Option<(PathBuf, StatedMask)>], views: &[View]) -> Result<
             };
             return Ok(Some(Problem::warning(format!(
                 "{} has an orientation tag (EXIF), its mask {} has none, and the shape of both fits either way: masks are taken to cover the \
-                 photographs {taken}; look at them with --out, and write masks and photographs without a tag if they do not",
+                 photographs {taken}; look at them by inspect --out, and write masks and photographs without a tag if they do not",
                 image.display(),
                 mask.display()
             ))));

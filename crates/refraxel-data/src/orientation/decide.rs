@@ -33,7 +33,7 @@ pub(crate) fn decide(
     if tagged.is_empty() {
         return Ok((vec![Orientation::Upright; pictures.len()], None));
     }
-    let (taken, ground) = ground(parsed, &tagged, asked)?;
+    let (taken, ground) = ground(parsed, pictures, &tagged, asked)?;
     let by_itself = matches!(ground, Ground::Shapes { .. });
     let of = |picture: &Picture| if by_itself { by_shape(picture).unwrap_or(taken) } else { taken };
     let problem = problem(parsed.format, [tagged.len(), pictures.len()], taken, &ground);
@@ -42,6 +42,7 @@ pub(crate) fn decide(
 
 fn ground(
     parsed: &ParsedDataset,
+    pictures: &[Picture],
     tagged: &[&Picture],
     asked: Option<Orientation>,
 ) -> Result<(Orientation, Ground), DataError> {
@@ -57,7 +58,7 @@ fn ground(
             if let Some((taken, agreement)) = colours::agreement(parsed, tagged)? {
                 return Ok((taken, Ground::Colours(agreement)));
             }
-            let by_neighbours = neighbours::agreement(tagged)?;
+            let by_neighbours = neighbours::agreement(pictures)?;
             Ok(by_neighbours.map_or((Orientation::Stored, Ground::Format), |(taken, scores)| {
                 (taken, Ground::Neighbours(scores))
             }))

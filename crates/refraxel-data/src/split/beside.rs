@@ -1,7 +1,7 @@
 //! Files beside a description that hold lists of views.
 
 use super::lists::Lists;
-use super::words::{is_of_lists, part_of_list};
+use super::words::{is_of_lists, part_of_list, part_of_view};
 use crate::folder::{folder_in, names};
 use crate::naming::extension;
 use crate::parsed::Part;
@@ -93,7 +93,7 @@ fn word_of(stem: &str, part: Part) -> &str {
     words.find(|word| Part::named(word) == Some(part)).unwrap_or_default()
 }
 
-/// `{"train": ["a.png"], "test": ["b.png"]}`, `{"a.png": "train"}`, or the list of one part.
+/// `{"train": ["a.png"], "test": ["b.png"]}`, `{"a.png": "train"}`, `[{"file": "a.png", "split": "train"}]`, or the list of one part.
 fn of_json(root: &Root, file: &Path, problems: &mut Vec<Problem>) -> Option<Lists> {
     let stem = stem_with(file, "json")?;
     let part = part_of_list(stem);
@@ -111,6 +111,7 @@ fn of_json(root: &Root, file: &Path, problems: &mut Vec<Problem>) -> Option<List
         (Value::Array(list), Some(part)) => {
             entries(list).map(|names| vec![(part, names)]).unwrap_or_default()
         }
+        (Value::Array(views), None) => views.iter().filter_map(part_of_record).collect(),
         (Value::Object(map), _) => parts_of(map),
         _ => Vec::new(),
     };
@@ -119,6 +120,16 @@ fn of_json(root: &Root, file: &Path, problems: &mut Vec<Problem>) -> Option<List
         return None;
     }
     Some(Lists { source: shown(root, file), parts, are_surely_lists: false })
+}
+
+/// Keys and columns that hold the name of an image.
+const OF_NAMES: [&str; 6] = ["filename", "file", "image", "name", "file_path", "file_name"];
+
+/// The part and the name of one view: `{"file": "a.png", "split": "train"}`.
+fn part_of_record(view: &Value) -> Option<(Part, Vec<String>)> {
+    let map = view.as_object()?;
+    let name = map.iter().find(|(key, _)| OF_NAMES.contains(&key.to_lowercase().as_str()))?.1;
+    Some((part_of_view(map)?.0, vec![name.as_str()?.to_owned()]))
 }
 
 /// Lists by part, or parts by name, as far as an object holds some.
@@ -151,7 +162,7 @@ fn of_table(root: &Root, file: &Path) -> Option<Lists> {
     let mut rows = text.lines().map(|line| line.split(separator).map(str::trim).collect::<Vec<_>>());
     let head: Vec<String> = rows.next()?.iter().map(|name| name.to_lowercase()).collect();
     let column = |names: &[&str]| head.iter().position(|name| names.contains(&name.as_str()));
-    let (name, part) = (column(&["filename", "file", "image", "name", "file_path"])?, column(&["split"])?);
+    let (name, part) = (column(&OF_NAMES)?, column(&["split"])?);
     let entry = |row: Vec<&str>| {
         let name = row.get(name).filter(|name| !name.is_empty())?.to_string();
         Some((Part::named(row.get(part)?)?, vec![name]))

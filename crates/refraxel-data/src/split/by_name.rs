@@ -13,7 +13,7 @@ pub(super) fn stated(format: Format, frames: &[Frame]) -> (Option<Assignment>, O
     let named = [
         ("folders named by parts of the split", parts(frames, folder)),
         ("names of images that hold train and test, val or eval", parts(frames, word)),
-        ("names of images that hold clutter (train) and extra (test)", parts(frames, cluttered)),
+        ("names of images that hold clutter (train) and extra (test)", cluttered(frames)),
     ];
     let mut note = None;
     for (rule, parts) in named {
@@ -56,7 +56,7 @@ fn prefixes(format: Format, frames: &[Frame]) -> Option<Assignment> {
     Some(Assignment { rule: rule.to_owned(), parts, ..Assignment::default() })
 }
 
-fn parts(frames: &[Frame], part: fn(&Frame) -> Option<Part>) -> Vec<Option<Part>> {
+fn parts(frames: &[Frame], part: impl Fn(&Frame) -> Option<Part>) -> Vec<Option<Part>> {
     frames.iter().map(part).collect()
 }
 
@@ -73,13 +73,18 @@ fn word(frame: &Frame) -> Option<Part> {
     parts.next().is_none().then_some(part)
 }
 
-/// RobustNeRF and NeRF On-the-go: with things that move, to train, and without, to test.
-fn cluttered(frame: &Frame) -> Option<Part> {
-    words(file_name(frame)).iter().find_map(|word| match word.as_str() {
-        "clutter" => Some(Part::Train),
-        "extra" => Some(Part::Test),
-        _ => None,
-    })
+/// RobustNeRF and NeRF On-the-go: with things that move, to train, and without, to test. Without the first, an extra photograph is one
+/// more.
+fn cluttered(frames: &[Frame]) -> Vec<Option<Part>> {
+    let part = |frame: &Frame| {
+        words(file_name(frame)).iter().find_map(|word| match word.as_str() {
+            "clutter" => Some(Part::Train),
+            "extra" => Some(Part::Test),
+            _ => None,
+        })
+    };
+    let parts = parts(frames, part);
+    if parts.contains(&Some(Part::Train)) { parts } else { vec![None; frames.len()] }
 }
 
 fn file_name(frame: &Frame) -> &str {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 /// One view in so many is held out where no split is stated (bmild, gsplat, NerfBaselines).
-const DEFAULT_HOLDOUT: usize = 8;
+pub(crate) const DEFAULT_HOLDOUT: usize = 8;
 /// The same for NSVF (svox2).
 const NSVF_HOLDOUT: usize = 16;
 
@@ -93,8 +93,14 @@ fn meant(parsed: &ParsedDataset, lists: &Lists, problems: &mut Vec<Problem>) -> 
     let is_empty = |assignment: &Assignment| assignment.parts.iter().all(Option::is_none);
     let mut assignment = assigned(lists);
     if is_empty(&assignment) {
-        let pieces = lists.pieces().map(|lists| assigned(&lists));
-        assignment = pieces.into_iter().find(|a| !is_empty(a)).unwrap_or(assignment);
+        // Prose that happens to hold the number of a view is no list.
+        let are_views =
+            |(lists, a): &(Lists, Assignment)| !is_empty(a) && 2 * a.unknown.len() <= lists.count();
+        let pieces = lists.pieces().map(|lists| {
+            let found = assigned(&lists);
+            (lists, found)
+        });
+        assignment = pieces.into_iter().find(are_views).map_or(assignment, |(_, assignment)| assignment);
     }
     let is_empty = is_empty(&assignment);
     if is_empty && !(lists.are_surely_lists && lists.have_training()) {

@@ -42,6 +42,11 @@ impl Lists {
         self.parts.iter().any(|(part, _)| *part == Part::Train)
     }
 
+    /// How many entries they have.
+    pub fn count(&self) -> usize {
+        self.parts.iter().map(|(_, names)| names.len()).sum()
+    }
+
     /// The same with entries taken apart: at commas and semicolons, and at spaces as well.
     pub fn pieces(&self) -> [Self; 2] {
         let at = |is_between: fn(char) -> bool| {

@@ -7,5 +7,5 @@ mod lists;
 mod words;
 
 pub(crate) use beside::{lists_of, parts_of};
-pub(crate) use decide::{assign, decide};
+pub(crate) use decide::{DEFAULT_HOLDOUT, assign, decide};
 pub(crate) use words::{is_of_lists, part_of_view};

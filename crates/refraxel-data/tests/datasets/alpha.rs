@@ -125,6 +125,13 @@ fn holes_in_whole_photographs_are_masked() {
     assert_eq!((data.backdrop, data.views[0].mask_meaning), (Backdrop::Surroundings, MaskMeaning::Keep));
     assert!(data.views.iter().all(|v| v.has_mask()));
     assert_warns(&data, "alpha cuts holes into whole photographs");
+    std::fs::remove_file(folder.path().join("transforms.json")).unwrap();
+    write_blender(folder.path(), &cameras, "png");
+    assert_eq!(
+        opened(&folder, None, None).backdrop,
+        Backdrop::Transparent,
+        "a renderer leaves holes where nothing is"
+    );
 }
 
 #[test]
@@ -156,4 +163,31 @@ fn colours_that_are_multiplied_by_alpha_are_named() {
         assert_eq!(data.backdrop, Backdrop::Transparent);
         assert_eq!(warns(&data, "premultiplied"), is_multiplied, "{:?}", data.problems);
     }
+}
+
+#[test]
+fn cut_outs_to_learn_from_stay_where_the_held_out_photographs_have_no_alpha() {
+    let (folder, cameras) = (cut_out(|_| [0; 3]), arc(8));
+    for (i, camera) in cameras.iter().enumerate().skip(3) {
+        let at = |x, y| image::Rgb(on_ball(camera, x, y).map_or([255; 3], texture));
+        let path = folder.path().join(format!("images/{}.png", stem(i)));
+        image::RgbImage::from_fn(EDGE, EDGE, at).save(path).unwrap();
+    }
+    write_transforms(folder.path(), &cameras, "png", |t| {
+        t["test_ids"] = serde_json::json!([3, 4, 5, 6, 7]);
+    });
+    let data = opened(&folder, None, None);
+    assert_eq!((data.split.train.len(), data.backdrop), (3, Backdrop::Transparent), "{:?}", data.problems);
+}
+
+#[test]
+fn dark_outlines_are_not_taken_for_colours_multiplied_by_alpha() {
+    let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(8));
+    write_cut_outs(folder.path(), &cameras, |p, ball| {
+        let alpha = if ball.is_none() { 0 } else { [255, 100][((p.x + p.y) % 2) as usize] };
+        let [r, g, b] = ball.filter(|_| alpha == 255).map_or([0; 3], texture);
+        [r, g, b, alpha]
+    });
+    write_transforms(folder.path(), &cameras, "png", |_| {});
+    assert!(!warns(&opened(&folder, None, None), "premultiplied"));
 }

@@ -123,6 +123,14 @@ fn bars_around_photographs_are_named_with_the_crop_that_cuts_them_off() {
 }
 
 #[test]
+fn shades_of_a_backdrop_from_top_to_bottom_are_no_bars() {
+    for rendered in [true, false] {
+        let (_folder, data) = balls(rendered, "png", |p| [(60 + 4 * p.y) as u8; 3]);
+        assert!(!reports(&data, "--crop"), "{:?}", data.problems);
+    }
+}
+
+#[test]
 fn corners_beyond_an_image_circle_are_said() {
     let half = EDGE as f32 / 2.0;
     let is_beyond = |p: &Pixel| (p.x as f32 + 0.5 - half).hypot(p.y as f32 + 0.5 - half) > half;
@@ -161,8 +169,12 @@ fn a_stated_colour_may_be_written_in_any_way() {
         let folder = transforms_folder(4, |t| t[key] = value.clone());
         assert_eq!(open(&folder).unwrap().backdrop, Backdrop::Color(expected), "{key} {value}");
     }
-    let folder = transforms_folder(4, |t| t["background_color"] = json!("greenish"));
-    assert!(refusal(&folder).contains("background_color is \"greenish\"; expected"), "{}", refusal(&folder));
+    let folder = transforms_folder(4, |t| t["background"] = json!("greenish"));
+    assert!(refusal(&folder).contains("background is \"greenish\"; expected"), "{}", refusal(&folder));
+    for trained_with in [json!("random"), json!([1.0, 1.0, 1.0, 1.0])] {
+        let folder = transforms_folder(4, |t| t["background_color"] = trained_with.clone());
+        assert_warns(&open(&folder).unwrap(), &format!("background_color is {trained_with}, and not"));
+    }
 }
 
 #[test]

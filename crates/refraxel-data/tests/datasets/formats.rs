@@ -153,3 +153,12 @@ fn a_folder_without_a_dataset_says_what_was_looked_for() {
     std::fs::write(&scrap, "hello").unwrap();
     assert!(matches!(Dataset::open(scrap, &OpenOptions::default()), Err(DataError::UnknownFormat { .. })));
 }
+
+#[test]
+fn matrices_of_neus_are_named_with_the_way_to_convert_them() {
+    let folder = tempfile::tempdir().unwrap();
+    write_file(folder.path(), "cameras_sphere.npz", "PK");
+    write_image(folder.path(), "image/000000.png", WIDTH, HEIGHT);
+    let refused = refusal(&folder);
+    assert!(refused.contains("cameras_sphere.npz") && refused.contains("transforms.json"), "{refused}");
+}

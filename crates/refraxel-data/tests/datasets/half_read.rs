@@ -273,6 +273,12 @@ fn jpegs_that_break_off_are_named_and_those_with_something_behind_them_are_whole
         "{:?}",
         data.problems
     );
+    let folder = blender_folder([6, 2], 8);
+    write_file(folder.path(), "transforms.json", transforms(&cameras(8)).to_string());
+    assert!(
+        !reports(&open(&folder).unwrap(), "several descriptions"),
+        "one of all views beside those of the split"
+    );
 }
 
 #[test]

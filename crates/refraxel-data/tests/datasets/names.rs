@@ -243,3 +243,22 @@ fn colmap_names_are_matched_in_the_folder_that_holds_most_of_them() {
     assert_eq!((data.views.len(), warnings(&data).len()), (6, 0), "{:?}", data.problems);
     assert_reports(&data, "6 by the extension");
 }
+
+#[test]
+fn photographs_in_a_folder_for_each_camera_are_found_under_flat_names() {
+    let of = |folders: [&str; 4]| {
+        let folder = tempfile::tempdir().unwrap();
+        write_colmap(folder.path(), "sparse/0", "txt", colmap_text(&cameras(4)));
+        for (i, below) in folders.iter().enumerate() {
+            write_image(folder.path(), &format!("images/{below}/{}.png", stem(i)), WIDTH, HEIGHT);
+        }
+        folder
+    };
+    let folder = of(["left", "left", "right", "right"]);
+    let data = open(&folder).unwrap();
+    assert_eq!((data.views.len(), warnings(&data).len()), (4, 0), "{:?}", data.problems);
+    assert_reports(&data, "4 by the folders before it");
+    write_image(folder.path(), "images/right/r_0.png", WIDTH, HEIGHT);
+    assert_eq!(open(&folder).unwrap().views.len(), 3, "one of two that may be meant is none");
+    assert!(open(&of(["masks"; 4])).is_err(), "masks are no photographs");
+}

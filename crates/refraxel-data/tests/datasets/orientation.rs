@@ -6,8 +6,8 @@ use image::metadata::Orientation as Turn;
 use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage};
 use refraxel_core::{Camera, Vec3, vec3};
 use refraxel_data::{
-    Crop, DataError, Dataset, OpenOptions, Orientation, Photo, Reduction, Severity, load_mask_of, load_photo,
-    open_cameras,
+    Crop, DataError, Dataset, OpenOptions, Orientation, Photo, PhotoSource, Reduction, Severity,
+    load_mask_of, load_photo, open_cameras,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -234,6 +234,27 @@ fn images_without_a_tag_among_others_stay() {
     write_file(folder.path(), "images/v2.jpg", jpeg(&seen(&cameras[2]), 0));
     let data = open(folder.path(), None);
     assert!(difference(&data) < SAME && said(&data).1.contains("3 of 4 images"));
+}
+
+#[test]
+fn one_photograph_with_a_tag_is_compared_with_its_neighbours() {
+    const ONE: usize = 4;
+    for meant in [Orientation::Stored, Orientation::Upright] {
+        let (folder, cameras) = (tempfile::tempdir().unwrap(), arc(10));
+        write_transforms(folder.path(), &cameras, "jpg", |_| {});
+        for (k, camera) in cameras.iter().enumerate() {
+            let at = |x, y| Rgb(on_ball(camera, x, y).map_or_else(|| wall(camera, x, y), texture));
+            let upright = RgbImage::from_fn(EDGE, EDGE, at);
+            let is_turned = k == ONE && meant == Orientation::Upright;
+            let pixels = if is_turned { stored(upright, 3) } else { upright };
+            let tag = if k == ONE { 3 } else { 0 };
+            write_file(folder.path(), &format!("images/{}.jpg", stem(k)), jpeg(&pixels, tag));
+        }
+        let data = open(folder.path(), None);
+        let PhotoSource::Files { orientation, .. } = &data.views[ONE].source else { panic!("of files") };
+        assert_eq!(*orientation, meant, "{:?}", data.problems);
+        assert!(said(&data).1.contains("neighbouring photographs"), "{:?}", data.problems);
+    }
 }
 
 #[test]

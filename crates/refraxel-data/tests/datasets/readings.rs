@@ -118,3 +118,28 @@ fn poses_in_another_convention_are_named() {
         assert!(warning(&data, says).is_some(), "{says}: {:?}", data.problems);
     }
 }
+
+#[test]
+fn one_identity_far_from_all_other_poses_is_named() {
+    let identity = json!([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]);
+    let folder = transforms_folder(40, |t| t["frames"][5]["transform_matrix"] = identity.clone());
+    assert_warns(&open(&folder).unwrap(), "the pose of images/r_5.png is the identity");
+    let relative_to_the_first = transforms_folder(8, |t| {
+        for i in 0..8 {
+            t["frames"][i]["transform_matrix"] = identity.clone();
+            t["frames"][i]["transform_matrix"][0][3] = json!(0.3 * i as f64);
+        }
+    });
+    assert!(!reports(&open(&relative_to_the_first).unwrap(), "the identity"));
+}
+
+#[test]
+fn files_of_a_split_with_other_focal_lengths_are_named() {
+    let folder = blender_folder([4, 3], 7);
+    assert!(!reports(&open(&folder).unwrap(), "focal lengths are"));
+    let path = folder.path().join("transforms_test.json");
+    let mut test: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    (test["fl_x"], test["fl_y"]) = (json!(33.0), json!(33.0));
+    write_file(folder.path(), "transforms_test.json", test.to_string());
+    assert_reports(&open(&folder).unwrap(), "focal lengths are 1.250 of the width in");
+}

@@ -56,6 +56,11 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         ),
         ("train_test_split.txt", "r_5.png test\nr_0.png train\nr_7.png, test\n"),
         ("splits/test.txt", "r_5.png\nr_7.png\n"),
+        (
+            "splits.json",
+            r#"[{"file": "r_5.png", "split": "test"}, {"file_path": "images/r_7.png", "is_test": true},
+                {"file": "r_0.png", "split": "train"}]"#,
+        ),
         ("data_split.json", r#"{"r_5.png": "test", "r_7.png": "test", "r_0.png": "train"}"#),
     ] {
         let folder = beside(file, content);
@@ -64,7 +69,9 @@ fn lists_beside_the_description_are_obeyed_in_all_their_forms() {
         let held_out = [val, test].concat();
         assert_eq!(held_out, ["r_5.png", "r_7.png"], "{file} {content}: {:?}", data.problems);
         assert!(
-            ["data_split.json", "scene.tsv", "train_test_split.txt"].contains(&file) || train.len() == 6,
+            ["data_split.json", "scene.tsv", "train_test_split.txt"].contains(&file)
+                || content.starts_with("[{")
+                || train.len() == 6,
             "{file}"
         );
         assert!(data.split.rule.contains(file), "{}", data.split.rule);
@@ -326,4 +333,36 @@ fn photographs_with_clutter_train_and_those_without_test() {
 fn keys_of_a_split_that_are_not_obeyed_are_named() {
     let folder = transforms_folder(8, |t| t["llffhold"] = json!(4));
     assert!(warns(&open(&folder).unwrap(), "llffhold is not obeyed"));
+    for (edit, why) in [
+        (json!({"llffhold": 8}), "it is what happens anyway"),
+        (json!({"eval_mode": "filename", "test_filenames": ["images/r_5.png"]}), "the list is obeyed"),
+    ] {
+        let folder =
+            transforms_folder(8, |t| t.as_object_mut().unwrap().extend(edit.as_object().unwrap().clone()));
+        assert!(!reports(&open(&folder).unwrap(), "is not obeyed"), "{why}");
+    }
+}
+
+#[test]
+fn prose_that_holds_numbers_of_views_is_no_list() {
+    for (file, text) in [
+        ("train.txt", "epoch 1 loss 0.35\nepoch 2 loss 0.22, 15 minutes\n"),
+        ("test.txt", "a test of 3 things, with 5 views\n"),
+    ] {
+        let folder = transforms_folder(8, |t| {
+            (0..8).for_each(|i| t["frames"][i]["file_path"] = json!(format!("images/{i}.png")));
+        });
+        (0..8).for_each(|i| write_image(folder.path(), &format!("images/{i}.png"), WIDTH, HEIGHT));
+        write_file(folder.path(), file, text);
+        let data = open(&folder).unwrap();
+        assert_eq!(parts(&data)[2], ["0.png"], "{file}");
+        assert_warns(&data, "none of its names is that of a view");
+    }
+}
+
+#[test]
+fn an_extra_photograph_says_nothing_of_the_split() {
+    let folder = transforms_folder(8, |t| t["frames"][3]["file_path"] = json!("images/extra_3.png"));
+    write_image(folder.path(), "images/extra_3.png", WIDTH, HEIGHT);
+    assert!(!reports(&open(&folder).unwrap(), "clutter"));
 }

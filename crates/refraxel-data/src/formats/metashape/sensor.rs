@@ -49,17 +49,21 @@ pub(super) fn intrinsics(sensor: &Element) -> Result<(Intrinsics, Vec<Problem>),
             shear.abs()
         ))
     });
+    let focal = Focal::Pixels(focal);
+    let problems = left_out.into_iter().chain(unaligned(&calibration)).collect();
+    Ok((Intrinsics { size: Some(size), focal, center: Some(center), lens }, problems))
+}
+
+/// A warning about a calibration from before the alignment.
+fn unaligned(calibration: &Element) -> Option<Problem> {
     let is_initial = calibration.node.attribute("class") == Some("initial");
-    let initial = is_initial.then(|| {
-        let (file, place) = (sensor.path.display(), sensor.place);
+    let (file, place) = (calibration.path.display(), calibration.place);
+    is_initial.then(|| {
         Problem::warning(format!(
-            "{file}: {place} has no calibration of the class adjusted: the one that the alignment began with is used; if it was not \
+            "{file}: {place} has no calibration of the class adjusted: the one that the alignment began with is used; if the camera was not \
              calibrated before, optimise the cameras and export them again"
         ))
-    });
-    let focal = Focal::Pixels(focal);
-    let problems = left_out.into_iter().chain(initial).collect();
-    Ok((Intrinsics { size: Some(size), focal, center: Some(center), lens }, problems))
+    })
 }
 
 /// The calibration that the alignment found, else the one it began with.

@@ -163,7 +163,7 @@ fn add_frames(
 /// Keys of the whole file: backdrop, region, split lists, points and the transform that made its coordinates.
 fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError> {
     if parsed.backdrop.is_none() {
-        parsed.backdrop = backdrop(top)?;
+        parsed.backdrop = backdrop(top)?.or(background_color(top, &mut parsed.problems));
     }
     if parsed.stated_box.is_none() {
         parsed.stated_box = region::stated_box(top)?;
@@ -185,19 +185,25 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
         .filter_map(|(_, value)| value.as_object());
     parsed.split_lists.extend(objects.flat_map(split::parts_of));
     read_points(parsed, top)?;
-    let of_split = ["llffhold", "train_split_fraction", "eval_mode", "eval_interval"];
-    parsed.problems.extend(of_split.into_iter().find(|key| top.get(key).is_some()).map(|key| {
-        let file = top.path().display();
-        Problem::warning(format!(
-            "{file}: {key} is not obeyed: say --holdout N, or list the held-out images in test_ids"
-        ))
-    }));
+    parsed.problems.extend(rule_of_split(top).filter(|_| parsed.split_lists.is_empty()));
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
                        cameras; they are kept as they stand";
         parsed.problems.push(Problem::note(format!("{}: {message}", top.path().display())));
     }
     Ok(())
+}
+
+/// A warning about a rule by which other programs split the views, where it is not what happens without one.
+fn rule_of_split(top: &Object) -> Option<Problem> {
+    let is_other = |key: &&str| {
+        top.get(key).is_some_and(|v| *key != "llffhold" || v.as_u64() != Some(split::DEFAULT_HOLDOUT as u64))
+    };
+    let keys = ["llffhold", "train_split_fraction", "eval_mode", "eval_interval"];
+    let (key, file) = (keys.into_iter().find(is_other)?, top.path().display());
+    Some(Problem::warning(format!(
+        "{file}: {key} is not obeyed: say --holdout N, or list the held-out images in test_ids"
+    )))
 }
 
 /// The points of `ply_file_path`. They only help to place the region, so a broken file is a warning.
@@ -224,25 +230,39 @@ fn read_points(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataError
     Ok(())
 }
 
-/// `background: [r, g, b]` (0..255, or 0..1 where none is larger), `"#ffffff"` or `"transparent"`, also as `background_color`, and
-/// `white_transparent` and `black_transparent` of instant-ngp.
+const COLOUR: &str = "\"transparent\", \"#ffffff\" or [red, green, blue] from 0 to 255";
+
+/// `background: [r, g, b]` (0..255, or 0..1 where none is larger), `"#ffffff"` or `"transparent"`, and `white_transparent` and
+/// `black_transparent` of instant-ngp.
 fn backdrop(top: &Object) -> Result<Option<Backdrop>, DataError> {
-    const EXPECTED: &str = "\"transparent\", \"#ffffff\" or [red, green, blue] from 0 to 255";
-    if let Some(key) = ["background", "background_color"].into_iter().find(|key| top.get(key).is_some()) {
-        let stated = match top.get(key) {
-            Some(Value::String(text)) => text.parse().ok(),
-            Some(Value::Array(_)) => top.numbers::<3>(key, EXPECTED)?.and_then(colour),
-            _ => None,
-        };
-        return stated.map(Some).ok_or_else(|| top.wrong(key, EXPECTED));
+    if let Some(value) = top.get("background") {
+        return colour(value).map(Some).ok_or_else(|| top.wrong("background", COLOUR));
     }
     let white = top.flag("white_transparent")?.then_some(Backdrop::Color([1.0; 3]));
     let black = top.flag("black_transparent")?.then_some(Backdrop::Color([0.0; 3]));
     Ok(white.or(black))
 }
 
-/// A colour from 0 to 255, or to 1.
-fn colour(rgb: [f64; 3]) -> Option<Backdrop> {
+/// The same under the name that trainers give to what they lay photographs over, which need not be a colour (`"random"`).
+fn background_color(top: &Object, problems: &mut Vec<Problem>) -> Option<Backdrop> {
+    let value = top.get("background_color")?;
+    let stated = colour(value);
+    problems.extend(stated.is_none().then(|| {
+        let file = top.path().display();
+        Problem::warning(format!(
+            "{file}: background_color is {value}, and not {COLOUR}: it is not used; --backdrop says what is behind the scene"
+        ))
+    }));
+    stated
+}
+
+/// A colour from 0 to 255, or to 1, or one in words.
+fn colour(value: &Value) -> Option<Backdrop> {
+    if let Value::String(text) = value {
+        return text.parse().ok();
+    }
+    let rgb: Vec<f64> = value.as_array()?.iter().map(Value::as_f64).collect::<Option<_>>()?;
+    let rgb: [f64; 3] = rgb.try_into().ok()?;
     let most = if rgb.iter().all(|c| *c <= 1.0) { 1.0 } else { 255.0 };
     let is_colour = rgb.iter().all(|c| (0.0..=most).contains(c));
     is_colour.then(|| Backdrop::Color(rgb.map(|c| (c / most) as f32)))
