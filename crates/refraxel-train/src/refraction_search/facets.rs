@@ -100,8 +100,8 @@ pub(super) fn end(surface: &LevelSet<f32>, rays: &[Ray<f32>], towards: Vec3<f32>
     is_seen.then(|| Plane::facing(towards, chords.deepest(towards))).filter(|end| is_shallow(end, surface))
 }
 
-/// Such a plane above the rim of a body of revolution, where it cuts a roof off: a cone, as steep as the lowest view. `None` where there is
-/// no rim, or next to nothing above it.
+/// Such a plane at the rim of a body of revolution, which it makes flat: it cuts a roof off, a cone as steep as the lowest view, or what
+/// rough masks have rounded. `None` where there is no rim.
 pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
     let lid = end(surface, rays, up)?;
     let nodes = surface.coefficients().iter().enumerate().filter(|(_, phi)| **phi < 0.0);
@@ -113,8 +113,7 @@ pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> 
     };
     let [below, at, above] = [-2.0, -1.0, 0.0].map(radius);
     let is_rim = below - at < NARROWING * (at - above);
-    let has_roof = heights.iter().any(|h| *h > 1.0);
-    (is_rim && has_roof).then_some(lid)
+    is_rim.then_some(lid)
 }
 
 /// The plane near the normal of a crowd that most of its points are above. More than a voxel hardly counts more, and what is below the plane counts
