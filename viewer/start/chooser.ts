@@ -32,20 +32,26 @@ export class Chooser {
     const go = el("form", { class: "path" }, this.path, el("button", { title: "Shows what is in this folder" }, "Go"));
     go.addEventListener("submit", (event) => {
       event.preventDefault();
-      choices.list(this.path.value.trim());
+      this.list(this.path.value.trim());
     });
     // A name that is completed by the list is gone to at once.
     this.path.addEventListener("input", (event) => {
       const isCompleted = !(event instanceof InputEvent) || event.inputType === "insertReplacementText";
-      if (isCompleted) choices.list(this.path.value);
+      if (isCompleted) this.list(this.path.value);
     });
     const close = button("Cancel", "Back to the start", () => choices.close());
     const head = el("div", { class: "head" }, el("h2", {}, "Choose a folder of photographs, or a video"), close);
     this.element.append(head, this.places, go, this.known, this.content, this.chosen);
   }
 
+  /** Asks for another folder. Until it is shown, the last one cannot be chosen. */
+  list(path: string): void {
+    this.chosen.replaceChildren();
+    this.choices.list(path);
+  }
+
   showPlaces(places: Place[]): void {
-    const go = ({ name, path }: Place) => button(name, path, () => this.choices.list(path));
+    const go = ({ name, path }: Place) => button(name, path, () => this.list(path));
     this.places.replaceChildren(...places.map(go));
   }
 
@@ -53,8 +59,8 @@ export class Chooser {
     this.path.value = folder.path;
     this.known.replaceChildren(...folder.folders.map(({ path }) => el("option", { value: path })));
     const { parent } = folder;
-    const up = parent === null ? [] : [this.entry("↑", "the folder above", () => this.choices.list(parent))];
-    const folders = folder.folders.map(({ name, path }) => this.entry("📁", name, () => this.choices.list(path)));
+    const up = parent === null ? [] : [this.entry("↑", "the folder above", () => this.list(parent))];
+    const folders = folder.folders.map(({ name, path }) => this.entry("📁", name, () => this.list(path)));
     const videos = folder.videos.map(({ name, path }) => this.entry("🎞", name, () => this.choices.choose(path)));
     const more = folder.left_out > 0 ? [el("p", { class: "hint" }, `${folder.left_out} more are not listed.`)] : [];
     this.content.replaceChildren(...up, ...folders, ...videos, ...more);

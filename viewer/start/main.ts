@@ -75,7 +75,7 @@ class Page {
 
   private choose(isChoosing: boolean): void {
     this.isChoosing = isChoosing;
-    if (isChoosing) this.ask({ ask: "folder", path: this.home.folder });
+    if (isChoosing) this.chooser.list(this.home.folder);
     this.render();
   }
 

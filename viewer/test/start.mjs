@@ -37,7 +37,7 @@ const titled = (page, title) => page.waitForSelector(`section[aria-label="${titl
 async function goTo(page, path) {
   await page.$eval(".path input", (input, path) => (input.value = path), path);
   await press(page, "Go");
-  await page.waitForFunction((path) => document.querySelector(".path input").value === path, POLL, path);
+  await page.waitForSelector(".chosen button"); // it is taken away until the folder is shown
 }
 
 async function begin(page, folder) {
@@ -69,7 +69,7 @@ async function begin(page, folder) {
 
 async function look(page) {
   await press(page, "Choose photographs or a video");
-  await page.waitForSelector(".path input");
+  await page.waitForSelector(".chosen button");
   await goTo(page, await realpath(data));
   await press(page, "Use this folder");
   await titled(page, "What is in the photographs");
