@@ -63,12 +63,14 @@ impl Score {
 /// The score of whole photographs, of pairs whose cameras are at least this share of their [`distance`] apart.
 pub(crate) fn score(posed: &[Posed], least: f64) -> Option<Score> {
     let distance = distance(posed);
-    let of_pair = |(k, other): (usize, usize)| {
-        let [from, to] = [posed[k], posed[other]];
-        gains(from, to, &centres([from.image.width, from.image.height], |_| true), distance)
-    };
+    let of_pair = |(k, other): (usize, usize)| gains_of_all(posed[k], posed[other], distance);
     let found: Vec<Vec<f64>> = pairs(posed, least * distance).into_par_iter().map(of_pair).collect();
     Score::of(&found.concat())
+}
+
+/// [`gains`] of patches from all over a photograph.
+pub(crate) fn gains_of_all(from: Posed, to: Posed, distance: f64) -> Vec<f64> {
+    gains(from, to, &centres([from.image.width, from.image.height], |_| true), distance)
 }
 
 /// Each photograph and the one whose camera is nearest to its own, but more than `least` away, where there is one.

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_widened_to_their_widest_cell() {
+    fn columns_are_as_wide_as_their_widest_cell() {
         let mut table = Table::new(&["run", "PSNR"]);
         table.row(vec!["straight".into(), "24.1".into()]);
         table.row(vec!["bent".into()]);

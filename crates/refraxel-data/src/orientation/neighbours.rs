@@ -8,6 +8,8 @@ use crate::size::Size;
 use crate::{DataError, Image, Pixels, decoding, pose};
 use ::image::DynamicImage;
 use refraxel_core::{Camera, Vec3};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 /// The longer edge of what is looked at [pixel].
@@ -43,11 +45,16 @@ pub(crate) fn agreement(pictures: &[Picture]) -> Result<Option<(Orientation, Sco
     }
     let distance = rigid::distance_of(pictures.iter().map(|(frame, _)| frame.pose.translation));
     let mut gains = [Vec::new(), Vec::new()];
+    let mut untagged = HashMap::new(); // several may have the same neighbours
     for (&k, sides) in chosen.iter().zip(&of_tagged) {
         for near in nearest(place, k, &others) {
-            let [other, _] = looked(near)?;
+            let [other, _] = match untagged.entry(near) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(looked(near)?),
+            };
             for (side, gains) in sides.iter().zip(&mut gains) {
-                gains.extend(both_ways(side.posed(), other.posed(), distance));
+                gains.extend(rigid::gains_of_all(side.posed(), other.posed(), distance));
+                gains.extend(rigid::gains_of_all(other.posed(), side.posed(), distance));
             }
         }
     }
@@ -61,13 +68,6 @@ fn nearest(place: impl Fn(usize) -> Vec3<f64>, of: usize, among: &[usize]) -> Ve
     among.sort_by(|&a, &b| (place(a) - place(of)).length().total_cmp(&(place(b) - place(of)).length()));
     among.truncate(NEIGHBOURS);
     among
-}
-
-fn both_ways(a: Posed, b: Posed, distance: f64) -> Vec<f64> {
-    let found = |from: Posed, to: Posed| {
-        rigid::gains(from, to, &rigid::centres([from.image.width, from.image.height], |_| true), distance)
-    };
-    [found(a, b), found(b, a)].concat()
 }
 
 /// A small photograph in one orientation, and its camera.

@@ -42,7 +42,7 @@ pub fn sees_box(camera: &Camera, bounds: &Aabb<f64>) -> bool {
         || (0..SIDE.pow(3)).any(|k| camera.project_into(at(k)).is_some())
 }
 
-/// A warning about a stated box of which no photograph shows anything, as one in other coordinates.
+/// A warning about a stated box of which hardly any photograph shows anything, as one in other coordinates.
 pub(crate) fn unseen(bounds: &Aabb<f64>, views: &[View]) -> Option<Problem> {
     /// A box around what is photographed is seen by more than one view in so many.
     const FEW: usize = 4;

@@ -93,17 +93,22 @@ const NARROWING: f32 = 0.3;
 /// How far below and above a rim that is measured [voxel].
 const BESIDE_RIM: f32 = 2.0;
 
-/// The plane across a direction beyond which no ray inside a mask needs anything of the body; `None` where that would be much of it.
-pub(super) fn end(surface: &LevelSet<f32>, rays: &[Ray<f32>], towards: Vec3<f32>) -> Option<Plane> {
+/// The planes across the axis of a body of revolution, above and below it, beyond which no ray inside a mask needs anything of the body;
+/// `None` where that would be much of it. The upper one makes its rim flat: it cuts a roof off, a cone as steep as the lowest view, or what
+/// rough masks have rounded. There is none where the body has no rim.
+pub(super) fn ends(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> [Option<Plane>; 2] {
     let chords = Chords::new(surface, rays);
-    let is_seen = !chords.first.is_empty();
-    is_seen.then(|| Plane::facing(towards, chords.deepest(towards))).filter(|end| is_shallow(end, surface))
+    let end = |towards: Vec3<f32>| {
+        let is_seen = !chords.first.is_empty();
+        is_seen
+            .then(|| Plane::facing(towards, chords.deepest(towards)))
+            .filter(|end| is_shallow(end, surface))
+    };
+    [end(up).filter(|lid| is_rim(lid, surface)), end(-up)]
 }
 
-/// Such a plane at the rim of a body of revolution, which it makes flat: it cuts a roof off, a cone as steep as the lowest view, or what
-/// rough masks have rounded. `None` where there is no rim.
-pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> Option<Plane> {
-    let lid = end(surface, rays, up)?;
+/// Whether a body narrows hardly below a plane, and at once above it.
+fn is_rim(lid: &Plane, surface: &LevelSet<f32>) -> bool {
     let nodes = surface.coefficients().iter().enumerate().filter(|(_, phi)| **phi < 0.0);
     let heights: Vec<f32> = nodes.map(|(j, _)| lid.height(surface.position(j)) / surface.voxel()).collect();
     // Proportional to the mean radius between so many times that height and once more.
@@ -112,8 +117,7 @@ pub(super) fn lid(surface: &LevelSet<f32>, rays: &[Ray<f32>], up: Vec3<f32>) -> 
         (heights.iter().filter(|h| within.contains(h)).count() as f32).sqrt()
     };
     let [below, at, above] = [-2.0, -1.0, 0.0].map(radius);
-    let is_rim = below - at < NARROWING * (at - above);
-    is_rim.then_some(lid)
+    below - at < NARROWING * (at - above)
 }
 
 /// The plane near the normal of a crowd that most of its points are above. More than a voxel hardly counts more, and what is below the plane counts
@@ -251,11 +255,12 @@ mod tests {
             (across(x) - 0.5).max(-0.5 - x.z).max(roof)
         };
         let hull = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], roofed);
-        let found = lid(&hull, &rays(tumbler, [20.0_f32.to_radians().sin(), 0.8]), up).unwrap();
+        let lid = |hull: &LevelSet<f32>, rays: &[Ray<f32>]| ends(hull, rays, up)[0];
+        let found = lid(&hull, &rays(tumbler, [20.0_f32.to_radians().sin(), 0.8])).unwrap();
         assert!((found.offset() - 0.3).abs() < 0.5 * hull.voxel(), "{found:?}");
         let dome = |x: Vec3<f32>| (x.length() - 0.5).max(-0.3 - x.z);
         let round = LevelSet::from_samples(Aabb::cube(1.0), [65; 3], dome);
-        assert_eq!(lid(&round, &rays(|x| dome(x) < 0.0, [0.34, 0.8]), up), None);
+        assert_eq!(lid(&round, &rays(|x| dome(x) < 0.0, [0.34, 0.8])), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The shapes that a visual hull may be: each is made by one function, from the hull and the views that carved it.
 
-use super::facets::{Face, end, faces, fills, lid};
+use super::facets::{Face, ends, faces, fills};
 use super::hull::{Hull, Views, hulls};
 use super::region::{Region, Shape, Water};
 use super::shapes::{self, Basin, Contours, Faceted, Levels};
@@ -72,8 +72,7 @@ fn polyhedron(hull: &Hull, contours: &Contours, under: Option<&Plane>) -> Option
 }
 
 /// A body of revolution between its upper end, if that is flat, and what it stands on, or its lower end where no ground was found: a hull
-/// goes on above it as a roof, and below it as a root. It is as wide as
-/// the outlines say on the mean. Where they leave it open whether it is one, it is a rival of the hull; rough outlines that do so say
+/// goes on above it as a roof, and below it as a root. It is as wide as the outlines say on the mean. Where they leave it open whether it is one, it is a rival of the hull; rough outlines that do so say
 /// nothing.
 fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
     let body = shapes::revolution(&hull.surface, hull.up()?, hull.ground.as_ref())?;
@@ -81,13 +80,12 @@ fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
         return None;
     }
     let (axis, domain) = (body.axis(), hull.site.domain());
-    let mut ends = Polyhedron { faces: Vec::new(), base: hull.base() };
-    let carved = body.surface(&domain, &ends);
-    let rays = hull.views.rays;
-    ends.faces.extend(lid(&carved, rays, axis.up));
-    ends.faces.extend(if hull.ground.is_none() { end(&carved, rays, -axis.up) } else { None });
+    let mut planes = Polyhedron { faces: Vec::new(), base: hull.base() };
+    let carved = body.surface(&domain, &planes);
+    let [lid, foot] = ends(&carved, hull.views.rays, axis.up);
+    planes.faces.extend(lid.into_iter().chain(foot.filter(|_| hull.ground.is_none())));
     let body = contours.map_or(body.clone(), |c| body.widened_to(c, &carved));
-    let surface = Surface::new(Form::Revolution(axis), body.surface(&domain, &ends));
+    let surface = Surface::new(Form::Revolution(axis), body.surface(&domain, &planes));
     let surface = hull.standing(surface, Some(axis.up));
     Some(if body.is_sure { Shape::Surface(surface) } else { Shape::Rival(surface) })
 }

@@ -189,6 +189,18 @@ fn filled(row: &mut [f32], depth: f32) {
     }
 }
 
+/// The sample before a place among `count` of them, and how far behind it that is; places beyond the ends lie on them.
+fn cell(place: f32, count: usize) -> (usize, f32) {
+    let place = place.clamp(0.0, count as f32 - 1.001);
+    (place as usize, place.fract())
+}
+
+/// Samples, interpolated linearly.
+fn at(samples: &[f32], place: f32) -> f32 {
+    let (i, s) = cell(place, samples.len());
+    samples[i] + s * (samples[i + 1] - samples[i])
+}
+
 impl Revolution {
     /// The medians of a hull around an axis.
     fn of(hull: &LevelSet<f32>, axis: Axis, farthest: f32) -> Option<Self> {
@@ -210,15 +222,8 @@ impl Revolution {
     pub(in crate::refraction_search) fn distance(&self, x: Vec3<f32>) -> f32 {
         let [radius, height] = self.axis.place(x);
         let along = self.profile.len() / self.across;
-        let cell = |v: f32, n: usize| {
-            let v = (v / self.step).clamp(0.0, n as f32 - 1.001);
-            (v as usize, v.fract())
-        };
-        let ((i, s), (j, t)) = (cell(radius, self.across), cell(height - self.low, along));
-        let row = |j: usize| {
-            let [a, b] = [0, 1].map(|k| self.profile[j * self.across + i + k]);
-            a + s * (b - a)
-        };
+        let (j, t) = cell((height - self.low) / self.step, along);
+        let row = |j: usize| at(&self.profile[j * self.across..][..self.across], radius / self.step);
         row(j) + t * (row(j + 1) - row(j))
     }
 
@@ -233,12 +238,8 @@ impl Revolution {
         let is_side = |x| MIDDLE.contains(&((self.axis.place(x)[1] - low) / (high - low)));
         let by = outlines.beyond(surface, is_side) / self.step;
         for row in self.profile.chunks_exact_mut(self.across) {
-            let (old, last) = (row.to_vec(), self.across as f32 - 1.001);
-            for (i, phi) in row.iter_mut().enumerate() {
-                let at = (i as f32 - by).clamp(0.0, last);
-                let (a, s) = (at as usize, at.fract());
-                *phi = old[a] + s * (old[a + 1] - old[a]);
-            }
+            let old = row.to_vec();
+            row.iter_mut().enumerate().for_each(|(i, phi)| *phi = at(&old, i as f32 - by));
         }
         self
     }
@@ -325,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn rough_masks_show_a_cylinder_widened_to_it_is() {
+    fn rough_masks_show_a_cylinder_as_wide_as_it_is() {
         let meets = meets_body(|x| (x.x.hypot(x.y) - 0.4).max(x.z.abs() - 0.5));
         let views = shaken(silhouettes(&cameras(36, [0.1, 0.9]), meets), 2.0);
         let outlines = Outlines::new(&views);

@@ -34,7 +34,8 @@ struct Signed<'a> {
 /// [scene unit].
 pub fn doubts(
     views: &[View],
-    (names, parts): (&[String], &[&str]),
+    names: &[String],
+    parts: &[&str],
     looks: &[Look],
     compared: &[Compared],
     distance: f64,
@@ -57,7 +58,7 @@ pub fn doubts(
                 let (first, second) = (a.view.min(b.view), a.view.max(b.view));
                 let is_told = found.iter().any(|d| d.kind == Kind::Same && d.view == second);
                 if !is_told {
-                    found.push(same((names, parts), first, second, away, one));
+                    found.push(same(names, parts, first, second, away, one));
                 }
             }
         }
@@ -103,7 +104,7 @@ fn angle(a: &Camera, b: &Camera) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn same((names, parts): (&[String], &[&str]), first: usize, second: usize, away: f64, one: bool) -> Doubt {
+fn same(names: &[String], parts: &[&str], first: usize, second: usize, away: f64, one: bool) -> Doubt {
     let (a, b) = (&names[first], &names[second]);
     let what = if one { "show the same picture" } else { "show nearly the same picture" };
     let message = if away > ELSEWHERE {
@@ -187,7 +188,7 @@ mod tests {
         let looks: Vec<Look> = (0..VIEWS).map(look).collect();
         let names: Vec<String> = views.iter().map(|v| v.name.clone()).collect();
         let parts: Vec<&str> = (0..VIEWS).map(|k| if k == 0 { "test" } else { "train" }).collect();
-        doubts(&views, (&names, &parts), &looks, &compare(&views, &looks, 3.0), 3.0)
+        doubts(&views, &names, &parts, &looks, &compare(&views, &looks, 3.0), 3.0)
     }
 
     fn noise(view: usize, pixel: usize) -> u8 {

@@ -59,7 +59,7 @@ impl Views {
         let layout = of_cameras::layout(&data.views, &names, region);
         let compared = compare(&data.views, &looks, layout.distance);
         let (mut doubts, mut findings) = of_photographs::doubts(&data.views, &names, &looks, &compared);
-        doubts.extend(same::doubts(&data.views, (&names, &parts), &looks, &compared, layout.distance));
+        doubts.extend(same::doubts(&data.views, &names, &parts, &looks, &compared, layout.distance));
         doubts.extend(layout.doubts);
         findings.extend(layout.findings);
         let position = looks.iter().enumerate().map(|(k, l)| (l.view, k)).collect();
