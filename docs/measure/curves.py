@@ -50,11 +50,16 @@ def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, s
             last = last_record(run)
             known = {key: scores[key] for key in ("psnr", "ssim", "psnr_inside", "psnr_outside") if scores.get(key) is not None}
             runs.append({"seed": int(seed), "steps": last["step"], "seconds": round(last["seconds"], 1), **known})
-        points.append({"minutes": minutes, "runs": runs})
-    scene = {**stamp(), "command": f"--minutes M --seed {given.seeds} {' '.join(words)}", "points": points}
-    # One entry for each way of training a scene; the other entries stay as they are.
+        points.append({"minutes": minutes, **stamp(), "runs": runs})
+    command = f"--minutes M --seed {given.seeds} {' '.join(words)}"
+    # One entry for each way of training a scene. The other entries stay as they are, and so do other times of the same one.
     title = given.name if given.refraction == "off" else f"{given.name}, refraction {given.refraction}"
-    figures = {"scenes": {**before.get("scenes", {}), title: scene}}
+    scenes = before.get("scenes", {})
+    measured = {p["minutes"] for p in points}
+    if title in scenes and scenes[title]["command"] == command:
+        points += [p for p in scenes[title]["points"] if p["minutes"] not in measured]
+    scene = {"command": command, "points": sorted(points, key=lambda p: p["minutes"])}
+    figures = {"scenes": {**scenes, title: scene}}
     plot = out / "quality.svg"
     draw(figures, plot)
     return figures, {plot: "pictures/quality.svg"}
@@ -108,13 +113,14 @@ def blocks(figures: dict) -> dict[str, str]:
     for name, scene in figures["scenes"].items():
         bent = any("psnr_inside" in run for point in scene["points"] for run in point["runs"])
         inside = ["inside [dB]", "outside [dB]"] if bent else []
-        head = ["minutes", "seconds", "steps", "PSNR [dB]", "SSIM", *inside]
-        lines = [f"**{name}:** `refraxel train DATA --out RUN {scene['command']}`. Revision {scene['revision']}. {scene['machine']}.", ""]
+        head = ["minutes", "seconds", "steps", "PSNR [dB]", "SSIM", *inside, "revision, machine"]
+        lines = [f"**{name}:** `refraxel train DATA --out RUN {scene['command']}`", ""]
         lines += [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
         for point in scene["points"]:
             runs = point["runs"]
             cells = [f"{point['minutes']:g}", of(runs, "seconds", 0), of(runs, "steps", 0), of(runs, "psnr", 2), of(runs, "ssim", 4)]
             cells += [of(runs, "psnr_inside", 2), of(runs, "psnr_outside", 2)] if bent else []
+            cells.append(f"{point['revision']}, {point['machine']}")
             lines.append(f"| {' | '.join(cells)} |")
         parts.append("\n".join(lines))
     others = ["| scene | method | PSNR [dB] | SSIM | source |", "|---|---|---|---|---|"]

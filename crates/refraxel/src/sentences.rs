@@ -166,10 +166,16 @@ fn proof_text(proof: &Proof) -> String {
     )
 }
 
+/// An interval of the index wider than this reaches to where its search ends, and says nothing.
+const UNDECIDED: f32 = 0.5;
+
 /// What a prediction without training says of a region.
 fn evidence_text(region: &RegionVerdict, evidence: &Evidence) -> String {
     let of = |d: &Difference| format!("{:.2} ± {:.2}", d.mean, d.error);
-    let range = |[low, high]: [f32; 2]| format!(", index {low:.3} to {high:.3}");
+    let range = |[low, high]: [f32; 2]| match high - low > UNDECIDED {
+        true => ", which these photographs do not narrow down".to_owned(),
+        false => format!(", index {low:.3} to {high:.3}"),
+    };
     format!(
         "region {}: {}{}{} (likeness to {} photographs kept aside: predicted {}, straight through {}, straight rays after training \
          {}, other photographs {})",
