@@ -92,11 +92,10 @@ struct Stage {
 
 impl Stage {
     fn of(options: &Options, finest: &Domain<f32>, surface: Option<f64>, stage: u32) -> Self {
-        let resolution = stage_domain(options, finest, stage).resolution;
-        let nodes = resolution.iter().map(|&n| f64::from(n)).product();
-        let longest = resolution.into_iter().max().unwrap_or(1);
+        let domain = stage_domain(options, finest, stage);
+        let nodes = domain.resolution.iter().map(|&n| f64::from(n)).product();
         // The first grid is dense, later ones keep what was seen.
-        let kept = if stage == 0 { 1.0 } else { stored_share(options, surface, longest) };
+        let kept = if stage == 0 { 1.0 } else { stored_share(options, surface, &domain) };
         Self { nodes, voxels: nodes * kept }
     }
 }
