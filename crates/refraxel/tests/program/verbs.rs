@@ -313,7 +313,7 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
         let mut file = TensorFile::load(&checkpoint).unwrap();
         let Some(tensor) = file.tensors.get_mut(name) else { panic!("{name}") };
         let TensorData::F32(values) = &mut tensor.data else { panic!("{name}: single precision") };
-        let Some(last) = values.last_mut() else { continue }; // a background of one colour has no texels
+        let Some(last) = values.to_mut().last_mut() else { continue }; // a background of one colour has no texels
         *last = wrong;
         file.save(&checkpoint).unwrap();
         refraxel(&["eval", path(&run)]).refused(3, &[said]);
