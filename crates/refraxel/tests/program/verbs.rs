@@ -1,5 +1,6 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
+use super::runs::{bent, copy_of, data, straight};
 use crate::common::running::*;
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
@@ -67,12 +68,10 @@ fn train_eval_compare_render_and_inspect_work_together() {
 #[test]
 fn rendering_the_cameras_of_the_test_split_gives_the_pictures_of_eval() {
     let folder = tempfile::tempdir().unwrap();
-    let (data, run, views) = (ball(folder.path()), folder.path().join("run"), folder.path().join("views"));
-    train(&data, &run, &[]).done();
-    let cameras = data.join("transforms_test.json");
-    refraxel(&["render", path(&run), "--cameras", path(&cameras), "--out", path(&views)]).done();
+    let (cameras, views) = (data().join("transforms_test.json"), folder.path().join("views"));
+    refraxel(&["render", path(bent()), "--cameras", path(&cameras), "--out", path(&views)]).done();
     let pixels = |p: &Path| stored_pixels(p).unwrap().into_rgb8();
-    assert_eq!(pixels(&views.join("r_1.png")), pixels(&run.join("eval/test/r_1.png")));
+    assert_eq!(pixels(&views.join("r_1.png")), pixels(&bent().join("eval/test/r_1.png")));
 }
 
 #[test]
@@ -125,16 +124,15 @@ fn content(run: &Path) -> (TensorFile, Value) {
 fn resumed_runs_have_the_bits_of_uninterrupted_ones() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
-    let whole = folder.path().join("whole");
+    let [whole, run] = ["whole", "stopped"].map(|name| folder.path().join(name));
     train(&data, &whole, &[]).done();
     // Within the first stage, within the last, and after the occupied cells were looked at again.
-    for stop in [3, 20, 37] {
-        let run = folder.path().join(format!("stopped_{stop}"));
-        let stopped = train(&data, &run, &["--set", &format!("stop_after={stop}")]);
+    for (stop, how) in [(3, "--overwrite"), (20, "--resume"), (37, "--resume")] {
+        let stopped = train(&data, &run, &[how, "--set", &format!("stop_after={stop}")]);
         stopped.refused(130, &[&format!("stopped at step {stop} and saved"), "--resume"]);
-        train(&data, &run, &["--resume"]).done();
-        assert!(content(&run) == content(&whole), "stopped at {stop}");
     }
+    train(&data, &run, &["--resume"]).done();
+    assert!(content(&run) == content(&whole));
 }
 
 #[test]
@@ -249,10 +247,7 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 
 #[test]
 fn values_and_moments_that_are_not_numbers_are_refused() {
-    let (_folder, data, run) = ball_and("run");
-    let scene = data.join("scene.json");
-    train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
-    let checkpoint = run.join(CHECKPOINT);
+    let (run, checkpoint) = copy_of(bent());
     let sound = std::fs::read(&checkpoint).unwrap();
     for (name, wrong, said) in [
         ("index.0.surface_first_moment", f32::NAN, "refractive region 0 has moments that are not finite"),
@@ -269,20 +264,18 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
         let Some(last) = values.to_mut().last_mut() else { continue }; // a background of one colour has no texels
         *last = wrong;
         file.save(&checkpoint).unwrap();
-        refraxel(&["eval", path(&run)]).refused(3, &[said]);
+        refraxel(&["eval", path(run.path())]).refused(3, &[said]);
     }
 }
 
 #[test]
 fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_constant_now() {
-    let (_folder, data, run) = ball_and("run");
-    train(&data, &run, &["--refraction", "off"]).done();
-    let checkpoint = run.join(CHECKPOINT);
+    let (run, checkpoint) = copy_of(straight());
     let mut file = TensorFile::load(&checkpoint).unwrap();
     let mut with = |decay: f64| {
         file.header["options"]["field"]["rate_decay"] = decay.into();
         file.save(&checkpoint).unwrap();
-        refraxel(&["inspect", path(&run)])
+        refraxel(&["inspect", path(run.path())])
     };
     with(0.05).done();
     with(0.1).refused(3, &["option `field.rate_decay` is gone", "RATE_DECAY"]);
