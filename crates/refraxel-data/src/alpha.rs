@@ -92,9 +92,8 @@ fn multiplied(looks: &[&Look]) -> Option<Problem> {
     let half = || samples().filter(|p| HALF.contains(&p[3]));
     let brighter = |p: [f32; 4]| opaque.len() - opaque.partition_point(|v| *v <= p[3] + ROUNDING);
     let expected = half().map(|p| brighter(p) as f64).sum::<f64>() / opaque.len().max(1) as f64;
-    let sum = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>();
-    let usual = sum(&mut opaque.iter().copied()) / opaque.len().max(1) as f64;
-    let is_as_bright = sum(&mut half().map(brightest)) > OUTLINE * usual * sum(&mut half().map(|p| p[3]));
+    let usual = sum(opaque.iter().copied()) / opaque.len().max(1) as f64;
+    let is_as_bright = sum(half().map(brightest)) > OUTLINE * usual * sum(half().map(|p| p[3]));
     let is_multiplied =
         expected > BRIGHTER && is_as_bright && half().all(|p| brightest(p) <= p[3] + ROUNDING);
     is_multiplied.then(|| {
@@ -103,6 +102,10 @@ fn multiplied(looks: &[&Look]) -> Option<Problem> {
              outlines will be too dark; export the photographs with straight alpha",
         )
     })
+}
+
+fn sum(values: impl Iterator<Item = f32>) -> f64 {
+    values.map(f64::from).sum()
 }
 
 /// `backdrop`, `mask` or `ignore`.

@@ -3,6 +3,8 @@
 
 use crate::camera::{Coincidence, MIN_VIEWS, coincidence, one_place, repairs};
 use crate::decoding::Header;
+use crate::looks::{Look, MaskLook};
+use crate::masks::MaskFile;
 use crate::orientation::{self, Picture};
 use crate::parsed::{Frame, Intrinsics, Origin, ParsedDataset};
 use crate::size::Size;
@@ -31,12 +33,7 @@ pub(crate) fn assemble(
     }
     let split = split::decide(path, &mut parsed, options)?;
     let truth = truth(&mut parsed);
-    let pictures: Vec<Picture> = parsed.frames.iter().zip(&headers).collect();
-    let (orientations, turned) = orientation::decide(&parsed, &pictures, options.orientation)?;
-    let cameras = cameras(&mut parsed, &headers, &orientations)?;
-    parsed.problems.extend(turned.into_iter().chain(profiles(&headers)));
-    let mut views = views(&parsed.frames, cameras, &orientations);
-    parsed.problems.extend(parsed.stated_box.and_then(|bounds| region::unseen(&bounds, &views)));
+    let mut views = posed(&mut parsed, &headers, options)?;
     let stated = masks::find(&parsed, &views)?;
     parsed.problems.extend(depth::leave_out_turned(&mut views, &headers));
     parsed.problems.extend(depth::check(&mut views, &parsed.points)?);
@@ -65,6 +62,21 @@ pub(crate) fn assemble(
     let mut data = data.recentred(options.origin);
     check_distinct_poses(path, &mut data)?;
     Ok(data)
+}
+
+/// The views with their cameras, of the pixels that are meant.
+fn posed(
+    parsed: &mut ParsedDataset,
+    headers: &[Header],
+    options: &OpenOptions,
+) -> Result<Vec<View>, DataError> {
+    let pictures: Vec<Picture> = parsed.frames.iter().zip(headers).collect();
+    let (orientations, turned) = orientation::decide(parsed, &pictures, options.orientation)?;
+    let cameras = cameras(parsed, headers, &orientations)?;
+    parsed.problems.extend(turned.into_iter().chain(profiles(headers)));
+    let views = views(&parsed.frames, cameras, &orientations);
+    parsed.problems.extend(parsed.stated_box.and_then(|bounds| region::unseen(&bounds, &views)));
+    Ok(views)
 }
 
 /// Cameras with checked poses and with intrinsics at the real image size.
@@ -125,55 +137,74 @@ fn look(
     truth: Option<&Value>,
     options: &OpenOptions,
 ) -> Result<Backdrop, DataError> {
-    let of =
-        |is_wanted: &dyn Fn(usize) -> bool| (0..views.len()).filter(|k| is_wanted(*k)).collect::<Vec<_>>();
-    let groups = [of(&|k| headers[k].alpha), of(&|k| stated.masks[k].is_some()), of(&|_| true)];
-    let among = groups.iter().find(|group| !group.is_empty()).map_or(&[][..], |group| group);
-    let mut looks = looks::look(views, among);
-    parsed.problems.extend(looks::darkness(&looks));
-    parsed.problems.extend(readings::doubt(
-        parsed.format,
-        views,
-        &looks,
-        stated.masks.iter().any(Option::is_some),
-    ));
-    let alpha = alpha::decide(parsed, headers, &looks, options);
-    parsed.problems.extend(alpha.problems);
-    if alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len() {
-        let others = groups[1..].iter().find(|group| !group.is_empty());
-        looks = looks::look(views, others.map_or(&[][..], |group| group));
-    }
-    if alpha.meaning == Some(AlphaMeaning::Mask) {
+    let (mut looks, alpha) = look_for_alpha(parsed, views, headers, &stated, options);
+    if alpha == Some(AlphaMeaning::Mask) {
         stated.add_alpha(&parsed.frames, headers);
     }
     let marks_glass = truth.is_some_and(|truth| IndexTruth::listed(truth) > 0);
     let masks = masks::decide(parsed, stated, views, &looks, options, marks_glass)?;
     parsed.problems.extend(masks.problems);
-    let is_cut_out = alpha.meaning == Some(AlphaMeaning::Backdrop);
+    let is_cut_out = alpha == Some(AlphaMeaning::Backdrop);
     let alpha_use = match (is_cut_out, options.backdrop) {
         (true, Some(Backdrop::Color(colour))) => AlphaUse::Over(colour),
         (true, None) | (_, Some(Backdrop::Transparent)) => AlphaUse::Kept,
         _ => AlphaUse::LeftOut,
     };
-    for ((view, mask), header) in views.iter_mut().zip(masks.masks).zip(headers) {
+    set_masks(views, headers, masks.masks, alpha_use);
+    let mut on_border = masks.looks;
+    if !is_cut_out {
+        parsed.problems.extend(without_bars(&mut looks, &mut on_border));
+    }
+    let evidence = backdrop::Evidence { parsed, truth, views, looks: &looks, masks: &on_border, is_cut_out };
+    let (backdrop, problem) = backdrop::decide(&evidence, options);
+    parsed.problems.extend(problem);
+    Ok(backdrop)
+}
+
+/// Looks at a few photographs, of those with alpha where it counts, of those with masks, or of all, and decides what alpha means.
+fn look_for_alpha(
+    parsed: &mut ParsedDataset,
+    views: &[View],
+    headers: &[Header],
+    stated: &masks::Stated,
+    options: &OpenOptions,
+) -> (Vec<Look>, Option<AlphaMeaning>) {
+    let of =
+        |is_wanted: &dyn Fn(usize) -> bool| (0..views.len()).filter(|k| is_wanted(*k)).collect::<Vec<_>>();
+    let groups = [of(&|k| headers[k].alpha), of(&|k| stated.masks[k].is_some()), of(&|_| true)];
+    let look_among = |groups: &[Vec<usize>]| {
+        looks::look(views, groups.iter().find(|group| !group.is_empty()).map_or(&[], Vec::as_slice))
+    };
+    let looks = look_among(&groups);
+    parsed.problems.extend(looks::darkness(&looks));
+    let are_masked = stated.masks.iter().any(Option::is_some);
+    parsed.problems.extend(readings::doubt(parsed.format, views, &looks, are_masked));
+    let alpha = alpha::decide(parsed, headers, &looks, options);
+    parsed.problems.extend(alpha.problems);
+    let is_left_out = alpha.meaning == Some(AlphaMeaning::Ignore) && groups[0].len() < views.len();
+    (if is_left_out { look_among(&groups[1..]) } else { looks }, alpha.meaning)
+}
+
+/// Writes to views what covers their photographs, and what becomes of alpha where these have some.
+fn set_masks(views: &mut [View], headers: &[Header], masks: Vec<Option<MaskFile>>, alpha_use: AlphaUse) {
+    for ((view, mask), header) in views.iter_mut().zip(masks).zip(headers) {
         if let PhotoSource::Files { mask: path, alpha, .. } = &mut view.source {
             *alpha = if header.alpha { alpha_use } else { AlphaUse::Kept };
             view.mask_meaning = mask.as_ref().map_or(MaskMeaning::Keep, |m| m.meaning);
             *path = mask.map(|m| m.path);
         }
     }
-    let mut on_border = masks.looks;
-    if let Some(bars) = bars::bars(&looks).filter(|_| !is_cut_out) {
-        looks.iter_mut().for_each(|look| look.border = bars.inner_border(look));
-        on_border.fill_with(|| None);
-        parsed.problems.push(bars.problem);
-    } else if !is_cut_out && on_border.iter().all(Option::is_none) {
-        parsed.problems.extend(bars::corners(&looks));
-    }
-    let evidence = backdrop::Evidence { parsed, truth, views, looks: &looks, masks: &on_border, is_cut_out };
-    let (backdrop, problem) = backdrop::decide(&evidence, options);
-    parsed.problems.extend(problem);
-    Ok(backdrop)
+}
+
+/// Takes what bars leave of the photographs for these; a word about bars, or about corners of which no mask tells.
+fn without_bars(looks: &mut [Look], on_border: &mut [Option<MaskLook>]) -> Option<Problem> {
+    let Some(bars) = bars::bars(looks) else {
+        let are_masked = on_border.iter().any(Option::is_some);
+        return if are_masked { None } else { bars::corners(looks) };
+    };
+    looks.iter_mut().for_each(|look| look.border = bars.inner_border(look));
+    on_border.fill_with(|| None);
+    Some(bars.problem)
 }
 
 /// The checked cameras of a parsed dataset, whether their images exist or not.

@@ -52,37 +52,63 @@ fn import_here(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, Data
     if !path.exists() {
         return Err(DataError::NotFound { path: path.to_owned() });
     }
-    let (training, single) = (file_in(path, "transforms_train.json"), file_in(path, "transforms.json"));
-    let models = colmap::find_models(path);
-    let (rows, matrices) = (llff::pose_file(path), nsvf::pose_folder(path));
-    // Beside the files of a split, the file of all views says the same again.
-    let whole = single.as_ref().filter(|_| training.is_none());
-    let there = [training.as_ref(), whole, models.first(), rows.as_ref(), matrices.as_ref()];
-    let there: Vec<&PathBuf> = there.into_iter().flatten().collect();
-    let mut parsed = match (&training, &single, &rows, &matrices) {
-        (Some(_), ..) => transforms::read_blender(path, options)?,
-        (_, Some(single), ..) => transforms::read_with_held_out(single, options)?,
-        _ if !models.is_empty() => colmap::read(path, &models, options)?,
-        (.., Some(poses), _) => llff::read(path, poses.clone(), options)?,
-        (.., Some(poses)) => nsvf::read(path, poses, options)?,
-        _ => match recognise::read_folder(path, options)? {
-            Some(parsed) => return Ok(parsed),
-            None => return Err(without_poses(path)),
-        },
+    let descriptions = descriptions_in(path);
+    let Some((first, others)) = descriptions.split_first() else {
+        return recognise::read_folder(path, options)?.ok_or_else(|| without_poses(path));
     };
-    parsed.problems.extend(unread(&there));
+    let mut parsed = match first {
+        Description::Split(_) => transforms::read_blender(path, options)?,
+        Description::Whole(file) => transforms::read_with_held_out(file, options)?,
+        Description::Colmap(models) => colmap::read(path, models, options)?,
+        Description::Llff(poses) => llff::read(path, poses.clone(), options)?,
+        Description::Nsvf(poses) => nsvf::read(path, poses, options)?,
+    };
+    parsed.problems.extend(unread(first, others));
     Ok(parsed)
 }
 
+/// A description of cameras of a well-known name.
+enum Description {
+    /// The first of the files of a split.
+    Split(PathBuf),
+    /// The file of all views.
+    Whole(PathBuf),
+    /// At least one model.
+    Colmap(Vec<PathBuf>),
+    Llff(PathBuf),
+    Nsvf(PathBuf),
+}
+
+/// The descriptions in a folder, in the order in which they are preferred.
+fn descriptions_in(folder: &Path) -> Vec<Description> {
+    let split = file_in(folder, "transforms_train.json").map(Description::Split);
+    // Beside the files of a split, the file of all views says the same again.
+    let transforms = split.or_else(|| file_in(folder, "transforms.json").map(Description::Whole));
+    let models = Some(colmap::find_models(folder)).filter(|models| !models.is_empty());
+    let poses =
+        [llff::pose_file(folder).map(Description::Llff), nsvf::pose_folder(folder).map(Description::Nsvf)];
+    [transforms, models.map(Description::Colmap)].into_iter().chain(poses).flatten().collect()
+}
+
+impl Description {
+    /// Its file or folder, for messages.
+    fn path(&self) -> String {
+        match self {
+            Self::Split(path) | Self::Whole(path) | Self::Llff(path) | Self::Nsvf(path) => path,
+            Self::Colmap(models) => &models[0],
+        }
+        .display()
+        .to_string()
+    }
+}
+
 /// A note about other descriptions of cameras than the one that is read.
-fn unread(there: &[&PathBuf]) -> Option<Problem> {
-    let (read, others) = there.split_first()?;
-    let others: Vec<String> = others.iter().map(|path| path.display().to_string()).collect();
+fn unread(read: &Description, others: &[Description]) -> Option<Problem> {
+    let read = read.path();
+    let others = others.iter().map(Description::path).collect::<Vec<_>>().join(", ");
     (!others.is_empty()).then(|| {
         Problem::note(format!(
-            "there are several descriptions of cameras: {} is read, and not {}; move away those that are not meant",
-            read.display(),
-            others.join(", ")
+            "there are several descriptions of cameras: {read} is read, and not {others}; move away those that are not meant"
         ))
     })
 }
@@ -93,7 +119,7 @@ fn without_poses(path: &Path) -> DataError {
     if path.is_file() && is_video(&path) {
         return DataError::Video { path };
     }
-    if let Err(half) = colmap::refuse_half(&path) {
+    if let Some(half) = colmap::half_model(&path) {
         return half;
     }
     if let Some(path) =

@@ -66,7 +66,7 @@ mod mpi {
         children.split_whitespace().map(str::to_owned).collect()
     }
 
-    fn learned(run: &Path) -> BTreeMap<String, Tensor> {
+    fn learned(run: &Path) -> BTreeMap<String, Tensor<'static>> {
         TensorFile::load(&run.join(CHECKPOINT)).unwrap().tensors
     }
 

@@ -8,7 +8,7 @@ mod places;
 mod sides;
 mod summary;
 
-pub(crate) use decide::{Stated, decide, find};
+pub(crate) use decide::{MaskFile, Stated, decide, find};
 pub(crate) use meaning::meaning_shown;
 pub(crate) use places::{mask_folders, names_beside, names_in_folder};
 pub(crate) use summary::summary;

@@ -1,9 +1,12 @@
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use bytemuck::Pod;
 use rayon::prelude::*;
+use safetensors::Dtype;
 use safetensors::tensor::{Metadata, TensorInfo};
 
 use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, MAX_HEADER, SCHEMA, Version, header_crc};
@@ -159,27 +162,48 @@ impl Reader<'_> {
         Ok((layout, envelope))
     }
 
-    fn tensor(&self, name: &str, info: &TensorInfo, start: u64, sum: u32) -> Result<Tensor, CheckpointError> {
-        let values = info.shape.iter().product(); // checked against the file's length by the layout
-        let Some(mut data) = TensorData::zeros(info.dtype, values) else {
-            return Err(self.damaged(format!("the tensor '{name}' has the unknown type {}", info.dtype)));
+    fn tensor(
+        &self,
+        name: &str,
+        info: &TensorInfo,
+        start: u64,
+        sum: u32,
+    ) -> Result<Tensor<'static>, CheckpointError> {
+        let count = info.shape.iter().product(); // checked against the file's length by the layout
+        let fill =
+            |bytes: &mut [u8]| self.fill_verified(bytes, start + info.data_offsets.0 as u64, sum, name);
+        let data = match info.dtype {
+            Dtype::F32 => TensorData::F32(filled(count, fill)?),
+            Dtype::F16 => TensorData::F16(filled(count, fill)?),
+            Dtype::U32 => TensorData::U32(filled(count, fill)?),
+            Dtype::U64 => TensorData::U64(filled(count, fill)?),
+            Dtype::U8 => TensorData::U8(filled(count, fill)?),
+            other => return Err(self.damaged(format!("the tensor '{name}' has the unknown type {other}"))),
         };
-        let first = start + info.data_offsets.0 as u64;
-        let parts = data.bytes_mut().par_chunks_mut(PART).enumerate().map(
-            |(k, part)| -> Result<_, CheckpointError> {
-                self.fill(part, first + (k * PART) as u64)?;
-                let mut sum = crc32fast::Hasher::new();
-                sum.update(part);
-                Ok(sum)
-            },
-        );
+        Ok(Tensor { shape: info.shape.clone(), data })
+    }
+
+    /// Fills `bytes` with those of a tensor, which begins at `first`.
+    fn fill_verified(
+        &self,
+        bytes: &mut [u8],
+        first: u64,
+        sum: u32,
+        name: &str,
+    ) -> Result<(), CheckpointError> {
+        let parts = bytes.par_chunks_mut(PART).enumerate().map(|(k, part)| -> Result<_, CheckpointError> {
+            self.fill(part, first + (k * PART) as u64)?;
+            let mut sum = crc32fast::Hasher::new();
+            sum.update(part);
+            Ok(sum)
+        });
         let parts: Vec<crc32fast::Hasher> = parts.collect::<Result<_, _>>()?;
         let mut found = crc32fast::Hasher::new();
         parts.iter().for_each(|part| found.combine(part));
-        if found.finalize() != sum {
-            return Err(self.damaged(format!("the tensor '{name}' does not match its checksum")));
-        }
-        Ok(Tensor { shape: info.shape.clone(), data })
+        let is_whole = found.finalize() == sum;
+        is_whole
+            .then_some(())
+            .ok_or_else(|| self.damaged(format!("the tensor '{name}' does not match its checksum")))
     }
 
     fn fill(&self, bytes: &mut [u8], at: u64) -> Result<(), CheckpointError> {
@@ -194,4 +218,14 @@ impl Reader<'_> {
     fn foreign(&self, found: &'static str) -> CheckpointError {
         CheckpointError::Foreign { path: self.path.to_owned(), found: found.to_owned() }
     }
+}
+
+/// So many values, whose bytes somebody fills in.
+fn filled<T: Pod>(
+    count: usize,
+    fill: impl FnOnce(&mut [u8]) -> Result<(), CheckpointError>,
+) -> Result<Cow<'static, [T]>, CheckpointError> {
+    let mut values = vec![T::zeroed(); count];
+    fill(bytemuck::cast_slice_mut(&mut values))?;
+    Ok(values.into())
 }

@@ -19,4 +19,4 @@ pub use error::CheckpointError;
 #[cfg(test)]
 pub(crate) use faults::{Fault, with_fault};
 pub use save::{save, write};
-pub use tensor::{DataView, Rows, Tensor, TensorData, TensorFile, TensorView};
+pub use tensor::{Rows, Tensor, TensorData, TensorFile};

@@ -8,7 +8,7 @@ use safetensors::tensor::{Metadata, TensorInfo};
 use super::envelope::{BLANK_CRC, Envelope, KEY, MAGIC, SCHEMA, header_crc};
 use super::error::CheckpointError;
 use super::faults::reach;
-use super::{TensorFile, TensorView};
+use super::{Tensor, TensorFile};
 
 /// Writes `header` and `tensors` to `path` atomically, straight from the caller's memory.
 ///
@@ -19,7 +19,7 @@ use super::{TensorFile, TensorView};
 pub fn save(
     path: &Path,
     header: &serde_json::Value,
-    tensors: &[(&str, TensorView<'_>)],
+    tensors: &[(&str, &Tensor<'_>)],
 ) -> Result<(), CheckpointError> {
     write_atomic_with(path, reach, |writer| fill(writer, header, tensors))?;
     Ok(())
@@ -32,7 +32,7 @@ pub fn save(
 pub fn write(
     to: &mut dyn Write,
     header: &serde_json::Value,
-    tensors: &[(&str, TensorView<'_>)],
+    tensors: &[(&str, &Tensor<'_>)],
 ) -> Result<(), CheckpointError> {
     let failed = |source| WriteError { path: "(a stream)".into(), action: "writing its content", source };
     Ok(fill(to, header, tensors).map_err(failed)?)
@@ -41,7 +41,7 @@ pub fn write(
 fn fill(
     to: &mut dyn Write,
     header: &serde_json::Value,
-    tensors: &[(&str, TensorView<'_>)],
+    tensors: &[(&str, &Tensor<'_>)],
 ) -> std::io::Result<()> {
     let mut ordered = tensors.to_vec();
     ordered.sort_by(|(a, x), (b, y)| y.dtype().cmp(&x.dtype()).then(a.cmp(b))); // widest first keeps all aligned
@@ -54,7 +54,7 @@ fn fill(
 impl TensorFile {
     /// Writes the file, see [`save`].
     pub fn save(&self, path: &Path) -> Result<(), CheckpointError> {
-        let tensors: Vec<_> = self.tensors.iter().map(|(name, t)| (name.as_str(), t.view())).collect();
+        let tensors: Vec<_> = self.tensors.iter().map(|(name, t)| (name.as_str(), t)).collect();
         save(path, &self.header, &tensors)
     }
 }
@@ -62,7 +62,7 @@ impl TensorFile {
 /// The safetensors header, padded to 8 bytes, its checksum filled in.
 fn header_text(
     header: &serde_json::Value,
-    tensors: &[(&str, TensorView<'_>)],
+    tensors: &[(&str, &Tensor<'_>)],
 ) -> Result<Vec<u8>, std::io::Error> {
     let sums: BTreeMap<_, _> = tensors.iter().map(|(name, t)| ((*name).to_owned(), sum_of(t))).collect();
     assert_eq!(sums.len(), tensors.len(), "each tensor has a name of its own");
@@ -85,7 +85,7 @@ fn header_text(
     Ok(text)
 }
 
-fn sum_of(tensor: &TensorView) -> u32 {
+fn sum_of(tensor: &Tensor) -> u32 {
     let mut sum = crc32fast::Hasher::new();
     let Ok(()) = tensor.pieces(|bytes| {
         sum.update(bytes);

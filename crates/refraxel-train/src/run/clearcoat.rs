@@ -25,7 +25,7 @@ impl StoredClearcoat {
 /// Values and moments of both grids.
 const PARTS: [&str; 4] = ["strength", "radiance", "strength_moment", "radiance_moment"];
 
-pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
+pub(super) fn tensors<'a>(model: &'a Model, optimiser: &'a Optimiser) -> Vec<(String, Tensor<'a>)> {
     let Some(clearcoat) = &model.clearcoat else { return Vec::new() };
     let moments = &optimiser.clearcoat;
     let (strength, radiance) = (&clearcoat.strength.coefficients, &clearcoat.radiance.coefficients);

@@ -24,9 +24,10 @@ impl StoredDetection {
     }
 }
 
-pub(super) fn tensor(gate: Option<&Gate>) -> Option<(String, Tensor)> {
-    let values = gate?.values().to_vec();
-    Some((NAME.to_owned(), Tensor { shape: vec![values.len()], data: TensorData::U8(values) }))
+pub(super) fn tensors(gate: Option<&Gate>) -> Vec<(String, Tensor<'_>)> {
+    let values = gate.into_iter().map(Gate::values);
+    let named = values.map(|v| (NAME.to_owned(), Tensor::new(vec![v.len()], TensorData::U8(v.into()))));
+    named.collect()
 }
 
 pub(super) fn restore(

@@ -3,49 +3,29 @@
 use super::contents::RunRef;
 use super::header::{Header, StoredBackground};
 use super::tensors::Tensors;
-use crate::checkpoint::{CheckpointError, DataView, Rows, TensorView};
+use crate::checkpoint::{CheckpointError, Rows, Tensor, TensorData};
 use refraxel_core::{Background, BrickMap, EnvironmentMap, ShDegree, VoxelField};
 
-/// The shapes of the tensors, slowest axis first.
-pub(super) struct Shapes {
-    bricks: [usize; 2],
-    slots: [usize; 1],
-    voxels: [usize; 1],
-    channels: [usize; 2],
-    texels: [usize; 2],
-}
-
-impl Shapes {
-    pub(super) fn of(run: &RunRef) -> Self {
-        let field = &run.model.field;
-        let voxels = field.map.voxels();
-        Self {
-            bricks: [field.map.bricks().len(), 3],
-            slots: [field.map.slots()],
-            voxels: [voxels],
-            channels: [voxels, 3 * field.degree.basis()],
-            texels: [texels(&run.model.background).len() / 3, 3],
-        }
-    }
-
-    /// Bricks, occupied cells, density, colour, background, and their moments: straight from memory. Colour is stored without
-    /// its padding, and in half precision once a run is finished.
-    pub(super) fn tensors<'a>(&'a self, run: &RunRef<'a>) -> Vec<(&'static str, TensorView<'a>)> {
-        let (field, optimiser) = (&run.model.field, run.optimiser);
-        let real = |shape, values| TensorView::new(shape, DataView::F32(values));
-        let (stride, kept, half) = (field.degree.stride(), 3 * field.degree.basis(), run.is_finished());
-        let colour = Rows { values: &field.colour, stride, kept, half };
-        vec![
-            ("bricks", TensorView::new(&self.bricks, DataView::U32(field.map.bricks().as_flattened()))),
-            ("occupied", TensorView::new(&self.slots, DataView::U64(&optimiser.occupied))),
-            ("density", real(&self.voxels, &field.density)),
-            ("colour", TensorView::new(&self.channels, DataView::Rows(colour))),
-            ("density_moment", real(&self.voxels, &optimiser.density)),
-            ("colour_moment", real(&self.voxels, &optimiser.colour)),
-            ("background", real(&self.texels, texels(&run.model.background))),
-            ("background_moment", real(&self.texels, optimiser.background.as_flattened())),
-        ]
-    }
+/// Bricks, occupied cells, density, colour, background, and their moments: straight from memory. Colour is stored without
+/// its padding, and in half precision once a run is finished.
+pub(super) fn tensors<'a>(run: &RunRef<'a>) -> Vec<(String, Tensor<'a>)> {
+    let (field, optimiser) = (&run.model.field, run.optimiser);
+    let real = |values: &'a [f32]| TensorData::F32(values.into());
+    let (bricks, texels) = (field.map.bricks().as_flattened(), texels(&run.model.background));
+    let (stride, kept, half) = (field.degree.stride(), 3 * field.degree.basis(), run.is_finished());
+    let colour = Rows { values: &field.colour, stride, kept, half };
+    let voxels = field.map.voxels();
+    let tensors = [
+        ("bricks", vec![bricks.len() / 3, 3], TensorData::U32(bricks.into())),
+        ("occupied", vec![field.map.slots()], TensorData::U64((&optimiser.occupied).into())),
+        ("density", vec![voxels], real(&field.density)),
+        ("colour", vec![voxels, kept], TensorData::Rows(colour)),
+        ("density_moment", vec![voxels], real(&optimiser.density)),
+        ("colour_moment", vec![voxels], real(&optimiser.colour)),
+        ("background", vec![texels.len() / 3, 3], real(texels)),
+        ("background_moment", vec![texels.len() / 3, 3], real(optimiser.background.as_flattened())),
+    ];
+    tensors.map(|(name, shape, data)| (name.to_owned(), Tensor::new(shape, data))).into()
 }
 
 fn texels(background: &Background<f32>) -> &[f32] {

@@ -42,9 +42,9 @@ impl StoredReflection {
     }
 }
 
-pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
+pub(super) fn tensors<'a>(model: &'a Model, optimiser: &'a Optimiser) -> Vec<(String, Tensor<'a>)> {
     let mirrors = model.reflection.mirrors.iter().zip(&optimiser.reflection).enumerate();
-    let of = |(k, (mirror, moments)): (usize, (&Mirror, &MirrorMoments))| {
+    let of = |(k, (mirror, moments)): (usize, (&'a Mirror, &'a MirrorMoments))| {
         let (outer, inner) = (&mirror.outer.coefficients, &mirror.inner.coefficients);
         let values = [outer, inner, &moments.outer, &moments.inner];
         (0..PARTS.len()).map(|part| row(name(k, part), values[part])).collect::<Vec<_>>()

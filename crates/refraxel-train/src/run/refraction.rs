@@ -8,6 +8,7 @@ use crate::model::{AdamMoments, Gate, IndexMoments, Model, Optimiser, Refraction
 use crate::options::Options;
 use refraxel_core::{Domain, Extent, IndexGrid, Interpolation, LevelSet, Medium};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct StoredRegion {
@@ -93,11 +94,12 @@ const LARGEST: f32 = 10.0;
 /// Per region: coefficients of w, both moments, the same of the surface, what is trainable and gated, and of a
 /// field without a surface which cells rays march; the first two of these are empty
 /// where there is none.
-pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tensor)> {
+pub(super) fn tensors<'a>(model: &'a Model, optimiser: &'a Optimiser) -> Vec<(String, Tensor<'a>)> {
     let mut out = Vec::new();
     let regions = model.refraction.medium.regions().iter().zip(&optimiser.index).enumerate();
     for (k, (region, moments)) in regions {
-        let mut put = |name: &str, values: &[f32]| out.push(row(format!("index.{k}{name}"), values));
+        let name = |part: &str| format!("index.{k}{part}");
+        let mut put = |part: &str, values: &'a [f32]| out.push(row(name(part), values));
         put("", region.coefficients());
         put(".first_moment", &moments.index.first);
         put(".second_moment", &moments.index.second);
@@ -106,16 +108,15 @@ pub(super) fn tensors(model: &Model, optimiser: &Optimiser) -> Vec<(String, Tens
             put(".surface_first_moment", &moments.surface.first);
             put(".surface_second_moment", &moments.surface.second);
         } else {
-            put(".largest", &[region.largest_index()]);
+            out.push(row(name(".largest"), vec![region.largest_index()]));
         }
         let state = model.refraction.states.get(k);
-        let trainable = state.map_or(Vec::new(), |s| s.trainable.iter().map(|&t| u8::from(t)).collect());
-        let gate = state.and_then(|s| s.gate.as_ref()).map_or(Vec::new(), |g| g.values().to_vec());
-        let marched = || (".marched", region.marched_cells().into_iter().map(u8::from).collect());
-        let marched = region.level_set().is_none().then(marched);
-        for (name, bytes) in [(".free", trainable), (".gate", gate)].into_iter().chain(marched) {
-            let tensor = Tensor { shape: vec![bytes.len()], data: TensorData::U8(bytes) };
-            out.push((format!("index.{k}{name}"), tensor));
+        let flags = |all: &[bool]| all.iter().map(|&is| u8::from(is)).collect::<Cow<[u8]>>();
+        let trainable = state.map_or(Cow::default(), |s| flags(&s.trainable));
+        let gate = state.and_then(|s| s.gate.as_ref()).map_or(&[][..], Gate::values);
+        let marched = region.level_set().is_none().then(|| (".marched", flags(&region.marched_cells())));
+        for (part, bytes) in [(".free", trainable), (".gate", gate.into())].into_iter().chain(marched) {
+            out.push((name(part), Tensor::new(vec![bytes.len()], TensorData::U8(bytes))));
         }
     }
     out

@@ -1,10 +1,9 @@
 //! From a run to its checkpoint.
 
 use super::contents::RunRef;
-use super::field::Shapes;
 use super::header::Header;
-use super::{clearcoat, detected, reflection, refraction, views};
-use crate::checkpoint::{self, CheckpointError};
+use super::{clearcoat, detected, field, reflection, refraction, views};
+use crate::checkpoint::{self, CheckpointError, Tensor};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -27,23 +26,21 @@ impl RunRef<'_> {
     fn with_tensors(
         &self,
         path: &Path,
-        write: impl FnOnce(&serde_json::Value, &[(&str, checkpoint::TensorView)]) -> Result<(), CheckpointError>,
+        write: impl FnOnce(&serde_json::Value, &[(&str, &Tensor)]) -> Result<(), CheckpointError>,
     ) -> Result<(), CheckpointError> {
         let header = serde_json::to_value(Header::of(self));
         let header =
             header.map_err(|e| CheckpointError::Foreign { path: path.to_owned(), found: e.to_string() })?;
         let (model, optimiser) = (self.model, self.optimiser);
-        let small = [
+        let tensors = [
+            field::tensors(self),
             refraction::tensors(model, optimiser),
             reflection::tensors(model, optimiser),
             clearcoat::tensors(model, optimiser),
-        ]
-        .concat();
-        let (detected, views) = (detected::tensor(self.detected), views::tensors(self.alignment));
-        let shapes = Shapes::of(self);
-        let mut tensors = shapes.tensors(self);
-        let named = small.iter().chain(&detected).chain(&views);
-        tensors.extend(named.map(|(name, tensor)| (name.as_str(), tensor.view())));
-        write(&header, &tensors)
+            detected::tensors(self.detected),
+            views::tensors(self.alignment),
+        ];
+        let named: Vec<_> = tensors.iter().flatten().map(|(name, tensor)| (name.as_str(), tensor)).collect();
+        write(&header, &named)
     }
 }

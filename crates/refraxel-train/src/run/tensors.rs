@@ -5,6 +5,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use refraxel_core::{AlignedVec, ShDegree};
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 /// The nearest number of half precision; the largest where there is none so large. Finished runs have such colours.
@@ -44,7 +45,7 @@ impl Tensors {
         std::mem::take(&mut self.file.header)
     }
 
-    fn take(&mut self, name: &str) -> Result<TensorData, CheckpointError> {
+    fn take(&mut self, name: &str) -> Result<TensorData<'static>, CheckpointError> {
         let tensor = self.file.tensors.remove(name);
         tensor.map(|t| t.data).ok_or_else(|| self.wrong(&format!("tensor `{name}` is missing")))
     }
@@ -52,7 +53,7 @@ impl Tensors {
     /// `len` real numbers.
     pub(super) fn f32s(&mut self, name: &str, len: usize) -> Result<Vec<f32>, CheckpointError> {
         match self.take(name)? {
-            TensorData::F32(v) if v.len() == len => Ok(v),
+            TensorData::F32(v) if v.len() == len => Ok(v.into_owned()),
             TensorData::F32(v) => {
                 Err(self.wrong(&format!("tensor `{name}` has {} values, expected {len}", v.len())))
             }
@@ -128,7 +129,7 @@ impl Tensors {
     /// Bytes.
     pub(super) fn u8s(&mut self, name: &str) -> Result<Vec<u8>, CheckpointError> {
         match self.take(name)? {
-            TensorData::U8(v) => Ok(v),
+            TensorData::U8(v) => Ok(v.into_owned()),
             _ => Err(self.wrong(&format!("tensor `{name}` is not of type U8"))),
         }
     }
@@ -136,7 +137,7 @@ impl Tensors {
     /// 64-bit words.
     pub(super) fn u64s(&mut self, name: &str) -> Result<Vec<u64>, CheckpointError> {
         match self.take(name)? {
-            TensorData::U64(v) => Ok(v),
+            TensorData::U64(v) => Ok(v.into_owned()),
             _ => Err(self.wrong(&format!("tensor `{name}` is not of type U64"))),
         }
     }
@@ -153,8 +154,9 @@ fn spread(values: &[f32], kept: usize, padded: &mut [f32], stride: usize) {
 }
 
 /// A named tensor of real numbers in one row.
-pub(super) fn row(name: String, values: &[f32]) -> (String, Tensor) {
-    (name, Tensor { shape: vec![values.len()], data: TensorData::F32(values.to_vec()) })
+pub(super) fn row<'a>(name: String, values: impl Into<Cow<'a, [f32]>>) -> (String, Tensor<'a>) {
+    let values = values.into();
+    (name, Tensor::new(vec![values.len()], TensorData::F32(values)))
 }
 
 /// The degree of probes on a grid of this resolution, if both make sense.

@@ -29,10 +29,10 @@ impl StoredViews {
     }
 }
 
-pub(super) fn tensors(alignment: &Alignment) -> Vec<(String, Tensor)> {
+pub(super) fn tensors(alignment: &Alignment) -> Vec<(String, Tensor<'static>)> {
     let tensor = |name: &str, numbers: Vec<f64>| {
         let bits: Vec<u64> = numbers.into_iter().map(f64::to_bits).collect();
-        (name.to_owned(), Tensor { shape: vec![bits.len()], data: TensorData::U64(bits) })
+        (name.to_owned(), Tensor::new(vec![bits.len()], TensorData::U64(bits.into())))
     };
     let poses = alignment.poses.as_ref().map(|p| tensor(POSES, p.to_numbers()));
     let exposures = alignment.exposures.as_ref().map(|e| tensor(EXPOSURES, e.to_numbers()));

@@ -161,6 +161,7 @@ fn bent_rays_teach_processes_the_same_bits_as_one() {
 #[test]
 fn runs_that_mirror_and_whose_cameras_learn_have_the_same_bits() {
     let settings = [
+        ("run.batch", "1024"), // a chunk for each process, and one more
         ("refraction.bend", "on"),
         ("search.enabled", "off"),
         ("judge.enabled", "off"),

@@ -7,12 +7,18 @@ use refraxel_train::Options;
 use refraxel_train::options::Switch;
 use refraxel_train::random::Random;
 use refraxel_train::session::{Session, Setup, Until};
+use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// Opaque things, and a copy whose cameras are off by half a degree and one part in a hundred of their distance.
-fn data() -> (Dataset, Dataset, TempDir) {
-    let (folder, truth) = written("opaque", 64, [36, 1, 3], |o| o.spp = 4);
-    let (mut off, random) = (truth.clone(), Random::new(3));
+/// Opaque things.
+fn truth() -> &'static Dataset {
+    static DATA: OnceLock<(TempDir, Dataset)> = OnceLock::new();
+    &DATA.get_or_init(|| written("opaque", 64, [36, 1, 3], |o| o.spp = 4)).1
+}
+
+/// The same with cameras that are off by half a degree and one part in a hundred of their distance.
+fn disturbed() -> Dataset {
+    let (mut off, random) = (truth().clone(), Random::new(3));
     for (view, k) in off.views.iter_mut().zip(0..) {
         let direction = |i: u64| {
             let number = |j| random.uniform(k, i + j) - 0.5;
@@ -25,7 +31,7 @@ fn data() -> (Dataset, Dataset, TempDir) {
             translation: translation + direction(3) * (0.01 * distance),
         };
     }
-    (truth, off, folder)
+    off
 }
 
 fn trained(data: &Dataset, learn: Switch) -> Session {
@@ -49,8 +55,8 @@ fn psnr(session: &Session) -> f64 {
 
 #[test]
 fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
-    let (truth, off, _folder) = data();
-    let exact = psnr(&trained(&truth, Switch::Off));
+    let off = disturbed();
+    let exact = psnr(&trained(truth(), Switch::Off));
     let fixed = psnr(&trained(&off, Switch::Off));
     let session = trained(&off, Switch::On);
     let learned = psnr(&session);
@@ -61,8 +67,7 @@ fn disturbed_cameras_find_back_and_held_out_views_are_posed() {
 
 #[test]
 fn a_wrong_lens_learns_towards_the_true_one_and_held_out_views_have_it() {
-    let (truth, _, _folder) = data();
-    let mut wrong = truth.clone();
+    let mut wrong = truth().clone();
     for view in &mut wrong.views {
         view.camera.lens = Lens::OpenCv { k: [0.15, 0.0, 0.0, 0.0], p: [0.0; 2] };
     }
@@ -82,12 +87,11 @@ fn a_wrong_lens_learns_towards_the_true_one_and_held_out_views_have_it() {
 
 #[test]
 fn a_lens_does_not_learn_alone() {
-    let (truth, ..) = data();
     let mut options = Options::default();
     options.pose.lens = Switch::On;
     let refused =
-        |options: &Options| Setup::new(truth.clone(), options.clone()).check().unwrap_err().to_string();
+        |options: &Options| Setup::new(truth().clone(), options.clone()).check().unwrap_err().to_string();
     assert!(refused(&options).contains("--poses learn"));
     options.pose.enabled = Switch::On;
-    assert!(Setup::new(truth.clone(), options).check().is_ok());
+    assert!(Setup::new(truth().clone(), options).check().is_ok());
 }

@@ -47,7 +47,7 @@ pub fn forged(valid: &TensorFile, forgeries: &[Forgery]) -> Vec<u8> {
 
 /// The bytes of a checkpoint.
 pub fn written(file: &TensorFile) -> Vec<u8> {
-    let views: Vec<_> = file.tensors.iter().map(|(name, tensor)| (name.as_str(), tensor.view())).collect();
+    let views: Vec<_> = file.tensors.iter().map(|(name, tensor)| (name.as_str(), tensor)).collect();
     let mut bytes = Vec::new();
     checkpoint::write(&mut bytes, &file.header, &views).unwrap();
     bytes
@@ -66,11 +66,12 @@ impl Forgery {
                 let name = name(tensor);
                 let data = &mut file.tensors.get_mut(&name).unwrap().data;
                 match data {
-                    TensorData::F32(v) => set(v, *first, *step, f32::from_bits(*bits)),
-                    TensorData::F16(v) => set(v, *first, *step, f16::from_bits((bits >> 16) as u16)),
-                    TensorData::U32(v) => set(v, *first, *step, *bits),
-                    TensorData::U64(v) => set(v, *first, *step, u64::from(*bits) << 32),
-                    TensorData::U8(v) => set(v, *first, *step, *bits as u8),
+                    TensorData::F32(v) => set(v.to_mut(), *first, *step, f32::from_bits(*bits)),
+                    TensorData::F16(v) => set(v.to_mut(), *first, *step, f16::from_bits((bits >> 16) as u16)),
+                    TensorData::U32(v) => set(v.to_mut(), *first, *step, *bits),
+                    TensorData::U64(v) => set(v.to_mut(), *first, *step, u64::from(*bits) << 32),
+                    TensorData::U8(v) => set(v.to_mut(), *first, *step, *bits as u8),
+                    TensorData::Rows(_) => unreachable!("they are only written"),
                 }
             }
         }
@@ -78,7 +79,7 @@ impl Forgery {
 }
 
 /// What a tensor becomes.
-fn laid_out(layout: &str, name: String, mut tensor: Tensor) -> Option<(String, Tensor)> {
+fn laid_out(layout: &str, name: String, mut tensor: Tensor<'static>) -> Option<(String, Tensor<'static>)> {
     let values = tensor.shape.iter().product();
     match layout {
         "gone" => return None,
@@ -86,8 +87,8 @@ fn laid_out(layout: &str, name: String, mut tensor: Tensor) -> Option<(String, T
         "reversed" => tensor.shape.reverse(),
         "flat" => tensor.shape = vec![values],
         "deeper" => tensor.shape.push(1),
-        "empty" => tensor = Tensor { shape: vec![0], data: TensorData::F32(Vec::new()) },
-        _ => tensor.data = TensorData::U8(vec![7; values]),
+        "empty" => tensor = Tensor::new(vec![0], TensorData::F32(Vec::new().into())),
+        _ => tensor.data = TensorData::U8(vec![7; values].into()),
     }
     Some((name, tensor))
 }

@@ -83,17 +83,10 @@ fn absurd_image_sizes() {
     let file = folder.path().join("r_2.png");
     let mut bytes = std::fs::read(&file).unwrap();
     bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]); // 65536 × 65536 in the header
-    let crc = png_crc(&bytes[12..29]);
+    let crc = crc32fast::hash(&bytes[12..29]);
     bytes[29..33].copy_from_slice(&crc.to_be_bytes());
     std::fs::write(file, bytes).unwrap();
     refused_dataset(folder.path(), &["r_2.png"]);
-}
-
-/// CRC-32 of a PNG chunk.
-fn png_crc(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc: u32, &b| {
-        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
-    })
 }
 
 #[test]
@@ -102,19 +95,8 @@ fn impossible_cameras() {
         move |t: &mut Value| t["frames"][1]["transform_matrix"][row][column] = value
     };
     refused_photographs(4, pose(0, 3, "NaN".into()), &["transforms.json", "frames[1]", "transform_matrix"]);
-    refused_photographs(
-        4,
-        |t| t["frames"][1]["transform_matrix"] = json!([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]),
-        &["frames[1]", "singular"],
-    );
     refused_photographs(4, pose(0, 0, 1e300.into()), &["frames[1]"]);
     refused_photographs(4, |t| t["fl_x"] = json!(0.0), &["fl_x", "focal length > 0"]);
-    refused_photographs(4, |t| t["fl_y"] = json!(-3.0), &["fl_y", "focal length > 0"]);
-    refused_photographs(
-        4,
-        |t| t["camera_model"] = json!("PERISCOPE"),
-        &["unsupported camera model PERISCOPE"],
-    );
     refused_photographs(4, |t| t["w"] = json!(0), &["w is 0"]);
 }
 
@@ -277,14 +259,6 @@ fn too_few_views() {
     for count in 0..3 {
         refused_photographs(count, |_| {}, &[&format!("{count} usable views; at least 3")]);
     }
-}
-
-#[test]
-fn masks_that_do_not_fit() {
-    let folder = photographs(4, |_| {});
-    std::fs::create_dir(folder.path().join("masks")).unwrap();
-    write_image(&folder.path().join("masks/r_1.png"), 8, 16);
-    refused_dataset(folder.path(), &["the mask is 8x16", "16x16"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Surfaces of reconstructions as meshes, and back.
 
+use super::runs::straight;
 use crate::common::*;
 use flate2::read::GzDecoder;
 use refraxel::verbs::loaded::load_run;
@@ -149,21 +150,14 @@ fn cameras_that_learned_are_opened_again() {
     }
 }
 
-/// A folder, the ball in it, and a run on the ball with straight rays, in which something has become opaque.
-fn straight() -> (TempDir, PathBuf, PathBuf) {
-    let (folder, data, run) = ball_and("straight");
-    train(&data, &run, &["--refraction", "off"]).done();
-    (folder, data, run)
-}
-
 #[test]
 fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
-    let (folder, _, run) = straight();
-    let ply = export(&run, "ply", &["--json"]).done().json();
+    let (folder, run) = (tempfile::tempdir().unwrap(), straight()); // in which something has become opaque
+    let ply = export(run, "ply", &["--json"]).done().json();
     assert_eq!(ply["regions"].as_array().map(Vec::len), Some(0));
     let (vertices, faces) = (ply["opaque"]["vertices"].as_u64(), ply["opaque"]["faces"].as_u64().unwrap());
     assert!(faces > 100 && ply["notes"][0].as_str().unwrap().contains("straight"), "{ply}");
-    let obj = export(&run, "obj", &["--json"]).done().json();
+    let obj = export(run, "obj", &["--json"]).done().json();
     assert_eq!(obj["opaque"], ply["opaque"]);
     let text = std::fs::read_to_string(run.join("surface.obj")).unwrap();
     assert_eq!(text.lines().filter(|l| l.starts_with("f ")).count() as u64, faces);
@@ -171,24 +165,24 @@ fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
     for name in ["surface.ply", "surface.obj"] {
         assert!(read_mesh(&run.join(name)).is_err_and(|e| e.to_string().contains("0 triangles")));
     }
-    let glb = export(&run, "glb", &["--json"]).done().json();
+    let glb = export(run, "glb", &["--json"]).done().json();
     assert_eq!((&glb["opaque"], &glb["cameras"]), (&ply["opaque"], &Value::from(8)));
     let document = gltf::Gltf::open(run.join("scene.glb")).unwrap();
     let mesh = document.meshes().next().unwrap();
     let primitive = mesh.primitives().next().unwrap();
     let colours = primitive.reader(|_| document.blob.as_deref()).read_colors(0).unwrap();
     assert_eq!((mesh.name(), Some(colours.into_rgb_f32().count() as u64)), (Some("opaque"), vertices));
-    let points = export(&run, "points", &["--json"]).done().json();
+    let points = export(run, "points", &["--json"]).done().json();
     let file = std::fs::read(run.join("points.ply")).unwrap();
     let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     assert_eq!(Some((file.len() - end) as u64), points["points"].as_u64().map(|n| 15 * n));
-    let splats = export(&run, "splats", &["--json", "--points", "40"]).done().json();
+    let splats = export(run, "splats", &["--json", "--points", "40"]).done().json();
     assert_eq!(splats["splats"], 40, "{splats}");
     let file = std::fs::read(run.join("splats.ply")).unwrap();
     let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     assert_eq!(file.len() - end, 40 * 4 * (3 + 3 + 3 + 9 + 1 + 3 + 4));
     let spz = folder.path().join("scene.spz");
-    let report = export(&run, "splats", &["--json", "--points", "40", "--out", path(&spz)]).done().json();
+    let report = export(run, "splats", &["--json", "--points", "40", "--out", path(&spz)]).done().json();
     assert!(report["notes"].to_string().contains("SPZ rounds places"), "{report}");
     let mut bytes = Vec::new();
     GzDecoder::new(std::fs::File::open(spz).unwrap()).read_to_end(&mut bytes).unwrap();
@@ -197,7 +191,8 @@ fn a_straight_run_leaves_as_coloured_meshes_points_and_gaussians() {
 
 #[test]
 fn without_its_photographs_a_run_leaves_its_meshes_and_gaussians_and_says_what_is_less_good() {
-    let (folder, data, run) = straight();
+    let (folder, data, run) = ball_and("straight");
+    train(&data, &run, &["--refraction", "off"]).done();
     std::fs::rename(&data, folder.path().join("moved")).unwrap();
     for format in ["ply", "obj", "gltf", "splats"] {
         let report = export(&run, format, &["--json"]).done().json();

@@ -1,6 +1,7 @@
 //! Films and camera paths.
 #![cfg(unix)] // a script stands for ffmpeg
 
+use super::runs::straight;
 use crate::common::*;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
@@ -10,23 +11,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-use tempfile::TempDir;
-
-/// A run with straight rays, made once.
-fn run() -> &'static Path {
-    static RUN: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, run) = RUN.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let run = folder.path().join("run");
-        train(&ball(folder.path()), &run, &["--refraction", "off"]).done();
-        (folder, run)
-    });
-    run
-}
 
 fn render(out: &Path, more: &[&str]) -> Ran {
-    refraxel(&[&["render", path(run()), "--out", path(out), "--json"], more].concat())
+    refraxel(&[&["render", path(straight()), "--out", path(out), "--json"], more].concat())
 }
 
 fn frames(film: &Path) -> Vec<image::RgbaImage> {
@@ -43,7 +30,7 @@ fn with_ffmpeg(folder: &Path, script: Option<&str>, out: &Path) -> Ran {
         std::fs::write(&ffmpeg, script).unwrap();
         std::fs::set_permissions(&ffmpeg, std::fs::Permissions::from_mode(0o755)).unwrap();
     }
-    let words = ["render", path(run()), "--orbit", "3", "--out", path(out), "--json"];
+    let words = ["render", path(straight()), "--orbit", "3", "--out", path(out), "--json"];
     Ran::of(command(&words).env("PATH", &programs).output().unwrap())
 }
 

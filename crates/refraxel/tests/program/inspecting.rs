@@ -1,5 +1,6 @@
 //! `inspect` names the photographs and cameras that spoil a reconstruction, and draws all of them.
 
+use super::runs::straight;
 use crate::common::*;
 use image::{GrayImage, Luma, imageops};
 use refraxel_data::photographs::stored_pixels;
@@ -164,9 +165,7 @@ fn masks_that_say_nothing_are_named() {
 #[test]
 fn runs_are_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
-    let run = folder.path().join("run");
-    train(&ball(folder.path()), &run, &["--set", "steps=2"]).done();
     let out = folder.path().join("pictures");
-    refraxel(&["inspect", path(&run), "--out", path(&out)]).refused(2, &["--out", "is a run"]);
+    refraxel(&["inspect", path(straight()), "--out", path(&out)]).refused(2, &["--out", "is a run"]);
     assert!(!out.exists());
 }

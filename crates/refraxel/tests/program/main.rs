@@ -16,6 +16,7 @@ mod kills;
 mod manual;
 mod masking;
 mod pages;
+mod runs;
 mod seeing;
 mod starting;
 mod verbs;

@@ -1,24 +1,17 @@
 //! Pictures of the index of refraction, and renderings with another one.
 
+use super::runs::{bent, data, straight};
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
 use refraxel_data::synth::{SynthOptions, ViewCounts, synthesize};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
-
-/// A folder, the ball in it, and a run on the ball whose index and shape were given.
-fn bent(more: &[&str]) -> (TempDir, PathBuf, PathBuf) {
-    let (folder, data, run) = ball_and("bent");
-    train_with_index(&data, &run, &data.join("scene.json"), more);
-    (folder, data, run)
-}
 
 #[test]
 fn a_run_is_evaluated_with_the_index_of_a_file() {
-    let (folder, data, run) = bent(&[]);
+    let (folder, data, run) = (tempfile::tempdir().unwrap(), data(), bent());
     let own = std::fs::read(run.join("eval/test/metrics.json")).unwrap();
-    let eval = |file: &Path| refraxel(&["eval", path(&run), "--index-from", path(file), "--quiet", "--json"]);
+    let eval = |file: &Path| refraxel(&["eval", path(run), "--index-from", path(file), "--quiet", "--json"]);
     let report = eval(&data.join("scene.json")).done().json();
     // The run has the same shape on a coarser grid.
     let (exact, of_run) = (
@@ -54,12 +47,12 @@ fn pixels(file: &Path) -> image::RgbImage {
 
 #[test]
 fn a_bent_run_shows_its_index() {
-    let (folder, data, run) = bent(&[]);
+    let (folder, data, run) = (tempfile::tempdir().unwrap(), data(), bent());
     let out = folder.path().join("out");
     let cameras = data.join("transforms_test.json");
     let words = ["--cameras", path(&cameras), "--outputs", "colour,index,normal,surface-depth", "--slices"];
     let words = [&words[..], &["--paths", "5"]].concat();
-    let report = render(&run, &out, &[&words[..], &["--json"]].concat()).done().json();
+    let report = render(run, &out, &[&words[..], &["--json"]].concat()).done().json();
     assert_eq!((&report["views"], &report["truth_shown"]), (&2.into(), &true.into()));
     for file in ["r_0.png", "index_preview/r_0.png", "index_slices.png", "paths.png", "transforms.json"] {
         assert!(out.join(file).is_file(), "{file}");
@@ -93,7 +86,8 @@ fn a_bent_run_shows_its_index() {
 
 #[test]
 fn slices_need_no_views_and_no_dataset() {
-    let (folder, data, run) = bent(&[]);
+    let (folder, data, run) = ball_and("bent");
+    train_with_index(&data, &run, &data.join("scene.json"), &[]);
     let out = folder.path().join("out");
     std::fs::rename(&data, folder.path().join("moved")).unwrap();
     let text = render(&run, &out, &["--slices"]).done().out;
@@ -103,15 +97,15 @@ fn slices_need_no_views_and_no_dataset() {
 
 #[test]
 fn a_second_render_never_mixes_with_the_first() {
-    let (folder, _, run) = bent(&[]);
+    let (folder, run) = (tempfile::tempdir().unwrap(), bent());
     let out = folder.path().join("out");
-    render(&run, &out, &["--orbit", "3", "--outputs", "colour,depth", "--slices", "--paths", "2"]).done();
+    render(run, &out, &["--orbit", "3", "--outputs", "colour,depth", "--slices", "--paths", "2"]).done();
     std::fs::write(out.join("notes.txt"), "mine").unwrap();
     let before = std::fs::read(out.join("0000.png")).unwrap();
     let again = ["--orbit", "2", "--scale-index", "0"];
-    render(&run, &out, &again).refused(3, &["an earlier render", "0000.png", "--overwrite"]);
+    render(run, &out, &again).refused(3, &["an earlier render", "0000.png", "--overwrite"]);
     assert_eq!(std::fs::read(out.join("0000.png")).unwrap(), before);
-    render(&run, &out, &[&again[..], &["--overwrite"]].concat()).done();
+    render(run, &out, &[&again[..], &["--overwrite"]].concat()).done();
     let mut left: Vec<String> = std::fs::read_dir(&out)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -123,20 +117,21 @@ fn a_second_render_never_mixes_with_the_first() {
 
 #[test]
 fn files_of_the_user_are_never_rendered_over() {
-    let (folder, _, run) = bent(&[]);
+    let (folder, run) = (tempfile::tempdir().unwrap(), bent());
     let out = folder.path().join("out");
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("transforms.json"), "mine").unwrap();
-    render(&run, &out, &["--orbit", "1", "--overwrite"]).refused(3, &["transforms.json", "never removed"]);
+    render(run, &out, &["--orbit", "1", "--overwrite"]).refused(3, &["transforms.json", "never removed"]);
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "nothing was written");
     // Where no file of that name is written, it is not in the way.
-    render(&run, &out, &["--slices"]).done();
+    render(run, &out, &["--slices"]).done();
     assert_eq!(std::fs::read_to_string(out.join("transforms.json")).unwrap(), "mine");
 }
 
 #[test]
 fn the_index_that_a_run_has_changes_no_pixel_and_the_run_stays_as_it_is() {
-    let (folder, data, run) = bent(&["--set", "search.profile=sharp"]);
+    let (folder, data, run) = ball_and("bent");
+    train_with_index(&data, &run, &data.join("scene.json"), &["--set", "search.profile=sharp"]);
     let checkpoint = || std::fs::read(run.join(refraxel_train::run::CHECKPOINT)).unwrap();
     let (before, cameras) = (checkpoint(), data.join("transforms_test.json"));
     let picture = |name: &str, more: &[&str]| {
@@ -190,8 +185,7 @@ fn a_run_with_another_index_looks_like_the_truth_with_that_index() {
 
 #[test]
 fn straight_runs_have_no_index_to_show_or_change() {
-    let (folder, data, run) = ball_and("run");
-    train(&data, &run, &["--refraction", "off", "--set", "stop_after=1"]).refused(130, &[]);
+    let (folder, run) = (tempfile::tempdir().unwrap(), straight());
     let out = folder.path().join("out");
     let one = ["--orbit", "1"];
     for (flags, word) in [
@@ -202,30 +196,28 @@ fn straight_runs_have_no_index_to_show_or_change() {
         (&["--slices"], "--slices"),
         (&["--paths", "3"], "--paths"),
     ] {
-        render(&run, &out, flags).refused(3, &[word, "straight"]);
+        render(run, &out, flags).refused(3, &[word, "straight"]);
     }
     assert!(is_without_files(&out));
-    render(&run, &out, &[&one[..], &["--set-index", "0.1"]].concat())
+    render(run, &out, &[&one[..], &["--set-index", "0.1"]].concat())
         .refused(2, &["--set-index", "1.5 for glass"]);
-    render(&run, &out, &[&one[..], &["--scale-index", "NaN"]].concat()).refused(2, &["--scale-index"]);
-    render(&run, &out, &[]).refused(2, &["--slices"]);
+    render(run, &out, &[&one[..], &["--scale-index", "NaN"]].concat()).refused(2, &["--scale-index"]);
+    render(run, &out, &[]).refused(2, &["--slices"]);
 }
 
 #[test]
 fn an_index_beyond_all_matter_is_refused() {
-    let (folder, _, run) = bent(&[]);
+    let (folder, run) = (tempfile::tempdir().unwrap(), bent());
     let out = folder.path().join("out");
-    render(&run, &out, &["--orbit", "1", "--scale-index", "50"]).refused(3, &["26.00", "expected 0.25 to 4"]);
+    render(run, &out, &["--orbit", "1", "--scale-index", "50"]).refused(3, &["26.00", "expected 0.25 to 4"]);
     assert!(is_without_files(&out));
 }
 
 #[test]
 fn comparisons_say_how_rays_go() {
-    let (folder, data, bent) = bent(&[]);
-    let straight = folder.path().join("straight");
-    train(&data, &straight, &["--refraction", "off"]).done();
+    let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("sheet");
-    let words = ["compare", path(&straight), path(&bent), "--truth", "--out", path(&out)];
+    let words = ["compare", path(straight()), path(bent()), "--truth", "--out", path(&out)];
     let text = refraxel(&words).done().out;
     let heading = text.lines().next().unwrap();
     for word in ["rays", "inside", "outside", "index inside", "true index", "index error inside"] {

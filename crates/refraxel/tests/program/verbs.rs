@@ -1,5 +1,6 @@
 //! The verbs in the order in which people use them, on tiny datasets.
 
+use super::runs::{bent, copy_of, data, straight};
 use crate::common::running::*;
 use crate::common::*;
 use refraxel_data::photographs::stored_pixels;
@@ -67,12 +68,10 @@ fn train_eval_compare_render_and_inspect_work_together() {
 #[test]
 fn rendering_the_cameras_of_the_test_split_gives_the_pictures_of_eval() {
     let folder = tempfile::tempdir().unwrap();
-    let (data, run, views) = (ball(folder.path()), folder.path().join("run"), folder.path().join("views"));
-    train(&data, &run, &[]).done();
-    let cameras = data.join("transforms_test.json");
-    refraxel(&["render", path(&run), "--cameras", path(&cameras), "--out", path(&views)]).done();
+    let (cameras, views) = (data().join("transforms_test.json"), folder.path().join("views"));
+    refraxel(&["render", path(bent()), "--cameras", path(&cameras), "--out", path(&views)]).done();
     let pixels = |p: &Path| stored_pixels(p).unwrap().into_rgb8();
-    assert_eq!(pixels(&views.join("r_1.png")), pixels(&run.join("eval/test/r_1.png")));
+    assert_eq!(pixels(&views.join("r_1.png")), pixels(&bent().join("eval/test/r_1.png")));
 }
 
 #[test]
@@ -125,16 +124,15 @@ fn content(run: &Path) -> (TensorFile, Value) {
 fn resumed_runs_have_the_bits_of_uninterrupted_ones() {
     let folder = tempfile::tempdir().unwrap();
     let data = ball(folder.path());
-    let whole = folder.path().join("whole");
+    let [whole, run] = ["whole", "stopped"].map(|name| folder.path().join(name));
     train(&data, &whole, &[]).done();
     // Within the first stage, within the last, and after the occupied cells were looked at again.
-    for stop in [3, 20, 37] {
-        let run = folder.path().join(format!("stopped_{stop}"));
-        let stopped = train(&data, &run, &["--set", &format!("stop_after={stop}")]);
+    for (stop, how) in [(3, "--overwrite"), (20, "--resume"), (37, "--resume")] {
+        let stopped = train(&data, &run, &[how, "--set", &format!("stop_after={stop}")]);
         stopped.refused(130, &[&format!("stopped at step {stop} and saved"), "--resume"]);
-        train(&data, &run, &["--resume"]).done();
-        assert!(content(&run) == content(&whole), "stopped at {stop}");
     }
+    train(&data, &run, &["--resume"]).done();
+    assert!(content(&run) == content(&whole));
 }
 
 #[test]
@@ -185,56 +183,6 @@ fn masks_make_rays_bend_and_the_run_keeps_what_bends_them() {
 }
 
 #[test]
-fn surfaces_mirror_and_a_resumed_run_keeps_its_bits() {
-    let folder = tempfile::tempdir().unwrap();
-    let (data, whole, run) = (glass(folder.path()), folder.path().join("whole"), folder.path().join("run"));
-    let (scene, options) =
-        (data.join("scene.json"), ["steps=100", "grid.resolution=32", "straight_steps=20"]);
-    let mut words = vec!["--refraction", "on", "--index-from", path(&scene), "--reflection", "on"];
-    words.extend(options.iter().flat_map(|o| ["--set", o]));
-    train(&data, &whole, &words).done();
-    let stopped = train(&data, &run, &[&words[..], &["--set", "stop_after=70"]].concat());
-    stopped.refused(130, &["stopped at step 70"]);
-    train(&data, &run, &[&words[..], &["--resume"]].concat()).done();
-    assert!(content(&run) == content(&whole));
-    let strengths = refraxel(&["inspect", path(&run), "--json"]).done().json();
-    let strength = strengths["reflection_strengths"][0].as_f64().unwrap();
-    assert!(strength > 0.0 && strength <= 1.0, "{strength}");
-}
-
-#[test]
-fn a_prism_is_a_polyhedron_whose_planes_learn_and_are_resumed() {
-    let folder = tempfile::tempdir().unwrap();
-    let data = refractive(folder.path(), "prism", 100, 140); // of 60 views, every other run finds a face too many
-    let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
-    let options = [
-        "steps=600",
-        "straight_steps=50",
-        "grid.resolution=72",
-        "batch=1024",
-        "sh_degree=2",
-        "search.enabled=off",
-        "judge.enabled=off",
-    ];
-    let words: Vec<&str> = options.iter().flat_map(|o| ["--set", o]).collect();
-    let until = |out: &Path, stop: &str, more: &[&str]| {
-        train(&data, out, &[&words[..], &["--set", stop], more].concat()).refused(130, &[]);
-    };
-    let solid = |run: &Path| content(run).1["regions"][0]["solid"].clone();
-    until(&whole, "stop_after=75", &[]);
-    until(&run, "stop_after=60", &[]);
-    let before = solid(&run);
-    until(&run, "stop_after=75", &["--resume"]);
-    assert!(content(&run).0 == content(&whole).0);
-    let after = solid(&whole);
-    assert_eq!(after, solid(&run));
-    assert_eq!(before["faces"].as_array().map(Vec::len), Some(4), "{before}");
-    assert!(before["faces"] != after["faces"] && before["base"] == after["base"], "{after}");
-    let log = std::fs::read_to_string(whole.join("log.jsonl")).unwrap();
-    assert!(log.contains("\"faces\":4"), "{log}");
-}
-
-#[test]
 fn pictures_of_reflection_and_transmission_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let (data, run, out) = (glass(folder.path()), folder.path().join("run"), folder.path().join("views"));
@@ -252,6 +200,9 @@ fn pictures_of_reflection_and_transmission_are_written() {
         changed.clone().any(|((c, t), m)| c == t && m.0 == [0; 3]),
         "beside the glass nothing is mirrored"
     );
+    let inspected = refraxel(&["inspect", path(&run), "--json"]).done().json();
+    let strength = inspected["reflection_strengths"][0].as_f64().unwrap();
+    assert!(strength > 0.0 && strength <= 1.0, "{strength}");
 }
 
 #[test]
@@ -296,10 +247,7 @@ fn a_resumed_clearcoat_goes_on_where_it_was() {
 
 #[test]
 fn values_and_moments_that_are_not_numbers_are_refused() {
-    let (_folder, data, run) = ball_and("run");
-    let scene = data.join("scene.json");
-    train(&data, &run, &["--refraction", "on", "--index-from", path(&scene)]).done();
-    let checkpoint = run.join(CHECKPOINT);
+    let (run, checkpoint) = copy_of(bent());
     let sound = std::fs::read(&checkpoint).unwrap();
     for (name, wrong, said) in [
         ("index.0.surface_first_moment", f32::NAN, "refractive region 0 has moments that are not finite"),
@@ -313,23 +261,21 @@ fn values_and_moments_that_are_not_numbers_are_refused() {
         let mut file = TensorFile::load(&checkpoint).unwrap();
         let Some(tensor) = file.tensors.get_mut(name) else { panic!("{name}") };
         let TensorData::F32(values) = &mut tensor.data else { panic!("{name}: single precision") };
-        let Some(last) = values.last_mut() else { continue }; // a background of one colour has no texels
+        let Some(last) = values.to_mut().last_mut() else { continue }; // a background of one colour has no texels
         *last = wrong;
         file.save(&checkpoint).unwrap();
-        refraxel(&["eval", path(&run)]).refused(3, &[said]);
+        refraxel(&["eval", path(run.path())]).refused(3, &[said]);
     }
 }
 
 #[test]
 fn a_stored_run_whose_options_are_gone_is_read_if_they_had_the_value_that_is_a_constant_now() {
-    let (_folder, data, run) = ball_and("run");
-    train(&data, &run, &["--refraction", "off"]).done();
-    let checkpoint = run.join(CHECKPOINT);
+    let (run, checkpoint) = copy_of(straight());
     let mut file = TensorFile::load(&checkpoint).unwrap();
     let mut with = |decay: f64| {
         file.header["options"]["field"]["rate_decay"] = decay.into();
         file.save(&checkpoint).unwrap();
-        refraxel(&["inspect", path(&run)])
+        refraxel(&["inspect", path(run.path())])
     };
     with(0.05).done();
     with(0.1).refused(3, &["option `field.rate_decay` is gone", "RATE_DECAY"]);

@@ -1,6 +1,7 @@
 //! The live viewer: who is let in, what is painted, and that the ray shown is the ray computed.
 
 use super::pages::*;
+use super::runs::{bent, data, straight};
 use crate::common::running::*;
 use crate::common::*;
 use refraxel::viewer::{Orders, Painter, Scene, Server};
@@ -14,37 +15,25 @@ use refraxel_train::{Backend, CpuBackend};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
-use tempfile::TempDir;
 use tungstenite::Message;
-
-/// A run on a glass ball whose index and shape were given, made once.
-fn glass_run() -> &'static (TempDir, PathBuf, PathBuf) {
-    static RUN: OnceLock<(TempDir, PathBuf, PathBuf)> = OnceLock::new();
-    RUN.get_or_init(|| {
-        let (folder, data, run) = ball_and("run");
-        train_with_index(&data, &run, &data.join("scene.json"), &[]);
-        (folder, run, data)
-    })
-}
 
 /// A server of the run in this process; its address.
 fn serve() -> String {
-    serve_run(Run::load(&glass_run().1).unwrap()).0
+    serve_run(Run::load(bent()).unwrap()).0
 }
 
 /// A server of a run on the glass ball in this process: its address, and its painter's orders.
 fn serve_run(run: Run) -> (String, Orders) {
-    let (_, folder, data) = glass_run();
-    let data = Dataset::open(data, &Default::default()).unwrap();
+    let data = Dataset::open(data(), &Default::default()).unwrap();
     let scene = Scene::new("ball".to_owned(), run, Some(&data));
     let photographs = Arc::clone(scene.photographs());
     let (painter, orders) = Painter::new(scene, 1.0);
-    let server = Server::bind(0).unwrap().with_files([folder.join("evidence.png")]);
+    let server = Server::bind(0).unwrap().with_files([bent().join("evidence.png")]);
     let url = server.url();
     server.start(orders.clone(), photographs, None);
     thread::spawn(|| painter.work());
@@ -93,7 +82,7 @@ fn only_the_page_with_the_token_is_let_in() {
     }
     // The picture that convinced is there once the run has one; no other file of its folder is.
     let evidence = || get("/evidence.png", &[&own, &known]);
-    let there = glass_run().1.join("evidence.png");
+    let there = bent().join("evidence.png");
     assert!(evidence().starts_with("HTTP/1.1 404"));
     std::fs::write(&there, "as drawn").unwrap();
     let shown = evidence();
@@ -185,7 +174,7 @@ fn who_asks_for_a_socket_learns_what_is_missing() {
 
 #[test]
 fn pictures_get_better_until_they_are_what_render_gives() {
-    let (_, run, _) = glass_run();
+    let run = bent();
     let (mut page, scene) = Page::open(&serve());
     assert_eq!(
         (scene["regions"].as_array().unwrap().len(), scene["views"].as_array().unwrap().len()),
@@ -213,15 +202,12 @@ fn pictures_get_better_until_they_are_what_render_gives() {
 #[test]
 fn a_picture_is_of_one_state_of_the_training_and_says_of_which() {
     const SIZE: [u32; 2] = [240, 240];
-    let (folder, bent, data) = glass_run();
-    let straight = folder.path().join("straight");
-    train(data, &straight, &["--refraction", "off"]).done();
     let state = |folder: &Path, step: u64| {
         let mut run = Run::load(folder).unwrap();
         run.state.step = step;
         run
     };
-    let states = || [state(bent, 1), state(&straight, 2)];
+    let states = || [state(bent(), 1), state(straight(), 2)];
     // Pictures whose pixels all have a ray are the same whenever they are painted.
     let whole = |picture: &Picture| picture.header["rays"] != 0;
     let key = |picture: &Picture| (picture.header["step"].as_u64(), picture.header["rays"].as_u64());
@@ -250,7 +236,7 @@ fn a_picture_is_of_one_state_of_the_training_and_says_of_which() {
         let [a, b] = states();
         orders.renew(if k % 2 == 0 { b } else { a });
     }
-    orders.renew(state(&straight, 2));
+    orders.renew(state(straight(), 2));
     while seen.last().is_none_or(|p: &Picture| p.header["last"] != true || p.header["step"] != 2) {
         seen.push(page.picture());
     }
@@ -265,14 +251,14 @@ fn a_picture_is_of_one_state_of_the_training_and_says_of_which() {
 
 #[test]
 fn a_state_waits_for_no_page_that_takes_no_pictures() {
-    let (url, orders) = serve_run(Run::load(&glass_run().1).unwrap());
+    let (url, orders) = serve_run(Run::load(bent()).unwrap());
     let (mut deaf, _) = Page::open(&url);
     // It says of no picture that it has received it, and gets three.
     deaf.ask(look(1, [2000, 2000], json!({})));
     for _ in 0..3 {
         while !deaf.0.read().unwrap().is_binary() {}
     }
-    let mut run = Run::load(&glass_run().1).unwrap();
+    let mut run = Run::load(bent()).unwrap();
     run.state.step += 1;
     let step = run.state.step;
     orders.renew(run).recv_timeout(PATIENCE).unwrap();
@@ -352,7 +338,7 @@ fn a_crop_hides_what_lies_outside_of_its_box_and_can_be_taken_back() {
 
 #[test]
 fn the_ray_shown_is_the_ray_computed() {
-    let (_, run, _) = glass_run();
+    let run = bent();
     let (mut page, _) = Page::open(&serve());
     let size = [64, 48];
     page.ask(look(1, size, json!({})));
@@ -489,7 +475,7 @@ fn questions_that_make_no_sense_are_refused_and_change_nothing() {
 #[cfg(unix)]
 #[test]
 fn view_prints_its_address_and_ends_when_interrupted() {
-    let (_, run, _) = glass_run();
+    let run = bent();
     let (mut program, url) = viewed(&mut command(&["view", path(run), "--json"]));
     let (mut page, _) = Page::open(&url);
     page.best(look(1, [32, 32], json!({})));
@@ -513,7 +499,7 @@ fn film(path: &str, more: Value) -> Value {
 #[cfg(unix)]
 #[test]
 fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
-    let (_, run, _) = glass_run();
+    let run = bent();
     let temporary = tempfile::tempdir().unwrap();
     let mut command = command(&["view", path(run), "--json"]);
     let (mut program, url) = viewed(command.env("TMPDIR", temporary.path()));
@@ -561,14 +547,11 @@ fn a_film_is_rendered_for_a_page_fetched_and_stopped() {
 
 #[test]
 fn pages_learn_that_the_painter_has_failed() {
-    let (folder, bent, data) = glass_run();
-    let straight = folder.path().join("other");
-    train(data, &straight, &["--refraction", "off"]).done();
-    let (url, orders) = serve_run(Run::load(bent).unwrap());
+    let (url, orders) = serve_run(Run::load(bent()).unwrap());
     let (page, _) = Page::open(&url);
     // A state whose optimiser is that of another model is refused by a panic.
-    let Run { optimiser, .. } = Run::load(&straight).unwrap();
-    orders.renew(Run { optimiser, ..Run::load(bent).unwrap() });
+    let Run { optimiser, .. } = Run::load(straight()).unwrap();
+    orders.renew(Run { optimiser, ..Run::load(bent()).unwrap() });
     let late = |told: &[Value]| told.last().unwrap()["why"].as_str().unwrap().contains("has a bug");
     assert!(late(&page.rest().0));
     let page = Page::knock(&url, Some(&format!("http://{}", host(&url)))).unwrap();

@@ -31,24 +31,16 @@ fn models_below(base: &Path, is_wanted: fn(&str) -> bool) -> Vec<PathBuf> {
     names.map(|name| base.join(name)).filter(|folder| is_model(folder)).collect()
 }
 
-/// Refuses half a model: `images` without `cameras`, or the other way round, where a model would be.
-pub(crate) fn refuse_half(folder: &Path) -> Result<(), DataError> {
-    let sparse = folder_in(folder, "sparse");
-    for model in sparse.iter().flat_map(|sparse| [sparse.join("0"), sparse.clone()]) {
-        for (there, missing) in
-            [("images", "cameras.bin or cameras.txt"), ("cameras", "images.bin or images.txt")]
-        {
-            let Some(path) = file(&model, there) else { continue };
-            let (key, found) = ("the model".to_owned(), format!("incomplete: {missing} is not there"));
-            return Err(DataError::Value {
-                path,
-                key,
-                found,
-                expected: "all files of a model of COLMAP in one folder",
-            });
-        }
-    }
-    Ok(())
+/// What is wrong where half a model lies in the place of one: `images` without `cameras`, or the other way round.
+pub(crate) fn half_model(folder: &Path) -> Option<DataError> {
+    let sparse = folder_in(folder, "sparse")?;
+    let halves = [("images", "cameras.bin or cameras.txt"), ("cameras", "images.bin or images.txt")];
+    let half = |model: PathBuf| {
+        halves.into_iter().find_map(|(there, missing)| Some((file(&model, there)?, missing)))
+    };
+    let (path, missing) = [sparse.join("0"), sparse].into_iter().find_map(half)?;
+    let (key, found) = ("the model".to_owned(), format!("incomplete: {missing} is not there"));
+    Some(DataError::Value { path, key, found, expected: "all files of a model of COLMAP in one folder" })
 }
 
 fn is_model(folder: &Path) -> bool {

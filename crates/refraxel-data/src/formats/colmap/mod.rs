@@ -11,7 +11,7 @@ mod sightings;
 mod summary;
 mod text;
 
-pub(crate) use files::{find_models, refuse_half};
+pub(crate) use files::{find_models, half_model};
 pub(crate) use read::read;
 pub(crate) use sightings::sightings;
 pub use summary::{ColmapModel, colmap_models};

@@ -145,19 +145,23 @@ fn add_frames(
     }
     parsed.problems.extend(unused.problems(&path));
     parsed.problems.extend(pose::transposed(&path, transposed));
+    parsed.problems.extend(of_no_part(file, &other_parts));
     let file = file.display();
-    parsed.problems.extend(other_parts.first().map(|first| {
-        let others = other_parts.len() - 1;
-        Problem::warning(format!(
-            "{file}: {first}.split names no part of a split (train, val, test), nor do {others} others; they are not obeyed"
-        ))
-    }));
     parsed.problems.extend(
         disagreements
             .first()
             .map(|first| Problem::warning(format!("{file} ({} frames): {first}", disagreements.len()))),
     );
     Ok(())
+}
+
+/// A warning about frames whose `split` is not understood.
+fn of_no_part(file: &Path, keys: &[String]) -> Option<Problem> {
+    let (first, others) = keys.split_first()?;
+    let (file, others) = (file.display(), others.len());
+    Some(Problem::warning(format!(
+        "{file}: {first}.split names no part of a split (train, val, test), nor do {others} others; they are not obeyed"
+    )))
 }
 
 /// Keys of the whole file: backdrop, region, split lists, points and the transform that made its coordinates.
