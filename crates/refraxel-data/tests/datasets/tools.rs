@@ -182,6 +182,47 @@ fn realitycapture_may_have_been_saved_by_a_spreadsheet() {
 }
 
 #[test]
+fn realityscan_calls_columns_otherwise() {
+    let (all, folder) = (square(off_center(5, LENS)), folder("images/", 5));
+    let text =
+        realitycapture(&all).replace("heading,pitch,roll,f,px,py", "yaw,pitch,roll,f_35mm,px_norm,py_norm");
+    write_file(folder.path(), "export.csv", text);
+    assert_as_transforms(&opened(folder.path()), &all);
+}
+
+#[test]
+fn realitycapture_may_have_commas_in_names_and_in_numbers() {
+    let (all, folder) = (square(off_center(5, LENS)), tempfile::tempdir().unwrap());
+    (0..5).for_each(|i| write_image(folder.path(), &format!("images/a, {}.png", stem(i)), WIDTH, HEIGHT));
+    let text = realitycapture(&all);
+    let named = |line: &str| match line.split_once(',') {
+        Some((name, rest)) if !line.starts_with('#') => format!("\"a, {name}\",{rest}\n"),
+        _ => format!("{line}\n"),
+    };
+    let with_commas = text.lines().map(named).collect::<String>();
+    let with_decimals = |line: &str| match line.split_once(".png,") {
+        Some((name, rest)) => format!("\"a, {name}.png\";{}\n", rest.replace(',', ";").replace('.', ",")),
+        None => format!("{}\n", line.replace(',', ";")),
+    };
+    for text in [with_commas, text.lines().map(with_decimals).collect()] {
+        write_file(folder.path(), "export.csv", text);
+        let mut data = opened(folder.path());
+        data.views.iter_mut().for_each(|view| view.name = view.name.replace("a, ", ""));
+        assert_as_transforms(&data, &all);
+    }
+}
+
+#[test]
+fn a_damaged_photograph_of_realitycapture_is_left_out_as_any_other() {
+    let (all, folder) = (square(off_center(5, LENS)), folder("images/", 5));
+    write_file(folder.path(), "export.csv", realitycapture(&all));
+    write_file(folder.path(), "images/r_2.png", "no picture");
+    let data = opened(folder.path());
+    assert_eq!(data.views.len(), 4);
+    assert_warns(&data, "cannot be decoded: r_2.png");
+}
+
+#[test]
 fn realitycapture_without_rotation_looks_down_with_north_on_top() {
     let folder = folder("", 3);
     let row = |i: usize| format!("{}.png,{i},2,3,0,0,0,54\n", stem(i));
