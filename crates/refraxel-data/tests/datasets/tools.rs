@@ -287,6 +287,37 @@ fn polycam_gives_the_cameras_of_transforms_json_corrected_where_it_can_be() {
 }
 
 #[test]
+fn polycam_may_leave_out_sizes_of_corrected_photographs_and_these_photographs() {
+    let (all, folder) = (off_center(4, Lens::Pinhole), folder("keyframes/corrected_images/", 4));
+    for (i, camera) in all.iter().enumerate() {
+        let mut keyframe = polycam(camera);
+        let map = keyframe.as_object_mut().unwrap();
+        (map.remove("width"), map.remove("height"));
+        write_file(
+            folder.path(),
+            &format!("keyframes/corrected_cameras/{}.json", stem(i)),
+            keyframe.to_string(),
+        );
+        write_file(
+            folder.path(),
+            &format!("keyframes/cameras/{}.json", stem(i)),
+            polycam(camera).to_string(),
+        );
+    }
+    write_file(folder.path(), "keyframes/cameras/r_9.json", polycam(&all[0]).to_string());
+    write_file(folder.path(), "keyframes/depth/r_0.png", "");
+    let data = opened(folder.path());
+    assert_as_transforms(&data, &all);
+    assert_reports(&data, "corrected 4 of 5 cameras");
+    assert_reports(&data, "depth maps of Polycam are not used");
+    std::fs::rename(folder.path().join("keyframes/corrected_images"), folder.path().join("keyframes/images"))
+        .unwrap();
+    let data = opened(folder.path());
+    assert_as_transforms(&data, &all);
+    assert!(!reports(&data, "--crop"), "these are not the corrected ones");
+}
+
+#[test]
 fn cameras_json_of_gaussian_splatting_gives_the_cameras_of_transforms_json() {
     let centred = |camera: Camera| Camera { center: [12.0, 8.0], ..camera };
     let all: Vec<Camera> = off_center(4, Lens::Pinhole).into_iter().map(centred).collect();
