@@ -223,6 +223,23 @@ fn a_damaged_photograph_of_realitycapture_is_left_out_as_any_other() {
 }
 
 #[test]
+fn positions_in_degrees_are_doubted() {
+    let rows = |unit: f64| -> String {
+        let row = |i: usize| {
+            let along = i as f64 * unit;
+            format!("{}.png,{},{},{},0,0,0,54\n", stem(i), 8.2 + along, 47.1 - along, 400.0 + i as f64)
+        };
+        (0..4).map(row).collect()
+    };
+    for (unit, is_doubted) in [(1e-5, true), (1.0, false)] {
+        let folder = folder("", 4);
+        write_file(folder.path(), "a.csv", format!("#name,x,y,alt,heading,pitch,roll,f\n{}", rows(unit)));
+        let data = opened(folder.path());
+        assert_eq!(warns(&data, "may be longitude and latitude"), is_doubted, "{:?}", data.problems);
+    }
+}
+
+#[test]
 fn realitycapture_without_rotation_looks_down_with_north_on_top() {
     let folder = folder("", 3);
     let row = |i: usize| format!("{}.png,{i},2,3,0,0,0,54\n", stem(i));
