@@ -73,7 +73,7 @@ fn posed(
     let pictures: Vec<Picture> = parsed.frames.iter().zip(headers).collect();
     let (orientations, turned) = orientation::decide(parsed, &pictures, options.orientation)?;
     let cameras = cameras(parsed, headers, &orientations)?;
-    parsed.problems.extend(turned.into_iter().chain(profiles(headers)));
+    parsed.problems.extend(turned.into_iter().chain(profiles(headers)).chain(grey(headers)));
     let views = views(&parsed.frames, cameras, &orientations);
     parsed.problems.extend(parsed.stated_box.and_then(|bounds| region::unseen(&bounds, &views)));
     Ok(views)
@@ -106,7 +106,7 @@ fn cameras(
     parsed.problems.extend(repairs(&poses));
     parsed.problems.extend(resizes(&resized));
     parsed.problems.extend(of_other_pictures(&implied));
-    parsed.problems.extend(camera::doubts(&cameras));
+    parsed.problems.extend(camera::doubts(&cameras).into_iter().chain(camera::in_degrees(&cameras)));
     let names: Vec<&str> = parsed.frames.iter().map(|f| f.file.as_str()).collect();
     parsed.problems.extend(camera::placeholder(&cameras, &names));
     let files: Vec<&Path> = parsed.frames.iter().map(|f| f.origin.path.as_path()).collect();
@@ -176,7 +176,7 @@ fn look_for_alpha(
         looks::look(views, groups.iter().find(|group| !group.is_empty()).map_or(&[], Vec::as_slice))
     };
     let looks = look_among(&groups);
-    parsed.problems.extend(looks::darkness(&looks));
+    parsed.problems.extend(looks::brightness(&looks));
     let are_masked = stated.masks.iter().any(Option::is_some);
     parsed.problems.extend(readings::doubt(parsed.format, views, &looks, are_masked));
     let alpha = alpha::decide(parsed, headers, &looks, options);
@@ -288,6 +288,18 @@ fn profiles(headers: &[Header]) -> Option<Problem> {
         1 if with == headers.len() => Some(Problem::note(message)),
         _ => Some(Problem::warning(format!("{message}, and pictures differ in it: convert all to sRGB"))),
     }
+}
+
+/// A warning about pictures without colours among others.
+fn grey(headers: &[Header]) -> Option<Problem> {
+    let grey = headers.iter().filter(|header| !header.coloured).count();
+    let of = headers.len();
+    (0 < grey && grey < of).then(|| {
+        Problem::warning(format!(
+            "{grey} of {of} images are stored without colours, and the others with them: a scene that has colours cannot show both; convert \
+             all, or leave some out"
+        ))
+    })
 }
 
 fn differs(stated: [f64; 2], real: Size) -> bool {

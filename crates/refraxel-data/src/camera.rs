@@ -150,6 +150,32 @@ pub(crate) fn doubts(cameras: &[Camera]) -> Vec<Problem> {
     found.into_iter().filter_map(problem).collect()
 }
 
+/// A warning where positions look like longitude and latitude beside a height: what is far apart lies within a hair's breadth of one
+/// vertical line, far away from the origin.
+pub(crate) fn in_degrees(cameras: &[Camera]) -> Option<Problem> {
+    /// A metre is a hundred thousandth of a degree, so heights differ by so many times more than the others do, and those are so many
+    /// times their differences away from the origin.
+    const TIMES: f64 = 100.0;
+    let places = cameras.iter().map(|c| c.world_from_camera.translation);
+    let (low, high) = places
+        .fold((Vec3::splat(f64::INFINITY), Vec3::splat(-f64::INFINITY)), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+    let across = (high.x - low.x).max(high.y - low.y);
+    let is_angle = |of: fn(Vec3<f64>) -> f64, most: f64| -most <= of(low) && of(high) <= most;
+    let is_on_earth = is_angle(|p| p.x, 180.0) && is_angle(|p| p.y, 90.0);
+    let is_far = low.x.abs().max(low.y.abs()) > TIMES * across;
+    (across > 0.0 && is_on_earth && is_far && high.z - low.z > TIMES * across).then(|| {
+        Problem::warning(format!(
+            "the cameras stand within {across:.2e} of ({:.4}, {:.4}) in x and y, and {:.4} apart in height: x and y may be longitude and \
+             latitude in degrees; export the cameras again in local or projected coordinates (UTM)",
+            low.x,
+            low.y,
+            high.z - low.z
+        ))
+    })
+}
+
 /// A warning about the only camera that stands in the origin and looks along an axis, far away from all others, as programs write the
 /// pose of a photograph that they could not pose.
 pub(crate) fn placeholder(cameras: &[Camera], files: &[&str]) -> Option<Problem> {

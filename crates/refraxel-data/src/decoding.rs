@@ -18,6 +18,8 @@ pub(crate) struct Header {
     pub orientation: Turn,
     /// The file has an alpha channel.
     pub alpha: bool,
+    /// It is no picture in shades of grey.
+    pub coloured: bool,
     /// The name of its colour profile, if that is not sRGB.
     pub profile: Option<String>,
 }
@@ -32,6 +34,7 @@ impl Header {
             stored: Size { width, height },
             orientation,
             alpha: decoder.color_type().has_alpha(),
+            coloured: decoder.color_type().has_color(),
             profile: icc.and_then(|icc| profile::other_than_srgb(&icc)),
         }
     }

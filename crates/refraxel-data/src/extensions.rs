@@ -18,6 +18,13 @@ const UNREAD: [(&[&str], &str); 4] = [
 const VIDEO: [&str; 12] =
     ["mp4", "mov", "m4v", "avi", "mkv", "webm", "mpg", "mpeg", "3gp", "mts", "m2ts", "wmv"];
 
+/// Packed files, and the command that unpacks them.
+const PACKED: [(&[&str], &str); 3] = [
+    (&["zip", "r3d"], "unzip"),
+    (&["tar", "tgz", "gz", "bz2", "xz", "zst"], "tar -xf"),
+    (&["7z", "rar"], "7z x"),
+];
+
 /// True for the name of a picture that can be decoded.
 pub(crate) fn is_picture(name: &str) -> bool {
     has(name, &READ)
@@ -34,6 +41,17 @@ pub fn conversion(name: &str) -> Option<String> {
     let (_, program) = UNREAD.iter().find(|(extensions, _)| has(name, extensions))?;
     let to = if *program == "djxl" { "png" } else { "jpg" };
     Some(format!("{program} {name} {}", Path::new(name).with_extension(to).display()))
+}
+
+/// The command that unpacks a file, such as `unzip a.zip -d a`; `None` for names of other files.
+pub(crate) fn unpacking(name: &str) -> Option<String> {
+    let (_, command) = PACKED.iter().find(|(extensions, _)| has(name, extensions))?;
+    let folder = Path::new(name).with_extension("");
+    Some(match *command {
+        // These often hold no folder of their own.
+        "unzip" => format!("unzip {name} -d {}", folder.display()),
+        command => format!("{command} {name}"),
+    })
 }
 
 /// True for the name of a video.
@@ -55,6 +73,13 @@ mod tests {
     fn videos_are_known_by_their_extension() {
         assert!(is_video(Path::new("a/walk.MP4")) && is_video(Path::new("b.webm")));
         assert!(!is_video(Path::new("mp4")) && !is_video(Path::new("a.png")));
+    }
+
+    #[test]
+    fn what_is_packed_has_a_command_that_unpacks_it() {
+        assert_eq!(unpacking("a/walk.R3D").unwrap(), "unzip a/walk.R3D -d a/walk");
+        assert_eq!(unpacking("b.tar.gz").unwrap(), "tar -xf b.tar.gz");
+        assert_eq!((unpacking("zip"), unpacking("a.png")), (None, None));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! JSON with comments and commas behind the last entry, and typed access whose errors name file and key.
 
-use crate::{DataError, limits};
+use crate::{DataError, limits, whole};
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use std::io;
 use std::path::Path;
 
 /// Reads a JSON file. Comments, commas behind the last entry, and the literals NaN and ±Infinity (Python writes them)
@@ -11,7 +13,15 @@ use std::path::Path;
 pub(crate) fn read(path: &Path) -> Result<Value, DataError> {
     let Plain { text, values, objects } = plain(&limits::read_text(path)?);
     limits::json(path, values, objects)?;
-    serde_json::from_str(&text).map_err(|source| DataError::Json { path: path.to_owned(), source })
+    parsed(path, &text)
+}
+
+/// The value that the text of a JSON file states, or what the file holds instead.
+pub(crate) fn parsed<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, DataError> {
+    serde_json::from_str(text).map_err(|source| match whole::something_else(text.as_bytes()) {
+        Some(other) => DataError::Read { path: path.to_owned(), source: io::Error::other(other) },
+        None => DataError::Json { path: path.to_owned(), source },
+    })
 }
 
 /// The text of a JSON file without extensions, whatever number of values it has.

@@ -26,6 +26,14 @@ pub const IMAGE_PIXELS: u64 = 256 << 20;
 /// Largest image in memory, in the precision of its file [byte].
 pub const IMAGE_BYTES: u64 = 3 << 29;
 
+/// What a file is that [`is_pointer`].
+pub(crate) const POINTER: &str = "it is a pointer of Git LFS: run git lfs pull";
+
+/// Whether a file that begins so stands for one that was not downloaded.
+pub(crate) fn is_pointer(start: &[u8]) -> bool {
+    start.starts_with(b"version https://git-lfs")
+}
+
 /// Opens a file to read, if it is a regular one: a pipe would be waited for, and a device has no end.
 pub fn open_regular(path: &Path) -> io::Result<File> {
     if !std::fs::metadata(path)?.is_file() {
@@ -34,7 +42,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// The whole file, if it is a [regular](open_regular) one and not larger than `limit` bytes.
+/// The whole file, if it is a [regular](open_regular) one, is there, and is not larger than `limit` bytes.
 pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
     let failed = |source| DataError::Read { path: path.to_owned(), source };
     let file = open_regular(path).map_err(failed)?;
@@ -49,6 +57,9 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, DataError> {
             found,
             limit,
         });
+    }
+    if is_pointer(&bytes) {
+        return Err(failed(io::Error::other(POINTER)));
     }
     Ok(bytes)
 }

@@ -56,16 +56,24 @@ pub(crate) fn look(views: &[View], among: &[usize]) -> Vec<Look> {
     look_at(views, &chosen(|view| views[view].camera.world_from_camera.translation, among, 0.0))
 }
 
-/// A warning where no photograph has anything bright, as where the 10, 12 or 14 bits of a sensor are stored in 16.
-pub(crate) fn darkness(looks: &[Look]) -> Option<Problem> {
+/// A warning where no photograph has anything bright, as where the 10, 12 or 14 bits of a sensor are stored in 16, or where most
+/// values are above white.
+pub(crate) fn brightness(looks: &[Look]) -> Option<Problem> {
     let values = looks.iter().flat_map(|l| &l.samples).flatten().flat_map(|p| [p[0], p[1], p[2]]);
-    let most = values.fold(0.0, f32::max);
-    (0.0 < most && most < DARK).then(|| {
-        Problem::warning(format!(
-            "the photographs are dark: of {} that were looked at none has a value above {:.1} % of full brightness, as where 12 bits of a \
+    let most = values.clone().fold(0.0, f32::max);
+    let count = looks.len();
+    if 0.0 < most && most < DARK {
+        return Some(Problem::warning(format!(
+            "the photographs are dark: of {count} that were looked at none has a value above {:.1} % of full brightness, as where 12 bits of a \
              sensor are stored in 16; multiply all of them by the same number",
-            looks.len(),
             100.0 * most
+        )));
+    }
+    let above = values.clone().filter(|v| *v > 1.0).count();
+    (2 * above > values.count()).then(|| {
+        Problem::warning(format!(
+            "more than half of the values of {count} photographs that were looked at are above white, which is 1 in pictures of floating-point \
+             numbers: divide all of them by the same number"
         ))
     })
 }

@@ -83,6 +83,8 @@ impl Lost {
     }
 }
 
+/// Characters of a name that are shown: a name may be a whole picture as text (`data:image/png;base64,…`).
+const SHOWN: usize = 200;
 /// Fewest columns and rows of a picture.
 const LEAST_EDGE: u32 = 2;
 
@@ -204,7 +206,8 @@ fn refuse_many(path: &Path, root: &Root, frames: &[Frame], lost: &[Lost]) -> Res
     let count = frames.len() + lost.len();
     let Some(first) = lost.first() else { return Ok(()) };
     if frames.is_empty() && lost.iter().all(|view| view.loss == Loss::NoImage) {
-        let (path, first, there) = (path.to_owned(), first.name.clone(), root.lies_there(&first.name));
+        let (path, there) = (path.to_owned(), root.lies_there(&first.name));
+        let first = first.name.chars().take(SHOWN).collect();
         return Err(DataError::AllImagesMissing { path, count, first, there });
     }
     let learns = |part: Option<Part>| matches!(part, None | Some(Part::Train));

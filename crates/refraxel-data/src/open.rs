@@ -34,10 +34,28 @@ fn import(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError
     match import_here(path, options) {
         Err(error @ (DataError::UnknownFormat { .. } | DataError::NoPoses { .. })) => {
             let below = below::only_dataset(path, |folder| import_here(folder, options))?;
-            below.ok_or_else(|| recognise::packed(path, error))
+            below.ok_or_else(|| part(path, options).unwrap_or_else(|| recognise::explained(path, error)))
         }
         read => read,
     }
+}
+
+/// The error about a file of a dataset that lies in a folder above, or about a folder of its photographs, reduced ones included.
+fn part(path: &Path, options: &OpenOptions) -> Option<DataError> {
+    /// Folders above that are looked at: a model of COLMAP lies in two.
+    const ABOVE: usize = 3;
+    let real = path.canonicalize().ok()?;
+    let is_reduced = real.file_name()?.to_string_lossy().starts_with("images_");
+    let holds = |folder: &&Path| {
+        let frames = import_here(folder, options).map_or(Vec::new(), |parsed| parsed.frames);
+        let mut images = frames.iter().filter_map(|frame| frame.image.as_ref());
+        match real.is_file() || is_reduced {
+            true => images.next().is_some(),
+            false => images.any(|image| image.starts_with(&real)),
+        }
+    };
+    let dataset = real.ancestors().skip(1).take(ABOVE).find(holds)?.to_owned();
+    Some(DataError::Part { path: path.to_owned(), dataset })
 }
 
 fn import_here(path: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
@@ -121,15 +139,6 @@ fn without_poses(path: &Path) -> DataError {
     }
     if let Some(half) = colmap::half_model(&path) {
         return half;
-    }
-    if let Some(path) =
-        ["cameras_sphere.npz", "cameras.npz"].into_iter().find_map(|name| file_in(&path, name))
-    {
-        let key = "the layout of NeuS and IDR (world_mat_0, scale_mat_0, …)".to_owned();
-        let advice = "write a transforms.json: cv2.decomposeProjectionMatrix splits (world_mat @ scale_mat)[:3] of an image into its \
-                      intrinsics, its rotation R from world to camera and its position; transform_matrix is [transpose of R, position] \
-                      with the second and the third column negated";
-        return DataError::UnsupportedFeature { path, key, advice };
     }
     let found = Photographs::in_folder(&path).unwrap_or_default();
     match found.names.len() + found.unread.len() {

@@ -2,6 +2,7 @@
 
 use crate::extensions::is_photograph;
 use crate::image::Mask;
+use crate::root::OF_PHOTOGRAPHS;
 use crate::size::Size;
 use crate::{DataError, MaskMeaning, Orientation, decoding, folder, masks, photo, upright};
 use ::image::DynamicImage;
@@ -22,12 +23,12 @@ pub struct Photographs {
 }
 
 impl Photographs {
-    /// The photographs in a folder, else those in `images` or `input` below it.
+    /// The photographs in a folder, else those in `images`, `input` or another usual folder below it.
     ///
     /// Hidden files and masks beside photographs (`NAME_mask.png`) are none.
     pub fn in_folder(folder: &Path) -> Result<Self, DataError> {
         let mut found = Self::directly_in(folder)?;
-        for name in ["images", "input"] {
+        for name in OF_PHOTOGRAPHS {
             if found.names.is_empty()
                 && found.unread.is_empty()
                 && let Some(below) = folder::folder_in(folder, name)

@@ -1,5 +1,6 @@
 //! Frames that are no views of their own: the same view twice, a name that was taken for another's, what a system wrote.
 
+use crate::extensions::is_video;
 use crate::parsed::{Frame, Loss, Origin, ParsedDataset};
 use crate::root::Renamed;
 use crate::{DataError, Problem};
@@ -9,7 +10,7 @@ use std::path::Path;
 /// Marks frames as lost whose image was not stated so and belongs to another name as well. Drops frames that state an image
 /// again, with the same camera, and those of files that macOS puts beside images (`._a.png`).
 ///
-/// Errors: they state another camera for it.
+/// Errors: they state another camera for it, or it is a video.
 pub(crate) fn resolve(parsed: &mut ParsedDataset) -> Result<(), DataError> {
     drop_of_macos(parsed);
     mark_taken(&mut parsed.frames, &parsed.root.renamed());
@@ -66,6 +67,9 @@ fn repeated<'a>(frames: &'a [Frame]) -> Result<Vec<bool>, DataError> {
         }
         if (first.pose, first.intrinsics) == (frame.pose, frame.intrinsics) {
             return Ok(true);
+        }
+        if is_video(image) {
+            return Err(DataError::Video { path: image.clone() });
         }
         let Origin { path, key } = &frame.origin;
         Err(DataError::DuplicateFrame { path: path.to_path_buf(), key: key.clone(), image: image.clone() })

@@ -1,6 +1,6 @@
 //! The folder of a dataset, and the files that its descriptions may name in it.
 
-use crate::folder::Listing;
+use crate::folder::{Listing, names};
 use crate::naming::{self, Difference, listed};
 use crate::{DataError, extensions};
 use std::collections::HashMap;
@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Folders of photographs, where a description states none or one of another machine.
-const OF_PHOTOGRAPHS: [&str; 8] = ["images", "image", "imgs", "rgb", "input", "frames", "photos", "color"];
+pub(crate) const OF_PHOTOGRAPHS: [&str; 8] =
+    ["images", "image", "imgs", "rgb", "input", "frames", "photos", "color"];
 
 /// A dataset's folder. Paths stated in files are resolved against it and may not leave it.
 #[derive(Debug)]
@@ -154,14 +155,31 @@ impl Root {
                 None => break,
             };
         }
+        if slashed.contains("://") {
+            return "names are addresses, from which nothing is downloaded".to_owned();
+        }
         let usual = OF_PHOTOGRAPHS.into_iter().map(|name| self.below(name));
-        let holds = |folder: PathBuf| {
-            let listing = self.listing(&folder);
-            let names: Vec<&str> = listing.images().collect();
-            (!names.is_empty()).then(|| format!("{} holds {}", folder.display(), listed(&names, SHOWN)))
+        let places: Vec<PathBuf> = std::iter::once(at).chain(usual).collect();
+        let holds = |folder: &PathBuf, what: &str, is_it: &dyn Fn(&str) -> bool| {
+            let listing = self.listing(folder);
+            let names: Vec<&String> = listing.names().iter().filter(|name| is_it(name)).collect();
+            (!names.is_empty()).then(|| format!("{} holds {what}{}", folder.display(), listed(&names, SHOWN)))
         };
-        let mut places = std::iter::once(at).chain(usual);
-        places.find_map(holds).unwrap_or_else(|| format!("there are no images in {}", self.folder.display()))
+        let closed = || {
+            let folders = places.iter().filter(|folder| folder.is_dir());
+            folders.into_iter().find_map(|folder| names(folder).err()).map(|error| error.to_string())
+        };
+        let images = places.iter().find_map(|folder| holds(folder, "", &extensions::is_picture));
+        let is_packed =
+            |name: &str| extensions::is_video(Path::new(name)) || extensions::unpacking(name).is_some();
+        let packed = || {
+            let folders = places.iter().chain(Some(&self.folder));
+            folders.into_iter().find_map(|folder| holds(folder, "no images, but ", &is_packed))
+        };
+        images
+            .or_else(closed)
+            .or_else(packed)
+            .unwrap_or_else(|| format!("there are no images in {}", self.folder.display()))
     }
 
     /// What lies in a folder.

@@ -66,11 +66,11 @@ fn jpeg_fault(path: &Path, file: &mut File) -> io::Result<Option<String>> {
     Ok(jpeg::check(&content).err().map(|fault| fault.to_string()))
 }
 
-/// What is often found in place of a picture.
-fn something_else(start: &[u8]) -> Option<&'static str> {
+/// What is often found in place of a file.
+pub(crate) fn something_else(start: &[u8]) -> Option<&'static str> {
     let start = start.trim_ascii_start();
-    if start.starts_with(b"version https://git-lfs") {
-        return Some("it is a pointer of Git LFS: run git lfs pull");
+    if limits::is_pointer(start) {
+        return Some(limits::POINTER);
     }
-    start.starts_with(b"<").then_some("it is a page of the web: download the picture again")
+    start.starts_with(b"<").then_some("it is a page of the web: download it again")
 }

@@ -66,20 +66,16 @@ const LAYERS: f64 = 4.0;
 /// side, and the rest of their bricks.
 const SHELL: f64 = 11.0;
 
-/// What rays teach: so many of them this many nodes along an edge of a cube [node], and other numbers of rays others, as the cube root,
-/// within limits. Measured, docs/experiments.md.
-struct Taught {
-    rays: f64,
-    nodes: [u32; 2],
-}
-
-/// Nodes that the rays of a [`Taught`] teach.
+/// So many rays teach so many nodes along the longest edge of a box [node], and fewer of them fewer, as the cube root. Measured,
+/// docs/experiments.md.
+const TAUGHT_RAYS: f64 = 4e7;
 const TAUGHT: f64 = 384.0;
-const BOUNDED: Taught = Taught { rays: 4e7, nodes: [256, 384] };
-const CONTRACTED: Taught = Taught { rays: 4e7, nodes: [320, 320] };
-const PROJECTIVE: Taught = Taught { rays: 1.2e8, nodes: [384, 512] };
-/// Rays per second and thread, where a clock ends the run.
+const LEAST_TAUGHT: f64 = 256.0;
+/// Rays per second and thread in a box, where a clock ends the run.
 const SPEED: f64 = 90e3;
+/// Nodes along the edges of surroundings, and of a cube with as many nodes as a projective grid.
+const CONTRACTED: u32 = 320;
+const PROJECTIVE: u32 = 384;
 
 /// Raw density everywhere at the start: a haze through which every photograph is seen.
 const INITIAL_DENSITY: f32 = -5.0;
@@ -114,22 +110,21 @@ fn matching_resolution(region: &Region, views: &[&View]) -> f64 {
     region.bounds.extent().max_element() / footprint
 }
 
-/// Nodes along the longest edge that a run can teach, of a projective grid along the edges of a cube with as many nodes, theory (4.10). More
-/// of them gain nothing, and take longer.
+/// Nodes along the longest edge that a run can teach, theory (4.10). More of them gain nothing, and take longer.
 fn taught(options: &Options, extent: Extent) -> u32 {
-    let run = &options.run;
-    let rays = if run.minutes > 0.0 {
-        60.0 * run.minutes * SPEED * rayon::current_num_threads() as f64
-    } else {
-        run.steps as f64 * f64::from(run.batch)
-    };
-    let taught = match extent {
-        Extent::Bounded => BOUNDED,
+    match extent {
+        Extent::Bounded => {
+            let run = &options.run;
+            let rays = if run.minutes > 0.0 {
+                60.0 * run.minutes * SPEED * rayon::current_num_threads() as f64
+            } else {
+                run.steps as f64 * f64::from(run.batch)
+            };
+            (TAUGHT * (rays / TAUGHT_RAYS).cbrt()).clamp(LEAST_TAUGHT, TAUGHT) as u32
+        }
         Extent::Contracted => CONTRACTED,
         Extent::Projective(_) => PROJECTIVE,
-    };
-    let [least, most] = taught.nodes;
-    ((TAUGHT * (rays / taught.rays).cbrt()) as u32).clamp(least, most)
+    }
 }
 
 /// Nodes along the longest edge of a projective grid: one per pixel, and no more of them in all than a cube with `most` along each
@@ -349,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn more_rays_teach_more_nodes_within_limits() {
+    fn more_rays_teach_more_nodes_of_a_box_within_limits() {
         let nodes = |steps: u64, extent| {
             let mut options = Options::default();
             options.run.steps = steps;
@@ -357,9 +352,7 @@ mod tests {
         };
         let in_box = [10, 1_400, 2_930, 4_883, 1_000_000].map(|steps| nodes(steps, Extent::Bounded));
         assert_eq!(in_box, [256, 256, 323, 384, 384]);
-        assert_eq!([10, 1_000_000].map(|steps| nodes(steps, Extent::Contracted)), [320, 320]);
-        let forward = [10, 14_649, 21_974, 1_000_000].map(|steps| nodes(steps, forward_facing()));
-        assert_eq!(forward, [384, 384, 439, 512]);
+        assert_eq!([10, 1_000_000].map(|steps| nodes(steps, Extent::Contracted)), [CONTRACTED; 2]);
     }
 
     #[test]

@@ -53,10 +53,23 @@ pub enum DataError {
         found: Vec<PathBuf>,
     },
     /// A packed file.
-    #[error("{path}: an archive, which is not read; unpack it, and give the folder that comes out", path = path.display())]
+    #[error(
+        "{path}: an archive, which is not read; unpack it, for example by `{command}`, and give the folder that comes out",
+        path = path.display()
+    )]
     Archive {
         /// The file.
         path: PathBuf,
+        /// A command that unpacks it.
+        command: String,
+    },
+    /// A part of a dataset, such as its folder of photographs.
+    #[error("{path}: a part of the dataset in {dataset}; give that folder", path = path.display(), dataset = dataset.display())]
+    Part {
+        /// The folder or file.
+        path: PathBuf,
+        /// The folder of the dataset.
+        dataset: PathBuf,
     },
     /// Photographs that no file gives poses to.
     #[error("{path}: {count} photographs without poses; their poses have to be computed first", path = path.display())]
@@ -173,8 +186,8 @@ pub enum DataError {
     },
     /// None of the images exists.
     #[error(
-        "{path}: none of the {count} images it names exists; the first is {first:?}; {there}; put the images beside the file \
-         or correct the names",
+        "{path}: none of the {count} images it names exists; the first is {first:?}; {there}; else put the images beside \
+         the file or correct the names",
         path = path.display()
     )]
     AllImagesMissing {

@@ -6,7 +6,7 @@
 use super::beside::{frame, image_folder};
 use super::ply;
 use crate::json::{self, Object};
-use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
+use crate::parsed::{Focal, Frame, Intrinsics, Origin, ParsedDataset};
 use crate::root::Statement;
 use crate::{DataError, Format, OpenOptions, Problem, limits};
 use refraxel_core::{Lens, Mat3, Pose, Vec3};
@@ -40,8 +40,26 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
         let (origin, file) = (Origin { path: path.clone(), key }, name);
         parsed.frames.push(frame(origin, file, image, intrinsics, pose));
     }
+    refuse_output(file, &parsed.frames)?;
     read_points(&mut parsed);
     Ok(parsed)
+}
+
+/// Refuses the folder that a training wrote, where the photographs are not.
+fn refuse_output(file: &Path, frames: &[Frame]) -> Result<(), DataError> {
+    let Some(first) = frames.first().filter(|_| frames.iter().all(|frame| frame.image.is_none())) else {
+        return Ok(());
+    };
+    let settings = file.with_file_name("cfg_args");
+    let text = limits::read_text(&settings).unwrap_or_default();
+    let source = text.split_once("source_path='").and_then(|(_, rest)| rest.split_once('\''));
+    let Some((source, _)) = source else { return Ok(()) };
+    let there = format!(
+        "a training wrote this folder from the data in {source}, as {} says: give that folder",
+        settings.display()
+    );
+    let (path, count, first) = (file.to_owned(), frames.len(), first.file.clone());
+    Err(DataError::AllImagesMissing { path, count, first, there })
 }
 
 struct Camera {

@@ -12,6 +12,7 @@ pub(crate) mod npy;
 pub(crate) mod npz;
 pub(crate) mod nsvf;
 pub(crate) mod opensfm;
+mod others;
 pub(crate) mod ply;
 pub(crate) mod polycam;
 pub(crate) mod realitycapture;

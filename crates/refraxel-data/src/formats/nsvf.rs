@@ -1,4 +1,5 @@
-//! NSVF: `pose/NAME.txt` (camera to world, OpenCV axes), `rgb/NAME.png`, `intrinsics.txt`, `bbox.txt`.
+//! NSVF: `pose/NAME.txt` (camera to world, OpenCV axes), `rgb/NAME.png`, `intrinsics.txt`, `bbox.txt`. ScanNet has the same poses, and
+//! `color/NAME.jpg` and `intrinsic/intrinsic_color.txt`.
 
 use super::beside::frame;
 use crate::folder::{file_in, folder_in, names};
@@ -12,13 +13,18 @@ use std::sync::Arc;
 /// The pose folder of an NSVF dataset.
 pub(crate) fn pose_folder(folder: &Path) -> Option<PathBuf> {
     let found = ["pose", "poses"].into_iter().find_map(|name| folder_in(folder, name));
-    found.filter(|_| file_in(folder, "intrinsics.txt").is_some())
+    found.filter(|_| intrinsics_file(folder).is_some())
+}
+
+fn intrinsics_file(folder: &Path) -> Option<PathBuf> {
+    let of_scannet = || file_in(&folder_in(folder, "intrinsic")?, "intrinsic_color.txt");
+    file_in(folder, "intrinsics.txt").or_else(of_scannet)
 }
 
 /// Reads the folder whose poses are in `poses`.
 pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result<ParsedDataset, DataError> {
     let mut parsed = ParsedDataset::below(folder, Format::Nsvf, options)?;
-    let intrinsics = intrinsics(&file_in(folder, "intrinsics.txt").unwrap_or_default())?;
+    let intrinsics = intrinsics(&intrinsics_file(folder).unwrap_or_default())?;
     let mut names = names(poses)?;
     names.retain(|name| name.to_ascii_lowercase().ends_with(".txt"));
     limits::frames(poses, names.len())?;
@@ -49,7 +55,8 @@ pub(crate) fn read(folder: &Path, poses: &Path, options: &OpenOptions) -> Result
 /// The folder that holds most of the images.
 fn image_folder(root: &Root, stems: &[&str]) -> String {
     let held = |name: &String| stems.iter().filter(|stem| root.has_below(name, stem)).count();
-    let usual = ["rgb", "images", "image"].into_iter().filter_map(|name| folder_in(root.folder(), name));
+    let usual =
+        ["rgb", "images", "image", "color"].into_iter().filter_map(|name| folder_in(root.folder(), name));
     let usual = usual.filter_map(|folder| Some(folder.file_name()?.to_str()?.to_owned()));
     // Of equal ones, the first.
     let usual: Vec<String> = usual.collect();

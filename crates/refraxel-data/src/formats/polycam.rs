@@ -5,6 +5,7 @@
 
 use super::beside::frame;
 use super::gravity::state_up;
+use crate::extensions::is_picture;
 use crate::folder::names;
 use crate::json::{self, Object};
 use crate::parsed::{Focal, Intrinsics, Origin, ParsedDataset};
@@ -25,23 +26,31 @@ pub(crate) struct Keyframes {
     images: &'static str,
 }
 
-/// The keyframes of a folder: those that Polycam has corrected, else those of the phone.
+/// The keyframes of a folder: those that Polycam has corrected, else those of the phone, of which there are photographs.
 pub(crate) fn find(folder: &Path) -> Option<Keyframes> {
     let pairs = [("corrected_cameras", "corrected_images"), ("cameras", "images")];
     let bases = [folder.join("keyframes"), folder.to_owned()];
     let all = bases.iter().flat_map(|base| pairs.map(|(cameras, images)| (base, cameras, images)));
-    all.map(|(base, cameras, images)| Keyframes { folder: base.clone(), cameras, images })
-        .find(Keyframes::is_there)
+    let mut all: Vec<Keyframes> = all
+        .map(|(base, cameras, images)| Keyframes { folder: base.clone(), cameras, images })
+        .filter(Keyframes::have_poses)
+        .collect();
+    let shown = all.iter().position(Keyframes::have_photographs).unwrap_or(0);
+    (!all.is_empty()).then(|| all.swap_remove(shown))
 }
 
 impl Keyframes {
-    fn is_there(&self) -> bool {
+    fn have_poses(&self) -> bool {
         let first = || descriptions(&self.folder.join(self.cameras)).ok()?.into_iter().next();
         let has_pose = |name: String| {
             let file = self.folder.join(self.cameras).join(name);
             limits::read_text(&file).is_ok_and(|text| text.contains("\"t_00\""))
         };
-        self.folder.join(self.images).is_dir() && first().is_some_and(has_pose)
+        first().is_some_and(has_pose)
+    }
+
+    fn have_photographs(&self) -> bool {
+        names(&self.folder.join(self.images)).is_ok_and(|names| names.iter().any(|name| is_picture(name)))
     }
 }
 
@@ -79,10 +88,20 @@ pub(crate) fn read(keyframes: &Keyframes, options: &OpenOptions) -> Result<Parse
 
 fn notes(keyframes: &Keyframes, blurred: usize, count: usize) -> Vec<Problem> {
     let mut notes = Vec::new();
-    if keyframes.images.starts_with("corrected") {
+    let Keyframes { folder, images, .. } = keyframes;
+    if images.starts_with("corrected") {
         notes.push(Problem::note(
             "Polycam's corrected photographs have black borders of some 15 pixels; --crop 15,15,15,15 cuts them off",
         ));
+        let all = descriptions(&folder.join("cameras")).map_or(0, |names| names.len());
+        if all > count {
+            notes.push(Problem::note(format!(
+                "Polycam has corrected {count} of {all} cameras; the others are not used"
+            )));
+        }
+    }
+    if folder.join("depth").is_dir() {
+        notes.push(Problem::note("the depth maps of Polycam are not used"));
     }
     if blurred > 0 {
         notes.push(Problem::note(format!(
@@ -94,13 +113,14 @@ fn notes(keyframes: &Keyframes, blurred: usize, count: usize) -> Vec<Problem> {
 
 fn intrinsics(camera: &Object) -> Result<Intrinsics, DataError> {
     let number = |key: &str| camera.number(key)?.ok_or_else(|| camera.wrong(key, "a finite number [pixel]"));
-    let size @ [w, h] = [number("width")?, number("height")?];
-    if !(w >= 1.0 && h >= 1.0) {
+    // Later versions of Polycam leave the size of corrected photographs out: it is that of the files.
+    let size = camera.number("width")?.zip(camera.number("height")?).map(|(w, h)| [w, h]);
+    if size.is_some_and(|size| !size.iter().all(|edge| *edge >= 1.0)) {
         return Err(camera.wrong("width", "a size of at least 1 pixel"));
     }
     let focal = Focal::Pixels([number("fx")?, number("fy")?]);
     let center = Some([number("cx")?, number("cy")?]);
-    Ok(Intrinsics { size: Some(size), focal, center, lens: Lens::Pinhole })
+    Ok(Intrinsics { size, focal, center, lens: Lens::Pinhole })
 }
 
 fn pose_of(camera: &Object) -> Result<Pose, DataError> {

@@ -3,7 +3,8 @@
 //! `x, y, alt` is where the camera stands. Camera axes are right, up and backwards; to the world they are turned by
 //! R_z(−heading) R_x(pitch) R_y(roll): without rotation the camera looks down and the top of its picture points along y. `f` is the
 //! focal length of a picture 36 mm long. `px, py` go from the middle of the picture to the principal point, in units of its longer
-//! edge. `k1..k4` and `t1, t2` are OpenCV's radial and tangential coefficients.
+//! edge. `k1..k4` are OpenCV's radial coefficients, and `t1, t2` the tangential ones in the other order: the program's own export for
+//! OpenCV has `t2` where that has p1. RealityScan writes `yaw`, `f_35mm`, `px_norm` and `py_norm`.
 
 use super::beside::{frame, image_folder};
 use super::lens::opencv;
@@ -19,6 +20,9 @@ use std::sync::Arc;
 
 /// Columns that say where a camera is and how it projects; the others may be missing.
 const COLUMNS: [&str; 8] = ["name", "x", "y", "alt", "heading", "pitch", "roll", "f"];
+/// What RealityScan calls them, and the principal point.
+const RENAMED: [(&str, &str); 4] =
+    [("yaw", "heading"), ("f_35mm", "f"), ("px_norm", "px"), ("py_norm", "py")];
 /// The length of a picture to which focal lengths belong [mm].
 const FILM: f64 = 36.0;
 
@@ -43,7 +47,7 @@ pub(crate) fn read(file: &Path, options: &OpenOptions) -> Result<ParsedDataset, 
         path: file.to_owned(),
         key: "line 1".into(),
         found: format!("{:?}", text.lines().next().unwrap_or_default().chars().take(80).collect::<String>()),
-        expected: "#name,x,y,alt,heading,pitch,roll,f and columns of the lens",
+        expected: "#name,x,y,alt,heading,pitch,roll,f and columns of the lens (Internal/External camera parameters)",
     })?;
     let rows: Vec<Row> = lines
         .filter(|(_, line)| !line.trim_start().starts_with('#'))
@@ -72,15 +76,25 @@ fn lines(text: &str) -> impl Iterator<Item = (String, &str)> {
     all.map(|(i, line)| (format!("line {}", i + 1), line))
 }
 
-/// The fields of a line, without quotes. Spreadsheets of some countries separate them by semicolons.
+/// The fields of a line, without quotes, between which a separator is part of a field. Spreadsheets of some countries separate by
+/// semicolons.
 fn fields(line: &str) -> impl Iterator<Item = &str> {
     let separator = if line.matches(';').count() >= COLUMNS.len() - 1 { ';' } else { ',' };
-    line.split(separator).map(|field| field.trim().trim_matches('"'))
+    let mut is_quoted = false;
+    let ends = move |c| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
+    };
+    line.split(ends).map(|field| field.trim().trim_matches('"'))
 }
 
 /// The place of each column, if the line names all that are needed.
 fn header(line: &str) -> Option<HashMap<String, usize>> {
-    let name = |field: &str| field.trim_start_matches('#').to_ascii_lowercase();
+    let name = |field: &str| {
+        let name = field.trim_start_matches('#').to_ascii_lowercase();
+        let usual = RENAMED.into_iter().find(|(renamed, _)| *renamed == name);
+        usual.map_or(name, |(_, usual)| usual.to_owned())
+    };
     let columns: HashMap<String, usize> =
         fields(line).enumerate().map(|(i, field)| (name(field), i)).collect();
     COLUMNS.iter().all(|column| columns.contains_key(*column)).then_some(columns)
@@ -99,13 +113,13 @@ impl Row<'_> {
         self.columns.get(column).and_then(|&i| self.fields.get(i)).copied().unwrap_or_default()
     }
 
-    /// A number; 0 where there is no such column.
+    /// A number, in which some countries write a comma; 0 where there is no such column.
     fn number(&self, column: &str) -> Result<f64, DataError> {
         if !self.columns.contains_key(column) {
             return Ok(0.0);
         }
         let text = self.text(column);
-        text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| DataError::Value {
+        text.replace(',', ".").parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| DataError::Value {
             path: self.path.to_owned(),
             key: format!("{} ({column})", self.key),
             found: format!("{:?}", text.chars().take(40).collect::<String>()),
@@ -125,14 +139,14 @@ impl Row<'_> {
         Ok(pose::with_opengl_axes(Pose { rotation: z * x * y, translation }))
     }
 
-    /// The file has no size; that of the photograph counts. Without one there is no view.
+    /// The file has no size; that of the photograph counts. Without one that can be read there is no view.
     fn intrinsics(&self, image: Option<&Path>) -> Result<Intrinsics, DataError> {
         let number = |column: &str| self.number(column);
         let lens = opencv(
             [number("k1")?, number("k2")?, number("k3")?, number("k4")?],
-            [number("t1")?, number("t2")?],
+            [number("t2")?, number("t1")?],
         );
-        let size = image.map(decoding::header).transpose()?.map(|header| header.upright());
+        let size = image.and_then(|image| decoding::header(image).ok()).map(|header| header.upright());
         let [w, h] = size.map_or([1.0; 2], |Size { width, height }| [f64::from(width), f64::from(height)]);
         let unit = w.max(h);
         let focal = Focal::Pixels([number("f")? * unit / FILM; 2]);

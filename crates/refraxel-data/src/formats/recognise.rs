@@ -1,16 +1,11 @@
 //! Which tool's description a file or a folder is, by what is in it.
 
-use super::{gaussians, metashape, opensfm, polycam, realitycapture, record3d, transforms};
+use super::{gaussians, metashape, opensfm, others, polycam, realitycapture, record3d, transforms};
+use crate::extensions::{is_video, unpacking};
 use crate::folder::names;
 use crate::parsed::ParsedDataset;
 use crate::{DataError, OpenOptions, Problem, limits};
-use std::io::Read;
 use std::path::{Path, PathBuf};
-
-/// Bytes of a file that tell of which kind it is.
-const HEAD: u64 = 1 << 16;
-/// Extensions of packed files.
-const ARCHIVES: [&str; 9] = ["zip", "r3d", "tar", "tgz", "gz", "bz2", "xz", "7z", "rar"];
 
 /// Reads a file that somebody has named; `None` for a file of another kind.
 pub(crate) fn read_file(file: &Path, options: &OpenOptions) -> Result<Option<ParsedDataset>, DataError> {
@@ -21,12 +16,14 @@ pub(crate) fn read_file(file: &Path, options: &OpenOptions) -> Result<Option<Par
         "json" => match list_of(file) {
             List::Cameras => gaussians::read(file, options).map(Some),
             List::Reconstructions => opensfm::read(folder, file, options).map(Some),
-            List::None => transforms::read_single(file, options).map(Some),
+            List::None => match others::cameras(file) {
+                Some(other) => Err(other),
+                None => transforms::read_single(file, options).map(Some),
+            },
         },
         "xml" if metashape::is_cameras(file) => metashape::read(file, options).map(Some),
         "csv" if realitycapture::is_cameras(file) => realitycapture::read(file, options).map(Some),
-        _ if ARCHIVES.contains(&extension.as_str()) => Err(DataError::Archive { path: file.to_owned() }),
-        _ => Ok(None),
+        _ => archive(file).map_or(Ok(None), Err),
     }
 }
 
@@ -57,17 +54,37 @@ pub(crate) fn read_folder(folder: &Path, options: &OpenOptions) -> Result<Option
     Ok(Some(parsed))
 }
 
-/// Why nothing was found in a folder: it holds a packed dataset, if it holds one and no photographs.
-pub(crate) fn packed(folder: &Path, error: DataError) -> DataError {
-    let names = names(folder).unwrap_or_default().into_iter().map(|name| folder.join(name));
-    let is_archive = |file: &PathBuf| ARCHIVES.contains(&extension(file).as_str()) && file.is_file();
-    match error {
-        DataError::UnknownFormat { path } => match names.into_iter().find(is_archive) {
-            Some(path) => DataError::Archive { path },
-            None => DataError::UnknownFormat { path },
-        },
-        error => error,
+/// Why no poses were found, as far as it is known what lies there instead, or in one of the folders in it, or which folder in these cannot
+/// be read.
+pub(crate) fn explained(path: &Path, error: DataError) -> DataError {
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        names(folder).unwrap_or_default().into_iter().map(|name| folder.join(name)).collect()
+    };
+    let folders_in = |folder: &Path| inside(folder).into_iter().filter(|path| path.is_dir());
+    let folders: Vec<PathBuf> = std::iter::once(path.to_owned()).chain(folders_in(path)).collect();
+    if let Some(closed) = folders.iter().flat_map(|folder| folders_in(folder)).find_map(|f| names(&f).err()) {
+        return closed;
     }
+    let cameras = folders.iter().find_map(|folder| others::cameras(folder));
+    let packed = || {
+        let files = folders.iter().flat_map(|folder| inside(folder));
+        files.into_iter().find_map(|file| archive(&file).or_else(|| video(&file)))
+    };
+    let results = || folders.iter().find_map(|folder| others::results(folder));
+    match error {
+        DataError::UnknownFormat { .. } => cameras.or_else(packed).or_else(results).unwrap_or(error),
+        error => cameras.unwrap_or(error),
+    }
+}
+
+/// The error about a packed file.
+fn archive(file: &Path) -> Option<DataError> {
+    let command = file.file_name().and_then(|name| unpacking(name.to_str()?)).filter(|_| file.is_file())?;
+    Some(DataError::Archive { path: file.to_owned(), command })
+}
+
+fn video(file: &Path) -> Option<DataError> {
+    (file.is_file() && is_video(file)).then(|| DataError::Video { path: file.to_owned() })
 }
 
 /// The extension of a file in small letters; empty where it has none.
@@ -84,11 +101,9 @@ enum List {
 }
 
 fn list_of(file: &Path) -> List {
-    let mut head = Vec::new();
-    let read = limits::open_regular(file).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    let text = String::from_utf8_lossy(&head);
+    let text = others::head(file);
     let has = |key: &str| text.contains(key);
-    match text.trim_start_matches('\u{feff}').trim_start().starts_with('[') && read.is_ok() {
+    match text.trim_start_matches('\u{feff}').trim_start().starts_with('[') {
         true if has("\"img_name\"") || (has("\"rotation\"") && has("\"position\"")) => List::Cameras,
         true if has("\"cameras\"") || has("\"shots\"") => List::Reconstructions,
         _ => List::None,

@@ -34,14 +34,14 @@ pub(super) fn stated(format: Format, frames: &[Frame]) -> (Option<Assignment>, O
     (None, note)
 }
 
-/// NSVF: prefixes 0_, 1_, 2_ mean train, val, test; without 2_ the validation views are the test.
+/// NSVF: prefixes 0_, 1_, 2_ mean train, val, test; without 2_ the validation views are the test. One prefix alone says nothing.
 fn prefixes(format: Format, frames: &[Frame]) -> Option<Assignment> {
     let name = |frame: &Frame| file_name(frame).to_owned();
     let has = |prefix: &str| frames.iter().any(|frame| name(frame).starts_with(prefix));
-    if format != Format::Nsvf || !has("0_") {
+    let has_test = has("2_");
+    if format != Format::Nsvf || !has("0_") || !(has("1_") || has_test) {
         return None;
     }
-    let has_test = has("2_");
     let part = |frame: &Frame| {
         Some(match name(frame).chars().next() {
             Some('2') => Part::Test,

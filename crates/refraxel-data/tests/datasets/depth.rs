@@ -34,6 +34,22 @@ fn maps_are_read_in_their_unit_and_said() {
 }
 
 #[test]
+fn maps_of_instant_ngp_are_left_out_where_the_file_switches_them_off() {
+    for is_on in [true, false] {
+        let folder = with_maps(|t| {
+            t["enable_depth_loading"] = json!(is_on);
+            for frame in t["frames"].as_array_mut().unwrap() {
+                let path = frame.as_object_mut().unwrap().remove("depth_file_path").unwrap();
+                frame["depth_path"] = path;
+            }
+        });
+        let data = open(&folder).unwrap();
+        assert_eq!(data.views.iter().all(|view| view.depth.is_some()), is_on);
+        assert_eq!(reports(&data, "enable_depth_loading is false"), !is_on);
+    }
+}
+
+#[test]
 fn a_map_that_is_missing_or_has_colours_is_refused() {
     let missing = with_maps(|t| t["frames"][2]["depth_file_path"] = json!("depth/none.png"));
     let error = open(&missing).unwrap_err().to_string();

@@ -144,6 +144,31 @@ fn nsvf_gives_the_cameras_that_wrote_it_its_box_and_its_prefix_split() {
 }
 
 #[test]
+fn one_prefix_of_nsvf_alone_is_no_split() {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, camera) in cameras(10).iter().enumerate() {
+        write_image(folder.path(), &format!("rgb/0_{i:04}.png"), WIDTH, HEIGHT);
+        write_file(folder.path(), &format!("pose/0_{i:04}.txt"), nsvf_pose(camera));
+    }
+    write_file(folder.path(), "intrinsics.txt", "30 12 8 0.\n");
+    assert!(!opened(folder.path()).split.test.is_empty());
+}
+
+#[test]
+fn scannet_has_the_poses_of_nsvf_beside_other_folders() {
+    let (folder, all) = (tempfile::tempdir().unwrap(), cameras(4));
+    for (i, camera) in all.iter().enumerate() {
+        write_image(folder.path(), &format!("color/{i}.jpg.png"), WIDTH, HEIGHT);
+        write_image(folder.path(), &format!("depth/{i}.png"), WIDTH / 2, HEIGHT / 2);
+        write_file(folder.path(), &format!("pose/{i}.txt"), nsvf_pose(camera));
+    }
+    let matrix = format!("{FOCAL} 0 12 0\n0 {FOCAL} 8 0\n0 0 1 0\n0 0 0 1\n");
+    write_file(folder.path(), "intrinsic/intrinsic_color.txt", matrix);
+    let cameras: Vec<_> = opened(folder.path()).views.into_iter().map(|view| view.camera).collect();
+    assert_same_rays(&cameras.iter().collect::<Vec<_>>(), &all);
+}
+
+#[test]
 fn a_folder_without_a_dataset_says_what_was_looked_for() {
     let folder = tempfile::tempdir().unwrap();
     assert!(refusal(&folder).contains("transforms.json"));

@@ -258,6 +258,59 @@ fn files_that_hold_no_whole_picture_are_left_out_and_named() {
 }
 
 #[test]
+fn descriptions_that_were_not_downloaded_are_named_so() {
+    for (content, says) in [
+        ("version https://git-lfs.github.com/spec/v1\n", "run git lfs pull"),
+        ("<!DOCTYPE html>", "a page of the web: download it again"),
+        ("frames", "not valid JSON"),
+    ] {
+        let folder = transforms_folder(4, |_| {});
+        write_file(folder.path(), "transforms.json", content);
+        let message = refusal(&folder);
+        assert!(message.contains("transforms.json") && message.contains(says), "{message}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pointer = "version https://git-lfs.github.com/spec/v1\n";
+    write_colmap(folder.path(), "sparse/0", "bin", [pointer; 3]);
+    assert!(refusal(&folder).contains("run git lfs pull"), "any file");
+}
+
+#[cfg(unix)]
+#[test]
+fn folders_that_cannot_be_read_are_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let permit = |path: &Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    let of_transforms = transforms_folder(4, |_| {});
+    let of_colmap = tempfile::tempdir().unwrap();
+    write_colmap(of_colmap.path(), "sparse/0", "txt", colmap_text(&cameras(4)));
+    pictures(of_colmap.path(), 4);
+    for (folder, closed) in [(of_transforms, "images"), (of_colmap, "sparse/0")] {
+        let path = folder.path().join(closed);
+        permit(&path, 0);
+        if std::fs::read_dir(&path).is_ok() {
+            eprintln!("skipped: this user reads every folder");
+        } else {
+            let message = refusal(&folder);
+            assert!(message.contains(&format!("{closed}: cannot be read: ")), "{message}");
+        }
+        permit(&path, 0o700);
+    }
+}
+
+#[test]
+fn addresses_are_not_followed_and_long_names_are_cut() {
+    let named = |name: &str| {
+        transforms_folder(4, |t| {
+            t["frames"].as_array_mut().unwrap().iter_mut().for_each(|frame| frame["file_path"] = json!(name));
+        })
+    };
+    assert!(refusal(&named("s3://bucket/a.png")).contains("nothing is downloaded"));
+    assert!(refusal(&named(&format!("data:image/png;base64,{}", "A".repeat(5000)))).len() < 1000);
+}
+
+#[test]
 fn jpegs_that_break_off_are_named_and_those_with_something_behind_them_are_whole() {
     let folder = transforms_folder(5, |t| {
         (0..5).for_each(|i| t["frames"][i]["file_path"] = json!(format!("images/r_{i}.jpg")));

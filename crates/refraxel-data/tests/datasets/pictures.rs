@@ -214,3 +214,36 @@ fn the_bits_of_a_sensor_that_are_stored_in_more_are_said() {
     assert!(reports(&dark(64), text), "14 bits of 16");
     assert!(!reports(&dark(257), text), "all bits");
 }
+
+#[test]
+fn values_far_above_white_are_doubted() {
+    let names = ["a.exr", "b.exr", "c.exr", "d.exr"];
+    let with = |scale: f32| {
+        let folder = naming(&names);
+        let value = |v: u8| f32::from(v) * scale;
+        let deep = ImageBuffer::from_fn(WIDTH, HEIGHT, |x, y| Rgb(picture().get_pixel(x, y).0.map(value)));
+        names
+            .iter()
+            .for_each(|name| DynamicImage::ImageRgb32F(deep.clone()).save(folder.path().join(name)).unwrap());
+        open(folder.path()).unwrap()
+    };
+    let text = "above white, which is 1";
+    assert!(warns(&with(1.0), text), "values up to 255");
+    assert!(!warns(&with(1.0 / 255.0), text), "values up to 1");
+}
+
+#[test]
+fn grey_photographs_among_coloured_ones_are_doubted() {
+    let names = ["a.png", "b.png", "c.png", "d.png"];
+    let with = |grey: &[&str]| {
+        let folder = naming(&names);
+        names.iter().for_each(|name| picture().save(folder.path().join(name)).unwrap());
+        let picture = DynamicImage::from(picture()).into_luma8();
+        grey.iter().for_each(|name| picture.save(folder.path().join(name)).unwrap());
+        open(folder.path()).unwrap()
+    };
+    assert!(warns(&with(&names[1..3]), "2 of 4 images are stored without colours"));
+    for grey in [&names[..], &[]] {
+        assert!(!warns(&with(grey), "without colours"));
+    }
+}

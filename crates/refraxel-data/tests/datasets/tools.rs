@@ -182,6 +182,64 @@ fn realitycapture_may_have_been_saved_by_a_spreadsheet() {
 }
 
 #[test]
+fn realityscan_calls_columns_otherwise() {
+    let (all, folder) = (square(off_center(5, LENS)), folder("images/", 5));
+    let text =
+        realitycapture(&all).replace("heading,pitch,roll,f,px,py", "yaw,pitch,roll,f_35mm,px_norm,py_norm");
+    write_file(folder.path(), "export.csv", text);
+    assert_as_transforms(&opened(folder.path()), &all);
+}
+
+#[test]
+fn realitycapture_may_have_commas_in_names_and_in_numbers() {
+    let (all, folder) = (square(off_center(5, LENS)), tempfile::tempdir().unwrap());
+    (0..5).for_each(|i| write_image(folder.path(), &format!("images/a, {}.png", stem(i)), WIDTH, HEIGHT));
+    let text = realitycapture(&all);
+    let named = |line: &str| match line.split_once(',') {
+        Some((name, rest)) if !line.starts_with('#') => format!("\"a, {name}\",{rest}\n"),
+        _ => format!("{line}\n"),
+    };
+    let with_commas = text.lines().map(named).collect::<String>();
+    let with_decimals = |line: &str| match line.split_once(".png,") {
+        Some((name, rest)) => format!("\"a, {name}.png\";{}\n", rest.replace(',', ";").replace('.', ",")),
+        None => format!("{}\n", line.replace(',', ";")),
+    };
+    for text in [with_commas, text.lines().map(with_decimals).collect()] {
+        write_file(folder.path(), "export.csv", text);
+        let mut data = opened(folder.path());
+        data.views.iter_mut().for_each(|view| view.name = view.name.replace("a, ", ""));
+        assert_as_transforms(&data, &all);
+    }
+}
+
+#[test]
+fn a_damaged_photograph_of_realitycapture_is_left_out_as_any_other() {
+    let (all, folder) = (square(off_center(5, LENS)), folder("images/", 5));
+    write_file(folder.path(), "export.csv", realitycapture(&all));
+    write_file(folder.path(), "images/r_2.png", "no picture");
+    let data = opened(folder.path());
+    assert_eq!(data.views.len(), 4);
+    assert_warns(&data, "cannot be decoded: r_2.png");
+}
+
+#[test]
+fn positions_in_degrees_are_doubted() {
+    let rows = |unit: f64| -> String {
+        let row = |i: usize| {
+            let along = i as f64 * unit;
+            format!("{}.png,{},{},{},0,0,0,54\n", stem(i), 8.2 + along, 47.1 - along, 400.0 + i as f64)
+        };
+        (0..4).map(row).collect()
+    };
+    for (unit, is_doubted) in [(1e-5, true), (1.0, false)] {
+        let folder = folder("", 4);
+        write_file(folder.path(), "a.csv", format!("#name,x,y,alt,heading,pitch,roll,f\n{}", rows(unit)));
+        let data = opened(folder.path());
+        assert_eq!(warns(&data, "may be longitude and latitude"), is_doubted, "{:?}", data.problems);
+    }
+}
+
+#[test]
 fn realitycapture_without_rotation_looks_down_with_north_on_top() {
     let folder = folder("", 3);
     let row = |i: usize| format!("{}.png,{i},2,3,0,0,0,54\n", stem(i));
@@ -243,6 +301,102 @@ fn polycam_gives_the_cameras_of_transforms_json_corrected_where_it_can_be() {
                 && reports(&data, "--crop 15,15,15,15")
         );
     }
+}
+
+#[test]
+fn polycam_may_leave_out_sizes_of_corrected_photographs_and_these_photographs() {
+    let (all, folder) = (off_center(4, Lens::Pinhole), folder("keyframes/corrected_images/", 4));
+    for (i, camera) in all.iter().enumerate() {
+        let mut keyframe = polycam(camera);
+        let map = keyframe.as_object_mut().unwrap();
+        (map.remove("width"), map.remove("height"));
+        write_file(
+            folder.path(),
+            &format!("keyframes/corrected_cameras/{}.json", stem(i)),
+            keyframe.to_string(),
+        );
+        write_file(
+            folder.path(),
+            &format!("keyframes/cameras/{}.json", stem(i)),
+            polycam(camera).to_string(),
+        );
+    }
+    write_file(folder.path(), "keyframes/cameras/r_9.json", polycam(&all[0]).to_string());
+    write_file(folder.path(), "keyframes/depth/r_0.png", "");
+    let data = opened(folder.path());
+    assert_as_transforms(&data, &all);
+    assert_reports(&data, "corrected 4 of 5 cameras");
+    assert_reports(&data, "depth maps of Polycam are not used");
+    std::fs::rename(folder.path().join("keyframes/corrected_images"), folder.path().join("keyframes/images"))
+        .unwrap();
+    let data = opened(folder.path());
+    assert_as_transforms(&data, &all);
+    assert!(!reports(&data, "--crop"), "these are not the corrected ones");
+}
+
+#[test]
+fn what_a_training_of_gaussian_splatting_wrote_is_not_its_data() {
+    let folder = tempfile::tempdir().unwrap();
+    write_file(folder.path(), "cameras.json", gaussians(&cameras(4)).to_string());
+    write_file(folder.path(), "cfg_args", "Namespace(sh_degree=3, source_path='/home/a/vase', eval=True)");
+    let message = refusal(&folder);
+    assert!(message.contains("from the data in /home/a/vase") && message.contains("cfg_args"), "{message}");
+}
+
+#[test]
+fn cameras_that_are_not_read_are_named_with_what_can_be_done() {
+    for (file, content, says) in [
+        ("bundle.out", "# Bundle file v0.3\n", "cameras of Bundler is not supported: export"),
+        ("bundle/bundle.out", "# Bundle file v0.3\n", "bundle/bundle.out"),
+        ("model.nvm", "NVM_V3\n", "VisualSFM"),
+        ("images/r_0.xmp", "<x xcr:Version=\"3\"/>", "Internal/External camera parameters"),
+        ("images/cameras.csv", "#name,x,y,alt\n", "Internal/External camera parameters"),
+        ("cameras.sfm", "{}", "aliceVision_exportColmap"),
+        ("pose/0.txt", "1 0 0 0", "intrinsics.txt"),
+        ("cams/00000000_cam.txt", "extrinsic", "MVSNet"),
+        ("lowres_wide.traj", "0 0 0 0 0 0 0", "transform_matrix"),
+        ("metadata.json", "{\"camera\": {\"quaternions\": []}}", "Kubric"),
+        ("odometry.csv", "timestamp, frame, x, y, z\n", "Stray Scanner"),
+        ("images/r_0.json", "{\"cameraPoseARFrame\": []}", "3D Scanner App"),
+    ] {
+        let folder = folder("images/", 4);
+        write_file(folder.path(), file, content);
+        let message = refusal(&folder);
+        assert!(message.contains(says), "{file}: {message}");
+        // The file itself may be given.
+        let path = folder.path().join(file);
+        let named = Dataset::open(&path, &OpenOptions::default()).unwrap_err().to_string();
+        assert!(
+            named.contains(says) || file.contains("0.txt") || file.contains("cam.txt"),
+            "{file}: {named}"
+        );
+    }
+    let folder = folder("images/", 4);
+    for (file, content) in
+        [("notes.xmp", "<x/>"), ("table.csv", "a,b"), ("mesh.ply", "ply"), ("log.out", "0")]
+    {
+        write_file(folder.path(), file, content);
+    }
+    assert!(
+        matches!(open(&folder), Err(DataError::NoPoses { count: 4, .. })),
+        "these say nothing of cameras"
+    );
+    std::fs::remove_dir_all(folder.path().join("images")).unwrap();
+    assert!(refusal(&folder).contains("mesh.ply: a set of points, Gaussians or faces is not supported"));
+}
+
+#[test]
+fn a_part_of_a_dataset_leads_to_the_dataset() {
+    let folder = transforms_folder(4, |_| {});
+    write_image(folder.path(), "images_4/r_0.png", WIDTH, HEIGHT);
+    write_image(folder.path(), "others/r_0.png", WIDTH, HEIGHT);
+    for part in ["images", "images_4", "images/r_1.png"] {
+        let error = Dataset::open(folder.path().join(part), &OpenOptions::default()).unwrap_err();
+        let whole = folder.path().canonicalize().unwrap();
+        assert!(matches!(&error, DataError::Part { dataset, .. } if *dataset == whole), "{part}: {error}");
+    }
+    let other = Dataset::open(folder.path().join("others"), &OpenOptions::default());
+    assert!(matches!(other, Err(DataError::NoPoses { .. })), "none of these views");
 }
 
 #[test]
@@ -333,6 +487,10 @@ fn an_archive_is_to_be_unpacked() {
         );
     }
     assert!(refusal(&folder).contains("scene.tar.gz: an archive"), "a folder that holds nothing else");
+    assert!(refusal(&folder).contains("`tar -xf scene.tar.gz`"));
+    let above = tempfile::tempdir().unwrap();
+    write_file(above.path(), "downloads/scan.r3d", "PK");
+    assert!(refusal(&above).contains("`unzip scan.r3d -d scan`"), "a folder below");
     write_image(folder.path(), "a.png", WIDTH, HEIGHT);
     assert!(matches!(open(&folder), Err(DataError::NoPoses { .. })));
 }
@@ -347,8 +505,12 @@ fn other_names_of_transforms_are_found_and_keys_without_use_are_named() {
         }
         file["frames"][2]["camera_model"] = json!("OPENCV_FISHEYE");
     });
-    std::fs::rename(folder.path().join("transforms.json"), folder.path().join("transforms_all.json"))
-        .unwrap();
+    let [usual, all, any] =
+        ["transforms.json", "transforms_all.json", "from RealityScan.json"].map(|n| folder.path().join(n));
+    write_file(folder.path(), "package.json", "{\"name\": \"frames\"}");
+    std::fs::rename(usual, &any).unwrap();
+    assert_reports(&open(&folder).unwrap(), "from RealityScan.json is used");
+    std::fs::rename(any, all).unwrap();
     write_file(folder.path(), "transforms_test.json", "{}");
     let data = open(&folder).unwrap();
     assert_reports(&data, "transforms_all.json is used");
@@ -389,4 +551,30 @@ fn a_sensor_of_metashape_without_an_adjusted_calibration_is_named() {
     let data = open(&folder).unwrap();
     assert_eq!(data.views[0].camera.focal, [30.0; 2]);
     assert_warns(&data, "no calibration of the class adjusted");
+}
+
+#[test]
+fn photographs_that_are_only_in_a_video_or_an_archive_are_named_so() {
+    for (file, says) in [
+        ("walk.mp4", "holds no images, but walk.mp4"),
+        ("images/rgb.mkv", "images holds no images, but rgb.mkv"),
+        ("images.zip", "holds no images, but images.zip"),
+    ] {
+        let folder = transforms_folder(4, |_| {});
+        std::fs::remove_dir_all(folder.path().join("images")).unwrap();
+        write_file(folder.path(), file, "");
+        assert!(refusal(&folder).contains(says), "{file}: {}", refusal(&folder));
+        std::fs::remove_file(folder.path().join("transforms.json")).unwrap();
+        let is_known = matches!(open(&folder), Err(DataError::Video { .. } | DataError::Archive { .. }));
+        assert!(is_known, "{file} alone");
+    }
+    let all_of_one = transforms_folder(4, |t| {
+        t["frames"]
+            .as_array_mut()
+            .unwrap()
+            .iter_mut()
+            .for_each(|frame| frame["file_path"] = json!("walk.mp4"));
+    });
+    write_file(all_of_one.path(), "walk.mp4", "");
+    assert!(matches!(open(&all_of_one), Err(DataError::Video { .. })));
 }

@@ -2,7 +2,7 @@
 
 use crate::{DataError, json, limits};
 use refraxel_core::Vec3;
-use serde::de::{DeserializeOwned, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::de::{IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value};
 use std::fmt::{self, Formatter};
@@ -30,14 +30,10 @@ pub(super) fn parse(path: &Path) -> Result<Vec<Reconstruction>, DataError> {
         reference_lla: Count,
     }
     let text = json::plain_text(path, limits::RECONSTRUCTION_BYTES)?;
-    let sizes: Vec<Sizes> = typed(path, &text)?;
+    let sizes: Vec<Sizes> = json::parsed(path, &text)?;
     let count = sizes.iter().map(|s| s.cameras.0 + s.shots.0 + s.reference_lla.0).sum();
     limits::json(path, count, 0)?;
-    typed(path, &text)
-}
-
-fn typed<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, DataError> {
-    serde_json::from_str(text).map_err(|source| DataError::Json { path: path.to_owned(), source })
+    json::parsed(path, &text)
 }
 
 /// Positions of all finite points of `{"1": {"coordinates": [x, y, z], …}, …}`.

@@ -133,6 +133,9 @@ fn depth(root: &Root, frame: &Object) -> Result<Option<DepthFile>, DataError> {
     for (key, unit) in [("depth_file_path", "depth_unit_scale_factor"), ("depth_path", "integer_depth_scale")]
     {
         let Some(stated) = frame.text(key)? else { continue };
+        if key == "depth_path" && frame.get("enable_depth_loading").and_then(Value::as_bool) == Some(false) {
+            continue;
+        }
         let unit = match frame.number(unit)? {
             Some(stated) if stated <= 0.0 => {
                 return Err(frame.wrong(unit, "scene units per step of a depth map, above 0"));

@@ -3,7 +3,7 @@
 use super::frame::{Layout, Read, read_frame};
 use super::region;
 use super::unused::Unused;
-use crate::folder::{file_in, names, only_one};
+use crate::folder::{file_in, names, only_file, only_one};
 use crate::formats::ply;
 use crate::parsed::{Coloured, Frame, Origin, ParsedDataset, Part};
 use crate::root::Statement;
@@ -81,7 +81,14 @@ pub(crate) fn find_other(folder: &Path) -> Result<Option<PathBuf>, DataError> {
     if names.iter().any(|name| name == "transforms_all.json") {
         names.retain(|name| name == "transforms_all.json");
     }
-    only_one(folder, names.into_iter().map(|name| folder.join(name)).collect())
+    let found = only_one(folder, names.into_iter().map(|name| folder.join(name)).collect())?;
+    found.map_or_else(|| only_file(folder, ".json", is_like_transforms), |found| Ok(Some(found)))
+}
+
+/// Whether a file has the keys of views, as RealityScan writes them under any name.
+fn is_like_transforms(file: &Path) -> bool {
+    let keys = ["\"frames\"", "\"file_path\"", "\"transform_matrix\""];
+    limits::read_text(file).is_ok_and(|text| keys.iter().all(|key| text.contains(key)))
 }
 
 /// Adds the frames of one file. True when the file carries a calibration, as photographs have and renderings lack.
@@ -190,6 +197,12 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
     parsed.split_lists.extend(objects.flat_map(split::parts_of));
     read_points(parsed, top)?;
     parsed.problems.extend(rule_of_split(top).filter(|_| parsed.split_lists.is_empty()));
+    if top.get("enable_depth_loading").and_then(Value::as_bool) == Some(false) {
+        let file = top.path().display();
+        parsed.problems.push(Problem::note(format!(
+            "{file}: enable_depth_loading is false: maps of depth_path are not used"
+        )));
+    }
     if top.get("applied_transform").is_some() || top.get("applied_scale").is_some() {
         let message = "the file records applied_transform: its coordinates are not those of the tool that posed the \
                        cameras; they are kept as they stand";
