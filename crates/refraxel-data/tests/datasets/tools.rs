@@ -309,7 +309,8 @@ fn polycam_may_leave_out_sizes_of_corrected_photographs_and_these_photographs() 
     for (i, camera) in all.iter().enumerate() {
         let mut keyframe = polycam(camera);
         let map = keyframe.as_object_mut().unwrap();
-        (map.remove("width"), map.remove("height"));
+        map.remove("width");
+        map.remove("height");
         write_file(
             folder.path(),
             &format!("keyframes/corrected_cameras/{}.json", stem(i)),
