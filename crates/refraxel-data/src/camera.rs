@@ -3,7 +3,7 @@
 use crate::Problem;
 use crate::pose::CheckedPose;
 use crate::size::Size;
-use refraxel_core::{Camera, Lens, Vec3};
+use refraxel_core::{Aabb, Camera, Lens, Vec3};
 use std::path::Path;
 
 /// Fewest views that a scene can be reconstructed from.
@@ -156,11 +156,7 @@ pub(crate) fn in_degrees(cameras: &[Camera]) -> Option<Problem> {
     /// A metre is a hundred thousandth of a degree, so heights differ by so many times more than the others do, and those are so many
     /// times their differences away from the origin.
     const TIMES: f64 = 100.0;
-    let places = cameras.iter().map(|c| c.world_from_camera.translation);
-    let (low, high) = places
-        .fold((Vec3::splat(f64::INFINITY), Vec3::splat(-f64::INFINITY)), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+    let Aabb { min: low, max: high } = Aabb::around(cameras.iter().map(|c| c.world_from_camera.translation))?;
     let across = (high.x - low.x).max(high.y - low.y);
     let is_angle = |of: fn(Vec3<f64>) -> f64, most: f64| -most <= of(low) && of(high) <= most;
     let is_on_earth = is_angle(|p| p.x, 180.0) && is_angle(|p| p.y, 90.0);

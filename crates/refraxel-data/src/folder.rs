@@ -16,6 +16,11 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<String>, DataError> {
     Ok(names)
 }
 
+/// What has these [`names`]; nothing where the folder cannot be read.
+pub(crate) fn inside(folder: &Path) -> Vec<PathBuf> {
+    names(folder).unwrap_or_default().into_iter().map(|name| folder.join(name)).collect()
+}
+
 /// The file of this name in a folder, in upper or lower case, if there is one.
 pub(crate) fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
     entry_in(folder, name, Path::is_file)

@@ -166,15 +166,15 @@ impl Root {
             (!names.is_empty()).then(|| format!("{} holds {what}{}", folder.display(), listed(&names, SHOWN)))
         };
         let closed = || {
-            let folders = places.iter().filter(|folder| folder.is_dir());
-            folders.into_iter().find_map(|folder| names(folder).err()).map(|error| error.to_string())
+            let mut folders = places.iter().filter(|folder| folder.is_dir());
+            folders.find_map(|folder| names(folder).err()).map(|error| error.to_string())
         };
         let images = places.iter().find_map(|folder| holds(folder, "", &extensions::is_picture));
         let is_packed =
             |name: &str| extensions::is_video(Path::new(name)) || extensions::unpacking(name).is_some();
         let packed = || {
-            let folders = places.iter().chain(Some(&self.folder));
-            folders.into_iter().find_map(|folder| holds(folder, "no images, but ", &is_packed))
+            let mut folders = places.iter().chain(Some(&self.folder));
+            folders.find_map(|folder| holds(folder, "no images, but ", &is_packed))
         };
         images
             .or_else(closed)

@@ -92,14 +92,20 @@ const HAZE: f64 = 380.0;
 /// random, a shell around them takes 1 − e^(−thickness · density).
 pub fn stored_share(options: &Options, surface: Option<f64>, domain: &Domain<f32>) -> f64 {
     let [x, y, z] = domain.resolution.map(f64::from);
-    let nodes = x.max(y).max(z);
-    let is_short = !options.refraction.bend.is_on() && options.run.minutes == 0.0;
-    let haze = if is_short { HAZE * nodes.sqrt() / options.run.steps as f64 } else { 0.0 };
+    let longest = x.max(y).max(z);
     let shells = match domain.extent {
         Extent::Projective(_) => Some(SHELL * LAYERS / z),
-        Extent::Bounded | Extent::Contracted => surface.map(|density| (SHELL + haze) * density / nodes),
+        Extent::Bounded | Extent::Contracted => {
+            surface.map(|density| (SHELL + haze(options, longest)) * density / longest)
+        }
     };
     shells.map_or(TYPICAL_OCCUPANCY, |shells| 1.0 - (-shells).exp())
+}
+
+/// How much thicker haze makes the shells of a grid with so many nodes along its longest edge [voxel].
+fn haze(options: &Options, longest: f64) -> f64 {
+    let is_short = !options.refraction.bend.is_on() && options.run.minutes == 0.0;
+    if is_short { HAZE * longest.sqrt() / options.run.steps as f64 } else { 0.0 }
 }
 
 /// Nodes along the longest edge for about one voxel per pixel at the centre of the scene, theory (4.10).

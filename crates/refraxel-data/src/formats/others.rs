@@ -1,9 +1,9 @@
 //! Files of other programs that are not read, and what can be done with them instead.
 
-use crate::folder::names;
+use crate::folder::{inside, names};
 use crate::{DataError, limits};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Bytes of a file that tell of which kind it is.
 const HEAD: u64 = 1 << 16;
@@ -119,10 +119,7 @@ pub(crate) fn results(path: &Path) -> Option<DataError> {
 }
 
 fn find(others: &[Other], path: &Path) -> Option<DataError> {
-    let inside = || -> Vec<PathBuf> {
-        names(path).unwrap_or_default().into_iter().map(|name| path.join(name)).collect()
-    };
-    let files = if path.is_file() { vec![path.to_owned()] } else { inside() };
+    let files = if path.is_file() { vec![path.to_owned()] } else { inside(path) };
     let of =
         |other: &Other| Some((files.iter().find(|file| other.is(file))?.clone(), other.what, other.advice));
     let (path, what, advice) = others.iter().find_map(of)?;

@@ -2,7 +2,7 @@
 
 use super::{gaussians, metashape, opensfm, others, polycam, realitycapture, record3d, transforms};
 use crate::extensions::{is_video, unpacking};
-use crate::folder::names;
+use crate::folder::{inside, names};
 use crate::parsed::ParsedDataset;
 use crate::{DataError, OpenOptions, Problem, limits};
 use std::path::{Path, PathBuf};
@@ -57,9 +57,6 @@ pub(crate) fn read_folder(folder: &Path, options: &OpenOptions) -> Result<Option
 /// Why no poses were found, as far as it is known what lies there instead, or in one of the folders in it, or which folder in these cannot
 /// be read.
 pub(crate) fn explained(path: &Path, error: DataError) -> DataError {
-    let inside = |folder: &Path| -> Vec<PathBuf> {
-        names(folder).unwrap_or_default().into_iter().map(|name| folder.join(name)).collect()
-    };
     let folders_in = |folder: &Path| inside(folder).into_iter().filter(|path| path.is_dir());
     let folders: Vec<PathBuf> = std::iter::once(path.to_owned()).chain(folders_in(path)).collect();
     if let Some(closed) = folders.iter().flat_map(|folder| folders_in(folder)).find_map(|f| names(&f).err()) {

@@ -300,13 +300,8 @@ fn folders_that_cannot_be_read_are_named() {
 
 #[test]
 fn addresses_are_not_followed_and_long_names_are_cut() {
-    let named = |name: &str| {
-        transforms_folder(4, |t| {
-            t["frames"].as_array_mut().unwrap().iter_mut().for_each(|frame| frame["file_path"] = json!(name));
-        })
-    };
-    assert!(refusal(&named("s3://bucket/a.png")).contains("nothing is downloaded"));
-    assert!(refusal(&named(&format!("data:image/png;base64,{}", "A".repeat(5000)))).len() < 1000);
+    assert!(refusal(&all_named("s3://bucket/a.png")).contains("nothing is downloaded"));
+    assert!(refusal(&all_named(&format!("data:image/png;base64,{}", "A".repeat(5000)))).len() < 1000);
 }
 
 #[test]

@@ -199,15 +199,20 @@ fn photographs_that_are_too_large_are_read_smaller_and_with_a_word() {
     assert!(matches!(open(folder.path()), Err(DataError::TooLarge { .. })));
 }
 
+/// The dataset whose frames name these files, in which each is this picture.
+fn showing(names: &[&str], of: impl Fn(&str) -> DynamicImage) -> Dataset {
+    let folder = naming(names);
+    names.iter().for_each(|name| of(name).save(folder.path().join(name)).unwrap());
+    open(folder.path()).unwrap()
+}
+
 #[test]
 fn the_bits_of_a_sensor_that_are_stored_in_more_are_said() {
     let names = ["a.png", "b.png", "c.png", "d.png"];
     let dark = |scale: u16| {
-        let folder = naming(&names);
         let value = |v: u8| u16::from(v) * scale;
         let deep = ImageBuffer::from_fn(WIDTH, HEIGHT, |x, y| Rgb(picture().get_pixel(x, y).0.map(value)));
-        names.iter().for_each(|name| deep.save(folder.path().join(name)).unwrap());
-        open(folder.path()).unwrap()
+        showing(&names, |_| DynamicImage::ImageRgb16(deep.clone()))
     };
     let text = "multiply all of them by the same number";
     assert!(reports(&dark(16), text), "12 bits of 16");
@@ -219,13 +224,9 @@ fn the_bits_of_a_sensor_that_are_stored_in_more_are_said() {
 fn values_far_above_white_are_doubted() {
     let names = ["a.exr", "b.exr", "c.exr", "d.exr"];
     let with = |scale: f32| {
-        let folder = naming(&names);
         let value = |v: u8| f32::from(v) * scale;
         let deep = ImageBuffer::from_fn(WIDTH, HEIGHT, |x, y| Rgb(picture().get_pixel(x, y).0.map(value)));
-        names
-            .iter()
-            .for_each(|name| DynamicImage::ImageRgb32F(deep.clone()).save(folder.path().join(name)).unwrap());
-        open(folder.path()).unwrap()
+        showing(&names, |_| DynamicImage::ImageRgb32F(deep.clone()))
     };
     let text = "above white, which is 1";
     assert!(warns(&with(1.0), text), "values up to 255");
@@ -236,11 +237,9 @@ fn values_far_above_white_are_doubted() {
 fn grey_photographs_among_coloured_ones_are_doubted() {
     let names = ["a.png", "b.png", "c.png", "d.png"];
     let with = |grey: &[&str]| {
-        let folder = naming(&names);
-        names.iter().for_each(|name| picture().save(folder.path().join(name)).unwrap());
-        let picture = DynamicImage::from(picture()).into_luma8();
-        grey.iter().for_each(|name| picture.save(folder.path().join(name)).unwrap());
-        open(folder.path()).unwrap()
+        let coloured = DynamicImage::from(picture());
+        let of_grey = DynamicImage::from(coloured.to_luma8());
+        showing(&names, |name| if grey.contains(&name) { of_grey.clone() } else { coloured.clone() })
     };
     assert!(warns(&with(&names[1..3]), "2 of 4 images are stored without colours"));
     for grey in [&names[..], &[]] {

@@ -569,13 +569,7 @@ fn photographs_that_are_only_in_a_video_or_an_archive_are_named_so() {
         let is_known = matches!(open(&folder), Err(DataError::Video { .. } | DataError::Archive { .. }));
         assert!(is_known, "{file} alone");
     }
-    let all_of_one = transforms_folder(4, |t| {
-        t["frames"]
-            .as_array_mut()
-            .unwrap()
-            .iter_mut()
-            .for_each(|frame| frame["file_path"] = json!("walk.mp4"));
-    });
+    let all_of_one = all_named("walk.mp4");
     write_file(all_of_one.path(), "walk.mp4", "");
     assert!(matches!(open(&all_of_one), Err(DataError::Video { .. })));
 }

@@ -65,7 +65,7 @@ fn each_camera_model_becomes_its_lens() {
 
 #[test]
 fn what_would_silently_give_wrong_rays_is_refused_by_name() {
-    let cases: [(&str, Value, &str); 9] = [
+    let cases: [(&str, Value, &str); 10] = [
         ("camera_model", json!("ORTHOPHOTO"), "unsupported camera model ORTHOPHOTO; supported are"),
         ("orthographic", json!(true), "unsupported camera model orthographic"),
         ("ftheta_p0", json!(0.1), "unsupported camera model ftheta_p0"),
@@ -73,6 +73,7 @@ fn what_would_silently_give_wrong_rays_is_refused_by_name() {
         ("transform_matrix_start", json!([[1, 0, 0, 0]]), "transform_matrix_start is not supported"),
         ("k5", json!(0.01), "FULL_OPENCV"),
         ("fl_x", json!(-1.0), "frames[0].fl_x is -1.0; expected a focal length > 0"),
+        ("fl_y", json!(-3.0), "frames[0].fl_y is -3.0; expected a focal length > 0"),
         ("k1", json!("much"), "frames[0].k1 is \"much\"; expected a finite number"),
         ("file_path", json!(7), "frames[0].file_path is 7; expected a text"),
     ];

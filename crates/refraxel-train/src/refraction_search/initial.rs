@@ -72,8 +72,8 @@ fn polyhedron(hull: &Hull, contours: &Contours, under: Option<&Plane>) -> Option
 }
 
 /// A body of revolution between its upper end, if that is flat, and what it stands on, or its lower end where no ground was found: a hull
-/// goes on above it as a roof, and below it as a root. It is as wide as the outlines say on the mean. Where they leave it open whether it is one, it is a rival of the hull; rough outlines that do so say
-/// nothing.
+/// goes on above it as a roof, and below it as a root. It is as wide as the outlines say on the mean. Where they leave it open whether it is
+/// one, it is a rival of the hull; rough outlines that do so say nothing.
 fn revolution(hull: &Hull, contours: Option<&Contours>) -> Option<Shape> {
     let body = shapes::revolution(&hull.surface, hull.up()?, hull.ground.as_ref())?;
     if hull.views.are_rough() && !body.is_sure {

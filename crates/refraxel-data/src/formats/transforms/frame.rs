@@ -127,13 +127,18 @@ fn mask(root: &Root, folder: &str, frame: &Object) -> Result<Option<(PathBuf, St
 /// Scene units per step of a depth map, where no key says it: millimetres, as nerfstudio takes them.
 const MILLIMETRE: f64 = 1e-3;
 
+/// Whether the file says, as instant-ngp obeys it, that maps of `depth_path` are not used.
+pub(super) fn leaves_depth_out(object: &Object) -> bool {
+    object.get("enable_depth_loading").and_then(Value::as_bool) == Some(false)
+}
+
 /// The depth map that a frame names: nerfstudio's `depth_file_path` with `depth_unit_scale_factor`, or instant-ngp's `depth_path` with
 /// `integer_depth_scale`.
 fn depth(root: &Root, frame: &Object) -> Result<Option<DepthFile>, DataError> {
     for (key, unit) in [("depth_file_path", "depth_unit_scale_factor"), ("depth_path", "integer_depth_scale")]
     {
         let Some(stated) = frame.text(key)? else { continue };
-        if key == "depth_path" && frame.get("enable_depth_loading").and_then(Value::as_bool) == Some(false) {
+        if key == "depth_path" && leaves_depth_out(frame) {
             continue;
         }
         let unit = match frame.number(unit)? {

@@ -1,6 +1,6 @@
 //! From files to a parsed dataset, with the keys of whole files.
 
-use super::frame::{Layout, Read, read_frame};
+use super::frame::{Layout, Read, leaves_depth_out, read_frame};
 use super::region;
 use super::unused::Unused;
 use crate::folder::{file_in, names, only_file, only_one};
@@ -197,7 +197,7 @@ fn read_file_keys(parsed: &mut ParsedDataset, top: &Object) -> Result<(), DataEr
     parsed.split_lists.extend(objects.flat_map(split::parts_of));
     read_points(parsed, top)?;
     parsed.problems.extend(rule_of_split(top).filter(|_| parsed.split_lists.is_empty()));
-    if top.get("enable_depth_loading").and_then(Value::as_bool) == Some(false) {
+    if leaves_depth_out(top) {
         let file = top.path().display();
         parsed.problems.push(Problem::note(format!(
             "{file}: enable_depth_loading is false: maps of depth_path are not used"
