@@ -11,6 +11,7 @@ from .program import call, stamp, train
 CASES = ["glass_ball", "glass_blob", "faceted", "prism", "two_indices", "drinking_glass", "wavy_pool"]
 CASES += ["kitchen_vessel", "kitchen_bear", "study_crystal", "terrace_ball", "study_mirrors"]
 ROOMS = ("kitchen_", "study_", "terrace_")
+ROOM = ", photographic"
 RUNS = {"straight": ["--refraction", "off"], "auto": []}
 
 
@@ -71,7 +72,7 @@ def row(case: str, masks: str, straight: dict, auto: dict) -> dict:
             evidence.append(f"race {region['gain_inside']:+.2f}")
     keys = ("psnr_inside", "psnr_outside")
     return {
-        "scene": Path(case).name + (", photographic" if case.startswith(ROOMS) else ""),
+        "scene": Path(case).name + (ROOM if Path(case).name.startswith(ROOMS) else ""),
         "masks": masks,
         "straight": [straight.get(key) for key in keys],
         "auto": [auto.get(key) for key in keys],
@@ -102,7 +103,6 @@ def picture(at: Path, target: Path) -> None:
 
 
 def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, str]]:
-    del before
     budget = ["--set", f"run.steps={given.steps}"] if given.steps else ["--minutes", f"{given.minutes:g}"]
     budget += ["--seed", given.seed]
     out, rows = folder(given.out), []
@@ -114,20 +114,29 @@ def measure(given: argparse.Namespace, before: dict) -> tuple[dict, dict[Path, s
             dataset(case, masks, at / "data")
             scores = [train(at / "data", at / run, *budget, *words) for run, words in RUNS.items()]
             picture(at, out / f"{at.name}.jpg")
-            rows.append(row(case, masks, *scores))
-    return {**stamp(), "budget": " ".join(budget), "rows": rows}, {}
+            rows.append({**row(case, masks, *scores), **stamp(), "budget": " ".join(budget)})
+    # Each row says how it was measured, so that cases that were not measured now stay as they are.
+    measured = {name(r) for r in rows}
+    rows += [r for r in before.get("rows", []) if name(r) not in measured]
+    return {"rows": sorted(rows, key=lambda r: (ROOM in r["scene"], *name(r)))}, {}
+
+
+def name(of: dict) -> tuple[str, str]:
+    return of["scene"], of["masks"]
 
 
 def blocks(figures: dict) -> dict[str, str]:
     def show(value: float | None, form: str) -> str:
         return "–" if value is None else format(value, form)
 
-    head = ["scene", "masks", "straight", "auto", "inside", "outside", "verdict, index", "evidence", "seconds"]
-    lines = [f"Budget: `{figures['budget']}` per run. Revision {figures['revision']}. {figures['machine']}{figures.get('beside', '')}.", ""]
-    lines += [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    head = ["scene", "masks", "straight", "auto", "inside", "outside", "verdict, index", "evidence", "seconds", "measured"]
+    hows = list(dict.fromkeys((r["budget"], r["revision"], r["machine"] + r.get("beside", "")) for r in figures["rows"]))
+    lines = [f"{k}. Budget `{budget}` per run, revision {revision}, {machine}." for k, (budget, revision, machine) in enumerate(hows, 1)]
+    lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for r in figures["rows"]:
+        how = hows.index((r["budget"], r["revision"], r["machine"] + r.get("beside", ""))) + 1
         pairs = [" / ".join(show(v, ".2f") for v in r[key]) for key in ("straight", "auto")]
         changes = [show(v, "+.2f") for v in r["change"]]
-        cells = [r["scene"], r["masks"], *pairs, *changes, r["verdict"], r["evidence"], show(r["seconds"], ".0f")]
+        cells = [r["scene"], r["masks"], *pairs, *changes, r["verdict"], r["evidence"], show(r["seconds"], ".0f"), f"{how}"]
         lines.append(f"| {' | '.join(cells)} |")
     return {"verdicts": "\n".join(lines)}

@@ -229,7 +229,6 @@ fn field_options(options: &Options, moment: Moment) -> FieldOptions {
         FieldOptions {
             rate_density: field.rate_density.max(usual.rate_density),
             tv_density: field.tv_density.min(usual.tv_density),
-            tv_colour: field.tv_colour.min(usual.tv_colour),
             ..field
         }
     } else {
@@ -389,7 +388,7 @@ mod tests {
         let c = Options::suited_to(Extent::Contracted, false);
         let rates = |p, since, is_detected| {
             let o = objective(&c, 0.0, Moment { is_detected, extent: Extent::Contracted, ..at(p, since) });
-            (o.rate_density, o.tv_colour)
+            (o.rate_density, o.tv_density)
         };
         let [(masked, smooth), (detected, sharp)] = [false, true].map(|d| rates(0.1, None, d));
         assert!(detected > 2.0 * masked && sharp < 0.5 * smooth);

@@ -88,27 +88,32 @@ macro_rules! in_order {
 const TOLD: u32 = 256;
 
 impl Options {
-    /// Defaults for a kind of scene. Photographs of open surroundings are fewer and cover everything more thinly than
-    /// pictures of an object before a plain background: they need more smoothness, and slower density where it could rise in front
+    /// Defaults for a kind of scene. Photographs of surroundings are fewer and cover everything more thinly than
+    /// pictures of an object before a plain background: they need smoother and slower density, which could rise in front
     /// of a camera. Rays are long there, and most of their samples lie in haze, so they end sooner, and a coarser grid
-    /// clears it first. Cameras that all look one way see most voxels, so that more can be pruned.
+    /// clears it first. Cameras that all look one way see most voxels, so that more can be pruned, and colour can be as
+    /// sharp as the pictures.
     ///
-    /// `is_told`: masks or a file say that something refracts. Few pixels see what is behind it, and a finer grid learns that later.
+    /// `is_told`: masks or a file say that something refracts. Few pixels see what is behind it: a finer grid learns that later,
+    /// and its density needs more smoothness.
     pub fn suited_to(extent: Extent, is_told: bool) -> Self {
         let mut options = Self::default();
         match extent {
-            Extent::Bounded => {}
-            Extent::Contracted => options.field.rate_density = 0.3,
-            Extent::Projective(_) if !is_told => options.grid.prune_weight = 0.05,
-            Extent::Projective(_) => {}
+            Extent::Bounded if is_told => {}
+            Extent::Bounded => options.field.tv_density = 2e-6,
+            Extent::Contracted => {
+                options.field.rate_density = 0.3;
+                options.field.tv_density = 1e-4;
+            }
+            Extent::Projective(_) => options.field.tv_colour = 1e-6,
         }
         if is_told {
             options.grid.max_resolution = TOLD;
+        } else if let Extent::Projective(_) = extent {
+            options.grid.prune_weight = 0.05;
         }
         if extent.is_unbounded() {
             options.grid.stages = 4;
-            options.field.tv_density = 1e-4;
-            options.field.tv_colour = 1e-4;
             options.march.min_transmittance = 0.01;
         }
         options

@@ -35,7 +35,7 @@ fn every_default_is_allowed_and_survives_a_round_trip() {
     }
     assert_eq!(options, usual);
     let stored = serde_json::to_value(Options::suited_to(Extent::Contracted, false)).unwrap();
-    assert_eq!(stored["field"]["tv_colour"].as_f64().map(|v| v as f32), Some(1e-4));
+    assert_eq!(stored["field"]["tv_density"].as_f64().map(|v| v as f32), Some(1e-4));
     assert_eq!(read(stored), Ok(Options::suited_to(Extent::Contracted, false)));
 }
 
