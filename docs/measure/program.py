@@ -51,7 +51,13 @@ def machine() -> str:
 
 
 def stamp() -> dict:
-    """Where figures come from."""
-    described = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
+    """Where figures come from. Pages and figures that have just been written do not change what is measured."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+
+    written = [":!README.md", ":!docs/*.md", ":!docs/figures", ":!docs/pictures"]
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", *written)
+    revision = (git("describe", "--always") or "unknown") + ("-dirty" if changed else "")
     version = call("--version").strip()
-    return {"program": version, "revision": described.stdout.strip() or "unknown", "machine": machine()}
+    return {"program": version, "revision": revision, "machine": machine()}
