@@ -7,8 +7,8 @@ use pyo3::types::PyMapping;
 use refraxel_train::Options;
 use refraxel_train::options::list;
 
-/// All options of training: a list of dictionaries with name, meaning, range, default, and unbounded: the
-/// default for photographs of surroundings, or None.
+/// All options of training: a list of dictionaries with name, meaning, range, default, and the defaults for photographs of
+/// surroundings (unbounded) and for forward-facing captures (forward), or None where these are no others.
 #[pyfunction]
 pub fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     json::to_python(py, &list())

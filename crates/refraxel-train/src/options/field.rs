@@ -13,9 +13,9 @@ section! {
         rate_colour: f32 = 0.02, in 0.0..=100.0;
         /// Weight of measured depth, where photographs have depth maps, theory (4.27).
         depth: f32 = 0.03, in 0.0..;
-        /// Weight of the total variation of density. Where a plain backdrop ends the scene and nothing is known to refract: a fifth of it.
+        /// Weight of the total variation of density. A fifth of it where a backdrop bounds the scene and nothing is known to refract.
         tv_density: f32 = 1e-5, in 0.0..;
-        /// Weight of the total variation of colour. In forward-facing captures: a tenth of it.
+        /// Weight of the total variation of colour.
         tv_colour: f32 = 1e-5, in 0.0..;
     }
 }

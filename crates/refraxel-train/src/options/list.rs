@@ -2,7 +2,7 @@
 
 use super::sections::Options;
 use super::{Allowed, Definition, Section};
-use refraxel_core::Extent;
+use refraxel_core::{Extent, Projection, Vec3};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -15,6 +15,8 @@ pub struct OptionInfo {
     pub default: String,
     /// The text of its default for photographs of surroundings without bounds, if that is another.
     pub unbounded: Option<String>,
+    /// The text of its default for cameras that all look one way, if that is another than for other photographs of surroundings.
+    pub forward: Option<String>,
     /// The values that it may have.
     pub range: String,
     /// What it does.
@@ -24,8 +26,10 @@ pub struct OptionInfo {
 impl OptionInfo {
     /// Its defaults, `shown` with their texts.
     fn defaults(&self, shown: impl Fn(&str) -> String) -> String {
-        let unbounded = self.unbounded.iter().map(|text| format!("; unbounded {}", shown(text)));
-        shown(&self.default) + &unbounded.collect::<String>()
+        let named = |kind: &str, text: &Option<String>| {
+            text.as_ref().map(|text| format!("; {kind} {}", shown(text))).unwrap_or_default()
+        };
+        shown(&self.default) + &named("unbounded", &self.unbounded) + &named("forward-facing", &self.forward)
     }
 }
 
@@ -36,21 +40,35 @@ pub fn list() -> Vec<OptionInfo> {
 
 /// Names, meanings and options of all sections.
 fn sections() -> Vec<(&'static str, &'static str, Vec<OptionInfo>)> {
-    let (usual, unbounded) = (Options::default(), Options::suited_to(Extent::Contracted, false));
-    let both = usual.sections().into_iter().zip(unbounded.sections());
-    both.map(|(usual, unbounded)| (usual.name(), usual.about().trim(), of_section(usual, unbounded)))
-        .collect()
+    let usual = Options::default();
+    let [unbounded, forward] = [Extent::Contracted, FORWARD].map(|extent| Options::suited_to(extent, false));
+    let all = usual.sections().into_iter().zip(unbounded.sections()).zip(forward.sections());
+    all.map(|((usual, unbounded), forward)| {
+        (usual.name(), usual.about().trim(), of_section(usual, unbounded, forward))
+    })
+    .collect()
 }
 
-fn of_section(usual: &dyn Section, unbounded: &dyn Section) -> Vec<OptionInfo> {
-    let values = usual.values().into_iter().zip(unbounded.values());
-    let info = |(option, (default, unbounded)): (Definition, (String, String))| OptionInfo {
-        name: option.name,
-        unbounded: (unbounded != default).then_some(unbounded),
-        default,
-        range: option.range(),
-        meaning: meaning(&option),
-    };
+/// Any forward-facing capture: defaults do not depend on its frame.
+const FORWARD: Extent = Extent::Projective(Projection {
+    eye: Vec3::new(0.0, 0.0, 0.0),
+    axes: [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)],
+    near: 1.0,
+    edges: [[-1.0, 1.0]; 2],
+    baseline: 1.0,
+});
+
+fn of_section(usual: &dyn Section, unbounded: &dyn Section, forward: &dyn Section) -> Vec<OptionInfo> {
+    let values = usual.values().into_iter().zip(unbounded.values()).zip(forward.values());
+    let info =
+        |(option, ((default, unbounded), forward)): (Definition, ((String, String), String))| OptionInfo {
+            name: option.name,
+            forward: (forward != unbounded).then_some(forward),
+            unbounded: (unbounded != default).then_some(unbounded),
+            default,
+            range: option.range(),
+            meaning: meaning(&option),
+        };
     usual.definitions().into_iter().zip(values).map(info).collect()
 }
 
@@ -113,6 +131,7 @@ blur = 2.0
 ```
 
 *Unbounded*: the default where photographs show surroundings, and not things before a transparent or plain backdrop.
+*Forward-facing*: the default where all cameras look one way, if it is another.
 
 This page is printed by `refraxel train --options --markdown > docs/options.md`.
 ";

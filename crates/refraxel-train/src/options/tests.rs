@@ -170,6 +170,7 @@ fn the_list_says_what_is_usual_for_surroundings_without_bounds() {
     assert_eq!(defaults("march.min_transmittance"), Some(("0.001".to_owned(), named("0.01"))));
     assert_eq!(defaults("grid.prune_weight"), Some(("0.005".to_owned(), None)));
     assert!(list_as_text().contains("  march.min_transmittance = 0.001; unbounded 0.01  ("));
+    assert!(list_as_text().contains("  field.rate_density = 1; unbounded 0.3; forward-facing 1  ("));
 }
 
 #[test]
