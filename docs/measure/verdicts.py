@@ -125,18 +125,21 @@ def name(of: dict) -> tuple[str, str]:
     return of["scene"], of["masks"]
 
 
+def how(of: dict) -> str:
+    return f"Budget `{of['budget']}` per run, revision {of['revision']}, {of['machine']}{of.get('beside', '')}."
+
+
 def blocks(figures: dict) -> dict[str, str]:
     def show(value: float | None, form: str) -> str:
         return "–" if value is None else format(value, form)
 
     head = ["scene", "masks", "straight", "auto", "inside", "outside", "verdict, index", "evidence", "seconds", "measured"]
-    hows = list(dict.fromkeys((r["budget"], r["revision"], r["machine"] + r.get("beside", "")) for r in figures["rows"]))
-    lines = [f"{k}. Budget `{budget}` per run, revision {revision}, {machine}." for k, (budget, revision, machine) in enumerate(hows, 1)]
+    hows = list(dict.fromkeys(map(how, figures["rows"])))
+    lines = [f"{number}. {text}" for number, text in enumerate(hows, 1)]
     lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for r in figures["rows"]:
-        how = hows.index((r["budget"], r["revision"], r["machine"] + r.get("beside", ""))) + 1
         pairs = [" / ".join(show(v, ".2f") for v in r[key]) for key in ("straight", "auto")]
         changes = [show(v, "+.2f") for v in r["change"]]
-        cells = [r["scene"], r["masks"], *pairs, *changes, r["verdict"], r["evidence"], show(r["seconds"], ".0f"), f"{how}"]
+        cells = [r["scene"], r["masks"], *pairs, *changes, r["verdict"], r["evidence"], show(r["seconds"], ".0f"), str(hows.index(how(r)) + 1)]
         lines.append(f"| {' | '.join(cells)} |")
     return {"verdicts": "\n".join(lines)}
