@@ -7,8 +7,8 @@ use pyo3::types::PyMapping;
 use refraxel_train::Options;
 use refraxel_train::options::list;
 
-/// All options of training: a list of dictionaries with name, meaning, range, default, and the defaults for photographs of
-/// surroundings (unbounded) and for forward-facing captures (forward), or None where these are no others.
+/// All options of training: a list of dictionaries with name, meaning, range, default; unbounded: the default for photographs of
+/// surroundings, or None where it is the same; and forward: that for forward-facing captures, or None where it is that of surroundings.
 #[pyfunction]
 pub fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     json::to_python(py, &list())

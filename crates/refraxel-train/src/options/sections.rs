@@ -105,12 +105,15 @@ impl Options {
                 options.field.rate_density = 0.3;
                 options.field.tv_density = 1e-4;
             }
-            Extent::Projective(_) => options.field.tv_colour = 1e-6,
+            Extent::Projective(_) => {
+                options.field.tv_colour = 1e-6;
+                if !is_told {
+                    options.grid.prune_weight = 0.05;
+                }
+            }
         }
         if is_told {
             options.grid.max_resolution = TOLD;
-        } else if let Extent::Projective(_) = extent {
-            options.grid.prune_weight = 0.05;
         }
         if extent.is_unbounded() {
             options.grid.stages = 4;

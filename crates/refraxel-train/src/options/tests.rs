@@ -174,6 +174,12 @@ fn the_list_says_what_is_usual_for_surroundings_without_bounds() {
 }
 
 #[test]
+fn density_in_a_box_is_smoothed_less_where_nothing_is_known_to_refract() {
+    let [unknown, told] = [false, true].map(|is_told| Options::suited_to(Extent::Bounded, is_told).field);
+    assert_eq!(unknown, FieldOptions { tv_density: told.tv_density / 5.0, ..told });
+}
+
+#[test]
 fn every_option_is_listed_with_a_sentence() {
     let listed = list();
     assert_eq!(listed.len(), Options::definitions().len());
