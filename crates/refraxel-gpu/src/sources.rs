@@ -170,6 +170,7 @@ pub(crate) const LEARN_BENT: Source = Source {
             "priors",
             "ray_gradient_fields",
             "ray_gradient",
+            "near_share",
             "scatter",
             "stencil_vjp",
             "index_sample",
@@ -205,6 +206,7 @@ pub(crate) const LEARN: Source = Source {
             "priors",
             "ray_gradient_fields",
             "ray_gradient",
+            "near_share",
             "scatter",
             "fresnel",
             "bending",
@@ -283,7 +285,7 @@ pub(crate) const LEARN_COAT: Source = Source {
     files: &[
         MARCH,
         COATS,
-        shaders!["fixed", "touched", "ray_gradient_fields", "density_slope_vjp", "learn_coat"],
+        shaders!["fixed", "touched", "near_share", "ray_gradient_fields", "density_slope_vjp", "learn_coat"],
     ],
     bindings: &[
         MARCHED,

@@ -28,7 +28,8 @@ pub(crate) struct Task {
     rate_background: f32,
     pub outcome: u32,
     thin: f32,
-    padding: [u32; 3],
+    full_distance: f32,
+    padding: [u32; 2],
 }
 
 impl Task {
@@ -64,6 +65,7 @@ impl Task {
                 | bit(bends && objective.index.is_some(), WANTS_INDEX)
                 | bit(bends && objective.absorption.is_some(), ABSORBS),
             thin: objective.thin,
+            full_distance: objective.full_distance,
             sample_colour: if given.behind { 0.0 } else { objective.sample_colour },
             tv_density: objective.tv_density,
             tv_colour: objective.tv_colour,

@@ -35,7 +35,8 @@ refraxel_train::conformance_tests! {
 /// Everything that a straight scene minimises.
 fn all_priors() -> Objective {
     let (tv_density, tv_colour, tv_period) = (0.02, 0.01, 2);
-    Objective { sample_colour: 0.1, tv_density, tv_colour, tv_period, rate_view: 0.5, ..objective() }
+    let priors = Objective { sample_colour: 0.1, full_distance: 3.0, ..objective() };
+    Objective { tv_density, tv_colour, tv_period, rate_view: 0.5, ..priors }
 }
 
 /// Largest difference of two arrays.
@@ -326,6 +327,7 @@ fn glossy(model: Model) -> Model {
 fn all_that_bends() -> Objective {
     let reflection = ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 };
     Objective {
+        full_distance: 3.0,
         index: Some(index_objective()),
         reflection: Some(reflection),
         absorption: Some(AbsorptionObjective { rate: 0.01 }),

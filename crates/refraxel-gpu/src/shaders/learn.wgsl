@@ -69,7 +69,8 @@ fn march_back(ray: u32, shown: vec3<f32>, d_colour: vec3<f32>) -> SegmentAdjoint
         let d_sample = select(vec3<f32>(0.0), weight * drawn, colour > vec3<f32>(0.0));
         let d_theta = d_tau * s.slope;
         if ((task.wants & WANTS_FIELD) != 0u) {
-            scatter(&s, &basis, d_theta, d_sample);
+            let share = near_share(s.t);
+            scatter(&s, &basis, share * d_theta, share * d_sample);
         }
         if ((task.wants & WANTS_RAYS) != 0u) {
             add_segment_adjoint(&sums, &s, &basis, Teaching(origin, direction, 1.0, d_theta, d_tau, d_sample));

@@ -29,6 +29,8 @@ struct Blame {
     // 2 λ_c of theory (4.5) and what draws the colours of samples, the target of the ray.
     draws: f32,
     target_colour: vec3<f32>,
+    // Where the ray starts.
+    eye: vec3<f32>,
     // Segments receive gradients.
     of_segments: bool,
 }
@@ -145,7 +147,7 @@ fn look_back(ray: u32, end: Checkpoint, d_colour: vec3<f32>, way: ptr<function, 
     choose_what_learns(ray, end);
     let traces = (task.wants & WANTS_RAYS) != 0u || teaches_index || teaches_surface;
     let draws = select(2.0 * task.sample_colour, 0.0, lessons[ray].bends != 0u);
-    var blame = Blame(seen[ray].colour, d_colour, draws, lessons[ray].colour, traces);
+    var blame = Blame(seen[ray].colour, d_colour, draws, lessons[ray].colour, lessons[ray].origin, traces);
     var d = StateAdjoint((*way).d_x, (*way).d_p);
     let trespasses = lessons[ray].beside != 0u && bending.silhouette > 0.0 && teaches_surface;
     var trespass = Trespass((*way).middle, (*way).is_known != 0u, (*way).trespass, (*way).region, (*way).transmittance);
@@ -331,7 +333,8 @@ fn learn_segment(
         let d_sample = d_filtered * f.slope;
         let d_theta = d_tau * s.slope;
         if ((task.wants & WANTS_FIELD) != 0u) {
-            scatter(&s, &basis, d_theta, d_sample);
+            let share = near_share(distance((*segment).start + (*segment).momentum * s.t, blame.eye));
+            scatter(&s, &basis, share * d_theta, share * d_sample);
         }
         if (blame.of_segments) {
             add_segment_adjoint(&sums, &s, &basis, Teaching((*segment).start, unit, speed, d_theta, d_tau, d_sample));

@@ -40,7 +40,7 @@ fn learn_coat(
         if ((task.wants & WANTS_FIELD) != 0u) {
             // forward: G = −h Σ w ∇θ
             let d_node = node_jvp(x, c.d_slope * select(0.0, -weight * scene.voxel, counts));
-            scatter_density(&s, d_theta, d_node);
+            scatter_density(&s, near_share(s.t) * d_theta, d_node);
         }
         if (wants_rays) {
             let d_x = node_vjp(x, trilinear_gradient(s.fraction, densities(&s)) * d_theta);

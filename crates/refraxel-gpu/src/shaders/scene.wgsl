@@ -65,9 +65,10 @@ struct Task {
     outcome: u32,
     // Samples of smaller optical depth are left out by chance.
     thin: f32,
+    // Samples nearer to the camera move the field by less, theory (4.29).
+    full_distance: f32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 // The number of an invocation in a dispatch of one or two dimensions.

@@ -28,6 +28,8 @@ pub struct Objective {
     pub sample_colour: f32,
     /// λ_d of theory (4.27): weight of the distance of samples from where something was measured, of the same rays.
     pub depth: f32,
+    /// Samples nearer to the camera than this [scene unit] move the field by less, theory (4.29); 0: all move it alike.
+    pub full_distance: f32,
     /// Weight of total variation of raw density, per edge.
     pub tv_density: f32,
     /// Weight of total variation of SH coefficients, per edge.
@@ -109,6 +111,7 @@ impl Objective {
             bent_weight: 1.0,
             sample_colour: 0.0,
             depth: 0.0,
+            full_distance: 0.0,
             tv_density: 0.0,
             tv_colour: 0.0,
             tv_period: 1,

@@ -9,7 +9,9 @@ use super::scene::Scene;
 use super::view::View;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
+use refraxel_core::Vec3;
 use refraxel_core::grid::trilinear;
+use refraxel_core::priors::near_share;
 use refraxel_core::radiance::{Segment, SegmentAdjoint};
 
 /// The second stage: the samples of all paths, without their colours. Without offsets, points lie in the middle of their steps.
@@ -54,6 +56,20 @@ pub(super) fn march_path<S: Simd>(
     }
     marcher.finish(simd, &mut front, &mut out.samples);
     front.transmittance
+}
+
+/// By `records` of samples, the field moves as much as their distance from the camera allows, theory (4.29): what else learns from them has
+/// learned.
+#[inline(always)]
+pub(super) fn fade(records: &mut [Record], samples: RaySamples, eye: Vec3<f32>, full: f32) {
+    if full <= 0.0 {
+        return;
+    }
+    for (r, s) in records.iter_mut().zip(samples.samples) {
+        let share = near_share((samples.segment_of(s).segment.at(s.t) - eye).length(), full);
+        r.d_theta *= share;
+        r.d_colour = r.d_colour.map(|d| share * d);
+    }
 }
 
 /// The way back of the second and the third stage: dLoss/d(start, momentum) of a path's segments, from the `records` of its samples.

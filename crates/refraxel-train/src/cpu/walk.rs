@@ -4,7 +4,7 @@
 use super::absorption::{FilteredRay, LengthAdjoint, absorb};
 use super::colour::shade;
 use super::composite::{BatchLoss, Compared};
-use super::march::{march, march_vjp};
+use super::march::{fade, march, march_vjp};
 use super::mirror::{MirrorAdjoint, SecondaryRay, mirror, mirror_vjp};
 use super::mirrored::MirroredSample;
 use super::packet::{Packet, PacketRay};
@@ -119,6 +119,7 @@ impl LearnedRay<'_> {
         let learns_from =
             bent.map_or(LearnsFrom::NOTHING, |_| LearnsFrom::of(path, objective.index.as_ref()));
         if wanted.is_none() && (learns_from == LearnsFrom::NOTHING || objective.index.is_none()) {
+            fade(&mut tape.records[first..], samples, ray.origin, objective.full_distance);
             return d.squared_error;
         }
         if learns_from.surface && batch.is_beside(number) {
@@ -129,6 +130,7 @@ impl LearnedRay<'_> {
         segments.resize(if bent.is_some() { path.segments.len() } else { 1 }, SegmentAdjoint::default());
         let moving = usize::from(wanted.is_none());
         march_vjp::<S, BLOCKS>(simd, scene, samples, &tape.records[first..], moving, segments);
+        fade(&mut tape.records[first..], samples, ray.origin, objective.full_distance);
         let d_exit = d.background_vjp(scene.background, batch, &found.exit);
         let d_reflections = &surfaces.reflections;
         let d_lengths = if absorbs { &lengths.segments[..] } else { &[] };

@@ -24,6 +24,7 @@ macro_rules! conformance_tests {
                 gradients_agree_with_the_reference,
                 thinned_haze_has_the_reference_gradient,
                 the_prior_on_samples_has_the_reference_gradient,
+                samples_near_the_camera_move_the_field_by_their_share,
                 cut_offs_change_a_picture_by_no_more_than_they_say,
                 skipping_never_jumps_over_matter_in_flat_contracted_boxes,
                 learning_lowers_the_loss,

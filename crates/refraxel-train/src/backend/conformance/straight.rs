@@ -7,7 +7,7 @@ use crate::backend::{Backend, BatchGradient, Layers, Marching, Objective, step};
 use crate::cancel::Cancel;
 use crate::model::Model;
 use refraxel_core::field::Matter;
-use refraxel_core::priors::{depth_cost, sample_colour_slope};
+use refraxel_core::priors::{depth_cost, near_share, sample_colour_slope};
 use refraxel_core::radiance::{PixelAdjoint, render, render_vjp};
 use refraxel_core::sh::{self, ShDegree};
 use refraxel_core::{Aabb, Background, BrickMap, Domain, Extent, FieldGradient, Ray, Vec3, VoxelField, vec3};
@@ -173,6 +173,44 @@ pub fn measured_depth_has_the_reference_gradient<B: Backend>(suite: &Suite<B>) {
     let error = relative(&difference, &grad.density);
     assert!(error < suite.tolerances.ray, "density: {error}");
     assert!(with.field.colour[..] == without.field.colour[..], "colours explain no distances");
+}
+
+/// Samples near the camera, as all rays have that start around the grid.
+pub fn samples_near_the_camera_move_the_field_by_their_share<B: Backend>(suite: &Suite<B>) {
+    const FULL: f32 = 3.0;
+    let model = Model::straight(field(0, Extent::Bounded), Background::Constant([0.3; 3]));
+    let reference = Reference::new(&model);
+    let (backend, b) = (suite.backend(model), batch(100));
+    let got = backend.gradient(&b, &Objective { full_distance: FULL, ..objective() }).field;
+    let (mut grad, mut least) = (reference.field.zero_gradient(), 1.0_f64);
+    for (k, ray) in b.rays.iter().enumerate() {
+        let Some((s, points)) = reference.straight(ray, b.offset[k]) else { continue };
+        let y = sh::basis(reference.field.degree, s.momentum);
+        let samples = reference.samples(&s, &points, &y);
+        let over = |behind: [f64; 3], s: &Sample| {
+            [0, 1, 2].map(|c| s.alpha * s.colour[c] + (1.0 - s.alpha) * behind[c])
+        };
+        let mut behind = [f64::from(0.3_f32); 3];
+        let shown = samples.iter().rev().fold(behind, over);
+        let d_colour = [0, 1, 2].map(|c| 2.0 * (shown[c] - f64::from(b.target[k][c])));
+        for sample in samples.iter().rev() {
+            let Sample { x, dt, colour, alpha, before } = *sample;
+            let share = near_share((x - ray.cast().origin).length(), f64::from(FULL));
+            let contrast: f64 = (0..3).map(|c| d_colour[c] * (colour[c] - behind[c])).sum();
+            let d = Matter {
+                density: share * before * (1.0 - alpha) * contrast * dt,
+                colour: d_colour.map(|d| share * before * alpha * d),
+            };
+            reference.field.at_vjp(x, &y, &d, &mut grad);
+            (behind, least) = (over(behind, sample), least.min(share));
+        }
+    }
+    assert!(least < 0.5, "{least}");
+    for (name, got, want) in [("density", &got.density, &grad.density), ("colour", &got.colour, &grad.colour)]
+    {
+        let error = relative(got, want);
+        assert!(error < suite.tolerances.straight, "{name}: {error}");
+    }
 }
 
 /// What is skipped as transparent or hidden.

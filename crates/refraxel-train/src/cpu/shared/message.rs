@@ -27,8 +27,8 @@ wire! {
         index_events,
     }
     Objective {
-        marching, thin, bent_weight, sample_colour, depth, tv_density, tv_colour, tv_period, rate_density, rate_colour, rate_view,
-        rate_background, index, reflection, absorption,
+        marching, thin, bent_weight, sample_colour, depth, full_distance, tv_density, tv_colour, tv_period, rate_density, rate_colour,
+        rate_view, rate_background, index, reflection, absorption,
     }
 }
 
