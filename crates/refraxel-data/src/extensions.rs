@@ -3,8 +3,8 @@
 use std::path::Path;
 
 /// Pictures that are decoded. Names without an extension are tried in this order.
-pub(crate) const READ: [&str; 11] =
-    ["png", "jpg", "jpeg", "exr", "webp", "tif", "tiff", "bmp", "ppm", "pgm", "tga"];
+pub(crate) const READ: [&str; 12] =
+    ["png", "jpg", "jpeg", "jfif", "exr", "webp", "tif", "tiff", "bmp", "ppm", "pgm", "tga"];
 /// Pictures of linear light, which programs that pose photographs do not read.
 const LINEAR: [&str; 1] = ["exr"];
 /// Pictures that are not decoded, and the program that converts them.
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(conversion("x.cr3").unwrap(), "darktable-cli x.cr3 x.jpg");
         assert_eq!((conversion("a.webp"), conversion("a.txt"), conversion("heic")), (None, None, None));
         assert!(
-            is_picture("a.TIF") && is_photograph("a.TIF") && is_picture("a.exr") && !is_photograph("a.exr")
+            is_picture("a.TIF") && is_photograph("a.jfif") && is_picture("a.exr") && !is_photograph("a.exr")
         );
     }
 }

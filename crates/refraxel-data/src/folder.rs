@@ -133,7 +133,7 @@ impl Listing {
         if is_open {
             pictures.sort_by_key(|found| (picture_stem(found) != name, rank(found)));
         } else if pictures.len() > 1 {
-            let is_jpeg = |name: &str| matches!(naming::extension(name).as_str(), "jpg" | "jpeg");
+            let is_jpeg = |name: &str| matches!(naming::extension(name).as_str(), "jpg" | "jpeg" | "jfif");
             pictures.retain(|found| is_jpeg(found) && is_jpeg(name));
         }
         pictures.first().copied().filter(|_| is_open || pictures.len() == 1)
@@ -174,6 +174,7 @@ pub(crate) mod tests {
         assert_eq!(listing(&["V00.PNG", "v00.png"]).file("v00.png"), Some("v00.png"));
         assert_eq!(listing(&["a.png", "a.exr"]).file("a.jpg"), None);
         assert_eq!(listing(&["a.png", "a.JPG"]).file("a.jpeg"), Some("a.JPG"));
+        assert_eq!(listing(&["a.png", "a.jfif"]).file("a.jpg"), Some("a.jfif"));
         assert_eq!(listing(&["a.exr", "a.png"]).file("a"), Some("a.png"), "the order of extensions");
         assert_eq!(listing(&["a.txt", "._a.png"]).file("a.jpg"), None);
     }

@@ -34,6 +34,7 @@ const THIN: f32 = 0.02;
 const THIN_AROUND: f32 = 0.05;
 /// Samples nearer to the camera than so many times the distance at which rays begin move surroundings by less, theory (4.29): each photograph
 /// would fill the space before its own camera with what explains it alone. By default this is how near the scene's centre a camera comes.
+/// No camera stands in a box, and those of forward-facing captures see what is near all together.
 const FULL_DISTANCE: f32 = 5.0;
 /// Weight of rays that bend in the loss: they err more, by what is not yet right about the glass, and things that straight rays see as
 /// well must not learn those errors.
@@ -245,12 +246,10 @@ fn straight_objective(options: &Options, near: f32, moment: Moment) -> Objective
     let warm = (0.1 + 0.9 * p / WARM_UP).min(1.0);
     let decay = warm * FIELD_RATE_DECAY.powf(p);
     let tv = VARIATION_DECAY.powf(p);
-    // No camera stands in a box.
-    let is_boxed = moment.extent == Extent::Bounded;
     Objective {
         marching: training_marching(options, near),
-        thin: if is_boxed { THIN } else { THIN_AROUND },
-        full_distance: if is_boxed { 0.0 } else { FULL_DISTANCE * near },
+        thin: if moment.extent == Extent::Bounded { THIN } else { THIN_AROUND },
+        full_distance: if moment.extent == Extent::Contracted { FULL_DISTANCE * near } else { 0.0 },
         bent_weight: BENT_WEIGHT,
         sample_colour: SAMPLE_COLOUR,
         depth: field.depth,
