@@ -87,8 +87,9 @@ mod tests {
         assert_eq!(conversion("a/b.HEIC").unwrap(), "heif-convert a/b.HEIC a/b.jpg");
         assert_eq!(conversion("x.cr3").unwrap(), "darktable-cli x.cr3 x.jpg");
         assert_eq!((conversion("a.webp"), conversion("a.txt"), conversion("heic")), (None, None, None));
+        assert!(is_picture("a.jfif") && is_photograph("a.jfif"));
         assert!(
-            is_picture("a.TIF") && is_photograph("a.jfif") && is_picture("a.exr") && !is_photograph("a.exr")
+            is_picture("a.TIF") && is_photograph("a.TIF") && is_picture("a.exr") && !is_photograph("a.exr")
         );
     }
 }

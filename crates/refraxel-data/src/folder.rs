@@ -1,8 +1,9 @@
 //! What lies in a folder: names, found in whatever way they are written.
 
+use crate::DataError;
 use crate::extensions::is_picture;
 use crate::naming::{is_of_system, key, picture_stem, rank, stem_key};
-use crate::{DataError, naming};
+use ::image::ImageFormat;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -133,7 +134,7 @@ impl Listing {
         if is_open {
             pictures.sort_by_key(|found| (picture_stem(found) != name, rank(found)));
         } else if pictures.len() > 1 {
-            let is_jpeg = |name: &str| matches!(naming::extension(name).as_str(), "jpg" | "jpeg" | "jfif");
+            let is_jpeg = |name: &str| matches!(ImageFormat::from_path(name), Ok(ImageFormat::Jpeg));
             pictures.retain(|found| is_jpeg(found) && is_jpeg(name));
         }
         pictures.first().copied().filter(|_| is_open || pictures.len() == 1)

@@ -327,7 +327,6 @@ fn glossy(model: Model) -> Model {
 fn all_that_bends() -> Objective {
     let reflection = ReflectionObjective { rate: 0.01, rate_strength: 0.01, rate_clearcoat: 0.01 };
     Objective {
-        full_distance: 3.0,
         index: Some(index_objective()),
         reflection: Some(reflection),
         absorption: Some(AbsorptionObjective { rate: 0.01 }),
