@@ -51,15 +51,25 @@ struct Scan<'a, F> {
     known: HashMap<(Vec<u32>, usize), Scores>,
 }
 
-/// All first values at the coarsest detail: the best of them, with its scores.
-pub(crate) fn first(unknowns: &[Unknown], mut score: impl Scored) -> Result<Best, Cancelled> {
-    let mut best: Option<Best> = None;
-    for values in products(unknowns) {
-        let scores = score(&values, Detail::Coarse)?;
-        if best.as_ref().is_none_or(|b| mean(&scores) > mean(&b.scores)) {
-            best = Some(Best { values, scores });
-        }
-    }
+/// One in so many first values is looked at in all views.
+const LIKELY: usize = 8;
+
+/// All first values at the coarsest detail: the best of them, with its scores. `score` is told whether few views suffice: by these, where
+/// many take wrong values for the best, it is known which are likely, and all views choose among those.
+pub(crate) fn first(
+    unknowns: &[Unknown],
+    mut score: impl FnMut(&[f32], Detail, bool) -> Result<Scores, Cancelled>,
+) -> Result<Best, Cancelled> {
+    let mut scored = |all: Vec<Vec<f32>>, are_few: bool| {
+        let of =
+            |values: Vec<f32>| score(&values, Detail::Coarse, are_few).map(|scores| Best { values, scores });
+        let mut all = all.into_iter().map(of).collect::<Result<Vec<_>, _>>()?;
+        all.sort_by(|a, b| mean(&b.scores).total_cmp(&mean(&a.scores)));
+        Ok(all)
+    };
+    let mut likely = scored(products(unknowns), true)?;
+    likely.truncate(likely.len().div_ceil(LIKELY));
+    let best = scored(likely.into_iter().map(|b| b.values).collect(), false)?.into_iter().next();
     Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
 }
 
@@ -197,10 +207,25 @@ mod tests {
             let away = ((v[0] - 1.333) / width).powi(2) + ((v[1] - 0.36) / (4.0 * width)).powi(2);
             Ok(Scores(vec![Some(f64::from((-away).exp())); 3]))
         };
-        let from = first(&unknowns, &mut score).unwrap();
+        let from = first(&unknowns, |v, d, _| score(v, d)).unwrap();
         assert_eq!(from.values, [1.4, 0.5]);
         let best = refined(&from, &unknowns, Detail::Fine, &mut score).unwrap();
         assert!((best.values[0] - 1.333).abs() < 0.01 && (best.values[1] - 0.36).abs() < 0.03, "{best:?}");
         assert!(calls < 60, "{calls}");
+    }
+
+    #[test]
+    fn what_few_views_take_for_the_best_is_chosen_by_all() {
+        let values: Vec<f32> = (0..24).map(|k| 1.0 + 0.05 * k as f32).collect();
+        let unknown = Unknown::new("index", &values, &[], [1.0, 3.0]);
+        let [mut few, mut all] = [0, 0];
+        let found = first(&[unknown], |v, _, are_few| {
+            *if are_few { &mut few } else { &mut all } += 1;
+            let likes = |n: f32| f64::from((-((v[0] - n) / 0.1).powi(2)).exp());
+            let score = likes(1.5) + if are_few { 1.1 * likes(2.0) } else { 0.0 };
+            Ok(Scores(vec![Some(score); 2]))
+        });
+        assert_eq!((few, all), (24, 3));
+        assert_eq!(found.unwrap().values, values[10..11]);
     }
 }

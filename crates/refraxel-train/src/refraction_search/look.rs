@@ -235,16 +235,18 @@ impl<'a> Look<'a> {
             return Ok(None);
         }
         let unknowns = |p: &Proposal| unknowns(p, self.region);
-        // First numbers that must come near to what stands, and often do not, are looked at in few views.
-        let views = self.seen.at(now.is_some());
         let mut shapes = Shapes::default();
+        let scanned = &self.seen.scanned;
         let mut least = f64::NEG_INFINITY;
         if let Some(standing) = &self.standing {
-            least = mean(&self.scores(at, &mut shapes, standing, (Detail::Coarse, views), observer)?) - NEAR;
+            least =
+                mean(&self.scores(at, &mut shapes, standing, (Detail::Coarse, scanned), observer)?) - NEAR;
         }
         let mut firsts: Vec<(&'static Proposal, Best)> = Vec::new();
         for p in kinds {
-            let from = first(&unknowns(p), |v: &[f32], d| {
+            let from = first(&unknowns(p), |v: &[f32], d, are_few| {
+                // First numbers that must come near to what stands often do not.
+                let views = self.seen.at(are_few && now.is_some());
                 self.scores(at, &mut shapes, &Self::candidate(p, v), (d, views), observer)
             })?;
             firsts.push((p, from));
@@ -253,7 +255,7 @@ impl<'a> Look<'a> {
         let mut best: Option<(&'static Proposal, Best)> = None;
         for (p, from) in firsts.iter().filter(|(_, b)| mean(&b.scores) >= least.max(most - FAR)) {
             let found = refined(from, &unknowns(p), JUDGED, |v: &[f32], d| {
-                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, &self.seen.scanned), observer)
+                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, scanned), observer)
             })?;
             let simpler = best.as_ref().map(|(_, b)| &b.scores).or(now);
             if simpler.is_none_or(|simpler| is_better(&found.scores, simpler)) {

@@ -65,7 +65,7 @@ fn of_upright(is_found: bool) -> [Unknown; 7] {
     ]
 }
 
-/// Of upright bodies with straight sides the one that scores most, with its index. `score` is told whether it is asked for a first look.
+/// Of upright bodies with straight sides the one that scores most, with its index. `score` is told whether few views suffice.
 fn scanned(
     rough: &Frustum,
     is_found: bool,
@@ -73,7 +73,7 @@ fn scanned(
 ) -> Result<(Frustum, f32), Cancelled> {
     let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
     let unknowns = of_upright(is_found);
-    let from = first(&unknowns, |v: &[f32], detail| score((&changed(v), v[0]), detail, true))?;
+    let from = first(&unknowns, |v: &[f32], detail, are_few| score((&changed(v), v[0]), detail, are_few))?;
     let best =
         refined(&from, &unknowns, JUDGED, |v: &[f32], detail| score((&changed(v), v[0]), detail, false))?;
     Ok((changed(&best.values), best.values[0]))
@@ -92,11 +92,11 @@ fn upright(
     let sketch = region.sketch();
     let Site { bounds, resolution, .. } = sketch.as_ref().unwrap_or(region).site;
     let mut tried = 0;
-    let (shape, _) = scanned(&rough, is_found, |(shape, index), detail, is_first| {
+    let (shape, _) = scanned(&rough, is_found, |(shape, index), detail, are_few| {
         tried += 1;
         observer.progress(Task::SearchingIndex, tried, tried)?;
         let surface = LevelSet::from_samples(bounds, resolution, |x| shape.distance(x));
-        let views = seen.at(is_first);
+        let views = seen.at(are_few);
         Ok(at.predicted(views, detail, vec![Body::searched(surface, index)]).scores(views))
     })?;
     let Site { bounds, resolution, .. } = region.site;
