@@ -20,6 +20,24 @@ fn is_more(above: Difference, errors: f64) -> bool {
     above.mean > LEAST_SCORE && above.significance() > errors
 }
 
+/// Whether rays bend, if the evidence knows. `is_above`: the prediction surely scores more than looking straight through. `lacks`: by how
+/// much less than straight rays that have learned what is inside the masks.
+fn bends(evidence: &Evidence, is_above: bool, lacks: f64) -> Option<bool> {
+    let Evidence { predicted, other_photographs: others, trained_straight, above, .. } = evidence;
+    let is_seen = is_above && predicted.mean > others.mean + SURELY * others.error;
+    // Straight rays that show nearly everything leave nothing to explain. Otherwise what stands in a body, which is seen through it alone,
+    // may be what they have learned, and what prediction lacks. Where they show more beyond the prediction than that shows beyond looking
+    // straight through, its shape is too far from the truth.
+    let least = EXPLAINED * (1.0 - predicted.mean);
+    let is_explained = if is_seen {
+        lacks > least.min(above.mean)
+    } else {
+        lacks > least && trained_straight.mean > SEEN_STRAIGHT
+    };
+    // What is seen in a cavity, which nobody knows before it is learned, straight rays may explain, and a prediction cannot.
+    (is_seen != is_explained).then_some(is_seen)
+}
+
 /// What prediction says of a region.
 #[derive(Default)]
 pub(super) struct Opinion {
@@ -104,14 +122,41 @@ impl Look<'_> {
             above,
             index: *index,
         };
-        // Straight rays that show nearly everything leave nothing to explain. Otherwise what stands in a body, which is seen through it
-        // alone, may be what they have learned, and what prediction lacks.
-        let is_seen = *is_above && evidence.predicted.mean > others.mean + SURELY * others.error;
-        let is_explained = lacks.mean > EXPLAINED * (1.0 - evidence.predicted.mean)
-            && (is_seen || evidence.trained_straight.mean > SEEN_STRAIGHT);
-        // What is seen in a cavity, which nobody knows before it is learned, straight rays may explain, and a prediction cannot.
-        let is_unknown = is_seen == is_explained || (is_explained && !self.options.judge.straight.is_on());
+        let bends = bends(&evidence, *is_above, lacks.mean)
+            .filter(|bends| *bends || self.options.judge.straight.is_on());
         let is_glimpsed = is_more(above, GLIMPSED);
-        Opinion { bends: (!is_unknown).then_some(is_seen), is_glimpsed, evidence: Some(evidence) }
+        Opinion { bends, is_glimpsed, evidence: Some(evidence) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evidence([predicted, through, straight]: [f64; 3]) -> Evidence {
+        let of = |mean| Difference { mean, error: 0.02, views: 9 };
+        Evidence {
+            predicted: of(predicted),
+            straight_through: of(through),
+            other_photographs: of(0.0),
+            trained_straight: of(straight),
+            above: of(predicted - through),
+            index: None,
+        }
+    }
+
+    fn verdict(scores: [f64; 3]) -> Option<bool> {
+        let evidence = evidence(scores);
+        bends(&evidence, is_more(evidence.above, SIGNIFICANT), scores[2] - scores[0])
+    }
+
+    #[test]
+    fn evidence_decides_where_neither_prediction_nor_straight_rays_lack_much() {
+        assert_eq!(verdict([0.65, 0.03, 0.15]), Some(true), "glass shows its surroundings where it should");
+        assert_eq!(verdict([0.45, 0.02, 0.33]), Some(true));
+        assert_eq!(verdict([0.08, 0.05, 0.95]), Some(false), "an opaque thing");
+        assert_eq!(verdict([0.08, 0.05, 0.5]), None, "neither shows it");
+        assert_eq!(verdict([0.4, 0.1, 0.85]), None, "what stands in a vessel is seen through it alone");
+        assert_eq!(verdict([0.11, 0.01, 0.45]), None, "the shape is too far from the truth");
     }
 }
