@@ -66,10 +66,12 @@ def row(case: str, masks: str, straight: dict, auto: dict) -> dict:
         numbers = {f["name"]: f["value"] for f in region.get("found", [])}
         index = next((f" {numbers[n]:.3f}" for n in ("filling", "index") if n in numbers), "")
         said.append(region["hypothesis"] + (index if region["hypothesis"] != "straight" else ""))
+        parts = []
         if of := region.get("evidence"):
-            evidence.append(f"{of['predicted']['mean']:.2f} / {of['straight_through']['mean']:.2f}")
-        else:
-            evidence.append(f"race {region['gain_inside']:+.2f}")
+            parts.append(f"{of['predicted']['mean']:.2f} / {of['straight_through']['mean']:.2f}")
+        if region.get("contestants"):
+            parts.append(f"race {region['gain_inside']:+.2f}")
+        evidence.append("; ".join(parts) or "–")
     keys = ("psnr_inside", "psnr_outside")
     return {
         "scene": Path(case).name + (ROOM if Path(case).name.startswith(ROOMS) else ""),

@@ -1,4 +1,5 @@
-//! The update rule of the optimiser, theory (4.7), for one parameter at a time; backends decide which parameters to touch.
+//! The update rule of the optimiser, theory (4.7), for one parameter at a time, and the share of its gradient that a sample passes on; backends decide
+//! which parameters to touch.
 
 use crate::Real;
 
@@ -33,6 +34,15 @@ impl<T: Real> RmsProp<T> {
     }
 }
 
+/// Share of its gradient by which a sample at the distance t from the camera moves the field, theory (4.29): min(1, t²/t₀²), and 1 for t₀ = 0. The
+/// rays of a camera that meet a voxel are about as many as 1/t².
+///
+/// Source: Philip and Deschaintre 2023.
+#[inline(always)]
+pub fn near_share<T: Real>(t: T, full: T) -> T {
+    if t < full { (t / full) * (t / full) } else { T::one() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,5 +62,11 @@ mod tests {
             x += rule.step(2.0 * (x - 1.0), &mut v, 0.1 * 0.98_f64.powi(k));
         }
         assert!((x - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn samples_near_the_camera_have_a_smaller_share() {
+        assert_eq!([0.0, 0.5, 1.0, 2.0, 9.0].map(|t| near_share(t, 2.0)), [0.0, 0.0625, 0.25, 1.0, 1.0]);
+        assert_eq!(near_share(0.0, 0.0), 1.0);
     }
 }

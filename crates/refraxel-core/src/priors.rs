@@ -54,15 +54,6 @@ pub fn depth_cost<T: Real>(t: T, d: T) -> T {
     away * away / (away * away + error * error)
 }
 
-/// Share of its gradient by which a sample at the distance t from the camera moves the field, theory (4.29): min(1, t²/t₀²), and 1 for t₀ = 0. The
-/// rays of a camera that meet a voxel are about as many as 1/t².
-///
-/// Source: Philip and Deschaintre 2023.
-#[inline(always)]
-pub fn near_share<T: Real>(t: T, full: T) -> T {
-    if t < full { (t / full) * (t / full) } else { T::one() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,11 +72,5 @@ mod tests {
             let slope = sample_colour_slope(0.7, [x, 0.2, 0.5], target)[0];
             check(&|x| 0.7 * (x - target[0]).powi(2), slope);
         }
-    }
-
-    #[test]
-    fn samples_near_the_camera_have_a_smaller_share() {
-        assert_eq!([0.0, 0.5, 1.0, 2.0, 9.0].map(|t| near_share(t, 2.0)), [0.0, 0.0625, 0.25, 1.0, 1.0]);
-        assert_eq!(near_share(0.0, 0.0), 1.0);
     }
 }

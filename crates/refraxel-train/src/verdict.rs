@@ -99,7 +99,7 @@ pub struct RegionVerdict {
     /// The numbers that rays bend by at first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub found: Vec<Found>,
-    /// What prediction without training says, where that decided.
+    /// What prediction without training says. Where nothing raced, this decided.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
 }

@@ -4,7 +4,7 @@ use crate::table::decimals;
 use refraxel_train::device::Device;
 use refraxel_train::events::{Event, IgnoredMask, Task};
 use refraxel_train::schedule::Phase;
-use refraxel_train::verdict::{Difference, Evidence, Found, Proof, RegionVerdict, Verdict};
+use refraxel_train::verdict::{Contestant, Difference, Evidence, Found, Proof, RegionVerdict, Verdict};
 
 /// An event in a sentence; none for what progress bars show.
 pub fn sentence(event: &Event) -> Option<String> {
@@ -135,23 +135,40 @@ fn ignored(views: &[IgnoredMask], usual_overlap: f32) -> String {
 /// What the judge decided, one line per region.
 pub fn verdict_text(verdict: &Verdict) -> String {
     let region = |r: &RegionVerdict| {
-        if let Some(evidence) = &r.evidence {
-            return evidence_text(r, evidence);
-        }
-        let others = r.contestants.iter().map(|c| format!("{} {:.2} dB", c.hypothesis.name(), c.inside));
-        format!(
-            "region {}: {} (bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB outside, on {} views kept aside; {})",
-            r.region + 1,
-            r.hypothesis.name(),
-            r.gain_inside,
-            r.error,
-            r.gain_outside,
-            verdict.views,
-            others.collect::<Vec<_>>().join(", ")
-        )
+        let raced = !r.contestants.is_empty();
+        // It is of what was predicted, which need not have won a race.
+        let range = r.evidence.and_then(|e| e.index).filter(|_| !r.found.is_empty() && !raced);
+        // What won a race may have begun with numbers that were only assumed.
+        let begins = if raced { "beginning with " } else { "" };
+        let numbers = Some(numbers(&r.found)).filter(|n| !n.is_empty());
+        let found = [numbers.map(|n| format!("{begins}{n}")), range.map(interval)];
+        let what: Vec<String> =
+            [r.hypothesis.name().to_owned()].into_iter().chain(found.into_iter().flatten()).collect();
+        let why = [raced.then(|| race_text(r, verdict.views)), r.evidence.map(evidence_text)];
+        let why: Vec<String> = why.into_iter().flatten().collect();
+        let why = if why.is_empty() { String::new() } else { format!(" ({})", why.join("; ")) };
+        format!("region {}: {}{why}", r.region + 1, what.join(", "))
     };
     let regions = verdict.regions.iter().map(region);
     regions.chain(verdict.proof.as_ref().map(proof_text)).collect::<Vec<_>>().join("\n")
+}
+
+/// How a race ended.
+fn race_text(region: &RegionVerdict, views: usize) -> String {
+    let one = |c: &Contestant| {
+        let number = |name: &str| c.found.iter().find(|f| f.name == name);
+        let index = number("filling")
+            .or(number("index"))
+            .map_or(String::new(), |f| format!(" of index {:.2}", f.value));
+        format!("{}{index}: {:.2} dB", c.hypothesis.name(), c.inside)
+    };
+    format!(
+        "bent rays {:+.2} ± {:.2} dB inside, {:+.2} dB outside, on {views} views kept aside; {}",
+        region.gain_inside,
+        region.error,
+        region.gain_outside,
+        region.contestants.iter().map(one).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// How bent rays stood against straight ones on the way.
@@ -169,20 +186,18 @@ fn proof_text(proof: &Proof) -> String {
 /// An interval of the index wider than this reaches to where its search ends, and says nothing.
 const UNDECIDED: f32 = 0.5;
 
+fn interval([low, high]: [f32; 2]) -> String {
+    match high - low > UNDECIDED {
+        true => "which these photographs do not narrow down".to_owned(),
+        false => format!("index {low:.3} to {high:.3}"),
+    }
+}
+
 /// What a prediction without training says of a region.
-fn evidence_text(region: &RegionVerdict, evidence: &Evidence) -> String {
+fn evidence_text(evidence: Evidence) -> String {
     let of = |d: &Difference| format!("{:.2} ± {:.2}", d.mean, d.error);
-    let range = |[low, high]: [f32; 2]| match high - low > UNDECIDED {
-        true => ", which these photographs do not narrow down".to_owned(),
-        false => format!(", index {low:.3} to {high:.3}"),
-    };
     format!(
-        "region {}: {}{}{} (likeness to {} photographs kept aside: predicted {}, straight through {}, straight rays after training \
-         {}, other photographs {})",
-        region.region + 1,
-        region.hypothesis.name(),
-        if region.found.is_empty() { String::new() } else { format!(", {}", numbers(&region.found)) },
-        evidence.index.filter(|_| !region.found.is_empty()).map_or(String::new(), range),
+        "likeness to {} photographs kept aside: predicted {}, straight through {}, straight rays after training {}, other photographs {}",
         evidence.predicted.views,
         of(&evidence.predicted),
         of(&evidence.straight_through),
@@ -242,5 +257,65 @@ mod tests {
         let expected = "region 1: a shell with air in it, index 1.600, wall 25 % of the depth, likeness 0.12";
         assert_eq!(sentence(&event).unwrap(), expected);
         assert_eq!(sentence(&Event::Progress { task: Task::Carving, done: 1, total: 3 }), None);
+    }
+
+    #[test]
+    fn a_verdict_says_what_raced_and_what_was_predicted() {
+        let number = |name: &str, value| Found { name: name.to_owned(), value };
+        let one = |hypothesis, found: Vec<Found>, inside| Contestant { hypothesis, found, steps: 60, inside };
+        let of = |mean| Difference { mean, error: 0.02, views: 9 };
+        let evidence = Evidence {
+            predicted: of(0.11),
+            straight_through: of(0.01),
+            other_photographs: of(0.0),
+            trained_straight: of(0.45),
+            above: of(0.1),
+            index: Some([1.31, 1.4]),
+        };
+        let raced = RegionVerdict {
+            region: 0,
+            hypothesis: Hypothesis::Straight,
+            gain_inside: -0.2,
+            error: 0.1,
+            gain_outside: 0.05,
+            margin: 0.1,
+            contestants: vec![
+                one(Hypothesis::Straight, Vec::new(), 17.0),
+                one(Hypothesis::Solid, vec![number("index", 1.5)], 16.8),
+                one(Hypothesis::Vessel, vec![number("index", 1.5), number("filling", 1.33)], 16.0),
+            ],
+            found: Vec::new(),
+            evidence: Some(evidence),
+        };
+        let sure = RegionVerdict {
+            region: 1,
+            hypothesis: Hypothesis::Solid,
+            contestants: Vec::new(),
+            found: vec![number("index", 1.35)],
+            ..raced.clone()
+        };
+        let silent = RegionVerdict { evidence: None, ..sure.clone() };
+        let won = RegionVerdict { region: 2, contestants: raced.contestants[..1].to_vec(), ..silent.clone() };
+        let verdict = Verdict {
+            views: 9,
+            seconds: 1.0,
+            progress: 0.2,
+            regions: vec![raced, sure, silent, won],
+            proof: None,
+        };
+        let likeness = "likeness to 9 photographs kept aside: predicted 0.11 ± 0.02, straight through 0.01 ± 0.02, straight rays \
+                        after training 0.45 ± 0.02, other photographs 0.00 ± 0.02";
+        let expected = [
+            format!(
+                "region 1: straight rays (bent rays -0.20 ± 0.10 dB inside, +0.05 dB outside, on 9 views kept aside; straight \
+                 rays: 17.00 dB, a solid body of index 1.50: 16.80 dB, an open vessel of index 1.33: 16.00 dB; {likeness})"
+            ),
+            format!("region 2: a solid body, index 1.350, index 1.310 to 1.400 ({likeness})"),
+            "region 2: a solid body, index 1.350".to_owned(),
+            "region 3: a solid body, beginning with index 1.350 (bent rays -0.20 ± 0.10 dB inside, +0.05 dB outside, on 9 views kept \
+             aside; straight rays: 17.00 dB)"
+                .to_owned(),
+        ];
+        assert_eq!(verdict_text(&verdict).lines().collect::<Vec<_>>(), expected);
     }
 }

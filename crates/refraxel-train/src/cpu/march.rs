@@ -11,7 +11,7 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use refraxel_core::Vec3;
 use refraxel_core::grid::trilinear;
-use refraxel_core::priors::near_share;
+use refraxel_core::optimiser::near_share;
 use refraxel_core::radiance::{Segment, SegmentAdjoint};
 
 /// The second stage: the samples of all paths, without their colours. Without offsets, points lie in the middle of their steps.

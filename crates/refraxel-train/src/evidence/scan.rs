@@ -51,13 +51,14 @@ struct Scan<'a, F> {
     known: HashMap<(Vec<u32>, usize), Scores>,
 }
 
-/// One in so many first values is looked at in all views.
-const LIKELY: usize = 8;
+/// One in so many first values is scored again in all views.
+const LIKELY: usize = 4;
 
-/// All first values at the coarsest detail: the best of them, with its scores. `score` is told whether few views suffice: by these, where
-/// many take wrong values for the best, it is known which are likely, and all views choose among those.
+/// All first values at the coarsest detail: the best of them, with its scores. With `begins_in_few`, `score` is told to look at few views first.
+/// These often take wrong values for the best, so they only choose the likely ones, and all views choose among those.
 pub(crate) fn first(
     unknowns: &[Unknown],
+    begins_in_few: bool,
     mut score: impl FnMut(&[f32], Detail, bool) -> Result<Scores, Cancelled>,
 ) -> Result<Best, Cancelled> {
     let mut scored = |all: Vec<Vec<f32>>, are_few: bool| {
@@ -67,9 +68,14 @@ pub(crate) fn first(
         all.sort_by(|a, b| mean(&b.scores).total_cmp(&mean(&a.scores)));
         Ok(all)
     };
-    let mut likely = scored(products(unknowns), true)?;
-    likely.truncate(likely.len().div_ceil(LIKELY));
-    let best = scored(likely.into_iter().map(|b| b.values).collect(), false)?.into_iter().next();
+    let mut likely = products(unknowns);
+    if begins_in_few {
+        let ranked: Vec<Best> = scored(likely, true)?;
+        let shows_something = ranked.first().is_some_and(|b| mean(&b.scores).is_finite());
+        let count = if shows_something { ranked.len().div_ceil(LIKELY) } else { ranked.len() };
+        likely = ranked.into_iter().take(count).map(|b| b.values).collect();
+    }
+    let best = scored(likely, false)?.into_iter().next();
     Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
 }
 
@@ -207,7 +213,7 @@ mod tests {
             let away = ((v[0] - 1.333) / width).powi(2) + ((v[1] - 0.36) / (4.0 * width)).powi(2);
             Ok(Scores(vec![Some(f64::from((-away).exp())); 3]))
         };
-        let from = first(&unknowns, |v, d, _| score(v, d)).unwrap();
+        let from = first(&unknowns, false, |v, d, _| score(v, d)).unwrap();
         assert_eq!(from.values, [1.4, 0.5]);
         let best = refined(&from, &unknowns, Detail::Fine, &mut score).unwrap();
         assert!((best.values[0] - 1.333).abs() < 0.01 && (best.values[1] - 0.36).abs() < 0.03, "{best:?}");
@@ -219,13 +225,13 @@ mod tests {
         let values: Vec<f32> = (0..24).map(|k| 1.0 + 0.05 * k as f32).collect();
         let unknown = Unknown::new("index", &values, &[], [1.0, 3.0]);
         let [mut few, mut all] = [0, 0];
-        let found = first(&[unknown], |v, _, are_few| {
+        let found = first(&[unknown], true, |v, _, are_few| {
             *if are_few { &mut few } else { &mut all } += 1;
             let likes = |n: f32| f64::from((-((v[0] - n) / 0.1).powi(2)).exp());
             let score = likes(1.5) + if are_few { 1.1 * likes(2.0) } else { 0.0 };
             Ok(Scores(vec![Some(score); 2]))
         });
-        assert_eq!((few, all), (24, 3));
+        assert_eq!((few, all), (24, 6));
         assert_eq!(found.unwrap().values, values[10..11]);
     }
 }

@@ -1,6 +1,6 @@
 //! Scores of several views, with their errors.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// One score per view; `None` where too little is to be compared.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,10 +11,15 @@ pub(crate) struct Scores(pub Vec<Option<f64>>);
 pub struct Difference {
     /// The mean.
     pub mean: f64,
-    /// Its standard error, from the spread over views.
+    /// Its standard error, from the spread over views; ∞, in JSON `null`, of a single view.
+    #[serde(deserialize_with = "or_infinite")]
     pub error: f64,
     /// Views that it is of.
     pub views: usize,
+}
+
+fn or_infinite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
 impl Difference {
@@ -75,6 +80,9 @@ mod tests {
         assert!((found.mean - 0.1).abs() < 1e-12 && found.error < 1e-12 && found.views == 2);
         let mean = a.mean();
         assert!((mean.mean - 0.5).abs() < 1e-12 && (mean.error - 0.4 / 3.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(Scores(vec![Some(1.0)]).mean().significance(), 0.0);
+        let one = Scores(vec![Some(1.0)]).mean();
+        assert_eq!(one.significance(), 0.0);
+        let text = serde_json::to_string(&one).unwrap();
+        assert_eq!(serde_json::from_str::<Difference>(&text).unwrap(), one, "{text}");
     }
 }

@@ -89,7 +89,7 @@ fn the_score_peaks_at_the_true_index_far_above_looking_straight_through() {
     let values = [1.0, 1.15, 1.3, 1.45, 1.6, 1.75];
     let unknown = Unknown::new("index", &values, &[0.03, 0.01, 0.005], [1.0, 4.0]);
     let score = |v: &[f32], detail: Detail| Ok(scores(v[0], detail));
-    let from = first(std::slice::from_ref(&unknown), |v, detail, _| score(v, detail)).unwrap();
+    let from = first(std::slice::from_ref(&unknown), false, |v, detail, _| score(v, detail)).unwrap();
     let found = refined(&from, &[unknown], Detail::Fine, score).unwrap();
     assert!((found.values[0] - 1.5).abs() < 0.011, "{found:?}");
     assert!(found.scores.mean().mean > 0.9);

@@ -80,6 +80,8 @@ pub(super) fn decide(
             *candidate = None;
         }
         verdict.hypothesis = candidate.as_ref().map_or(Hypothesis::Straight, |c| c.proposal.kind);
+        verdict.found = candidate.as_ref().map_or(Vec::new(), |c| c.found(&regions[k]));
+        verdict.evidence = shortlist.evidence[k];
     }
     // What has learned exactly this goes on; a mixture begins again.
     let winner = [race::STRAIGHT, finalist].into_iter().find(|e| {

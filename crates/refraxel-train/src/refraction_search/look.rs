@@ -244,10 +244,9 @@ impl<'a> Look<'a> {
         }
         let mut firsts: Vec<(&'static Proposal, Best)> = Vec::new();
         for p in kinds {
-            let from = first(&unknowns(p), |v: &[f32], d, are_few| {
-                // First numbers that must come near to what stands often do not.
-                let views = self.seen.at(are_few && now.is_some());
-                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, views), observer)
+            // Most first numbers score far below what stands, so few views suffice to discard them.
+            let from = first(&unknowns(p), now.is_some(), |v: &[f32], d, are_few| {
+                self.scores(at, &mut shapes, &Self::candidate(p, v), (d, self.seen.at(are_few)), observer)
             })?;
             firsts.push((p, from));
         }

@@ -11,7 +11,8 @@ const LEAST_SCORE: f64 = 0.05;
 const SIGNIFICANT: f64 = 3.0;
 /// From so many standard errors on it may be right: further views decide, or a race.
 const GLIMPSED: f64 = 1.0;
-/// Straight rays that have learned what is inside the masks explain it if they make up for this part of what the prediction lacks.
+/// Straight rays that have learned what is inside the masks explain it if they make up for this part of what the prediction lacks, or if
+/// the prediction gains less over looking straight through than this part of what they gain over it.
 const EXPLAINED: f64 = 0.5;
 /// Straight rays that score this much see what is there.
 const SEEN_STRAIGHT: f64 = 0.9;
@@ -20,17 +21,22 @@ fn is_more(above: Difference, errors: f64) -> bool {
     above.mean > LEAST_SCORE && above.significance() > errors
 }
 
-/// Whether rays bend, if the evidence knows. `is_above`: the prediction surely scores more than looking straight through. `lacks`: by how
-/// much less than straight rays that have learned what is inside the masks.
-fn bends(evidence: &Evidence, is_above: bool, lacks: f64) -> Option<bool> {
-    let Evidence { predicted, other_photographs: others, trained_straight, above, .. } = evidence;
-    let is_seen = is_above && predicted.mean > others.mean + SURELY * others.error;
+/// The glass shows its surroundings where the candidate says. `is_above`: the prediction surely scores more than looking straight through.
+fn is_seen(evidence: &Evidence, is_above: bool) -> bool {
+    let Evidence { predicted, other_photographs: others, .. } = evidence;
+    is_above && predicted.mean > others.mean + SURELY * others.error
+}
+
+/// Whether rays bend, if the evidence knows. `lacks`: by how much the prediction scores less than straight rays that have learned what is
+/// inside the masks.
+fn bends(evidence: &Evidence, is_seen: bool, lacks: f64) -> Option<bool> {
+    let Evidence { predicted, trained_straight, above, .. } = evidence;
     // Straight rays that show nearly everything leave nothing to explain. Otherwise what stands in a body, which is seen through it alone,
-    // may be what they have learned, and what prediction lacks. Where they show more beyond the prediction than that shows beyond looking
+    // may be what they have learned, and what prediction lacks. Where they gain much more over the prediction than it gains over looking
     // straight through, its shape is too far from the truth.
     let least = EXPLAINED * (1.0 - predicted.mean);
     let is_explained = if is_seen {
-        lacks > least.min(above.mean)
+        lacks > least.min(above.mean / EXPLAINED)
     } else {
         lacks > least && trained_straight.mean > SEEN_STRAIGHT
     };
@@ -43,6 +49,8 @@ fn bends(evidence: &Evidence, is_above: bool, lacks: f64) -> Option<bool> {
 pub(super) struct Opinion {
     /// Whether rays bend there, if it knows.
     pub(super) bends: Option<bool>,
+    /// It surely shows more than looking straight through, and than other views would.
+    pub(super) is_seen: bool,
     /// It shows more than looking straight through, if not surely.
     pub(super) is_glimpsed: bool,
     pub(super) evidence: Option<Evidence>,
@@ -122,10 +130,11 @@ impl Look<'_> {
             above,
             index: *index,
         };
-        let bends = bends(&evidence, *is_above, lacks.mean)
+        let is_seen = is_seen(&evidence, *is_above);
+        let bends = bends(&evidence, is_seen, lacks.mean)
             .filter(|bends| *bends || self.options.judge.straight.is_on());
         let is_glimpsed = is_more(above, GLIMPSED);
-        Opinion { bends, is_glimpsed, evidence: Some(evidence) }
+        Opinion { bends, is_seen, is_glimpsed, evidence: Some(evidence) }
     }
 }
 
@@ -147,7 +156,8 @@ mod tests {
 
     fn verdict(scores: [f64; 3]) -> Option<bool> {
         let evidence = evidence(scores);
-        bends(&evidence, is_more(evidence.above, SIGNIFICANT), scores[2] - scores[0])
+        let is_seen = is_seen(&evidence, is_more(evidence.above, SIGNIFICANT));
+        bends(&evidence, is_seen, scores[2] - scores[0])
     }
 
     #[test]
@@ -157,6 +167,7 @@ mod tests {
         assert_eq!(verdict([0.08, 0.05, 0.95]), Some(false), "an opaque thing");
         assert_eq!(verdict([0.08, 0.05, 0.5]), None, "neither shows it");
         assert_eq!(verdict([0.4, 0.1, 0.85]), None, "what stands in a vessel is seen through it alone");
+        assert_eq!(verdict([0.31, 0.15, 0.46]), Some(true), "an empty glass, too");
         assert_eq!(verdict([0.11, 0.01, 0.45]), None, "the shape is too far from the truth");
     }
 }

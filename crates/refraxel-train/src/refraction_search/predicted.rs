@@ -14,7 +14,7 @@ use crate::evidence::{Shown, rendered};
 use crate::model::Refraction;
 use crate::rays::{Draw, Selection};
 use crate::schedule::{Moment, objective, training_marching};
-use crate::verdict::{Hypothesis, RegionVerdict};
+use crate::verdict::{Evidence, Hypothesis, RegionVerdict};
 use refraxel_core::Ray;
 
 /// Steps that straight rays learn for this, and the fraction of their rays inside masks.
@@ -35,6 +35,8 @@ pub(super) struct Shortlist {
     pub sure: Vec<Option<Candidate>>,
     /// Per region: how that is known; `None` where rivals race.
     pub verdicts: Vec<Option<RegionVerdict>>,
+    /// Per region: what prediction says, whether or not it decides.
+    pub evidence: Vec<Option<Evidence>>,
     /// Per trial one candidate per region; none where all is known.
     pub rivals: Vec<Vec<Option<Candidate>>>,
     /// What the verdicts rest on.
@@ -44,29 +46,28 @@ pub(super) struct Shortlist {
 impl Shortlist {
     /// Without any prediction: what is guessed of each region, or known.
     pub(super) fn guessed(candidates: Vec<Candidate>) -> Self {
-        let (sure, verdicts) = (vec![None; candidates.len()], vec![None; candidates.len()]);
+        let n = candidates.len();
         let rivals = vec![candidates.into_iter().map(Some).collect()];
-        Self { sure, verdicts, rivals, pictures: Vec::new() }
+        Self {
+            sure: vec![None; n],
+            verdicts: vec![None; n],
+            evidence: vec![None; n],
+            rivals,
+            pictures: Vec::new(),
+        }
     }
 
     /// Whether it is known that nothing bends.
     pub(super) fn stays_straight(&self) -> bool {
         self.rivals.is_empty() && self.sure.iter().all(Option::is_none)
     }
+}
 
-    /// The rivals of all regions, side by side.
-    fn new(
-        sure: Vec<Option<Candidate>>,
-        verdicts: Vec<Option<RegionVerdict>>,
-        rivals: &[Vec<Candidate>],
-        pictures: Vec<Shown>,
-    ) -> Self {
-        let count = rivals.iter().map(Vec::len).max().unwrap_or(0);
-        let of =
-            |h: usize, k: usize| rivals[k].get(h).or(rivals[k].last()).cloned().or_else(|| sure[k].clone());
-        let rivals = (0..count).map(|h| (0..sure.len()).map(|k| of(h, k)).collect()).collect();
-        Self { sure, verdicts, rivals, pictures }
-    }
+/// The rivals of all regions, side by side.
+fn side_by_side(rivals: &[Vec<Candidate>], sure: &[Option<Candidate>]) -> Vec<Vec<Option<Candidate>>> {
+    let count = rivals.iter().map(Vec::len).max().unwrap_or(0);
+    let of = |h: usize, k: usize| rivals[k].get(h).or(rivals[k].last()).cloned().or_else(|| sure[k].clone());
+    (0..count).map(|h| (0..sure.len()).map(|k| of(h, k)).collect()).collect()
 }
 
 /// What races where a prediction does not know, because what is seen through a body is seen nowhere else: water seen from above, what the
@@ -139,7 +140,7 @@ pub(super) fn decide(
     let is_judged = known.options.judge.enabled.is_on();
     let (mut sure, mut verdicts, mut open) = (Vec::new(), Vec::new(), Vec::new());
     for (k, (look, opinion)) in looks.iter().zip(&opinions).enumerate() {
-        let races = is_judged && !is_enough && opinion.bends.is_none();
+        let races = is_judged && opinion.bends.is_none() && (opinion.is_seen || !is_enough);
         let bends = opinion.bends == Some(true) || !is_judged;
         let candidate = look.standing.clone().filter(|_| bends && !races);
         let hypothesis = candidate.as_ref().map_or(Hypothesis::Straight, |c| c.proposal.kind);
@@ -150,7 +151,8 @@ pub(super) fn decide(
         open.push(if races { rivals(look, opinion) } else { Vec::new() });
     }
     let pictures = judged.into_iter().flatten().filter_map(|j| j.shown).collect();
-    Ok(Shortlist::new(sure, verdicts, &open, pictures))
+    let (rivals, evidence) = (side_by_side(&open, &sure), opinions.iter().map(|o| o.evidence).collect());
+    Ok(Shortlist { sure, verdicts, evidence, rivals, pictures })
 }
 
 /// Straight rays learn what is inside the masks, too.

@@ -73,7 +73,8 @@ fn scanned(
 ) -> Result<(Frustum, f32), Cancelled> {
     let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
     let unknowns = of_upright(is_found);
-    let from = first(&unknowns, |v: &[f32], detail, are_few| score((&changed(v), v[0]), detail, are_few))?;
+    let from =
+        first(&unknowns, true, |v: &[f32], detail, are_few| score((&changed(v), v[0]), detail, are_few))?;
     let best =
         refined(&from, &unknowns, JUDGED, |v: &[f32], detail| score((&changed(v), v[0]), detail, false))?;
     Ok((changed(&best.values), best.values[0]))
