@@ -22,7 +22,7 @@ pub(crate) use detail::Detail;
 pub(crate) use photographs::Photographs;
 pub(crate) use predict::{Predicted, Way, predict, rendered};
 pub(crate) use refine::Refiner;
-pub(crate) use scan::{Best, Unknown, first, interval, mean, refined};
+pub(crate) use scan::{Best, Unknown, first, firsts, interval, mean, refined};
 pub use score::Difference;
 pub(crate) use score::Scores;
 pub use shown::Shown;

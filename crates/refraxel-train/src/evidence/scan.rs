@@ -23,6 +23,11 @@ impl Unknown {
         Self { name, first: first.to_vec(), fine: fine.to_vec(), range }
     }
 
+    /// The same with its largest steps alone.
+    pub(crate) fn begun(&self) -> Self {
+        Self { fine: self.fine.first().copied().into_iter().collect(), ..self.clone() }
+    }
+
     /// The same, of which the first values are known, and only the finest steps are left.
     pub(crate) fn last(&self) -> Self {
         Self { fine: self.fine.last().copied().into_iter().collect(), ..self.clone() }
@@ -54,13 +59,13 @@ struct Scan<'a, F> {
 /// One in so many first values is scored again in all views.
 const LIKELY: usize = 4;
 
-/// All first values at the coarsest detail: the best of them, with its scores. With `begins_in_few`, `score` is told to look at few views first.
+/// All first values at the coarsest detail: the likely ones with their scores, the best first. With `begins_in_few`, `score` is told to look at few views first.
 /// These often take wrong values for the best, so they only choose the likely ones, and all views choose among those.
-pub(crate) fn first(
+pub(crate) fn firsts(
     unknowns: &[Unknown],
     begins_in_few: bool,
     mut score: impl FnMut(&[f32], Detail, bool) -> Result<Scores, Cancelled>,
-) -> Result<Best, Cancelled> {
+) -> Result<Vec<Best>, Cancelled> {
     let mut scored = |all: Vec<Vec<f32>>, are_few: bool| {
         let of =
             |values: Vec<f32>| score(&values, Detail::Coarse, are_few).map(|scores| Best { values, scores });
@@ -75,7 +80,16 @@ pub(crate) fn first(
         let count = if shows_something { ranked.len().div_ceil(LIKELY) } else { ranked.len() };
         likely = ranked.into_iter().take(count).map(|b| b.values).collect();
     }
-    let best = scored(likely, false)?.into_iter().next();
+    scored(likely, false)
+}
+
+/// The best of them.
+pub(crate) fn first(
+    unknowns: &[Unknown],
+    begins_in_few: bool,
+    score: impl FnMut(&[f32], Detail, bool) -> Result<Scores, Cancelled>,
+) -> Result<Best, Cancelled> {
+    let best = firsts(unknowns, begins_in_few, score)?.into_iter().next();
     Ok(best.unwrap_or_else(|| unreachable!("every unknown has values")))
 }
 

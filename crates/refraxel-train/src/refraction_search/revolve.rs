@@ -7,7 +7,7 @@ use super::shapes::Frustum;
 use super::surface::{Form, Stand, Surface};
 use crate::cancel::Cancelled;
 use crate::events::{Observer, Task};
-use crate::evidence::{Detail, Scores, Unknown, first, mean, refined};
+use crate::evidence::{Best, Detail, Scores, Unknown, firsts, mean, refined};
 use crate::silhouettes::Site;
 use refraxel_core::LevelSet;
 
@@ -20,28 +20,41 @@ pub(super) fn revolve(
 ) -> Result<(), Cancelled> {
     let rivals = region.take_rivals();
     // Outlines that no mask shows are rough.
-    let is_found = at.known.sampler.traces_found() && !is_ellipsoid(region);
+    let is_found = at.known.sampler.traces_found();
     if rivals.is_empty() && !is_found {
         return Ok(());
     }
-    let score = |region: &Region, observer: &mut Observer| {
-        let mut look = Look::new(region, seen, at.known.options);
-        look.stand(at, &[&SOLID], observer)?;
-        Ok(at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned))
-    };
-    let mut best = score(region, observer)?;
-    if mean(&best) > CONVINCING {
+    let [mut best, nothing] = solid(at, region, seen, observer)?;
+    // So rough that a vessel may pass for an ellipsoid, if nothing is seen through that.
+    if mean(&best) > CONVINCING || is_ellipsoid(region) && is_better(&best, &nothing) {
         return Ok(());
     }
     let straight = upright(at, region, seen, is_found, observer)?;
     for surface in rivals.into_iter().chain(straight) {
         let other = region.with(surface);
-        let scores = score(&other, observer)?;
+        let [scores, _] = solid(at, &other, seen, observer)?;
         if is_better(&scores, &best) {
             (*region, best) = (other, scores);
         }
     }
     Ok(())
+}
+
+/// What a solid body there shows with the best index, and with that of air.
+fn solid(
+    at: &Standing,
+    region: &Region,
+    seen: &Seen,
+    observer: &mut Observer,
+) -> Result<[Scores; 2], Cancelled> {
+    let mut look = Look::new(region, seen, at.known.options);
+    look.stand(at, &[&SOLID], observer)?;
+    let scores = |look: &Look| at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned);
+    let best = scores(&look);
+    if let Some(candidate) = &mut look.standing {
+        candidate.values[0] = 1.0;
+    }
+    Ok([best, scores(&look)])
 }
 
 fn is_ellipsoid(region: &Region) -> bool {
@@ -65,6 +78,9 @@ fn of_upright(is_found: bool) -> [Unknown; 7] {
     ]
 }
 
+/// Where outlines were found, so many of the likely first numbers are followed with the largest steps: some end beside the truth.
+const FOLLOWED: usize = 6;
+
 /// Of upright bodies with straight sides the one that scores most, with its index. `score` is told whether few views suffice.
 fn scanned(
     rough: &Frustum,
@@ -73,10 +89,18 @@ fn scanned(
 ) -> Result<(Frustum, f32), Cancelled> {
     let changed = |v: &[f32]| rough.changed(v[1], v[2], [v[5], v[6]], [v[3], v[4]]);
     let unknowns = of_upright(is_found);
-    let from =
-        first(&unknowns, true, |v: &[f32], detail, are_few| score((&changed(v), v[0]), detail, are_few))?;
-    let best =
-        refined(&from, &unknowns, JUDGED, |v: &[f32], detail| score((&changed(v), v[0]), detail, false))?;
+    let mut score = |v: &[f32], detail: Detail, are_few: bool| score((&changed(v), v[0]), detail, are_few);
+    let starts = firsts(&unknowns, true, &mut score)?;
+    let first_steps = unknowns.each_ref().map(Unknown::begun);
+    let mut best: Option<Best> = None;
+    for from in starts.iter().take(if is_found { FOLLOWED } else { 1 }) {
+        let found = refined(from, &first_steps, Detail::Coarse, |v: &[f32], detail| score(v, detail, false))?;
+        if best.as_ref().is_none_or(|b| mean(&found.scores) > mean(&b.scores)) {
+            best = Some(found);
+        }
+    }
+    let best = best.unwrap_or_else(|| unreachable!("every unknown has values"));
+    let best = refined(&best, &unknowns, JUDGED, |v: &[f32], detail| score(v, detail, false))?;
     Ok((changed(&best.values), best.values[0]))
 }
 
