@@ -1,5 +1,5 @@
-//! The update rule of the optimiser, theory (4.7), for one parameter at a time, and the share of its gradient that a sample passes on; backends decide
-//! which parameters to touch.
+//! The update rule of the optimiser, theory (4.7), for one parameter at a time, and the share of its gradient that a sample
+//! passes on; backends decide which parameters to touch.
 
 use crate::Real;
 

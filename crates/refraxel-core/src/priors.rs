@@ -1,6 +1,5 @@
 //! Priors, theory (4.3)–(4.5), (4.27): penalties for what is unlikely in a scene, whatever its images show. Next to each
-//! is its slope, the derivative by its first argument; where only the slope is used, it stands alone. And the share by which
-//! samples near a camera count, (4.29).
+//! is its slope, the derivative by its first argument; where only the slope is used, it stands alone.
 
 use crate::Real;
 

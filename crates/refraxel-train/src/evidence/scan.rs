@@ -59,8 +59,8 @@ struct Scan<'a, F> {
 /// One in so many first values is scored again in all views.
 const LIKELY: usize = 4;
 
-/// All first values at the coarsest detail: the likely ones with their scores, the best first. With `begins_in_few`, `score` is told to look at few views first.
-/// These often take wrong values for the best, so they only choose the likely ones, and all views choose among those.
+/// All first values at the coarsest detail: the likely ones with their scores, the best first. With `begins_in_few`, `score` is told to look
+/// at few views first. These often take wrong values for the best, so they only choose the likely ones, and all views choose among those.
 pub(crate) fn firsts(
     unknowns: &[Unknown],
     begins_in_few: bool,

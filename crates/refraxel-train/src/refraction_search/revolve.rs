@@ -24,15 +24,20 @@ pub(super) fn revolve(
     if rivals.is_empty() && !is_found {
         return Ok(());
     }
-    let [mut best, nothing] = solid(at, region, seen, observer)?;
+    let score = |region: &Region, observer: &mut Observer| {
+        let mut look = Look::new(region, seen, at.known.options);
+        look.stand(at, &[&SOLID], observer)?;
+        Ok(at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned))
+    };
+    let mut best = score(region, observer)?;
     // So rough that a vessel may pass for an ellipsoid, if nothing is seen through that.
-    if mean(&best) > CONVINCING || is_ellipsoid(region) && is_better(&best, &nothing) {
+    if mean(&best) > CONVINCING || is_ellipsoid(region) && is_better(&best, &air(at, region, seen)) {
         return Ok(());
     }
     let straight = upright(at, region, seen, is_found, observer)?;
     for surface in rivals.into_iter().chain(straight) {
         let other = region.with(surface);
-        let [scores, _] = solid(at, &other, seen, observer)?;
+        let scores = score(&other, observer)?;
         if is_better(&scores, &best) {
             (*region, best) = (other, scores);
         }
@@ -40,21 +45,12 @@ pub(super) fn revolve(
     Ok(())
 }
 
-/// What a solid body there shows with the best index, and with that of air.
-fn solid(
-    at: &Standing,
-    region: &Region,
-    seen: &Seen,
-    observer: &mut Observer,
-) -> Result<[Scores; 2], Cancelled> {
-    let mut look = Look::new(region, seen, at.known.options);
-    look.stand(at, &[&SOLID], observer)?;
-    let scores = |look: &Look| at.predicted(&seen.scanned, JUDGED, look.bodies()).scores(&seen.scanned);
-    let best = scores(&look);
-    if let Some(candidate) = &mut look.standing {
-        candidate.values[0] = 1.0;
-    }
-    Ok([best, scores(&look)])
+/// What air shows in the place of a solid body.
+fn air(at: &Standing, region: &Region, seen: &Seen) -> Scores {
+    let sketch = region.sketch();
+    let surface = sketch.as_ref().unwrap_or(region).surface();
+    let body = surface.map(|s| Body::searched(s.level.clone(), 1.0));
+    at.predicted(&seen.scanned, JUDGED, body.into_iter().collect()).scores(&seen.scanned)
 }
 
 fn is_ellipsoid(region: &Region) -> bool {
